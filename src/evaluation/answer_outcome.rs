@@ -2,7 +2,7 @@
 
 use super::answer::{Answer, JudgeOutcome, MissingVerdict, TOO_LONG};
 use super::token_probability::token_probability;
-use crate::llm::{Finish, LONGEST_ANSWER, Token};
+use crate::llm::{Finish, LONGEST_ANSWER, THINKING_TAGS, Token};
 use crate::verdict::{self, Task};
 
 /// Reads an answer whose text is complete, truncated or missing.
@@ -19,20 +19,72 @@ pub(super) fn read_from(
 ) -> JudgeOutcome {
     let last = answer.text.get(from[0]..).unwrap_or_default();
     // A model that puts everything into its reasoning has still answered.
-    let whole = if last.trim().is_empty() {
-        answer.reasoning.get(from[1]..).unwrap_or_default()
-    } else {
-        last
+    let whole = match last.trim().is_empty() {
+        true => answer.reasoning.get(from[1]..).unwrap_or_default(),
+        false => after_thinking(last),
     };
+    let finish = answer.finish.as_deref();
+    let is_cut = finish.is_some_and(|word| WITHOUT_VERDICT.contains(&word));
     match failure {
         Some(missing @ (MissingVerdict::NoAnswer(_) | MissingVerdict::NotSent(_))) => {
             JudgeOutcome::Missing(missing)
+        }
+        Some(stopped) if is_cut => JudgeOutcome::Missing(stopped),
+        _ if whole.trim().is_empty() && !last.trim().is_empty() => {
+            JudgeOutcome::Missing(MissingVerdict::NotInAnswer(ONLY_THINKING.into()))
         }
         stopped => match (verdict::read(task, whole), stopped) {
             (Ok(reading), _) => JudgeOutcome::from(reading),
             (Err(_), Some(stopped)) => JudgeOutcome::Missing(stopped),
             (Err(why), None) => JudgeOutcome::Missing(MissingVerdict::NotInAnswer(why.to_string())),
         },
+    }
+}
+
+/// A question is known to be cut where a server counts less than this share of its estimated tokens: the estimate is
+/// within 5 % of o200k_base, and other tokenizers make more of scenes in words.
+const CUT: f64 = 0.8;
+
+/// No server's context is smaller, tokens: one that counts less does not count.
+const LEAST_CONTEXT: u64 = 256;
+
+/// Why a verdict does not count whose server read only a part of the question: by the tokens that it counted and the
+/// estimate of those sent, in words alone.
+pub(super) fn cut_question(counted: Option<u64>, sent: usize) -> Option<MissingVerdict> {
+    let counted = counted.filter(|counted| *counted >= LEAST_CONTEXT)?;
+    let is_cut = (counted as f64) < CUT * sent as f64;
+    is_cut.then(|| {
+        MissingVerdict::NotInAnswer(format!(
+            "the server read {counted} of about {sent} tokens of the question and dropped the rest; raise its context \
+             (num_ctx, --ctx-size), or shorten the question (--stride, --radius, --history)"
+        ))
+    })
+}
+
+/// How answers end in which nothing counts: the rest could have said something else, or there is nothing but thinking, in
+/// which verdicts are drafts.
+const WITHOUT_VERDICT: [&str; 6] = [
+    "length",
+    TOO_LONG,
+    "content_filter",
+    "blocked",
+    "refusal",
+    THINKING,
+];
+
+const THINKING: &str = "thinking";
+
+const ONLY_THINKING: &str =
+    "the answer is thinking and nothing else; raise max_tokens, or ask for less effort";
+
+/// What follows the last end of thinking in a text, which may have begun without a tag; all of it where it is one JSON
+/// value.
+fn after_thinking(text: &str) -> &str {
+    let ends = THINKING_TAGS.iter().map(|(_, close)| close);
+    let ends = ends.filter_map(|close| Some(text.rfind(close)? + close.len()));
+    match ends.max() {
+        Some(end) if serde_json::from_str::<serde_json::Value>(text).is_err() => &text[end..],
+        _ => text,
     }
 }
 
@@ -56,6 +108,7 @@ pub(super) fn stopped_short(finish: &Finish) -> Option<MissingVerdict> {
         Finish::Blank => {
             "the answer is blank, as from some servers that fail to produce the requested JSON; ask again".into()
         }
+        Finish::Thinking => ONLY_THINKING.to_string(),
         Finish::ToolCalls => "the model called tools that it was not offered".to_string(),
         Finish::Refusal(text) if text.is_empty() => "the model declined".into(),
         Finish::Refusal(text) => format!("the model declined: {text}"),
@@ -79,7 +132,42 @@ pub(super) fn word(finish: &Finish) -> String {
         Finish::ContentFilter => "content_filter".into(),
         Finish::Blocked(_) => "blocked".into(),
         Finish::Blank => "blank".into(),
+        Finish::Thinking => THINKING.into(),
         Finish::Refusal(_) => "refusal".into(),
         Finish::Other(word) => word.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_a_context_can_have_kept_is_a_cut_question() {
+        for (counted, sent, is_cut) in [
+            (Some(2050), 2688, true),
+            (Some(2048), 3526, true),
+            (Some(512), 11_582, true),
+            (Some(3400), 3526, false),
+            // Servers that do not count write anything.
+            (Some(10), 2688, false),
+            (None, 2688, false),
+        ] {
+            let found = cut_question(counted, sent);
+            assert_eq!(found.is_some(), is_cut, "{counted:?} of {sent}");
+        }
+    }
+
+    #[test]
+    fn thinking_without_its_first_tag_is_no_answer() {
+        for (text, said) in [
+            ("draft {\"collision\": false}\n</think>\n\nyes", "\n\nyes"),
+            ("a [/THINK] b </think> c", " c"),
+            ("draft </think>", ""),
+            ("plain", "plain"),
+            ("\"of </think>\"", "\"of </think>\""),
+        ] {
+            assert_eq!(after_thinking(text), said);
+        }
     }
 }

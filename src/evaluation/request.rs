@@ -1,5 +1,7 @@
 //! Builds the request and the store's record from a question and a judge.
 
+use std::collections::HashSet;
+
 use super::judges::{Judge, ModelJudge};
 use super::question::{Case, Question};
 use super::run_case::RunOptions;
@@ -27,9 +29,24 @@ pub fn request(question: &Question, model: &ModelJudge) -> Request {
         // paper's answers are reasoning and then JSON with keys of its own, which no schema can ask for.
         schema: (question.pack == Pack::Standard).then(|| Schema {
             name: format!("{}_verdict", task.name()),
-            schema: verdict::schema(task),
+            schema: verdict::schema_with_ids(task, &described_ids(question)),
         }),
     }
+}
+
+/// The obstacles that an answer may name: those of the window that the description speaks of, all where it has no words.
+fn described_ids(question: &Question) -> Vec<i64> {
+    let Case { scene, window, .. } = &question.case;
+    let words = question
+        .description
+        .split(|c: char| !c.is_ascii_digit() && c != '-');
+    let words: HashSet<&str> = words.collect();
+    let there = scene.participants();
+    let there = there.filter(|other| window.steps().any(|step| other.at(step).is_some()));
+    let ids = there.map(|other| other.obstacle.id);
+    let known =
+        ids.filter(|id| question.description.is_empty() || words.contains(id.to_string().as_str()));
+    known.collect()
 }
 
 /// The most that asking can cost, US dollars, where price and limit of the answer are known: with tools, that of every

@@ -36,6 +36,8 @@ pub(super) struct ResponseAccumulator {
     bytes: usize,
     /// More came than is read of an answer.
     capped: bool,
+    /// Events that said nothing.
+    skipped: u32,
 }
 
 /// Most characters of the words that servers have for models and for the end of an answer.
@@ -66,7 +68,13 @@ impl ResponseAccumulator {
             received: 0,
             bytes: 0,
             capped: false,
+            skipped: 0,
         }
+    }
+
+    /// An event came that says nothing.
+    pub fn skip(&mut self) {
+        self.skipped += 1;
     }
 
     /// Where the answer comes from.
@@ -227,11 +235,21 @@ impl ResponseAccumulator {
             }
             // So servers end turns that are to have calls.
             Some(Finish::ToolCalls) => Finish::Other("tool_calls".into()),
+            Some(Finish::Stop) | None if !self.spoke && self.content.is_closed() => {
+                Finish::Thinking
+            }
             Some(Finish::Stop) if !self.spoke => Finish::Blank,
             Some(finish) => finish,
             None => Finish::Other("unstated".into()),
         };
         self.start();
+        if self.skipped > 0 {
+            let events = match self.skipped {
+                1 => "1 event of the answer says nothing and is skipped".to_string(),
+                n => format!("{n} events of the answer say nothing and are skipped"),
+            };
+            self.chunks.push(Chunk::Note(events));
+        }
         if !self.tokens.is_empty() {
             let tokens = std::mem::take(&mut self.tokens);
             self.chunks.push(Chunk::LogProbabilities(tokens));

@@ -1,6 +1,10 @@
 //! A response body as text: bytes under deadlines, in arbitrary pieces, joined to whole characters.
 
+use std::io::Write;
+use std::pin::Pin;
+
 use futures_util::stream::{self, Stream, StreamExt};
+use reqwest::header::CONTENT_ENCODING;
 
 use super::client::deepest;
 use super::deadlines::{Deadlines, Elapsed};
@@ -59,13 +63,53 @@ where
     })
 }
 
+/// The texts of a body.
+pub(super) type Texts = Pin<Box<dyn Stream<Item = Result<String, BodyError>> + Send>>;
+
+/// The texts of an answer over the network, unpacked where the server packed it with gzip unasked.
+pub(super) fn response_texts(response: reqwest::Response, patience: Deadlines) -> Texts {
+    let encoding = response.headers().get(CONTENT_ENCODING);
+    let is_gzip = encoding.is_some_and(|value| value.as_bytes().eq_ignore_ascii_case(b"gzip"));
+    let bytes = response.bytes_stream();
+    if !is_gzip {
+        return Box::pin(texts(bytes, patience));
+    }
+    let mut gzip = flate2::write::GzDecoder::new(Vec::new());
+    let unpacked = bytes.map(move |piece| {
+        gzip.write_all(&piece.map_err(std::io::Error::other)?)?;
+        gzip.flush()?;
+        Ok::<Vec<u8>, std::io::Error>(std::mem::take(gzip.get_mut()))
+    });
+    Box::pin(texts(unpacked, patience))
+}
+
+/// The texts of a body up to the first that is more than white space, joined; empty where there is none.
+pub(super) async fn beginning(pieces: &mut Texts) -> Result<String, BodyError> {
+    let mut begun = String::new();
+    while begun.trim().is_empty() {
+        match pieces.next().await {
+            Some(piece) => begun.push_str(&piece?),
+            None => break,
+        }
+    }
+    Ok(begun)
+}
+
 /// The text of a body up to a length in bytes; after a fault, what had arrived until then.
 pub(super) async fn whole(
     response: reqwest::Response,
     patience: Deadlines,
     longest: usize,
 ) -> Result<String, (String, BodyError)> {
-    let mut pieces = Box::pin(texts(response.bytes_stream(), patience));
+    joined_whole(response_texts(response, patience), longest).await
+}
+
+/// The same of texts.
+pub(super) async fn joined_whole(
+    pieces: impl Stream<Item = Result<String, BodyError>> + Send,
+    longest: usize,
+) -> Result<String, (String, BodyError)> {
+    let mut pieces = Box::pin(pieces);
     let mut body = String::new();
     while let Some(piece) = pieces.next().await {
         match piece {

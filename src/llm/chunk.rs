@@ -124,6 +124,8 @@ pub enum Finish {
     /// It said that it was finished, and had said nothing but white space: so DeepSeek ends an answer that is not the
     /// JSON asked for. Asking again may help, and is paid for again.
     Blank,
+    /// It said that it was finished, and all that came is thinking between tags.
+    Thinking,
     /// It called tools and waits for their results.
     ToolCalls,
     /// It ran into the token limit: the text is cut off.

@@ -1,6 +1,6 @@
 //! The HTTP client shared by all requests, and the meaning of its errors.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error as StdError;
 use std::fmt;
 use std::io;
@@ -25,6 +25,8 @@ pub struct Client {
     built: Arc<Mutex<BTreeMap<(Duration, bool), reqwest::Client>>>,
     gates: Arc<Mutex<Gates>>,
     keys: Arc<Mutex<BTreeMap<KeyCommand, SecretString>>>,
+    /// Providers and models that refused a form of the answer.
+    formless: Arc<Mutex<BTreeSet<(String, String)>>>,
     direct: bool,
 }
 
@@ -79,6 +81,18 @@ impl Client {
             .entry((provider.to_owned(), limits))
             .or_insert_with(|| Arc::new(Gate::new(limits)));
         Arc::clone(gate)
+    }
+
+    /// Whether this model of the provider has refused a form of the answer.
+    pub(super) fn is_formless(&self, provider: &str, model: &str) -> bool {
+        let formless = self.formless.lock().unwrap_or_else(PoisonError::into_inner);
+        formless.contains(&(provider.to_owned(), model.to_owned()))
+    }
+
+    /// It has refused it, and is asked without one from now on.
+    pub(super) fn forget_form(&self, provider: &str, model: &str) {
+        let mut formless = self.formless.lock().unwrap_or_else(PoisonError::into_inner);
+        formless.insert((provider.to_owned(), model.to_owned()));
     }
 
     /// The key that a command prints; it is run once.

@@ -8,12 +8,15 @@ use super::dialect::{AnswerReader, Dialect};
 use super::error::{Error, ProviderAddress};
 use super::error_body::ErrorBody;
 use super::json::{MOST_VALUES, is_bounded};
+use super::mend::HalfCharacter;
 
 /// Turns the events of one answer into chunks.
 #[derive(Debug)]
 pub(super) struct Decoder {
     reader: Box<dyn AnswerReader>,
     answer: ResponseAccumulator,
+    /// Half of a character that an event ended with.
+    half: HalfCharacter,
     over: bool,
 }
 
@@ -23,6 +26,7 @@ impl Decoder {
         Self {
             reader: dialect.protocol().reader(),
             answer: ResponseAccumulator::new(place),
+            half: HalfCharacter::default(),
             over: false,
         }
     }
@@ -41,7 +45,8 @@ impl Decoder {
         if self.is_done() || data.is_empty() {
             return Ok(Vec::new());
         }
-        if data == "[DONE]" {
+        // Some servers write the word as JSON.
+        if data.trim_matches('"') == "[DONE]" {
             // Only one dialect ends with this word; from other servers it does not prove completeness.
             if self.reader.ends_with_word() || self.answer.has_finish() {
                 self.answer.complete();
@@ -49,13 +54,16 @@ impl Decoder {
             return Ok(self.answer.take());
         }
         self.bounded(data)?;
-        let value = serde_json::from_str(data)
-            .map_err(|_| self.answer.malformed(format!("the event `{data}`")))?;
+        let value = serde_json::from_str(data);
+        let value = value.or_else(|_| serde_json::from_str(&self.half.mend(data)));
+        let value: Value =
+            value.map_err(|_| self.answer.malformed(format!("the event `{data}`")))?;
         if let Some(body) = ErrorBody::in_value(&value) {
             return Err(self.answer.reported(body));
         }
         if !value.is_object() {
-            return Err(self.answer.malformed(format!("the event `{value}`")));
+            self.answer.skip();
+            return Ok(self.answer.take());
         }
         self.reader.event(&value, &mut self.answer)?;
         if self.answer.is_capped() {
@@ -75,6 +83,11 @@ impl Decoder {
     /// As [`Decoder::event`]; [`Error::Truncated`] if the document ends in the middle.
     pub fn document(&mut self, body: &str) -> Result<Vec<Chunk>, Error> {
         self.bounded(body)?;
+        // Some servers send the end of a stream after it.
+        let body = body.trim();
+        let body = body.strip_suffix("[DONE]").map_or(body, |rest| {
+            rest.trim_end().trim_end_matches("data:").trim_end()
+        });
         let value: Value = serde_json::from_str(body).map_err(|e| {
             if e.is_eof() {
                 Error::Truncated {

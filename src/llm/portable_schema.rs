@@ -54,7 +54,13 @@ pub(super) fn portable(schema: &Value) -> Value {
         let key = if key == "oneOf" { "anyOf" } else { key };
         kept.insert(key.to_owned(), value);
     }
-    let bounds = BOUNDS.iter().filter_map(|(key, word)| {
+    // Whole numbers between narrow bounds can be listed, which every API enforces.
+    let few = few(schema);
+    if let Some(few) = &few {
+        kept.insert("enum".into(), few.clone());
+    }
+    let bounds = BOUNDS.iter().filter(|_| few.is_none());
+    let bounds = bounds.filter_map(|(key, word)| {
         let bound = schema.get(*key)?;
         let bound = bound
             .as_str()
@@ -76,6 +82,19 @@ pub(super) fn portable(schema: &Value) -> Value {
         kept.insert("additionalProperties".into(), json!(false));
     }
     Value::Object(kept)
+}
+
+/// Numbers that are listed at most.
+const MOST_LISTED: i64 = 16;
+
+/// All values of a whole number with narrow bounds.
+fn few(schema: &Map<String, Value>) -> Option<Value> {
+    let bound = |key: &str| schema.get(key)?.as_i64();
+    let (least, most) = (bound("minimum")?, bound("maximum")?);
+    let is_few = (0..MOST_LISTED).contains(&most.saturating_sub(least));
+    let is_whole = schema.get("type")?.as_str()? == "integer";
+    let is_new = !schema.contains_key("enum");
+    (is_few && is_whole && is_new).then(|| (least..=most).collect())
 }
 
 /// A schema's name as it may stand on the wire: 64 letters, digits, `_` and `-`.
@@ -111,7 +130,7 @@ mod tests {
             json!({
                 "type": "object",
                 "properties": {
-                    "minimum": {"type": "integer", "description": "The risk. (at least 0, at most 5)"},
+                    "minimum": {"type": "integer", "description": "The risk.", "enum": [0, 1, 2, 3, 4, 5]},
                     "name": {"type": ["string", "null"], "description": "(of the form ^a)"},
                     "list": {"type": "array", "description": "(items at least 1)", "items": {
                         "type": "object",

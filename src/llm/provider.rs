@@ -292,7 +292,9 @@ impl Provider {
         over(&mut self.dialect, user.dialect);
         over(&mut self.base_url, user.base_url);
         over(&mut self.base_url_env, user.base_url_env);
-        self.key_wanted |= user.key_env.is_some();
+        // An empty list says that there is none.
+        let named = user.key_env.as_ref().map(|names| !names.list().is_empty());
+        self.key_wanted = named.unwrap_or(self.key_wanted);
         over(&mut self.key_env, user.key_env);
         over(&mut self.key_command, user.key_command);
         over(&mut self.auth, user.auth);

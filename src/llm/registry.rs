@@ -182,9 +182,6 @@ impl Provider {
                 attempts: self.attempts.map_or(retry.attempts, |n| n.get()),
                 ..retry
             },
-            response_format: format
-                .or(self.response_format)
-                .unwrap_or(ResponseFormat::Off),
             prompt_cache: self.prompt_cache.unwrap_or(true),
             quirks: quirks.or(self.quirks).settled(),
             limits: Limits {
@@ -195,6 +192,12 @@ impl Provider {
             prices: self.prices(),
             ..Endpoint::new(name, dialect.protocol().base_url(&url))
         };
+        // All servers that people run themselves take a form of the answer; small models give none without.
+        let usual = match endpoint.is_here() {
+            true => ResponseFormat::JsonSchema,
+            false => ResponseFormat::Off,
+        };
+        endpoint.response_format = format.or(self.response_format).unwrap_or(usual);
         // A server here that wants a key may forward to one that is paid.
         let forwards = self.key_wanted || self.key_command.is_some() || !self.header_env.is_empty();
         if endpoint.prices.entries.is_empty() && endpoint.is_here() && !forwards {

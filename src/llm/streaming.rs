@@ -4,21 +4,21 @@ use std::collections::VecDeque;
 use std::mem;
 use std::time::Duration;
 
+use futures_util::stream::{self, StreamExt};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 use reqwest::Response;
-use reqwest::header::CONTENT_TYPE;
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::yield_now;
 
-use super::body_text::{texts, whole};
+use super::body_text::{beginning, joined_whole, response_texts};
 use super::budget::Reservation;
 use super::chunk::{Chunk, Cost, CostSource, Finish, Usage};
 use super::client::Client;
 use super::deadlines::Deadlines;
 use super::decoder::Decoder;
 use super::dialect::Framing;
-use super::endpoint::Endpoint;
+use super::endpoint::{Endpoint, ResponseFormat};
 use super::error::Error;
 use super::error_body::tidy;
 use super::frames::{Frames, ended, frames, step};
@@ -179,6 +179,12 @@ impl StreamingRequest {
     }
 
     async fn prepare(&mut self) -> State {
+        if self
+            .client
+            .is_formless(&self.endpoint.name, &self.request.model)
+        {
+            self.endpoint.response_format = ResponseFormat::Off;
+        }
         match Ready::new(&self.client, &mut self.endpoint, &self.request).await {
             Ok(ready) => {
                 self.secrets = self.endpoint.secrets();
@@ -214,6 +220,9 @@ impl StreamingRequest {
             Ok(response) => return self.begin(response, sending.patience).await,
             Err(error) => error,
         };
+        if self.is_about_form(&error) {
+            return self.again_without_form(&error);
+        }
         let (retry, status) = (error.retry(), error.status());
         // A refused request is not paid for; one that may be in progress may be.
         self.may_be_paid(status.is_none() && !retry.may_pass);
@@ -255,6 +264,38 @@ impl StreamingRequest {
         State::Waiting(wait, sending)
     }
 
+    /// Whether a server on this machine, which is asked for a form of the answer by default, refuses just that.
+    fn is_about_form(&self, error: &Error) -> bool {
+        const WORDS: [&str; 5] = [
+            "response_format",
+            "json_schema",
+            "schema",
+            "grammar",
+            "structured",
+        ];
+        let sent = self.request.schema.is_some()
+            && self.endpoint.response_format != ResponseFormat::Off
+            && self.endpoint.is_here();
+        let cause = error.cause().to_lowercase();
+        let is_refused = matches!(error, Error::BadRequest { .. } | Error::Server { .. });
+        sent && is_refused && WORDS.iter().any(|word| cause.contains(word))
+    }
+
+    /// Asks once more, and from now on, without a form.
+    fn again_without_form(&mut self, error: &Error) -> State {
+        let (provider, model) = (&self.endpoint.name, &self.request.model);
+        self.client.forget_form(provider, model);
+        let cause = self.secrets.redact_cut(&error.cause());
+        self.queue.push_back(Ok(Chunk::Note(format!(
+            "the server takes no form of the answer ({}); asked without one",
+            tidy(&cause, 200)
+        ))));
+        // A refused request is not paid for, and its place is free.
+        self.may_be_paid(false);
+        (self.reserved, self.place) = (None, None);
+        State::New
+    }
+
     // Exclusive borrows, because shared ones of what is not `Sync` would tie the stream to one thread.
     async fn answer(&mut self, sending: &mut Sending) -> Result<Response, Error> {
         let request = sending.http.post(sending.url.clone());
@@ -278,29 +319,26 @@ impl StreamingRequest {
     }
 
     async fn begin(&mut self, response: Response, patience: Deadlines) -> State {
-        let kind = response
-            .headers()
-            .get(CONTENT_TYPE)
-            .and_then(|v| v.to_str().ok())
-            .unwrap_or_default();
-        let kind = kind
-            .split(';')
-            .next()
-            .unwrap_or_default()
-            .trim()
-            .to_ascii_lowercase();
         let framing = self.endpoint.dialect.protocol().framing();
         let mut decoder = Decoder::new(self.endpoint.dialect, self.endpoint.place());
-        if kind == "text/html" {
+        let mut pieces = response_texts(response, patience);
+        // A body is what it begins with: proxies and servers name its kind as they like.
+        let begun = beginning(&mut pieces).await;
+        let first = begun
+            .as_ref()
+            .ok()
+            .and_then(|text| text.trim_start().chars().next());
+        if first == Some('<') {
             let what = "a web page; is the address that of a website?".to_owned();
             return self.fail(Error::Malformed {
                 place: self.endpoint.place(),
                 what,
             });
         }
+        let pieces = stream::iter([begun]).chain(pieces);
         // Where a line is an object, one object alone is a line too.
-        if kind == "application/json" && framing == Framing::Events {
-            let items = match whole(response, patience, LONGEST_DOCUMENT).await {
+        if matches!(first, Some('{' | '[')) && framing == Framing::Events {
+            let items = match joined_whole(pieces, LONGEST_DOCUMENT).await {
                 Ok(body) => match decoder.document(&body) {
                     Ok(chunks) => chunks.into_iter().map(Ok).collect(),
                     Err(error) => decoder.failed(error),
@@ -310,8 +348,7 @@ impl StreamingRequest {
             self.queue.extend(items);
             return State::Over;
         }
-        let texts = texts(response.bytes_stream(), patience);
-        let frames = frames(texts, framing);
+        let frames = frames(pieces, framing);
         State::Reading(Box::new(Reading {
             frames,
             decoder,

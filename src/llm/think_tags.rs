@@ -1,7 +1,19 @@
-//! Splits a leading `<think>…</think>` from a text that arrives in arbitrary pieces.
+//! Splits leading thinking such as `<think>…</think>` from a text that arrives in arbitrary pieces.
 
-const OPEN: &str = "<think>";
-const CLOSE: &str = "</think>";
+/// Tags between which models think, as chat templates have them: Qwen and DeepSeek, Claude-like, Gemma, Seed, Mistral,
+/// Kimi, Cohere, and gpt-oss, whose answer begins where its channel does.
+pub const THINKING_TAGS: [(&str, &str); 8] = [
+    ("<think>", "</think>"),
+    ("<thinking>", "</thinking>"),
+    ("<thought>", "</thought>"),
+    ("<seed:think>", "</seed:think>"),
+    ("[THINK]", "[/THINK]"),
+    ("\u{25c1}think\u{25b7}", "\u{25c1}/think\u{25b7}"),
+    ("<|START_THINKING|>", "<|END_THINKING|>"),
+    ("<|channel|>analysis<|message|>", FINAL_CHANNEL),
+];
+
+const FINAL_CHANNEL: &str = "<|channel|>final<|message|>";
 
 /// White space before a tag, in bytes; who sends more is not about to think.
 const MOST_SPACE: usize = 1024;
@@ -27,7 +39,8 @@ pub(super) struct Splitter {
 enum Place {
     #[default]
     Before,
-    Inside,
+    /// Until this tag.
+    Inside(&'static str),
     /// After the closing tag, where white space is only a separator.
     Gap,
     Open,
@@ -43,10 +56,16 @@ impl Splitter {
             match self.place {
                 Place::Before => {
                     let trimmed = text.trim_start();
-                    if let Some(rest) = trimmed.strip_prefix(OPEN) {
-                        self.place = Place::Inside;
+                    let mut tags = THINKING_TAGS.iter();
+                    let opened =
+                        tags.find_map(|(open, close)| Some((trimmed.strip_prefix(open)?, *close)));
+                    let mut tags = THINKING_TAGS.iter();
+                    if let Some((rest, close)) = opened {
+                        self.place = Place::Inside(close);
                         self.held = rest.to_owned();
-                    } else if OPEN.starts_with(trimmed) && text.len() <= MOST_SPACE {
+                    } else if tags.any(|(open, _)| open.starts_with(trimmed))
+                        && text.len() <= MOST_SPACE
+                    {
                         self.held = text;
                         return parts;
                     } else {
@@ -54,9 +73,9 @@ impl Splitter {
                         self.held = text;
                     }
                 }
-                Place::Inside => {
-                    let Some((thought, rest)) = text.split_once(CLOSE) else {
-                        let certain = text.len() - tag_begun(&text);
+                Place::Inside(close) => {
+                    let Some((thought, rest)) = text.split_once(close) else {
+                        let certain = text.len() - tag_begun(&text, close);
                         self.held = text[certain..].to_owned();
                         add(&mut parts, ContentPart::Thought, &text[..certain]);
                         return parts;
@@ -81,10 +100,20 @@ impl Splitter {
         }
     }
 
+    /// Whether thinking has ended, and nothing was said after it.
+    pub fn is_closed(&self) -> bool {
+        match self.place {
+            Place::Gap => true,
+            // What gpt-oss says on its channel of analysis is never the answer.
+            Place::Inside(close) => close == FINAL_CHANNEL,
+            Place::Before | Place::Open => false,
+        }
+    }
+
     /// The text is over: gives what was held back.
     pub fn end(&mut self) -> Vec<ContentPart> {
         let mut parts = Vec::new();
-        let kind = if matches!(self.place, Place::Inside) {
+        let kind = if matches!(self.place, Place::Inside(_)) {
             ContentPart::Thought
         } else {
             ContentPart::Said
@@ -101,10 +130,11 @@ fn add(parts: &mut Vec<ContentPart>, kind: fn(String) -> ContentPart, text: &str
 }
 
 /// Length of the longest end of the text that could be the beginning of the closing tag.
-fn tag_begun(text: &str) -> usize {
-    (1..CLOSE.len())
+fn tag_begun(text: &str, close: &str) -> usize {
+    (1..close.len())
         .rev()
-        .find(|&n| text.ends_with(&CLOSE[..n]))
+        .filter(|n| close.is_char_boundary(*n))
+        .find(|&n| text.ends_with(&close[..n]))
         .unwrap_or(0)
 }
 
@@ -138,6 +168,15 @@ mod tests {
             ("\n <think>\nö</thin</think>yes", "\nö</thin", "yes"),
             ("<think></think>yes", "", "yes"),
             ("<think>never closed </th", "never closed </th", ""),
+            ("<thinking>a</think></thinking>yes", "a</think>", "yes"),
+            ("[THINK]a[/THINK] yes", "a", "yes"),
+            ("◁think▷ä◁/think▷yes", "ä", "yes"),
+            ("◁thin air", "", "◁thin air"),
+            (
+                "<|channel|>analysis<|message|>a<|end|><|start|>assistant<|channel|>final<|message|>yes",
+                "a<|end|><|start|>assistant",
+                "yes",
+            ),
             ("<thin air", "", "<thin air"),
             ("  <thi", "", "  <thi"),
             (

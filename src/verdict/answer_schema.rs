@@ -112,6 +112,21 @@ impl From<SafetyAnswer> for Verdict {
     }
 }
 
+/// The same where obstacles can only have these ids; without any, ids are free.
+#[must_use]
+pub fn schema_with_ids(task: Task, ids: &[i64]) -> serde_json::Value {
+    let mut schema = schema(task);
+    if Task::VERDICTS.contains(&task) && !ids.is_empty() {
+        for list in ["obstacles", "critical_obstacles"] {
+            let id = schema.pointer_mut(&format!("/properties/{list}/items/properties/id"));
+            if let Some(id) = id.and_then(serde_json::Value::as_object_mut) {
+                id.insert("enum".into(), ids.into());
+            }
+        }
+    }
+    schema
+}
+
 /// The JSON schema of a task's answer, with every part in place (no `$ref`).
 #[must_use]
 pub fn schema(task: Task) -> serde_json::Value {

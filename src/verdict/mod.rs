@@ -17,7 +17,7 @@ mod values;
 
 use serde::{Deserialize, Serialize};
 
-pub use answer_schema::{CollisionAnswer, RecordingAnswer, SafetyAnswer, schema};
+pub use answer_schema::{CollisionAnswer, RecordingAnswer, SafetyAnswer, schema, schema_with_ids};
 pub use attacker::AttackerChoice;
 pub use critical::CriticalObstacle;
 pub use lenient::{ReasonedAnswer, object_in, reasons_first};

@@ -94,6 +94,59 @@ pub fn read(task: Task, answer: &str) -> Result<Reading, NoVerdict> {
     if answer.trim().is_empty() {
         return Err(NoVerdict::Empty);
     }
+    let read = read_plain(task, answer);
+    let is_nothing = matches!(
+        read,
+        Err(NoVerdict::NoJson | NoVerdict::NoDecision(_) | NoVerdict::CutOff)
+    );
+    if !is_nothing {
+        return read;
+    }
+    for (text, how) in disguised(answer) {
+        if let Ok(mut found) = read_plain(task, &text) {
+            let mut notes = match found.how {
+                ParseQuality::Strict => Vec::new(),
+                ParseQuality::Repaired(notes) => notes,
+            };
+            notes.insert(0, how.into());
+            found.how = ParseQuality::Repaired(notes);
+            return Ok(found);
+        }
+    }
+    read
+}
+
+/// What an answer may be in another form: JSON in a JSON string, JSON whose quotes are escaped, JSON with the signs of East
+/// Asian keyboards; with what was done.
+fn disguised(answer: &str) -> Vec<(String, &'static str)> {
+    let mut found = Vec::new();
+    if let Ok(Value::String(text)) = serde_json::from_str(answer.trim()) {
+        found.push((text, "the JSON is written in a string"));
+    }
+    if answer.contains("\\\"") {
+        found.push((
+            answer.replace("\\\"", "\""),
+            "the quotes of the JSON are escaped",
+        ));
+    }
+    let narrow = |sign: char| match sign {
+        '：' => ':',
+        '，' => ',',
+        '｛' => '{',
+        '｝' => '}',
+        '［' => '[',
+        '］' => ']',
+        '＂' => '"',
+        other => other,
+    };
+    let narrowed: String = answer.chars().map(narrow).collect();
+    if narrowed != answer {
+        found.push((narrowed, "the JSON has full-width signs"));
+    }
+    found
+}
+
+fn read_plain(task: Task, answer: &str) -> Result<Reading, NoVerdict> {
     let pieces = lenient::read(answer);
     let found = AnswerObjects::new(&pieces);
     let reading = match task {
@@ -107,6 +160,11 @@ pub fn read(task: Task, answer: &str) -> Result<Reading, NoVerdict> {
         None if pieces.is_empty() => Err(NoVerdict::NoJson),
         None => Err(NoVerdict::NoDecision(task.key())),
     }
+}
+
+/// Whether an object says neither why nor of whom, as an example or a summary after the answer.
+fn is_fragment(object: &Object) -> bool {
+    !object.contains_key("obstacles") && !object.contains_key("justification")
 }
 
 /// The objects of an answer, outermost ones and those in outermost lists, with the pieces they are from.
@@ -146,16 +204,28 @@ impl<'a> AnswerObjects<'a> {
 
     fn verdict(&self, task: Task) -> Result<Option<Reading>, NoVerdict> {
         let mut decided = None;
+        let mut overruled = None;
         for (place, (piece, object)) in self.objects.iter().enumerate().rev() {
+            let is_complete = strict_verdict(task, object).is_some();
+            if decided.is_some() && !is_complete {
+                continue;
+            }
             if let Some(decision) = decision::read_decision(task, object)? {
-                decided = Some((place, *piece, *object, decision));
-                break;
+                // A complete answer beats a fragment after it, such as an example.
+                let before = decided.replace((place, *piece, *object, decision));
+                overruled = before.map(|(.., decision)| decision.dangerous);
+                if is_complete || !is_fragment(object) {
+                    break;
+                }
             }
         }
         let Some((place, piece, object, decision)) = decided else {
             return Ok(None);
         };
         let mut notes = self.notes(piece);
+        if overruled.is_some_and(|dangerous| dangerous != decision.dangerous) {
+            notes.add("a fragment after the complete answer differs; the answer is used");
+        }
         let earlier = self.objects[..place].iter().rev();
         let earlier = earlier.filter_map(|(_, o)| decision::read_decision(task, o).ok().flatten());
         if let Some(strict) = strict_verdict(task, object) {
