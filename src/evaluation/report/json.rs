@@ -122,12 +122,15 @@ impl Cell {
         map.extend(way(&self.way));
         map.insert("n".into(), json!(self.n));
         map.extend(counts(&self.confusion));
+        let main = [
+            ("asked", json!(self.asked)),
+            ("right", json!(self.right)),
+            ("right_of_all", json!(self.right_of_all())),
+            ("right_of_all_ci", interval(self.intervals.right)),
+        ];
+        map.extend(main.map(|(key, value)| (key.to_string(), value)));
         let (c, of, samples) = (&self.confusion, &self.consumption, &self.samples);
         let rest = json!({
-            "asked": self.asked,
-            "right": self.right,
-            "right_of_all": self.right_of_all(),
-            "right_of_all_ci": interval(self.intervals.right),
             "unparsed": self.unparsed,
             "failed": self.failed,
             "unasked": self.unasked,
