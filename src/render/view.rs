@@ -135,10 +135,10 @@ impl View {
         }
     }
 
-    /// The same from farther away, so that these points are on the page, with room for a vehicle around them.
+    /// The same from farther away, so that these points are on the page, with room around them for a vehicle and what stands at the edges of maps.
     #[must_use]
     pub fn with(self, points: impl IntoIterator<Item = Point>) -> Self {
-        const ROOM: f64 = 3.0;
+        const ROOM: f64 = 8.0;
         let half = points.into_iter().map(|point| {
             let local = self.frame.to_local(&point);
             let ratio = self.area.width / self.area.height;

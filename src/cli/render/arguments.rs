@@ -64,7 +64,7 @@ pub struct Render {
     /// Rotate the map so that the ego drives upwards.
     #[arg(long)]
     pub rotate: bool,
-    /// Obstacles to highlight and plot [default: the nearest one at its smallest distance].
+    /// Obstacles to highlight and plot [default: that of the moment that matters].
     #[arg(
         long,
         value_name = "ID",

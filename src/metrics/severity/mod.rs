@@ -14,9 +14,10 @@
 //! 5. **none** of these, in this order: a course that ends in contact within 10 s, the sooner first; bodies that would touch
 //!    on straight lines where neither road nor drive goes; one that follows the other; the nearest that moves; who stands.
 //!
-//! A *course* is what both bodies do with the speeds of the moment, headings kept ([`super::time_to_collision`]), where
-//! the road bears it out: they touch also if both keep to the way that they drove ([`course`]) or to their place across
-//! the ego's road. So oncoming traffic that follows its own lane round a bend is on no course, and neither is what is
+//! A *course* is what both bodies do with the speeds of the moment. Where they also touch if both keep to their place
+//! across the ego's road, and where there is no road, it is straight on, headings kept ([`super::time_to_collision`]);
+//! else it is along the way that they drove ([`course`]), where that leads to contact: round a bend to who drives ahead,
+//! and to others where they are on a straight course, too. So oncoming traffic that follows its own lane round a bend is on no course, and neither is what is
 //! parked beside it. The braking that a course needs is Δv / 2t, the deceleration rate to avoid a crash (Almqvist et al.
 //! 1991) of bodies that close with Δv and touch after t. A *crossing* has a post-encroachment time (Allen 1978) and
 //! directions at least 30° apart, or would be a contact if one did not stop within a metre of the other's way. A *cut-in*
@@ -193,40 +194,51 @@ struct PairPaths<'c, 's> {
 impl PairPaths<'_, '_> {
     /// The course that both are on, with its grade and its order in it; nothing where they are on none.
     fn graded(&self, encounter: &Encounter<'_>, step: i64) -> Option<(Grade, f64, Course)> {
-        let seconds = (time_to_collision::MEASURE.compute)(encounter).value();
-        let Some(seconds) = seconds else {
-            // Ways that bend: straight on there would be no contact.
-            let driven = course::meet(self.ego, &self.other, encounter, step)?;
-            // They come after those that are straight, too.
-            return Some((
-                Grade::LaterCourse,
-                time_to_collision::HORIZON + driven.seconds,
-                driven,
-            ));
-        };
         let velocities = [encounter.ego, encounter.other].map(|motion| motion.velocity_vector());
-        let straight = Course {
+        let straight = (time_to_collision::MEASURE.compute)(encounter).value();
+        let straight = straight.map(|seconds| Course {
             seconds,
             closing_speed: (velocities[1] - velocities[0]).norm(),
             crosses: false,
-        };
-        let borne_out = self.without_road()
-            || self.keep_to_their_place(step)
-            || course::meet(self.ego, &self.other, encounter, step).is_some();
+        });
+        if let Some(straight) = straight
+            && (self.without_road() || self.keep_to_their_place(step))
+        {
+            return Some(Self::as_they_go(straight));
+        }
+        // Along their ways bodies meet later than straight on, or earlier.
+        let driven = course::meet(self.ego, &self.other, encounter, step);
+        match (straight, driven) {
+            (Some(_), Some(driven)) => Some(Self::as_they_go(driven)),
+            // Who drives up to another in a bend is on no straight course.
+            (None, Some(driven)) if !driven.crosses => Some(Self::as_they_go(driven)),
+            // They come after those that are straight.
+            (None, Some(driven)) => Some((
+                Grade::LaterCourse,
+                time_to_collision::HORIZON + driven.seconds,
+                driven,
+            )),
+            (Some(straight), None) if encounter.other.velocity.abs() >= STANDING => {
+                Some((Grade::StraightCourse, -straight.braking(), straight))
+            }
+            (_, None) => None,
+        }
+    }
+
+    /// The grade of a course that ends in contact as both go.
+    fn as_they_go(course: Course) -> (Grade, f64, Course) {
         let (soon, hard) = CONFLICT;
-        let grade = match borne_out {
-            true if seconds <= soon && straight.braking() >= hard => Grade::Conflict,
-            true if seconds <= soon => Grade::Course,
-            true if seconds <= AHEAD => Grade::Ahead,
-            true => Grade::LaterCourse,
-            false if encounter.other.velocity.abs() >= STANDING => Grade::StraightCourse,
-            false => return None,
+        let grade = match course.seconds {
+            seconds if seconds <= soon && course.braking() >= hard => Grade::Conflict,
+            seconds if seconds <= soon => Grade::Course,
+            seconds if seconds <= AHEAD => Grade::Ahead,
+            _ => Grade::LaterCourse,
         };
         let order = match grade {
-            Grade::Ahead | Grade::LaterCourse => seconds,
-            _ => -straight.braking(),
+            Grade::Ahead | Grade::LaterCourse => course.seconds,
+            _ => -course.braking(),
         };
-        Some((grade, order, straight))
+        (grade, order, course)
     }
 
     /// Where there are no lanes nothing speaks against a straight course.
