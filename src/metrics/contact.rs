@@ -3,11 +3,13 @@
 //! Between two steps positions go evenly along straight lines and headings evenly the shorter way round: see
 //! [`crate::geometry::Way`]. What is touched only between two steps is touched all the same, unless it overlaps by no
 //! more than the ways between the steps are uncertain: a recording tells nothing of motions faster than half its rate, and
-//! evenly joined steps are off by up to π²/32 of the second difference of the steps around (a sine at that rate).
+//! evenly joined steps are off by up to π²/32 of the second difference of the steps around (a sine at that rate). Who
+//! passes the other from one side to the opposite one passes through it at any speed: there only what is uncertain across
+//! that direction counts, against how far they overlap across it.
 
 use super::Context;
 use super::context::BodyAtStep;
-use crate::geometry::{Placed, Pose, angle_between};
+use crate::geometry::{Placed, Pose, Vector, angle_between};
 use crate::scenario::{Motion, Participant, Scene, driven_way};
 
 /// The ego's body touches another one.
@@ -105,8 +107,8 @@ const UNCERTAIN: f64 = std::f64::consts::PI * std::f64::consts::PI / 32.0;
 const LOOKS: usize = 32;
 
 impl Steps {
-    /// How far the distance of the bodies between the two steps is uncertain, metres.
-    fn uncertainty(&self, there: &There<'_>) -> f64 {
+    /// How far the place of the bodies between the two steps is uncertain, metres: in every direction, or along an axis.
+    fn uncertainty(&self, there: &There<'_>, axis: Option<Vector>) -> f64 {
         let around = [-1, 0].map(|offset| {
             let middle = self.step + offset;
             let (a, b, c) = (there(middle - 1)?, there(middle)?, there(middle + 1)?);
@@ -115,7 +117,8 @@ impl Steps {
                 let position = (c.position - b.position) - (b.position - a.position);
                 let turn =
                     angle_between(b.heading, c.heading) - angle_between(a.heading, b.heading);
-                position.norm() + turn.abs() * there(middle).map_or(0.0, |b| b[which].1.reach())
+                let off = axis.map_or(position.norm(), |axis| position.dot(&axis).abs());
+                off + turn.abs() * there(middle).map_or(0.0, |b| b[which].1.reach())
             }))
         });
         let most = |which: usize| {
@@ -153,7 +156,11 @@ impl Steps {
             };
             let certain = overlaps || {
                 let deepest = (0..=LOOKS).map(overlap).fold(0.0, f64::max);
-                deepest > self.uncertainty(there)
+                let is_at = |share| [ways[0].at(share), ways[1].at(share)];
+                deepest > self.uncertainty(there, None)
+                    || passes_through(is_at(0.0), is_at(share), is_at(1.0)).is_some_and(
+                        |(across, beside)| across > self.uncertainty(there, Some(beside)),
+                    )
             };
             certain.then_some((share, before))
         });
@@ -182,6 +189,35 @@ impl Steps {
             other: pose(1),
         })
     }
+}
+
+/// How far the bodies overlap across the direction in which one passes the other from one side to the opposite one,
+/// metres, and that axis; nothing where it does not pass. However its speed changes on the way, it passes through the other.
+fn passes_through(
+    before: [Placed<'_>; 2],
+    touching: [Placed<'_>; 2],
+    after: [Placed<'_>; 2],
+) -> Option<(f64, Vector)> {
+    let apart = |[ego, other]: &[Placed<'_>; 2]| other.pose.position - ego.pose.position;
+    let along = (apart(&after) - apart(&before)).try_normalize(1e-6)?;
+    let across = Vector::new(-along.y, along.x);
+    // How far the other is behind the ego along an axis, and before it.
+    let between = |bodies: &[Placed<'_>; 2], axis: &Vector| {
+        let [ego, other] = bodies.each_ref().map(|body| extent(body, axis));
+        (ego.0 - other.1, other.0 - ego.1)
+    };
+    let passes = between(&before, &along).0 > 0.0 && between(&after, &along).1 > 0.0;
+    let (one, other) = between(&touching, &across);
+    passes.then_some((-one.max(other), across))
+}
+
+/// From where to where a body reaches along an axis.
+fn extent(body: &Placed<'_>, axis: &Vector) -> (f64, f64) {
+    let points = body.outlines().concat();
+    let places = points.iter().map(|point| point.coords.dot(axis));
+    places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
+        (low.min(place), high.max(place))
+    })
 }
 
 impl Context<'_> {

@@ -1,5 +1,7 @@
 //! Parses a model's answer: JSON anywhere in the text, in the requested schema or another.
 
+mod disguised;
+
 use std::collections::HashSet;
 
 use serde_json::Value;
@@ -12,6 +14,8 @@ use super::values::{self, Object};
 use super::{
     AttackerChoice, NewMotion, ParsedAnswer, Task, Verdict, attacker, critical, decision, motion,
 };
+
+use disguised::disguised;
 
 /// How an answer was parsed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -114,36 +118,6 @@ pub fn read(task: Task, answer: &str) -> Result<Reading, NoVerdict> {
         }
     }
     read
-}
-
-/// What an answer may be in another form: JSON in a JSON string, JSON whose quotes are escaped, JSON with the signs of East
-/// Asian keyboards; with what was done.
-fn disguised(answer: &str) -> Vec<(String, &'static str)> {
-    let mut found = Vec::new();
-    if let Ok(Value::String(text)) = serde_json::from_str(answer.trim()) {
-        found.push((text, "the JSON is written in a string"));
-    }
-    if answer.contains("\\\"") {
-        found.push((
-            answer.replace("\\\"", "\""),
-            "the quotes of the JSON are escaped",
-        ));
-    }
-    let narrow = |sign: char| match sign {
-        '：' => ':',
-        '，' => ',',
-        '｛' => '{',
-        '｝' => '}',
-        '［' => '[',
-        '］' => ']',
-        '＂' => '"',
-        other => other,
-    };
-    let narrowed: String = answer.chars().map(narrow).collect();
-    if narrowed != answer {
-        found.push((narrowed, "the JSON has full-width signs"));
-    }
-    found
 }
 
 fn read_plain(task: Task, answer: &str) -> Result<Reading, NoVerdict> {

@@ -111,7 +111,8 @@ const HOMES: [(&str, &[&str]); 24] = [
     ("petgraph", &["scenario/road/"]),
     ("shell_words", &["simulation/external/"]),
     ("tar", &["workflow/bundle/"]),
-    ("flate2", &["workflow/bundle/"]),
+    // Bundles, and answers that a server packs unasked.
+    ("flate2", &["workflow/bundle/", "llm/body_text.rs"]),
     (
         "parquet",
         &[

@@ -326,6 +326,25 @@ fn bodies_that_meet_between_two_steps_collide() {
     is(&scene, "contact_speed", 30.0);
 }
 
+/// Braking makes uncertain where the body is between two steps, not whether it passes through who stands in its way.
+#[test]
+fn who_brakes_passes_through_nobody_unnoticed() {
+    for (aside, collides) in [(0.0, true), (1.5, true), (2.5, false)] {
+        let scene = scene_every(
+            1.0,
+            vec![
+                // At 0, 26 and 44 m.
+                car_every(1.0, 1, (0.0, 0.0), 0.0, 30.0, -8.0),
+                car_every(1.0, 2, (35.0, aside), 0.0, 0.0, 0.0),
+            ],
+        );
+        let headline = Headline::compute(&scene, Thresholds::shipped());
+        assert_eq!(headline.collides(), collides, "{aside} m aside");
+        let verdict = judge(&scene, Task::Collision, &Window::whole(&scene)).verdict;
+        assert_eq!(verdict.dangerous, collides, "{aside} m aside");
+    }
+}
+
 #[test]
 fn the_time_to_collision_of_overlapping_bodies_is_zero() {
     for v in [0.0, 9.0, 10.0, 11.0] {

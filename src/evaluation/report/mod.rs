@@ -25,6 +25,7 @@ mod split;
 mod stored;
 mod subject;
 mod truth;
+mod unanswered;
 mod varied;
 mod votes;
 
