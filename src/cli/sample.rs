@@ -147,6 +147,10 @@ pub fn run(arguments: &Sample) -> Outcome {
 /// A row of the index.
 fn line(row: &PartRow<'_>) -> Result<SampleLine, IndexError> {
     let text = |place: usize| row.text(place).map(output::visible);
+    let severity = row.integer(4);
+    if !usize::try_from(severity).is_ok_and(|number| number < SEVERITY_NAMES.len()) {
+        return Err(row.foreign(format!("severity {severity} is not 0 to 5")));
+    }
     Ok(SampleLine {
         scenario: text(0)?,
         // A bundled scenario is meant by its name.
@@ -157,7 +161,7 @@ fn line(row: &PartRow<'_>) -> Result<SampleLine, IndexError> {
         window: [row.integer(2), row.integer(3)],
         manoeuvre: text(3)?,
         road: text(4)?,
-        severity: row.integer(4),
+        severity,
         reason: String::new(),
     })
 }

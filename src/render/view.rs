@@ -324,7 +324,7 @@ mod tests {
             area,
         };
         let world = |x, y| view.frame.to_world(&Point::new(x, y));
-        assert_eq!(view.with([world(5.0, 10.0)]), view);
+        assert_eq!(view.with([world(3.0, 10.0)]), view);
         for far in [world(40.0, 0.0), world(0.0, -70.0), world(-30.0, 90.0)] {
             let wide = view.with([far]);
             let (x, y) = wide.at(&far);

@@ -16,7 +16,15 @@ pub(super) fn state<'a>(
     xml.mark(element);
     let mut time = None;
     let mut state = State::at(Steps::exact(0));
+    let mut seen: Vec<&str> = Vec::new();
     while let Some(child) = xml.next()? {
+        if seen.contains(&child.name) {
+            let message = format!("<{}> is given twice; the first is used", child.name);
+            xml.note(Severity::Warning, child, message);
+            xml.skip_unknown(child)?;
+            continue;
+        }
+        seen.push(child.name);
         match child.name {
             "time" => time = Some(steps(xml, child)?),
             "position" => state.position = position(xml, child)?,

@@ -261,7 +261,11 @@ fn errors_inside_the_stream() {
     assert!(
         matches!(decoder().error_event(r#"{"message":"gone"}"#), Error::Provider { message, .. } if message == "gone")
     );
-    for nonsense in ["{\"choices\":[", "hello", "[1,2]", "7"] {
+    // What says nothing is passed over.
+    for nothing in ["null", "\"ping\"", "[1,2]", "7"] {
+        assert_eq!(decoder().event(nothing).unwrap(), [], "{nothing}");
+    }
+    for nonsense in ["{\"choices\":[", "hello"] {
         assert!(
             matches!(decoder().event(nonsense), Err(Error::Malformed { .. })),
             "{nonsense}"

@@ -101,6 +101,10 @@ fn role(obstacle: &Obstacle, say: &mut impl FnMut(Option<usize>, String)) {
                     Some(0),
                     "drives, but has only an initial state; absent afterwards".into(),
                 ),
+                Prediction::None => say(
+                    Some(0),
+                    "has only an initial state; absent afterwards".into(),
+                ),
                 _ => {}
             }
         }

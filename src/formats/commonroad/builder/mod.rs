@@ -68,7 +68,7 @@ impl ScenarioBuilder {
         self.intersections.push(intersection);
     }
 
-    pub fn obstacle(&mut self, at: &impl SourceLocation, parts: ObstacleParts) {
+    pub fn obstacle(&mut self, at: &impl SourceLocation, mut parts: ObstacleParts) {
         if matches!(parts.role, ObstacleRole::Static | ObstacleRole::Dynamic) {
             // A set says where it is, and which region it covers there.
             let in_a_set =
@@ -83,7 +83,16 @@ impl ScenarioBuilder {
         if let Some(message) = parts.uncertainty() {
             at.warn(message);
         }
-        self.take_id(at, parts.id);
+        if !self.ids.insert(parts.id) {
+            // Who shares its id with another is there all the same.
+            let free = (FREE_IDS..).find(|id| self.ids.insert(*id));
+            let new = free.unwrap_or(parts.id);
+            at.warn(format!(
+                "id {} is used twice; this obstacle is {new}",
+                parts.id
+            ));
+            parts.id = new;
+        }
         self.obstacles.push(parts);
     }
 
@@ -135,6 +144,9 @@ impl ScenarioBuilder {
         }
     }
 }
+
+/// Ids of obstacles whose own is another's begin here.
+const FREE_IDS: i64 = 1_000_000_000;
 
 /// A border of a lanelet; `heights` count where every point has one.
 ///

@@ -193,6 +193,15 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     let dt = dt.filter(|dt| refused_time_step(*dt).is_none());
     let origin = header_property("commonroad_first_step").and_then(|s| s.parse().ok());
     let document = header_property(DOCUMENT);
+    let mut names: Vec<&str> = entities.iter().map(|entity| entity.name.as_str()).collect();
+    names.sort_unstable();
+    if let Some(twice) = names.windows(2).find(|two| two[0] == two[1]) {
+        let words = format!(
+            "two entities are called `{}`; actions mean the first",
+            twice[0]
+        );
+        report.at("Entities").warn(words);
+    }
     let ego = ego(&entities, document.is_some());
     let played = Played {
         root: &root,

@@ -42,6 +42,14 @@ impl Played<'_> {
             }
             error
         });
+        let mut strangers: Vec<&String> = { motions.iter().flat_map(|all| all.keys()) }
+            .filter(|name| self.entities.iter().all(|entity| entity.name != **name))
+            .collect();
+        strangers.sort();
+        for name in strangers {
+            let words = format!("acts on `{name}`, which is no entity of the file; not used");
+            report.at("Storyboard").warn(words);
+        }
         // What only a player works out, or what nothing tells: a recording beside it has that.
         let is_open = match &motions {
             Err(_) => true,
