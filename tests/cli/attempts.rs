@@ -25,7 +25,7 @@ fn ended(text: &str, reason: &str, tokens: u32) -> Script {
     let finish =
         json!({"choices": [{"index": 0, "delta": {}, "finish_reason": reason}]}).to_string();
     let usage =
-        json!({"choices": [], "usage": {"prompt_tokens": 1000, "completion_tokens": tokens}});
+        json!({"choices": [], "usage": {"prompt_tokens": 9000, "completion_tokens": tokens}});
     let text = match text {
         "" => Script::chunked_events(),
         text => Script::chunked_events().chunk(delta(text)),
@@ -274,10 +274,10 @@ async fn every_table_agrees_to_the_answer_and_to_the_cent_also_after_an_import()
         (0, 6),
         "{second:?}"
     );
-    // Six more of 1000 and 10 tokens at a millionth and a thousandth of a dollar.
+    // Six more of 9000 and 10 tokens at a millionth and a thousandth of a dollar.
     assert_eq!(
         second["cost_usd"] - first["cost_usd"],
-        6 * (1000 + 10_000),
+        6 * (9000 + 10_000),
         "{second:?}"
     );
     assert_eq!(second["cost_unknown"], 3, "{second:?}");

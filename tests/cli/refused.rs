@@ -136,7 +136,7 @@ async fn the_document_tells_run_usage_and_cost_in_any_case() {
         (&json!(1), &json!("strict"))
     );
     assert_eq!(whole["repaired"], json!([]));
-    assert_eq!(tokens(&whole), (Some(1200), Some(34)));
+    assert_eq!(tokens(&whole), (Some(9200), Some(34)));
     let unknown = json!({"usd": null, "unknown": "no price for tiny-2026"});
     assert_eq!(whole["cost"], unknown);
     let repaired = asked(0);
@@ -153,7 +153,7 @@ async fn the_document_tells_run_usage_and_cost_in_any_case() {
     assert_eq!((&none["run"], &none["how"]), (&json!(3), &Value::Null));
     assert_eq!(
         (tokens(&none), &none["cost"]),
-        ((Some(1200), Some(34)), &unknown)
+        ((Some(9200), Some(34)), &unknown)
     );
     let failed = asked(1);
     assert_eq!((&failed["run"], tokens(&failed)), (&json!(4), (None, None)));

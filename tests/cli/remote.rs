@@ -11,7 +11,7 @@ pub const KEY: &str = "sk-test-9f8e7d6c5b4a3210";
 const FINISH: &str =
     "data: {\"choices\":[{\"index\":0,\"delta\":{},\"finish_reason\":\"stop\"}]}\n\n";
 const USAGE: &str =
-    "data: {\"choices\":[],\"usage\":{\"prompt_tokens\":1200,\"completion_tokens\":34}}\n\n";
+    "data: {\"choices\":[],\"usage\":{\"prompt_tokens\":9200,\"completion_tokens\":34}}\n\n";
 const DONE: &str = "data: [DONE]\n\n";
 
 pub fn delta(text: &str) -> String {
@@ -128,7 +128,7 @@ async fn a_streamed_verdict_is_printed_and_kept() {
     );
     assert_eq!(
         (column("input_tokens"), column("output_tokens")),
-        ("1200", "34")
+        ("9200", "34")
     );
     assert_eq!((column("cost_usd"), column("error")), ("NULL", "NULL"));
     assert_eq!(parsed("verdict")["collision"], true);
@@ -149,7 +149,7 @@ async fn people_see_the_verdict_the_tokens_and_the_other_name() {
         "risk 1",
         "301",
         "It cuts in.",
-        "1200 in, 34 out",
+        "9200 in, 34 out",
         "tiny-2026",
     ] {
         assert!(ended.stdout.contains(word), "{word}: {}", ended.stdout);

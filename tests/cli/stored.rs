@@ -201,7 +201,7 @@ async fn tables_have_the_same_rows() {
         (cell("justification"), cell("dangerous")),
         ("a, \"b\"\nc", "true")
     );
-    assert_eq!((cell("input_tokens"), cell("cost_usd")), ("1200", ""));
+    assert_eq!((cell("input_tokens"), cell("cost_usd")), ("9200", ""));
     run(&home, &["export", "-o", "runs.parquet"]).status(0);
     let file = std::fs::File::open(home.files().join("runs.parquet")).unwrap();
     let reader = SerializedFileReader::new(file).unwrap();

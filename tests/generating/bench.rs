@@ -31,10 +31,10 @@ pub const OTHER: i64 = 304;
 pub const PARKED: i64 = 900;
 
 const USAGE: &str =
-    "data: {\"choices\":[],\"usage\":{\"prompt_tokens\":1000,\"completion_tokens\":100}}\n\n";
+    "data: {\"choices\":[],\"usage\":{\"prompt_tokens\":9000,\"completion_tokens\":100}}\n\n";
 
 /// What an answer costs with the prices of the bench, US dollars.
-pub const COST: f64 = 1000.0 * 2e-6 + 100.0 * 8e-6;
+pub const COST: f64 = 9000.0 * 2e-6 + 100.0 * 8e-6;
 
 /// The ego's drive in the bundled cut-in, made once for all tests.
 pub fn closed_loop() -> &'static ClosedLoop {

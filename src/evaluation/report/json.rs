@@ -128,7 +128,6 @@ impl Cell {
             ("right_of_all", json!(self.right_of_all())),
             ("right_of_all_ci", interval(self.intervals.right)),
         ];
-        map.extend(main.map(|(key, value)| (key.to_string(), value)));
         let (c, of, samples) = (&self.confusion, &self.consumption, &self.samples);
         let rest = json!({
             "unparsed": self.unparsed,
@@ -188,6 +187,7 @@ impl Cell {
         if let Value::Object(rest) = rest {
             map.extend(rest);
         }
+        map.extend(main.map(|(key, value)| (key.to_string(), value)));
         let tokens = calibration(&self.token_calibration);
         map.insert("token_calibration".into(), tokens);
         map.extend(self.claims.fields());

@@ -159,7 +159,7 @@ fn said(collision: bool) -> Script {
     Script::chunked_events()
         .chunk(format!("data: {delta}\n\n"))
         .chunk("data: {\"choices\":[{\"index\":0,\"delta\":{},\"finish_reason\":\"stop\"}]}\n\n")
-        .chunk("data: {\"choices\":[],\"usage\":{\"prompt_tokens\":1000,\"completion_tokens\":100}}\n\n")
+        .chunk("data: {\"choices\":[],\"usage\":{\"prompt_tokens\":9000,\"completion_tokens\":100}}\n\n")
         .chunk("data: [DONE]\n\n")
         .end_of_chunks()
 }
@@ -195,7 +195,7 @@ async fn every_scenario_is_asked_about_once_and_the_store_answers_the_second_tim
     );
     let (usd, unknown) = whole.model.jobs.cost();
     assert!(
-        (usd - 8.0 * (1000.0 + 2.0 * 100.0) / 1e6).abs() < 1e-9 && unknown == 0,
+        (usd - 8.0 * (9000.0 + 2.0 * 100.0) / 1e6).abs() < 1e-9 && unknown == 0,
         "{usd}"
     );
     let columns = &whole.model.answers.columns;

@@ -19,7 +19,7 @@ fn says(answer: &serde_json::Value) -> Script {
     Script::chunked_events()
         .chunk(format!("data: {delta}\n\n"))
         .chunk("data: {\"choices\":[{\"index\":0,\"delta\":{},\"finish_reason\":\"stop\"}]}\n\n")
-        .chunk("data: {\"choices\":[],\"usage\":{\"prompt_tokens\":1000,\"completion_tokens\":100}}\n\n")
+        .chunk("data: {\"choices\":[],\"usage\":{\"prompt_tokens\":9000,\"completion_tokens\":100}}\n\n")
         .chunk("data: [DONE]\n\n")
         .end_of_chunks()
 }
