@@ -25,9 +25,18 @@ pub struct Client {
     built: Arc<Mutex<BTreeMap<(Duration, bool), reqwest::Client>>>,
     gates: Arc<Mutex<Gates>>,
     keys: Arc<Mutex<BTreeMap<KeyCommand, SecretString>>>,
-    /// Providers and models that refused a form of the answer.
-    formless: Arc<Mutex<BTreeSet<(String, String)>>>,
+    /// What models of providers refused.
+    refused: Arc<Mutex<BTreeSet<(String, String, Dispensable)>>>,
     direct: bool,
+}
+
+/// A part of requests that they can do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Dispensable {
+    /// The form of the answer.
+    Form,
+    /// That the usage is told at the end of the stream.
+    StreamOptions,
 }
 
 type Gates = BTreeMap<(String, Limits), Arc<Gate>>;
@@ -83,16 +92,16 @@ impl Client {
         Arc::clone(gate)
     }
 
-    /// Whether this model of the provider has refused a form of the answer.
-    pub(super) fn is_formless(&self, provider: &str, model: &str) -> bool {
-        let formless = self.formless.lock().unwrap_or_else(PoisonError::into_inner);
-        formless.contains(&(provider.to_owned(), model.to_owned()))
+    /// Whether this model of the provider has refused a part of requests.
+    pub(super) fn has_refused(&self, provider: &str, model: &str, part: Dispensable) -> bool {
+        let refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner);
+        refused.contains(&(provider.to_owned(), model.to_owned(), part))
     }
 
-    /// It has refused it, and is asked without one from now on.
-    pub(super) fn forget_form(&self, provider: &str, model: &str) {
-        let mut formless = self.formless.lock().unwrap_or_else(PoisonError::into_inner);
-        formless.insert((provider.to_owned(), model.to_owned()));
+    /// It has refused it, and is asked without it from now on.
+    pub(super) fn refuses(&self, provider: &str, model: &str, part: Dispensable) {
+        let mut refused = self.refused.lock().unwrap_or_else(PoisonError::into_inner);
+        refused.insert((provider.to_owned(), model.to_owned(), part));
     }
 
     /// The key that a command prints; it is run once.

@@ -130,7 +130,8 @@ pub enum Error {
     },
     /// 400, 422 and their like: the server does not accept the request as it is.
     #[error(
-        "{place} did not accept the request ({status}: {message}); change the model's parameters or the prompt"
+        "{place} did not accept the request ({status}: {message}); {}",
+        refusal_hint(message)
     )]
     BadRequest {
         /// Where.
@@ -259,6 +260,31 @@ fn unauthorized_text(
     }
 }
 
+/// What to change about a request that a server refuses: the quirk that its words are about, else what is asked.
+fn refusal_hint(message: &str) -> String {
+    let quirk = [
+        ("max_completion_tokens", "max_completion_tokens = true"),
+        ("stream_options", "stream_options = false"),
+        ("temperature", "temperature = \"fixed\""),
+        ("seed", "seed = false"),
+        ("logprobs", "log_probabilities = \"withheld\""),
+        ("image", "images = false"),
+        ("tool", "tools = false"),
+    ];
+    let words = message.to_lowercase();
+    match quirk.iter().find(|(word, _)| words.contains(word)) {
+        Some((_, quirk)) => {
+            format!(
+                "set quirks = {{ {quirk} }} for the model in config.toml (`nearmiss help providers`)"
+            )
+        }
+        None => "change the model's parameters or the prompt".to_owned(),
+    }
+}
+
+/// A day: who is to wait longer is not told how long.
+const LONG: Duration = Duration::from_secs(24 * 60 * 60);
+
 fn limited_text(
     place: &ProviderAddress,
     status: u16,
@@ -274,6 +300,7 @@ fn limited_text(
     let wait = match retry_after {
         // As some servers say it.
         Some(wait) if wait.is_zero() => "wait a moment".to_owned(),
+        Some(wait) if wait > LONG => "wait more than a day".to_owned(),
         Some(wait) => format!("wait {wait:?}"),
         None => "wait a moment".to_owned(),
     };

@@ -30,6 +30,8 @@ pub struct Quirks {
     pub context: Option<u32>,
     /// Only hosts that know every parameter are to be chosen (OpenRouter).
     pub require_parameters: bool,
+    /// Whether the usage may be asked for with `stream_options`.
+    pub stream_options: bool,
     /// Whether the model takes images; `None` where that is not known.
     pub images: Option<bool>,
     /// Whether the model calls tools; `None` where that is not known.
@@ -52,6 +54,7 @@ impl Default for Quirks {
             max_tokens: None,
             context: None,
             require_parameters: false,
+            stream_options: true,
             images: None,
             tools: None,
             image_tokens: ImageTokens::default(),
@@ -131,6 +134,8 @@ pub struct StatedQuirks {
     pub context: Option<u32>,
     /// See [`Quirks::require_parameters`].
     pub require_parameters: Option<bool>,
+    /// See [`Quirks::stream_options`].
+    pub stream_options: Option<bool>,
     /// See [`Quirks::images`].
     pub images: Option<bool>,
     /// See [`Quirks::tools`].
@@ -155,6 +160,7 @@ impl StatedQuirks {
             max_tokens: self.max_tokens.or(other.max_tokens),
             context: self.context.or(other.context),
             require_parameters: self.require_parameters.or(other.require_parameters),
+            stream_options: self.stream_options.or(other.stream_options),
             images: self.images.or(other.images),
             tools: self.tools.or(other.tools),
             image_tokens: self.image_tokens.or(other.image_tokens),
@@ -181,6 +187,7 @@ impl StatedQuirks {
             require_parameters: self
                 .require_parameters
                 .unwrap_or(default.require_parameters),
+            stream_options: self.stream_options.unwrap_or(default.stream_options),
             images: self.images,
             tools: self.tools,
             image_tokens: self.image_tokens.unwrap_or(default.image_tokens),

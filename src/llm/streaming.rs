@@ -14,7 +14,7 @@ use tokio::task::yield_now;
 use super::body_text::{beginning, joined_whole, response_texts};
 use super::budget::Reservation;
 use super::chunk::{Chunk, Cost, CostSource, Finish, Usage};
-use super::client::Client;
+use super::client::{Client, Dispensable};
 use super::deadlines::Deadlines;
 use super::decoder::Decoder;
 use super::dialect::Framing;
@@ -220,8 +220,8 @@ impl StreamingRequest {
             Ok(response) => return self.begin(response, sending.patience).await,
             Err(error) => error,
         };
-        if self.is_about_form(&error) {
-            return self.again_without_form(&error);
+        if let Some(part) = self.refused_part(&error) {
+            return self.again_without(part, &error);
         }
         let (retry, status) = (error.retry(), error.status());
         // A refused request is not paid for; one that may be in progress may be.
@@ -264,32 +264,41 @@ impl StreamingRequest {
         State::Waiting(wait, sending)
     }
 
-    /// Whether a server on this machine, which is asked for a form of the answer by default, refuses just that.
-    fn is_about_form(&self, error: &Error) -> bool {
-        const WORDS: [&str; 5] = [
+    /// The part that a server refuses and that requests can do without: the form of the answer, which servers on this machine
+    /// are asked for by default, and the usage in the stream.
+    fn refused_part(&self, error: &Error) -> Option<Dispensable> {
+        const FORM: [&str; 5] = [
             "response_format",
             "json_schema",
             "schema",
             "grammar",
             "structured",
         ];
-        let sent = self.request.schema.is_some()
+        if !matches!(error, Error::BadRequest { .. } | Error::Server { .. }) {
+            return None;
+        }
+        let cause = error.cause().to_lowercase();
+        let has_form = self.request.schema.is_some()
             && self.endpoint.response_format != ResponseFormat::Off
             && self.endpoint.is_here();
-        let cause = error.cause().to_lowercase();
-        let is_refused = matches!(error, Error::BadRequest { .. } | Error::Server { .. });
-        sent && is_refused && WORDS.iter().any(|word| cause.contains(word))
+        if has_form && FORM.iter().any(|word| cause.contains(word)) {
+            return Some(Dispensable::Form);
+        }
+        let has_options = self.endpoint.quirks.stream_options;
+        (has_options && cause.contains("stream_options")).then_some(Dispensable::StreamOptions)
     }
 
-    /// Asks once more, and from now on, without a form.
-    fn again_without_form(&mut self, error: &Error) -> State {
+    /// Asks once more, and from now on, without it.
+    fn again_without(&mut self, part: Dispensable, error: &Error) -> State {
         let (provider, model) = (&self.endpoint.name, &self.request.model);
-        self.client.forget_form(provider, model);
-        let cause = self.secrets.redact_cut(&error.cause());
-        self.queue.push_back(Ok(Chunk::Note(format!(
-            "the server takes no form of the answer ({}); asked without one",
-            tidy(&cause, 200)
-        ))));
+        self.client.refuses(provider, model, part);
+        let cause = tidy(&self.secrets.redact_cut(&error.cause()), 200);
+        let what = match part {
+            Dispensable::Form => "form of the answer",
+            Dispensable::StreamOptions => "stream_options, and may not tell the tokens",
+        };
+        let note = format!("the server takes no {what} ({cause}); asked without");
+        self.queue.push_back(Ok(Chunk::Note(note)));
         // A refused request is not paid for, and its place is free.
         self.may_be_paid(false);
         (self.reserved, self.place) = (None, None);

@@ -157,7 +157,7 @@ async fn a_server_of_another_dialect_is_asked_in_it() {
     let lines = [
         json!({"model": "tiny", "message": {"thinking": "far away", "content": ""}, "done": false}),
         json!({"model": "tiny", "message": {"content": verdict()}, "done": false}),
-        json!({"done": true, "done_reason": "stop", "prompt_eval_count": 900, "eval_count": 30}),
+        json!({"done": true, "done_reason": "stop", "prompt_eval_count": 9000, "eval_count": 30}),
     ];
     let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
     let server = Server::start(vec![Script::lines().send(text)]).await;
@@ -180,7 +180,7 @@ async fn a_server_of_another_dialect_is_asked_in_it() {
     assert_eq!(server.requests()[0].path, "/api/chat");
     let run = &home.runs()[0];
     assert_eq!(run["reasoning"].as_deref(), Some("far away"));
-    assert_eq!(run["input_tokens"].as_deref(), Some("900"));
+    assert_eq!(run["input_tokens"].as_deref(), Some("9000"));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -273,13 +273,13 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
     assert!(server.requests().is_empty(), "nothing was sent");
     let ended = ask(&entry, &["--budget", "5", "--max-tokens", "100"]).status(0);
     assert!(
-        ended.stdout.contains("cost          0.154000 USD"),
+        ended.stdout.contains("cost          0.954000 USD"),
         "{}",
         ended.stdout
     );
     let runs = home.runs();
     let costs: Vec<_> = runs.iter().map(|run| run["cost_usd"].as_deref()).collect();
-    assert_eq!(costs, [Some("0.154")], "what was refused is no run");
+    assert_eq!(costs, [Some("0.954")], "what was refused is no run");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

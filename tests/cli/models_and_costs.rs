@@ -104,12 +104,12 @@ async fn an_answer_under_another_name_says_so_and_has_its_price() {
     let again = run(&home, &asked).status(0).stdout;
     for words in [
         "(lab/tiny; the answer of run 1, asked as x/tiny)",
-        "0.154000 USD (computed now",
+        "0.954000 USD (computed now",
     ] {
         assert!(again.contains(words), "{words}: {again}");
     }
     let document = run(&home, &[&asked[..], &["--json"]].concat()).json();
-    assert_eq!(document["cost"]["usd"], 0.154);
+    assert_eq!(document["cost"]["usd"], 0.954);
     assert_eq!(document["stored"]["asked_as"], "x/tiny");
 }
 
@@ -137,8 +137,8 @@ async fn what_breaks_off_has_a_bound_of_its_cost() {
         lines[1].contains("failed") && lines[1].contains("<="),
         "{lines:?}"
     );
-    assert!(lines[2].contains("no collision") && lines[2].contains("0.154000"));
-    listed.says(&["2 runs: 0.154000 US dollars; 1 of unknown cost, at most "]);
+    assert!(lines[2].contains("no collision") && lines[2].contains("0.954000"));
+    listed.says(&["2 runs: 0.954000 US dollars; 1 of unknown cost, at most "]);
     let shown = run(&home, &["runs", "show", "2"]).status(0).stdout;
     assert!(shown.contains("cost          at most "), "{shown}");
     ask(1).says(&["--form compact", "--history", "--techniques base"]);

@@ -180,7 +180,7 @@ async fn what_was_not_asked_and_what_cannot_be_judged_is_said() {
     assert_eq!(names.map(|name| of(cell, name)), [2, 0, 1, 0], "{table}");
     assert_eq!(cell["label"], "all", "{table}");
     let ended = run(&home, &["report", "--batch", "b1", "--json"]).status(0);
-    let report = ended.says(&["1 were not asked"]).json();
+    let report = ended.says(&["1 cannot be asked"]).json();
     let counted = whole(&report, "lab/tiny", "collision");
     assert_eq!(
         names.map(|name| of(counted, name)),

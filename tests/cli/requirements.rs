@@ -68,7 +68,7 @@ fn a_bundle_is_a_baseline_for_the_same_questions() {
     store.execute(turned, []).unwrap();
     drop(store);
     home.run(&batch).status(1).says(&[
-        "not met: no worse than the baseline by more than 0.02 (safety · reference/geometry): accuracy differs by -",
+        "not met: no worse than the baseline by more than 0.02 (safety · reference/geometry): right of all asked differs by -",
         "common scenarios",
     ]);
     let without = [&["report"], &against[..]].concat();

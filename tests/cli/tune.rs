@@ -72,7 +72,7 @@ fn experiment(more: &str) -> String {
 
 /// A whole answer with its usage.
 fn telling(request: &Recorded, text: &str) -> Script {
-    let usage = json!({ "prompt_tokens": request.body.len() / 2, "completion_tokens": 50 });
+    let usage = json!({ "prompt_tokens": request.body.len() / 3, "completion_tokens": 50 });
     let usage = format!("data: {}\n\n", json!({ "choices": [], "usage": usage }));
     Script::chunked_events()
         .chunk(delta(text))
@@ -88,7 +88,7 @@ fn cut_off() -> Script {
     Script::chunked_events()
         .chunk(delta("First, the cars: "))
         .chunk("data: {\"choices\":[{\"index\":0,\"delta\":{},\"finish_reason\":\"length\"}]}\n\n")
-        .chunk("data: {\"choices\":[],\"usage\":{\"prompt_tokens\":9000,\"completion_tokens\":50}}\n\n")
+        .chunk("data: {\"choices\":[],\"usage\":{\"prompt_tokens\":1000,\"completion_tokens\":50}}\n\n")
         .chunk("data: [DONE]\n\n")
         .end_of_chunks()
         .whole()

@@ -203,9 +203,11 @@ fn read(
         .count()
         .min(unasked);
     if never > 0 {
-        notes.push(format!(
+        let why = format!(
             "Of these, {never} cannot be asked, such as windows that begin before the recording; they are counted separately."
-        ));
+        );
+        output::say(&format!("nearmiss: {why}"));
+        notes.push(why);
     }
     if unasked > never {
         let unfinished = format!(

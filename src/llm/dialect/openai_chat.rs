@@ -42,7 +42,9 @@ impl WireProtocol for Protocol {
             }
         }
         out.put("stream", json!(true));
-        out.put("stream_options", json!({"include_usage": true}));
+        if quirks.stream_options {
+            out.put("stream_options", json!({"include_usage": true}));
+        }
         out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
         if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
             // OpenAI's reasoning models refuse the old name; most other servers know no other.
@@ -247,6 +249,9 @@ impl ChatReader {
             }
             calls(delta.get("tool_calls"), answer);
             answer.refuse(string(delta, "refusal").unwrap_or_default());
+        } else if let Some(text) = string(choice, "text") {
+            // As servers of completions have it.
+            answer.say(text);
         }
         let finish = string(choice, "finish_reason");
         if finish.is_some() && answer.calls() > 0 {

@@ -101,7 +101,7 @@ fn role(obstacle: &Obstacle, say: &mut impl FnMut(Option<usize>, String)) {
                     Some(0),
                     "drives, but has only an initial state; absent afterwards".into(),
                 ),
-                Prediction::None => say(
+                Prediction::None if obstacle.initial.is_some() => say(
                     Some(0),
                     "has only an initial state; absent afterwards".into(),
                 ),

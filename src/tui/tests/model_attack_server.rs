@@ -107,9 +107,9 @@ async fn a_server_writes_it_and_nothing_is_paid_for_twice() {
     // store.
     let asked = server.requests().len();
     assert!((9..=19).contains(&asked), "{asked}");
-    assert_eq!(job.tokens, asked as u64 * 1100);
+    assert_eq!(job.tokens, asked as u64 * 9100);
     assert!(
-        (job.cost - asked as f64 * 1200e-6).abs() < 1e-9,
+        (job.cost - asked as f64 * 9200e-6).abs() < 1e-9,
         "{}",
         job.cost
     );
