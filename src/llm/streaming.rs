@@ -179,12 +179,16 @@ impl StreamingRequest {
     }
 
     async fn prepare(&mut self) -> State {
-        if self
-            .client
-            .is_formless(&self.endpoint.name, &self.request.model)
-        {
+        let (name, model) = (&self.endpoint.name, &self.request.model);
+        let refused = |part| self.client.has_refused(name, model, part);
+        let (form, options) = (
+            refused(Dispensable::Form),
+            refused(Dispensable::StreamOptions),
+        );
+        if form {
             self.endpoint.response_format = ResponseFormat::Off;
         }
+        self.endpoint.quirks.stream_options &= !options;
         match Ready::new(&self.client, &mut self.endpoint, &self.request).await {
             Ok(ready) => {
                 self.secrets = self.endpoint.secrets();
