@@ -63,7 +63,7 @@ where
     })
 }
 
-/// The texts of a body.
+/// The texts of a body, which may be asked for more after its end.
 pub(super) type Texts = Pin<Box<dyn Stream<Item = Result<String, BodyError>> + Send>>;
 
 /// The texts of an answer over the network, unpacked where the server packed it with gzip unasked.
@@ -72,7 +72,7 @@ pub(super) fn response_texts(response: reqwest::Response, patience: Deadlines) -
     let is_gzip = encoding.is_some_and(|value| value.as_bytes().eq_ignore_ascii_case(b"gzip"));
     let bytes = response.bytes_stream();
     if !is_gzip {
-        return Box::pin(texts(bytes, patience));
+        return Box::pin(texts(bytes, patience).fuse());
     }
     let mut gzip = flate2::write::GzDecoder::new(Vec::new());
     let unpacked = bytes.map(move |piece| {
@@ -80,7 +80,7 @@ pub(super) fn response_texts(response: reqwest::Response, patience: Deadlines) -
         gzip.flush()?;
         Ok::<Vec<u8>, std::io::Error>(std::mem::take(gzip.get_mut()))
     });
-    Box::pin(texts(unpacked, patience))
+    Box::pin(texts(unpacked, patience).fuse())
 }
 
 /// The texts of a body up to the first that is more than white space, joined; empty where there is none.

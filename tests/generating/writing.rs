@@ -42,7 +42,7 @@ async fn nonsense_makes_nothing_and_costs_no_more_than_was_agreed() {
     assert_eq!(places, [(0, 0), (0, 1), (1, 0), (1, 1)]);
     let spent = authored.spent;
     assert_eq!((spent.requests, spent.answers, spent.stored), (5, 5, 0));
-    assert_eq!((spent.input_tokens, spent.output_tokens), (5000, 500));
+    assert_eq!((spent.input_tokens, spent.output_tokens), (45_000, 500));
     assert!((spent.usd - 5.0 * COST).abs() < 1e-12 && spent.unpriced == 0);
     let refused = |p: &&Progress| matches!(p, Progress::Refused(_));
     assert_eq!(written.progress.iter().filter(refused).count(), 4);

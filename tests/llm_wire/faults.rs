@@ -249,12 +249,22 @@ fn errors_in_the_middle_keep_what_had_come() {
         "{items:?}"
     );
     for dialect in Dialect::ALL {
-        for broken in ["{broken", "[1, 2]", "7", "\"text\""] {
-            let stream = begun(dialect) + &event(dialect, broken);
+        let after = |last: &str| {
+            let stream = begun(dialect) + &event(dialect, last);
             let items = decode(dialect, [stream.as_bytes()]);
             assert!(items.contains(&Ok(Chunk::Text("so far".into()))));
+            items
+        };
+        let items = after("{broken");
+        assert!(
+            matches!(items.last(), Some(Err(Error::Malformed { .. }))),
+            "{items:?}"
+        );
+        // What says nothing is passed over: then the stream ends early.
+        for nothing in ["[1, 2]", "7", "\"text\"", "null"] {
+            let items = after(nothing);
             assert!(
-                matches!(items.last(), Some(Err(Error::Malformed { .. }))),
+                matches!(items.last(), Some(Err(Error::Truncated { .. }))),
                 "{items:?}"
             );
         }
