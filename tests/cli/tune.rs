@@ -384,8 +384,11 @@ async fn tune_finds_nothing_where_no_template_helps() {
         if is_reflection(request) || !chance.load(Ordering::SeqCst) {
             return played(request, false);
         }
-        let sum = request.body.iter().fold(7_u32, |sum, byte| {
-            sum.wrapping_mul(31).wrapping_add(u32::from(*byte))
+        // By what is asked, and not by the form of the answer.
+        let mut asked = request.json();
+        let _ = asked.as_object_mut().unwrap().remove("response_format");
+        let sum = asked.to_string().bytes().fold(7_u32, |sum, byte| {
+            sum.wrapping_mul(31).wrapping_add(u32::from(byte))
         });
         let said = sum.count_ones().is_multiple_of(2);
         Some(telling(
