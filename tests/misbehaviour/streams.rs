@@ -99,7 +99,7 @@ pub fn rows() -> Vec<Row> {
             events("data: {\"choices\""),
             Says("broke off"),
         ),
-        row("sends a page", events("<html>\n\n"), Says("broke off")),
+        row("sends a page", events("<html>\n\n"), Says("a web page")),
         row(
             "nests without end",
             events(&format!("data: {}\n\n", "[".repeat(200_000))),
