@@ -144,6 +144,7 @@ fn spec() -> String {
         drafts: Default::default(),
         comparison: Default::default(),
         subset: Default::default(),
+        drawn_from: Vec::new(),
     };
     spec.to_json()
 }
