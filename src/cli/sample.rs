@@ -74,7 +74,7 @@ pub struct SampleLine {
     /// Kind of road under the ego.
     road: String,
     /// Severity of the most severe step of the window, 0 (contact) to 5 (none).
-    severity: i64,
+    severity: u8,
     /// Why it was drawn.
     reason: String,
 }
@@ -147,10 +147,6 @@ pub fn run(arguments: &Sample) -> Outcome {
 /// A row of the index.
 fn line(row: &PartRow<'_>) -> Result<SampleLine, IndexError> {
     let text = |place: usize| row.text(place).map(output::visible);
-    let severity = row.integer(4);
-    if !usize::try_from(severity).is_ok_and(|number| number < SEVERITY_NAMES.len()) {
-        return Err(row.foreign(format!("severity {severity} is not 0 to 5")));
-    }
     Ok(SampleLine {
         scenario: text(0)?,
         // A bundled scenario is meant by its name.
@@ -161,7 +157,7 @@ fn line(row: &PartRow<'_>) -> Result<SampleLine, IndexError> {
         window: [row.integer(2), row.integer(3)],
         manoeuvre: text(3)?,
         road: text(4)?,
-        severity,
+        severity: row.severity(4)?,
         reason: String::new(),
     })
 }
@@ -188,10 +184,8 @@ fn candidate(line: &SampleLine, by: &[Axis]) -> Candidate {
 }
 
 /// `1 conflict`: in order, and with its name.
-fn severity_word(severity: i64) -> String {
-    let name = usize::try_from(severity).ok();
-    let name = name.and_then(|place| SEVERITY_NAMES.get(place));
-    format!("{severity} {}", name.unwrap_or(&""))
+fn severity_word(severity: u8) -> String {
+    format!("{severity} {}", SEVERITY_NAMES[usize::from(severity)])
 }
 
 fn with_reason(drawn: Drawn<SampleLine>) -> SampleLine {

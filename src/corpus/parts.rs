@@ -152,6 +152,17 @@ impl PartRow<'_> {
         self.numbers[column][self.at]
     }
 
+    /// A severity.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn severity(&self, column: usize) -> Result<u8, IndexError> {
+        let number = self.integer(column);
+        let severity = u8::try_from(number).ok();
+        let severity = severity.filter(|one| usize::from(*one) < SEVERITY_NAMES.len());
+        severity.ok_or_else(|| self.foreign(format!("severity {number} is not 0 to 5")))
+    }
+
     /// The error for a value of this row that no index has.
     #[must_use]
     pub fn foreign(&self, why: String) -> IndexError {

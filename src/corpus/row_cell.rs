@@ -1,7 +1,7 @@
 //! What a row of an index says its window is of: manoeuvre, road, severity and type of obstacle.
 
 use super::parts::{IndexError, PartRow};
-use super::{Manoeuvre, RoadType, SEVERITIES};
+use super::{Manoeuvre, RoadType};
 use crate::scenario::ObstacleType;
 use crate::system::unknown;
 
@@ -47,11 +47,7 @@ impl RowCell {
             let known = ObstacleType::ALL.iter().map(|kind| kind.name());
             row.foreign(unknown("obstacle_type", word, known))
         })?;
-        let number = row.integer(severity);
-        let severity = u8::try_from(number).ok();
-        let severity = severity.filter(|score| usize::from(*score) < SEVERITIES);
-        let severity =
-            severity.ok_or_else(|| row.foreign(format!("severity {number} is not 0 to 5")))?;
+        let severity = row.severity(severity)?;
         Ok(Self {
             manoeuvre,
             road,

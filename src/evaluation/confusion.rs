@@ -32,6 +32,17 @@ impl Confusion {
         self.true_negatives += other.true_negatives;
     }
 
+    /// TP, FP, FN and TN, in the order of tables.
+    #[must_use]
+    pub fn counts(&self) -> [u32; 4] {
+        [
+            self.true_positives,
+            self.false_positives,
+            self.false_negatives,
+            self.true_negatives,
+        ]
+    }
+
     /// Cases that were answered.
     #[must_use]
     pub fn answered(&self) -> u32 {

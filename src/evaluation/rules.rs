@@ -94,13 +94,10 @@ pub fn rules<'a>(
         let dev: Vec<&Asked<'_>> = { asked.iter() }
             .filter(|one| one.part == Some(SplitPart::Dev))
             .collect();
-        let fitted =
-            |of: fn(f64) -> Rule, value: fn(&WindowFacts) -> Option<f64>, usual: f64| match best(
-                &dev, of, value,
-            ) {
-                Some(limit) => (of(limit), true),
-                None => (of(usual), false),
-            };
+        let fitted = |of: fn(f64) -> Rule, value: fn(&WindowFacts) -> Option<f64>, usual: f64| {
+            let limit = best(&dev, value);
+            (of(limit.unwrap_or(usual)), limit.is_some())
+        };
         let rules = [
             (Rule::AlwaysYes, false),
             (Rule::AlwaysNo, false),
@@ -150,24 +147,21 @@ fn asked<'a>(
     each.collect()
 }
 
-/// The threshold with which a rule is right most often, halfway between two values; nothing without two.
-fn best(
-    asked: &[&Asked<'_>],
-    rule: fn(f64) -> Rule,
-    value: fn(&WindowFacts) -> Option<f64>,
-) -> Option<f64> {
-    let mut values: Vec<f64> = asked.iter().filter_map(|one| value(one.facts)).collect();
-    values.sort_by(f64::total_cmp);
-    values.dedup();
-    let right = |limit: f64| {
-        let right = |one: &&&Asked<'_>| rule(limit).says(one.facts) == Some(one.dangerous);
-        asked.iter().filter(right).count()
-    };
-    let mut found: Option<(usize, f64)> = None;
-    for limit in values.windows(2).map(|two| f64::midpoint(two[0], two[1])) {
-        let right = right(limit);
-        if found.is_none_or(|(most, _)| right > most) {
-            found = Some((right, limit));
+/// The threshold below which a yes is right most often, halfway between two values; nothing without two. Who has no value
+/// is never below it.
+fn best(asked: &[&Asked<'_>], value: fn(&WindowFacts) -> Option<f64>) -> Option<f64> {
+    let values = asked.iter();
+    let values = values.filter_map(|one| Some((value(one.facts)?, one.dangerous)));
+    let mut values: Vec<(f64, bool)> = values.collect();
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut gained = 0_i64;
+    let mut found: Option<(i64, f64)> = None;
+    for two in values.windows(2) {
+        let [(low, dangerous), (high, _)] = [two[0], two[1]];
+        // One yes more: right of a dangerous one, wrong of a safe one.
+        gained += if dangerous { 1 } else { -1 };
+        if low < high && found.is_none_or(|(most, _)| gained > most) {
+            found = Some((gained, f64::midpoint(low, high)));
         }
     }
     found.map(|(_, limit)| limit)

@@ -12,9 +12,7 @@ impl Report {
     /// The report for people, under the title of its batch, else this one; its notes say first what was counted.
     #[must_use]
     pub fn document(&self, title: &str) -> Document {
-        let notes = self.unanswered().into_iter();
-        let notes = notes.chain(self.about.notes.iter().cloned());
-        let mut blocks: Vec<Block> = notes.map(Block::Text).collect();
+        let mut blocks: Vec<Block> = self.about.notes.iter().cloned().map(Block::Text).collect();
         blocks.extend(self.blocks());
         Document {
             title: self.about.title.clone().unwrap_or_else(|| title.into()),
@@ -207,15 +205,9 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
     for cell in cells {
         let c = &cell.confusion;
         let mut row = filled.way(cell);
-        let counts = [
-            c.true_positives,
-            c.false_positives,
-            c.false_negatives,
-            c.true_negatives,
-        ];
         row.push(cell.n.to_string());
         row.push(with_interval(cell.right_of_all(), cell.intervals.right));
-        row.extend(counts.map(|n| n.to_string()));
+        row.extend(c.counts().map(|n| n.to_string()));
         row.extend([cell.unparsed, cell.failed].map(|n| n.to_string()));
         if unasked {
             row.push(cell.unasked.to_string());
@@ -285,18 +277,12 @@ fn samples(task: Task, cells: &[&Cell]) -> Option<Table> {
     filled.table.notes.push(methods::samples());
     for cell in cells.iter().filter(|c| c.samples.spread.scenarios > 0) {
         let (samples, c) = (&cell.samples, &cell.samples.majority);
-        let counts = [
-            c.true_positives,
-            c.false_positives,
-            c.false_negatives,
-            c.true_negatives,
-        ];
         let mut row = filled.way(cell);
         row.push(samples.spread.scenarios.to_string());
         row.push(number(samples.spread.unanimity(), 2));
         row.push(number(samples.spread.agreement(), 2));
         row.push(number(samples.all_right.share, 2));
-        row.extend(counts.map(|n| n.to_string()));
+        row.extend(c.counts().map(|n| n.to_string()));
         row.push(samples.ties.to_string());
         row.push((samples.undecided - samples.ties).to_string());
         row.push(number(samples.coverage(), 2));

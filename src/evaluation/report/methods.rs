@@ -31,7 +31,7 @@ pub(super) fn intervals() -> String {
          windows and samples ({RESAMPLES} resamples, seed {SEED}; Efron 1979, Davison and Hinkley 1997), as answers about \
          one scenario are not independent; so are those of named obstacles, leads and transformed scenes. Shares of \
          answers of which each scenario has one have Wilson's interval; so have shares of 0 and 1, where the bootstrap \
-         cannot vary, with the scenarios as observations. An interval of F1 without width says nothing. Below {FEWEST} \
+         cannot vary, with the scenarios as observations. F1 has no interval where no draw differs. Below {FEWEST} \
          scenarios no interval is given."
     )
 }

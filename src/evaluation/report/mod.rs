@@ -120,9 +120,10 @@ impl Report {
         }
     }
 
-    /// The same report, saying what it is of.
+    /// The same report, saying what it is of; its notes begin with who left out much.
     #[must_use]
-    pub fn about(self, about: ReportSubject) -> Self {
+    pub fn about(self, mut about: ReportSubject) -> Self {
+        about.notes.splice(0..0, self.unanswered());
         Self { about, ..self }
     }
 

@@ -30,13 +30,7 @@ pub(super) fn table(task: Task, rules: &[RuleScore]) -> Option<Table> {
         let c = &score.counts;
         let mut row = vec![score.rule.to_string(), c.answered().to_string()];
         row.push(number(c.accuracy(), 2));
-        let each = [
-            c.true_positives,
-            c.false_positives,
-            c.false_negatives,
-            c.true_negatives,
-        ];
-        row.extend(each.map(|n| n.to_string()));
+        row.extend(c.counts().map(|n| n.to_string()));
         row.extend([c.precision(), c.recall(), c.f1()].map(|share| number(share, 2)));
         table.rows.push(row);
     }

@@ -235,6 +235,8 @@ fn nothing_from_outside_is_obeyed() {
         notes: vec!["<b>note</b> \\input{x}".into()],
         ..ReportSubject::default()
     });
+    let first = report.json()["notes"][0].to_string();
+    assert!(first.contains("of 2 of 6 (33 %)"), "{first}");
     let document = report.document("A & B");
     let html = document.html(&AnswerPage::default());
     assert!(

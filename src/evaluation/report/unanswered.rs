@@ -6,9 +6,8 @@ use super::{Cell, Report, names};
 const MANY: f64 = 0.05;
 
 impl Report {
-    /// Who left out much, which stands before everything else.
-    #[must_use]
-    pub fn unanswered(&self) -> Option<String> {
+    /// Who left out much, which notes begin with.
+    pub(super) fn unanswered(&self) -> Option<String> {
         let many = |cell: &&Cell| cell.without_verdict().is_some_and(|share| share >= MANY);
         let who = self.whole().filter(many).map(|cell| {
             let without = cell.asked - cell.confusion.answered();

@@ -5,7 +5,7 @@
 //! most severe grade to the least:
 //!
 //! 0. **contact**: the bodies touch; the harder first, by closing speed (Shelby 2011).
-//! 1. **conflict**: a course that ends in contact within 3 s unless somebody brakes with 3 m/s² or more (both limits:
+//! 1. **conflict**: a course that ends in contact within 3 s unless one brakes with 3 m/s² or more (both limits:
 //!    surrogate safety measures device of SUMO); the harder braking first.
 //! 2. **near miss**: one crosses the other's path or cuts in within 1 s or 1 m; the closer first.
 //! 3. **course**: a course that ends in contact within 3 s; the harder braking first.
@@ -17,9 +17,9 @@
 //! A *course* is what both bodies do with the speeds of the moment. Where they also touch if both keep to their place
 //! across the ego's road, and where there is no road, it is straight on, headings kept ([`super::time_to_collision`]);
 //! else it is along the way that they drove ([`course`]), where that leads to contact: round a bend to who drives ahead,
-//! and to others where they are on a straight course, too. So oncoming traffic that follows its own lane round a bend is on no course, and neither is what is
-//! parked beside it. The braking that a course needs is Δv / 2t, the deceleration rate to avoid a crash (Almqvist et al.
-//! 1991) of bodies that close with Δv and touch after t. A *crossing* has a post-encroachment time (Allen 1978) and
+//! and to others where they are on a straight course, too. So oncoming traffic that follows its own lane round a bend is
+//! on no course, and neither is what is parked beside it. The braking that a course needs is Δv / 2t, the deceleration
+//! rate to avoid a crash (Almqvist et al. 1991) of bodies that close with Δv and touch after t. A *crossing* has a post-encroachment time (Allen 1978) and
 //! directions at least 30° apart, or would be a contact if one did not stop within a metre of the other's way. A *cut-in*
 //! comes to overlap the other across the road; it passes closely by the time that the one behind needs for the gap.
 //! Traffic that stands, is parked or passes in its own lane is not severe for being near.
@@ -59,7 +59,11 @@ pub fn critical_moments(context: &Context<'_>) -> Vec<CriticalMoment> {
     let participants = 0..context.participants().len();
     let worst = participants.filter_map(|participant| {
         let pair = moments.with(participant);
-        pair.worst(context.steps())
+        // Before the first contact nothing is worked out.
+        match context.contacts(participant).first() {
+            Some(contact) => pair.at(contact.step),
+            None => pair.worst(context.steps()),
+        }
     });
     let mut all: Vec<_> = worst.collect();
     all.sort_by(CriticalMoment::compare);

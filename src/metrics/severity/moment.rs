@@ -111,12 +111,6 @@ impl Grade {
             | Self::Standing => 5,
         }
     }
-
-    /// The name of its number, see [`SEVERITY_NAMES`].
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        SEVERITY_NAMES[usize::from(self.number())]
-    }
 }
 
 /// What the numbers of severities are called, from 0.

@@ -5,7 +5,7 @@ use crate::geometry::Placed;
 use crate::metrics::Encounter;
 use crate::metrics::recorded::post_encroachment;
 
-/// Who waits for somebody that crosses would have met him within this time, seconds.
+/// Who waits for another that crosses would have touched it within this time, seconds.
 const YIELDED: f64 = 3.0;
 
 /// Bodies that never come nearer than this do not pass closely, metres: 2 s at 40 m/s.
