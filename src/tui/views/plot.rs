@@ -106,7 +106,7 @@ fn events(model: &Model, opened: &Opened, series: &Series) -> Vec<Event> {
     let extreme = series.most_dangerous(measure.id);
     let extreme = extreme.map(|(step, _)| event(step, '▾', measure.extreme(), theme.text));
     let worst = opened.worst_untouched();
-    let worst = worst.map(|moment| event(moment.step, '▼', "worst", theme.text));
+    let worst = worst.map(|moment| event(moment.step, '▼', "most severe", theme.text));
     contact.into_iter().chain(worst).chain(extreme).collect()
 }
 

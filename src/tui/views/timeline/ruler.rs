@@ -39,7 +39,7 @@ pub fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> V
     let second = second.filter(|then| then.step != model.clock.step());
     marks.extend(second.map(|then| mark(then.step, '◆', "second map", theme.accent)));
     let worst = opened.worst_untouched();
-    marks.extend(worst.map(|moment| mark(moment.step, '▼', "worst", theme.text)));
+    marks.extend(worst.map(|moment| mark(moment.step, '▼', "most severe", theme.text)));
     if let PlayRange::Part(first, last) = model.clock.lap() {
         marks.push(mark(first, '(', "", theme.accent));
         marks.push(mark(last, ')', "", theme.accent));
