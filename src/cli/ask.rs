@@ -282,7 +282,15 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     match &answer.judged {
         JudgeOutcome::Verdict(parsed) => {
             let verdict = &parsed.verdict;
-            text.push_str(&format!("verdict       {} ({})\n", verdict.word(), whose));
+            // How likely a body is where in its region nobody says.
+            let possible = match (verdict.dangerous, verdict.task, verdict.probability) {
+                (true, Task::Collision, None) if answer.model == judge::MODEL => {
+                    ", as a possible contact"
+                }
+                _ => "",
+            };
+            let word = verdict.word();
+            text.push_str(&format!("verdict       {word}{possible} ({whose})\n"));
             if let Some(probability) = verdict.probability {
                 text.push_str(&format!("probability   {probability:.2}\n"));
             }

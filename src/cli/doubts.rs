@@ -1,7 +1,7 @@
 //! Warnings about a scenario and its ego, printed beside results.
 
 use crate::formats::Entry;
-use crate::scenario::{Obstacle, ObstacleRole, Scenario, Scene, Severity};
+use crate::scenario::{Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity};
 
 /// Warnings about a scenario and its ego.
 pub fn doubts(entry: &Entry, scene: &Scene) -> Vec<String> {
@@ -19,6 +19,8 @@ pub fn doubts(entry: &Entry, scene: &Scene) -> Vec<String> {
     doubts
         .chain(without_lanes(entry, scenario))
         .chain(left_out(entry, scenario))
+        .chain(with_gaps(entry, scenario))
+        .chain(double(entry, scene))
         .collect()
 }
 
@@ -36,12 +38,7 @@ fn without_lanes(entry: &Entry, scenario: &Scenario) -> Option<String> {
 fn left_out(entry: &Entry, scenario: &Scenario) -> Option<String> {
     let solid = |role| matches!(role, ObstacleRole::Static | ObstacleRole::Dynamic);
     let lost = |o: &&Obstacle| solid(o.role) && o.any_footprint().is_none();
-    let ids: Vec<String> = scenario
-        .obstacles
-        .iter()
-        .filter(lost)
-        .map(|o| o.id.to_string())
-        .collect();
+    let ids = ids(scenario, lost);
     let count = scenario.obstacles.len();
     (!ids.is_empty()).then(|| {
         format!(
@@ -49,7 +46,57 @@ fn left_out(entry: &Entry, scenario: &Scenario) -> Option<String> {
              see `nearmiss inspect`",
             entry.display(),
             ids.len(),
-            ids[..ids.len().min(12)].join(", ")
+            ids[..ids.len().min(MOST)].join(", ")
         )
     })
+}
+
+/// Names obstacles that are not recorded at each step between their first and their last: they count as absent there.
+fn with_gaps(entry: &Entry, scenario: &Scenario) -> Option<String> {
+    let gap = |o: &&Obstacle| {
+        let steps = o.track().steps();
+        !o.is_set_based() && (o.track().iter().count() as i64) < steps.end - steps.start
+    };
+    let ids = ids(scenario, gap);
+    (!ids.is_empty()).then(|| {
+        format!(
+            "nearmiss: {}: obstacles with gaps in their tracks, absent in these: {}{}; see `nearmiss inspect`",
+            entry.display(),
+            ids[..ids.len().min(MOST)].join(", "),
+            match ids.len().saturating_sub(MOST) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            }
+        )
+    })
+}
+
+/// Names an obstacle that is where the ego is at each step: the recording of the ego as one of the others.
+fn double(entry: &Entry, scene: &Scene) -> Option<String> {
+    let is_double = |other: &Participant<'_>| {
+        let pairs = scene.ego.track.iter();
+        let mut apart = pairs.filter_map(|(step, ego)| {
+            Some((other.at(step)?.pose.position - ego.pose.position).norm())
+        });
+        let first = apart.next().is_some_and(|metres| metres < SAME_PLACE);
+        first && apart.all(|metres| metres < SAME_PLACE)
+    };
+    let double = scene.participants().find(is_double)?;
+    let id = double.obstacle.id;
+    Some(format!(
+        "nearmiss: {}: obstacle {id} is where the ego is at each step, so that they touch all the time; if it is the ego, \
+         `--ego {id}` says so",
+        entry.display()
+    ))
+}
+
+/// Nearer to each other at each step two tracks are of one vehicle, metres.
+const SAME_PLACE: f64 = 0.05;
+
+/// Obstacles named in a warning.
+const MOST: usize = 12;
+
+fn ids(scenario: &Scenario, of: impl Fn(&&Obstacle) -> bool) -> Vec<String> {
+    let obstacles = scenario.obstacles.iter().filter(of);
+    obstacles.map(|o| o.id.to_string()).collect()
 }

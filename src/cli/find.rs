@@ -254,7 +254,8 @@ fn table(document: &FindDocument, found: &FoundWindows) -> String {
             _ => one.ego_id.to_string(),
         };
         let known = [
-            one.file.clone(),
+            // A row is one line, whatever a file is called.
+            one.file.replace('\n', "\u{240a}"),
             ego,
             one.obstacle.to_string(),
             one.obstacle_type.to_string(),

@@ -9,7 +9,7 @@
 
 use super::Context;
 use super::context::BodyAtStep;
-use crate::geometry::{Placed, Pose, Vector, angle_between};
+use crate::geometry::{Placed, Point, Pose, Vector, angle_between};
 use crate::scenario::{Motion, Participant, Scene, driven_way};
 
 /// The ego's body touches another one.
@@ -158,9 +158,11 @@ impl Steps {
                 let deepest = (0..=LOOKS).map(overlap).fold(0.0, f64::max);
                 let is_at = |share| [ways[0].at(share), ways[1].at(share)];
                 deepest > self.uncertainty(there, None)
-                    || passes_through(is_at(0.0), is_at(share), is_at(1.0)).is_some_and(
-                        |(across, beside)| across > self.uncertainty(there, Some(beside)),
-                    )
+                    || [0, 1].into_iter().any(|of| {
+                        passes_through(of, is_at(0.0), is_at(share), is_at(1.0)).is_some_and(
+                            |(across, beside)| across > self.uncertainty(there, Some(beside)),
+                        )
+                    })
             };
             certain.then_some((share, before))
         });
@@ -193,31 +195,39 @@ impl Steps {
 
 /// How far the bodies overlap across the direction in which one passes the other from one side to the opposite one,
 /// metres, and that axis; nothing where it does not pass. However its speed changes on the way, it passes through the other.
+/// The sides are those of the body with the given place: who turns in place may pass somebody, too.
 fn passes_through(
+    of: usize,
     before: [Placed<'_>; 2],
     touching: [Placed<'_>; 2],
     after: [Placed<'_>; 2],
 ) -> Option<(f64, Vector)> {
+    let touched = touching[of].pose;
+    let [before, touching, after] = [before, touching, after].map(|bodies| {
+        let frame = bodies[of].pose;
+        bodies.map(|body| body.footprint.at(local(&frame, &body.pose)))
+    });
     let apart = |[ego, other]: &[Placed<'_>; 2]| other.pose.position - ego.pose.position;
     let along = (apart(&after) - apart(&before)).try_normalize(1e-6)?;
     let across = Vector::new(-along.y, along.x);
     // How far the other is behind the ego along an axis, and before it.
     let between = |bodies: &[Placed<'_>; 2], axis: &Vector| {
-        let [ego, other] = bodies.each_ref().map(|body| extent(body, axis));
+        let extents = bodies.each_ref();
+        let [ego, other] = extents.map(|body| body.extent(&Point::origin(), axis));
         (ego.0 - other.1, other.0 - ego.1)
     };
     let passes = between(&before, &along).0 > 0.0 && between(&after, &along).1 > 0.0;
     let (one, other) = between(&touching, &across);
-    passes.then_some((-one.max(other), across))
+    let axis = touched.forward() * across.x + touched.left() * across.y;
+    passes.then_some((-one.max(other), axis))
 }
 
-/// From where to where a body reaches along an axis.
-fn extent(body: &Placed<'_>, axis: &Vector) -> (f64, f64) {
-    let points = body.outlines().concat();
-    let places = points.iter().map(|point| point.coords.dot(axis));
-    places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), place| {
-        (low.min(place), high.max(place))
-    })
+/// A pose of the world in the frame of another.
+fn local(frame: &Pose, pose: &Pose) -> Pose {
+    Pose {
+        position: frame.to_local(&pose.position),
+        heading: pose.heading - frame.heading,
+    }
 }
 
 impl Context<'_> {

@@ -11,21 +11,39 @@ use crate::scenario::Severity;
 const DEEPEST_GROUP: usize = 8;
 
 /// `<point>` with x and y, and z if it is there.
-pub(super) fn point<'a>(
+pub(super) fn point_with_height<'a>(
     xml: &mut Xml<'a>,
     element: Element<'a>,
 ) -> Result<(Point, Option<f64>), ReadError> {
-    let (mut x, mut y, mut z) = (None, None, None);
+    let mut z = None;
+    let point = coordinates(xml, element, |xml, child| {
+        z = Some(xml.number(child)?);
+        Ok(())
+    })?;
+    Ok((point, z))
+}
+
+/// `<point>` in the plane: bodies have no height, and a z counts as not used.
+pub(super) fn point<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Point, ReadError> {
+    coordinates(xml, element, Xml::skip_unknown)
+}
+
+fn coordinates<'a>(
+    xml: &mut Xml<'a>,
+    element: Element<'a>,
+    mut height: impl FnMut(&mut Xml<'a>, Element<'a>) -> Result<(), ReadError>,
+) -> Result<Point, ReadError> {
+    let (mut x, mut y) = (None, None);
     while let Some(child) = xml.next()? {
         match child.name {
             "x" => x = Some(xml.coordinate(child)?),
             "y" => y = Some(xml.coordinate(child)?),
-            "z" => z = Some(xml.number(child)?),
+            "z" => height(xml, child)?,
             _ => xml.skip_unknown(child)?,
         }
     }
     match (x, y) {
-        (Some(x), Some(y)) => Ok((Point::new(x, y), z)),
+        (Some(x), Some(y)) => Ok(Point::new(x, y)),
         _ => Err(xml.fail_in(element, "a point needs <x> and <y>".into())),
     }
 }
@@ -156,7 +174,7 @@ fn rectangle<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadE
             "length" => length = Some(xml.size(child)?),
             "width" => width = Some(xml.size(child)?),
             "orientation" => orientation = xml.number(child)?,
-            "center" => center = point(xml, child)?.0,
+            "center" => center = point(xml, child)?,
             "originXShift" => shift = xml.coordinate(child)?,
             _ => xml.skip_unknown(child)?,
         }
@@ -178,7 +196,7 @@ fn circle<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadErro
     while let Some(child) = xml.next()? {
         match child.name {
             "radius" => radius = Some(xml.size(child)?),
-            "center" => center = point(xml, child)?.0,
+            "center" => center = point(xml, child)?,
             _ => xml.skip_unknown(child)?,
         }
     }
@@ -190,7 +208,7 @@ fn polygon<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadErr
     let mut vertices = Vec::new();
     while let Some(child) = xml.next()? {
         match child.name {
-            "point" => vertices.push(point(xml, child)?.0),
+            "point" => vertices.push(point(xml, child)?),
             _ => xml.skip_unknown(child)?,
         }
         xml.check_count(element, vertices.len(), "points")?;

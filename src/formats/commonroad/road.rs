@@ -1,7 +1,7 @@
 //! The road: lanelets, signs, lights and intersections.
 
 use super::builder;
-use super::elements::{point, push_reference, truth, word};
+use super::elements::{point, point_with_height, push_reference, truth, word};
 use super::error::ReadError;
 use super::sign_ids;
 use super::xml::{Element, Xml, short};
@@ -71,7 +71,7 @@ fn bound<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Bound, ReadError
     while let Some(child) = xml.next()? {
         match child.name {
             "point" => {
-                let (at, height) = point(xml, child)?;
+                let (at, height) = point_with_height(xml, child)?;
                 points.push(at);
                 heights.extend(height);
             }
@@ -106,7 +106,7 @@ fn stop_line<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<StopLine, Re
     };
     while let Some(child) = xml.next()? {
         match child.name {
-            "point" => points.push(point(xml, child)?.0),
+            "point" => points.push(point(xml, child)?),
             "lineMarking" => {
                 line.marking = word(xml, child, LineMarking::parse, LineMarking::Unknown)?;
             }
@@ -206,7 +206,7 @@ fn place(xml: &mut Xml<'_>) -> Result<Option<Point>, ReadError> {
     let mut found = None;
     while let Some(child) = xml.next()? {
         match child.name {
-            "point" => found = Some(point(xml, child)?.0),
+            "point" => found = Some(point(xml, child)?),
             _ => xml.skip_unknown(child)?,
         }
     }

@@ -104,7 +104,7 @@ pub(super) fn position<'a>(
     let (mut here, mut shapes, mut lanelets) = (None, Vec::new(), Vec::new());
     while let Some(child) = xml.next()? {
         match child.name {
-            "point" => here = Some(point(xml, child)?.0),
+            "point" => here = Some(point(xml, child)?),
             "lanelet" => lanelets.push(reference(xml, child)?),
             _ => {
                 if !push_shape(xml, child, 0, &mut shapes)? {

@@ -62,7 +62,10 @@ fn may(a: &Obstacle, b: &Obstacle) -> bool {
 
 fn inside(a: &Body<'_>, b: &Body<'_>, step: i64) -> bool {
     let apart = (a.middle - b.middle).norm();
+    let placed = a.obstacle.placed_at(step).zip(b.obstacle.placed_at(step));
     apart <= a.reach + b.reach
+        // The hulls of bodies that are not convex may overlap where the bodies do not.
+        && placed.is_some_and(|(a, b)| a.distance(&b) <= 0.0)
         && core(a.obstacle, step)
             .zip(core(b.obstacle, step))
             .is_some_and(|(a, b)| convex_overlap(&a, &b))

@@ -4,7 +4,7 @@ use std::cell::{OnceCell, RefCell};
 use std::collections::{HashMap, HashSet, VecDeque};
 
 use super::Lane;
-use crate::geometry::{Bounds, BoxTree, Point, Pose, angle_between, distance_to_segment};
+use crate::geometry::{Bounds, BoxTree, Point, Pose, Vector, angle_between, distance_to_segment};
 use crate::scenario::{Adjacent, Lanelet, LaneletNetwork};
 
 /// What the lane under one participant is to the lane under another, the closest relation first.
@@ -14,7 +14,7 @@ pub enum LaneRelation {
     Same,
     /// Where the lane leads, whichever way it branches.
     Ahead,
-    /// From where the lane comes.
+    /// From where the lane comes: straight on backwards, where several lead into it.
     Behind,
     /// Next to it on the left, in the same direction.
     Left,
@@ -120,7 +120,7 @@ impl LaneletNetwork {
     #[must_use]
     pub fn lane_relations(&self, lanelets: &[i64]) -> LaneRelations<'_> {
         let ahead = self.followed(lanelets, |l| &l.successors, REACH);
-        let behind = self.followed(lanelets, |l| &l.predecessors, REACH);
+        let behind = self.followed(lanelets, |l| self.comes_from(l), REACH);
         let mut connected = HashMap::new();
         let mut add = |ids: &[i64], relation| {
             for id in ids {
@@ -168,7 +168,7 @@ impl LaneletNetwork {
     fn followed(
         &self,
         starts: &[i64],
-        next: impl Fn(&Lanelet) -> &Vec<i64>,
+        next: impl for<'l> Fn(&'l Lanelet) -> &'l [i64],
         reach: f64,
     ) -> Vec<i64> {
         let mut found: Vec<i64> = starts.to_vec();
@@ -190,6 +190,19 @@ impl LaneletNetwork {
             }
         }
         found
+    }
+
+    /// The lanelet that a lanelet continues: of several that lead into it, the one that turns least. Those that turn into
+    /// it, as from a cross street, join it.
+    fn comes_from<'l>(&self, lanelet: &'l Lanelet) -> &'l [i64] {
+        let all = &lanelet.predecessors;
+        if all.len() < 2 {
+            return all;
+        }
+        let turns = all.iter().map(|id| self.lanelet(*id).map_or(0.0, turn));
+        let turns = turns.enumerate().filter(|(_, turn)| *turn <= SAME_WAY);
+        let least = turns.min_by(|a, b| a.1.total_cmp(&b.1));
+        least.map_or(&[], |(place, _)| std::slice::from_ref(&all[place]))
     }
 
     /// The lanelets on one side of a lanelet, the nearest first, and whether they have its direction.
@@ -315,6 +328,21 @@ fn heading_at(lanelet: &Lanelet, p: &Point) -> Option<f64> {
     let nearest = pieces.min_by(|a, b| far(a).total_cmp(&far(b)))?;
     let along = nearest[1] - nearest[0];
     Some(along.y.atan2(along.x))
+}
+
+/// By how much a lanelet turns from its beginning to its end, radians; 0 without a length.
+fn turn(lanelet: &Lanelet) -> f64 {
+    let way = |pair: Option<&[Point]>| {
+        let along: Vector = pair.map(|pair| pair[1] - pair[0])?;
+        Some(along.y.atan2(along.x))
+    };
+    let mut pieces = lanelet.left.points.windows(2);
+    let last = way(pieces.clone().next_back());
+    let first = way(pieces.next());
+    let turn = first
+        .zip(last)
+        .map(|(first, last)| angle_between(first, last));
+    turn.map_or(0.0, f64::abs)
 }
 
 /// Roughly, metres: how far a lane is followed needs no more.

@@ -78,7 +78,10 @@ pub(super) fn marking(at: &FieldPath<'_>, number: Option<i32>) -> Result<LineMar
 }
 
 fn stop_line(at: &FieldPath<'_>, message: &messages::StopLine) -> Result<StopLine, ReadError> {
-    let (points, _) = at.points(&message.points)?;
+    let (points, heights) = at.points(&message.points)?;
+    if !heights.is_empty() {
+        at.no_place_for("points/z");
+    }
     Ok(StopLine {
         points: builder::stop_line(at, &points),
         marking: marking(at, message.line_marking)?,

@@ -61,7 +61,15 @@ impl FieldPath<'_> {
         Some(value).filter(|v| v.is_finite())
     }
 
+    /// A point in the plane: bodies have no height, and a z counts as not used.
     pub fn point(&self, point: &messages::Point) -> Result<Point, ReadError> {
+        if point.z.is_some() {
+            self.no_place_for("z");
+        }
+        self.in_plane(point)
+    }
+
+    fn in_plane(&self, point: &messages::Point) -> Result<Point, ReadError> {
         Ok(Point::new(
             self.coordinate("x", point.x)?,
             self.coordinate("y", point.y)?,
@@ -95,7 +103,7 @@ impl FieldPath<'_> {
         let mut heights = Vec::new();
         for (i, message) in all.iter().enumerate() {
             let at = self.nth("points", i);
-            points.push(at.point(message)?);
+            points.push(at.in_plane(message)?);
             if let Some(z) = message.z {
                 heights.push(at.field("z").finite(z)?);
             }

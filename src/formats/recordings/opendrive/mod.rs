@@ -123,6 +123,12 @@ impl Network {
         self.moved.apply(pose)
     }
 
+    /// How long a road is, metres.
+    pub fn length(&self, road: &str) -> Option<f64> {
+        let road = self.roads.iter().find(|r| r.id == road)?;
+        Some(road.length)
+    }
+
     /// A place beside a road, with its direction there.
     pub fn beside(&self, road: &str, s: f64, t: f64) -> Option<Pose> {
         let road = self.roads.iter().find(|r| r.id == road)?;

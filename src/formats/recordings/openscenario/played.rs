@@ -34,7 +34,7 @@ impl Played<'_> {
         ids: &mut Ids,
         hashed: &mut Vec<Vec<u8>>,
     ) -> Result<(f64, Named), ReadError> {
-        let motions = motions(self.root, roads.as_ref().ok()).map_err(|mut error| {
+        let motions = motions(self.root, roads.as_ref().ok(), report).map_err(|mut error| {
             if let Err(why) = roads
                 && why != NO_ROADS
             {

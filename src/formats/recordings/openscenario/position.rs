@@ -4,8 +4,10 @@ use std::collections::HashMap;
 
 use super::motion::Motions;
 use crate::formats::commonroad::ReadError;
+use crate::formats::commonroad::builder::SourceLocation;
 use crate::formats::recordings::opendrive::Network;
 use crate::formats::recordings::opendrive::tree::Node;
+use crate::formats::recordings::report::Report;
 use crate::geometry::{Point, Pose};
 
 /// Positions that are read.
@@ -16,6 +18,9 @@ const POSITIONS: [&str; 5] = [
     "LanePosition",
     "RoadPosition",
 ];
+
+/// A place further than this beyond an end of its road is told, metres.
+const BEYOND: f64 = 0.1;
 
 /// The kind of a position that only a player works out: of a kind that is not read, or told from an entity that begins
 /// at such a one.
@@ -43,6 +48,7 @@ pub fn position_of(
     node: &Node,
     known: &dyn Fn(&str) -> Option<Pose>,
     network: Option<&Network>,
+    report: &Report,
 ) -> Result<Pose, ReadError> {
     let Some(of) = node.children().next() else {
         return Err(node.fail("no position in it"));
@@ -65,6 +71,18 @@ pub fn position_of(
         network.ok_or_else(|| {
             of.fail("a position on a road, but the scenario names no road file that is there")
         })
+    };
+    // Players go no further than the end of a road.
+    let along = |id: &str, s: f64| {
+        let length = network.and_then(|network| network.length(id));
+        if let Some(length) = length.filter(|length| !(-BEYOND..=length + BEYOND).contains(&s)) {
+            let at = report.row(of.line, of.name.as_str());
+            at.warn(format!(
+                "s={s} is not on road `{id}`, which is {length:.2} m long; taken as its {}",
+                if s < 0.0 { "beginning" } else { "end" }
+            ));
+        }
+        s
     };
     let missing = |id: &str| of.fail(format!("road `{id}` or its lane is not in the road file"));
     match of.name.as_str() {
@@ -91,14 +109,14 @@ pub fn position_of(
         "LanePosition" => {
             let (id, lane) = (of.needed("roadId")?, of.needed_number("laneId")? as i64);
             let (s, offset) = (of.needed_number("s")?, of.or_zero("offset")?);
-            let pose = road()?.on_lane(id, lane, s, offset);
+            let pose = road()?.on_lane(id, lane, along(id, s), offset);
             let pose = pose.ok_or_else(|| missing(id))?;
             let heading = turn(pose.heading, pose.heading)?;
             Ok(Pose { heading, ..pose })
         }
         "RoadPosition" => {
             let (id, s) = (of.needed("roadId")?, of.needed_number("s")?);
-            let pose = road()?.beside(id, s, of.or_zero("t")?);
+            let pose = road()?.beside(id, along(id, s), of.or_zero("t")?);
             let pose = pose.ok_or_else(|| missing(id))?;
             let heading = turn(pose.heading, pose.heading)?;
             Ok(Pose { heading, ..pose })

@@ -10,6 +10,7 @@ use super::triggers::{Fires, fires, start};
 use crate::formats::commonroad::ReadError;
 use crate::formats::recordings::opendrive::Network;
 use crate::formats::recordings::opendrive::tree::Node;
+use crate::formats::recordings::report::Report;
 use crate::geometry::Pose;
 
 /// The end of a scenario, where it is a moment, seconds.
@@ -26,18 +27,24 @@ pub type AllMotions = HashMap<String, Motions>;
 /// What is known while the storyboard is read.
 struct Reader<'a> {
     network: Option<&'a Network>,
+    report: &'a Report,
     all: AllMotions,
     /// Entities of which something is told later than at the beginning from where others are, and these.
     told_from: Vec<(String, String)>,
 }
 
 /// The motions of all entities.
-pub fn motions(root: &Node, network: Option<&Network>) -> Result<AllMotions, ReadError> {
+pub fn motions(
+    root: &Node,
+    network: Option<&Network>,
+    report: &Report,
+) -> Result<AllMotions, ReadError> {
     let Some(board) = root.child("Storyboard") else {
         return Err(root.fail(without_storyboard(root)));
     };
     let mut reader = Reader {
         network,
+        report,
         all: HashMap::new(),
         told_from: Vec::new(),
     };
@@ -118,7 +125,7 @@ impl Reader<'_> {
             Some((own, pose)) if own == name => Some(pose),
             _ => self.all.get(name)?.pose_at(at),
         };
-        position_of(position, &known, self.network)
+        position_of(position, &known, self.network, self.report)
     }
 
     /// Whether an action of the beginning is a speed, which is taken then.
@@ -321,8 +328,15 @@ impl Reader<'_> {
             // What tells no place before follows from the first vertex.
             let own = own.or(told.first().map(|first| first.pose));
             let pose = self.pose(position, own.map(|pose| (actor, pose)), at)?;
+            let time = time * scale + offset;
+            if let Some(before) = told.last().filter(|before| time < before.time) {
+                return Err(vertex.fail(format!(
+                    "a vertex at {time} s after one at {} s: times of a trajectory do not decrease",
+                    before.time
+                )));
+            }
             told.push(Told {
-                time: time * scale + offset,
+                time,
                 pose,
                 has_heading: has_heading(position),
             });

@@ -35,11 +35,10 @@ struct Vertex {
 }
 
 impl Followed {
-    /// A trajectory through some vertices, from a moment on; `None` of no vertex.
+    /// A trajectory through some vertices in order of time, from a moment on; `None` of no vertex.
     ///
     /// A vertex that tells no heading looks along each of its segments; where the entity stands, it looks as it did before.
-    pub fn through(mut told: Vec<Told>, triggered: f64) -> Option<Self> {
-        told.sort_by(|a, b| a.time.total_cmp(&b.time));
+    pub fn through(told: Vec<Told>, triggered: f64) -> Option<Self> {
         let along = |a: &Told, b: &Told| {
             let way: Vector = b.pose.position - a.pose.position;
             (way.norm() > SAME_PLACE).then(|| way.y.atan2(way.x))

@@ -92,7 +92,9 @@ impl Placement {
         let degrees = match recorded.degrees {
             // Nothing moves: then SUMO's option counts only where the net has a projection.
             Some(degrees) => degrees,
-            None => net.is_some_and(|net| net.is_around_in_degrees(recorded)),
+            None => {
+                net.is_some_and(|net| net.is_around_in_degrees(recorded)) || is_crammed(recorded)
+            }
         };
         if !degrees {
             return (Self::Metres, true);
@@ -129,6 +131,16 @@ impl Placement {
         let plane = TransverseMercator::around(middle.0, middle.1);
         Self::Projected(plane, (0.0, 0.0))
     }
+}
+
+/// Several vehicles within less than this cannot be in metres.
+const CRAMMED: f64 = 0.2;
+
+/// Whether vehicles that are not in one place would be in each other if their places were metres.
+fn is_crammed(recorded: &Recorded) -> bool {
+    let [west, south, east, north] = extent(recorded);
+    let size = (east - west).max(north - south);
+    recorded.vehicles.len() > 1 && 0.0 < size && size < CRAMMED
 }
 
 /// West, south, east and north of all places.
