@@ -16,7 +16,7 @@ use crate::evaluation::{
     AttackTerms, Case, CaseError, Question, default_frame, prepare, template, validate,
 };
 use crate::llm::Message;
-use crate::prompts::{Fallback, Library, Pack, Problem, Techniques};
+use crate::prompts::{Library, Pack, Problem, Techniques};
 use crate::settings::{Config, Folders};
 use crate::verdict::Task;
 
@@ -54,17 +54,11 @@ impl QuestionArguments {
             .frame
             .unwrap_or_else(|| default_frame(&library, self.task));
         let say = |problem: &Problem| output::say(&format!("nearmiss: {problem}"));
-        let (file, chosen) = template(&library, self.task, frame).map_err(|error| {
+        let (_, chosen) = template(&library, self.task, frame).map_err(|error| {
             // The one that is wanted may be among those that cannot be read.
             library.problems.iter().for_each(say);
             Failure::input(error)
         })?;
-        library.problems_of(file, chosen).for_each(say);
-        // The one that was chosen may be another file, which is broken.
-        let usual = |p: &&Problem| {
-            p.instead == Fallback::Usual && p.path.extension().is_some_and(|x| x == "md")
-        };
-        library.problems.iter().filter(usual).for_each(say);
         let settings = self.span.settings(self.techniques, frame, config)?;
         let decided = settings.with(&chosen.front.defaults);
         let thresholds = user_thresholds(folders)?;
@@ -137,7 +131,7 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
             tokens: question.tokens(),
             messages: question.messages(),
         })?;
-        return whole(arguments, &folders, &question);
+        return Ok(());
     }
     let prompt = &question.prompt;
     let text = format!("[system]\n{}\n\n[user]\n{}\n", prompt.system, prompt.user);
@@ -156,24 +150,5 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
         &question.template_hash[..12],
         question.tokens()
     ));
-    whole(arguments, &folders, &question)
-}
-
-/// Fails where the template that the options name is broken: what was printed is the shipped one.
-fn whole(arguments: &PromptArguments, folders: &Folders, question: &Question) -> Outcome {
-    if arguments.asked.frame.is_none() {
-        return Ok(());
-    }
-    let library = validate(Library::load(Some(&folders.prompts())));
-    let is_it = |p: &&Problem| {
-        let name = p.path.file_name().unwrap_or_default();
-        p.instead == Fallback::Shipped && name.to_string_lossy() == question.template
-    };
-    match library.problems.iter().find(is_it) {
-        Some(problem) => Err(Failure::finding(format!(
-            "{}: broken; what was printed is the shipped template",
-            problem.path.display()
-        ))),
-        None => Ok(()),
-    }
+    Ok(())
 }

@@ -1,9 +1,10 @@
-//! The ego-centric description along the ego's lane: s and d of all participants.
+//! The ego-centric description from centre to centre: s and d of all participants along the ego's lane, or places along
+//! and across its heading without a distance.
 
 use super::ego_centric::{OWN, own, turned};
 use super::lanes::Lanes;
 use super::motion_words::describe_along_lane;
-use super::options::{Form, Moment, Options, everyone};
+use super::options::{EgoAxes, Form, Moment, Options, everyone};
 use super::overview;
 use super::parts::{NO_EGO, ego_moves, everyone_there, heading, name_and_place, no_obstacles};
 use super::reach::apart;
@@ -23,6 +24,16 @@ const RELATION: &[Column] = &[
     column("heading [°]", "heading_rel"),
     column("v rel s [m/s]", "v_rel_s"),
     column("v rel d [m/s]", "v_rel_d"),
+];
+
+/// The same without what says whether bodies touch.
+const CENTRES: &[Column] = &[
+    column("direction", "direction"),
+    column("centre long [m]", "centre_long"),
+    column("centre lat [m]", "centre_lat"),
+    column("heading [°]", "heading_rel"),
+    column("v rel long [m/s]", "v_rel_long"),
+    column("v rel lat [m/s]", "v_rel_lat"),
 ];
 
 /// What s and d are measured along at one step.
@@ -98,7 +109,10 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
             let ego = scene.ego.track.at(moment.step);
             let farthest = |ego| moment.near.iter().map(move |(_, there)| apart(ego, there));
             let reach = |ego| farthest(ego).fold(options.radius, f64::max);
-            let axes = ego.map(|ego| Axes::of(&graph, &ego.pose, reach(ego)));
+            let axes = ego.map(|ego| match options.axes {
+                EgoAxes::Lane => Axes::of(&graph, &ego.pose, reach(ego)),
+                _ => Axes::Heading(ego.pose),
+            });
             (moment, ego.zip(axes))
         });
         let axes: Vec<_> = axes.collect();
@@ -131,7 +145,9 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
         };
         ego_moves(w, &lanes, ego, step);
         let own = axes.along(ego);
+        let is_lane = options.axes == EgoAxes::Lane;
         match (axes, &own) {
+            _ if !is_lane => {}
             (Axes::Heading(_), _) => {
                 w.words("  ").words(NO_LANE).words("\n");
             }
@@ -149,11 +165,24 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
             };
             let seen = Seen::new(&encounter, options);
             name_and_place(w, participant, step, &seen, lanes.of(ego, motion));
-            w.words("distance ")
-                .number("distance", seen.distance)
-                .words(" m; ");
+            if is_lane {
+                w.words("distance ")
+                    .number("distance", seen.distance)
+                    .words(" m; ");
+            }
             let mut moves = String::new();
             match own.as_ref().zip(axes.along(motion)) {
+                Some((own, other)) if !is_lane => {
+                    w.words("centre longitudinal ")
+                        .number("centre_long", other.s - own.s)
+                        .words(" m, lateral ")
+                        .number("centre_lat", other.d - own.d)
+                        .words(" m; relative velocity longitudinal ")
+                        .number("v_rel_long", other.velocity.x - own.velocity.x)
+                        .words(" m/s, lateral ")
+                        .number("v_rel_lat", other.velocity.y - own.velocity.y)
+                        .words(" m/s; ");
+                }
                 Some((own, other)) => {
                     // Of the numbers as they are written; both d are.
                     let place = [
@@ -187,8 +216,11 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
 
 fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &Options) {
     let lanes = Lanes::new(scene);
+    let is_lane = options.axes == EgoAxes::Lane;
     for (moment, there) in described {
-        if let Some((_, Axes::Heading(_))) = there {
+        if let Some((_, Axes::Heading(_))) = there
+            && is_lane
+        {
             w.about(Subject::Scene, Some(moment.step))
                 .words("t = ")
                 .time(moment.step, scene.scenario.dt())
@@ -197,24 +229,22 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
                 .words("\n");
         }
     }
-    table::titles(w, &[OWN, RELATION]);
+    let columns = if is_lane { RELATION } else { CENTRES };
+    table::titles(w, &[OWN, columns]);
     for (moment, there) in described {
         let step = moment.step;
         table::begin(w, scene, step, None);
         let Some((ego, axes)) = there else {
             table::cells(w, OWN, &[]);
-            table::cells(w, RELATION, &[]);
+            table::cells(w, columns, &[]);
             w.words("\n");
             continue;
         };
         let mine = axes.along(ego);
         table::cells(w, OWN, &own(&lanes, ego));
         let d = Cell::number(mine.as_ref().map(|mine| mine.d));
-        table::cells(
-            w,
-            RELATION,
-            &[Cell::Nothing, Cell::Nothing, Cell::Nothing, d],
-        );
+        let own_place = [Cell::Nothing, Cell::Nothing, Cell::Nothing, d];
+        table::cells(w, columns, if is_lane { &own_place } else { &[] });
         w.words("\n");
         for (participant, motion) in &moment.near {
             let Some(encounter) = Encounter::at(scene, participant, step) else {
@@ -228,7 +258,7 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
             let of = |value: fn(&Along, &Along) -> f64| {
                 Cell::number(both.map(|(mine, other)| value(mine, other)))
             };
-            let cells = [
+            let mut cells = vec![
                 Cell::Words(seen.direction.name()),
                 Cell::Real(seen.distance),
                 of(|mine, other| other.s - mine.s),
@@ -237,7 +267,10 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
                 of(|mine, other| other.velocity.x - mine.velocity.x),
                 of(|mine, other| other.velocity.y - mine.velocity.y),
             ];
-            table::cells(w, RELATION, &cells);
+            if !is_lane {
+                cells.remove(1);
+            }
+            table::cells(w, columns, &cells);
             w.words("\n");
         }
     }

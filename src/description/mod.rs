@@ -224,7 +224,7 @@ fn in_words(
     let scene = context.scene();
     match frame {
         Frame::Cartesian => cartesian::describe(w, scene, window, options),
-        Frame::Ego if options.axes == EgoAxes::Lane => {
+        Frame::Ego if options.axes != EgoAxes::Heading => {
             ego_lane::describe(w, scene, window, options)
         }
         Frame::Ego => ego_centric::describe(w, scene, window, options),

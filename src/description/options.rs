@@ -96,11 +96,13 @@ pub enum EgoAxes {
     Heading,
     /// The ego's lane: s along its centre line, d to the left of it.
     Lane,
+    /// The ego's heading, from centre to centre: neither distances nor gaps, so that no number says whether bodies touch.
+    Centre,
 }
 
 impl EgoAxes {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Heading, Self::Lane];
+    /// Every one.
+    pub const ALL: [Self; 3] = [Self::Heading, Self::Lane, Self::Centre];
 
     /// The word for it.
     #[must_use]
@@ -108,6 +110,7 @@ impl EgoAxes {
         match self {
             Self::Heading => "heading",
             Self::Lane => "lane",
+            Self::Centre => "centre",
         }
     }
 

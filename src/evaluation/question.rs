@@ -135,6 +135,9 @@ pub enum CaseError {
     /// The scene cannot be described.
     #[error(transparent)]
     Text(#[from] description::DescriptionError),
+    /// The user's file that would be asked with is broken.
+    #[error("{0}")]
+    Broken(Box<prompts::Problem>),
     /// The draft is no template.
     #[error("{}", error.in_file(file))]
     Draft {
@@ -180,7 +183,13 @@ pub fn prepare(
             })?;
             (file, &read)
         }
-        None => template(library, case.task, case.frame)?,
+        None => {
+            let (file, template) = template(library, case.task, case.frame)?;
+            if let Some(problem) = library.stands_for(file, template) {
+                return Err(CaseError::Broken(Box::new(problem.clone())));
+            }
+            (file, template)
+        }
     };
     if let Some(Err(message)) = measures_of(&template.front.defaults) {
         let named = |line: &str| line.trim_start().starts_with("measures");

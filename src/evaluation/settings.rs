@@ -74,6 +74,7 @@ impl Settings {
         let axes = template.axes.map(|axes| match axes {
             AxesOfEgo::Heading => EgoAxes::Heading,
             AxesOfEgo::Lane => EgoAxes::Lane,
+            AxesOfEgo::Centre => EgoAxes::Centre,
         });
         // What a template names wrongly is an error where its messages are made.
         let measures = measures_of(template).and_then(Result::ok);

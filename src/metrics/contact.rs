@@ -107,18 +107,28 @@ const UNCERTAIN: f64 = std::f64::consts::PI * std::f64::consts::PI / 32.0;
 const LOOKS: usize = 32;
 
 impl Steps {
-    /// How far the place of the bodies between the two steps is uncertain, metres: in every direction, or along an axis.
+    /// How far the place of the bodies between the two steps is uncertain where they touch, metres: in every direction, or
+    /// along an axis.
     fn uncertainty(&self, there: &There<'_>, axis: Option<Vector>) -> f64 {
         let around = [-1, 0].map(|offset| {
             let middle = self.step + offset;
             let (a, b, c) = (there(middle - 1)?, there(middle)?, there(middle + 1)?);
+            let reach = b.map(|body| body.1.reach());
+            let lever = b[1].0.pose.position - b[0].0.pose.position;
             Some([0, 1].map(|which| {
-                let [a, b, c] = [a, b, c].map(|bodies| bodies[which].0.pose);
+                let [a, b, c] = [&a, &b, &c].map(|bodies| bodies[which].0.pose);
                 let position = (c.position - b.position) - (b.position - a.position);
                 let turn =
                     angle_between(b.heading, c.heading) - angle_between(a.heading, b.heading);
-                let off = axis.map_or(position.norm(), |axis| position.dot(&axis).abs());
-                off + turn.abs() * there(middle).map_or(0.0, |b| b[which].1.reach())
+                let (off, arm) = match axis {
+                    None => (position.norm(), reach[which]),
+                    // What turns moves across the line between the two.
+                    Some(axis) => {
+                        let arm = lever.perp(&axis).abs() + reach[0].min(reach[1]);
+                        (position.dot(&axis).abs(), arm.min(reach[which]))
+                    }
+                };
+                off + turn.abs() * arm
             }))
         });
         let most = |which: usize| {

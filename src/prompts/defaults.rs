@@ -60,6 +60,8 @@ pub enum AxesOfEgo {
     Heading,
     /// Along and across the ego's lane.
     Lane,
+    /// Along and across the ego's heading, from centre to centre, without distances and gaps.
+    Centre,
 }
 
 /// More decimals than any recording has.

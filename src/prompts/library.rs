@@ -51,13 +51,22 @@ pub enum Fallback {
     Usual,
 }
 
+impl Problem {
+    /// Whether another template would be sent in place of the file.
+    #[must_use]
+    pub fn stops(&self) -> bool {
+        matches!(self.instead, Fallback::Shipped | Fallback::Usual)
+    }
+}
+
 impl std::fmt::Display for Problem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let instead = match self.instead {
-            Fallback::Shipped => "the shipped template is used instead",
+            Fallback::Shipped | Fallback::Usual => {
+                "mend or remove it; nothing is sent in its place"
+            }
             Fallback::LastGood => "its last good version stays in use",
             Fallback::Nothing => "the file is not used",
-            Fallback::Usual => "the default template is used",
         };
         write!(f, "{}: {} ({instead})", self.path.display(), self.message)
     }
@@ -130,6 +139,20 @@ impl Library {
             };
             name == file || !name.ends_with(".md") || is_included()
         })
+    }
+
+    /// A broken file of the user in whose place a template stands, or what that includes: nobody wants to pay for answers
+    /// to another question than the one that was written.
+    #[must_use]
+    pub fn stands_for<'l>(&'l self, file: &'l str, template: &'l Template) -> Option<&'l Problem> {
+        let chosen = |problem: &&Problem| {
+            let is_template = problem.path.extension().is_some_and(|x| x == "md");
+            problem.instead == Fallback::Usual && is_template
+        };
+        let chosen = self.problems.iter().filter(chosen);
+        self.problems_of(file, template)
+            .chain(chosen)
+            .find(|problem| problem.stops())
     }
 
     /// Takes over from an earlier reading what the user's broken files were when they were good.

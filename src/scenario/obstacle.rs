@@ -92,17 +92,37 @@ impl ObstacleParts {
     /// The uncertainty of its motion, in a sentence: states that give a region instead of a point.
     #[must_use]
     pub fn uncertainty(&self) -> Option<String> {
-        let later: &[State] = match &self.prediction {
-            Prediction::Trajectory(states) => states,
-            _ => &[],
-        };
         let region = |s: &&State| matches!(s.position, Some(Position::Region(_)));
-        match self.initial.iter().chain(later).filter(region).count() {
+        match self.states().filter(region).count() {
             0 => None,
             count => Some(format!(
                 "position is a region in {count} states; its centre is used"
             )),
         }
+    }
+
+    /// Where its heading is worked out, in a sentence: states with a place that say no orientation.
+    #[must_use]
+    pub fn without_orientation(&self) -> Option<String> {
+        let is_round = |footprint: &Footprint| matches!(footprint.shape(), Shape::Circle { .. });
+        let bare = |s: &&State| {
+            s.position.is_some() && s.orientation.is_none() && s.point_mass_velocity().is_none()
+        };
+        let count = self.states().filter(bare).count();
+        let turns = self.footprint.as_ref().is_some_and(|body| !is_round(body));
+        (turns && count > 0).then(|| {
+            format!(
+                "no orientation in {count} states; taken from its motion, else along the x axis"
+            )
+        })
+    }
+
+    fn states(&self) -> impl Iterator<Item = &State> {
+        let later: &[State] = match &self.prediction {
+            Prediction::Trajectory(states) => states,
+            _ => &[],
+        };
+        self.initial.iter().chain(later)
     }
 }
 
@@ -110,11 +130,7 @@ impl Obstacle {
     /// An obstacle, with its motion worked out for time steps of `dt` seconds.
     #[must_use]
     pub fn new(parts: ObstacleParts, dt: f64) -> Self {
-        let later: &[State] = match &parts.prediction {
-            Prediction::Trajectory(states) => states,
-            _ => &[],
-        };
-        let states = || parts.initial.iter().chain(later);
+        let states = || parts.states();
         let bent = parts
             .footprint
             .iter()

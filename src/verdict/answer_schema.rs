@@ -38,7 +38,8 @@ pub struct SafetyAnswer {
     pub justification: String,
     /// The obstacles that matter, most dangerous first.
     pub obstacles: Vec<ObstacleRisk>,
-    /// The obstacles expected to touch the ego within the horizon, most critical first; empty if none is.
+    /// The obstacles that touch the ego within the horizon with a probability of 0.5 or more, most critical first; empty
+    /// if none does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "Vec<CriticalObstacle>")]
     pub critical_obstacles: Option<Vec<CriticalObstacle>>,
@@ -46,7 +47,7 @@ pub struct SafetyAnswer {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64", range(min = 0.0, max = 1.0))]
     pub probability: Option<f64>,
-    /// Whether the scene is safety-critical: whether that contact is to be expected.
+    /// Whether the scene is safety-critical: true if `probability` is 0.5 or more, else false.
     pub safety_critical: bool,
 }
 
@@ -66,7 +67,7 @@ pub struct RecordingAnswer {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(with = "f64", range(min = 0.0, max = 1.0))]
     pub probability: Option<f64>,
-    /// Whether the recording is of high risk; if not, it is safe.
+    /// Whether the recording is of high risk: true if `probability` is 0.5 or more; else it is safe.
     pub high_risk: bool,
 }
 

@@ -345,6 +345,48 @@ fn who_brakes_passes_through_nobody_unnoticed() {
     }
 }
 
+/// A truck that turns in place by a quarter between two steps sweeps over who stands beside it, and over nobody further off.
+#[test]
+fn who_turns_passes_through_nobody_unnoticed() {
+    let standing = |id: i64, at: (f64, f64), length: f64, turns: bool| {
+        let state = |step: i64| State {
+            position: Some(Position::Point(Point::new(at.0, at.1))),
+            orientation: Some(Quantity::Exact(match turns && step >= 5 {
+                true => UP,
+                false => 0.0,
+            })),
+            velocity: Some(Quantity::Exact(0.0)),
+            ..State::at(Steps::exact(step))
+        };
+        let parts = ObstacleParts {
+            id,
+            role: ObstacleRole::Dynamic,
+            kind: ObstacleType::Unknown,
+            footprint: Some(Footprint::new(Shape::rectangle(length, length.min(2.5))).unwrap()),
+            initial: Some(state(0)),
+            prediction: Prediction::Trajectory((1..=10).map(state).collect()),
+            signals: Vec::new(),
+        };
+        Obstacle::new(parts, 1.0)
+    };
+    for (at, collides) in [(3.0, true), (4.5, false)] {
+        let scene = scene_every(
+            1.0,
+            vec![
+                standing(1, (0.0, 0.0), 12.0, true),
+                standing(2, (at, at), 0.5, false),
+            ],
+        );
+        let headline = Headline::compute(&scene, Thresholds::shipped());
+        assert_eq!(headline.collides(), collides, "{at} m beside and before");
+        assert!(
+            headline
+                .contact
+                .is_none_or(|contact| contact.step == 5 && !contact.overlaps)
+        );
+    }
+}
+
 #[test]
 fn the_time_to_collision_of_overlapping_bodies_is_zero() {
     for v in [0.0, 9.0, 10.0, 11.0] {

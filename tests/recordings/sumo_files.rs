@@ -76,6 +76,31 @@ fn fronts(path: &Path) -> Vec<Point> {
 }
 
 #[test]
+fn cars_that_stand_in_degrees_are_not_in_each_other() {
+    let rows = [
+        ("0.00", "a", DEGREES[0], 0.0),
+        ("0.00", "b", DEGREES[1], 0.0),
+        ("1.00", "a", DEGREES[0], 0.0),
+        ("1.00", "b", DEGREES[1], 0.0),
+    ];
+    let (_folder, path) = written(&[("fcd.xml", fcd("", &rows))]);
+    let scenario = open(&path);
+    let at = |place: usize| {
+        scenario.obstacles[place]
+            .motion_at(0)
+            .unwrap()
+            .pose
+            .position
+    };
+    assert!(((at(0) - at(1)).norm() - 35.7).abs() < 0.5);
+    let told = scenario.diagnostics.iter();
+    assert!(
+        told.clone()
+            .any(|told| told.message.contains("positions are in degrees"))
+    );
+}
+
+#[test]
 fn degrees_come_onto_the_net_by_its_projection() {
     for (header, location, metres) in [
         ("", UTM, METRES),

@@ -59,6 +59,11 @@ fn lanes_are_told_by_what_they_are_to_one() {
     ] {
         assert_eq!(relations.of(id), expected, "{id}");
     }
+    // Who turns into a lane from elsewhere is not behind on it.
+    let joined = network.lane_relations(&[5]);
+    assert_eq!(joined.of(2), LaneRelation::Behind);
+    assert_eq!(joined.of(1), LaneRelation::Behind);
+    assert_eq!(joined.of(41), LaneRelation::Merging);
     // Seen from the other direction, sides are the other way round.
     let oncoming = network.lane_relations(&[12]);
     assert_eq!(oncoming.of(13), LaneRelation::Right);

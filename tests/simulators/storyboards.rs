@@ -93,6 +93,28 @@ fn positions_may_be_told_from_entities_that_are_placed_later() {
 }
 
 #[test]
+fn places_beyond_a_road_and_times_that_fall_are_told() {
+    let lane = r#"<LanePosition roadId="1" laneId="-1" s="170" offset="0"/>"#;
+    let init = at_x("Ego", 0.0) + &place("B", lane);
+    let read = on_road(&road("", "", ""), &init, "");
+    assert_eq!(seen(&read.obstacles[0], &[0]), [Some(100.0)]);
+    let words = "s=170 is not on road `1`, which is 100.00 m long; taken as its end";
+    assert!(says(&read, words), "{:?}", said(&read));
+    let init = at_x("Ego", 0.0) + &at_x("B", 20.0);
+    let falls = follow(&[(0.0, 20.0), (4.0, 60.0), (3.0, 70.0)]);
+    let error = try_on_road(
+        &road("", "", ""),
+        &init,
+        &story(&[act("B", 0.0, 0.0, &falls)]),
+    );
+    let error = error.unwrap_err();
+    assert!(
+        error.contains("a vertex at 3 s after one at 4 s"),
+        "{error}"
+    );
+}
+
+#[test]
 fn what_only_a_player_works_out_is_named_with_its_advice() {
     let init = at_x("Ego", 0.0) + &at_x("B", 20.0);
     let plain = follow(&[(0.0, 20.0), (4.0, 60.0)]);

@@ -5,10 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::options::Options;
-use crate::cli::open::{configuration, user_thresholds};
+use crate::cli::open::{configuration, templates, user_thresholds};
 use crate::cli::{Failure, output};
+use crate::evaluation::Judges;
 use crate::evaluation::batch::Spec;
-use crate::evaluation::{Judges, validate};
 use crate::llm::{Budget, Environment};
 use crate::metrics::Thresholds;
 use crate::prompts::Library;
@@ -30,10 +30,7 @@ impl BatchContext {
     /// Opens everything, and reports errors of templates.
     pub fn new() -> Result<Self, Failure> {
         let (folders, config) = configuration()?;
-        let library = validate(Library::load(Some(&folders.prompts())));
-        for problem in &library.problems {
-            output::say(&format!("nearmiss: {problem}"));
-        }
+        let library = templates(&folders)?;
         let thresholds = Arc::new(user_thresholds(&folders)?);
         let store = Store::open(&folders.store()).map_err(Failure::input)?;
         Ok(Self {

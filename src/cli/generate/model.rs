@@ -7,14 +7,13 @@ use serde_json::{Value, json};
 use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
-use crate::cli::open::{judge_of, user_thresholds};
-use crate::cli::{Failure, output};
+use crate::cli::Failure;
+use crate::cli::open::{judge_of, templates, user_thresholds};
+use crate::evaluation::Settings;
 use crate::evaluation::batch::Spec;
 use crate::evaluation::generating::Author;
-use crate::evaluation::{Settings, validate};
 use crate::judge;
 use crate::llm::{Effort, Environment, Parameters, Registry};
-use crate::prompts::Library;
 use crate::settings::{Config, Folders};
 use crate::store::Store;
 use crate::workflow::{Models, Server};
@@ -62,10 +61,7 @@ impl Writer {
             arguments.budget.or(config.budget),
         );
         let judge = judge_of(&models, model)?;
-        let library = validate(Library::load(Some(&folders.prompts())));
-        for problem in &library.problems {
-            output::say(&format!("nearmiss: {problem}"));
-        }
+        let library = templates(folders)?;
         let store = Store::open(&folders.store()).map_err(Failure::input)?;
         let author = Author {
             name: String::new(),

@@ -9,10 +9,10 @@ use tokio::runtime::{Builder, Runtime};
 
 use crate::cli::ask::budget;
 use crate::cli::interrupt::INTERRUPTED;
-use crate::cli::open::{judge_of, user_thresholds};
+use crate::cli::open::{judge_of, templates, user_thresholds};
 use crate::cli::parallel::in_order;
 use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::{Judge, validate};
+use crate::evaluation::Judge;
 use crate::formats::Entry;
 use crate::llm::{Effort, Environment, Parameters, Registry};
 use crate::metrics::Thresholds;
@@ -143,10 +143,7 @@ impl MonitorOptions {
                 "--monitor {model}: recorded answers are about recorded drives; name reference/geometry or a model that can be asked"
             )));
         }
-        let library = validate(Library::load(Some(&folders.prompts())));
-        for problem in &library.problems {
-            output::say(&format!("nearmiss: {problem}"));
-        }
+        let library = templates(folders)?;
         let store = match judge {
             Judge::Model(_) => Some(Arc::new(
                 Store::open(&folders.store()).map_err(Failure::input)?,

@@ -83,6 +83,9 @@ impl ScenarioBuilder {
         if let Some(message) = parts.uncertainty() {
             at.warn(message);
         }
+        if let Some(message) = parts.without_orientation() {
+            at.note(Severity::Note, message);
+        }
         if !self.ids.insert(parts.id) {
             // Who shares its id with another is there all the same.
             let free = (FREE_IDS..).find(|id| self.ids.insert(*id));
