@@ -65,6 +65,7 @@ fn answered(n: i64) -> Run {
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     });
     let words = "The gap shrinks step by step. ".repeat(20);
     let json = serde_json::json!({

@@ -54,6 +54,7 @@ fn answered(n: i64) -> Run {
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     });
     Run {
         id: RunId(0),

@@ -44,6 +44,7 @@ fn verdicts() -> impl Strategy<Value = Verdict> {
                 critical,
                 probability,
                 token_probability: None,
+                unknown: Vec::new(),
             }
         },
     )
@@ -59,6 +60,7 @@ fn written(verdict: &Verdict) -> String {
         critical: critical_obstacles,
         probability,
         token_probability: _,
+        unknown: _,
     } = verdict.clone();
     let written = match task {
         Task::Collision => serde_json::to_string_pretty(&CollisionAnswer {

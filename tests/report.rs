@@ -187,6 +187,7 @@ fn run(n: i64, model: &str, dangerous: Option<bool>, state: RunState) -> Run {
             critical: None,
             probability: None,
             token_probability: None,
+            unknown: Vec::new(),
         })
     });
     let question = NewRun {

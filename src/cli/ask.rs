@@ -182,12 +182,6 @@ pub fn run(arguments: &Ask) -> Outcome {
     } else {
         output::text(&summary(&answer, &question.case, &judge))?;
     }
-    let unknown = answer.unknown_obstacles(&question.case.scene.scenario);
-    if !unknown.is_empty() {
-        output::say(&format!(
-            "nearmiss: the verdict names unknown obstacles: {unknown:?}"
-        ));
-    }
     if let Some(message) = not_stored {
         return Err(Failure { message, status: 2 });
     }
@@ -320,6 +314,9 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
         JudgeOutcome::Other(reading) => text.push_str(&words::said(&reading.said, &whose)),
         JudgeOutcome::Missing(_) if answer.text.trim().is_empty() => {}
         JudgeOutcome::Missing(_) => text.push_str(&format!("{}\n", answer.text.trim_end())),
+    }
+    for flag in answer.flags(&case.scene.scenario) {
+        text.push_str(&format!("doubtful      {flag}\n"));
     }
     if !answer.repairs().is_empty() {
         text.push_str(&format!("repaired      {}\n", answer.repairs().join("; ")));

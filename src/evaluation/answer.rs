@@ -225,6 +225,31 @@ impl Answer {
         named
     }
 
+    /// What makes it doubtful, in words: contradictions, and obstacles that it names twice or that the scene does not have.
+    #[must_use]
+    pub fn flags(&self, scenario: &Scenario) -> Vec<String> {
+        let unknown = self.unknown_obstacles(scenario);
+        match self.verdict() {
+            Some(_) if self.model == judge::MODEL => Vec::new(),
+            Some(verdict) => {
+                let known = Verdict {
+                    unknown,
+                    ..verdict.clone()
+                };
+                known.flags()
+            }
+            None => unknown.into_iter().map(Verdict::names_unknown).collect(),
+        }
+    }
+
+    /// Keeps with its verdict which obstacles the scene does not have.
+    pub(super) fn note_unknown(&mut self, scenario: &Scenario) {
+        let unknown = self.unknown_obstacles(scenario);
+        if let JudgeOutcome::Verdict(parsed) = &mut self.judged {
+            parsed.verdict.unknown = unknown;
+        }
+    }
+
     /// Its claims about the obstacles of the scene that it is about.
     #[must_use]
     pub fn claims(&self, scene: &Scene) -> ClaimCounts {

@@ -86,6 +86,7 @@ mod tests {
             critical: Some(vec![critical(0.3), critical(0.6)]),
             probability: Some(0.7),
             token_probability: None,
+            unknown: Vec::new(),
         };
         assert_eq!(probability(&verdict), (0.7, Stated));
         verdict.probability = None;

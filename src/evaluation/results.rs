@@ -288,6 +288,7 @@ mod tests {
             critical: None,
             probability: None,
             token_probability: None,
+            unknown: Vec::new(),
         };
         let label = |collides| match collides {
             true => Label::Collision(None),
@@ -307,6 +308,7 @@ mod tests {
             critical: None,
             probability: None,
             token_probability: None,
+            unknown: Vec::new(),
         })
     }
 

@@ -118,9 +118,11 @@ pub async fn run(
         Judge::Recorded(_) => return Err(AskError::NotRecorded(not_recorded(question))),
     };
     asking.answer.consumed.duration_ms = Some(asking.elapsed());
+    let scene = &question.case.scene;
+    asking.answer.note_unknown(&scene.scenario);
     let mut ending = asking.answer.ending();
     if asking.answer.arrived() {
-        ending.claims = asking.answer.claims(&question.case.scene);
+        ending.claims = asking.answer.claims(scene);
     }
     let texts = (
         asking.answer.reasoning.as_str(),

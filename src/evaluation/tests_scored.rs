@@ -20,6 +20,7 @@ pub(crate) fn answer(scenario: &str, model: &str, dangerous: bool, risks: &[(i64
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     };
     Scored {
         status: AnswerStatus::Verdict(verdict),
@@ -64,6 +65,7 @@ pub(crate) fn collisions_found(model: &str, found: u32, all: u32) -> Vec<Scored>
             critical: None,
             probability: None,
             token_probability: None,
+            unknown: Vec::new(),
         };
         Scored::built_in(
             &format!("S{i}"),

@@ -73,10 +73,14 @@ fn decision(text: &str) -> Option<bool> {
 /// A verdict that was read anew from its text, with the token probability that the stored one has.
 #[must_use]
 pub fn with_token_probability(mut verdict: Verdict, stored: Option<&str>) -> Verdict {
-    let stored = stored.filter(|json| json.contains("token_probability"));
+    let beside = ["token_probability", "unknown_obstacles"];
+    let stored = stored.filter(|json| beside.iter().any(|key| json.contains(key)));
     let stored = stored.and_then(|json| serde_json::from_str::<Verdict>(json).ok());
     let same = stored.filter(|kept| kept.dangerous == verdict.dangerous);
-    verdict.token_probability = same.and_then(|kept| kept.token_probability);
+    if let Some(kept) = same {
+        verdict.token_probability = kept.token_probability;
+        verdict.unknown = kept.unknown;
+    }
     verdict
 }
 
@@ -144,6 +148,7 @@ mod tests {
         let stored: Verdict = serde_json::from_str(text).unwrap();
         let read = Verdict {
             token_probability: None,
+            unknown: Vec::new(),
             ..stored.clone()
         };
         assert_eq!(with_token_probability(read.clone(), Some(text)), stored);

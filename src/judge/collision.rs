@@ -94,6 +94,7 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
                 None => Some(0.0),
             },
             token_probability: None,
+            unknown: Vec::new(),
         },
         reasoning,
         prospects: Vec::new(),

@@ -75,6 +75,7 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
             critical: Some(critical),
             probability: Some(if dangerous { 1.0 } else { 0.0 }),
             token_probability: None,
+            unknown: Vec::new(),
         },
         reasoning,
         prospects: Vec::new(),

@@ -72,6 +72,7 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
             critical: Some(found.iter().filter_map(Finding::critical).collect()),
             probability: Some(probability),
             token_probability: None,
+            unknown: Vec::new(),
         },
         reasoning,
         prospects: found.into_iter().map(|f| f.prospect).collect(),
@@ -102,6 +103,7 @@ pub fn verdict_by(
         justification: String::new(),
         probability: Some(probability),
         token_probability: None,
+        unknown: Vec::new(),
     }
 }
 

@@ -3,8 +3,9 @@
 use std::io::Write;
 use std::pin::Pin;
 
+use encoding_rs::{Encoding, UTF_8};
 use futures_util::stream::{self, Stream, StreamExt};
-use reqwest::header::CONTENT_ENCODING;
+use reqwest::header::{CONTENT_ENCODING, CONTENT_TYPE};
 
 use super::client::deepest;
 use super::deadlines::{Deadlines, Elapsed};
@@ -66,21 +67,50 @@ where
 /// The texts of a body, which may be asked for more after its end.
 pub(super) type Texts = Pin<Box<dyn Stream<Item = Result<String, BodyError>> + Send>>;
 
-/// The texts of an answer over the network, unpacked where the server packed it with gzip unasked.
+/// The texts of an answer over the network: unpacked where the server packed it with gzip unasked, and in the encoding
+/// that its Content-Type names.
 pub(super) fn response_texts(response: reqwest::Response, patience: Deadlines) -> Texts {
-    let encoding = response.headers().get(CONTENT_ENCODING);
-    let is_gzip = encoding.is_some_and(|value| value.as_bytes().eq_ignore_ascii_case(b"gzip"));
+    let header = |name| {
+        response
+            .headers()
+            .get(name)
+            .and_then(|value| value.to_str().ok())
+    };
+    let is_gzip = header(CONTENT_ENCODING).is_some_and(|value| value.eq_ignore_ascii_case("gzip"));
+    let charset = header(CONTENT_TYPE).and_then(charset);
     let bytes = response.bytes_stream();
-    if !is_gzip {
+    let mut gzip = is_gzip.then(|| flate2::write::GzDecoder::new(Vec::new()));
+    let mut decoder = charset.map(Encoding::new_decoder_without_bom_handling);
+    if gzip.is_none() && decoder.is_none() {
         return Box::pin(texts(bytes, patience).fuse());
     }
-    let mut gzip = flate2::write::GzDecoder::new(Vec::new());
     let unpacked = bytes.map(move |piece| {
-        gzip.write_all(&piece.map_err(std::io::Error::other)?)?;
-        gzip.flush()?;
-        Ok::<Vec<u8>, std::io::Error>(std::mem::take(gzip.get_mut()))
+        let mut piece = piece.map_err(std::io::Error::other)?.to_vec();
+        if let Some(gzip) = &mut gzip {
+            gzip.write_all(&piece)?;
+            gzip.flush()?;
+            piece = std::mem::take(gzip.get_mut());
+        }
+        if let Some(decoder) = &mut decoder {
+            let most = decoder.max_utf8_buffer_length(piece.len()).unwrap_or(0);
+            let mut text = String::with_capacity(most);
+            let _ = decoder.decode_to_string(&piece, &mut text, false);
+            piece = text.into_bytes();
+        }
+        Ok::<Vec<u8>, std::io::Error>(piece)
     });
     Box::pin(texts(unpacked, patience).fuse())
+}
+
+/// The encoding that a Content-Type names, if it is another one than UTF-8.
+fn charset(content_type: &str) -> Option<&'static Encoding> {
+    let mut parameters = content_type
+        .split(';')
+        .skip(1)
+        .map(|p| p.trim().split_once('='));
+    let named = parameters.find_map(|p| p.filter(|(key, _)| key.eq_ignore_ascii_case("charset")));
+    let encoding = Encoding::for_label(named?.1.trim_matches('"').as_bytes())?;
+    (encoding != UTF_8).then_some(encoding)
 }
 
 /// The texts of a body up to the first that is more than white space, joined; empty where there is none.

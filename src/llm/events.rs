@@ -106,6 +106,13 @@ impl Parser {
                 if self.event.data.len() + value.len() >= LONGEST {
                     return Err(BodyError::TooLong);
                 }
+                // Some servers end events with one line feed instead of two: an event that is whole ends where the next
+                // one begins.
+                let begins = value.starts_with('{') || value.starts_with("[DONE]");
+                if self.has_data && begins && is_whole(&self.event.data) {
+                    found(std::mem::replace(&mut self.event, empty()));
+                    self.has_data = false;
+                }
                 if std::mem::replace(&mut self.has_data, true) {
                     self.event.data.push('\n');
                 }
@@ -115,6 +122,11 @@ impl Parser {
         }
         Ok(())
     }
+}
+
+/// Whether data of one line is a whole JSON document. Of several lines it is not asked, which would take long.
+fn is_whole(data: &str) -> bool {
+    !data.contains('\n') && serde_json::from_str::<serde::de::IgnoredAny>(data).is_ok()
 }
 
 /// Where a character comes next, remembered until that place is passed.
@@ -176,6 +188,14 @@ mod tests {
             let found: Vec<_> = found.iter().map(|(e, d)| (*e, d.as_str())).collect();
             assert_eq!(found, expected, "in pieces of {size}");
         }
+    }
+
+    #[test]
+    fn whole_events_may_end_with_one_line_feed() {
+        let text = "data: {\"a\":1}\ndata: {\"b\":\ndata: {}}\n\ndata: {}\ndata: [DONE]\n\n";
+        let found = read(Framing::Events, text, 7);
+        let found: Vec<_> = found.iter().map(|(_, data)| data.as_str()).collect();
+        assert_eq!(found, ["{\"a\":1}", "{\"b\":\n{}}", "{}", "[DONE]"]);
     }
 
     #[test]

@@ -57,6 +57,7 @@ fn answered(store: &Store, run: &NewRun, text: &str) -> RunId {
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     };
     let ending = Ending {
         verdict: Some(ParsedAnswer::Verdict(verdict)),

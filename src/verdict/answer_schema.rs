@@ -81,6 +81,7 @@ impl From<RecordingAnswer> for Verdict {
             critical: answer.critical_obstacles,
             probability: answer.probability,
             token_probability: None,
+            unknown: Vec::new(),
         }
     }
 }
@@ -95,6 +96,7 @@ impl From<CollisionAnswer> for Verdict {
             critical: answer.critical_obstacles,
             probability: answer.probability,
             token_probability: None,
+            unknown: Vec::new(),
         }
     }
 }
@@ -109,6 +111,7 @@ impl From<SafetyAnswer> for Verdict {
             critical: answer.critical_obstacles,
             probability: answer.probability,
             token_probability: None,
+            unknown: Vec::new(),
         }
     }
 }

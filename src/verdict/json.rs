@@ -21,6 +21,9 @@ impl Serialize for Verdict {
         if let Some(probability) = &self.token_probability {
             map.serialize_entry("token_probability", probability)?;
         }
+        if !self.unknown.is_empty() {
+            map.serialize_entry("unknown_obstacles", &self.unknown)?;
+        }
         map.serialize_entry("justification", &self.justification)?;
         map.end()
     }
@@ -37,6 +40,8 @@ struct Form {
     critical_obstacles: Option<Vec<CriticalObstacle>>,
     probability: Option<f64>,
     token_probability: Option<f64>,
+    #[serde(default)]
+    unknown_obstacles: Vec<i64>,
 }
 
 impl<'de> Deserialize<'de> for Verdict {
@@ -58,6 +63,7 @@ impl<'de> Deserialize<'de> for Verdict {
             critical: form.critical_obstacles,
             probability: form.probability,
             token_probability: form.token_probability,
+            unknown: form.unknown_obstacles,
         })
     }
 }
@@ -82,6 +88,7 @@ mod tests {
             critical: None,
             probability: None,
             token_probability: None,
+            unknown: Vec::new(),
         };
         let text = serde_json::to_string(&verdict).unwrap();
         assert!(

@@ -245,6 +245,7 @@ impl<'a> AnswerObjects<'a> {
                 critical,
                 probability,
                 token_probability: None,
+                unknown: Vec::new(),
             }),
             how: notes.how(),
         }))

@@ -179,6 +179,7 @@ mod tests {
                 critical: None,
                 probability: None,
                 token_probability: None,
+                unknown: Vec::new(),
             }),
             ParsedAnswer::Attacker(AttackerChoice {
                 attacker: Some(7),

@@ -18,6 +18,7 @@ fn said(task: Task, truth: Label, dangerous: bool, named: i64) -> Scored {
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     };
     let mut scored = Scored::built_in("a", "lab/small", Some(truth), verdict);
     scored.run = Some(RunId(1));

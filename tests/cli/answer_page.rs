@@ -47,6 +47,7 @@ pub fn answer(question: usize, scenario: &str, model: usize, techniques: usize) 
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     });
     let lost = number % 97 == 5;
     let prompt =

@@ -23,6 +23,7 @@ pub fn answer(n: i64) -> Run {
         critical: Some(vec![CriticalObstacle::new(7)]),
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     };
     let messages = json!([
         { "role": "system", "content": "You are an expert." },

@@ -222,6 +222,7 @@ async fn the_report_and_the_results_screen_have_one_answer_to_what_is_true() {
             critical: None,
             probability: None,
             token_probability: None,
+            unknown: Vec::new(),
         }))
     };
     let first = store.run(RunId(1)).unwrap().unwrap().question;

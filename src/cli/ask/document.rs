@@ -49,6 +49,7 @@ pub(super) fn document(answer: &Answer, question: &Question, judge: &Judge) -> V
         "verdict": verdict,
         "reading": reading,
         "repaired": answer.repairs(),
+        "flags": answer.flags(&case.scene.scenario),
         "cut_off": answer.cut_off(),
         "problem": problem,
         "answer": answer.text,

@@ -9,6 +9,7 @@ use super::claims::ClaimTally;
 use super::consumption::{Consumption, count};
 use super::votes::{Ballot, Samples};
 use crate::judge;
+use crate::verdict::Verdict;
 
 /// The half of the data that a cell counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,6 +96,27 @@ pub struct Cell {
     pub consumption: Consumption,
     /// Claims about obstacles.
     pub claims: ClaimTally,
+    /// Verdicts that are doubtful by themselves.
+    pub flagged: Flagged,
+}
+
+/// Verdicts that are doubtful by themselves: see [`Verdict::flags`](crate::verdict::Verdict::flags).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Flagged {
+    /// Those that contradict themselves.
+    pub contradictory: u32,
+    /// Those that name an obstacle twice.
+    pub twice: u32,
+    /// Those that name an obstacle that the scene does not have.
+    pub unknown: u32,
+}
+
+impl Flagged {
+    fn count(&mut self, verdict: &Verdict) {
+        self.contradictory += u32::from(!verdict.contradictions().is_empty());
+        self.twice += u32::from(!verdict.named_twice().is_empty());
+        self.unknown += u32::from(!verdict.unknown.is_empty());
+    }
 }
 
 impl Cell {
@@ -122,6 +144,7 @@ impl Cell {
             samples: Samples::default(),
             consumption: Consumption::from_scored(scored),
             claims: ClaimTally::count(scored),
+            flagged: Flagged::default(),
         };
         let mut ballot = Ballot::default();
         let mut both = [0; 4];
@@ -153,6 +176,9 @@ impl Cell {
         let said = verdict.dangerous;
         // A judge agrees with itself.
         let reference = one.reference.as_ref();
+        if one.way.model != judge::MODEL {
+            self.flagged.count(verdict);
+        }
         if let Some(reference) = reference.filter(|_| one.way.model != judge::MODEL) {
             let place = 2 * usize::from(!said) + usize::from(!reference.dangerous);
             both[place] += 1;

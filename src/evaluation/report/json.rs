@@ -191,6 +191,12 @@ impl Cell {
         let tokens = calibration(&self.token_calibration);
         map.insert("token_calibration".into(), tokens);
         map.extend(self.claims.fields());
+        let flagged = [
+            ("contradictory", self.flagged.contradictory),
+            ("named_twice", self.flagged.twice),
+            ("unknown_obstacles", self.flagged.unknown),
+        ];
+        map.extend(flagged.map(|(key, count)| (key.to_string(), json!(count))));
         Value::Object(map)
     }
 }

@@ -120,10 +120,12 @@ impl Report {
         }
     }
 
-    /// The same report, saying what it is of; its notes begin with who left out much.
+    /// The same report, saying what it is of; its notes begin with who left out much, and whose verdicts are doubtful.
     #[must_use]
     pub fn about(self, mut about: ReportSubject) -> Self {
-        about.notes.splice(0..0, self.unanswered());
+        about
+            .notes
+            .splice(0..0, self.unanswered().into_iter().chain(self.doubtful()));
         Self { about, ..self }
     }
 

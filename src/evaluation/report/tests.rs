@@ -27,6 +27,7 @@ fn verdict(task: Task, dangerous: bool, obstacles: &[(i64, u8)]) -> Verdict {
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     }
 }
 

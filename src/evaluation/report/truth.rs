@@ -294,6 +294,7 @@ mod tests {
             critical: critical.map(of),
             probability: None,
             token_probability: None,
+            unknown: Vec::new(),
         }
     }
 

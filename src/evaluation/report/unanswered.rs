@@ -1,4 +1,4 @@
-//! Who left out much: answers without a verdict, said before every table.
+//! Said before every table: who left out much, and whose verdicts are doubtful by themselves.
 
 use super::{Cell, Report, names};
 
@@ -6,6 +6,33 @@ use super::{Cell, Report, names};
 const MANY: f64 = 0.05;
 
 impl Report {
+    /// Whose verdicts contradict themselves, or name obstacles twice or that are not there.
+    pub(super) fn doubtful(&self) -> Option<String> {
+        let who = self.whole().filter_map(|cell| {
+            let flagged = cell.flagged;
+            let counts = [
+                (flagged.contradictory, "contradict themselves"),
+                (
+                    flagged.unknown,
+                    "name an obstacle that the scene does not have",
+                ),
+                (flagged.twice, "name an obstacle twice"),
+            ];
+            let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+            let counts: Vec<String> = counts.map(|(n, what)| format!("{n} {what}")).collect();
+            let of = cell.confusion.answered() + cell.unlabelled;
+            let way = names::way(&cell.way);
+            (!counts.is_empty()).then(|| format!("{way}, of {of}: {}", counts.join(", ")))
+        });
+        let who: Vec<String> = who.collect();
+        (!who.is_empty()).then(|| {
+            format!(
+                "Doubtful verdicts, which count as they say: {}.",
+                who.join("; ")
+            )
+        })
+    }
+
     /// Who left out much, which notes begin with.
     pub(super) fn unanswered(&self) -> Option<String> {
         let many = |cell: &&Cell| cell.without_verdict().is_some_and(|share| share >= MANY);

@@ -36,6 +36,7 @@ fn every_verdict_counts_but_those_that_another_answer_supersedes() {
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     };
     let again = granted(&store, &question(), true);
     let ending = Ending {

@@ -178,6 +178,7 @@ pub fn answer(model: &str, dangerous: bool, obstacle: i64) -> Answer {
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     };
     Answer {
         run: None,

@@ -74,6 +74,7 @@ impl Fixture {
             critical: None,
             probability: None,
             token_probability: None,
+            unknown: Vec::new(),
         };
         let ending = Ending {
             verdict: Some(ParsedAnswer::Verdict(verdict)),

@@ -22,6 +22,7 @@ pub fn scored(scenario: &str, task: Task, n: usize) -> Scored {
         critical: None,
         probability: None,
         token_probability: None,
+        unknown: Vec::new(),
     };
     let mut scored = Scored::built_in(scenario, "lab/small", None, verdict);
     scored.consumed.input_tokens = Some(1_234_567);

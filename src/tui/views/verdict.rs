@@ -263,10 +263,8 @@ fn of_column(model: &Model) -> Text<'static> {
                     ));
                 }
                 let scenario = model.opened.as_ref().map(|o| &o.scenario);
-                let unknown = scenario.map_or(Vec::new(), |s| answer.unknown_obstacles(s));
-                if !unknown.is_empty() {
-                    let note = format!("unknown obstacles named: {unknown:?}");
-                    text.push_line(Line::styled(note, warning));
+                for flag in scenario.map_or(Vec::new(), |s| answer.flags(s)) {
+                    text.push_line(Line::styled(format!("doubtful: {flag}"), warning));
                 }
                 if !answer.repairs().is_empty() {
                     let notes = format!("* repaired: {}", answer.repairs().join("; "));
