@@ -120,7 +120,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     let bound = budget::resolve(arguments.budget, &config, &folders);
     let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
     if arguments.dry_run {
-        return dry_run::run(&question, &judge, arguments.json);
+        return dry_run::run(&question, &judge, bound.as_ref(), arguments.json);
     }
     let store = store(arguments, &folders)?;
     let options = RunOptions {

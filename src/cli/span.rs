@@ -53,8 +53,8 @@ pub struct OfFrames {
     /// else no].
     #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = yes)]
     pub road: Option<bool>,
-    /// Ego frame: measure along the ego's heading, or with s and d along its lane (heading, lane) [default: from the
-    /// template, else heading].
+    /// Ego frame: heading (gaps along the ego's heading), lane (s and d along its lane) or centre (places of centres,
+    /// without distances and gaps) [default: from the template, else heading].
     #[arg(long, value_name = "AXES", value_parser = axes)]
     pub axes: Option<EgoAxes>,
     /// Metrics frame: the measures that are its columns, separated by commas, such as ttc,thw,drac; see `nearmiss help

@@ -2,13 +2,15 @@
 
 use serde_json::json;
 
-use crate::cli::{Outcome, output};
+use super::budget::Bound;
+use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::batch::{Price, Size};
 use crate::evaluation::{Judge, Question};
 
-/// Says how long the question is and what it costs at most.
-pub fn run(question: &Question, judge: &Judge, as_json: bool) -> Outcome {
+/// Says how long the question is, what it costs at most, and what a budget makes of that.
+pub fn run(question: &Question, judge: &Judge, bound: Option<&Bound>, as_json: bool) -> Outcome {
     let size = Size::estimate(question, judge);
+    let forbidden = bound.and_then(|bound| forbidden(&size.price, bound.usd));
     let (words, usd) = match size.price {
         Price::Free => ("free: the built-in judge".to_string(), Some(0.0)),
         Price::AtMost(0.0) if is_here(judge) => {
@@ -34,7 +36,9 @@ pub fn run(question: &Question, judge: &Judge, as_json: bool) -> Outcome {
             "input_tokens": size.tokens,
             "most_usd": usd,
             "price": words,
-        }));
+            "forbidden": forbidden,
+        }))
+        .and(refusal(forbidden));
     }
     let mut rows = vec![
         ("model", judge.id().to_string()),
@@ -46,7 +50,26 @@ pub fn run(question: &Question, judge: &Judge, as_json: bool) -> Outcome {
     rows.extend(size.bound.map(|bound| ("counted", bound)));
     let lines = rows.iter();
     let lines = lines.map(|(name, value)| format!("{name:<9} {}\n", output::visible(value)));
-    output::text(&lines.collect::<String>())
+    output::text(&lines.collect::<String>()).and(refusal(forbidden))
+}
+
+/// Why a budget of so many US dollars would not let the question be asked.
+fn forbidden(price: &Price, budget: f64) -> Option<String> {
+    match price {
+        Price::Free => None,
+        Price::AtMost(usd) => (*usd > budget)
+            .then(|| format!("it may cost ${usd:.4}, more than the budget of ${budget:.4}")),
+        Price::Question { .. } => {
+            Some("a budget needs a limit of the answer's tokens: --max-tokens N".into())
+        }
+        Price::Unknown => Some("a budget needs a price, and none is known".into()),
+    }
+}
+
+fn refusal(forbidden: Option<String>) -> Outcome {
+    forbidden.map_or(Ok(()), |why| {
+        Err(Failure::input(format!("would not be asked: {why}")))
+    })
 }
 
 /// Whether the model runs on this machine.

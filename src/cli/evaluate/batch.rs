@@ -145,7 +145,13 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &mut BatchP
         context.concurrency(options),
         Arc::default(),
     ));
-    let asked = running::ask(&runtime, context, &run, &dry_run, (options.batch, table));
+    let asked = running::ask(
+        &runtime,
+        context,
+        &run,
+        &dry_run,
+        (options.batch, options.retry, table),
+    );
     match options.batch {
         // Answers come later.
         true => asked,

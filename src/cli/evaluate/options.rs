@@ -145,6 +145,9 @@ pub struct Options {
     /// Ask only questions that failed, whose answer was cut off, or whose whole answer has no readable verdict.
     #[arg(long, conflicts_with_all = ["add_model", "add_techniques", "add_lead", "add_transform", "samples"])]
     pub retry_failed: bool,
+    /// Ask questions that failed, were cut off or have no readable verdict again, up to N times and within the budget.
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with_all = ["dry_run", "batch", "questions", "leaks"])]
+    pub retry: u32,
     /// Add these models to a resumed batch, separated by commas.
     #[arg(long, value_delimiter = ',', value_name = "MODEL")]
     pub add_model: Vec<String>,
@@ -287,6 +290,7 @@ impl Options {
             || self.unlock
             || self.log_probabilities
             || self.concurrency.is_some()
+            || self.retry > 0
             || self.protocol.is_some()
             || self.declared.any()
             || self.gate.any()

@@ -48,7 +48,7 @@ pub fn ask(
     context: &BatchContext,
     run: &Arc<BatchRun>,
     dry_run: &DryRun,
-    (submits, table): (bool, Table),
+    (submits, retries, table): (bool, u32, Table),
 ) -> Outcome {
     let id = run.id;
     output::say(&format!("nearmiss: {id}: {}", dry_run::line(dry_run)));
@@ -70,12 +70,26 @@ pub fn ask(
         },
         false => items,
     };
-    let Some(paused) = runtime.block_on(until_interrupted(run, items))? else {
-        return Err(Failure {
+    let ask = |items| {
+        let paused = runtime.block_on(until_interrupted(run, items))?;
+        paused.ok_or_else(|| Failure {
             message: format!("interrupted; `nearmiss evaluate --resume {id}` continues it"),
             status: INTERRUPTED,
-        });
+        })
     };
+    let mut paused = ask(items)?;
+    for _ in 0..retries {
+        let mut failed = run.failed(dry_run).map_err(Failure::input)?;
+        failed.retain(|item| paused.iter().all(|one| !one.holds(&item.asked.model)));
+        if failed.is_empty() {
+            break;
+        }
+        let questions = super::number(failed.len(), "question");
+        output::say(&format!(
+            "nearmiss: {id}: {questions} without a verdict asked again"
+        ));
+        paused.extend(ask(failed)?);
+    }
     for one in &paused {
         output::say(&format!("nearmiss: {}", output::visible(&one.words())));
     }

@@ -1,7 +1,8 @@
 //! Courses: when two bodies would touch if each kept its speed of a moment along the way that it drove.
 //!
 //! The way is that of the recording, and straight on after its end: who stopped is taken to go on, which is what the
-//! stop was for. Speeds are those of the moment, so the braking of the recording does not count.
+//! stop was for. Speeds are those of the moment, so the braking of the recording does not count, except that of who
+//! crosses: braking as it does at the moment it may stop before the other's way.
 
 use crate::geometry::{Point, Pose, Vector, angle_between};
 use crate::metrics::Encounter;
@@ -15,7 +16,7 @@ pub(super) struct Course {
     pub seconds: f64,
     /// The speed of one relative to the other, m/s.
     pub closing_speed: f64,
-    /// Whether their headings are more than 10° apart at the contact.
+    /// Whether their headings are more than 10° apart at the contact, and neither drives on the other's way, as in a bend.
     pub crosses: bool,
 }
 
@@ -115,6 +116,22 @@ impl DrivenPath {
         nearest
     }
 
+    /// Whether a body is on the way and looks along it.
+    fn leads_to(&self, pose: &Pose) -> bool {
+        let end = self.poses.last().zip(self.lengths.last());
+        let beyond = end.map(|(end, length)| length + (pose.position - end.position).dot(&self.on));
+        let places = self
+            .poses
+            .iter()
+            .copied()
+            .chain(beyond.and_then(|length| self.at(length)));
+        let apart = |place: &Pose| (place.position - pose.position).norm();
+        let nearest = places.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        self.aside(&pose.position) <= ON_THE_WAY
+            && nearest
+                .is_some_and(|place| angle_between(place.heading, pose.heading).abs() <= CROSSING)
+    }
+
     /// Where the body is at an arc length, and the direction of the way there.
     fn at(&self, length: f64) -> Option<Pose> {
         let last = *self.poses.last()?;
@@ -139,18 +156,42 @@ impl DrivenPath {
 /// Headings nearer to each other than this are of two who go the same way, radians: more than in a change of lanes.
 const CROSSING: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
+/// Who is no further beside a way than this drives on it, metres.
+const ON_THE_WAY: f64 = 1.0;
+
 /// Bodies nearer than this touch, metres.
 const TOUCHING: f64 = 0.02;
 
 /// Between two looks at least and at most this passes, seconds: ways bend.
 const LOOKS: (f64, f64) = (0.05, 0.5);
 
-/// When the two touch if both keep their speeds along the ways that they drove; within [`HORIZON`].
+/// When the two touch if both keep their speeds along the ways that they drove; within [`HORIZON`]. Who crosses and brakes
+/// goes no further than to where it stands then.
 pub(super) fn meet(
     ego: &DrivenPath,
     other: &DrivenPath,
     encounter: &Encounter<'_>,
     step: i64,
+) -> Option<Course> {
+    let course = meet_within(ego, other, encounter, (step, f64::INFINITY))?;
+    let Motion {
+        velocity,
+        acceleration,
+        ..
+    } = *encounter.other;
+    let stop = velocity * velocity / (2.0 * acceleration.abs());
+    match course.crosses && velocity * acceleration < 0.0 {
+        true => meet_within(ego, other, encounter, (step, stop)),
+        false => Some(course),
+    }
+}
+
+/// The same if the other goes no further than so many metres.
+fn meet_within(
+    ego: &DrivenPath,
+    other: &DrivenPath,
+    encounter: &Encounter<'_>,
+    (step, most): (i64, f64),
 ) -> Option<Course> {
     let from = [ego.length_at(step)?, other.length_at(step)?];
     let speeds = [encounter.ego, encounter.other].map(|motion| motion.velocity.abs());
@@ -163,7 +204,7 @@ pub(super) fn meet(
     let places = |t: f64| {
         Some((
             ego.at(from[0] + speeds[0] * t)?,
-            other.at(from[1] + speeds[1] * t)?,
+            other.at(from[1] + (speeds[1] * t).min(most))?,
         ))
     };
     let mut t = 0.0;
@@ -190,7 +231,9 @@ pub(super) fn meet(
             return Some(Course {
                 seconds: t,
                 closing_speed,
-                crosses: angle_between(a.heading, b.heading).abs() > CROSSING,
+                crosses: angle_between(a.heading, b.heading).abs() > CROSSING
+                    && !ego.leads_to(&b)
+                    && !other.leads_to(&a),
             });
         }
         // As fast as it closed since the last look, and carefully so.

@@ -17,7 +17,7 @@
 //! A *course* is what both bodies do with the speeds of the moment. Where they also touch if both keep to their place
 //! across the ego's road, and where there is no road, it is straight on, headings kept ([`super::time_to_collision`]);
 //! else it is along the way that they drove ([`course`]), where that leads to contact: round a bend to who drives ahead,
-//! and to others where they are on a straight course, too. So oncoming traffic that follows its own lane round a bend is
+//! and to others where they are on a straight course, too, and do not stop before it with the braking of the moment. So oncoming traffic that follows its own lane round a bend is
 //! on no course, and neither is what is parked beside it. The braking that a course needs is Δv / 2t, the deceleration
 //! rate to avoid a crash (Almqvist et al. 1991) of bodies that close with Δv and touch after t. A *crossing* has a post-encroachment time (Allen 1978) and
 //! directions at least 30° apart, or would be a contact if one did not stop within a metre of the other's way. A *cut-in*

@@ -21,6 +21,13 @@ pub struct PausedModel {
 }
 
 impl PausedModel {
+    /// Whether a model is meant, by itself or with its provider.
+    #[must_use]
+    pub fn holds(&self, model: &str) -> bool {
+        let provider = model.split('/').next();
+        self.who == model || provider == Some(self.who.as_str())
+    }
+
     /// Who was not asked further, and why.
     #[must_use]
     pub fn words(&self) -> String {

@@ -129,6 +129,18 @@ impl BatchRun {
         self.without_submitted(items)
     }
 
+    /// The questions of the part that is asked that failed, were cut off or have no readable verdict.
+    ///
+    /// # Errors
+    /// The store cannot be read.
+    pub fn failed(&self, dry_run: &DryRun) -> Result<Vec<Item>, StoreError> {
+        let mut items = self.store.items(self.id)?;
+        items.retain(|item| item.state != ItemState::Unaskable && Selection::Failed.selects(item));
+        items.retain(|item| self.part.is_none() || item.asked.split == self.part);
+        dry_run.copy_keys(&mut items);
+        Ok(self.without_submitted(items)?.0)
+    }
+
     /// Asks these questions and reports the outcome of each; returns when all are done, or when it was stopped and
     /// requests in progress have ended. Models whose server does not answer or refuses them are asked no further: their
     /// questions keep their state, and those models are returned. Dropping the future cancels requests in progress.
@@ -279,7 +291,7 @@ impl BatchRun {
     pub(super) fn options(&self, item: &Item) -> RunOptions {
         RunOptions {
             sample: item.asked.sample,
-            fresh: self.selection.asks_anew(item),
+            fresh: Selection::Failed.asks_anew(item),
             batch: Some(self.id.to_string()),
         }
     }
