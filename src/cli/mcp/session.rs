@@ -5,11 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
+use super::aside::Aside;
 use super::catalogue::Job;
 use super::jobs::{self, JobEnd};
 use super::lines::{RpcError, Wire};
+use super::places::Places;
 use super::server::{Server, failed};
 use crate::formats::Entry;
 
@@ -43,18 +45,18 @@ impl Session {
 pub struct Work {
     /// What it is about.
     pub entry: Entry,
-    /// Whether it needs the ego recorded beside that.
-    pub recorded_ego: bool,
+    /// The obstacle that is its ego; else the one recorded beside it.
+    pub ego: Option<i64>,
+    /// Whether it needs one.
+    pub needs_ego: bool,
     /// The command.
     pub job: &'static Job,
     /// Its arguments.
     pub words: Vec<String>,
-    /// What its output becomes.
-    pub becomes: fn(&Job, &str) -> Value,
+    /// What its output becomes, with what makes texts fit for clients.
+    pub becomes: fn(&Job, &[u8], &dyn Fn(&str) -> String) -> Value,
     /// What it may cost, reserved of the budget.
     pub reserved: Option<f64>,
-    /// What the client knows its progress by.
-    pub token: Option<Value>,
 }
 
 /// Requests by session and id, with the flag that ends them.
@@ -106,12 +108,13 @@ impl Jobs {
         self.running().keys().any(|(of, _)| *of == session)
     }
 
-    /// Ends the jobs of a client, or of all.
+    /// Ends the jobs of a client, or of all, and takes back what waits for files.
     pub fn cancel_all(&self, session: Option<u64>) {
-        let running = self.running();
-        let meant = running.iter();
-        let meant = meant.filter(|((of, _), _)| session.is_none_or(|session| session == *of));
-        meant.for_each(|(_, cancel)| cancel.store(true, Ordering::SeqCst));
+        for running in [self.running(), self.calls()] {
+            let meant = running.iter();
+            let meant = meant.filter(|((of, _), _)| session.is_none_or(|session| session == *of));
+            meant.for_each(|(_, cancel)| cancel.store(true, Ordering::SeqCst));
+        }
     }
 
     /// Waits until all jobs have ended.
@@ -158,35 +161,27 @@ pub fn launch(
     (session, id): (u64, Value),
     wire: Wire,
     cancel: Arc<AtomicBool>,
+    parameters: Value,
     work: Work,
 ) {
     let of = Arc::clone(server);
     let thread = std::thread::spawn(move || {
-        let tell = |seconds: u64| {
-            if let Some(token) = &work.token {
-                wire.send(&json!({
-                    "jsonrpc": "2.0", "method": "notifications/progress",
-                    "params": {
-                        "progressToken": token, "progress": seconds,
-                        "message": format!("{} runs for {seconds} s", work.job.name),
-                    },
-                }));
-            }
-        };
-        let seen = of.places.check(&work.entry, work.recorded_ego);
+        let aside = Aside::new(&cancel, &wire, &parameters);
+        let seen = of.places.check(&work.entry, work.ego, work.needs_ego);
         let is_seen = seen.is_ok();
+        let scenario = Places::argument(&work.entry);
         let end = match seen {
-            Ok(()) => jobs::run(work.job, work.words.clone(), &cancel, tell),
+            Ok(()) => jobs::run(work.job, &scenario, &work.words, &aside),
             Err(why) => JobEnd::Failed(why),
         };
         of.jobs.leave(session, &id);
         match end {
-            JobEnd::Done(text) => {
+            JobEnd::Done(given) => {
                 if let (Some(purse), Some(usd)) = (&of.purse, work.reserved) {
-                    purse.settle(usd, &text);
+                    purse.settle(usd, &given);
                 }
-                let text = of.places.told(&text);
-                wire.result(&id, &(work.becomes)(work.job, &text));
+                let told = |text: &str| of.places.told(text);
+                wire.result(&id, &(work.becomes)(work.job, &given, &told));
             }
             JobEnd::Failed(why) => {
                 if let (Some(purse), Some(usd)) = (&of.purse, work.reserved)
