@@ -16,6 +16,8 @@ pub struct Look {
     pub about: &'static str,
     /// Its arguments.
     pub options: &'static [JobOption],
+    /// Whether it may take as long as a job.
+    pub takes_long: bool,
     /// Gives the result, of checked arguments; or says in words why there is none.
     pub call: fn(&Server, &Value, &Aside<'_>) -> Result<Value, String>,
 }
@@ -170,6 +172,7 @@ pub const LOOKS: &[Look] = &[
                 5 none), the time step `at` which it is most severe, the obstacle, and why. `ego` is there where none is \
                 recorded: give it to the other tools. Start here.",
         options: &[CURSOR],
+        takes_long: true,
         call: looks::list,
     },
     Look {
@@ -177,14 +180,17 @@ pub const LOOKS: &[Look] = &[
         about: "Says what is in a scenario: steps and their length, road, obstacles, ego, warnings, and the most severe \
                 moment with each obstacle, the most severe first.",
         options: &[SCENARIO, EGO],
+        takes_long: false,
         call: looks::inspect,
     },
     Look {
         name: "find",
         about: "Searches windows of 2 s of every pair of road users in all scenarios, the most severe first. A sentence, \
                 such as \"cut-ins under 1.5 s TTC on motorways\", or a filter: manoeuvre:cut_in road:highway actor:truck \
-                severity<=2 ttc<1.5 pet<1. The first call measures all scenarios and takes longer.",
+                severity<=2 ttc<1.5 pet<1. Where `ego_source` is obstacle, give `ego_id` as `ego` to other tools. The first \
+                call measures all scenarios and takes longer.",
         options: &[QUERY, NUMBER],
+        takes_long: true,
         call: looks::find,
     },
 ];

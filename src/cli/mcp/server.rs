@@ -3,7 +3,7 @@
 
 use std::cell::Cell;
 use std::io::BufRead;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::aside::Aside;
-use super::catalogue::{self, EGO, JOBS, Job, LOOKS, Look, SCENARIO};
+use super::catalogue::{self, EGO, Gives, JOBS, Job, LOOKS, Look, SCENARIO};
 use super::jobs;
 use super::lines::{Line, RpcError, Wire, id_of, next};
 use super::places::Places;
@@ -47,6 +47,8 @@ pub struct Server {
     pub purse: Option<Purse>,
     /// What runs.
     pub jobs: Jobs,
+    /// Jobs that are soon done run one after the other.
+    quick: Mutex<()>,
     /// The index of the scenarios, once a client searched it.
     pub index: Mutex<Option<TempDir>>,
 }
@@ -59,6 +61,7 @@ impl Server {
             thresholds,
             purse,
             jobs: Jobs::default(),
+            quick: Mutex::default(),
             index: Mutex::default(),
         }
     }
@@ -167,17 +170,35 @@ impl Server {
                 .map(|()| json!({"tools": catalogue::tools(self.purse.is_some())})),
             "tools/call" => {
                 let name = parameters["name"].as_str().unwrap_or_default();
-                if let Some(look) = LOOKS.iter().find(|look| look.name == name) {
-                    let look = |server: &Self, parameters: &Value, aside: &Aside<'_>| {
-                        Ok(server.look(look, &parameters["arguments"], aside))
-                    };
-                    return self.later(request, wire, parameters, defer, look);
+                let look = LOOKS.iter().find(|look| look.name == name);
+                match look {
+                    Some(look) if look.takes_long => {
+                        return self.apart(request, wire, parameters, look);
+                    }
+                    Some(look) => {
+                        let look = |server: &Self, parameters: &Value, aside: &Aside<'_>| {
+                            Ok(server.look(look, &parameters["arguments"], aside))
+                        };
+                        return self.later(request, wire, parameters, defer, look);
+                    }
+                    None => {}
                 }
                 let is_offered = |job: &&Job| self.purse.is_some() || !job.paid;
                 let mut jobs = JOBS.iter().filter(is_offered);
-                if let Some(job) = jobs.find(|job| job.name == name) {
-                    let work = |server: &Self, parameters: &Value| server.work(job, parameters);
-                    return self.start(request, wire, parameters, defer, work);
+                let job = jobs.find(|job| job.name == name);
+                match job {
+                    // Several at once wait for each other.
+                    Some(job) if job.gives != Gives::Json => {
+                        let done = |server: &Self, parameters: &Value, aside: &Aside<'_>| {
+                            server.done(job, parameters, aside)
+                        };
+                        return self.later(request, wire, parameters, defer, done);
+                    }
+                    Some(job) => {
+                        let work = |server: &Self, parameters: &Value| server.work(job, parameters);
+                        return self.start(request, wire, parameters, defer, work);
+                    }
+                    None => {}
                 }
                 let name: String = name.chars().take(80).collect();
                 Err(RpcError::parameters(format!(
@@ -240,12 +261,62 @@ impl Server {
     fn look(&self, look: &Look, arguments: &Value, aside: &Aside<'_>) -> Value {
         let checked = jobs::words(look.options, arguments);
         match checked.and_then(|_| (look.call)(self, arguments, aside)) {
-            Ok(value) => json!({
-                "content": [{"type": "text", "text": value.to_string()}],
-                "structuredContent": value,
-                "isError": false,
-            }),
+            Ok(value) => {
+                let text = self.places.told(&value.to_string());
+                json!({
+                    "structuredContent": serde_json::from_str::<Value>(&text).unwrap_or(value),
+                    "content": [{"type": "text", "text": text}],
+                    "isError": false,
+                })
+            }
             Err(why) => failed(&self.places.told(&why)),
+        }
+    }
+
+    /// Answers a look that takes long in a thread of its own.
+    fn apart(
+        self: &Arc<Self>,
+        (session, id): (u64, Value),
+        wire: &Wire,
+        parameters: &Value,
+        look: &'static Look,
+    ) {
+        let Some(cancel) = self.place(session, &id, wire) else {
+            return;
+        };
+        let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
+        self.jobs.spawn(move || {
+            let aside = Aside::new(&cancel, &wire, &parameters);
+            let result = server.look(look, &parameters["arguments"], &aside);
+            server.jobs.leave(session, &id);
+            if !aside.is_cancelled() {
+                wire.result(&id, &result);
+            }
+        });
+    }
+
+    /// The place of a request that takes long; where there is none, that is answered.
+    fn place(&self, session: u64, id: &Value, wire: &Wire) -> Option<Arc<AtomicBool>> {
+        match self.jobs.place(session, id) {
+            Ok(Ok(cancel)) => return Some(cancel),
+            Ok(Err(why)) => wire.result(id, &failed(&why)),
+            Err(error) => wire.error(id, &error),
+        }
+        None
+    }
+
+    /// The result of a job that is soon done.
+    fn done(
+        &self,
+        job: &'static Job,
+        parameters: &Value,
+        aside: &Aside<'_>,
+    ) -> Result<Value, RpcError> {
+        let _one = self.quick.lock().unwrap_or_else(PoisonError::into_inner);
+        match self.work(job, parameters) {
+            Ok(work) => work.done(self, aside).unwrap_or(Ok(Value::Null)),
+            Err(Refused::Result(why)) => Ok(failed(&why)),
+            Err(Refused::Error(error)) => Err(error),
         }
     }
 
@@ -258,10 +329,8 @@ impl Server {
         defer: &dyn Fn(Deferred),
         work: impl FnOnce(&Self, &Value) -> Result<Work, Refused> + Send + 'static,
     ) {
-        let cancel = match self.jobs.place(session, &id) {
-            Ok(Ok(cancel)) => cancel,
-            Ok(Err(why)) => return wire.result(&id, &failed(&why)),
-            Err(error) => return wire.error(&id, &error),
+        let Some(cancel) = self.place(session, &id, wire) else {
+            return;
         };
         let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
         defer(Box::new(move || match work(&server, &parameters) {

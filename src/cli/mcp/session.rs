@@ -117,10 +117,21 @@ impl Jobs {
         }
     }
 
+    /// Does what takes long in a thread of its own.
+    pub fn spawn(&self, work: impl FnOnce() + Send + 'static) {
+        let mut threads = self.threads.lock().unwrap_or_else(PoisonError::into_inner);
+        threads.retain(|thread| !thread.is_finished());
+        threads.push(std::thread::spawn(work));
+    }
+
     /// Waits until all jobs have ended.
     pub fn wait(&self) {
-        let mut threads = self.threads.lock().unwrap_or_else(PoisonError::into_inner);
-        for thread in threads.drain(..) {
+        let threads = self
+            .threads
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .split_off(0);
+        for thread in threads {
             let _ = thread.join();
         }
     }
@@ -165,41 +176,50 @@ pub fn launch(
     work: Work,
 ) {
     let of = Arc::clone(server);
-    let thread = std::thread::spawn(move || {
-        let aside = Aside::new(&cancel, &wire, &parameters);
-        let seen = of.places.check(&work.entry, work.ego, work.needs_ego);
+    server.jobs.spawn(move || {
+        let answer = work.done(&of, &Aside::new(&cancel, &wire, &parameters));
+        of.jobs.leave(session, &id);
+        match answer {
+            Some(Ok(result)) => wire.result(&id, &result),
+            Some(Err(error)) => wire.error(&id, &error),
+            // A cancelled request gets no answer.
+            None => {}
+        }
+    });
+}
+
+impl Work {
+    /// Does it; nothing if it was cancelled.
+    pub fn done(&self, of: &Server, aside: &Aside<'_>) -> Option<Result<Value, RpcError>> {
+        let seen = of.places.check(&self.entry, self.ego, self.needs_ego);
         let is_seen = seen.is_ok();
-        let scenario = Places::argument(&work.entry);
+        let scenario = Places::argument(&self.entry);
         let end = match seen {
-            Ok(()) => jobs::run(work.job, &scenario, &work.words, &aside),
+            Ok(()) => jobs::run(self.job, &scenario, &self.words, aside),
             Err(why) => JobEnd::Failed(why),
         };
-        of.jobs.leave(session, &id);
+        let purse = of.purse.as_ref().zip(self.reserved);
         match end {
             JobEnd::Done(given) => {
-                if let (Some(purse), Some(usd)) = (&of.purse, work.reserved) {
+                if let Some((purse, usd)) = purse {
                     purse.settle(usd, &given);
                 }
                 let told = |text: &str| of.places.told(text);
-                wire.result(&id, &(work.becomes)(work.job, &given, &told));
+                Some(Ok((self.becomes)(self.job, &given, &told)))
             }
             JobEnd::Failed(why) => {
-                if let (Some(purse), Some(usd)) = (&of.purse, work.reserved)
+                if let Some((purse, usd)) = purse
                     && (!is_seen || why.starts_with(UNSENT))
                 {
                     purse.put_back(usd);
                 }
-                let why = jobs::told(work.job, &of.places.told(&why));
-                match work.job.is_tool() {
-                    true => wire.result(&id, &failed(&why)),
-                    false => wire.error(&id, &RpcError::parameters(why)),
-                }
+                let why = jobs::told(self.job, &of.places.told(&why));
+                Some(match self.job.is_tool() {
+                    true => Ok(failed(&why)),
+                    false => Err(RpcError::parameters(why)),
+                })
             }
-            // A cancelled request gets no answer.
-            JobEnd::Cancelled => {}
+            JobEnd::Cancelled => None,
         }
-    });
-    let mut threads = { server.jobs.threads.lock() }.unwrap_or_else(PoisonError::into_inner);
-    threads.retain(|thread| !thread.is_finished());
-    threads.push(thread);
+    }
 }
