@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use super::aside::Aside;
 use super::catalogue::{Gives, Job, JobOption, JobValue, is_moment};
+use super::places::Places;
 use crate::system::ProcessGroup;
 
 /// How often a job is looked at.
@@ -236,13 +237,13 @@ fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Option<JoinHandle<Vec
 }
 
 /// The result of a job as the protocol has it.
-pub fn result(job: &Job, given: &[u8], told: &dyn Fn(&str) -> String) -> Value {
+pub fn result(job: &Job, given: &[u8], places: &Places) -> Value {
     if job.gives == Gives::Picture {
         let picture = BASE64_STANDARD.encode(given);
         let content = json!([{"type": "image", "data": picture, "mimeType": "image/png"}]);
         return json!({"content": content, "isError": false});
     }
-    let text = told(&String::from_utf8_lossy(given));
+    let text = places.told(&String::from_utf8_lossy(given));
     let mut result = json!({"content": [{"type": "text", "text": text}], "isError": false});
     let line = text.lines().next().unwrap_or_default();
     if let Ok(document @ Value::Object(_)) = serde_json::from_str::<Value>(line) {

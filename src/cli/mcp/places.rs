@@ -24,6 +24,9 @@ pub struct Places {
     reading: Mutex<()>,
 }
 
+/// A scenario with its scene, or why it has none.
+type Seen = (Arc<Scenario>, Result<Arc<Scene>, String>);
+
 /// Why there is no scene.
 enum NotOpened {
     /// It reads what clients may not see; the scenario where only its ego does.
@@ -194,11 +197,7 @@ impl Places {
     ///
     /// # Errors
     /// In words: it cannot be opened.
-    pub fn scene(
-        &self,
-        entry: &Entry,
-        ego: Option<i64>,
-    ) -> Result<(Arc<Scenario>, Result<Arc<Scene>, String>), String> {
+    pub fn scene(&self, entry: &Entry, ego: Option<i64>) -> Result<Seen, String> {
         match self.opened(entry, ego) {
             Ok(scene) => Ok((Arc::clone(&scene.scenario), Ok(scene))),
             Err(why) => match &why {

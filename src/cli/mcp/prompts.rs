@@ -100,8 +100,8 @@ pub fn work(places: &Places, parameters: &Value) -> Result<Work, RpcError> {
 }
 
 /// The messages of the filled template.
-fn messages(_: &Job, given: &[u8], told: &dyn Fn(&str) -> String) -> Value {
-    let text = told(&String::from_utf8_lossy(given));
+fn messages(_: &Job, given: &[u8], places: &Places) -> Value {
+    let text = places.told(&String::from_utf8_lossy(given));
     let document: Value = serde_json::from_str(&text).unwrap_or_default();
     let messages = document["messages"].as_array().cloned().unwrap_or_default();
     // Prompts of the protocol have no system messages; the first user message carries it.

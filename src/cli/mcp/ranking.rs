@@ -117,7 +117,10 @@ impl Ranked {
 
 /// What was measured so far, by place.
 #[derive(Debug, Default)]
-pub struct Ranks(Mutex<HashMap<String, (Vec<Read>, Option<Worst>)>>);
+pub struct Ranks(Mutex<HashMap<String, Measured>>);
+
+/// What a scenario was read from, and its most severe moment.
+type Measured = (Vec<Read>, Option<Worst>);
 
 impl Ranks {
     /// What was measured of a scenario, if its files, with the recording beside it, are still the same.

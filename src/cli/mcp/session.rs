@@ -53,8 +53,8 @@ pub struct Work {
     pub job: &'static Job,
     /// Its arguments.
     pub words: Vec<String>,
-    /// What its output becomes, with what makes texts fit for clients.
-    pub becomes: fn(&Job, &[u8], &dyn Fn(&str) -> String) -> Value,
+    /// What its output becomes.
+    pub becomes: fn(&Job, &[u8], &Places) -> Value,
     /// What it may cost, reserved of the budget.
     pub reserved: Option<f64>,
 }
@@ -204,8 +204,7 @@ impl Work {
                 if let Some((purse, usd)) = purse {
                     purse.settle(usd, &given);
                 }
-                let told = |text: &str| of.places.told(text);
-                Some(Ok((self.becomes)(self.job, &given, &told)))
+                Some(Ok((self.becomes)(self.job, &given, &of.places)))
             }
             JobEnd::Failed(why) => {
                 if let Some((purse, usd)) = purse
