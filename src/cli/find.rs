@@ -1,6 +1,8 @@
 //! `nearmiss find`: windows of an index that a sentence or a filter means. The filter is shown before it is used.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -10,6 +12,7 @@ use super::open::{configuration, user_thresholds};
 use super::output::{self, Target};
 use super::{Failure, Outcome, json};
 use crate::judge;
+use crate::metrics::Thresholds;
 use crate::planner::Cancel;
 use crate::settings::{Config, Folders};
 use crate::store::Store;
@@ -117,19 +120,7 @@ pub fn run(arguments: &Find) -> Outcome {
             "nothing of this is a filter; `nearmiss help finding` lists the words, and --filter takes the filter itself",
         ));
     }
-    let checked = checked_filter(&read.filter);
-    checked.map_err(|why| Failure::input(format!("filter: {why}")))?;
-    let mut document = FindDocument {
-        sentence: arguments.sentence.as_deref().map(output::visible),
-        filter: output::visible(&read.filter),
-        not_understood: { read.not_understood.iter() }
-            .map(|part| output::visible(&part.words))
-            .collect(),
-        searched: None,
-        windows: None,
-        scenarios: None,
-        found: Vec::new(),
-    };
+    let mut document = FindDocument::of(arguments.sentence.as_deref(), &read)?;
     if arguments.filter_only {
         let text = format!("{}\n", document.filter);
         return write(arguments, &document, &text);
@@ -137,17 +128,22 @@ pub fn run(arguments: &Find) -> Outcome {
     output::say(&format!("nearmiss: filter: {}", document.filter));
     let (folders, config) = configuration()?;
     let folder = folder(arguments, &config)?;
-    let found = search(&folder, &read.filter, arguments.number, &folders)?;
+    let thresholds = user_thresholds(&folders)?;
+    let number = usize::try_from(arguments.number).map_err(Failure::input)?;
+    let found = search(
+        &folder,
+        &read.filter,
+        number,
+        &thresholds,
+        &interrupted(true),
+    )?;
     if found.unreadable > 0 {
         output::say(&format!(
             "nearmiss: {} of the index cannot be read here; terms about them hold for none",
             output::counted(found.unreadable, "scenario")
         ));
     }
-    document.searched = Some(found.of);
-    document.windows = Some(found.count);
-    document.scenarios = Some(found.scenarios);
-    document.found = found.windows.iter().map(|one| line(one, &found)).collect();
+    document.take(&found);
     write(arguments, &document, &table(&document, &found))?;
     match found.count {
         0 => {
@@ -179,32 +175,72 @@ fn folder(arguments: &Find, config: &Config) -> Result<PathBuf, Failure> {
     })
 }
 
-fn search(
+/// Searches an index until `stop` becomes true, for the windows that a filter lets through, the most severe ones.
+pub fn search(
     folder: &Path,
     filter: &str,
-    number: u32,
-    folders: &Folders,
+    most: usize,
+    thresholds: &Thresholds,
+    stop: &Arc<AtomicBool>,
 ) -> Result<FoundWindows, Failure> {
-    let thresholds = user_thresholds(folders)?;
     // Without a store there are no answers.
-    let store = Store::open_to_read(&folders.store()).ok();
+    let folders = Folders::find().ok();
+    let store = folders.and_then(|folders| Store::open_to_read(&folders.store()).ok());
     let answers = store
         .map(|store| store.verdicts(judge::MODEL, None))
         .transpose();
     let answers = answers.map_err(Failure::input)?.unwrap_or_default();
-    let stop = interrupted(true);
     let request = IndexSearch {
         folder,
         filter,
-        most: usize::try_from(number).map_err(Failure::input)?,
+        most,
         answers,
-        thresholds: &thresholds,
+        thresholds,
     };
-    let found = search_index(request, &Cancel::from_flag(&stop), &mut |_| {});
+    let found = search_index(request, &Cancel::from_flag(stop), &mut |_| {});
     found.map_err(Failure::input)?.ok_or_else(|| Failure {
         message: "interrupted".into(),
         status: INTERRUPTED,
     })
+}
+
+impl FindDocument {
+    /// What a sentence, or a filter, means; nothing is searched yet.
+    ///
+    /// # Errors
+    /// The filter is wrong.
+    pub fn of(sentence: Option<&str>, read: &Sentence) -> Result<Self, Failure> {
+        let checked = checked_filter(&read.filter);
+        checked.map_err(|why| Failure::input(format!("filter: {why}")))?;
+        Ok(Self {
+            sentence: sentence.map(output::visible),
+            filter: output::visible(&read.filter),
+            not_understood: { read.not_understood.iter() }
+                .map(|part| output::visible(&part.words))
+                .collect(),
+            searched: None,
+            windows: None,
+            scenarios: None,
+            found: Vec::new(),
+        })
+    }
+
+    /// Takes over what was found.
+    pub fn take(&mut self, found: &FoundWindows) {
+        self.searched = Some(found.of);
+        self.windows = Some(found.count);
+        self.scenarios = Some(found.scenarios);
+        self.found = found.windows.iter().map(|one| line(one, found)).collect();
+    }
+
+    /// Calls each file, and its scenario, otherwise.
+    pub fn rename(&mut self, name: impl Fn(&str) -> Option<String>) {
+        for one in &mut self.found {
+            if let Some(name) = name(&one.file) {
+                (one.scenario, one.file) = (name.clone(), name);
+            }
+        }
+    }
 }
 
 fn line(one: &FoundWindow, found: &FoundWindows) -> FindWindow {

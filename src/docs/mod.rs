@@ -48,7 +48,7 @@ topics! {
     providers, "providers", "providers.md", ["ask", "models"],
         "Language models: keys, addresses, prices, what is refused, what fails";
     tools, "tools", "tools.md", [],
-        "Tools that models call while they judge: the table, limits, oracles";
+        "Tools that models call while they judge: the table, limits";
     mcp_server, "mcp-server", "mcp-server.md", ["mcp"],
         "A server for agents: tools, scenarios and prompts over the Model Context Protocol";
     evaluation, "evaluation", "evaluation.md", ["evaluate", "batches"],

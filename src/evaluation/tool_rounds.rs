@@ -6,15 +6,15 @@ use serde_json::{Value, json};
 
 use super::question::Question;
 use crate::llm::{CALL, MOST_CALLS, ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox};
-use crate::tools::{self, Kind, WindowView, tools};
+use crate::tools::{self, TOOLS, WindowView};
 
 /// Most bytes of a result: longer ones become an error that says so.
 const LONGEST_RESULT: usize = 6 << 10;
 
-/// The instruments as models are told of them. Oracles are never among them.
+/// The tools as models are told of them.
 #[must_use]
 pub fn offered() -> Vec<ToolSpec> {
-    let all = tools(Kind::Instrument);
+    let all = TOOLS.iter();
     all.map(|tool| ToolSpec {
         name: tool.name.into(),
         about: tool.about.into(),
@@ -99,7 +99,7 @@ pub fn words(rounds: &[ToolRound], noun: &str) -> String {
 
 /// The result of a call as the model gets it.
 fn result(view: &WindowView<'_>, call: &ToolCall) -> String {
-    match tools::call(view, &[Kind::Instrument], &call.name, &call.arguments) {
+    match tools::call(view, &call.name, &call.arguments) {
         Ok(value) => {
             let text = value.to_string();
             match text.len() > LONGEST_RESULT {

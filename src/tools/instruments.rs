@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::lanes::LaneWords;
 use super::view::{Who, number, time};
-use super::{Argument, ArgumentKind, Arguments, Field, Kind, Tool, ToolError, WindowView};
+use super::{Argument, ArgumentKind, Arguments, Field, Tool, ToolError, WindowView};
 use crate::metrics::{Direction, side_of_centre};
 
 /// The moment that a tool computes at.
@@ -45,7 +45,6 @@ pub(super) const AT: Field = Field::new(
 pub(super) const LIST_OBSTACLES: Tool = Tool {
     name: "list_obstacles",
     about: "Lists the obstacles near the ego at a moment, the nearest first: type, distance of the bodies, side, lane.",
-    kind: Kind::Instrument,
     arguments: &[
         T,
         Argument {
@@ -136,7 +135,6 @@ fn list_obstacles(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value,
 pub(super) const GET_STATE: Tool = Tool {
     name: "get_state",
     about: "State of the ego or of an obstacle at a moment: position and heading on the map, speed, acceleration, size.",
-    kind: Kind::Instrument,
     arguments: &[PARTICIPANT, T],
     result: &[
         AT,

@@ -4,13 +4,12 @@ use serde_json::{Value, json};
 
 use super::instruments::{AT, OBSTACLE, PARTICIPANT, T};
 use super::view::{Who, number, time};
-use super::{Argument, ArgumentKind, Arguments, Field, Kind, Tool, ToolError, WindowView};
+use super::{Argument, ArgumentKind, Arguments, Field, Tool, ToolError, WindowView};
 use crate::scenario::{LaneRelation, LaneRelations, LaneletNetwork, Motion};
 
 pub(super) const LANE_RELATION: Tool = Tool {
     name: "lane_relation",
     about: "What the lane under an obstacle is to the ego's lane at a moment, and how far each is from the middle of its lane.",
-    kind: Kind::Instrument,
     arguments: &[OBSTACLE, T],
     result: &[
         AT,
@@ -104,7 +103,6 @@ pub(super) const POSITIONS_AHEAD: Tool = Tool {
     name: "positions_ahead",
     about: "Points of the middle of the lane ahead of the ego or of an obstacle, straight on where it forks, at equal \
             distances along the lane.",
-    kind: Kind::Instrument,
     arguments: &[
         PARTICIPANT,
         T,

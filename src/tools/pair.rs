@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::instruments::{AT, OBSTACLE, T};
 use super::view::{Who, number, time};
-use super::{Argument, ArgumentKind, Arguments, Field, Kind, Tool, ToolError, WindowView};
+use super::{Argument, ArgumentKind, Arguments, Field, Tool, ToolError, WindowView};
 use crate::geometry::Contact;
 use crate::metrics::{HORIZON, MEASURES, Reading, measure};
 
@@ -28,7 +28,6 @@ const NONE: Field = Field::new(
 pub(super) const DISTANCE: Tool = Tool {
     name: "distance",
     about: "Exact shortest distance between two bodies at a moment; 0 when they touch.",
-    kind: Kind::Instrument,
     arguments: &[OBSTACLE, OTHER, T],
     result: &[
         AT,
@@ -65,7 +64,6 @@ fn distance(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolE
 pub(super) const TIME_TO_COLLISION: Tool = Tool {
     name: "time_to_collision",
     about: "Time until two bodies touch if both keep velocity and heading from a moment on; looked for within 10 s.",
-    kind: Kind::Instrument,
     arguments: &[OBSTACLE, OTHER, T],
     result: &[
         AT,
@@ -93,7 +91,7 @@ fn time_to_collision(view: &WindowView<'_>, arguments: &Arguments) -> Result<Val
 }
 
 /// The result of a measure.
-pub(super) const READING: &[Field] = &[
+const READING: &[Field] = &[
     AT,
     Field::new("name", "string", "", "Name of the measure."),
     Field::new(
@@ -116,7 +114,6 @@ pub(super) const MEASURE: Tool = Tool {
     about: "A safety measure of the ego and an obstacle at a moment, by its id: gaps (gap_long, gap_lat), times to \
             collision (ttc, ttc_long, ttc_lat, ttc_lane, wttc), time_gap, needed decelerations, RSS distances, risk \
             score (0 collision to 5 negligible). Measures along the lane look along the road ahead of the ego.",
-    kind: Kind::Instrument,
     arguments: &[
         Argument {
             name: "id",
@@ -172,7 +169,7 @@ fn measured(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolE
 }
 
 /// A reading as a result.
-pub(super) fn said(seconds: f64, measure: &crate::metrics::Measure, reading: Reading) -> Value {
+fn said(seconds: f64, measure: &crate::metrics::Measure, reading: Reading) -> Value {
     let mut said = json!({"t": time(seconds), "name": measure.name});
     match reading {
         Reading::Value(value) => said["value"] = number(value),

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::instruments::{AT, PARTICIPANT, T};
 use super::view::{Who, number, time};
-use super::{Argument, ArgumentKind, Arguments, Field, Kind, Tool, ToolError, WindowView};
+use super::{Argument, ArgumentKind, Arguments, Field, Tool, ToolError, WindowView};
 use crate::geometry::Pose;
 use crate::scenario::Motion;
 
@@ -12,7 +12,6 @@ pub(super) const PREDICT: Tool = Tool {
     name: "predict_constant_velocity",
     about: "Where the ego or an obstacle would be if it kept velocity and heading from a moment on, and how far the \
             bodies of obstacle and ego would then be apart if the ego did so too. A prediction, not the recording.",
-    kind: Kind::Instrument,
     arguments: &[
         PARTICIPANT,
         T,

@@ -24,12 +24,16 @@ fn view(scene: &Scene, last: i64) -> WindowView<'_> {
     )
 }
 
-/// Every call of an instrument that makes sense about a window.
+/// Every call of a tool that makes sense about a window.
 fn calls(view: &WindowView<'_>) -> Vec<(&'static str, Value)> {
     let mut calls = Vec::new();
     let ids: Vec<i64> = view.there().iter().map(|(_, p)| p.obstacle.id).collect();
     let with = |name: &'static str, mut arguments: Value, id: i64, t: f64| {
-        let expected = tool(Kind::Instrument, name).unwrap().arguments;
+        let expected = TOOLS
+            .iter()
+            .find(|tool| tool.name == name)
+            .unwrap()
+            .arguments;
         for argument in expected {
             match argument.name {
                 "obstacle" | "participant" => arguments[argument.name] = id.into(),
@@ -43,7 +47,7 @@ fn calls(view: &WindowView<'_>) -> Vec<(&'static str, Value)> {
         .into_iter()
         .skip(usize::from(view.there().len() > 6))
     {
-        for tool in tools(Kind::Instrument) {
+        for tool in TOOLS {
             for id in ids.iter().copied().chain([0]) {
                 if tool.name != "measure" {
                     calls.push(with(tool.name, json!({}), id, t));
@@ -60,7 +64,7 @@ fn calls(view: &WindowView<'_>) -> Vec<(&'static str, Value)> {
 }
 
 #[test]
-fn another_future_changes_no_answer_of_an_instrument() {
+fn another_future_changes_no_answer_of_a_tool() {
     let (mut values, mut refused) = (0, 0);
     for at in 0..bundled().len() {
         let recorded = scene(at);
@@ -70,8 +74,8 @@ fn another_future_changes_no_answer_of_an_instrument() {
                 let (here, there) = (view(&recorded, now), view(&other, now));
                 for (name, arguments) in calls(&here) {
                     let text = arguments.to_string();
-                    let said = call(&here, &[Kind::Instrument], name, &text);
-                    let changed = call(&there, &[Kind::Instrument], name, &text);
+                    let said = call(&here, name, &text);
+                    let changed = call(&there, name, &text);
                     assert_eq!(said, changed, "{at} {now} {name} {text}");
                     values += usize::from(said.is_ok());
                     refused += usize::from(said.is_err());
@@ -91,9 +95,7 @@ fn what_a_window_does_not_tell_yet_is_refused() {
     let mut unknown = 0;
     for (name, arguments) in calls(&views[0]) {
         let text = arguments.to_string();
-        let said = views
-            .each_ref()
-            .map(|view| call(view, &[Kind::Instrument], name, &text));
+        let said = views.each_ref().map(|view| call(view, name, &text));
         assert_eq!(said[0], said[1], "{name} {text}");
         let why = said[0].as_ref().err().map(ToString::to_string);
         unknown += usize::from(why.is_some_and(|why| why.contains("not known yet")));
@@ -101,12 +103,7 @@ fn what_a_window_does_not_tell_yet_is_refused() {
     assert!(unknown > 10, "{unknown}");
     let state = |last: i64, t: f64| {
         let text = json!({"participant": 0, "t": t}).to_string();
-        call(
-            &view(&scenes[0], last),
-            &[Kind::Instrument],
-            "get_state",
-            &text,
-        )
+        call(&view(&scenes[0], last), "get_state", &text)
     };
     // A step later all is known, also of the moment before.
     let later = state(first + 1, -scenes[0].scenario.dt()).unwrap();
@@ -114,7 +111,7 @@ fn what_a_window_does_not_tell_yet_is_refused() {
 }
 
 #[test]
-fn oracles_and_measures_that_read_ahead_do_tell_the_future() {
+fn measures_that_read_ahead_do_tell_the_future() {
     let mut told: std::collections::BTreeSet<&str> = std::collections::BTreeSet::new();
     let mut silent: std::collections::BTreeSet<&str> = MEASURES.iter().map(|m| m.id).collect();
     for at in 0..bundled().len() {
@@ -157,10 +154,14 @@ fn oracles_and_measures_that_read_ahead_do_tell_the_future() {
         "none looks past a window's end"
     );
     for measure in MEASURES.iter().filter(|m| m.reads_ahead) {
-        assert!(told.contains(measure.id), "{} is no oracle", measure.id);
+        assert!(
+            told.contains(measure.id),
+            "{} does not read ahead",
+            measure.id
+        );
     }
     for id in ["distance", "ttc", "risk", "wttc", "gap_long", "v_rel_long"] {
-        assert!(!told.contains(id), "{id} is an instrument");
+        assert!(!told.contains(id), "{id} reads ahead");
     }
 }
 
@@ -170,7 +171,7 @@ fn nothing_after_the_window_can_be_asked() {
     let view = view(&recorded, 20);
     let id = view.there()[0].1.obstacle.id;
     let said = |name: &str, arguments: Value| {
-        call(&view, &[Kind::Instrument], name, &arguments.to_string())
+        call(&view, name, &arguments.to_string())
             .unwrap_err()
             .to_string()
     };
@@ -178,10 +179,6 @@ fn nothing_after_the_window_can_be_asked() {
     assert!(late.contains("nothing after t = 0 can be asked"), "{late}");
     let early = said("get_state", json!({"participant": 0, "t": -5}));
     assert!(early.contains("begins at t = -0.90 s"), "{early}");
-    for oracle in tools(Kind::Oracle) {
-        let refused = said(oracle.name, json!({}));
-        assert!(refused.contains("unknown tool"), "{refused}");
-    }
     for measure in MEASURES.iter().filter(|m| m.reads_ahead) {
         let refused = said("measure", json!({"id": measure.id, "obstacle": id}));
         assert!(refused.contains("expected one of distance"), "{refused}");
@@ -192,11 +189,7 @@ fn nothing_after_the_window_can_be_asked() {
 fn mistakes_are_told_in_words() {
     let recorded = scene(0);
     let view = view(&recorded, 20);
-    let said = |name: &str, text: &str| {
-        call(&view, &[Kind::Instrument], name, text)
-            .unwrap_err()
-            .to_string()
-    };
+    let said = |name: &str, text: &str| call(&view, name, text).unwrap_err().to_string();
     assert!(said("distanse", "{}").contains("distance"));
     assert!(said("distance", "{").contains("no JSON"));
     assert!(said("distance", "[1]").contains("no JSON object"));
@@ -208,7 +201,7 @@ fn mistakes_are_told_in_words() {
     assert!(said("list_obstacles", r#"{"radius": 1e99}"#).contains("0 to 10000 m"));
     assert!(said("measure", r#"{"id": "nix", "obstacle": 304}"#).contains("expected one of"));
     let text = format!(r#"{{"obstacle": "{}"}}"#, view.there()[0].1.obstacle.id);
-    assert!(call(&view, &[Kind::Instrument], "distance", &text).is_ok());
+    assert!(call(&view, "distance", &text).is_ok());
 }
 
 #[test]
@@ -218,23 +211,17 @@ fn results_agree_with_the_measures_and_their_schemas() {
     for (place, p) in view.there() {
         let encounter = view.context().encounter(*place, 20).unwrap();
         let arguments = json!({"obstacle": p.obstacle.id}).to_string();
-        let said = call(&view, &[Kind::Instrument], "distance", &arguments).unwrap();
+        let said = call(&view, "distance", &arguments).unwrap();
         let apart = said["distance"].as_f64().unwrap();
         assert!((apart - encounter.distance()).abs() < 1e-3);
         let arguments = json!({"obstacle": p.obstacle.id, "id": "ttc"}).to_string();
-        let measured = call(&view, &[Kind::Instrument], "measure", &arguments).unwrap();
+        let measured = call(&view, "measure", &arguments).unwrap();
         let arguments = json!({"obstacle": p.obstacle.id}).to_string();
-        let ttc = call(&view, &[Kind::Instrument], "time_to_collision", &arguments).unwrap();
+        let ttc = call(&view, "time_to_collision", &arguments).unwrap();
         assert_eq!(measured.get("value"), ttc.get("ttc"));
     }
-    let kinds = [Kind::Instrument, Kind::Oracle];
-    let oracles = [
-        ("recorded_future", json!({"participant": 0})),
-        ("first_contact", json!({})),
-        ("judge", json!({})),
-    ];
-    for (name, arguments) in calls(&view).into_iter().chain(oracles) {
-        let Ok(said) = call(&view, &kinds, name, &arguments.to_string()) else {
+    for (name, arguments) in calls(&view) {
+        let Ok(said) = call(&view, name, &arguments.to_string()) else {
             continue;
         };
         let tool = TOOLS.iter().find(|tool| tool.name == name).unwrap();

@@ -8,12 +8,11 @@ use crate::metrics::{Context, Thresholds};
 use crate::scenario::{Motion, Participant, Scene, Track, Window};
 
 /// A scene as it is known at the end of a window. Instruments read it through this type alone, and nothing that it
-/// gives them depends on later steps; oracles ask for the recording.
+/// gives them depends on later steps.
 #[derive(Debug)]
 pub struct WindowView<'s> {
     context: Context<'s>,
     scene: &'s Scene,
-    thresholds: &'s Thresholds,
     window: Window,
     /// Obstacles that are there at some step of the window, with their places in the context.
     there: Vec<(usize, Participant<'s>)>,
@@ -49,15 +48,9 @@ impl<'s> WindowView<'s> {
         Self {
             context,
             scene,
-            thresholds,
             window,
             there,
         }
-    }
-
-    /// Everything, for oracles.
-    pub(super) fn recording(&self) -> (&'s Scene, &'s Thresholds, Window) {
-        (self.scene, self.thresholds, self.window)
     }
 
     /// The scene during the window, prepared for measuring.

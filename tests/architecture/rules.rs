@@ -38,8 +38,7 @@ fn may_import(module: &str) -> Option<Vec<&'static str>> {
         "corpus" => &["metrics", "scenario", "geometry"],
         "description" => &["metrics", "scenario", "geometry"],
         "judge" => &["metrics", "scenario", "geometry", "verdict"],
-        // What models may compute; oracles ask the judge.
-        "tools" => &["judge", "metrics", "scenario", "geometry", "verdict"],
+        "tools" => &["metrics", "scenario", "geometry"],
         // Drives are written as solutions, variants as scenarios.
         "simulation" => &[
             "planner",

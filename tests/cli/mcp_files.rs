@@ -34,14 +34,14 @@ fn files_that_a_scenario_reads_lie_in_the_folders() {
     home.write("in/link.xosc", text.replace("drive.xodr", "road.xodr"));
     home.write("in/up.xosc", text.replace("drive.xodr", "../outer.xodr"));
     let mut client = Client::start(&home, &["in"]);
-    let why = |said: &Value| said["content"][0]["text"].as_str().unwrap().to_string();
+    let why = |said: &Value| said["content"][0].to_string();
     for (file, inside) in [
         ("drive.xosc", true),
         ("link.xosc", false),
         ("up.xosc", false),
     ] {
         // Both look at the same files, in this process and in one of their own.
-        for tool in ["list_obstacles", "render"] {
+        for tool in ["inspect", "render"] {
             let said = client.call(tool, json!({"scenario": file}));
             assert_eq!(
                 said["isError"].as_bool(),
@@ -67,12 +67,15 @@ fn a_changed_ego_is_read_anew() {
     home.write("in/a.ego_trajectory.csv", &ego);
     let mut client = Client::start(&home, &["in"]);
     let late = json!({"scenario": "a.xml", "at": 30});
-    let said = client.call("list_obstacles", late.clone());
+    let said = client.call("describe", late.clone());
     assert_eq!(said["isError"], false, "{said}");
     let half: Vec<&str> = ego.lines().take(20).collect();
     home.write("in/a.ego_trajectory.csv", half.join("\n") + "\n");
-    let said = client.call("list_obstacles", late);
-    assert!(said.to_string().contains("the ego is recorded"), "{said}");
+    let said = client.call("describe", late);
+    assert!(
+        said.to_string().contains("the recording has steps"),
+        "{said}"
+    );
     client.end();
 }
 
@@ -127,7 +130,7 @@ fn without_a_recorded_ego_clients_choose_one() {
         client.ask("prompts/get", asked)
     };
     let prompted = prompt(&mut client, Value::Null)["error"]["message"].clone();
-    let said = client.call("list_obstacles", json!({"scenario": "a.xml"}));
+    let said = client.call("describe", json!({"scenario": "a.xml"}));
     let wanted = "the scenario has no recorded ego; give `ego`, the id of an obstacle: 301";
     for why in [prompted, said["content"][0]["text"].clone()] {
         let why = why.as_str().unwrap();
@@ -139,10 +142,21 @@ fn without_a_recorded_ego_clients_choose_one() {
         said["result"]["messages"].to_string()
     };
     assert_ne!(of("301", &mut client), of("302", &mut client));
+    // Lists tell who might be it, the most endangered first.
+    let list = client.call("list_scenarios", json!({}))["structuredContent"].clone();
+    let worst = &list["scenarios"][0];
+    let seen = client.call("inspect", json!({"scenario": "a.xml"}))["structuredContent"].clone();
+    assert_eq!(seen["moments"][0]["ego"], worst["ego"]);
+    assert!(
+        seen["no_ego"].as_str().unwrap().starts_with(wanted),
+        "{seen}"
+    );
+    let told = json!({"scenario": "a.xml", "ego": worst["ego"], "at": worst["at"]});
+    assert_eq!(client.call("describe", told)["isError"], false);
     assert_eq!(prompt(&mut client, json!("near"))["error"]["code"], -32602);
     // What is wrong with a file beside it is said, with the same way out.
     home.write("in/a.ego_trajectory.csv", "no,table\n");
-    let said = client.call("list_obstacles", json!({"scenario": "a.xml"}));
+    let said = client.call("describe", json!({"scenario": "a.xml"}));
     let why = said["content"][0]["text"].as_str().unwrap();
     assert!(
         why.contains("a.ego_trajectory.csv") && why.contains("give `ego`"),
@@ -161,15 +175,15 @@ fn wrong_arguments_are_told_in_words_of_the_protocol() {
         assert_eq!(said["isError"], true, "{said}");
         said["content"][0]["text"].as_str().unwrap().to_string()
     };
-    for tool in ["list_obstacles", "plan"] {
+    for tool in ["inspect", "plan"] {
         let said = why(tool, json!({"scenario": 5}));
         assert!(
-            said.starts_with("argument `scenario` is 5, no string"),
+            said.starts_with("argument `scenario` is 5; expected text"),
             "{said}"
         );
     }
-    let said = why("distance", json!({"scenario": CUT_IN, "zzz": 1}));
-    for name in ["scenario", "at", "history", "ego", "obstacle"] {
+    let said = why("describe", json!({"scenario": CUT_IN, "zzz": 1}));
+    for name in ["scenario", "at", "frame", "history", "ego", "obstacle"] {
         assert!(said.contains(name), "{name}: {said}");
     }
     for (tool, arguments, wanted) in [
@@ -200,10 +214,10 @@ fn wrong_arguments_are_told_in_words_of_the_protocol() {
         assert!(said.contains(wanted) && !said.contains("--"), "{said}");
     }
     // Bundled scenarios open beside folders, and no text says that only files of folders do.
-    let said = client.call("list_obstacles", json!({"scenario": CUT_IN}));
+    let said = client.call("inspect", json!({"scenario": CUT_IN}));
     assert_eq!(said["isError"], false, "{said}");
     let said = client
-        .call("list_obstacles", json!({"scenario": "zzz.xml"}))
+        .call("inspect", json!({"scenario": "zzz.xml"}))
         .to_string();
     assert!(!said.contains("can be opened"), "{said}");
     client.end();
@@ -227,6 +241,7 @@ fn a_list_goes_on_from_cursors_that_were_given_alone() {
         ("resources/list", json!("")),
         ("resources/list", json!("0")),
         ("resources/list", json!("7")),
+        ("resources/list", json!("400")),
         ("resources/list", json!("-200")),
         ("resources/list", json!(200)),
         ("resources/list", json!({})),
@@ -239,6 +254,14 @@ fn a_list_goes_on_from_cursors_that_were_given_alone() {
             answer["error"]["code"], -32602,
             "{method} {cursor}: {answer}"
         );
+    }
+    let mut page = |cursor: Value| client.call("list_scenarios", json!({ "cursor": cursor }));
+    let first = page(Value::Null)["structuredContent"].clone();
+    let next = page(first["cursor"].clone())["structuredContent"].clone();
+    assert_eq!(next["scenarios"].as_array().unwrap().len(), 25);
+    assert_ne!(first["scenarios"][0], next["scenarios"][0]);
+    for wrong in [json!("7"), json!("250"), json!(25)] {
+        assert_eq!(page(wrong)["isError"], true);
     }
     client.end();
 }
@@ -258,7 +281,7 @@ fn while_a_scenario_is_read_a_ping_is_answered_and_a_request_taken_back() {
     };
     let call = |name: &str| {
         let arguments = json!({"scenario": name, "ego": 1000301});
-        json!({"name": "list_obstacles", "arguments": arguments})
+        json!({"name": "inspect", "arguments": arguments})
     };
     send(&mut client, 100, "tools/call", call("a.xml"));
     send(&mut client, 101, "ping", json!({}));

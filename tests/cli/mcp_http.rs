@@ -132,14 +132,14 @@ fn sessions_call_tools_and_jobs_stream_their_progress() {
     let call = request(
         1,
         "tools/call",
-        json!({"name": "list_obstacles", "arguments": {"scenario": CUT_IN, "at": 20}}),
+        json!({"name": "inspect", "arguments": {"scenario": CUT_IN}}),
     );
     let answer = server.post(Some(&session), &call);
     assert_eq!(
         (answer.0, answer.header("content-type")),
         (200, Some("application/json"))
     );
-    assert!(answer.json()["result"]["structuredContent"]["obstacles"].is_array());
+    assert!(answer.json()["result"]["structuredContent"]["moments"].is_array());
     // A job takes longer than a plain answer may: a stream, which ends with the result.
     let job = request(
         2,
@@ -169,7 +169,12 @@ fn sessions_call_tools_and_jobs_stream_their_progress() {
         "tools/call",
         json!({"name": "render", "arguments": {"scenario": CUT_IN, "at": 5}}),
     );
-    assert!(server.post(Some(&session), &render).2.contains("<svg"));
+    assert!(
+        server
+            .post(Some(&session), &render)
+            .2
+            .contains("\"image/png\"")
+    );
     let headers = [
         ("Authorization", TOKEN),
         ("Mcp-Session-Id", session.as_str()),
@@ -219,6 +224,13 @@ fn who_has_no_token_or_comes_from_a_page_is_refused() {
             .0,
         413
     );
+    // What is too long is answered by its id, if it has one.
+    let long = request(5, "ping", json!({"x": "x".repeat(1 << 20)})).to_string();
+    let said = server.send("POST", "/mcp", &good, &long);
+    assert_eq!((said.0, &said.json()["id"]), (200, &json!(5)));
+    assert_eq!(said.json()["error"]["code"], -32600);
+    let lost = server.send("POST", "/mcp", &good, &message);
+    assert_eq!(lost.json()["id"], 1);
     // Nothing but this machine.
     home.run(&["mcp", "--http", "0.0.0.0:0"])
         .status(2)

@@ -4,7 +4,7 @@ mod rows;
 mod show;
 mod throughput;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::interrupt::interrupted;
@@ -13,6 +13,7 @@ use super::open::{found, user_thresholds};
 use super::parts::{Measured, PartsRequest, write};
 use super::{Failure, Outcome, output};
 use crate::corpus::IndexOptions;
+use crate::formats::Entry;
 use crate::metrics::{MEASURES, Measure, Thresholds, measure};
 use crate::settings::Folders;
 use crate::system::unknown;
@@ -41,10 +42,10 @@ pub struct Index {
     #[command(flatten)]
     many: ManyFiles,
     /// Length of a window, seconds.
-    #[arg(long, value_name = "S", default_value = "2", value_parser = positive)]
+    #[arg(long, value_name = "S", default_value_t = LENGTH, value_parser = positive)]
     length: f64,
     /// Seconds from the start of a window to that of the next.
-    #[arg(long, value_name = "S", default_value = "1", value_parser = positive)]
+    #[arg(long, value_name = "S", default_value_t = STRIDE, value_parser = positive)]
     stride: f64,
     /// Leave out pairs whose centres are farther apart throughout a window, metres.
     #[arg(long, value_name = "M", default_value_t = INDEX_RADIUS, value_parser = positive)]
@@ -66,6 +67,10 @@ enum Action {
     /// Print how many windows an index holds by manoeuvre, road and severity.
     Show(show::Show),
 }
+
+/// Length of a window and of the stride to the next, seconds, unless others are said.
+const LENGTH: f64 = 2.0;
+const STRIDE: f64 = 1.0;
 
 /// The measures of a window unless others are named.
 const USUAL: &str = "distance,risk,ttc,ttc_lane,drac,time_gap,btn,stn,pet,rss_margin";
@@ -110,6 +115,41 @@ impl Index {
     }
 }
 
+/// What a window is measured by unless something else is said.
+pub fn usual() -> IndexOptions {
+    IndexOptions {
+        length: LENGTH,
+        stride: STRIDE,
+        radius: INDEX_RADIUS,
+        measures: USUAL.split(',').filter_map(measure).collect(),
+    }
+}
+
+/// The index of a folder.
+pub fn request<'a>(
+    folder: &'a Path,
+    many: ManyFiles,
+    overwrite: bool,
+    options: &IndexOptions,
+    thresholds: &Thresholds,
+) -> PartsRequest<'a> {
+    PartsRequest {
+        command: "index",
+        folder,
+        many,
+        overwrite,
+        table: rows::table(options, thresholds),
+        settings: format!("{} {} {}", options.length, options.stride, options.radius),
+        per_part: PER_PART,
+    }
+}
+
+/// The windows of a scenario.
+pub fn measured(entry: &Entry, options: &IndexOptions, thresholds: &Thresholds) -> Measured {
+    let (said, rows) = rows::measure(entry, options, thresholds);
+    Measured { said, rows }
+}
+
 /// Runs `index`.
 pub fn run(arguments: &Index) -> Outcome {
     if let Some(Action::Show(show)) = &arguments.action {
@@ -129,22 +169,20 @@ pub fn run(arguments: &Index) -> Outcome {
         measures: arguments.measures(),
     };
     let stop = interrupted(true);
-    let request = PartsRequest {
-        command: "index",
+    let request = request(
         folder,
-        many: arguments.many,
-        overwrite: arguments.overwrite,
-        table: rows::table(&options, &thresholds),
-        settings: format!("{} {} {}", options.length, options.stride, options.radius),
-        per_part: PER_PART,
-    };
+        arguments.many,
+        arguments.overwrite,
+        &options,
+        &thresholds,
+    );
     let (pairs, throughput) = (AtomicU64::new(0), Throughput::begin());
     let done = write(request, &entries, &stop, |entry| {
-        let (said, rows) = rows::measure(entry, &options, &thresholds);
-        if let Ok(rows) = &rows {
+        let measured = measured(entry, &options, &thresholds);
+        if let Ok(rows) = &measured.rows {
             pairs.fetch_add(rows::pairs(rows), Ordering::Relaxed);
         }
-        Measured { said, rows }
+        measured
     })?;
     throughput.say(&done, pairs.into_inner());
     done.end("indexed")

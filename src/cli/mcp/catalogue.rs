@@ -1,8 +1,26 @@
-//! What clients can call: the table of tools, and jobs that are commands of this program.
+//! What clients can call: looks into the scenarios, and jobs that are commands of this program.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
-use crate::tools::{Kind, TOOLS, Tool};
+use super::aside::Aside;
+use super::looks;
+use super::server::Server;
+use crate::cli::at::At;
+
+/// A tool that this process answers.
+#[derive(Debug)]
+pub struct Look {
+    /// Its name.
+    pub name: &'static str,
+    /// What it tells.
+    pub about: &'static str,
+    /// Its arguments.
+    pub options: &'static [JobOption],
+    /// Whether it may take as long as a job.
+    pub takes_long: bool,
+    /// Gives the result, of checked arguments; or says in words why there is none.
+    pub call: fn(&Server, &Value, &Aside<'_>) -> Result<Value, String>,
+}
 
 /// A command of this program as a tool.
 #[derive(Debug)]
@@ -11,21 +29,36 @@ pub struct Job {
     pub name: &'static str,
     /// What it does.
     pub about: &'static str,
-    /// The command.
-    pub command: &'static str,
-    /// Its options.
+    /// The command, with what is always said to it.
+    pub command: &'static [&'static str],
+    /// Its arguments.
     pub options: &'static [JobOption],
+    /// What it gives.
+    pub gives: Gives,
     /// Whether it is about the ego, the recorded one where the arguments choose none.
     pub needs_ego: bool,
     /// Whether it may cost money.
     pub paid: bool,
 }
 
+/// What a command gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Gives {
+    /// Text.
+    Text,
+    /// A JSON object.
+    Json,
+    /// A PNG.
+    Picture,
+}
+
 /// What the value of an option is.
 #[derive(Debug, Clone, Copy)]
 pub enum JobValue {
-    /// Text that does not begin with `-`.
+    /// Text.
     Text,
+    /// A moment, as `--at` takes it; the most severe one where it is left out.
+    Moment,
     /// One of some words.
     Word(&'static [&'static str]),
     /// A whole number from the first to the second, ends included; without bounds where there is none.
@@ -39,12 +72,14 @@ pub enum JobValue {
 pub struct JobOption {
     /// The argument.
     pub name: &'static str,
-    /// The option.
+    /// The option; empty for what is no option of the command.
     pub option: &'static str,
     /// What its value is.
     pub value: JobValue,
     /// What it means.
     pub about: &'static str,
+    /// Whether it may not be left out.
+    pub required: bool,
 }
 
 const fn option(
@@ -58,6 +93,7 @@ const fn option(
         option,
         value,
         about,
+        required: false,
     }
 }
 
@@ -66,6 +102,7 @@ impl JobOption {
     pub fn schema(&self) -> Value {
         let mut schema = match self.value {
             JobValue::Text => json!({"type": "string"}),
+            JobValue::Moment => json!({"type": ["integer", "string"]}),
             JobValue::Word(words) => json!({"type": "string", "enum": words}),
             JobValue::Whole(least, most) => {
                 let mut schema = json!({"type": "integer"});
@@ -83,23 +120,164 @@ impl JobOption {
     }
 }
 
+/// The argument that chooses the scenario.
+pub const SCENARIO: JobOption = JobOption {
+    required: true,
+    ..option(
+        "scenario",
+        "",
+        JobValue::Text,
+        "Name, as list_scenarios gives it.",
+    )
+};
+
+/// The argument that chooses the ego. Files are not taken: they may lie outside the folders.
+pub const EGO: JobOption = option(
+    "ego",
+    "--ego",
+    JobValue::Whole(None, None),
+    "Id of the obstacle that is the ego [default: the recorded ego].",
+);
+
+/// The argument that chooses the moment.
+const AT: JobOption = option(
+    "at",
+    "--at",
+    JobValue::Moment,
+    "Time step, or worst, worst:ttc, worst:distance, worst:risk [default: worst, the most severe moment].",
+);
+
+/// The argument that asks for the next page.
+pub const CURSOR: JobOption = option("cursor", "", JobValue::Text, "`cursor` of the page before.");
+
+/// What is looked for.
+pub const QUERY: JobOption = JobOption {
+    required: true,
+    ..option("query", "", JobValue::Text, "Sentence or filter.")
+};
+
+/// How much is given.
+pub const NUMBER: JobOption = option(
+    "number",
+    "",
+    JobValue::Whole(Some(1), Some(100)),
+    "Most windows that are given [default: 10].",
+);
+
+/// What this process answers.
+pub const LOOKS: &[Look] = &[
+    Look {
+        name: "list_scenarios",
+        about: "Lists the scenarios, the most severe first: severity (0 contact, 1 conflict, 2 near miss, 3 course, 4 later, \
+                5 none), the time step `at` which it is most severe, the obstacle, and why. `ego` is there where none is \
+                recorded: give it to the other tools. Start here.",
+        options: &[CURSOR],
+        takes_long: true,
+        call: looks::list,
+    },
+    Look {
+        name: "inspect",
+        about: "Says what is in a scenario: steps and their length, road, obstacles, ego, warnings, and the most severe \
+                moment with each obstacle, the most severe first.",
+        options: &[SCENARIO, EGO],
+        takes_long: false,
+        call: looks::inspect,
+    },
+    Look {
+        name: "find",
+        about: "Searches windows of 2 s of every pair of road users in all scenarios, the most severe first. A sentence, \
+                such as \"cut-ins under 1.5 s TTC on motorways\", or a filter: manoeuvre:cut_in road:highway actor:truck \
+                severity<=2 ttc<1.5 pet<1. Where `ego_source` is obstacle, give `ego_id` as `ego` to other tools. The first \
+                call measures all scenarios and takes longer.",
+        options: &[QUERY, NUMBER],
+        takes_long: true,
+        call: looks::find,
+    },
+];
+
 /// The jobs.
 pub const JOBS: &[Job] = &[
     Job {
+        name: "describe",
+        about: "The table of the window that ends at a moment, as prompts have it: who, lane, speed, acceleration, direction, \
+                distance, gaps and relative motion at each step. t = 0 is the end of the window. Frame metrics adds times to \
+                collision, braking, risk scores and the worst value of each.",
+        command: &["describe", "--contact=yes"],
+        options: &[
+            SCENARIO,
+            AT,
+            option(
+                "frame",
+                "--frame",
+                JobValue::Word(&["ego", "cartesian", "metrics"]),
+                "Measured from the ego, on the map, or with measures [default: ego].",
+            ),
+            option(
+                "measures",
+                "--measures",
+                JobValue::Text,
+                "Columns of the frame metrics, such as ttc,thw,drac,pet,ttb,rss_margin.",
+            ),
+            option(
+                "history",
+                "--history",
+                JobValue::Whole(Some(1), Some(10_000)),
+                "Steps in the window [default: 10].",
+            ),
+            option(
+                "stride",
+                "--stride",
+                JobValue::Whole(Some(1), Some(10_000)),
+                "Every Nth step alone [default: 1].",
+            ),
+            option(
+                "obstacle",
+                "--obstacle",
+                JobValue::Whole(None, None),
+                "This obstacle alone.",
+            ),
+            EGO,
+        ],
+        gives: Gives::Text,
+        needs_ego: true,
+        paid: false,
+    },
+    Job {
+        name: "render",
+        about: "Draws the road and all participants from above, as a picture.",
+        command: &["render"],
+        options: &[
+            SCENARIO,
+            AT,
+            option(
+                "view",
+                "--view",
+                JobValue::Text,
+                "Part of the map, metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego].",
+            ),
+            EGO,
+        ],
+        gives: Gives::Picture,
+        needs_ego: false,
+        paid: false,
+    },
+    Job {
         name: "plan",
         about: "Plans the ego's motion with the built-in planner and simulates it in the recorded traffic: outcome, goal, \
-                limits, times. Reports progress; takes seconds.",
-        command: "plan",
-        options: &[],
+                limits, rules, times. Takes seconds.",
+        command: &["plan"],
+        options: &[SCENARIO],
+        gives: Gives::Json,
         needs_ego: false,
         paid: false,
     },
     Job {
         name: "generate",
         about: "Searches a dangerous but avoidable variant of a safe scenario and says what came of it: attacker, \
-                manoeuvre, outcome, who could have avoided it. Writes nothing. Reports progress; takes seconds to minutes.",
-        command: "generate",
+                manoeuvre, outcome, who could have avoided it. Writes nothing. Takes seconds to minutes.",
+        command: &["generate"],
         options: &[
+            SCENARIO,
             option(
                 "candidates",
                 "--candidates",
@@ -113,157 +291,79 @@ pub const JOBS: &[Job] = &[
                 "Seed of the search.",
             ),
         ],
-        needs_ego: false,
-        paid: false,
-    },
-    Job {
-        name: "render",
-        about: "Draws the map with all participants at a step, as an SVG text.",
-        command: "render",
-        options: &[
-            option(
-                "at",
-                "--at",
-                JobValue::Whole(None, None),
-                "Time step; the most telling one where it is left out.",
-            ),
-            EGO_OPTION,
-        ],
+        gives: Gives::Json,
         needs_ego: false,
         paid: false,
     },
     Job {
         name: "ask_model",
-        about: "Asks a language model about the scenario; costs what its provider charges. The answer is stored. Needs \
-                `max_tokens` where the server's configuration sets no limit of tokens.",
-        command: "ask",
+        about: "Asks a language model about the scenario; costs what its provider charges. The answer is stored.",
+        command: &["ask"],
         options: &[
+            SCENARIO,
             option("model", "--model", JobValue::Text, "provider/model."),
             option(
                 "task",
                 "--task",
                 JobValue::Word(&["collision", "safety"]),
-                "collision or safety; collision where it is left out.",
+                "[default: collision].",
             ),
-            EGO_OPTION,
+            EGO,
             option(
                 "budget",
                 "--budget",
                 JobValue::Number,
-                "Most that it may cost, US dollars; what is left of the session's budget where it is left out.",
+                "Most that it may cost, US dollars [default: what is left of the session's budget].",
             ),
             option(
                 "max_tokens",
                 "--max-tokens",
                 JobValue::Whole(Some(1), Some(u32::MAX as u64)),
-                "Most tokens of the answer, which bound its cost; `max_tokens` of the server's config.toml where it is left \
-                 out.",
+                "Most tokens of the answer, which bound its cost [default: that of config.toml, without which it is needed].",
             ),
         ],
+        gives: Gives::Json,
         needs_ego: true,
         paid: true,
     },
 ];
 
 impl Job {
-    /// Whether it needs the ego recorded beside the scenario: the arguments choose none.
-    pub fn needs_recorded_ego(&self, arguments: &Value) -> bool {
-        self.needs_ego && arguments[EGO.0].is_null()
-    }
-
     /// Whether clients call it as a tool.
     pub fn is_tool(&self) -> bool {
         JOBS.iter().any(|job| job.name == self.name)
     }
 }
 
-/// Whether a tool of the table is offered.
-pub fn is_offered(tool: &Tool, oracles: bool) -> bool {
-    oracles || tool.kind == Kind::Instrument
-}
-
 /// The tools as the protocol lists them.
-pub fn tools(oracles: bool, paid: bool) -> Value {
-    let table = TOOLS.iter().filter(|tool| is_offered(tool, oracles));
-    let table = table.map(|tool| {
-        let mut schema = tool.arguments_schema();
-        for (name, kind, about) in PLACE {
-            schema["properties"][name] = json!({"type": kind, "description": about});
-        }
-        if let Some(required) = schema["required"].as_array_mut() {
-            required.insert(0, "scenario".into());
-        }
+pub fn tools(paid: bool) -> Value {
+    let looks = LOOKS
+        .iter()
+        .map(|look| (look.name, look.about, look.options, false));
+    let jobs = JOBS.iter().filter(|job| paid || !job.paid);
+    let jobs = jobs.map(|job| (job.name, job.about, job.options, job.paid));
+    let listed = looks.chain(jobs).map(|(name, about, options, paid)| {
+        let properties = options
+            .iter()
+            .map(|option| (option.name.to_string(), option.schema()));
+        let required = options.iter().filter(|option| option.required);
+        let required: Vec<&str> = required.map(|option| option.name).collect();
         json!({
-            "name": tool.name,
-            "description": tool.about,
-            "inputSchema": schema,
-            "outputSchema": tool.result_schema(),
-            "annotations": {"readOnlyHint": true, "openWorldHint": false},
+            "name": name,
+            "description": about,
+            "inputSchema": {
+                "type": "object",
+                "properties": properties.collect::<Map<String, Value>>(),
+                "required": required,
+                "additionalProperties": false,
+            },
+            "annotations": {"readOnlyHint": !paid, "openWorldHint": paid},
         })
     });
-    let jobs = JOBS.iter().filter(|job| paid || !job.paid).map(|job| {
-        let mut schema = json!({
-            "type": "object",
-            "properties": {"scenario": {"type": "string", "description": PLACE[0].2}},
-            "required": ["scenario"],
-            "additionalProperties": false,
-        });
-        for option in job.options {
-            schema["properties"][option.name] = option.schema();
-        }
-        json!({
-            "name": job.name,
-            "description": job.about,
-            "inputSchema": schema,
-            "annotations": {"readOnlyHint": !job.paid, "openWorldHint": job.paid},
-        })
-    });
-    table.chain(jobs).collect()
+    listed.collect()
 }
 
-/// The argument that chooses the ego. Files are not taken: they may lie outside the folders.
-const EGO: (&str, &str, &str) = (
-    "ego",
-    "integer",
-    "Id of the obstacle that is the ego; the recorded ego where it is left out.",
-);
-
-/// The same as an option of a job.
-pub const EGO_OPTION: JobOption = option(EGO.0, "--ego", JobValue::Whole(None, None), EGO.2);
-
-/// Where a tool of the table looks: argument, type, meaning.
-pub const PLACE: [(&str, &str, &str); 4] = [
-    (
-        "scenario",
-        "string",
-        "Path of a scenario below the server's folders, or the name of a bundled one; resources/list has those of the \
-         folders, or the bundled ones where the server has no folders.",
-    ),
-    (
-        "at",
-        "integer",
-        "Time step at which the window ends, beyond which nothing is seen; the last recorded one where it is left out.",
-    ),
-    (
-        "history",
-        "integer",
-        "Steps in the window; 10 where it is left out.",
-    ),
-    EGO,
-];
-
-/// The argument `scenario` of a call.
-///
-/// # Errors
-/// In words: it is missing, or no string.
-pub fn scenario(arguments: &Value) -> Result<&str, String> {
-    let shown = |value: &Value| value.to_string().chars().take(80).collect::<String>();
-    match &arguments["scenario"] {
-        Value::String(name) => Ok(name),
-        Value::Null => Err("argument `scenario` is missing: the path or name of a scenario".into()),
-        other => Err(format!(
-            "argument `scenario` is {}, no string; expected the path or name of a scenario",
-            shown(other)
-        )),
-    }
+/// Whether a text is a moment, as `--at` takes it.
+pub fn is_moment(text: &str) -> bool {
+    text.parse::<At>().is_ok()
 }

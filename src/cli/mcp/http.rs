@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use http_body_util::{BodyExt, Limited};
+use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::Incoming;
 use hyper::header::{ACCEPT, AUTHORIZATION, CONTENT_TYPE, HOST, HeaderMap, ORIGIN};
 use hyper::{Method, Request, Response, StatusCode};
@@ -20,7 +20,7 @@ use tokio::time::timeout;
 
 use super::clients::Clients;
 use super::connections::Connections;
-use super::lines::{LONGEST, RpcError, Wire};
+use super::lines::{LONGEST, RpcError, Wire, id_of};
 use super::response::{Answer, accepted, events, json, refused};
 use super::server::{Server, VERSIONS};
 use super::token::Token;
@@ -31,6 +31,9 @@ const PATH: &str = "/mcp";
 
 /// How long head and body of a request may take.
 const READ: Duration = Duration::from_secs(20);
+
+/// Longest message whose `id` is looked for, bytes; longer ones are not read.
+const LONGEST_NAMED: u64 = 16 << 20;
 
 /// How long an answer may take before it becomes a stream.
 const AT_ONCE: Duration = Duration::from_secs(1);
@@ -87,9 +90,8 @@ pub async fn serve(server: Server, address: SocketAddr, token: Token) -> Outcome
             tokio::spawn(served).abort_handle()
         });
     }
-    face.server.jobs.cancel_all(None);
     let server = Arc::clone(&face.server);
-    tokio::task::spawn_blocking(move || server.jobs.wait())
+    tokio::task::spawn_blocking(move || server.end())
         .await
         .map_err(Failure::input)
 }
@@ -105,7 +107,7 @@ impl Face {
     async fn answer(&self, request: Request<Incoming>, admitted: &AtomicBool) -> Response<Answer> {
         match self.admitted(&request) {
             Ok(()) => admitted.store(true, Ordering::SeqCst),
-            Err((status, why)) => return refused(status, &RpcError::request(why)),
+            Err((status, why)) => return no(status, &Value::Null, why),
         }
         let session = header(request.headers(), SESSION).map(str::to_owned);
         match *request.method() {
@@ -115,14 +117,14 @@ impl Face {
                     self.server.jobs.cancel_all(Some(ended.number));
                     accepted(StatusCode::NO_CONTENT)
                 }
-                None => refused(StatusCode::NOT_FOUND, &RpcError::request("no such session")),
+                None => no(StatusCode::NOT_FOUND, &Value::Null, "no such session"),
             },
             _ => {
                 let why = "messages are sent by POST; the server opens no stream of its own";
-                let mut no = refused(StatusCode::METHOD_NOT_ALLOWED, &RpcError::request(why));
+                let mut refused = no(StatusCode::METHOD_NOT_ALLOWED, &Value::Null, why);
                 let allowed = hyper::header::HeaderValue::from_static("POST, DELETE");
-                no.headers_mut().insert(hyper::header::ALLOW, allowed);
-                no
+                refused.headers_mut().insert(hyper::header::ALLOW, allowed);
+                refused
             }
         }
     }
@@ -160,52 +162,69 @@ impl Face {
         }
     }
 
-    async fn message(&self, request: Request<Incoming>, id: Option<String>) -> Response<Answer> {
-        let no = |status, why: &str| refused(status, &RpcError::request(why));
+    async fn message(
+        &self,
+        request: Request<Incoming>,
+        session: Option<String>,
+    ) -> Response<Answer> {
+        let unnamed = |status, why| no(status, &Value::Null, why);
         let headers = request.headers();
         let kind = header(headers, CONTENT_TYPE.as_str()).unwrap_or_default();
         if kind.split(';').next().map(str::trim) != Some("application/json") {
             let why = "the message must be application/json";
-            return no(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
+            return unnamed(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
         }
         let takes = header(headers, ACCEPT.as_str()).unwrap_or("*/*");
         let takes = |kind: &str| takes.contains(kind) || takes.contains("*/*");
         if !takes("application/json") || !takes("text/event-stream") {
             let why = "Accept must list application/json and text/event-stream";
-            return no(StatusCode::NOT_ACCEPTABLE, why);
+            return unnamed(StatusCode::NOT_ACCEPTABLE, why);
         }
         let length = header(headers, "content-length").and_then(|n| n.parse::<u64>().ok());
-        let long = || {
-            let why = format!("the message has more than {LONGEST} bytes");
-            no(StatusCode::PAYLOAD_TOO_LARGE, &why)
-        };
-        if length.is_some_and(|length| length > LONGEST) {
-            return long();
+        let long = |id| refused(StatusCode::PAYLOAD_TOO_LARGE, id, &RpcError::too_long());
+        if length.is_some_and(|length| length > LONGEST_NAMED) {
+            return long(&Value::Null);
         }
-        let body = Limited::new(request.into_body(), LONGEST as usize);
+        let body = Limited::new(request.into_body(), LONGEST_NAMED as usize);
         let body = match timeout(READ, body.collect()).await {
             Ok(Ok(body)) => body.to_bytes(),
-            Ok(Err(why)) if why.is::<http_body_util::LengthLimitError>() => return long(),
-            Ok(Err(_)) => return no(StatusCode::BAD_REQUEST, "the message broke off"),
-            Err(_) => return no(StatusCode::REQUEST_TIMEOUT, "the message came too slowly"),
+            Ok(Err(why)) if why.is::<LengthLimitError>() => return long(&Value::Null),
+            Ok(Err(_)) => return unnamed(StatusCode::BAD_REQUEST, "the message broke off"),
+            Err(_) => return unnamed(StatusCode::REQUEST_TIMEOUT, "the message came too slowly"),
         };
+        if body.len() as u64 > LONGEST {
+            let id = id_of(&body, std::io::empty());
+            return match id.is_null() {
+                true => long(&id),
+                // Clients of before look for an answer in what succeeds alone.
+                false => json(StatusCode::OK, &RpcError::too_long().answer(&id)),
+            };
+        }
         let Ok(message) = serde_json::from_slice::<Value>(&body) else {
             let error = RpcError::parse("the message is no JSON");
-            return refused(StatusCode::BAD_REQUEST, &error);
+            return refused(
+                StatusCode::BAD_REQUEST,
+                &id_of(&body, std::io::empty()),
+                &error,
+            );
         };
+        let id = message.get("id").cloned().unwrap_or_default();
         let begins = message.get("method").and_then(Value::as_str) == Some("initialize");
-        let (client, new) = match (begins, id) {
+        let (client, new) = match (begins, session) {
             (true, _) => match self.clients.begin(|number| self.server.jobs.has(number)) {
-                Ok((id, client)) => (client, Some(id)),
-                Err(why) => return no(StatusCode::SERVICE_UNAVAILABLE, &why),
+                Ok((session, client)) => (client, Some(session)),
+                Err(why) => return no(StatusCode::SERVICE_UNAVAILABLE, &id, &why),
             },
             (false, None) => {
                 let why = "Mcp-Session-Id is missing; `initialize` answers with it";
-                return no(StatusCode::BAD_REQUEST, why);
+                return no(StatusCode::BAD_REQUEST, &id, why);
             }
-            (false, Some(id)) => match self.clients.of(&id) {
+            (false, Some(session)) => match self.clients.of(&session) {
                 Some(client) => (client, None),
-                None => return no(StatusCode::NOT_FOUND, "no such session; `initialize` again"),
+                None => {
+                    let why = "no such session; `initialize` again";
+                    return no(StatusCode::NOT_FOUND, &id, why);
+                }
             },
         };
         let (wire, mut answers) = unbounded_channel();
@@ -218,11 +237,16 @@ impl Face {
             Ok(response) => response,
             Err(begun) => events(begun, answers),
         };
-        if let Some(id) = new.and_then(|id| id.parse().ok()) {
-            response.headers_mut().insert(SESSION, id);
+        if let Some(session) = new.and_then(|session| session.parse().ok()) {
+            response.headers_mut().insert(SESSION, session);
         }
         response
     }
+}
+
+/// Why a message is not taken.
+fn no(status: StatusCode, id: &Value, why: &str) -> Response<Answer> {
+    refused(status, id, &RpcError::request(why))
 }
 
 /// The response to a message that is answered at once, or that has no answer. Others get a stream, which may begin with

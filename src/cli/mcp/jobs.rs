@@ -1,21 +1,21 @@
 //! Jobs that take time: commands of this program in processes of their own, with progress, cancelled by ending them.
 
 use std::io::Read;
-use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-use super::catalogue::{Job, JobOption, JobValue};
+use super::aside::Aside;
+use super::catalogue::{Gives, Job, JobOption, JobValue, is_moment};
+use super::places::Places;
 use crate::system::ProcessGroup;
 
 /// How often a job is looked at.
 const POLL: Duration = Duration::from_millis(50);
-
-/// How often progress is reported.
-const TOLD: Duration = Duration::from_secs(1);
 
 /// How long a command that is asked to end may take for that.
 const GRACE: Duration = Duration::from_secs(3);
@@ -30,43 +30,60 @@ const LONGEST: u64 = 8 << 20;
 #[derive(Debug)]
 pub enum JobEnd {
     /// Its output.
-    Done(String),
+    Done(Vec<u8>),
     /// Why there is none.
     Failed(String),
     /// The client asked for an end.
     Cancelled,
 }
 
-/// The arguments of a job's command.
+/// What arguments are on the command line.
 ///
 /// # Errors
-/// In words: an argument is unknown, or not of its kind.
-pub fn arguments(job: &Job, scenario: &str, given: &Value) -> Result<Vec<String>, String> {
-    let mut words = vec![job.command.to_string(), scenario.to_string()];
+/// In words: one is unknown, missing, or not of its kind.
+pub fn words(options: &[JobOption], given: &Value) -> Result<Vec<String>, String> {
+    if !(given.is_object() || given.is_null()) {
+        return Err("the arguments are no JSON object".into());
+    }
+    let missing = |option: &&JobOption| option.required && given[option.name].is_null();
+    if let Some(missing) = options.iter().find(missing) {
+        return Err(format!(
+            "argument `{}` is missing: {}",
+            missing.name, missing.about
+        ));
+    }
+    let mut words = Vec::new();
     for (name, value) in given.as_object().into_iter().flatten() {
-        // Some models write null for what they leave out.
-        if name == "scenario" || value.is_null() {
-            continue;
-        }
-        let known = job.options.iter().find(|known| known.name == name);
-        let Some(known) = known else {
-            let options = job.options.iter().map(|known| known.name);
-            let all = std::iter::once("scenario").chain(options);
+        let Some(known) = options.iter().find(|known| known.name == name) else {
             let name: String = name.chars().take(64).collect();
+            let all = options.iter().map(|known| known.name);
             return Err(crate::system::unknown("argument", &name, all));
         };
-        words.push(format!("{}={}", known.option, word(known, value)?));
+        // Some models write null for what they leave out.
+        if !value.is_null() {
+            let word = word(known, value)?;
+            words.extend((!known.option.is_empty()).then(|| format!("{}={word}", known.option)));
+        }
     }
+    let moment = |option: &&JobOption| matches!(option.value, JobValue::Moment);
+    let moment = options.iter().find(moment);
+    words.extend(
+        { moment.filter(|at| given[at.name].is_null()) }.map(|at| format!("{}=worst", at.option)),
+    );
     Ok(words)
 }
 
 /// A value as a word of the command line.
 fn word(option: &JobOption, value: &Value) -> Result<String, String> {
     let (word, expected) = match (option.value, value) {
-        (JobValue::Text, Value::String(text)) if !text.starts_with('-') => {
-            (Some(text.clone()), String::new())
+        (JobValue::Text, Value::String(text)) => (Some(text.clone()), String::new()),
+        (JobValue::Text, _) => (None, "text".into()),
+        (JobValue::Moment, value) => {
+            let text = value.as_str().map(str::to_string);
+            let text = text.or_else(|| value.as_i64().map(|step| step.to_string()));
+            let expected = "a time step (32), seconds (\"3.2s\"), or worst";
+            (text.filter(|text| is_moment(text)), expected.into())
         }
-        (JobValue::Text, _) => (None, "text that does not begin with `-`".into()),
         (JobValue::Word(words), value) => {
             let given = value.as_str().filter(|given| words.contains(given));
             (given.map(str::to_string), words.join(" or "))
@@ -99,28 +116,28 @@ fn word(option: &JobOption, value: &Value) -> Result<String, String> {
 pub fn told(job: &Job, why: &str) -> String {
     // What clap adds leads to a text that clients do not see.
     let why = why.replace("For more information, try '--help'.", "");
-    let told = job.options.iter().fold(why, |why, option| {
+    let options = job
+        .options
+        .iter()
+        .filter(|option| !option.option.is_empty());
+    let told = options.fold(why, |why, option| {
         why.replace(option.option, &format!("`{}`", option.name))
     });
     told.trim_end().to_string()
 }
 
-/// Runs a job; `tell` is given the seconds it has taken so far.
-pub fn run(
-    job: &Job,
-    mut words: Vec<String>,
-    cancel: &AtomicBool,
-    mut tell: impl FnMut(u64),
-) -> JobEnd {
+/// Runs a job about a scenario.
+pub fn run(job: &Job, scenario: &str, words: &[String], aside: &Aside<'_>) -> JobEnd {
     let folder = match tempfile::tempdir() {
         Ok(folder) => folder,
         Err(why) => return JobEnd::Failed(why.to_string()),
     };
-    let picture: Option<PathBuf> = (job.name == "render").then(|| folder.path().join("figure.svg"));
-    match &picture {
-        Some(path) => words.push(format!("--output={}", path.display())),
-        None => words.push("--json".into()),
-    }
+    let picture = (job.gives == Gives::Picture).then(|| folder.path().join("figure.png"));
+    let output = match (&picture, job.gives) {
+        (Some(path), _) => Some(format!("--output={}", path.display())),
+        (None, Gives::Json) => Some("--json".to_string()),
+        (None, _) => None,
+    };
     let program = std::env::current_exe();
     let child = program.and_then(|program| {
         let mut command = Command::new(program);
@@ -128,7 +145,9 @@ pub fn run(
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         command
-            .args(&words)
+            .args(job.command)
+            .arg(scenario)
+            .args(words.iter().chain(&output))
             .current_dir(folder.path())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -143,9 +162,8 @@ pub fn run(
     let out = read_aside(child.stdout.take());
     let err = read_aside(child.stderr.take());
     let begun = Instant::now();
-    let mut told = begun;
     let status = loop {
-        if cancel.load(Ordering::SeqCst) {
+        if aside.is_cancelled() {
             end(&mut child);
             return JobEnd::Cancelled;
         }
@@ -159,35 +177,33 @@ pub fn run(
             let most = LONGEST_TIME.as_secs() / 60;
             return JobEnd::Failed(format!("it took longer than {most} minutes"));
         }
-        if told.elapsed() >= TOLD {
-            told = Instant::now();
-            tell(begun.elapsed().as_secs());
-        }
+        let seconds = begun.elapsed().as_secs();
+        let said = format!("{} runs for {seconds} s", job.name);
+        aside.tell(usize::try_from(seconds).unwrap_or(usize::MAX), None, &said);
     };
     drop(group);
-    let text = |reader: Option<std::thread::JoinHandle<String>>| {
-        reader
-            .and_then(|reader| reader.join().ok())
-            .unwrap_or_default()
-    };
-    let (out, err) = (text(out), text(err));
-    if out.len() as u64 > LONGEST {
-        return JobEnd::Failed(format!("the result has more than {LONGEST} bytes"));
-    }
+    let [out, err] = [out, err].map(|reader| {
+        let read = reader.and_then(|reader| reader.join().ok());
+        read.unwrap_or_default()
+    });
     // Status 1 is a finding: the output says it.
-    match (status.code(), picture) {
-        (Some(0), Some(path)) => match std::fs::read_to_string(path) {
-            Ok(svg) if svg.len() as u64 > LONGEST => {
-                JobEnd::Failed(format!("the picture has more than {LONGEST} bytes"))
-            }
-            Ok(svg) => JobEnd::Done(svg),
-            Err(why) => JobEnd::Failed(why.to_string()),
+    let given = match (status.code(), picture) {
+        (Some(0), Some(path)) => match std::fs::read(path) {
+            Ok(picture) => picture,
+            Err(why) => return JobEnd::Failed(why.to_string()),
         },
-        (Some(0 | 1), None) if !out.trim().is_empty() => JobEnd::Done(out),
-        _ => JobEnd::Failed(match err.trim() {
-            "" => "it ended without a result".into(),
-            words => words.to_string(),
-        }),
+        (Some(0 | 1), None) if !out.trim_ascii().is_empty() => out,
+        _ => {
+            let words = String::from_utf8_lossy(&err);
+            return JobEnd::Failed(match words.trim() {
+                "" => "it ended without a result".into(),
+                words => words.to_string(),
+            });
+        }
+    };
+    match given.len() as u64 > LONGEST {
+        true => JobEnd::Failed(format!("the result has more than {LONGEST} bytes")),
+        false => JobEnd::Done(given),
     }
 }
 
@@ -208,25 +224,29 @@ fn end(child: &mut Child) {
     let _ = child.wait();
 }
 
-fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Option<std::thread::JoinHandle<String>> {
+fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Option<JoinHandle<Vec<u8>>> {
     let pipe = pipe?;
     Some(std::thread::spawn(move || {
         let mut bytes = Vec::new();
         let mut pipe = pipe.take(LONGEST + 1);
         let _ = pipe.read_to_end(&mut bytes);
-        // What is too long is refused below; it is still read, so that the command can end.
+        // What is too long is refused above; it is still read, so that the command can end.
         let _ = std::io::copy(&mut pipe.into_inner(), &mut std::io::sink());
-        String::from_utf8_lossy(&bytes).into_owned()
+        bytes
     }))
 }
 
 /// The result of a job as the protocol has it.
-pub fn result(job: &Job, text: &str) -> Value {
+pub fn result(job: &Job, given: &[u8], places: &Places) -> Value {
+    if job.gives == Gives::Picture {
+        let picture = BASE64_STANDARD.encode(given);
+        let content = json!([{"type": "image", "data": picture, "mimeType": "image/png"}]);
+        return json!({"content": content, "isError": false});
+    }
+    let text = places.told(&String::from_utf8_lossy(given));
     let mut result = json!({"content": [{"type": "text", "text": text}], "isError": false});
     let line = text.lines().next().unwrap_or_default();
-    if job.name != "render"
-        && let Ok(document @ Value::Object(_)) = serde_json::from_str::<Value>(line)
-    {
+    if let Ok(document @ Value::Object(_)) = serde_json::from_str::<Value>(line) {
         result["structuredContent"] = document;
     }
     result

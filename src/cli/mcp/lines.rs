@@ -1,20 +1,25 @@
 //! Messages a line each: reading them within bounds, writing them whole.
 
-use std::io::{BufRead, Read, Write};
+use std::fmt;
+use std::io::{BufRead, BufReader, Read, Write, copy, sink};
 
+use serde::de::{Deserializer as _, IgnoredAny, MapAccess, Visitor};
 use serde_json::{Value, json};
 use tokio::sync::mpsc::UnboundedSender;
 
 /// Longest message that is read, bytes.
 pub const LONGEST: u64 = 1 << 20;
 
+/// Longest message whose `id` is looked for, bytes; nothing else of it is kept.
+const LONGEST_NAMED: u64 = 1 << 30;
+
 /// A line of input.
 #[derive(Debug)]
 pub enum Line {
     /// A message, not yet read as JSON.
     Message(Vec<u8>),
-    /// A line longer than [`LONGEST`]; it was skipped.
-    TooLong,
+    /// A line longer than [`LONGEST`], with its `id`; the rest was skipped.
+    TooLong(Value),
 }
 
 /// The next line; `None` at the end.
@@ -28,17 +33,61 @@ pub fn next(input: &mut impl BufRead) -> Option<Line> {
     if line.ends_with(b"\n") || line.len() as u64 <= LONGEST {
         return Some(Line::Message(line));
     }
-    loop {
-        let rest = input.fill_buf().ok()?;
-        let length = rest.len();
-        if length == 0 {
-            return Some(Line::TooLong);
+    let mut rest = Rest(input, false);
+    let id = id_of(&line, &mut rest);
+    copy(&mut rest, &mut sink()).ok()?;
+    Some(Line::TooLong(id))
+}
+
+/// What follows of a line; whether that is all.
+struct Rest<'a, R>(&'a mut R, bool);
+
+impl<R: BufRead> Read for Rest<'_, R> {
+    fn read(&mut self, to: &mut [u8]) -> std::io::Result<usize> {
+        if self.1 {
+            return Ok(0);
         }
-        let end = rest.iter().position(|byte| *byte == b'\n');
-        input.consume(end.map_or(length, |end| end + 1));
-        if end.is_some() {
-            return Some(Line::TooLong);
+        let there = self.0.fill_buf()?;
+        let there = &there[..there.len().min(to.len())];
+        let end = there.iter().position(|byte| *byte == b'\n');
+        let length = end.unwrap_or(there.len());
+        to[..length].copy_from_slice(&there[..length]);
+        self.1 = end.is_some();
+        self.0.consume(length + usize::from(self.1));
+        Ok(length)
+    }
+}
+
+/// The `id` of a message that is too long or no JSON, as far as it can be read; null where there is none.
+pub fn id_of(message: &[u8], rest: impl Read) -> Value {
+    let message = BufReader::new(message.chain(rest).take(LONGEST_NAMED));
+    let mut id = Value::Null;
+    // What is wrong elsewhere is told otherwise.
+    let _ = serde_json::Deserializer::from_reader(message).deserialize_map(Id(&mut id));
+    match id.is_string() || id.is_number() {
+        true => id,
+        false => Value::Null,
+    }
+}
+
+/// Keeps the `id` of an object, and nothing else of it.
+struct Id<'a>(&'a mut Value);
+
+impl<'de> Visitor<'de> for Id<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a message")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+        while let Some(key) = map.next_key::<String>()? {
+            match key.as_str() {
+                "id" => *self.0 = map.next_value()?,
+                _ => drop(map.next_value::<IgnoredAny>()?),
+            }
         }
+        Ok(())
     }
 }
 
@@ -77,9 +126,7 @@ impl Wire {
 
     /// Refuses a request.
     pub fn error(&self, id: &Value, error: &RpcError) {
-        let (code, message) = (error.code, &error.message);
-        let error = json!({"code": code, "message": message});
-        self.send(&json!({"jsonrpc": "2.0", "id": id, "error": error}));
+        self.send(&error.answer(id));
     }
 }
 
@@ -93,6 +140,17 @@ pub struct RpcError {
 }
 
 impl RpcError {
+    /// The answer to the request with this id.
+    pub fn answer(&self, id: &Value) -> Value {
+        let error = json!({"code": self.code, "message": self.message});
+        json!({"jsonrpc": "2.0", "id": id, "error": error})
+    }
+
+    /// The message is longer than [`LONGEST`].
+    pub fn too_long() -> Self {
+        Self::request(format!("the message has more than {LONGEST} bytes"))
+    }
+
     /// The message is no JSON.
     pub fn parse(message: impl Into<String>) -> Self {
         let message = message.into();
@@ -127,6 +185,36 @@ impl RpcError {
         Self {
             code: -32602,
             message,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn id(message: &str) -> Value {
+        id_of(message.as_bytes(), std::io::empty())
+    }
+
+    #[test]
+    fn ids_are_found_at_both_ends_of_what_cannot_be_read() {
+        let long = "x\\\"}".repeat(1 << 20);
+        let lines = format!(
+            "{{\"method\":\"m\",\"params\":{{\"id\":1,\"a\":[\"{long}\"]}},\"id\":7}}\n{{\"id\":\"a\",\"x\":\"{long}\"}}\n{{}}\n"
+        );
+        let mut input = BufReader::new(lines.as_bytes());
+        let mut ids = || match next(&mut input) {
+            Some(Line::TooLong(id)) => id,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!([ids(), ids()], [json!(7), json!("a")]);
+        assert!(matches!(next(&mut input), Some(Line::Message(line)) if line == b"{}\n"));
+        assert_eq!(id(r#"{"x":"\ud800","id":3}"#), json!(3));
+        assert_eq!(id(r#"{"id":4,"x":"#), json!(4));
+        for none in ["", "[1]", "{", r#"{"x":{"id":5}}"#, r#"{"id":{}}"#] {
+            assert_eq!(id(none), Value::Null, "{none}");
         }
     }
 }

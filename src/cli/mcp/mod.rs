@@ -3,15 +3,18 @@
 //! The protocol is spoken by hand: it is JSON-RPC 2.0 with a message a line, of which a server without subscriptions
 //! needs ten methods, and the length of a line is bounded.
 
+mod aside;
 mod catalogue;
 mod clients;
 mod connections;
 mod http;
 mod jobs;
 mod lines;
+mod looks;
 mod places;
 mod prompts;
 mod purse;
+mod ranking;
 mod resources;
 mod response;
 mod scenes;
@@ -37,10 +40,6 @@ pub struct Mcp {
     /// Folders whose scenarios clients may open, besides the bundled ones; no scenario outside them is read, and nothing is
     /// written [default: none, the bundled scenarios alone].
     folders: Vec<PathBuf>,
-    /// Also offer the oracles: the recorded future, contacts, and the built-in judge's verdict. Without them, clients can
-    /// still read whole recordings; models that are being judged belong to `ask --tools`.
-    #[arg(long)]
-    oracles: bool,
     /// Let clients ask language models, which may cost money: adds the tool ask_model; needs --budget.
     #[arg(long, requires = "budget")]
     allow_models: bool,
@@ -73,7 +72,6 @@ pub fn run(arguments: &Mcp) -> Outcome {
     let server = Server::new(
         places,
         thresholds,
-        arguments.oracles,
         { arguments.budget }
             .filter(|_| arguments.allow_models)
             .map(Purse::new),

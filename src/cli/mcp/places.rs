@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::ranking::{Ranks, Worst};
 use super::scenes::{Read, Scenes, as_is};
 use crate::formats::{EgoSelection, Entry, EntryLocation, bundled, find, find_recording};
-use crate::scenario::Scene;
+use crate::metrics::Thresholds;
+use crate::scenario::{Scenario, Scene};
 use crate::system::{files_opened_by, shown_path};
 use crate::workflow::scene_of;
 
@@ -17,27 +19,32 @@ pub struct Places {
     /// Where recordings have their maps by config.toml.
     maps: Option<PathBuf>,
     scenes: Scenes,
+    ranks: Ranks,
     /// One scenario is read at a time, so that several large ones are not in memory at once.
     reading: Mutex<()>,
 }
 
+/// A scenario with its scene, or why it has none.
+type Seen = (Arc<Scenario>, Result<Arc<Scene>, String>);
+
 /// Why there is no scene.
 enum NotOpened {
-    /// It reads what clients may not see.
-    Outside,
-    /// No ego was chosen and none recorded beside it can be used: why, and which obstacles may be it.
-    NoEgo(String, Vec<i64>),
+    /// It reads what clients may not see; the scenario where only its ego does.
+    Outside(Option<Arc<Scenario>>),
+    /// No ego was chosen and none recorded beside it can be used: why.
+    NoEgo(String, Arc<Scenario>),
     /// In words.
     Unreadable(String),
 }
 
 impl NotOpened {
-    fn words(self) -> String {
+    fn words(&self) -> String {
         match self {
-            Self::Outside => "the scenario reads a file outside the folders of this server: its ego, map or table lies \
+            Self::Outside(_) => "the scenario reads a file outside the folders of this server: its ego, map or table lies \
                               there, a link leads there, or it names the file; start the server with the folder above"
                 .into(),
-            Self::NoEgo(why, possible) => {
+            Self::NoEgo(why, scenario) => {
+                let possible = scenario.possible_egos();
                 let some: Vec<String> = possible.iter().take(SHOWN).map(i64::to_string).collect();
                 let more = if possible.len() > SHOWN { ", …" } else { "" };
                 let ids = match some.is_empty() {
@@ -46,7 +53,7 @@ impl NotOpened {
                 };
                 format!("{why}; give `ego`, the id of an obstacle{ids}")
             }
-            Self::Unreadable(why) => why,
+            Self::Unreadable(why) => why.clone(),
         }
     }
 }
@@ -75,6 +82,7 @@ impl Places {
             roots: folders.iter().map(root).collect::<Result<_, _>>()?,
             maps: maps.and_then(|maps| maps.canonicalize().ok()),
             scenes: Scenes::default(),
+            ranks: Ranks::default(),
             reading: Mutex::default(),
         })
     }
@@ -140,7 +148,7 @@ impl Places {
             return Ok(entry);
         }
         if name.is_empty() || name.contains('\0') || name.len() > 4096 {
-            return Err("`scenario` is no path; resources/list has the names of scenarios".into());
+            return Err("`scenario` is no path; list_scenarios has the names".into());
         }
         for root in &self.roots {
             let candidate = root.join(name);
@@ -157,7 +165,7 @@ impl Places {
             return Ok(entry);
         }
         Err(format!(
-            "no scenario `{shown}` in the folders of this server; resources/list has the names of scenarios"
+            "no scenario `{shown}` in the folders of this server; list_scenarios has the names"
         ))
     }
 
@@ -172,73 +180,127 @@ impl Places {
     }
 
     /// Whether nothing outside the folders is read to open a scenario: maps, tables and egos that lie beside it, and what
-    /// it names. With `recorded_ego` also whether an ego was recorded beside it.
+    /// it names; its ego is an obstacle, or else recorded. With `needs_ego` also whether one was recorded.
     ///
     /// # Errors
     /// In words: it reads a file outside, or the ego is missing.
-    pub fn check(&self, entry: &Entry, recorded_ego: bool) -> Result<(), String> {
-        match self.opened(entry, None) {
-            Err(NotOpened::Outside) => Err(NotOpened::Outside.words()),
-            Err(why @ NotOpened::NoEgo(..)) if recorded_ego => Err(why.words()),
+    pub fn check(&self, entry: &Entry, ego: Option<i64>, needs_ego: bool) -> Result<(), String> {
+        match self.opened(entry, ego) {
+            Err(why @ NotOpened::Outside(_)) => Err(why.words()),
+            Err(why @ NotOpened::NoEgo(..)) if needs_ego => Err(why.words()),
             // Why it cannot be opened is better said by the command that needs it.
             Ok(_) | Err(NotOpened::NoEgo(..) | NotOpened::Unreadable(_)) => Ok(()),
         }
     }
 
-    /// The scene of a scenario, with an obstacle as its ego, else the ego recorded beside it.
+    /// A scenario, and its scene with an obstacle as its ego, else the ego recorded beside it; or why it has no ego.
     ///
     /// # Errors
-    /// In words: it cannot be opened, or has no ego.
-    pub fn scene(&self, name: &str, ego: Option<i64>) -> Result<Arc<Scene>, String> {
-        let entry = self.entry(name)?;
-        self.opened(&entry, ego).map_err(NotOpened::words)
+    /// In words: it cannot be opened.
+    pub fn scene(&self, entry: &Entry, ego: Option<i64>) -> Result<Seen, String> {
+        match self.opened(entry, ego) {
+            Ok(scene) => Ok((Arc::clone(&scene.scenario), Ok(scene))),
+            Err(why) => match &why {
+                NotOpened::Outside(Some(scenario)) | NotOpened::NoEgo(_, scenario) => {
+                    Ok((Arc::clone(scenario), Err(why.words())))
+                }
+                _ => Err(why.words()),
+            },
+        }
+    }
+
+    /// The most severe moment of a scenario: of its recorded ego, else of any two road users.
+    ///
+    /// # Errors
+    /// In words: it cannot be opened.
+    pub fn worst(&self, entry: &Entry, thresholds: &Thresholds) -> Result<Option<Worst>, String> {
+        let place = entry.display();
+        let recorded = entry.file().as_deref().and_then(find_recording);
+        if let Some(known) = self.ranks.get(&place, recorded.as_deref()) {
+            return Ok(known);
+        }
+        let _reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        let (scenario, mut files) = self.read(entry).map_err(|why| why.words())?;
+        let scene = self
+            .with_ego(entry, &scenario, None)
+            .map(|(scene, _)| scene)
+            .ok();
+        let worst = Worst::all(&scenario, scene.as_deref(), thresholds);
+        let worst = worst.into_iter().next();
+        files.extend(recorded.as_deref().map(as_is));
+        self.ranks.keep(place, files, worst.clone());
+        Ok(worst)
     }
 
     fn opened(&self, entry: &Entry, obstacle: Option<i64>) -> Result<Arc<Scene>, NotOpened> {
         let name = entry.display();
-        let selection = obstacle.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
         let recorded = entry.file().as_deref().and_then(find_recording);
         let kept = || self.scenes.get(&name, obstacle, recorded.as_deref());
         if let Some((_, Some(scene))) = kept() {
             return Ok(scene);
         }
         let _reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
-        let unreadable = |why: String| NotOpened::Unreadable(self.told(&why));
         let scenario = match kept() {
             Some((_, Some(scene))) => return Ok(scene),
             Some((scenario, None)) => scenario,
             None => {
-                let (read, files) = files_opened_by(|| entry.read());
-                let files = self.allowed(files)?;
-                let scenario = read.map_err(|why| unreadable(why.to_string()))?;
+                let (scenario, files) = self.read(entry)?;
                 self.scenes.keep(&name, files, &scenario);
                 scenario
             }
         };
-        let (scene, files) = files_opened_by(|| scene_of(entry, &scenario, &selection));
-        let files = self.allowed(files)?;
-        let scene = scene.map_err(|why| match obstacle {
-            None => NotOpened::NoEgo(self.told(&why.to_string()), Vec::new()),
-            Some(_) => unreadable(why.to_string()),
-        })?;
-        let scene = scene.map_err(|_| {
-            let why = "the scenario has no recorded ego".to_string();
-            NotOpened::NoEgo(why, scenario.possible_egos())
-        })?;
+        let (scene, files) = self.with_ego(entry, &scenario, obstacle)?;
         self.scenes.keep_scene(&name, obstacle, files, &scene);
         Ok(scene)
     }
 
+    /// Reads a scenario, from these files.
+    fn read(&self, entry: &Entry) -> Result<(Arc<Scenario>, Vec<Read>), NotOpened> {
+        let (read, files) = files_opened_by(|| entry.read());
+        let files = self.allowed(files).ok_or(NotOpened::Outside(None))?;
+        let scenario = read.map_err(|why| NotOpened::Unreadable(self.told(&why.to_string())))?;
+        Ok((scenario, files))
+    }
+
+    /// A scenario with its ego, read from these files.
+    fn with_ego(
+        &self,
+        entry: &Entry,
+        scenario: &Arc<Scenario>,
+        obstacle: Option<i64>,
+    ) -> Result<(Arc<Scene>, Vec<Read>), NotOpened> {
+        let selection = obstacle.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
+        let (scene, files) = files_opened_by(|| scene_of(entry, scenario, &selection));
+        let without = || Arc::clone(scenario);
+        let files = self.allowed(files);
+        let files = files.ok_or_else(|| NotOpened::Outside(Some(without())))?;
+        let scene = scene.map_err(|why| match (self.told(&why.to_string()), obstacle) {
+            (why, None) => NotOpened::NoEgo(why, without()),
+            (why, Some(_)) => NotOpened::Unreadable(why),
+        })?;
+        let none = || NotOpened::NoEgo("the scenario has no recorded ego".into(), without());
+        Ok((scene.map_err(|_| none())?, files))
+    }
+
+    /// What `work` gives, if it reads no file that clients may not see.
+    ///
+    /// # Errors
+    /// In words: it does.
+    pub fn within<T>(&self, work: impl FnOnce() -> T) -> Result<T, String> {
+        let (done, files) = files_opened_by(work);
+        match self.allowed(files) {
+            Some(_) => Ok(done),
+            None => Err(NotOpened::Outside(None).words()),
+        }
+    }
+
     /// Files that were read, as they are, if clients may see all of them.
-    fn allowed(&self, files: Vec<PathBuf>) -> Result<Vec<Read>, NotOpened> {
+    fn allowed(&self, files: Vec<PathBuf>) -> Option<Vec<Read>> {
         let may_read = |file: &PathBuf| {
             let resolved = file.canonicalize();
             resolved.is_ok_and(|file| self.holds(&file) || self.is_map(&file))
         };
-        match files.iter().all(may_read) {
-            true => Ok(files.iter().map(|file| as_is(file)).collect()),
-            false => Err(NotOpened::Outside),
-        }
+        { files.iter().all(may_read) }.then(|| files.iter().map(|file| as_is(file)).collect())
     }
 
     /// Whether the user says in config.toml that maps are there.

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::catalogue::{EGO_OPTION, Job, JobOption, JobValue, scenario};
+use super::catalogue::{EGO, Gives, Job, JobOption, JobValue, SCENARIO};
 use super::jobs;
 use super::lines::RpcError;
 use super::places::Places;
@@ -14,16 +14,19 @@ use crate::verdict::Task;
 static PROMPT: Job = Job {
     name: "prompt",
     about: "",
-    command: "prompt",
+    command: &["prompt"],
     options: &[
+        SCENARIO,
         JobOption {
             name: "at",
             option: "--at",
             value: JobValue::Whole(None, None),
             about: "Time step at which the window ends.",
+            required: false,
         },
-        EGO_OPTION,
+        EGO,
     ],
+    gives: Gives::Json,
     needs_ego: true,
     paid: false,
 };
@@ -36,13 +39,10 @@ const TASKS: [Task; 2] = [Task::Collision, Task::Safety];
 
 /// The list of prompts.
 pub fn list() -> Value {
-    let scenario = json!({"name": "scenario", "description": "Path or name of the scenario.", "required": true});
-    let options = PROMPT
-        .options
-        .iter()
-        .map(|option| json!({"name": option.name, "description": option.about, "required": false}));
-    let arguments: Value = std::iter::once(scenario).chain(options).collect();
-    let arguments = &arguments;
+    let arguments = PROMPT.options.iter().map(|option| {
+        json!({"name": option.name, "description": option.about, "required": option.required})
+    });
+    let arguments = &arguments.collect::<Value>();
     let all = TASKS.into_iter().flat_map(|task| {
         FRAMES.into_iter().map(move |frame| {
             let (task, frame) = (task.name(), frame.name());
@@ -75,8 +75,6 @@ pub fn work(places: &Places, parameters: &Value) -> Result<Work, RpcError> {
         )));
     };
     let mut arguments = parameters["arguments"].clone();
-    let name = scenario(&arguments).map_err(RpcError::parameters)?;
-    let entry = places.entry(name).map_err(RpcError::parameters)?;
     // Arguments of prompts are strings.
     for option in PROMPT.options {
         let number = arguments[option.name].as_str().map(str::parse::<i64>);
@@ -84,24 +82,27 @@ pub fn work(places: &Places, parameters: &Value) -> Result<Work, RpcError> {
             arguments[option.name] = number.into();
         }
     }
-    let words = jobs::arguments(&PROMPT, &Places::argument(&entry), &arguments);
+    let words = jobs::words(PROMPT.options, &arguments);
     let mut words = words.map_err(RpcError::parameters)?;
+    let entry = places.entry(arguments[SCENARIO.name].as_str().unwrap_or_default());
+    let entry = entry.map_err(RpcError::parameters)?;
     words.push(format!("--task={}", task.name()));
     words.push(format!("--frame={}", frame.name()));
     Ok(Work {
         entry,
-        recorded_ego: PROMPT.needs_recorded_ego(&arguments),
+        ego: arguments[EGO.name].as_i64(),
+        needs_ego: PROMPT.needs_ego,
         job: &PROMPT,
         words,
         becomes: messages,
         reserved: None,
-        token: None,
     })
 }
 
 /// The messages of the filled template.
-fn messages(_: &Job, text: &str) -> Value {
-    let document: Value = serde_json::from_str(text).unwrap_or_default();
+fn messages(_: &Job, given: &[u8], places: &Places) -> Value {
+    let text = places.told(&String::from_utf8_lossy(given));
+    let document: Value = serde_json::from_str(&text).unwrap_or_default();
     let messages = document["messages"].as_array().cloned().unwrap_or_default();
     // Prompts of the protocol have no system messages; the first user message carries it.
     let messages: Vec<Value> = messages

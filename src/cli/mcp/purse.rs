@@ -40,9 +40,12 @@ impl Purse {
     }
 
     /// Puts back what an answer did not cost; nothing where the cost is not known.
-    pub fn settle(&self, reserved: f64, text: &str) {
-        let line = text.lines().next().unwrap_or_default();
-        let document: Value = serde_json::from_str(line).unwrap_or_default();
+    pub fn settle(&self, reserved: f64, given: &[u8]) {
+        let line = given
+            .split(|byte| *byte == b'\n')
+            .next()
+            .unwrap_or_default();
+        let document: Value = serde_json::from_slice(line).unwrap_or_default();
         if let Some(cost) = document["cost_usd"].as_f64() {
             self.put_back((reserved - cost).max(0.0));
         }
@@ -69,10 +72,10 @@ mod tests {
         // Less than nothing would add to what is left.
         assert!(taken(json!({"budget": -5.0})).is_err());
         assert!(taken(json!({"budget": 0.6})).is_err());
-        purse.settle(0.6, r#"{"cost_usd": 0.1}"#);
+        purse.settle(0.6, br#"{"cost_usd": 0.1}"#);
         assert_eq!(taken(json!({"budget": 0.6})), Ok(0.6));
         // An unknown cost may have been all of it.
-        purse.settle(0.6, "interrupted");
+        purse.settle(0.6, b"interrupted");
         let left = taken(json!({})).unwrap_or_default();
         assert!((left - 0.3).abs() < 1e-9, "{left}");
         assert!(taken(json!({})).is_err());

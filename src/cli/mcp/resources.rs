@@ -1,5 +1,7 @@
 //! Scenarios as resources: their addresses, the list in pages, their texts.
 
+use std::ops::Range;
+
 use serde_json::{Value, json};
 
 use super::lines::RpcError;
@@ -39,16 +41,26 @@ fn is_text(entry: &Entry) -> bool {
     }
 }
 
-/// The cursor of a request, which has to be one that an answer gave.
-fn cursor(parameters: &Value) -> Result<Option<usize>, RpcError> {
-    let cursor = &parameters["cursor"];
-    if cursor.is_null() {
-        return Ok(None);
-    }
-    let place = cursor.as_str().and_then(|cursor| cursor.parse().ok());
-    let given = place.filter(|place: &usize| *place > 0 && place.is_multiple_of(PAGE));
-    let none = || RpcError::parameters("`cursor` is none that this server gave; list without it");
-    given.map(Some).ok_or_else(none)
+/// The range of the page of a list of so many that a request wants, and the cursor of the next one.
+///
+/// # Errors
+/// In words: its cursor is none that an answer gave.
+pub fn page(
+    parameters: &Value,
+    length: usize,
+    of: usize,
+) -> Result<(Range<usize>, Option<String>), &'static str> {
+    let from = match &parameters["cursor"] {
+        Value::Null => 0,
+        cursor => {
+            let place = cursor.as_str().and_then(|cursor| cursor.parse().ok());
+            let is_given = |place: &usize| (1..of).contains(place) && place.is_multiple_of(length);
+            let given = place.filter(is_given);
+            given.ok_or("`cursor` is none that this server gave; list without it")?
+        }
+    };
+    let until = (from + length).min(of);
+    Ok((from..until, (until < of).then(|| until.to_string())))
 }
 
 /// Checks that a list of one page is not asked for another one.
@@ -69,10 +81,9 @@ pub fn no_cursor(parameters: &Value) -> Result<(), RpcError> {
 /// # Errors
 /// The cursor is none that was given.
 pub fn list(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
-    let from = cursor(parameters)?.unwrap_or(0);
     let entries = places.entries();
-    let page = entries.iter().skip(from).take(PAGE);
-    let resources: Vec<Value> = page
+    let (range, next) = page(parameters, PAGE, entries.len()).map_err(RpcError::parameters)?;
+    let resources: Vec<Value> = { entries[range].iter() }
         .map(|entry| {
             let mut resource = json!({"uri": address(places, entry), "name": places.name(entry)});
             if is_text(entry) {
@@ -82,8 +93,8 @@ pub fn list(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
         })
         .collect();
     let mut list = json!({"resources": resources});
-    if from.saturating_add(PAGE) < entries.len() {
-        list["nextCursor"] = (from + PAGE).to_string().into();
+    if let Some(next) = next {
+        list["nextCursor"] = next.into();
     }
     Ok(list)
 }

@@ -8,7 +8,7 @@ use http_body_util::{BodyExt, Empty, Full, StreamBody, combinators::UnsyncBoxBod
 use hyper::body::{Bytes, Frame};
 use hyper::header::{CACHE_CONTROL, CONTENT_TYPE, HeaderValue, WWW_AUTHENTICATE};
 use hyper::{Response, StatusCode};
-use serde_json::{Value, json as object};
+use serde_json::Value;
 use tokio::sync::mpsc::UnboundedReceiver;
 use tokio::time::timeout;
 
@@ -43,14 +43,9 @@ pub fn accepted(status: StatusCode) -> Response<Answer> {
     of(status, None, Empty::new().boxed_unsync())
 }
 
-/// Why a request is refused.
-pub fn refused(status: StatusCode, error: &RpcError) -> Response<Answer> {
-    let (code, message) = (error.code, &error.message);
-    let error = object!({"code": code, "message": message});
-    let mut response = json(
-        status,
-        &object!({"jsonrpc": "2.0", "id": null, "error": error}),
-    );
+/// Why the request with this id is refused; null where it is not known.
+pub fn refused(status: StatusCode, id: &Value, error: &RpcError) -> Response<Answer> {
+    let mut response = json(status, &error.answer(id));
     if status == StatusCode::UNAUTHORIZED {
         let bearer = HeaderValue::from_static("Bearer");
         response.headers_mut().insert(WWW_AUTHENTICATE, bearer);

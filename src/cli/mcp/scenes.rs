@@ -46,7 +46,8 @@ pub fn as_is(file: &Path) -> Read {
     (file.to_path_buf(), version())
 }
 
-fn are_current(files: &[Read]) -> bool {
+/// Whether files are as they were read.
+pub fn are_current(files: &[Read]) -> bool {
     files.iter().all(|read| as_is(&read.0) == *read)
 }
 

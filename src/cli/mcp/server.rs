@@ -3,16 +3,18 @@
 
 use std::cell::Cell;
 use std::io::BufRead;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use serde_json::{Value, json};
+use tempfile::TempDir;
 
-use super::catalogue::{self, JOBS, Job, PLACE, is_offered};
+use super::aside::Aside;
+use super::catalogue::{self, EGO, Gives, JOBS, Job, LOOKS, Look, SCENARIO};
 use super::jobs;
-use super::lines::{LONGEST, Line, RpcError, Wire, next};
+use super::lines::{Line, RpcError, Wire, id_of, next};
 use super::places::Places;
 use super::prompts;
 use super::purse::Purse;
@@ -20,8 +22,6 @@ use super::resources;
 use super::session::{Jobs, Session, Work, launch};
 use crate::cli::interrupt::{end, interrupted};
 use crate::metrics::Thresholds;
-use crate::scenario::Window;
-use crate::tools::{Arguments, TOOLS, Tool, WindowView};
 
 /// Versions of the protocol that are spoken, the newest first.
 /// That of 2025-03-26 asks for batches, which no client sends and later versions have dropped.
@@ -41,28 +41,28 @@ const WATCHED: Duration = Duration::from_millis(100);
 pub struct Server {
     /// What clients may see.
     pub places: Places,
-    thresholds: Thresholds,
-    oracles: bool,
+    /// What moments are measured with.
+    pub thresholds: Thresholds,
     /// What may be spent on models; `None` where none may be asked.
     pub purse: Option<Purse>,
     /// What runs.
     pub jobs: Jobs,
+    /// Jobs that are soon done run one after the other.
+    quick: Mutex<()>,
+    /// The index of the scenarios, once a client searched it.
+    pub index: Mutex<Option<TempDir>>,
 }
 
 impl Server {
     /// A server of these places.
-    pub fn new(
-        places: Places,
-        thresholds: Thresholds,
-        oracles: bool,
-        purse: Option<Purse>,
-    ) -> Self {
+    pub fn new(places: Places, thresholds: Thresholds, purse: Option<Purse>) -> Self {
         Self {
             places,
             thresholds,
-            oracles,
             purse,
             jobs: Jobs::default(),
+            quick: Mutex::default(),
+            index: Mutex::default(),
         }
     }
 
@@ -75,8 +75,7 @@ impl Server {
             while !stop.load(Ordering::SeqCst) {
                 std::thread::sleep(WATCHED);
             }
-            watched.jobs.cancel_all(None);
-            watched.jobs.wait();
+            watched.end();
             end();
         });
         let (session, wire) = (Session::new(0), Wire::stdout());
@@ -85,9 +84,8 @@ impl Server {
         let answering = std::thread::spawn(move || deferred.into_iter().for_each(|work| work()));
         while let Some(line) = next(&mut input) {
             let message = match line {
-                Line::TooLong => {
-                    let why = format!("the message has more than {LONGEST} bytes");
-                    wire.error(&Value::Null, &RpcError::request(why));
+                Line::TooLong(id) => {
+                    wire.error(&id, &RpcError::too_long());
                     continue;
                 }
                 Line::Message(bytes) => bytes,
@@ -96,8 +94,8 @@ impl Server {
                 continue;
             }
             let Ok(message) = serde_json::from_slice::<Value>(&message) else {
-                let error = RpcError::parse("the message is no JSON");
-                wire.error(&Value::Null, &error);
+                let id = id_of(&message, std::io::empty());
+                wire.error(&id, &RpcError::parse("the message is no JSON"));
                 continue;
             };
             // The other end goes on as long as this one is there, unless it has panicked.
@@ -113,8 +111,15 @@ impl Server {
         if let Err(panic) = answering.join() {
             std::panic::resume_unwind(panic);
         }
-        server.jobs.cancel_all(None);
-        server.jobs.wait();
+        server.end();
+    }
+
+    /// Ends what runs, and waits for it.
+    pub fn end(&self) {
+        self.jobs.cancel_all(None);
+        self.jobs.wait();
+        let index = self.index.lock();
+        drop(index.unwrap_or_else(PoisonError::into_inner).take());
     }
 
     /// Reads a message of a client and answers it: now, when its job ends, or when `defer` does what waits for files.
@@ -162,23 +167,46 @@ impl Server {
             }
             "ping" => Ok(json!({})),
             "tools/list" => resources::no_cursor(parameters)
-                .map(|()| json!({"tools": catalogue::tools(self.oracles, self.purse.is_some())})),
+                .map(|()| json!({"tools": catalogue::tools(self.purse.is_some())})),
             "tools/call" => {
                 let name = parameters["name"].as_str().unwrap_or_default();
-                let job = JOBS
-                    .iter()
-                    .find(|job| job.name == name && (self.purse.is_some() || !job.paid));
-                if let Some(job) = job {
-                    let work = |server: &Self, parameters: &Value| server.work(job, parameters);
-                    return self.start(request, wire, parameters, defer, work);
+                let look = LOOKS.iter().find(|look| look.name == name);
+                match look {
+                    Some(look) if look.takes_long => {
+                        return self.apart(request, wire, parameters, look);
+                    }
+                    Some(look) => {
+                        let look = |server: &Self, parameters: &Value, aside: &Aside<'_>| {
+                            Ok(server.look(look, &parameters["arguments"], aside))
+                        };
+                        return self.later(request, wire, parameters, defer, look);
+                    }
+                    None => {}
                 }
-                return self.later(request, wire, parameters, defer, |server, parameters| {
-                    let name = parameters["name"].as_str().unwrap_or_default();
-                    server.call(name, &parameters["arguments"])
-                });
+                let is_offered = |job: &&Job| self.purse.is_some() || !job.paid;
+                let mut jobs = JOBS.iter().filter(is_offered);
+                let job = jobs.find(|job| job.name == name);
+                match job {
+                    // Several at once wait for each other.
+                    Some(job) if job.gives != Gives::Json => {
+                        let done = |server: &Self, parameters: &Value, aside: &Aside<'_>| {
+                            server.done(job, parameters, aside)
+                        };
+                        return self.later(request, wire, parameters, defer, done);
+                    }
+                    Some(job) => {
+                        let work = |server: &Self, parameters: &Value| server.work(job, parameters);
+                        return self.start(request, wire, parameters, defer, work);
+                    }
+                    None => {}
+                }
+                let name: String = name.chars().take(80).collect();
+                Err(RpcError::parameters(format!(
+                    "no tool `{name}`; tools/list has all"
+                )))
             }
             "resources/list" => {
-                return self.later(request, wire, parameters, defer, |server, parameters| {
+                return self.later(request, wire, parameters, defer, |server, parameters, _| {
                     resources::list(&server.places, parameters)
                 });
             }
@@ -186,7 +214,7 @@ impl Server {
                 resources::no_cursor(parameters).map(|()| json!({"resourceTemplates": []}))
             }
             "resources/read" => {
-                return self.later(request, wire, parameters, defer, |server, parameters| {
+                return self.later(request, wire, parameters, defer, |server, parameters, _| {
                     resources::read(&server.places, parameters)
                 });
             }
@@ -213,15 +241,15 @@ impl Server {
         wire: &Wire,
         parameters: &Value,
         defer: &dyn Fn(Deferred),
-        answer: impl FnOnce(&Self, &Value) -> Result<Value, RpcError> + Send + 'static,
+        answer: impl FnOnce(&Self, &Value, &Aside<'_>) -> Result<Value, RpcError> + Send + 'static,
     ) {
         let cancel = self.jobs.begin_call(session, &id);
         let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
         defer(Box::new(move || {
-            let is_cancelled = || cancel.load(Ordering::SeqCst);
-            let answer = (!is_cancelled()).then(|| answer(&server, &parameters));
+            let aside = Aside::new(&cancel, &wire, &parameters);
+            let answer = (!aside.is_cancelled()).then(|| answer(&server, &parameters, &aside));
             server.jobs.end_call(session, &id);
-            match answer.filter(|_| !is_cancelled()) {
+            match answer.filter(|_| !aside.is_cancelled()) {
                 Some(Ok(result)) => wire.result(&id, &result),
                 Some(Err(error)) => wire.error(&id, &error),
                 None => {}
@@ -229,69 +257,67 @@ impl Server {
         }));
     }
 
-    /// A call of a tool of the table. Mistakes of the caller are results, so that a model reads them.
-    fn call(&self, name: &str, arguments: &Value) -> Result<Value, RpcError> {
-        let mut offered = TOOLS.iter().filter(|tool| is_offered(tool, self.oracles));
-        let Some(tool) = offered.find(|tool| tool.name == name) else {
-            let name: String = name.chars().take(80).collect();
-            return Err(RpcError::parameters(format!(
-                "no tool `{name}`; tools/list has all"
-            )));
-        };
-        Ok(match self.computed(tool, arguments) {
-            Ok(value) => json!({
-                "content": [{"type": "text", "text": value.to_string()}],
-                "structuredContent": value,
-                "isError": false,
-            }),
-            Err(why) => failed(&why),
-        })
+    /// The result of a look. Mistakes of the caller are results, too, so that a model reads them.
+    fn look(&self, look: &Look, arguments: &Value, aside: &Aside<'_>) -> Value {
+        let checked = jobs::words(look.options, arguments);
+        match checked.and_then(|_| (look.call)(self, arguments, aside)) {
+            Ok(value) => {
+                let text = self.places.told(&value.to_string());
+                json!({
+                    "structuredContent": serde_json::from_str::<Value>(&text).unwrap_or(value),
+                    "content": [{"type": "text", "text": text}],
+                    "isError": false,
+                })
+            }
+            Err(why) => failed(&self.places.told(&why)),
+        }
     }
 
-    fn computed(&self, tool: &Tool, arguments: &Value) -> Result<Value, String> {
-        let mut own = match arguments {
-            Value::Object(map) => map.clone(),
-            Value::Null => serde_json::Map::new(),
-            _ => return Err("the arguments are no JSON object".into()),
+    /// Answers a look that takes long in a thread of its own.
+    fn apart(
+        self: &Arc<Self>,
+        (session, id): (u64, Value),
+        wire: &Wire,
+        parameters: &Value,
+        look: &'static Look,
+    ) {
+        let Some(cancel) = self.place(session, &id, wire) else {
+            return;
         };
-        let places = PLACE.iter().map(|(name, ..)| *name);
-        let known = places.chain(tool.arguments.iter().map(|argument| argument.name));
-        if let Some(name) = own.keys().find(|name| !known.clone().any(|k| k == *name)) {
-            let name: String = name.chars().take(64).collect();
-            return Err(crate::system::unknown("argument", &name, known));
+        let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
+        self.jobs.spawn(move || {
+            let aside = Aside::new(&cancel, &wire, &parameters);
+            let result = server.look(look, &parameters["arguments"], &aside);
+            server.jobs.leave(session, &id);
+            if !aside.is_cancelled() {
+                wire.result(&id, &result);
+            }
+        });
+    }
+
+    /// The place of a request that takes long; where there is none, that is answered.
+    fn place(&self, session: u64, id: &Value, wire: &Wire) -> Option<Arc<AtomicBool>> {
+        match self.jobs.place(session, id) {
+            Ok(Ok(cancel)) => return Some(cancel),
+            Ok(Err(why)) => wire.result(id, &failed(&why)),
+            Err(error) => wire.error(id, &error),
         }
-        let scenario = catalogue::scenario(arguments)?;
-        let [_, at, history, ego] = PLACE.map(|(name, ..)| own.remove(name));
-        let whole = |name: &str, value: Option<Value>| match value {
-            None | Some(Value::Null) => Ok(None),
-            Some(value) => match value.as_i64() {
-                Some(number) => Ok(Some(number)),
-                None => Err(format!("argument `{name}` is no whole number")),
-            },
-        };
-        let (at, history) = (whole("at", at)?, whole("history", history)?);
-        let scene = self.places.scene(scenario, whole("ego", ego)?)?;
-        let last = at.unwrap_or_else(|| scene.last_step());
-        if !scene.steps().contains(&last) {
-            let steps = scene.steps();
-            return Err(format!(
-                "argument `at` is {last}; the ego is recorded from step {} to {}",
-                steps.start,
-                steps.end - 1
-            ));
+        None
+    }
+
+    /// The result of a job that is soon done.
+    fn done(
+        &self,
+        job: &'static Job,
+        parameters: &Value,
+        aside: &Aside<'_>,
+    ) -> Result<Value, RpcError> {
+        let _one = self.quick.lock().unwrap_or_else(PoisonError::into_inner);
+        match self.work(job, parameters) {
+            Ok(work) => work.done(self, aside).unwrap_or(Ok(Value::Null)),
+            Err(Refused::Result(why)) => Ok(failed(&why)),
+            Err(Refused::Error(error)) => Err(error),
         }
-        let history = history.unwrap_or(10);
-        if !(1..=10_000).contains(&history) {
-            return Err(format!(
-                "argument `history` is {history}; 1 to 10000 steps are possible"
-            ));
-        }
-        let history = history as usize;
-        let window = Window::ending_at(&scene, last, history);
-        let view = WindowView::new(&scene, &self.thresholds, window);
-        let arguments = Arguments::of(Value::Object(own), tool.arguments);
-        let arguments = arguments.map_err(|why| why.to_string())?;
-        (tool.call)(&view, &arguments).map_err(|why| why.to_string())
     }
 
     /// Starts a job when `defer` does it; its answer is sent when it ends.
@@ -303,19 +329,12 @@ impl Server {
         defer: &dyn Fn(Deferred),
         work: impl FnOnce(&Self, &Value) -> Result<Work, Refused> + Send + 'static,
     ) {
-        let cancel = match self.jobs.place(session, &id) {
-            Ok(Ok(cancel)) => cancel,
-            Ok(Err(why)) => return wire.result(&id, &failed(&why)),
-            Err(error) => return wire.error(&id, &error),
+        let Some(cancel) = self.place(session, &id, wire) else {
+            return;
         };
         let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
         defer(Box::new(move || match work(&server, &parameters) {
-            Ok(mut work) => {
-                let token = parameters.pointer("/_meta/progressToken").cloned();
-                work.token =
-                    token.filter(|token| token.is_string() || token.is_i64() || token.is_u64());
-                launch(&server, (session, id), wire, cancel, work);
-            }
+            Ok(work) => launch(&server, (session, id), wire, cancel, parameters, work),
             Err(refused) => {
                 server.jobs.leave(session, &id);
                 match refused {
@@ -329,10 +348,9 @@ impl Server {
     /// The work of a job that is called as a tool, with what it may cost taken out of the budget.
     fn work(&self, job: &'static Job, parameters: &Value) -> Result<Work, Refused> {
         let arguments = &parameters["arguments"];
-        let entry = catalogue::scenario(arguments).and_then(|name| self.places.entry(name));
-        let entry = entry.map_err(Refused::Result)?;
-        let words = jobs::arguments(job, &Places::argument(&entry), arguments);
-        let mut words = words.map_err(Refused::Result)?;
+        let mut words = jobs::words(job.options, arguments).map_err(Refused::Result)?;
+        let scenario = arguments[SCENARIO.name].as_str().unwrap_or_default();
+        let entry = self.places.entry(scenario).map_err(Refused::Result)?;
         let purse = self.purse.as_ref().filter(|_| job.paid);
         let reserved = purse.map(|purse| purse.reserve(arguments)).transpose();
         let reserved = reserved.map_err(Refused::Result)?;
@@ -341,12 +359,12 @@ impl Server {
         }
         Ok(Work {
             entry,
-            recorded_ego: job.needs_recorded_ego(arguments),
+            ego: arguments[EGO.name].as_i64(),
+            needs_ego: job.needs_ego,
             job,
             words,
             becomes: jobs::result,
             reserved,
-            token: None,
         })
     }
 }
@@ -369,7 +387,8 @@ fn initialized(parameters: &Value) -> Value {
         "protocolVersion": version.unwrap_or(VERSIONS[0]),
         "capabilities": {"tools": {}, "resources": {}, "prompts": {}},
         "serverInfo": {"name": "nearmiss", "version": env!("CARGO_PKG_VERSION")},
-        "instructions": "Exact safety measures of recorded traffic scenes. Times are seconds relative to the end of the \
-                         window, which `at` chooses; ids are those of list_obstacles, 0 is the ego.",
+        "instructions": "Traffic scenarios, measured exactly. list_scenarios ranks them by danger; inspect says what is in \
+                         one and when it is most severe; describe gives the table of a window, render its picture; find \
+                         searches the windows of all. `at` is a time step; ids are those of obstacles.",
     })
 }

@@ -5,11 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
+use super::aside::Aside;
 use super::catalogue::Job;
 use super::jobs::{self, JobEnd};
 use super::lines::{RpcError, Wire};
+use super::places::Places;
 use super::server::{Server, failed};
 use crate::formats::Entry;
 
@@ -43,18 +45,18 @@ impl Session {
 pub struct Work {
     /// What it is about.
     pub entry: Entry,
-    /// Whether it needs the ego recorded beside that.
-    pub recorded_ego: bool,
+    /// The obstacle that is its ego; else the one recorded beside it.
+    pub ego: Option<i64>,
+    /// Whether it needs one.
+    pub needs_ego: bool,
     /// The command.
     pub job: &'static Job,
     /// Its arguments.
     pub words: Vec<String>,
     /// What its output becomes.
-    pub becomes: fn(&Job, &str) -> Value,
+    pub becomes: fn(&Job, &[u8], &Places) -> Value,
     /// What it may cost, reserved of the budget.
     pub reserved: Option<f64>,
-    /// What the client knows its progress by.
-    pub token: Option<Value>,
 }
 
 /// Requests by session and id, with the flag that ends them.
@@ -106,18 +108,30 @@ impl Jobs {
         self.running().keys().any(|(of, _)| *of == session)
     }
 
-    /// Ends the jobs of a client, or of all.
+    /// Ends the jobs of a client, or of all, and takes back what waits for files.
     pub fn cancel_all(&self, session: Option<u64>) {
-        let running = self.running();
-        let meant = running.iter();
-        let meant = meant.filter(|((of, _), _)| session.is_none_or(|session| session == *of));
-        meant.for_each(|(_, cancel)| cancel.store(true, Ordering::SeqCst));
+        for running in [self.running(), self.calls()] {
+            let meant = running.iter();
+            let meant = meant.filter(|((of, _), _)| session.is_none_or(|session| session == *of));
+            meant.for_each(|(_, cancel)| cancel.store(true, Ordering::SeqCst));
+        }
+    }
+
+    /// Does what takes long in a thread of its own.
+    pub fn spawn(&self, work: impl FnOnce() + Send + 'static) {
+        let mut threads = self.threads.lock().unwrap_or_else(PoisonError::into_inner);
+        threads.retain(|thread| !thread.is_finished());
+        threads.push(std::thread::spawn(work));
     }
 
     /// Waits until all jobs have ended.
     pub fn wait(&self) {
-        let mut threads = self.threads.lock().unwrap_or_else(PoisonError::into_inner);
-        for thread in threads.drain(..) {
+        let threads = self
+            .threads
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .split_off(0);
+        for thread in threads {
             let _ = thread.join();
         }
     }
@@ -158,53 +172,53 @@ pub fn launch(
     (session, id): (u64, Value),
     wire: Wire,
     cancel: Arc<AtomicBool>,
+    parameters: Value,
     work: Work,
 ) {
     let of = Arc::clone(server);
-    let thread = std::thread::spawn(move || {
-        let tell = |seconds: u64| {
-            if let Some(token) = &work.token {
-                wire.send(&json!({
-                    "jsonrpc": "2.0", "method": "notifications/progress",
-                    "params": {
-                        "progressToken": token, "progress": seconds,
-                        "message": format!("{} runs for {seconds} s", work.job.name),
-                    },
-                }));
-            }
-        };
-        let seen = of.places.check(&work.entry, work.recorded_ego);
+    server.jobs.spawn(move || {
+        let answer = work.done(&of, &Aside::new(&cancel, &wire, &parameters));
+        of.jobs.leave(session, &id);
+        match answer {
+            Some(Ok(result)) => wire.result(&id, &result),
+            Some(Err(error)) => wire.error(&id, &error),
+            // A cancelled request gets no answer.
+            None => {}
+        }
+    });
+}
+
+impl Work {
+    /// Does it; nothing if it was cancelled.
+    pub fn done(&self, of: &Server, aside: &Aside<'_>) -> Option<Result<Value, RpcError>> {
+        let seen = of.places.check(&self.entry, self.ego, self.needs_ego);
         let is_seen = seen.is_ok();
+        let scenario = Places::argument(&self.entry);
         let end = match seen {
-            Ok(()) => jobs::run(work.job, work.words.clone(), &cancel, tell),
+            Ok(()) => jobs::run(self.job, &scenario, &self.words, aside),
             Err(why) => JobEnd::Failed(why),
         };
-        of.jobs.leave(session, &id);
+        let purse = of.purse.as_ref().zip(self.reserved);
         match end {
-            JobEnd::Done(text) => {
-                if let (Some(purse), Some(usd)) = (&of.purse, work.reserved) {
-                    purse.settle(usd, &text);
+            JobEnd::Done(given) => {
+                if let Some((purse, usd)) = purse {
+                    purse.settle(usd, &given);
                 }
-                let text = of.places.told(&text);
-                wire.result(&id, &(work.becomes)(work.job, &text));
+                Some(Ok((self.becomes)(self.job, &given, &of.places)))
             }
             JobEnd::Failed(why) => {
-                if let (Some(purse), Some(usd)) = (&of.purse, work.reserved)
+                if let Some((purse, usd)) = purse
                     && (!is_seen || why.starts_with(UNSENT))
                 {
                     purse.put_back(usd);
                 }
-                let why = jobs::told(work.job, &of.places.told(&why));
-                match work.job.is_tool() {
-                    true => wire.result(&id, &failed(&why)),
-                    false => wire.error(&id, &RpcError::parameters(why)),
-                }
+                let why = jobs::told(self.job, &of.places.told(&why));
+                Some(match self.job.is_tool() {
+                    true => Ok(failed(&why)),
+                    false => Err(RpcError::parameters(why)),
+                })
             }
-            // A cancelled request gets no answer.
-            JobEnd::Cancelled => {}
+            JobEnd::Cancelled => None,
         }
-    });
-    let mut threads = { server.jobs.threads.lock() }.unwrap_or_else(PoisonError::into_inner);
-    threads.retain(|thread| !thread.is_finished());
-    threads.push(thread);
+    }
 }
