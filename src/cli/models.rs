@@ -1,4 +1,4 @@
-//! `nearmiss models`: lists models with their keys, prices and retirement dates.
+//! `nearmiss models`: lists models with their keys, prices and retirement dates, and updates the prices.
 
 use std::path::Path;
 
@@ -9,8 +9,11 @@ use super::open::configuration;
 use super::{Failure, Outcome, json, output};
 use crate::judge;
 use crate::llm::{
-    Discovered, Environment, KeyState, ModelListing, Pricing, Probed, Registry, probe,
+    Client, Discovered, Environment, KeyState, ModelListing, PriceTable, Pricing, Probed, Registry,
+    probe,
 };
+use crate::settings::Folders;
+use crate::system::{shown_path, words};
 
 /// Arguments of `models`.
 #[derive(Debug, clap::Args)]
@@ -24,11 +27,17 @@ pub struct Models {
     /// Include local models that do not chat, such as embeddings.
     #[arg(long)]
     all: bool,
+    /// Lay a price table over the shipped prices: the JSON of models.dev or litellm, a file or an address.
+    #[arg(long, value_name = "FILE|URL", conflicts_with_all = ["json", "offline", "all"])]
+    update: Option<String>,
 }
 
 /// Runs `models`.
 pub fn run(arguments: &Models) -> Outcome {
     let (folders, config) = configuration()?;
+    if let Some(source) = &arguments.update {
+        return update(source, &folders.config_file());
+    }
     let registry = Registry::lenient(&config.providers, &folders.config_file());
     for (_, broken) in registry.broken() {
         output::say(&format!("nearmiss: {broken}"));
@@ -43,11 +52,7 @@ pub fn run(arguments: &Models) -> Outcome {
     } = if arguments.offline {
         Probed::default()
     } else {
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .build()
-            .map_err(Failure::input)?;
-        runtime.block_on(probe(&registry, &environment))
+        runtime()?.block_on(probe(&registry, &environment))
     };
     for note in notes {
         output::say(&format!("nearmiss: {note}"));
@@ -65,6 +70,32 @@ pub fn run(arguments: &Models) -> Outcome {
     } else {
         output::text(&output::visible(&table(&listed, &found, today)))
     }
+}
+
+/// Keeps the prices of a table beside the configuration file.
+fn update(source: &str, config_file: &Path) -> Outcome {
+    let today = jiff::Zoned::now().date();
+    let table = match source.contains("://") {
+        true => {
+            let runtime = runtime()?;
+            runtime.block_on(PriceTable::at_address(&Client::new(), source, today))
+        }
+        false => PriceTable::in_file(Path::new(source), today),
+    };
+    let file = PriceTable::file(config_file);
+    let table = table.map_err(|why| Failure::input(format!("{why}; no price is changed")))?;
+    Folders::write(&file, &table.to_toml())
+        .map_err(|error| Failure::input(format!("{}: {}", shown_path(&file), words(&error))))?;
+    output::text(&output::visible(&format!(
+        "{}\nkept in {}: they overlay the shipped prices, and those in config.toml overlay them; delete the file to go back\n",
+        table.summary(),
+        shown_path(&file)
+    )))
+}
+
+fn runtime() -> Result<tokio::runtime::Runtime, Failure> {
+    let mut builder = tokio::runtime::Builder::new_current_thread();
+    builder.enable_all().build().map_err(Failure::input)
 }
 
 fn is_found(listed: &ModelListing, found: &[Discovered]) -> bool {
@@ -198,7 +229,7 @@ fn table(listed: &[ModelListing], found: &[Discovered], today: Date) -> String {
     }
     let mut text: String = output::table_lines(&rows, &[]).collect();
     if !sources.0.is_empty() {
-        text += "\nprices in US dollars per million tokens, from these pages on that day; prices in config.toml override them\n";
+        text += "\nprices in US dollars per million tokens, from these pages and tables on that day; prices in config.toml override them\n";
     }
     for (i, source) in sources.0.iter().enumerate() {
         text += &format!("[{}] {source}\n", i + 1);

@@ -107,8 +107,9 @@ pub fn record(
     };
     if let Judge::Model(model) = judge {
         let request = request(question, model);
-        let place = model.endpoint.place();
-        run.dialect = Some(model.endpoint.dialect.name().to_string());
+        let endpoint = model.endpoint.for_request(&request);
+        let place = endpoint.place();
+        run.dialect = Some(endpoint.dialect.name().to_string());
         run.endpoint = place.to_string();
         run.address = Some(place.url);
         run.messages = serde_json::to_string(&request.messages)?;

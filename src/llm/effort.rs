@@ -114,7 +114,10 @@ use Effort::{High, Low, Max, Medium, Minimal, Off, XHigh};
 /// switched, or not even that. Of servers that forward to any model, the server decides.
 fn levels(endpoint: &Endpoint) -> Option<EffortLevels> {
     let style = endpoint.quirks.efforts.unwrap_or(Efforts::Levels);
-    if matches!(style, Efforts::Template | Efforts::Untaken) {
+    if matches!(
+        style,
+        Efforts::Template | Efforts::Switch | Efforts::Untaken
+    ) {
         return None;
     }
     let usual = match (style, endpoint.dialect) {

@@ -11,6 +11,7 @@ use secrecy::{ExposeSecret, SecretString};
 
 use super::budget::Budget;
 use super::dialect::{Auth, Dialect};
+use super::effort::Effort;
 use super::error::{Error, ProviderAddress};
 use super::key_command::KeyCommand;
 use super::limits::Limits;
@@ -175,6 +176,12 @@ impl Endpoint {
                 "a budget needs a price, but none is known for {model}; set one as [[provider.{name}.prices]] in config.toml, or drop the budget"
             ))
         })?;
+        let off = parameters.effort == Some(Effort::Off);
+        if self.quirks.reasoning_unlimited && !off && !pricing.is_free() {
+            return Err(no(format!(
+                "a budget needs a limit, but {model} does not count its reasoning in the one it takes; ask with effort off, or drop the budget"
+            )));
+        }
         let limit = self
             .answer_limit(parameters)
             .or(pricing.is_free().then_some(0))

@@ -10,12 +10,17 @@ use super::registry::Registry;
 use crate::system;
 
 impl Registry {
-    /// The built-in providers, with the user's entries over them. An entry that is not right leaves out its provider
-    /// and nothing else: [`Registry::broken`] tells of it, and so does [`Registry::resolve`]. `file` is where the
-    /// entries are from; it is read again for the line of a mistake.
+    /// The built-in providers, with the prices of the user's table ([`super::PriceTable`]) over theirs, and the user's
+    /// entries over both. An entry that is not right leaves out its provider and nothing else: [`Registry::broken`]
+    /// tells of it, and so does [`Registry::resolve`]. `file` is where the entries are from, beside the table; it is
+    /// read again for the line of a mistake.
     #[must_use]
     pub fn lenient(users: &toml::Table, file: &Path) -> Self {
         let mut registry = Self::shipped();
+        if let Err(error) = registry.lay_prices(file) {
+            let key = super::price_table::FILE.to_string();
+            registry.broken.insert(key, error);
+        }
         let mut text = None;
         for (name, value) in users {
             let Err(error) = registry.overlay(name, value) else {
@@ -38,7 +43,7 @@ impl Registry {
         registry
     }
 
-    /// Errors in the user's entries, by provider; those providers are left out.
+    /// Errors in the user's entries, by provider, and in the table of prices, by its file's name; they are left out.
     pub fn broken(&self) -> impl Iterator<Item = (&str, &RegistryError)> {
         self.broken.iter().map(|(name, why)| (name.as_str(), why))
     }

@@ -50,6 +50,7 @@ mod mend;
 mod outage;
 mod portable_schema;
 mod price;
+mod price_table;
 mod probe;
 mod provider;
 mod quirks;
@@ -64,6 +65,7 @@ mod streaming;
 mod think_tags;
 mod token;
 mod tool_calls;
+mod tools_dialect;
 mod turn_draft;
 
 pub use api_keys::{Environment, ResolvedKey, without_secrets};
@@ -82,6 +84,7 @@ pub use limits::Limits;
 pub use listing::{Address, KeyState, ModelListing, ModelOffer, Retirement};
 pub use outage::ProviderOutage;
 pub use price::{Peak, Price, PriceEntry, Prices, Pricing};
+pub use price_table::PriceTable;
 pub use probe::{Discovered, Probed, probe};
 pub use provider::RegistryError;
 pub use quirks::{Efforts, LogProbabilities, Quirks, StatedQuirks, Temperature};
@@ -102,7 +105,8 @@ use futures_util::stream::{self, Stream, StreamExt};
 /// # Errors
 /// Why it would never be sent: [`Error::Setup`] or [`Error::Budget`].
 pub async fn check(client: &Client, endpoint: &Endpoint, request: &Request) -> Result<(), Error> {
-    sending::sendable(client, &mut endpoint.clone(), request).await
+    let mut endpoint = endpoint.for_request(request).into_owned();
+    sending::sendable(client, &mut endpoint, request).await
 }
 
 /// Asks once and gives the answer as it arrives; see [`Chunk`] for the order of the pieces and [`Error`] for what can
@@ -116,6 +120,7 @@ pub fn stream(
     endpoint: Endpoint,
     request: Request,
 ) -> impl Stream<Item = Result<Chunk, Error>> + Send + Unpin + 'static {
+    let endpoint = endpoint.for_request(&request).into_owned();
     let exchange = streaming::StreamingRequest::new(client.clone(), endpoint, request);
     let chunks = stream::unfold(exchange, |mut exchange| async move {
         let item = exchange.next().await?;

@@ -169,15 +169,15 @@ pub(super) struct PriceLine {
     #[serde(default, deserialize_with = "amount_if_any")]
     cache_write: Option<f64>,
     #[serde(default, deserialize_with = "date")]
-    from: Option<Date>,
+    pub from: Option<Date>,
     #[serde(default, deserialize_with = "date")]
     to: Option<Date>,
     /// The longest question it holds for, tokens.
     up_to: Option<u64>,
     /// The day on which the source had it so.
     #[serde(default, deserialize_with = "date")]
-    as_of: Option<Date>,
-    source: Option<String>,
+    pub as_of: Option<Date>,
+    pub source: Option<String>,
 }
 
 impl PriceLine {
@@ -225,7 +225,7 @@ impl PeakLine {
 }
 
 /// Days may be written as strings or as TOML's own.
-fn date<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Date>, D::Error> {
+pub(super) fn date<'de, D: Deserializer<'de>>(source: D) -> Result<Option<Date>, D::Error> {
     let value = toml::Value::deserialize(source)?;
     let text = match &value {
         toml::Value::String(text) => text.clone(),
@@ -289,6 +289,11 @@ impl Provider {
                 *own = user;
             }
         }
+        if user.dialect.is_some() {
+            // Who states the dialect means it for questions with tools, too.
+            let models = self.models.iter_mut().flatten();
+            models.for_each(|model| model.quirks.tools_dialect = None);
+        }
         over(&mut self.dialect, user.dialect);
         over(&mut self.base_url, user.base_url);
         over(&mut self.base_url_env, user.base_url_env);
@@ -342,7 +347,7 @@ impl Provider {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RegistryError {
     /// The id is not `provider/model`.
-    #[error("`{id}` is not a model id; write provider/model, e.g. openai/gpt-4o{meant}")]
+    #[error("`{id}` is not a model id; write provider/model, e.g. openai/gpt-6-luna{meant}")]
     NotAnId {
         /// The words given.
         id: String,
@@ -365,6 +370,14 @@ pub enum RegistryError {
         /// Which provider.
         name: String,
         /// The error, with the key.
+        message: String,
+    },
+    /// The file of prices ([`super::PriceTable`]) is not right, and is left out.
+    #[error(
+        "{message}; the shipped prices hold instead: write it anew with `nearmiss models --update`, or delete it"
+    )]
+    Prices {
+        /// The error, with the file.
         message: String,
     },
     /// A provider's entry in a file is not right, and the provider is left out.

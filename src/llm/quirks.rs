@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::dialect::Dialect;
 use super::effort::EffortLevels;
 use super::image::ImageTokens;
 
@@ -26,6 +27,8 @@ pub struct Quirks {
     pub cache_from: Option<u32>,
     /// Token limit of an answer, sent if the request sets none.
     pub max_tokens: Option<u32>,
+    /// The limit of an answer does not count its reasoning, so that nothing bounds what it costs.
+    pub reasoning_unlimited: bool,
     /// The context window that is asked for, tokens (Ollama); `None` makes it fit the question.
     pub context: Option<u32>,
     /// Only hosts that know every parameter are to be chosen (OpenRouter).
@@ -36,6 +39,8 @@ pub struct Quirks {
     pub images: Option<bool>,
     /// Whether the model calls tools; `None` where that is not known.
     pub tools: Option<bool>,
+    /// The dialect that questions with tools are asked in, where it is another; see [`super::Endpoint::for_request`].
+    pub tools_dialect: Option<Dialect>,
     /// How many tokens an image is.
     pub image_tokens: ImageTokens,
 }
@@ -52,11 +57,13 @@ impl Default for Quirks {
             log_probabilities: LogProbabilities::Given,
             cache_from: None,
             max_tokens: None,
+            reasoning_unlimited: false,
             context: None,
             require_parameters: false,
             stream_options: true,
             images: None,
             tools: None,
+            tools_dialect: None,
             image_tokens: ImageTokens::default(),
         }
     }
@@ -104,6 +111,8 @@ pub enum Efforts {
     OpenRouter,
     /// On or off, by an argument of the chat template (llama.cpp, vLLM) or a truth value (Ollama).
     Template,
+    /// On or off, by a parameter of its own (Qwen).
+    Switch,
     /// Not at all.
     Untaken,
 }
@@ -130,6 +139,8 @@ pub struct StatedQuirks {
     pub cache_from: Option<u32>,
     /// See [`Quirks::max_tokens`].
     pub max_tokens: Option<u32>,
+    /// See [`Quirks::reasoning_unlimited`].
+    pub reasoning_unlimited: Option<bool>,
     /// See [`Quirks::context`].
     pub context: Option<u32>,
     /// See [`Quirks::require_parameters`].
@@ -140,6 +151,8 @@ pub struct StatedQuirks {
     pub images: Option<bool>,
     /// See [`Quirks::tools`].
     pub tools: Option<bool>,
+    /// See [`Quirks::tools_dialect`].
+    pub tools_dialect: Option<Dialect>,
     /// See [`Quirks::image_tokens`].
     pub image_tokens: Option<ImageTokens>,
 }
@@ -158,11 +171,13 @@ impl StatedQuirks {
             log_probabilities: self.log_probabilities.or(other.log_probabilities),
             cache_from: self.cache_from.or(other.cache_from),
             max_tokens: self.max_tokens.or(other.max_tokens),
+            reasoning_unlimited: self.reasoning_unlimited.or(other.reasoning_unlimited),
             context: self.context.or(other.context),
             require_parameters: self.require_parameters.or(other.require_parameters),
             stream_options: self.stream_options.or(other.stream_options),
             images: self.images.or(other.images),
             tools: self.tools.or(other.tools),
+            tools_dialect: self.tools_dialect.or(other.tools_dialect),
             image_tokens: self.image_tokens.or(other.image_tokens),
         }
     }
@@ -183,6 +198,9 @@ impl StatedQuirks {
             log_probabilities: self.log_probabilities.unwrap_or(default.log_probabilities),
             cache_from: self.cache_from,
             max_tokens: self.max_tokens,
+            reasoning_unlimited: self
+                .reasoning_unlimited
+                .unwrap_or(default.reasoning_unlimited),
             context: self.context,
             require_parameters: self
                 .require_parameters
@@ -190,6 +208,7 @@ impl StatedQuirks {
             stream_options: self.stream_options.unwrap_or(default.stream_options),
             images: self.images,
             tools: self.tools,
+            tools_dialect: self.tools_dialect,
             image_tokens: self.image_tokens.unwrap_or(default.image_tokens),
         }
     }

@@ -80,7 +80,11 @@ impl Registry {
     pub fn unlisted(&self, id: &str) -> Option<String> {
         let (name, model) = split(id)?;
         let provider = self.providers.get(name)?;
-        if provider.models.as_ref()?.is_empty() || provider.entries(model).next().is_some() {
+        let priced = || provider.prices().pricing_for(model, Date::MAX).is_some();
+        if provider.models.as_ref()?.is_empty()
+            || provider.entries(model).next().is_some()
+            || priced()
+        {
             return None;
         }
         let meant = did_you_mean(id, self.listed().iter().map(String::as_str));

@@ -164,10 +164,13 @@ fn the_end_of_a_model_is_told_in_time() {
     let past = warning("deepseek/deepseek-chat", "2026-11-20").unwrap();
     assert!(past.starts_with("shut down since 2026-07-24"), "{past}");
     let routed = warning("gemini/gemini-2.5-pro", "2026-12-24").unwrap();
-    assert!(
-        routed.contains("answered by gemini-3.8-flash") && routed.contains("unconfirmed"),
-        "{routed}"
+    assert!(routed.contains("answered by gemini-3.8-flash"), "{routed}");
+    let unsure = self::registry(
+        "[lab]\nmodels = [{name = \"old\", routed = 2026-12-01, replacement = \"new\", unconfirmed = true}]",
     );
+    let unsure = unsure.unwrap().retirement("lab/old").unwrap();
+    let unsure = unsure.warning("2026-12-24".parse().unwrap()).unwrap();
+    assert!(unsure.ends_with("(unconfirmed)"), "{unsure}");
     assert!(
         warning("gemini/gemini-1.5-pro", "2026-11-20")
             .unwrap()
@@ -253,6 +256,50 @@ fn known_models_are_listed_once() {
     let ids: Vec<&str> = listed.iter().map(|l| l.id.as_str()).collect();
     let once: std::collections::BTreeSet<&str> = ids.iter().copied().collect();
     assert_eq!(once.len(), ids.len(), "{ids:?}");
+    // An entry that only says how a model is asked does not offer it.
+    for quiet in ["anthropic/claude-fable-5", "openai/gpt-6-astra"] {
+        assert!(!ids.contains(&quiet), "{quiet}");
+    }
+    for provider in ["xai", "mistral", "qwen", "openrouter"] {
+        assert!(ids.iter().any(|id| id.starts_with(provider)), "{provider}");
+    }
+}
+
+#[test]
+fn tools_go_to_responses_where_chat_refuses_them_unless_the_user_states_the_dialect() {
+    let tools = |user: &str, model: &str| {
+        let (endpoint, _) = registry(user).unwrap().resolve(model, &nothing()).unwrap();
+        endpoint.quirks.tools_dialect
+    };
+    for (model, dialect) in [
+        ("openai/gpt-6.2-sol", Some(Dialect::OpenAiResponses)),
+        ("openai/gpt-6-luna", Some(Dialect::OpenAiResponses)),
+        ("openai/gpt-5.4", Some(Dialect::OpenAiResponses)),
+        ("openai/gpt-5", None),
+        ("openai/gpt-4o", None),
+        ("openrouter/openai/gpt-6-luna", None),
+    ] {
+        assert_eq!(tools("", model), dialect, "{model}");
+    }
+    let user = "[openai]\ndialect = \"openai_chat\"";
+    assert_eq!(tools(user, "openai/gpt-6-luna"), None);
+}
+
+#[test]
+fn a_limit_that_does_not_count_reasoning_bounds_no_budget() {
+    let registry = registry("").unwrap();
+    let (endpoint, model) = registry.resolve("qwen/qwen3.8-max", &nothing()).unwrap();
+    let bound = |effort| {
+        let parameters = crate::llm::Parameters {
+            max_tokens: Some(100),
+            effort,
+            ..Default::default()
+        };
+        endpoint.worst_case(&model, &parameters)
+    };
+    let why = bound(None).unwrap_err().to_string();
+    assert!(why.contains("effort off"), "{why}");
+    assert!(bound(Some(crate::llm::Effort::Off)).is_ok());
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn every_shipped_price_has_a_day_and_a_source() {
         .flat_map(|p| p.prices().entries)
         .collect();
     assert!(!all.is_empty());
-    let today: jiff::civil::Date = "2026-11-23".parse().unwrap();
+    let today: jiff::civil::Date = "2026-11-27".parse().unwrap();
     for entry in all {
         assert!(entry.as_of.is_some_and(|day| day <= today), "{entry:?}");
         let price = entry.price;
@@ -41,7 +41,12 @@ fn every_shipped_price_has_a_day_and_a_source() {
 }
 
 /// Pages of others that quote a provider's list, where its own page could not be read with every rate of a model.
-const QUOTED: [&str; 2] = ["github.com", "docs.laozhang.ai"];
+const QUOTED: [&str; 4] = [
+    "github.com",
+    "docs.laozhang.ai",
+    "docs.apiyi.com",
+    "apidog.com",
+];
 
 #[test]
 fn every_source_is_a_page_of_the_provider_or_one_that_quotes_it() {
@@ -50,6 +55,9 @@ fn every_source_is_a_page_of_the_provider_or_one_that_quotes_it() {
         "gemini" => "ai.google.dev",
         "deepseek" => "api-docs.deepseek.com",
         "anthropic" => "platform.claude.com",
+        "xai" => "docs.x.ai",
+        "mistral" => "docs.mistral.ai",
+        "qwen" => "www.alibabacloud.com",
         other => panic!("{other} has prices, but no site here"),
     };
     let (mut first_hand, mut all) = (0, 0);
@@ -135,6 +143,13 @@ fn models_take_the_efforts_that_their_providers_document() {
             &[Off, Minimal, Max],
         ),
         ("gemini/gemini-3.5-flash-lite", &[Minimal], &[XHigh]),
+        ("gemini/gemini-4-carbon", &[Low, High], &[Off, XHigh]),
+        ("gemini/gemini-4-hydrogen", &[Low, XHigh], &[Minimal, Max]),
+        ("xai/grok-4.7", &[Low, XHigh], &[Off, Max]),
+        ("xai/grok-4.3", &[Off, High], &[XHigh]),
+        ("mistral/mistral-medium-2604", &[Off, High], &[Low]),
+        ("qwen/qwen3.8-max", &[Off, XHigh], &[High]),
+        ("qwen/qwen3.7-flash", &[Off, High], &[]),
         ("deepseek/deepseek-flash", &[Off, Max], &[Medium]),
         ("openrouter/any/model", &[Minimal, XHigh], &[Max]),
         ("ollama/qwen3", &[Off, Max], &[Minimal]),
@@ -211,6 +226,17 @@ fn shipped_prices_are_worked_with_in_every_kind_of_token() {
     };
     assert_eq!(gemini("2026-12-31T12:00:00Z"), Some(750.0));
     assert_eq!(gemini("2027-01-01T12:00:00Z"), Some(1500.0));
+    let argon = |at| {
+        cost(
+            "gemini",
+            "gemini-4-argon",
+            "gemini-4-argon",
+            at,
+            usage(1000, 100, 400, 0),
+        )
+    };
+    assert_eq!(argon("2026-11-30T12:00:00Z"), Some(2240.0));
+    assert_eq!(argon("2026-12-01T12:00:00Z"), Some(4480.0));
     // Google answers, and bills, another model in place of the one that it retires.
     let routed = cost(
         "gemini",

@@ -157,7 +157,7 @@ impl Config {
     ///
     /// let folder = tempfile::tempdir()?;
     /// let file = folder.path().join("config.toml");
-    /// std::fs::write(&file, "modle = \"openai/gpt-4o\"")?;
+    /// std::fs::write(&file, "modle = \"openai/gpt-6-luna\"")?;
     /// let error = Config::read(&file).unwrap_err().to_string();
     /// assert!(error.contains("config.toml:1: unknown key `modle`; did you mean `model`?"), "{error}");
     /// # Ok::<(), std::io::Error>(())

@@ -13,7 +13,7 @@ const STORE: &str = "runs.sqlite";
 /// The two folders of the program; neither is made before something is written there.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Folders {
-    /// Configuration: `config.toml`, `keymap.toml`, `thresholds.toml`, `prompts/`, `themes/`.
+    /// Configuration: `config.toml`, `prices.toml`, `keymap.toml`, `thresholds.toml`, `prompts/`, `themes/`.
     pub config: PathBuf,
     /// Data: the store, drafts, sessions.
     pub data: PathBuf,

@@ -77,7 +77,7 @@ pub(super) const KEYS: [Key; 26] = [
     ),
     key(
         "model",
-        "expected provider/model, such as \"openai/gpt-4o\"",
+        "expected provider/model, such as \"openai/gpt-6-luna\"",
         "the built-in judge, reference/geometry",
         |config| text(&config.model),
     ),

@@ -34,6 +34,21 @@ fn commands() -> Vec<String> {
 }
 
 #[test]
+fn no_example_names_a_model_that_ends() {
+    let registry = nearmiss::llm::Registry::new(&toml::Table::new()).unwrap();
+    let mut named = 0;
+    for (page, text) in pages().iter().filter(|(page, _)| page != "CHANGELOG.md") {
+        let words = text.split(|c: char| !c.is_ascii_alphanumeric() && !"/.-_:".contains(c));
+        let ids = words.filter(|word| registry.unlisted(word).is_none() && word.contains('/'));
+        for id in ids {
+            named += usize::from(id.starts_with("openai/"));
+            assert_eq!(registry.retirement(id), None, "{page}: {id}");
+        }
+    }
+    assert!(named > 5, "{named}");
+}
+
+#[test]
 fn every_topic_is_printed_and_listed() {
     let home = Home::new();
     let list = home.run(&["help"]).status(0).stdout;

@@ -40,7 +40,7 @@ fn the_table_tells_keys_and_ends() {
         .status(0);
     assert!(!ended.stdout.contains(KEY));
     let document = ended.json_lines();
-    let router = row(&document, "openrouter/deepseek/deepseek-r1");
+    let router = row(&document, "openrouter/z-ai/glm-5.3");
     assert_eq!(
         router["usd_per_million_tokens"],
         Value::Null,
@@ -75,6 +75,138 @@ fn the_table_tells_keys_and_ends() {
     let haiku = &row(&document, "anthropic/claude-haiku-5-5")["usd_per_million_tokens"];
     assert_eq!(haiku["up_to_input_tokens"], 100_000);
     assert_eq!(haiku["longer"]["output"], 2.5);
+}
+
+/// A small table in the form of models.dev.
+fn price_table(input: f64) -> String {
+    let luna = json!({"cost": {"input": input, "output": 40, "cache_read": 0.5}});
+    json!({
+        "openai": {"models": {"gpt-6-luna": luna, "tiny": luna, "trial": {"cost": {"input": 0, "output": 0}}}},
+        "elsewhere": {"models": {"m": {"cost": {"input": 1, "output": 1}}}},
+    })
+    .to_string()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_price_table_overlays_the_shipped_prices_until_its_file_is_deleted() {
+    let home = Home::new();
+    let run = |arguments: &[&str]| tokio::task::block_in_place(|| home.run(arguments));
+    let kept = home.config().join("prices.toml");
+    std::fs::remove_dir_all(home.config()).unwrap();
+    let today = jiff::Zoned::now().date().to_string();
+    let shown = |model: &str| {
+        let rows = run(&["models", "--offline", "--json"])
+            .status(0)
+            .json_lines();
+        row(&rows, model)["usd_per_million_tokens"].clone()
+    };
+    let shipped = shown("openai/gpt-6-luna");
+    home.write("api.json", price_table(10.0));
+    let ended = run(&["models", "--update", "api.json"]).status(0);
+    for words in [
+        "api.json (models.dev)",
+        "openai 2, openai-responses 2",
+        "1 left out",
+        "prices.toml",
+        "delete the file",
+    ] {
+        assert!(ended.stdout.contains(words), "{words}: {}", ended.stdout);
+    }
+    let price = shown("openai/gpt-6-luna");
+    assert_eq!(
+        (&price["input"], &price["as_of"]),
+        (&json!(10.0), &json!(today))
+    );
+    assert_eq!(price["source"], "api.json (models.dev)");
+    assert_eq!(
+        shown("openai/gpt-4o-mini")["as_of"],
+        "2025-07-04",
+        "not in the table"
+    );
+    let listed = run(&["models", "--offline"]).status(0).stdout;
+    assert!(listed.contains("] api.json (models.dev)\n"), "{listed}");
+
+    // A cost names the table.
+    let server = Server::start(vec![streamed(&verdict())]).await;
+    let ask = [
+        "ask",
+        CUT_IN,
+        "--model",
+        "openai/tiny",
+        "--base-url",
+        server.base_url(),
+        "--json",
+    ];
+    let keys = [("OPENAI_API_KEY", KEY)];
+    let document = tokio::task::block_in_place(|| home.run_with(&ask, &keys))
+        .status(0)
+        .json();
+    let source = document["price_source"].as_str().unwrap();
+    assert!(
+        source.ends_with(&format!("as of {today}, api.json (models.dev)")),
+        "{source}"
+    );
+
+    // What is no table changes nothing.
+    let before = std::fs::read(&kept).unwrap();
+    home.write("broken.json", "{\"openai\": ");
+    home.write("other.json", "{\"a\": {\"b\": 1}}");
+    for (file, words) in [
+        ("broken.json", "not JSON"),
+        ("other.json", "neither a table of models.dev"),
+        ("gone.json", "gone.json"),
+    ] {
+        let ended = run(&["models", "--update", file]).status(2);
+        ended.says(&[file, words, "no price is changed"]);
+    }
+    let table = price_table(20.0);
+    let moved = Script::answer(302, &[("Location", "https://elsewhere.example/t.json")], "");
+    let server = Server::start(vec![
+        Script::json(500, "{}"),
+        moved,
+        Script::json(200, &table),
+    ])
+    .await;
+    let address = format!("{}/api.json?key=geheim", server.base_url());
+    let update = ["models", "--update", &address];
+    run(&update)
+        .status(2)
+        .says(&["answered with status 500", "no price is changed"]);
+    run(&update)
+        .status(2)
+        .says(&["moved to https://elsewhere.example/t.json"]);
+    let plain = ["models", "--update", "http://prices.example/api.json"];
+    run(&plain).status(2).says(&["write https://"]);
+    assert_eq!(std::fs::read(&kept).unwrap(), before);
+    let ended = run(&update).status(0);
+    let place = format!("{}/api.json", server.base_url());
+    assert!(ended.stdout.contains(&place) && !ended.stdout.contains("geheim"));
+    let price = shown("openai/gpt-6-luna");
+    assert_eq!(
+        (&price["input"], &price["source"]),
+        (&json!(20.0), &json!(place))
+    );
+
+    // A file that cannot be used is named, and so is the way back.
+    std::fs::write(&kept, "as_of = 3\n").unwrap();
+    let said = ["prices.toml: line 1", "--update", "delete it"];
+    run(&["models", "--offline"]).status(0).says(&said);
+    let doctor = run(&["doctor"]);
+    assert!(
+        doctor.stdout.contains("prices.toml: line 1"),
+        "{}",
+        doctor.stdout
+    );
+    let batch = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "reference/geometry",
+        "--dry-run",
+    ];
+    run(&batch).says(&said);
+    std::fs::remove_file(&kept).unwrap();
+    assert_eq!(shown("openai/gpt-6-luna"), shipped);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -51,7 +51,7 @@ async fn a_broken_provider_is_left_out_alone() {
     );
     let place = "config.toml:8: [provider.lab]";
     let listed = run(&home, &["models", "--offline"]).status(0);
-    assert!(listed.stdout.contains("good/tiny") && !listed.stdout.contains("lab/"));
+    assert!(listed.stdout.contains("good/tiny") && !listed.stdout.contains("\nlab/"));
     listed.says(&[place, "`imput`", "disabled"]);
     run(&home, &["ask", CUT_IN, "--model", "lab/tiny"])
         .status(2)

@@ -302,6 +302,53 @@ async fn with_and_without_tools_are_an_axis() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn models_whose_chat_refuses_tools_are_asked_by_responses() {
+    let home = Home::new();
+    let server = Server::answering(|number, request: &Recorded| {
+        let dialect = match request.path.ends_with("/responses") {
+            true => Dialect::OpenAiResponses,
+            false => Dialect::OpenAiChat,
+        };
+        let calls = [("call_a", "list_obstacles", "{}")];
+        let body = match number {
+            0 => calling(dialect, &calls),
+            _ => saying(dialect, VERDICT),
+        };
+        Some(script(dialect).send(body))
+    })
+    .await;
+    let url = format!("{}/v1", server.base_url());
+    let ask = |more: &[&str]| {
+        let mut all = vec!["ask", CUT_IN, "--model", "openai/gpt-6-luna"];
+        all.extend(["--base-url", &url, "--json"].iter().chain(more));
+        let keys = [("OPENAI_API_KEY", "sk-0123456789")];
+        tokio::task::block_in_place(|| home.run_with(&all, &keys)).status(0)
+    };
+    ask(&["--tools", "--effort", "high"]);
+    ask(&[]);
+    let sent = server.requests();
+    let paths: Vec<&str> = sent.iter().map(|request| request.path.as_str()).collect();
+    let [tools, plain] = ["/v1/responses", "/v1/chat/completions"];
+    assert_eq!(paths, [tools, tools, plain]);
+    assert_eq!(sent[0].json()["reasoning"]["effort"], "high");
+    assert_eq!(
+        sent[0].header("authorization"),
+        Some("Bearer sk-0123456789")
+    );
+    let rows = home.rows("SELECT dialect, address, cost_usd FROM runs ORDER BY id");
+    for (row, (dialect, path)) in rows
+        .iter()
+        .zip([("openai_responses", tools), ("openai_chat", plain)])
+    {
+        assert_eq!(row["dialect"].as_deref(), Some(dialect));
+        assert!(
+            row["address"].as_deref().unwrap().ends_with(path),
+            "{row:?}"
+        );
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_model_that_calls_no_tools_is_refused_before_anything_is_sent() {
     let dialect = Dialect::OpenAiChat;
     let server = played(dialect, Vec::new()).await;

@@ -5,7 +5,9 @@ use std::path::Path;
 use super::Finding;
 use crate::cli::Failure;
 use crate::judge;
-use crate::llm::{Environment, KeyState, ProviderStatus, Reachability, Registry, reach};
+use crate::llm::{
+    Environment, KeyState, ProviderStatus, Reachability, Registry, RegistryError, reach,
+};
 use crate::settings::{Config, Folders};
 
 const AREA: &str = "models";
@@ -25,6 +27,12 @@ pub fn look(folders: &Folders, config: &Config, online: bool) -> Result<Vec<Find
         .iter()
         .map(|problem| Finding::problem("keys", problem, "fix that line"))
         .collect();
+    if let Err(RegistryError::Prices { message }) =
+        registry.clone().lay_prices(&folders.config_file())
+    {
+        let todo = "write it anew with `nearmiss models --update`, or delete it";
+        found.push(Finding::problem(AREA, message, todo));
+    }
     if let Err(error) = registry.resolve(chosen, &environment)
         && chosen != judge::MODEL
     {

@@ -205,6 +205,7 @@ impl Auth {
 /// The JSON body of a request, exactly as [`super::stream()`] sends it.
 #[must_use]
 pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
+    let endpoint = &*endpoint.for_request(request);
     Value::Object(endpoint.dialect.protocol().body(endpoint, request).fields)
 }
 
@@ -225,6 +226,7 @@ pub fn sends_form(endpoint: &Endpoint, request: &Request) -> bool {
 /// Whether a request asks for log probabilities, and the endpoint's model gives them.
 #[must_use]
 pub fn gives_log_probabilities(endpoint: &Endpoint, request: &Request) -> bool {
+    let endpoint = &*endpoint.for_request(request);
     let wanted = request.parameters.log_probabilities;
     wanted && endpoint.dialect != Dialect::Anthropic && {
         let mut asked = Body::default();
@@ -236,6 +238,7 @@ pub fn gives_log_probabilities(endpoint: &Endpoint, request: &Request) -> bool {
 /// Parts of a request the endpoint's model does not accept, and parameters sent unrequested; one sentence each.
 #[must_use]
 pub fn notes(endpoint: &Endpoint, request: &Request) -> Vec<String> {
+    let endpoint = &*endpoint.for_request(request);
     endpoint.dialect.protocol().body(endpoint, request).notes
 }
 

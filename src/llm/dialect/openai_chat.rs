@@ -152,9 +152,12 @@ fn effort(style: Efforts, effort: Effort, out: &mut Body) {
         }
         (Efforts::OpenRouter, Effort::Off) => out.put("reasoning", json!({"enabled": false})),
         (Efforts::OpenRouter, _) => out.put("reasoning", json!({"effort": word})),
-        (Efforts::Template, _) => {
+        (Efforts::Template | Efforts::Switch, _) => {
             let on = effort != Effort::Off;
-            out.put("chat_template_kwargs", json!({"enable_thinking": on}));
+            match style {
+                Efforts::Switch => out.put("enable_thinking", json!(on)),
+                _ => out.put("chat_template_kwargs", json!({"enable_thinking": on})),
+            }
             if on {
                 out.note(&format!(
                     "effort {word}: this server can only switch reasoning on or off; it is switched on"
@@ -324,10 +327,20 @@ fn choice(value: &Value) -> Option<&Value> {
 fn usage_of(usage: &Value) -> Usage {
     let count = |pointer| count(usage, pointer);
     let cost = usage.get("cost").and_then(Value::as_f64);
+    let (input, answer) = (count("/prompt_tokens"), count("/completion_tokens"));
+    let reasoning = count("/completion_tokens_details/reasoning_tokens");
+    // xAI counts the reasoning beside the answer, others within it; the total tells.
+    let sum = |counts: &[Option<u64>]| {
+        counts
+            .iter()
+            .try_fold(0_u64, |sum, n| sum.checked_add((*n)?))
+    };
+    let beside =
+        sum(&[input, answer, reasoning]).filter(|all| Some(*all) == count("/total_tokens"));
     Usage {
-        input_tokens: count("/prompt_tokens"),
-        output_tokens: count("/completion_tokens"),
-        reasoning_tokens: count("/completion_tokens_details/reasoning_tokens"),
+        input_tokens: input,
+        output_tokens: beside.and_then(|_| sum(&[answer, reasoning])).or(answer),
+        reasoning_tokens: reasoning,
         // The second is DeepSeek's name.
         cached_tokens: count("/prompt_tokens_details/cached_tokens")
             .or_else(|| count("/prompt_cache_hit_tokens")),

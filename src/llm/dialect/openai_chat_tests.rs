@@ -97,6 +97,32 @@ fn what_was_not_asked_is_not_sent() {
 }
 
 #[test]
+fn reasoning_that_is_counted_beside_the_answer_is_added() {
+    let counted = |total| {
+        let usage = json!({
+            "prompt_tokens": 32, "completion_tokens": 9, "total_tokens": total,
+            "completion_tokens_details": {"reasoning_tokens": 94},
+        });
+        usage_of(&usage).output_tokens
+    };
+    assert_eq!((counted(135), counted(41)), (Some(103), Some(9)));
+}
+
+#[test]
+fn thinking_is_switched_by_the_name_that_the_server_knows() {
+    let mut endpoint = Endpoint::new("x", "https://x.org");
+    let mut asked = request();
+    for (effort, on) in [(Effort::Off, false), (Effort::High, true)] {
+        asked.parameters.effort = Some(effort);
+        endpoint.quirks.efforts = Some(Efforts::Switch);
+        assert_eq!(body(&endpoint, &asked)["enable_thinking"], on);
+        endpoint.quirks.efforts = Some(Efforts::Template);
+        let template = &body(&endpoint, &asked)["chat_template_kwargs"];
+        assert_eq!(template["enable_thinking"], on);
+    }
+}
+
+#[test]
 fn a_usual_answer() {
     let (reasoning, text, rest) = decode(&[
         delta(json!({"role": "assistant", "content": null})),

@@ -56,6 +56,10 @@ impl BatchModels<'_> {
             spec.matrix.request.parameters(),
             self.budget,
         );
+        // A provider that is asked reports its own mistake.
+        let asked = |name: &str| models.iter().any(|id| id.split('/').next() == Some(name));
+        let broken = known.registry().broken().filter(|(name, _)| !asked(name));
+        broken.for_each(|(_, why)| on_warning(why.to_string()));
         let keys = models.iter().filter_map(|id| known.key_of_folder(id));
         keys.collect::<BTreeSet<_>>()
             .into_iter()

@@ -275,7 +275,7 @@ fn model(id: &str) -> Result<String, String> {
     match id.split_once('/') {
         Some((provider, model)) if !provider.is_empty() && !model.is_empty() => Ok(id.to_string()),
         _ => Err(format!(
-            "{id}: expected provider/model, such as openai/gpt-4o"
+            "{id}: expected provider/model, such as openai/gpt-6-luna"
         )),
     }
 }
