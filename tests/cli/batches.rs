@@ -277,9 +277,9 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
         .says(&["safety-ego.md", "start a new batch"]);
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn failed_and_unparsed_answers_are_counted_and_asked_again() {
-    let server = Server::answering(|number, request| {
+/// One that cuts its first answer off and has no verdict in the second.
+async fn stumbling() -> Server {
+    Server::answering(|number, request| {
         Some(match number {
             0 => Script::chunked_events().chunk(delta("half")),
             1 => Script::chunked_events()
@@ -289,7 +289,27 @@ async fn failed_and_unparsed_answers_are_counted_and_asked_again() {
             _ => whole(request),
         })
     })
-    .await;
+    .await
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_batch_may_ask_again_by_itself() {
+    let server = stumbling().await;
+    let home = home(server.base_url());
+    let names = BUNDLED.map(|(name, _)| name);
+    let options = ["--model", "lab/tiny", "--concurrency", "1", "--retry", "3", "--json"];
+    let arguments = [&["evaluate"], &names[..4], &options[..]].concat();
+    let ended = run(&home, &arguments).status(0);
+    let ended = ended.says(&["b1: 2 questions without a verdict asked again"]);
+    assert_eq!(total(&cells(&ended), &["failed", "unparsed"]), 0);
+    assert_eq!(total(&cells(&ended), &["n"]), 4);
+    // Nothing is asked a third time.
+    assert_eq!(server.requests().len(), 6);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn failed_and_unparsed_answers_are_counted_and_asked_again() {
+    let server = stumbling().await;
     let home = home(server.base_url());
     let names = BUNDLED.map(|(name, _)| name);
     let options = ["--model", "lab/tiny", "--concurrency", "1", "--json"];

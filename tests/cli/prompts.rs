@@ -161,22 +161,28 @@ fn the_users_template_overrides_the_shipped_one() {
 }
 
 #[test]
-fn a_broken_template_is_reported_and_the_shipped_one_used() {
+fn nothing_is_sent_in_place_of_a_broken_template() {
     let home = Home::new();
-    let shipped = home.run(&["prompt", CUT_IN]).status(0).stdout;
     home.write(
         home.config().join("prompts/collision-ego.md"),
         "no front matter",
     );
-    let ended = home.run(&["prompt", CUT_IN]).status(0);
-    assert_eq!(ended.stdout, shipped);
-    ended.says(&["collision-ego.md", "line 1", "shipped template is used"]);
-    // One that the options name fails, as in `prompts list`; it is printed all the same.
-    let named = home.run(&["prompt", CUT_IN, "--frame", "ego"]).status(1);
-    assert_eq!(named.stdout, shipped);
-    named.says(&["collision-ego.md: broken"]);
+    let stops = ["collision-ego.md", "line 1", "nothing is sent in its place"];
+    for command in [
+        &["prompt", CUT_IN][..],
+        &["ask", CUT_IN, "--model", "lab/m", "--base-url", "http://127.0.0.1:9"],
+        &["ask", CUT_IN, "--dry-run"],
+        &["evaluate", CUT_IN, "--model", "lab/m", "--base-url", "http://127.0.0.1:9"],
+    ] {
+        let ended = home.run(command).status(2);
+        assert_eq!(ended.stdout, "");
+        ended.says(&stops);
+    }
+    assert_eq!(home.runs().len(), 0);
+    // It is no part of other questions.
     home.run(&["prompt", CUT_IN, "--frame", "cartesian"])
         .status(0);
+    home.run(&["describe", CUT_IN]).status(0);
 }
 
 #[test]
@@ -184,9 +190,9 @@ fn a_template_that_cannot_be_filled_is_named_with_its_line() {
     let home = Home::new();
     let wrong = MINE.replace("{{ scenario }}", "\n{{ nothing_of_this_name }}");
     home.write(home.config().join("prompts/collision-ego.md"), wrong);
-    home.run(&["prompt", CUT_IN]).status(0).says(&[
+    home.run(&["prompt", CUT_IN]).status(2).says(&[
         "prompts/collision-ego.md: line 8: ",
-        "the shipped template is used",
+        "nothing is sent in its place",
     ]);
 }
 
@@ -287,10 +293,10 @@ fn front_matter_with_an_unknown_key_is_named_with_its_line() {
     let home = Home::new();
     let wrong = MINE.replace("frame = \"ego\"\n", "frame = \"ego\"\nfrmae = \"ego\"\n");
     home.write(home.config().join("prompts/collision-ego.md"), wrong);
-    home.run(&["prompt", CUT_IN]).status(0).says(&[
+    home.run(&["prompt", CUT_IN]).status(2).says(&[
         "collision-ego.md: line 6",
         "frmae",
-        "shipped template is used",
+        "nothing is sent in its place",
     ]);
 }
 
@@ -393,7 +399,7 @@ fn what_is_wrong_with_a_users_template_is_listed() {
     );
     home.run(&["prompts"]).status(1).says(&[
         "collision-ego.md: line 8: undefined value: `nothing_of_this_name` is undefined",
-        "the shipped template is used",
+        "nothing is sent in its place",
         "safety-ego.md: line 1",
         "unknown task `colision`",
         "3 of your templates",
@@ -408,12 +414,9 @@ fn what_is_wrong_with_a_users_template_is_listed() {
         assert_eq!((rows(file, "yes"), rows(file, "broken")), (1, 1), "{table}");
     }
     assert_eq!(rows("mine.md", "broken"), 1, "{table}");
-    let prompt = home.run(&["prompt", CUT_IN]).status(0);
-    assert!(prompt.stdout.contains("You are an expert"));
-    prompt.says(&[
-        "prompts/collision-ego.md: line 8",
-        "the shipped template is used",
-    ]);
+    home.run(&["prompt", CUT_IN])
+        .status(2)
+        .says(&["prompts/collision-ego.md: line 8"]);
     home.run(&["prompts", "use", "mine"]).status(2).says(&[
         "mine.md",
         "unknown task `colision`",
@@ -475,15 +478,12 @@ fn several_templates_for_the_same_live_side_by_side() {
     listed.says(&[
         "chosen.toml",
         "no template short.md",
-        "default template is used",
+        "nothing is sent in its place",
     ]);
-    assert!(used_after(&home));
-}
-
-/// Whether the shipped template is used again.
-fn used_after(home: &Home) -> bool {
+    home.run(&["prompt", CUT_IN]).status(2);
+    home.run(&["prompts", "use", "collision-ego"]).status(0);
     let prompt = home.run(&["prompt", CUT_IN]).status(0).stdout;
-    prompt.contains("You are an expert")
+    assert!(prompt.contains("You are an expert"));
 }
 
 #[test]

@@ -167,7 +167,7 @@ fn a_choice_that_cannot_be_kept_is_a_problem() {
         );
         let said = library.problems[0].to_string();
         assert!(
-            said.contains(word) && said.contains("the default template is used"),
+            said.contains(word) && said.contains("nothing is sent in its place"),
             "{said}"
         );
     }
