@@ -49,6 +49,7 @@ mod sample;
 mod side_files;
 mod slurm;
 mod span;
+mod templates;
 mod themes_and_keys;
 mod time;
 mod tool_options;

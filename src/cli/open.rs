@@ -11,13 +11,13 @@ use super::row_file::say_shared_names;
 use super::side_files::without_side_files;
 use super::{Arguments, Failure, output};
 use crate::description::Frame;
-use crate::evaluation::{Judge, validate};
+use crate::evaluation::Judge;
 use crate::formats::{
     self, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled, not_standard_input,
     only_part,
 };
 use crate::metrics::Thresholds;
-use crate::prompts::{Library, Pack, Problem, Techniques};
+use crate::prompts::{Pack, Techniques};
 use crate::scenario::{Scenario, Scene};
 use crate::settings::{Config, ConfigError, Folders, TextFile};
 use crate::system::unknown;
@@ -33,23 +33,6 @@ pub struct ScenarioArguments {
     file: PathBuf,
     #[command(flatten)]
     ego: EgoChoice,
-}
-
-/// The templates that questions are made of. Files that are not in use are told.
-///
-/// # Errors
-/// One that is in use is broken: nothing is sent in its place.
-pub fn templates(folders: &Folders) -> Result<Library, Failure> {
-    let library = validate(Library::load(Some(&folders.prompts())));
-    let (stop, told): (Vec<&Problem>, Vec<_>) = library.problems.iter().partition(|p| p.stops());
-    for problem in told {
-        output::say(&format!("nearmiss: {problem}"));
-    }
-    let all: Vec<String> = stop.iter().map(ToString::to_string).collect();
-    match all.is_empty() {
-        true => Ok(library),
-        false => Err(Failure::input(all.join("\n"))),
-    }
 }
 
 /// Who is the ego.

@@ -4,6 +4,7 @@
 pub(crate) mod annotations;
 mod answer;
 mod answer_case;
+mod answer_flags;
 mod answer_outcome;
 mod answer_page;
 mod answer_state;

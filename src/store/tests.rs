@@ -394,8 +394,7 @@ fn lists_are_narrowed_down_by_words_and_columns() {
 fn the_view_speaks_plain_words() {
     let store = Store::in_memory().unwrap();
     answered(&store, &question(), "a");
-    let sql =
-        "SELECT scenario || ' ' || dangerous || ' ' || justification || ' ' || state FROM answers";
+    let sql = "SELECT scenario||' '||dangerous||' '||justification||' '||state FROM answers";
     let words: String = store.lock().query_row(sql, [], |row| row.get(0)).unwrap();
     assert_eq!(words, "ZAM_A-1 yes it brakes answered");
 }

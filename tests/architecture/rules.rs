@@ -97,7 +97,10 @@ const HOMES: [(&str, &[&str]); 24] = [
     ("http_body_util", &["cli/mcp/"]),
     ("getrandom", &["cli/mcp/token.rs"]),
     ("quick_xml", &["formats/commonroad/"]),
-    ("encoding_rs", &["formats/commonroad/encoding.rs"]),
+    (
+        "encoding_rs",
+        &["formats/commonroad/encoding.rs", "llm/body_text.rs"],
+    ),
     (
         "prost",
         &["formats/commonroad/protobuf/", "formats/recordings/waymo/"],

@@ -297,7 +297,15 @@ async fn a_batch_may_ask_again_by_itself() {
     let server = stumbling().await;
     let home = home(server.base_url());
     let names = BUNDLED.map(|(name, _)| name);
-    let options = ["--model", "lab/tiny", "--concurrency", "1", "--retry", "3", "--json"];
+    let options = [
+        "--model",
+        "lab/tiny",
+        "--concurrency",
+        "1",
+        "--retry",
+        "3",
+        "--json",
+    ];
     let arguments = [&["evaluate"], &names[..4], &options[..]].concat();
     let ended = run(&home, &arguments).status(0);
     let ended = ended.says(&["b1: 2 questions without a verdict asked again"]);

@@ -403,8 +403,15 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
     let ended = ask(&entry, &["--budget", "0.05", "--max-tokens", "100"]).status(2);
     ended.says(&["was not asked", "budget"]);
     // Nothing was sent, and a dry run says so beforehand.
-    let dry = ask(&entry, &["--budget", "0.05", "--max-tokens", "100", "--dry-run"]).status(2);
-    dry.says(&["would not be asked: it may cost $", "more than the budget of $0.0500"]);
+    let dry = ask(
+        &entry,
+        &["--budget", "0.05", "--max-tokens", "100", "--dry-run"],
+    )
+    .status(2);
+    dry.says(&[
+        "would not be asked: it may cost $",
+        "more than the budget of $0.0500",
+    ]);
     ask(&entry, &["--budget", "5", "--dry-run"])
         .status(2)
         .says(&["would not be asked: a budget needs a limit"]);

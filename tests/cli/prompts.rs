@@ -170,9 +170,23 @@ fn nothing_is_sent_in_place_of_a_broken_template() {
     let stops = ["collision-ego.md", "line 1", "nothing is sent in its place"];
     for command in [
         &["prompt", CUT_IN][..],
-        &["ask", CUT_IN, "--model", "lab/m", "--base-url", "http://127.0.0.1:9"],
+        &[
+            "ask",
+            CUT_IN,
+            "--model",
+            "lab/m",
+            "--base-url",
+            "http://127.0.0.1:9",
+        ],
         &["ask", CUT_IN, "--dry-run"],
-        &["evaluate", CUT_IN, "--model", "lab/m", "--base-url", "http://127.0.0.1:9"],
+        &[
+            "evaluate",
+            CUT_IN,
+            "--model",
+            "lab/m",
+            "--base-url",
+            "http://127.0.0.1:9",
+        ],
     ] {
         let ended = home.run(command).status(2);
         assert_eq!(ended.stdout, "");

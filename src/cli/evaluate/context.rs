@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::options::Options;
-use crate::cli::open::{configuration, templates, user_thresholds};
+use crate::cli::open::{configuration, user_thresholds};
+use crate::cli::templates::templates;
 use crate::cli::{Failure, output};
 use crate::evaluation::Judges;
 use crate::evaluation::batch::Spec;

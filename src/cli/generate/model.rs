@@ -8,7 +8,8 @@ use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
 use crate::cli::Failure;
-use crate::cli::open::{judge_of, templates, user_thresholds};
+use crate::cli::open::{judge_of, user_thresholds};
+use crate::cli::templates::templates;
 use crate::evaluation::Settings;
 use crate::evaluation::batch::Spec;
 use crate::evaluation::generating::Author;

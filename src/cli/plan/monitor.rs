@@ -9,8 +9,9 @@ use tokio::runtime::{Builder, Runtime};
 
 use crate::cli::ask::budget;
 use crate::cli::interrupt::INTERRUPTED;
-use crate::cli::open::{judge_of, templates, user_thresholds};
+use crate::cli::open::{judge_of, user_thresholds};
 use crate::cli::parallel::in_order;
+use crate::cli::templates::templates;
 use crate::cli::{Failure, Outcome, output};
 use crate::evaluation::Judge;
 use crate::formats::Entry;

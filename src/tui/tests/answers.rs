@@ -344,7 +344,7 @@ fn obstacles_that_are_not_there_are_named() {
         id,
         Ok(Box::new(answer("lab/small", true, 999))),
     ));
-    assert!(bench.frame(120, 40).contains("named: [999]"));
+    assert!(bench.frame(120, 40).contains("names obstacle 999"));
 }
 
 #[test]
