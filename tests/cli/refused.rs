@@ -187,17 +187,22 @@ fn an_export_says_which_endings_it_knows() {
 }
 
 #[test]
-fn only_the_template_in_use_is_warned_of() {
+fn only_the_template_in_use_stops() {
     let home = Home::new();
     for name in ["collision-ego.md", "trajectory.md", "_risk.md"] {
         home.write(home.config().join("prompts").join(name), "{% if %}");
     }
-    let warned = home.run(&["prompt", CUT_IN]).status(0).stderr;
-    assert!(warned.contains("collision-ego.md"), "{warned}");
-    assert!(!warned.contains("trajectory.md"), "{warned}");
     let all = home.run(&["prompts"]).status(1).stderr;
     assert!(
         all.contains("trajectory.md") && all.contains("_risk.md"),
         "{all}"
     );
+    // What it includes, then itself.
+    for name in ["_risk.md", "collision-ego.md"] {
+        let stopped = home.run(&["prompt", CUT_IN]).status(2).stderr;
+        assert!(stopped.contains(name), "{stopped}");
+        assert!(!stopped.contains("trajectory.md"), "{stopped}");
+        std::fs::remove_file(home.config().join("prompts").join(name)).unwrap();
+    }
+    home.run(&["prompt", CUT_IN]).status(0);
 }
