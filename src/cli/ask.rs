@@ -276,7 +276,7 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     match &answer.judged {
         JudgeOutcome::Verdict(parsed) => {
             let verdict = &parsed.verdict;
-            // How likely a body is where in its region nobody says.
+            // The probability that a body is at one place of its region is unknown.
             let possible = match (verdict.dangerous, verdict.task, verdict.probability) {
                 (true, Task::Collision, None) if answer.model == judge::MODEL => {
                     ", as a possible contact"

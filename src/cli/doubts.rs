@@ -100,3 +100,52 @@ fn ids(scenario: &Scenario, of: impl Fn(&&Obstacle) -> bool) -> Vec<String> {
     let obstacles = scenario.obstacles.iter().filter(of);
     obstacles.map(|o| o.id.to_string()).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::formats::bundled;
+    use crate::scenario::{ObstacleParts, Prediction, State};
+
+    #[test]
+    fn gaps_in_tracks_and_the_ego_among_the_others_are_named() {
+        let entry = &bundled()[0];
+        let mut scenario = (*entry.read().unwrap()).clone();
+        let is_long = |o: &&Obstacle| o.role == ObstacleRole::Dynamic && o.states().count() > 30;
+        let ego = scenario.obstacles.iter().find(is_long).unwrap().clone();
+        let again = |id: i64, states: Vec<State>| {
+            let parts = ObstacleParts {
+                id,
+                role: ego.role,
+                kind: ego.kind,
+                footprint: ego.footprint.clone(),
+                initial: ego.initial.clone(),
+                prediction: Prediction::Trajectory(states),
+                signals: Vec::new(),
+            };
+            Obstacle::new(parts, 0.1)
+        };
+        let states: Vec<State> = ego.states().skip(1).cloned().collect();
+        let of = |scenario: &Scenario| {
+            let scene = Scene::with_obstacle_as_ego(Arc::new(scenario.clone()), ego.id).unwrap();
+            doubts(entry, &scene).join("\n")
+        };
+        assert_eq!(of(&scenario), "");
+        scenario.obstacles.push(again(9001, states.clone()));
+        scenario
+            .obstacles
+            .push(again(9002, [&states[..5], &states[9..]].concat()));
+        let told = of(&scenario);
+        assert!(
+            told.contains("obstacle 9001 is where the ego is at each step"),
+            "{told}"
+        );
+        assert!(
+            told.contains("gaps in their tracks, absent in these: 9002;"),
+            "{told}"
+        );
+    }
+}

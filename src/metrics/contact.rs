@@ -205,7 +205,7 @@ impl Steps {
 
 /// How far the bodies overlap across the direction in which one passes the other from one side to the opposite one,
 /// metres, and that axis; nothing where it does not pass. However its speed changes on the way, it passes through the other.
-/// The sides are those of the body with the given place: who turns in place may pass somebody, too.
+/// The sides are those of the body with the given place: a body that turns in place may pass another one, too.
 fn passes_through(
     of: usize,
     before: [Placed<'_>; 2],

@@ -96,10 +96,14 @@ impl Library {
         })
     }
 
-    /// A broken file of the user in whose place a template stands, or what that includes: nobody wants to pay for answers
-    /// to another question than the one that was written.
+    /// A broken file of the user in whose place a template stands, or what that includes: answers to another question
+    /// than the one that was written are not to be paid for.
     #[must_use]
     pub fn stands_for<'l>(&'l self, file: &'l str, template: &'l Template) -> Option<&'l Problem> {
+        // Asked for each question.
+        if self.problems.is_empty() {
+            return None;
+        }
         let chosen = |problem: &&Problem| {
             let is_template = problem.path.extension().is_some_and(|x| x == "md");
             problem.instead == Fallback::Usual && is_template

@@ -155,7 +155,7 @@ pub struct Verdict {
     /// The probability of a yes by the log probabilities of the tokens with which the answer decides, 0 to 1. It is
     /// not in the answer's text; `None` where the server gave no log probabilities.
     pub token_probability: Option<f64>,
-    /// Obstacles that it names and the scene does not have, as it was found when it arrived; empty where nobody looked.
+    /// Obstacles that it names and the scene does not have, as it was found when it arrived; empty where that was not looked for.
     pub unknown: Vec<i64>,
 }
 

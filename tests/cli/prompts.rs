@@ -87,6 +87,38 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
         lane.contains("- s and d: ") && lane.contains(",s [m],d [m],"),
         "{lane}"
     );
+    // From centre to centre nothing says whether bodies touch: 5.88 m are free between 4.51 m and 4.30 m in one line.
+    let centre = run(&[
+        "--task",
+        "safety",
+        "--axes",
+        "centre",
+        "--techniques",
+        "base",
+    ])
+    .status(0)
+    .stdout;
+    assert!(
+        centre.contains("- the place of its centre as seen"),
+        "{centre}"
+    );
+    let (_, told) = centre.split_once("[user]").unwrap();
+    assert!(
+        !told.contains("distance") && !told.contains("gap"),
+        "{told}"
+    );
+    let near = told.lines().rfind(|line| line.starts_with("0.00,car 301,"));
+    let cells: Vec<&str> = near.unwrap().split(',').collect();
+    let titles = told
+        .lines()
+        .find(|line| line.starts_with("t [s],"))
+        .unwrap();
+    let at = titles
+        .split(',')
+        .position(|title| title == "centre long [m]")
+        .unwrap();
+    let long: f64 = cells[at].parse().unwrap();
+    assert!((long - (5.88 + (4.51 + 4.30) / 2.0)).abs() < 0.02, "{told}");
     let wrong = run(&["--measures", "ttc"]).status(2);
     assert!(
         wrong.stderr.contains("option of the metrics frame"),

@@ -176,3 +176,97 @@ fn the_story_of_each_bundled_scenario_is_its_moment() {
         );
     }
 }
+
+/// A car of 4 m × 2 m for 10 s; `at` gives place, heading, velocity and acceleration after so many seconds.
+fn moving(id: i64, at: impl Fn(f64) -> [f64; 5]) -> Obstacle {
+    let state = |step: i64| {
+        let [x, y, heading, velocity, acceleration] = at(step as f64 * 0.1);
+        State {
+            position: Some(Position::Point(nearmiss::geometry::Point::new(x, y))),
+            orientation: Some(Quantity::Exact(heading)),
+            velocity: Some(Quantity::Exact(velocity)),
+            acceleration: Some(Quantity::Exact(acceleration)),
+            ..State::at(Steps::exact(step))
+        }
+    };
+    let parts = ObstacleParts {
+        id,
+        role: ObstacleRole::Dynamic,
+        kind: ObstacleType::Car,
+        footprint: Some(Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap()),
+        initial: Some(state(0)),
+        prediction: Prediction::Trajectory((1..=100).map(state).collect()),
+        signals: Vec::new(),
+    };
+    Obstacle::new(parts, 0.1)
+}
+
+/// The way after some seconds with a speed and an acceleration that end at another speed, then the speed and what changes it.
+fn until(time: f64, from: f64, acceleration: f64, to: f64) -> [f64; 3] {
+    let end = (to - from) / acceleration;
+    let t = time.min(end);
+    let way = from * t + acceleration * t * t / 2.0 + to * (time - t);
+    let is_over = time >= end;
+    let speed = if is_over { to } else { from + acceleration * t };
+    [way, speed, if is_over { 0.0 } else { acceleration }]
+}
+
+/// 10 m ahead of the ego round a bend of 20 m drives one with half its speed; where they would touch their headings are
+/// 11° apart, and it is no crossing all the same.
+#[test]
+fn a_leader_round_a_bend_is_on_the_course() {
+    let bend = |[way, speed, acceleration]: [f64; 3]| {
+        let angle = way / 20.0;
+        let (sin, cos) = angle.sin_cos();
+        [20.0 * sin, 20.0 - 20.0 * cos, angle, speed, acceleration]
+    };
+    let found = worst(vec![
+        moving(1, |t| bend(until(t, 10.0, -3.0, 5.0))),
+        moving(2, |t| bend([14.0 + 5.0 * t, 5.0, 0.0])),
+    ]);
+    assert_eq!(
+        (found.obstacle, found.grade),
+        (2, Grade::Course),
+        "{found:?}"
+    );
+    assert!(found.step <= 3, "{found:?}");
+}
+
+/// One comes from the side and stands 6 m before the ego's way, as it brakes from the beginning on.
+#[test]
+fn who_brakes_to_a_stand_before_the_way_is_on_no_course() {
+    let found = worst(vec![
+        car(1, (0.0, 0.0), 0.0, 10.0, 0.0),
+        moving(2, |t| {
+            let [way, speed, acceleration] = until(t, 6.0, -1.5, 0.0);
+            [30.0, -20.0 + way, FRAC_PI_2, speed, acceleration]
+        }),
+    ]);
+    assert!(
+        !matches!(
+            found.grade,
+            Grade::Contact | Grade::Conflict | Grade::NearMiss | Grade::Course | Grade::Ahead
+        ),
+        "{found:?}"
+    );
+    // With the same speed at first and no braking until it is near, it is on one.
+    let late = |t: f64| match t < 0.5 {
+        true => [6.0 * t, 6.0, 0.0],
+        false => {
+            let [way, speed, acceleration] = until(t - 0.5, 6.0, -3.0, 0.0);
+            [3.0 + way, speed, acceleration]
+        }
+    };
+    let found = worst(vec![
+        car(1, (0.0, 0.0), 0.0, 10.0, 0.0),
+        moving(2, |t| {
+            let [way, speed, acceleration] = late(t);
+            [30.0, -20.0 + way, FRAC_PI_2, speed, acceleration]
+        }),
+    ]);
+    assert_eq!(
+        (found.obstacle, found.grade),
+        (2, Grade::Course),
+        "{found:?}"
+    );
+}

@@ -121,6 +121,18 @@ pub fn rows() -> Vec<Row> {
             Verdict,
         ),
         row(
+            "is in the single bytes that it names",
+            Script::silent().send(
+                [
+                    &b"HTTP/1.1 200 OK\r\nContent-Type: text/event-stream; charset=ISO-8859-1\r\nConnection: close\r\n\r\n: gr"[..],
+                    b"\xfc\xdfe\n\n",
+                    usual().as_bytes(),
+                ]
+                .concat(),
+            ),
+            Verdict,
+        ),
+        row(
             "breaks off in what is compressed",
             Script::silent().send(
                 [

@@ -3,6 +3,7 @@
 
 mod calibration;
 mod comparisons;
+mod doubtful;
 mod simulated;
 
 use super::*;

@@ -11,12 +11,12 @@ impl Report {
         let who = self.whole().filter_map(|cell| {
             let flagged = cell.flagged;
             let counts = [
-                (flagged.contradictory, "contradict themselves"),
+                (flagged.contradictory, "contradictory"),
                 (
                     flagged.unknown,
-                    "name an obstacle that the scene does not have",
+                    "with an obstacle that the scene does not have",
                 ),
-                (flagged.twice, "name an obstacle twice"),
+                (flagged.twice, "with an obstacle named twice"),
             ];
             let counts = counts.into_iter().filter(|(count, _)| *count > 0);
             let counts: Vec<String> = counts.map(|(n, what)| format!("{n} {what}")).collect();
