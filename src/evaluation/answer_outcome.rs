@@ -48,9 +48,22 @@ const CUT: f64 = 0.8;
 /// No server's context is smaller, tokens: one that counts less does not count.
 const LEAST_CONTEXT: u64 = 256;
 
-/// Why a verdict does not count whose server read only a part of the question: by the tokens that it counted and the
-/// estimate of those sent, in words alone.
-pub(super) fn cut_question(counted: Option<u64>, sent: usize) -> Option<MissingVerdict> {
+/// What was read in an answer, unless the server read only a part of the question: by the tokens that it counted and the
+/// estimate of those sent, where these were words alone.
+pub(super) fn unless_cut(
+    judged: JudgeOutcome,
+    counted: Option<u64>,
+    sent: Option<usize>,
+) -> JudgeOutcome {
+    match judged {
+        JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_) => sent
+            .and_then(|sent| cut_question(counted, sent))
+            .map_or(judged, JudgeOutcome::Missing),
+        JudgeOutcome::Missing(_) => judged,
+    }
+}
+
+fn cut_question(counted: Option<u64>, sent: usize) -> Option<MissingVerdict> {
     let counted = counted.filter(|counted| *counted >= LEAST_CONTEXT)?;
     let is_cut = (counted as f64) < CUT * sent as f64;
     is_cut.then(|| {

@@ -2,8 +2,8 @@
 
 use futures_util::StreamExt;
 
-use super::answer::{JudgeOutcome, MissingVerdict};
-use super::answer_outcome::{cut_question, read_from, stopped_short, too_long, weighed, word};
+use super::answer::MissingVerdict;
+use super::answer_outcome::{read_from, stopped_short, too_long, unless_cut, weighed, word};
 use super::judges::ModelJudge;
 use super::price_words::stated;
 use super::question::Question;
@@ -83,18 +83,12 @@ impl Asking {
         let task = question.case.task;
         let secrets = Secrets::sent(&model.client, &model.endpoint);
         let read = read_from(task, &self.answer, self.turn, failure);
-        self.answer.judged = read.without(&secrets);
         let in_words = question.picture.is_none() && self.answer.tool_rounds.is_empty();
-        let counted = self.answer.consumed.input_tokens;
-        if in_words
-            && matches!(
-                self.answer.judged,
-                JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_)
-            )
-            && let Some(cut) = cut_question(counted, question.tokens())
-        {
-            self.answer.judged = JudgeOutcome::Missing(cut);
-        }
+        self.answer.judged = unless_cut(
+            read.without(&secrets),
+            self.answer.consumed.input_tokens,
+            in_words.then(|| question.tokens()),
+        );
         if weigh && !weighed(task, &tokens, &mut self.answer.judged) {
             let note = match tokens.is_empty() {
                 true => "the server sent no log probabilities",

@@ -120,10 +120,10 @@ fn of(pairs: &[Pair<'_>]) -> Option<Invariance> {
             same_words += 1;
             continue;
         }
-        let scenario = pair.original.scenario.as_str();
-        flipped.count(scenario, a.dangerous != b.dangerous);
+        let unit = pair.original.unit();
+        flipped.count(unit, a.dangerous != b.dangerous);
         let named = |verdict: &Verdict| BTreeSet::from_iter(verdict.danger());
-        renamed.count(scenario, named(a) != named(b));
+        renamed.count(unit, named(a) != named(b));
         let scores = scores(a);
         changes.extend(b.obstacles.iter().filter_map(|o| {
             let before = scores.get(&o.id)?;

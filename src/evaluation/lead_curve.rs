@@ -75,11 +75,11 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
     for timed in answers {
         let milliseconds = (timed.lead * 1000.0).round();
         let counts = points.entry(milliseconds as i64).or_default();
-        let (scenario, point) = (timed.scored.scenario.as_str(), &mut counts.point);
+        let (unit, point) = (timed.scored.unit(), &mut counts.point);
         point.lead = milliseconds / 1000.0;
         if timed.scored.is_collision() != Some(true) {
             if let Some(yes) = timed.scored.positive() {
-                counts.false_alarms.count(scenario, yes);
+                counts.false_alarms.count(unit, yes);
             }
             continue;
         }
@@ -88,11 +88,11 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
             AnswerStatus::Failed(_) => point.failed += 1,
             AnswerStatus::Unasked(_) => point.unasked += 1,
             AnswerStatus::Verdict(verdict) => {
-                counts.yes.count(scenario, verdict.dangerous);
+                counts.yes.count(unit, verdict.dangerous);
                 let critical = &timed.scored.critical;
                 if !critical.is_empty() {
                     let named = verdict.danger().iter().any(|id| critical.contains(id));
-                    counts.named.count(scenario, verdict.dangerous && named);
+                    counts.named.count(unit, verdict.dangerous && named);
                 }
             }
         }

@@ -16,6 +16,7 @@ pub mod batch;
 mod bradley_terry;
 /// Claims about obstacles in the text of an answer.
 pub mod claims;
+mod cluster;
 mod confusion;
 mod defaults;
 mod dry_render;
@@ -77,6 +78,7 @@ pub use answer_page::{AnswerDetail, AnswerPage, ShownClaim};
 pub use answer_state::{AnswerState, CountedAs};
 pub use axes::{Axes, AxisValues, tools_word};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
+pub use cluster::Cluster;
 pub use confusion::Confusion;
 pub use defaults::default_frame;
 pub use dry_render::dry_render;

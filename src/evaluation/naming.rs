@@ -20,7 +20,7 @@ pub struct Naming {
     pub right: u32,
 }
 
-/// Intervals of 95 %, with the scenario as the unit: see [`scenario_interval`].
+/// Intervals of 95 % over units, see [`Scored::unit`] and [`scenario_interval`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct NamingIntervals {
     /// Of [`Naming::recall`].
@@ -33,12 +33,12 @@ impl NamingIntervals {
     /// From the answers that are counted.
     #[must_use]
     pub fn from_scored<'a>(answers: impl IntoIterator<Item = &'a Scored>) -> Self {
-        let mut scenarios: BTreeMap<&str, Naming> = BTreeMap::new();
+        let mut units: BTreeMap<&str, Naming> = BTreeMap::new();
         for one in answers {
-            scenarios.entry(&one.scenario).or_default().count(one);
+            units.entry(one.unit()).or_default().count(one);
         }
         let of = |part: fn(&Naming) -> (u32, u32)| {
-            let counts: Vec<(u32, u32)> = scenarios.values().map(part).collect();
+            let counts: Vec<(u32, u32)> = units.values().map(part).collect();
             scenario_interval(&counts)
         };
         Self {

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
+use super::share::Tally;
 use super::statistics::{Interval, f1_interval, shown};
-use super::{AnswerStatus, Confusion, Naming, PromptConfig, Scored, Spending, report};
+use super::{AnswerStatus, Cluster, Confusion, Naming, PromptConfig, Scored, Spending, report};
 use crate::store::{ClaimCounts, RunId};
 
 /// Outcome of one question, compared with the ground truth.
@@ -39,6 +40,10 @@ pub struct AnswerOutcome {
     pub sample: u32,
     /// Its outcome.
     pub outcome: Outcome,
+    /// Whether it is right, see [`Scored::is_right`].
+    pub is_right: Option<bool>,
+    /// The unit of intervals.
+    pub cluster: Cluster,
     /// The obstacles that it names beside those that are truly critical.
     pub naming: Naming,
     /// Its claims about obstacles, where they were checked.
@@ -54,7 +59,9 @@ pub struct Results {
     pub answers: Vec<AnswerOutcome>,
     /// What was spent on the questions, every attempt included.
     pub spending: Spending,
-    /// The bootstrap interval of F1, over scenarios; `None` before [`with_intervals`] worked it out, and of few.
+    /// The interval of [`Self::right_of_all`], over units; `None` before [`with_intervals`] worked it out, and of few.
+    pub right_interval: Option<Interval>,
+    /// The bootstrap interval of F1, over units; `None` likewise.
     pub f1: Option<Interval>,
     /// How many answers came to each outcome, in their order.
     counts: [u32; Outcome::ALL.len()],
@@ -112,6 +119,8 @@ impl AnswerOutcome {
             scenario: scored.scenario.clone(),
             sample: scored.sample,
             outcome,
+            is_right: scored.is_right(),
+            cluster: scored.cluster,
             naming,
             claims: scored.claims,
         })
@@ -129,6 +138,7 @@ impl Results {
             way,
             answers,
             spending,
+            right_interval: None,
             f1: None,
         }
     }
@@ -175,11 +185,29 @@ impl Results {
         }
     }
 
-    /// The same of each scenario, by their names.
-    fn by_scenario(&self) -> Vec<Confusion> {
+    /// How many are right, and how many with a truth were asked.
+    #[must_use]
+    pub fn right(&self) -> (u32, u32) {
+        let known = self.answers.iter().filter_map(|answer| answer.is_right);
+        known.fold((0, 0), |(right, asked), is_right| {
+            (right + u32::from(is_right), asked + 1)
+        })
+    }
+
+    /// The share of the questions asked that is right: no verdict is not.
+    #[must_use]
+    pub fn right_of_all(&self) -> Option<f64> {
+        let (right, asked) = self.right();
+        (asked > 0).then(|| f64::from(right) / f64::from(asked))
+    }
+
+    /// The same counts of each unit.
+    fn by_unit(&self) -> Vec<Confusion> {
         let mut found: BTreeMap<&str, Confusion> = BTreeMap::new();
         for answer in &self.answers {
-            let counts = found.entry(&answer.scenario).or_default();
+            let counts = found
+                .entry(answer.cluster.of(&answer.scenario))
+                .or_default();
             match answer.outcome {
                 Outcome::TruePositive => counts.true_positives += 1,
                 Outcome::FalsePositive => counts.false_positives += 1,
@@ -192,13 +220,20 @@ impl Results {
     }
 }
 
-/// The rows with the intervals of their F1, as reports have them.
+/// The rows with the intervals of what is right and of F1, as reports have them.
 #[must_use]
 pub fn with_intervals(mut rows: Vec<Results>) -> Vec<Results> {
     rows.par_iter_mut().for_each(|row| {
-        let counted: Vec<Confusion> = row.by_scenario();
+        let counted: Vec<Confusion> = row.by_unit();
         let many = u32::try_from(counted.len()).unwrap_or(u32::MAX);
         row.f1 = shown(f1_interval(&counted), many);
+        let mut right = Tally::default();
+        for answer in &row.answers {
+            let unit = answer.cluster.of(&answer.scenario);
+            let is_right = answer.is_right.into_iter();
+            is_right.for_each(|is_right| right.count(unit, is_right));
+        }
+        row.right_interval = right.share().interval;
     });
     rows
 }
@@ -216,6 +251,11 @@ impl Results {
             ("unlabelled", json!(self.count(Outcome::Open))),
             ("unparsed", json!(self.count(Outcome::Unparsed))),
             ("failed", json!(self.count(Outcome::Failed))),
+            ("right_of_all", json!(self.right_of_all())),
+            (
+                "right_of_all_ci",
+                json!(self.right_interval.map(|i| [i.low, i.high])),
+            ),
             ("precision", json!(c.precision())),
             ("recall", json!(c.recall())),
             ("f1", json!(c.f1())),

@@ -1,7 +1,7 @@
 //! Answers with their ground truth: the input of every figure in a report.
 
 use super::answer::NOT_SENT;
-use super::{Attempt, AxisValues, Confusion, Label, Spending, TemplateVersion};
+use super::{Attempt, AxisValues, Cluster, Confusion, Label, Spending, TemplateVersion};
 use crate::description::Frame;
 use crate::judge;
 use crate::prompts::Techniques;
@@ -80,9 +80,17 @@ pub struct Scored {
     pub run: Option<RunId>,
     /// Its claims about obstacles, where they were checked.
     pub claims: ClaimCounts,
+    /// What its unit of intervals and comparisons is.
+    pub cluster: Cluster,
 }
 
 impl Scored {
+    /// The unit of intervals and comparisons that it is of.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        self.cluster.of(&self.scenario)
+    }
+
     /// Whether it says yes; `None` if it holds no verdict. Which obstacles it names is counted apart: see
     /// [`super::Naming`].
     #[must_use]
@@ -142,6 +150,7 @@ impl Scored {
             superseded: Vec::new(),
             run: None,
             claims: ClaimCounts::default(),
+            cluster: Cluster::default(),
         }
     }
 

@@ -51,6 +51,7 @@ pub(super) fn failed(scenario: &str, model: &str) -> Scored {
         superseded: Vec::new(),
         run: None,
         claims: crate::store::ClaimCounts::default(),
+        cluster: crate::evaluation::Cluster::default(),
     }
 }
 

@@ -8,7 +8,7 @@ use super::recorded::{Recorded, find};
 use super::scenes::{claims, described, label_of_half, of_answers, subject};
 use crate::description::Frame;
 use crate::evaluation::{
-    AnswerStatus, AxisValues, Label, Labels, Problem, PromptConfig, Scored, annotations,
+    AnswerStatus, AxisValues, Cluster, Label, Labels, Problem, PromptConfig, Scored, annotations,
 };
 use crate::judge;
 use crate::metrics::Thresholds;
@@ -67,6 +67,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
             .get(&subject(answer))
             .and_then(|r| r.scene.as_ref())
             .map_or_else(ClaimCounts::default, |scene| claims(answer, scene)),
+        cluster: Cluster::default(),
     };
     let mut scored: Vec<Scored> = answers.par_iter().map(one).collect();
     for (&(name, collision), reference) in &references {

@@ -6,7 +6,9 @@ use std::path::Path;
 use super::batch::{BatchError, BatchPlan, DryRun, DryRunEvent};
 use crate::evaluation::batch::{Estimate, Variant, critical_of, label_of, way_of};
 use crate::evaluation::statistics::{FEWEST, PairedTest};
-use crate::evaluation::{AnswerStatus, Judges, Label, Outcome, Scored, with_token_probability};
+use crate::evaluation::{
+    AnswerStatus, Cluster, Judges, Label, Outcome, Scored, with_token_probability,
+};
 use crate::formats::Entry;
 use crate::planner::Cancel;
 use crate::store::{NewItem, Run, RunId, SameQuestion, Store, StoreError};
@@ -230,6 +232,7 @@ fn scored(item: &NewItem, run: Option<Run>) -> Result<Scored, StoreError> {
             .as_ref()
             .map(|run| run.ending.claims)
             .unwrap_or_default(),
+        cluster: Cluster::default(),
         run: run.map(|run| run.id),
     })
 }

@@ -68,14 +68,13 @@ fn a_course_is_graded_by_its_time_and_the_braking_that_it_needs() {
     let Hazard::Course { seconds, braking } = found.hazard else {
         panic!("{found:?}");
     };
-    // Gap 31 − 15t + 2t², closing 15 − 4t: needed is closing² over twice the gap.
+    // Gap 31 − 15t + 2t², closing 15 − 4t: needed is closing² over twice the gap, less what a reaction takes.
     let t = found.step as f64 * 0.1;
     let (gap, closing) = (31.0 - 15.0 * t + 2.0 * t * t, 15.0 - 4.0 * t);
     assert!((seconds - gap / closing).abs() < 1e-6, "{seconds}");
-    assert!(
-        (braking - closing * closing / (2.0 * gap)).abs() < 1e-6,
-        "{braking}"
-    );
+    let reaction = f64::min(1.0, gap / closing / 2.0);
+    let left = gap / closing - reaction;
+    assert!((braking - closing / (2.0 * left)).abs() < 1e-6, "{braking}");
     // The same more slowly is a course, no conflict, and far away something for later.
     let grade = |x: f64, v: f64| {
         worst(vec![
@@ -266,7 +265,27 @@ fn who_brakes_to_a_stand_before_the_way_is_on_no_course() {
     ]);
     assert_eq!(
         (found.obstacle, found.grade),
-        (2, Grade::Course),
+        (2, Grade::Conflict),
+        "{found:?}"
+    );
+}
+
+/// Nobody knows where the one in front came from before the recording.
+#[test]
+fn who_is_ahead_round_a_bend_from_the_begin_does_not_cut_in() {
+    let at = |metres: f64| {
+        let (before, beyond) = (metres.min(15.0), (metres - 15.0).max(0.0));
+        let heading = if beyond > 0.0 { 0.4 } else { 0.0 };
+        let place = [before + beyond * f64::cos(0.4), beyond * f64::sin(0.4)];
+        [place[0], place[1], heading, 10.0, 0.0]
+    };
+    let found = worst(vec![
+        moving(1, |t| at(10.0 * t)),
+        moving(2, |t| at(18.0 + 10.0 * t)),
+    ]);
+    assert_eq!(
+        (found.obstacle, found.grade),
+        (2, Grade::Following),
         "{found:?}"
     );
 }

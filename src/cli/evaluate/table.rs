@@ -14,13 +14,14 @@ use crate::store::{BatchId, SplitPart};
 pub struct Rows(Vec<(DataHalf, report::Cell)>);
 
 /// What a row says; `report` says more.
-const FIELDS: [&str; 20] = [
+const FIELDS: [&str; 21] = [
     "label",
     "task",
     "frame",
     "technique",
     "model",
     "n",
+    "right_of_all",
     "tp",
     "fp",
     "fn",
@@ -121,6 +122,7 @@ impl Rows {
         let named = self.0.iter().any(|(_, cell)| cell.naming.windows > 0);
         let columns = [
             ("n", 5, true),
+            ("right", 6, true),
             ("tp", 5, true),
             ("fp", 5, true),
             ("fn", 5, true),
@@ -145,6 +147,7 @@ impl Rows {
             let c = &cell.confusion;
             let figures = [
                 cell.n.to_string(),
+                share(cell.right_of_all()),
                 c.true_positives.to_string(),
                 c.false_positives.to_string(),
                 c.false_negatives.to_string(),

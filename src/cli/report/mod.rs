@@ -24,7 +24,7 @@ use super::{Failure, Outcome};
 use crate::evaluation::report::{
     self, Comparison, Document, Pivot, Report, ReportFigure, SplitReport,
 };
-use crate::evaluation::{AnswerPage, PromptConfig, Provenance, Scored};
+use crate::evaluation::{AnswerPage, Cluster, PromptConfig, Provenance, Scored};
 use crate::paper::Paper;
 use crate::store::{Filter, SplitPart};
 use pivot::PivotOptions;
@@ -62,6 +62,14 @@ pub struct ReportArguments {
     /// Only this part of the split of a batch: dev or test. Tables over axes and figures are of one part.
     #[arg(long, value_name = "PART", value_parser = part_of_split, conflicts_with_all = ["folder", "paper"])]
     split: Option<SplitPart>,
+    /// What intervals and comparisons take as one: scenario or map, all scenarios cut from one recording [default: map
+    /// for a batch with a split, which has whole maps in its parts, else scenario].
+    #[arg(long, value_name = "UNIT", conflicts_with = "paper")]
+    cluster: Option<Cluster>,
+    /// Also show the figures for this share of dangerous questions, such as 0.01: batches ask about as many dangerous
+    /// windows as safe ones.
+    #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with_all = ["paper", "figure"])]
+    prevalence: Option<f64>,
     #[command(flatten)]
     declared: Declared,
     #[command(flatten)]
@@ -228,14 +236,26 @@ impl ReportArguments {
 
     /// The report of answers, with the comparisons that the options declare, else those `usual` ones.
     fn compared(&self, scored: &[Scored], usual: &Comparison) -> Result<Report, Failure> {
+        let prevalence = { self.prevalence.iter() }
+            .flat_map(|share| report::at_prevalence(scored, *share))
+            .collect();
         if !self.declared.any() {
-            return Ok(Report::compared(scored, usual));
+            return Ok(Report::compared(scored, usual).prevalence(prevalence));
         }
         let ways: BTreeSet<&PromptConfig> = scored.iter().map(|one| &one.way).collect();
         let ways: Vec<&PromptConfig> = ways.into_iter().collect();
         let comparison = self.declared.comparison(&ways)?;
-        Ok(Report::compared(scored, &comparison))
+        Ok(Report::compared(scored, &comparison).prevalence(prevalence))
     }
+}
+
+/// A share, above 0 and below 1.
+fn share(word: &str) -> Result<f64, String> {
+    let share = word
+        .parse()
+        .ok()
+        .filter(|share| (0.0..1.0).contains(share) && *share > 0.0);
+    share.ok_or_else(|| "expected a share above 0 and below 1, such as 0.01".into())
 }
 
 /// Whether a format has one row a cell, and nothing else.

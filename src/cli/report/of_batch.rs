@@ -161,6 +161,9 @@ fn read(
     (part, more): (Option<SplitPart>, &[String]),
 ) -> Result<Part, Failure> {
     let mut answers = batch::answers_of_part(store, id, part).map_err(Failure::input)?;
+    if let Some(cluster) = arguments.cluster {
+        answers.cluster(cluster);
+    }
     let mut items = store.items(id).map_err(Failure::input)?;
     let lead = spec.matrix.request.lead.map(Lead::stored);
     let asked = items.iter().map(|item| &item.asked);

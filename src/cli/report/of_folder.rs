@@ -21,7 +21,9 @@ pub fn made(
     folder: &Path,
     format: Format,
 ) -> Result<(AnyReport, usize), Failure> {
-    let (scored, about, lost) = read(folder)?;
+    let (mut scored, about, lost) = read(folder)?;
+    let cluster = arguments.cluster.unwrap_or_default();
+    scored.iter_mut().for_each(|one| one.cluster = cluster);
     if let Some(request) = arguments.pivot.request() {
         let cases = AnswerCase::all(&scored);
         let pivot = Pivot::new(&cases, AskedFacts::default(), request);

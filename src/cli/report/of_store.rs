@@ -67,7 +67,12 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     let unchecked = claims::complete(&store, &mut runs, files.clone())?;
     let truth = truth::truth(&sources, &store, &runs)?;
     let asides = store.asides().map_err(Failure::input)?;
-    let stored = report::stored(&runs, &truth, &asides);
+    let mut stored = report::stored(&runs, &truth, &asides);
+    let cluster = arguments.cluster.unwrap_or_default();
+    stored
+        .scored
+        .iter_mut()
+        .for_each(|one| one.cluster = cluster);
     let notices = notices(&stored);
     // A report for people has them among its notes.
     if stored.scored.is_empty() || !has_notes {

@@ -16,8 +16,8 @@ pub struct PivotOptions {
     /// The axis of the columns.
     #[arg(long, value_name = "AXIS", value_parser = Axis::parse, conflicts_with = "paper")]
     columns: Option<Axis>,
-    /// What the cells measure: f1, precision, recall, specificity, accuracy, naming_recall, naming_precision,
-    /// seconds_median or cost_usd [default: f1].
+    /// What the cells measure: right_of_all, f1, precision, recall, specificity, accuracy, naming_recall,
+    /// naming_precision, seconds_median or cost_usd [default: right_of_all].
     #[arg(long, value_name = "MEASURE", value_parser = Measure::parse)]
     measure: Option<Measure>,
     /// Compare every value of the rows with this one: paired differences of the share of right answers, with intervals

@@ -13,8 +13,8 @@ use crate::description::Frame;
 use crate::evaluation::answer_state::rank;
 use crate::evaluation::report::QuestionKey;
 use crate::evaluation::{
-    AnswerCase, AnswerStatus, Attempt, Label, LabelError, Lead, PromptConfig, Protocol, Scored,
-    TemplateVersion, with_token_probability,
+    AnswerCase, AnswerStatus, Attempt, Cluster, Label, LabelError, Lead, PromptConfig, Protocol,
+    Scored, TemplateVersion, with_token_probability,
 };
 use crate::formats::Entry;
 use crate::judge;
@@ -45,6 +45,13 @@ pub struct Answers {
 }
 
 impl Answers {
+    /// Takes this unit for intervals and comparisons.
+    pub fn cluster(&mut self, cluster: Cluster) {
+        let leads = self.leads.iter_mut().map(|(_, one)| one);
+        let all = self.plain.iter_mut().chain(&mut self.changed).chain(leads);
+        all.for_each(|one| one.cluster = cluster);
+    }
+
     /// Every answer once, with its lead and its transform.
     #[must_use]
     pub fn cases(&self) -> Vec<AnswerCase<'_>> {
@@ -269,6 +276,10 @@ fn one(
             })
             .collect(),
         claims: counts.map_or_else(ClaimCounts::default, |one| one.claims),
+        cluster: match asked.split {
+            Some(_) => Cluster::Map,
+            None => Cluster::Scenario,
+        },
         // A question that was not asked has no run but those that were made for it.
         run: counts.map(|one| one.run).or(item.run.filter(|_| asked_for)),
     })

@@ -4,10 +4,11 @@ use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
 use crate::evaluation::answer::{Answer, JudgeOutcome, MissingVerdict};
-use crate::evaluation::answer_outcome::{read, stopped_short, weighed, word};
+use crate::evaluation::answer_outcome::{read, stopped_short, unless_cut, weighed, word};
 use crate::evaluation::judges::ModelJudge;
-use crate::llm::Secrets;
 use crate::llm::batch::{Outcome, WholeAnswer};
+use crate::llm::{Message, Secrets};
+use crate::prompts::estimate_tokens;
 use crate::store::{AnswerPiece, Consumed, Ending, Run, RunState};
 
 /// Why a question has no answer whose batch the provider did not finish in time.
@@ -56,6 +57,7 @@ fn bare(state: RunState, error: Option<&str>) -> FinishedRun {
 
 fn answer(run: Run, answered: WholeAnswer, model: &ModelJudge) -> FinishedRun {
     let task = run.question.task;
+    let sent = tokens_sent(&run.question.messages);
     let asked = Timestamp::from_millisecond(run.created_ms).unwrap_or(Timestamp::UNIX_EPOCH);
     let returned = answered.model.as_deref();
     let (cost_usd, price_source) = match cost(&answered, asked, returned, model) {
@@ -83,7 +85,8 @@ fn answer(run: Run, answered: WholeAnswer, model: &ModelJudge) -> FinishedRun {
         ..Answer::from(run)
     };
     let secrets = Secrets::sent(&model.client, &model.endpoint);
-    answer.judged = read(task, &answer, stopped_short(&answered.finish)).without(&secrets);
+    let read = read(task, &answer, stopped_short(&answered.finish)).without(&secrets);
+    answer.judged = unless_cut(read, usage.input_tokens, sent);
     weighed(task, &answered.tokens, &mut answer.judged);
     let ending = answer.ending();
     FinishedRun {
@@ -91,6 +94,16 @@ fn answer(run: Run, answered: WholeAnswer, model: &ModelJudge) -> FinishedRun {
         text: answer.text,
         ending,
     }
+}
+
+/// Roughly how many tokens messages in words alone are; `None` of those with pictures.
+fn tokens_sent(messages: &str) -> Option<usize> {
+    let messages: Vec<Message> = serde_json::from_str(messages).ok()?;
+    let in_words = messages.iter().all(|message| message.images.is_empty());
+    let tokens = messages
+        .iter()
+        .map(|message| estimate_tokens(&message.content));
+    in_words.then(|| tokens.sum())
 }
 
 /// Cost of an answer, US dollars, and its source.

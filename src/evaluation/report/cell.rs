@@ -2,8 +2,8 @@
 
 use super::super::statistics::{Calibration, Kappa, ShareIntervals};
 use super::super::{
-    AnswerStatus, Confusion, Naming, NamingIntervals, ProbabilitySource, PromptConfig, Scored,
-    probability,
+    AnswerStatus, Cluster, Confusion, Naming, NamingIntervals, ProbabilitySource, PromptConfig,
+    Scored, probability,
 };
 use super::claims::ClaimTally;
 use super::consumption::{Consumption, count};
@@ -58,6 +58,8 @@ pub struct Cell {
     pub way: PromptConfig,
     /// Which answers are counted.
     pub half: DataHalf,
+    /// The unit of its intervals.
+    pub cluster: Cluster,
     /// Scenarios asked about.
     pub scenarios: u32,
     /// Questions: each sample of each scenario, answered or not.
@@ -66,7 +68,9 @@ pub struct Cell {
     pub confusion: Confusion,
     /// Questions with a truth that were asked.
     pub asked: u32,
-    /// Of them those whose verdict is right.
+    /// Of them those that are dangerous in truth.
+    pub dangerous: u32,
+    /// Of those asked those whose verdict is right.
     pub right: u32,
     /// Answers without a verdict.
     pub unparsed: u32,
@@ -125,10 +129,14 @@ impl Cell {
         let mut cell = Self {
             way: way.clone(),
             half,
+            cluster: scored
+                .first()
+                .map_or_else(Cluster::default, |one| one.cluster),
             scenarios: 0,
             n: count(scored.len()),
             confusion: Confusion::default(),
             asked: 0,
+            dangerous: 0,
             right: 0,
             unparsed: 0,
             failed: 0,
@@ -165,6 +173,7 @@ impl Cell {
     fn take(&mut self, one: &Scored, both: &mut [u32; 4]) {
         if let Some(right) = one.is_right() {
             self.asked += 1;
+            self.dangerous += u32::from(one.is_collision() == Some(true));
             self.right += u32::from(right);
         }
         let verdict = match &one.status {

@@ -20,7 +20,7 @@ pub struct ClaimTally {
     pub wrong: u32,
     /// Claims that cannot be decided.
     pub open: u32,
-    /// The interval of [`Self::wrong_share`], 95 %: the bootstrap over scenarios; `None` of few.
+    /// The interval of [`Self::wrong_share`], 95 %: the bootstrap over units; `None` of few.
     pub interval: Option<Interval>,
 }
 
@@ -28,7 +28,7 @@ impl ClaimTally {
     /// Counts the claims of whole answers, with a verdict or without.
     pub(super) fn count(scored: &[&Scored]) -> Self {
         let mut tally = Self::default();
-        let mut scenarios: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
+        let mut units: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
         for one in scored {
             if !matches!(
                 one.status,
@@ -44,11 +44,11 @@ impl ClaimTally {
             tally.right += right;
             tally.wrong += wrong;
             tally.open += open;
-            let (of_wrong, decided) = scenarios.entry(&one.scenario).or_default();
+            let (of_wrong, decided) = units.entry(one.unit()).or_default();
             *of_wrong += wrong;
             *decided += right + wrong;
         }
-        let decided = scenarios.into_values().filter(|(_, decided)| *decided > 0);
+        let decided = units.into_values().filter(|(_, decided)| *decided > 0);
         let counts: Vec<(u32, u32)> = decided.collect();
         let many = u32::try_from(counts.len()).unwrap_or(u32::MAX);
         tally.interval = shown(ratio_interval(&counts), many);

@@ -1,11 +1,12 @@
 //! The contents of a report: tables and figures, task by task.
 
+use super::super::Cluster;
 use super::super::statistics::{Interval, shown};
 use super::calibration_tables::{calibrations, probabilities, token_probabilities};
 use super::document::{Block, Document, Table};
 use super::figures::{bars, matrices};
 use super::names::{self, NONE, number, p_value};
-use super::{Cell, Pivot, Report, leaks, methods, rules};
+use super::{Cell, Pivot, Report, leaks, methods, prevalence, rules};
 use crate::verdict::Task;
 
 impl Report {
@@ -30,7 +31,9 @@ impl Report {
             blocks.push(Block::Heading(heading(task).into()));
             let mut first = quality(task, &cells);
             first.notes.splice(0..0, self.about.notes.iter().cloned());
+            first.notes.extend(dangerous(&cells));
             blocks.push(Block::Table(first));
+            blocks.extend(prevalence::table(task, &self.prevalence).map(Block::Table));
             blocks.extend(rules::table(task, &self.rules).map(Block::Table));
             blocks.push(Block::Figures(
                 format!(
@@ -66,7 +69,7 @@ impl Report {
         blocks.extend(leaks::table(&self.leaks).map(Block::Table));
         blocks.retain(|block| !matches!(block, Block::Figures(_, all) if all.is_empty()));
         blocks.push(Block::Heading("Method".into()));
-        blocks.extend(methods::all().map(Block::Text));
+        blocks.extend(methods::all(self.unit()).map(Block::Text));
         if let Some(provenance) = &self.about.provenance {
             blocks.push(Block::Heading("Provenance".into()));
             blocks.push(Block::Text(provenance.words()));
@@ -74,15 +77,24 @@ impl Report {
         blocks
     }
 
+    /// The unit of its intervals and comparisons.
+    pub(super) fn unit(&self) -> Cluster {
+        unit(&self.cells.iter().collect::<Vec<_>>())
+    }
+
     fn pairs(&self, task: Task) -> Option<Table> {
         let mut table = Table::new(
-            format!("Comparisons on the same scenarios, {} task", task.name()),
+            format!(
+                "Comparisons on the same {}s, {} task",
+                self.unit(),
+                task.name()
+            ),
             format!("nearmiss-{}-pairs", task.name()),
             &[
                 "<First",
                 "<Second",
                 "<Family",
-                "Scenarios",
+                names::units(self.unit()),
                 "Left out",
                 "Ties",
                 "Difference",
@@ -91,7 +103,7 @@ impl Report {
                 "p (Holm)",
             ],
         );
-        table.notes.push(methods::pairs());
+        table.notes.push(methods::pairs(self.unit()));
         for pair in self.pairs.iter().filter(|p| p.first.task == task) {
             let test = &pair.test;
             table.rows.push(vec![
@@ -109,6 +121,13 @@ impl Report {
         }
         (!table.rows.is_empty()).then_some(table)
     }
+}
+
+/// The unit of intervals, which all cells of a report share.
+pub(super) fn unit(cells: &[&Cell]) -> Cluster {
+    cells
+        .first()
+        .map_or_else(Cluster::default, |cell| cell.cluster)
 }
 
 fn heading(task: Task) -> &'static str {
@@ -201,7 +220,7 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
     }
     titles.extend(["Precision", "Recall", "Specificity", "Accuracy", "F1"]);
     let mut filled = WayTable::new(task, cells, ("Accuracy of answers", ""), &titles);
-    filled.table.notes = vec![methods::counts(), methods::intervals()];
+    filled.table.notes = vec![methods::counts(), methods::intervals(unit(cells))];
     for cell in cells {
         let c = &cell.confusion;
         let mut row = filled.way(cell);
@@ -225,6 +244,19 @@ fn quality(task: Task, cells: &[&Cell]) -> Table {
     filled.table
 }
 
+/// How many of the questions are dangerous, which figures depend on.
+fn dangerous(cells: &[&Cell]) -> Option<String> {
+    let cell = cells.iter().max_by_key(|cell| cell.asked)?;
+    let share = 100.0 * f64::from(cell.dangerous) / f64::from(cell.asked);
+    (cell.asked > 0).then(|| {
+        format!(
+            "Dangerous are {} of {} questions asked ({share:.0} %): right of all, precision, accuracy and F1 hold for this \
+             share alone; --prevalence 0.01 shows them for another.",
+            cell.dangerous, cell.asked
+        )
+    })
+}
+
 fn naming(task: Task, cells: &[&Cell]) -> Table {
     let titles = [
         "Windows",
@@ -237,7 +269,7 @@ fn naming(task: Task, cells: &[&Cell]) -> Table {
     ];
     let caption = "Named obstacles, and agreement with the built-in judge";
     let mut filled = WayTable::new(task, cells, (caption, "-agreement"), &titles);
-    filled.table.notes = vec![methods::naming(), methods::intervals()];
+    filled.table.notes = vec![methods::naming(), methods::intervals(unit(cells))];
     for cell in cells {
         let (naming, intervals) = (&cell.naming, &cell.naming_intervals);
         let kappa = cell.kappa;
@@ -346,7 +378,7 @@ fn claims(task: Task, cells: &[&Cell]) -> Option<Table> {
     ];
     let caption = "Claims about obstacles in the answers";
     let mut filled = WayTable::new(task, cells, (caption, "-claims"), &titles);
-    filled.table.notes.push(methods::claims());
+    filled.table.notes.push(methods::claims(unit(cells)));
     for cell in cells {
         let claims = &cell.claims;
         if claims.answers + claims.unchecked == 0 {

@@ -12,15 +12,17 @@ impl Report {
     /// `{"cells": […], "pairs": […], …}`, with the subject of the report; missing values are null.
     #[must_use]
     pub fn json(&self) -> Value {
+        let unit = self.unit();
         let mut report = json!({
             "cells": self.cells.iter().map(Cell::json).collect::<Vec<_>>(),
             "pairs": self.pairs.iter().map(pair).collect::<Vec<_>>(),
             "intervals": {
                 "level": 0.95,
-                "proportions": "Wilson with one answer a scenario, else percentile bootstrap over scenarios",
-                "f1": "percentile bootstrap over scenarios",
+                "unit": unit.to_string(),
+                "proportions": format!("Wilson with one answer a {unit}, else percentile bootstrap over {unit}s"),
+                "f1": format!("percentile bootstrap over {unit}s"),
                 "resamples": RESAMPLES,
-                "comparisons": "paired permutation test by scenario",
+                "comparisons": format!("paired permutation test by {unit}"),
                 "permutations": DRAWS,
                 "seed": SEED,
             },
@@ -36,6 +38,9 @@ impl Report {
         }
         if !self.rules.is_empty() {
             report["rules"] = self.rules.iter().map(super::rules::row).collect();
+        }
+        if !self.prevalence.is_empty() {
+            report["prevalence"] = self.prevalence.iter().map(super::prevalence::row).collect();
         }
         if !self.leaks.is_empty() {
             report["leaks"] = self.leaks.iter().map(super::leaks::row).collect();
@@ -124,6 +129,7 @@ impl Cell {
         map.extend(counts(&self.confusion));
         let main = [
             ("asked", json!(self.asked)),
+            ("asked_dangerous", json!(self.dangerous)),
             ("right", json!(self.right)),
             ("right_of_all", json!(self.right_of_all())),
             ("right_of_all_ci", interval(self.intervals.right)),

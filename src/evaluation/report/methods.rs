@@ -1,14 +1,15 @@
 //! Explains every number of a report: beneath the tables of papers, at the end of all other reports.
 
+use super::super::Cluster;
 use super::super::statistics::{DRAWS, EXACT_BELOW, EXACT_UP_TO, FEWEST, RESAMPLES, SEED};
 
 /// Everything, in the order of the tables.
-pub(super) fn all() -> impl Iterator<Item = String> {
-    let last = [claims(), samples(), consumption()].join(" ");
+pub(super) fn all(unit: Cluster) -> impl Iterator<Item = String> {
+    let last = [claims(unit), samples(), consumption()].join(" ");
     let all = [
         counts(),
-        intervals(),
-        pairs(),
+        intervals(unit),
+        pairs(unit),
         naming(),
         calibration(),
         last,
@@ -25,30 +26,34 @@ pub(super) fn counts() -> String {
         .into()
 }
 
-pub(super) fn intervals() -> String {
+pub(super) fn intervals(unit: Cluster) -> String {
+    let with = match unit {
+        Cluster::Scenario => "windows and samples",
+        Cluster::Map => "scenarios, windows and samples",
+    };
     format!(
-        "Intervals are of 95 %, with the scenario as the unit: the percentile bootstrap over scenarios with all their \
-         windows and samples ({RESAMPLES} resamples, seed {SEED}; Efron 1979, Davison and Hinkley 1997), as answers about \
-         one scenario are not independent; so are those of named obstacles, leads and transformed scenes. Shares of \
-         answers of which each scenario has one have Wilson's interval; so have shares of 0 and 1, where the bootstrap \
-         cannot vary, with the scenarios as observations. F1 has no interval where no draw differs. Below {FEWEST} \
-         scenarios no interval is given."
+        "Intervals are of 95 %, with the {unit} as the unit: the percentile bootstrap over {unit}s with all their \
+         {with} ({RESAMPLES} resamples, seed {SEED}; Efron 1979, Davison and Hinkley 1997), as answers about \
+         one {unit} are not independent; so are those of named obstacles, leads and transformed scenes. Shares of \
+         answers of which each {unit} has one have Wilson's interval; so have shares of 0 and 1, where the bootstrap \
+         cannot vary, with the {unit}s as observations. F1 has no interval where no draw differs. Below {FEWEST} \
+         {unit}s no interval is given."
     )
 }
 
-pub(super) fn pairs() -> String {
+pub(super) fn pairs(unit: Cluster) -> String {
     format!(
-        "Difference: the mean over scenarios of the first's share of questions that are right of those asked minus the \
-         second's, where no verdict is not right, with its bootstrap interval. p is that of the paired permutation test by scenario (Fisher 1935): the share of \
-         assignments of signs to the scenarios' differences whose sum is as far from 0, all of them for up to \
-         {EXACT_UP_TO} scenarios that differ, else {DRAWS} random ones (seed {SEED}). p (Holm) is corrected for the \
+        "Difference: the mean over {unit}s of the first's share of questions that are right of those asked minus the \
+         second's, where no verdict is not right, with its bootstrap interval. p is that of the paired permutation test by {unit} (Fisher 1935): the share of \
+         assignments of signs to the {unit}s' differences whose sum is as far from 0, all of them for up to \
+         {EXACT_UP_TO} {unit}s that differ, else {DRAWS} random ones (seed {SEED}). p (Holm) is corrected for the \
          comparisons of the same family and task (Holm 1979): a single declared comparison (--compare) is not corrected, \
          those with the baseline (--baseline) are together, and without a baseline all pairs that differ in frame, \
          techniques, model or template alone. Detectable: the difference that would be found with a power of 80 % at a \
-         level of 5 %, (1.96 + 0.84)·√(mean d²/n) of n scenarios' differences d (Connor 1987, Miller 2024); a smaller true \
-         difference is likely missed. Ties: scenarios on which the samples of one are as often right as wrong; they count \
+         level of 5 %, (1.96 + 0.84)·√(mean d²/n) of n {unit}s' differences d (Connor 1987, Miller 2024); a smaller true \
+         difference is likely missed. Ties: {unit}s on which the questions of one are as often right as wrong; they count \
          by half. JSON and CSV have McNemar's test of majorities, which leaves ties out (exact below {EXACT_BELOW} \
-         discordant scenarios)."
+         discordant {unit}s)."
     )
 }
 
@@ -85,12 +90,13 @@ pub(super) fn samples() -> String {
         .into()
 }
 
-pub(super) fn claims() -> String {
-    "Claims are sentences of whole answers that give one obstacle a distance, time, velocity, acceleration, place or \
-     contact; found and checked against the geometry as `nearmiss help answers` says. Open: it depends on what is meant. \
-     Wrong share: the wrong ones of those that are right or wrong, with the bootstrap over scenarios. Not checked: the \
-     scenario of the answer was not at hand."
-        .into()
+pub(super) fn claims(unit: Cluster) -> String {
+    format!(
+        "Claims are sentences of whole answers that give one obstacle a distance, time, velocity, acceleration, place or \
+         contact; found and checked against the geometry as `nearmiss help answers` says. Open: it depends on what is meant. \
+         Wrong share: the wrong ones of those that are right or wrong, with the bootstrap over {unit}s. Not checked: the \
+         scenario of the answer was not at hand."
+    )
 }
 
 pub(super) fn consumption() -> String {

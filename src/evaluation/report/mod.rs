@@ -20,6 +20,7 @@ mod names;
 mod pairs;
 mod pivot;
 mod plot;
+mod prevalence;
 mod rules;
 mod split;
 mod stored;
@@ -44,6 +45,7 @@ pub(crate) use names::{NONE, number, p_value};
 pub use names::{model as model_name, technique, way as name_of};
 pub use pairs::Pair;
 pub use pivot::{AskedFacts, Axis, Measure, Pivot, PivotRequest};
+pub use prevalence::{AtPrevalence, at_prevalence};
 pub use split::{PartProgress, SplitReport, joined};
 pub use stored::{Stored, stored};
 pub use subject::ReportSubject;
@@ -74,6 +76,8 @@ pub struct Report {
     pub leaks: Vec<Leak>,
     /// Of batches: what trivial rules come to on the same questions.
     pub rules: Vec<RuleScore>,
+    /// What the ways come to at another share of dangerous questions, where that was asked for.
+    pub prevalence: Vec<AtPrevalence>,
     /// The answers themselves, for the page that shows them.
     pub answers: AnswerPage,
 }
@@ -116,6 +120,7 @@ impl Report {
             tables: Vec::new(),
             leaks: Vec::new(),
             rules: Vec::new(),
+            prevalence: Vec::new(),
             answers: AnswerPage::default(),
         }
     }
@@ -151,6 +156,12 @@ impl Report {
     #[must_use]
     pub fn rules(self, rules: Vec<RuleScore>) -> Self {
         Self { rules, ..self }
+    }
+
+    /// The same report, with figures for another share of dangerous questions.
+    #[must_use]
+    pub fn prevalence(self, prevalence: Vec<AtPrevalence>) -> Self {
+        Self { prevalence, ..self }
     }
 
     /// The same report, with the answers that it counts, to be read.

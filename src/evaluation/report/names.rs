@@ -1,6 +1,6 @@
 //! Names of prompt configurations in reports.
 
-use super::super::PromptConfig;
+use super::super::{Cluster, PromptConfig};
 use crate::prompts::Techniques;
 
 /// Techniques as reports name them: `base`, `cp`, `cp+cot`, `all`.
@@ -70,5 +70,13 @@ pub(crate) fn p_value(p: f64) -> String {
         "< 0.001".into()
     } else {
         format!("{p:.3}")
+    }
+}
+
+/// The column of how many units there are.
+pub(super) fn units(unit: Cluster) -> &'static str {
+    match unit {
+        Cluster::Scenario => "Scenarios",
+        Cluster::Map => "Maps",
     }
 }

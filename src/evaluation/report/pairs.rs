@@ -21,9 +21,9 @@ pub struct Pair {
     pub differs: &'static str,
     /// With which other comparisons it is corrected.
     pub family: Family,
-    /// Scenarios with a truth that both were asked about.
+    /// Units with a truth that both were asked about.
     pub n: u32,
-    /// Scenarios of both that one was not asked about yet.
+    /// Units of both that one was not asked about yet.
     pub left_out: u32,
     /// Of the n those on which the samples of at least one are as often right as wrong.
     pub ties: u32,
@@ -35,8 +35,8 @@ pub struct Pair {
     pub corrected: f64,
 }
 
-/// How often a way is right about each scenario, and how often not: see [`Scored::is_right`].
-type Right<'a> = BTreeMap<&'a str, (u32, u32)>;
+/// How often a way is right about each scenario of each unit, and how often not: see [`Scored::is_right`].
+type Right<'a> = BTreeMap<&'a str, BTreeMap<&'a str, Counts>>;
 
 /// Every comparison, the declared ones first, in the order of the ways.
 pub(super) fn compare_pairs(
@@ -78,7 +78,8 @@ fn right<'a>(scored: &[&'a Scored]) -> Right<'a> {
         if one.is_collision().is_none() {
             continue;
         }
-        let (right, wrong) = found.entry(&one.scenario).or_default();
+        let of_unit = found.entry(one.unit()).or_default();
+        let (right, wrong) = of_unit.entry(&one.scenario).or_default();
         match one.is_right() {
             Some(true) => *right += 1,
             Some(false) => *wrong += 1,
@@ -88,23 +89,37 @@ fn right<'a>(scored: &[&'a Scored]) -> Right<'a> {
     found
 }
 
+/// Right and not.
+type Counts = (u32, u32);
+
+/// Sums over the scenarios of a unit that both were asked about, zeros where that is none; `None` where they have no
+/// scenario in common.
+fn common(a: &BTreeMap<&str, Counts>, b: &BTreeMap<&str, Counts>) -> Option<[Counts; 2]> {
+    let shared = { a.iter() }.filter_map(|(name, a)| Some([*a, *b.get(name)?]));
+    let shared: Vec<[Counts; 2]> = shared.collect();
+    let asked = shared
+        .iter()
+        .filter(|both| both.iter().all(|(right, wrong)| right + wrong > 0));
+    let sum = |x: Counts, y: Counts| (x.0 + y.0, x.1 + y.1);
+    let sums = asked.fold([(0, 0); 2], |all, one| {
+        [sum(all[0], one[0]), sum(all[1], one[1])]
+    });
+    (!shared.is_empty()).then_some(sums)
+}
+
 fn pair(
     [first, second]: [&PromptConfig; 2],
     compared: &Compared,
     [a, b]: [&Right<'_>; 2],
 ) -> Option<Pair> {
-    let both: Vec<_> = a
-        .iter()
-        .filter_map(|(name, one)| b.get(name).map(|other| (*one, *other)))
-        .collect();
-    let asked = |(right, wrong): (u32, u32)| right + wrong > 0;
-    let pairs: Vec<_> = { both.iter() }
-        .filter(|(a, b)| asked(*a) && asked(*b))
-        .collect();
-    let share = |(right, wrong): (u32, u32)| f64::from(right) / f64::from(right + wrong);
-    let differences: Vec<f64> = pairs.iter().map(|(a, b)| share(*a) - share(*b)).collect();
-    let majority = |(right, wrong): (u32, u32)| (right != wrong).then_some(right > wrong);
-    let votes = pairs.iter().map(|(a, b)| majority(*a).zip(majority(*b)));
+    let units = { a.iter() }.filter_map(|(unit, a)| Some((a, b.get(unit)?)));
+    let both: Vec<_> = units.filter_map(|(a, b)| common(a, b)).collect();
+    let asked = both.iter().filter(|[(right, wrong), _]| right + wrong > 0);
+    let pairs: Vec<_> = asked.collect();
+    let share = |(right, wrong): Counts| f64::from(right) / f64::from(right + wrong);
+    let differences: Vec<f64> = pairs.iter().map(|[a, b]| share(*a) - share(*b)).collect();
+    let majority = |(right, wrong): Counts| (right != wrong).then_some(right > wrong);
+    let votes = pairs.iter().map(|[a, b]| majority(*a).zip(majority(*b)));
     let only = |wanted| count(votes.clone().filter(|v| *v == Some(wanted)).count());
     Some(Pair {
         first: first.clone(),

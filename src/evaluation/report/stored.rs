@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::super::answer_state::rank;
 use super::super::{
-    AnswerState, AnswerStatus, Attempt, AxisValues, CountedAs, Label, PromptConfig, Scored,
-    TemplateVersion,
+    AnswerState, AnswerStatus, Attempt, AxisValues, Cluster, CountedAs, Label, PromptConfig,
+    Scored, TemplateVersion,
 };
 use super::consumption::count;
 use super::truth::{QuestionKey, Truth};
@@ -165,6 +165,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
                     superseded,
                     run: Some(outcome.run),
                     claims: outcome.claims,
+                    cluster: Cluster::default(),
                 }
             },
         )

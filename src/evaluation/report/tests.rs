@@ -8,7 +8,7 @@ mod simulated;
 
 use super::*;
 use crate::description::Frame;
-use crate::evaluation::{AnswerStatus, Label};
+use crate::evaluation::{AnswerStatus, Cluster, Label};
 use crate::prompts::Techniques;
 use crate::store::Consumed;
 use crate::verdict::{ObstacleRisk, Task, Verdict};
@@ -58,6 +58,7 @@ fn one(scenario: &str, way: &PromptConfig, truth: Option<Label>, status: AnswerS
         superseded: Vec::new(),
         run: None,
         claims: crate::store::ClaimCounts::default(),
+        cluster: crate::evaluation::Cluster::default(),
     }
 }
 

@@ -1,4 +1,4 @@
-//! The verdicts of one way by question and by scenario: majorities, agreement, and intervals over scenarios.
+//! The verdicts of one way by question and by scenario: majorities, agreement, and intervals over units.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,8 +25,8 @@ struct Votes {
 #[derive(Debug, Default)]
 pub(super) struct Ballot<'a> {
     questions: BTreeMap<(&'a str, Window), Votes>,
-    scenarios: BTreeMap<&'a str, Confusion>,
-    /// By scenario, the questions that it is right about, and those asked.
+    units: BTreeMap<&'a str, Confusion>,
+    /// By unit, the questions that it is right about, and those asked.
     right: BTreeMap<&'a str, (u32, u32)>,
 }
 
@@ -70,19 +70,20 @@ impl<'a> Ballot<'a> {
             None => {}
         }
         if let Some(is_right) = one.is_right() {
-            let (right, asked) = self.right.entry(&one.scenario).or_default();
+            let (right, asked) = self.right.entry(one.unit()).or_default();
             *right += u32::from(is_right);
             *asked += 1;
         }
-        let scenario = self.scenarios.entry(&one.scenario).or_default();
+        let unit = self.units.entry(one.unit()).or_default();
         if let (Some(said), Some(truth)) = (said, one.is_collision()) {
-            scenario.count(said, truth);
+            unit.count(said, truth);
         }
     }
 
     /// How many scenarios were asked about.
     pub fn scenarios(&self) -> u32 {
-        count(self.scenarios.len())
+        let names: BTreeSet<&str> = self.questions.keys().map(|(name, _)| *name).collect();
+        count(names.len())
     }
 
     /// What samples come to. A question without a run has no window: it is that of the scenario, where there is one.
@@ -133,13 +134,13 @@ impl<'a> Ballot<'a> {
         found
     }
 
-    /// The counts of the scenarios with a verdict and a truth.
+    /// The counts of the units with a verdict and a truth.
     fn counted(&self) -> Vec<Confusion> {
-        let all = self.scenarios.values().copied();
+        let all = self.units.values().copied();
         all.filter(|counts| counts.answered() > 0).collect()
     }
 
-    /// The intervals of shares: over scenarios where one has several answers, else Wilson's, F1 apart.
+    /// The intervals of shares: over units where one has several answers, else Wilson's, F1 apart.
     pub fn intervals(&self) -> ShareIntervals {
         let counted = self.counted();
         let mut sum = Confusion::default();

@@ -35,7 +35,7 @@ pub struct ShareIntervals {
 /// The percentile bootstrap interval of 95 % of F1, see [`share_intervals`].
 #[must_use]
 pub fn f1_interval(scenarios: &[Confusion]) -> Option<Interval> {
-    let [f1] = intervals(scenarios, [Confusion::f1]);
+    let [f1] = intervals(scenarios, |counts| [counts.f1()]);
     f1
 }
 
@@ -48,14 +48,15 @@ pub fn f1_interval(scenarios: &[Confusion]) -> Option<Interval> {
 /// Davison and D. V. Hinkley, "Bootstrap Methods and their Application" (1997), section 3.8.
 #[must_use]
 pub fn share_intervals(scenarios: &[Confusion]) -> ShareIntervals {
-    let shares = [
-        Confusion::precision,
-        Confusion::recall,
-        Confusion::specificity,
-        Confusion::accuracy,
-        Confusion::f1,
-    ];
-    let [precision, recall, specificity, accuracy, f1] = intervals(scenarios, shares);
+    let [precision, recall, specificity, accuracy, f1] = intervals(scenarios, |counts| {
+        [
+            counts.precision(),
+            counts.recall(),
+            counts.specificity(),
+            counts.accuracy(),
+            counts.f1(),
+        ]
+    });
     ShareIntervals {
         right: None,
         precision,
@@ -66,18 +67,18 @@ pub fn share_intervals(scenarios: &[Confusion]) -> ShareIntervals {
     }
 }
 
-type OfConfusion = fn(&Confusion) -> Option<f64>;
-
-fn intervals<const N: usize>(
+/// The percentile bootstrap intervals of 95 % of any figures of the counts, drawn as in [`share_intervals`].
+#[must_use]
+pub fn intervals<const N: usize>(
     scenarios: &[Confusion],
-    shares: [OfConfusion; N],
+    figures: impl Fn(&Confusion) -> [Option<f64>; N],
 ) -> [Option<Interval>; N] {
     let mut found = [(); N].map(|()| Vec::new());
     resampled(scenarios.len(), |drawn| {
         let mut sum = Confusion::default();
         drawn.for_each(|place| sum.add(&scenarios[place]));
-        for (found, share) in found.iter_mut().zip(shares) {
-            found.extend(share(&sum));
+        for (found, figure) in found.iter_mut().zip(figures(&sum)) {
+            found.extend(figure);
         }
     });
     found.map(ends)

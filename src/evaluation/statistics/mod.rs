@@ -18,7 +18,8 @@ mod samples;
 pub use auc::auc;
 pub use best_of::{Gain, PairedCounts, gains};
 pub use bootstrap::{
-    RESAMPLES, ShareIntervals, f1_interval, mean_interval, ratio_interval, share_intervals,
+    RESAMPLES, ShareIntervals, f1_interval, intervals, mean_interval, ratio_interval,
+    share_intervals,
 };
 pub use calibration::{Bin, Calibration};
 pub use hypergeometric::part_of;

@@ -9,6 +9,9 @@ use crate::metrics::Encounter;
 use crate::metrics::time_to_collision::HORIZON;
 use crate::scenario::Motion;
 
+/// Seconds until one brakes, but no more than half of the time that is left.
+const REACTION: f64 = 1.0;
+
 /// What comes of keeping on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Course {
@@ -21,10 +24,11 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// The deceleration that avoids the contact, m/s²: Δv / 2t.
+    /// The deceleration that avoids the contact after a reaction, m/s²: Δv / 2(t − r).
     pub fn braking(&self) -> f64 {
         // A contact now takes no more than what is in a hundredth of a second.
-        self.closing_speed / (2.0 * self.seconds.max(0.01))
+        let seconds = self.seconds.max(0.01);
+        self.closing_speed / (2.0 * (seconds - REACTION.min(seconds / 2.0)))
     }
 }
 
@@ -88,8 +92,21 @@ impl DrivenPath {
         }
     }
 
-    /// How far a point is beside the way, straight on at both ends, metres.
-    pub fn aside(&self, point: &Point) -> f64 {
+    /// How far a point is beside the way, straight on at its end, metres; nothing of one that lies before its begin, as
+    /// nobody knows where it came from.
+    pub fn aside(&self, point: &Point) -> Option<f64> {
+        let nearest = self.nearest(point);
+        let before = self.poses.first().map(|first| {
+            let away = point - first.position;
+            let beyond = -away.dot(&self.from);
+            (beyond, (away + self.from * beyond).norm())
+        });
+        let is_before = before.is_some_and(|(beyond, aside)| beyond > 0.0 && aside < nearest);
+        (!is_before).then_some(nearest)
+    }
+
+    /// How far a point is from the way, straight on at its end, metres.
+    fn nearest(&self, point: &Point) -> f64 {
         let mut nearest = f64::INFINITY;
         let segments = self.poses.windows(2).zip(self.lengths.windows(2));
         for (ends, lengths) in segments {
@@ -101,16 +118,11 @@ impl DrivenPath {
             let share = (point - from).dot(&along) / along.norm_squared();
             nearest = nearest.min((from + along * share.clamp(0.0, 1.0) - point).norm());
         }
-        let ends = [
-            (self.poses.first(), -self.from),
-            (self.poses.last(), self.on),
-        ];
-        for (end, onwards) in ends {
-            let Some(end) = end else { continue };
+        if let Some(end) = self.poses.last() {
             let away = point - end.position;
-            let beyond = away.dot(&onwards);
+            let beyond = away.dot(&self.on);
             if beyond >= 0.0 {
-                nearest = nearest.min((away - onwards * beyond).norm());
+                nearest = nearest.min((away - self.on * beyond).norm());
             }
         }
         nearest
@@ -127,7 +139,7 @@ impl DrivenPath {
             .chain(beyond.and_then(|length| self.at(length)));
         let apart = |place: &Pose| (place.position - pose.position).norm();
         let nearest = places.min_by(|a, b| apart(a).total_cmp(&apart(b)));
-        self.aside(&pose.position) <= ON_THE_WAY
+        self.nearest(&pose.position) <= ON_THE_WAY
             && nearest
                 .is_some_and(|place| angle_between(place.heading, pose.heading).abs() <= CROSSING)
     }

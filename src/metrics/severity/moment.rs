@@ -17,7 +17,7 @@ pub enum Hazard {
     Course {
         /// Time to contact, seconds.
         seconds: f64,
-        /// The braking that avoids it, m/s².
+        /// The braking that avoids it after a reaction, m/s².
         braking: f64,
     },
     /// One crosses the path of the other.
@@ -51,7 +51,7 @@ impl fmt::Display for Hazard {
             Self::Course { seconds, braking } => {
                 write!(
                     f,
-                    "contact in {seconds:.1} s as they go; avoided with {braking:.1} m/s²"
+                    "contact in {seconds:.1} s as they go; reacting and {braking:.1} m/s² avoid it"
                 )
             }
             Self::Crossing {
@@ -84,10 +84,10 @@ pub enum Grade {
     Pass,
     /// On a course to contact within 10 s.
     LaterCourse,
-    /// Straight on there would be contact, but that is not where the road goes.
-    StraightCourse,
     /// One follows the other.
     Following,
+    /// Straight on there would be contact, but that is not where the road goes.
+    StraightCourse,
     /// Near, and at least one moves.
     Near,
     /// Both stand, or the other is parked.
@@ -105,8 +105,8 @@ impl Grade {
             Self::Course => 3,
             Self::Ahead | Self::Pass => 4,
             Self::LaterCourse
-            | Self::StraightCourse
             | Self::Following
+            | Self::StraightCourse
             | Self::Near
             | Self::Standing => 5,
         }

@@ -63,7 +63,7 @@ fn yielded(pair: &PairPaths<'_, '_>, step: i64) -> bool {
 /// Each step at which one of the two comes onto the way of the other, before or behind it.
 fn cut_ins(pair: &PairPaths<'_, '_>) -> Vec<Graded> {
     let mut found = Vec::new();
-    let mut before: Option<[bool; 2]> = None;
+    let mut before = None;
     for step in pair.context.steps() {
         let encounter = pair.context.encounter(pair.participant, step);
         let Some(encounter) = encounter.filter(near_and_along) else {
@@ -73,11 +73,13 @@ fn cut_ins(pair: &PairPaths<'_, '_>) -> Vec<Graded> {
         let (ego, other) = (encounter.ego_placed(), encounter.other_placed());
         let wide = half_width(&ego) + half_width(&other);
         let on = [
-            pair.other.aside(&ego.pose.position) < wide,
-            pair.ego.aside(&other.pose.position) < wide,
-        ];
-        let was = before.replace(on);
-        if !was.is_some_and(|was| (0..2).any(|who| on[who] && !was[who])) {
+            pair.other.aside(&ego.pose.position),
+            pair.ego.aside(&other.pose.position),
+        ]
+        .map(|aside| aside.map(|aside| aside < wide));
+        let was: Option<[Option<bool>; 2]> = before.replace(on);
+        let comes = |(was, on)| (was, on) == (Some(false), Some(true));
+        if !was.is_some_and(|was| was.into_iter().zip(on).any(comes)) {
             continue;
         }
         let metres = encounter.distance();

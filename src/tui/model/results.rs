@@ -43,7 +43,7 @@ pub struct ResultsView {
     pub locked: Option<String>,
     /// The selected row.
     pub selected: usize,
-    /// The selected column: 0 is the whole row, then the outcomes in their order, then precision, recall and F1.
+    /// The selected column: 0 is the whole row, then the outcomes in their order, then precision, recall, F1 and what is right of all asked.
     pub column: usize,
     /// The answer that is selected among those of the cell; `None` if the matrix is looked at.
     pub inside: Option<usize>,
@@ -187,8 +187,8 @@ impl ResultsView {
     }
 }
 
-/// Columns of numbers: the whole row, the outcomes, and three shares.
-pub const COLUMNS: usize = 1 + Outcome::ALL.len() + 3;
+/// Columns of numbers: the whole row, the outcomes, and four shares.
+pub const COLUMNS: usize = 1 + Outcome::ALL.len() + 4;
 
 /// The number of a row in a column; `None` where there is none.
 fn value(row: &Results, column: usize) -> Option<f64> {
@@ -202,7 +202,8 @@ fn value(row: &Results, column: usize) -> Option<f64> {
             (Some(outcome), _) => Some(f64::from(row.count(*outcome))),
             (None, 0) => counts.precision(),
             (None, 1) => counts.recall(),
-            (None, _) => counts.f1(),
+            (None, 2) => counts.f1(),
+            (None, _) => row.right_of_all(),
         },
     }
 }

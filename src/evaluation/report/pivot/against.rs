@@ -15,9 +15,9 @@ pub struct Difference {
     pub row: AxisValue,
     /// The column; `None` without a second axis.
     pub column: Option<AxisValue>,
-    /// Scenarios with verdicts on both sides that are asked alike in all else.
-    pub scenarios: u32,
-    /// Scenarios that both were asked about, and that at least one has no such verdict on.
+    /// Units that both were asked about alike in all else.
+    pub units: u32,
+    /// Units that both have questions about, and that at least one was not asked so.
     pub left_out: u32,
     /// By how much the value is right more often than the baseline.
     pub test: PairedTest,
@@ -25,8 +25,8 @@ pub struct Difference {
     pub corrected: f64,
 }
 
-/// Right and wrong verdicts by scenario, and within it by how else was asked.
-type Verdicts<'a> = BTreeMap<&'a str, BTreeMap<Vec<AxisValue>, (u32, u32)>>;
+/// Questions that are right and that are not, by unit, and within it by scenario and how else was asked.
+type Verdicts<'a> = BTreeMap<&'a str, BTreeMap<(&'a str, Vec<AxisValue>), (u32, u32)>>;
 
 /// Every value but the baseline, in every column in which both have answers.
 pub(super) fn differences(
@@ -60,9 +60,9 @@ pub(super) fn differences(
 
 fn take<'a>(side: &mut Verdicts<'a>, rows: Axis, one: &Placed<'a>) {
     let scored = one.case.scored;
-    let Some(truth) = scored.is_collision() else {
+    if scored.is_collision().is_none() {
         return;
-    };
+    }
     let others = Axis::OF_QUESTIONS.into_iter().filter(|axis| *axis != rows);
     // A template belongs to its frame: where frames are compared, templates differ, too.
     let others = others.filter(|axis| rows != Axis::Frame || *axis != Axis::Template);
@@ -70,13 +70,13 @@ fn take<'a>(side: &mut Verdicts<'a>, rows: Axis, one: &Placed<'a>) {
         .map(|axis| axis.value(&one.case, one.parameters))
         .collect();
     let votes = side
-        .entry(one.case.scenario())
+        .entry(scored.cluster.of(one.case.scenario()))
         .or_default()
-        .entry(alike)
+        .entry((one.case.scenario(), alike))
         .or_default();
-    match scored.positive() {
-        Some(said) if said == truth => votes.0 += 1,
-        Some(_) => votes.1 += 1,
+    match scored.is_right() {
+        Some(true) => votes.0 += 1,
+        Some(false) => votes.1 += 1,
         None => {}
     }
 }
@@ -92,8 +92,8 @@ fn difference(
         (all > 0).then(|| f64::from(right) / f64::from(all))
     };
     let (mut differences, mut left_out) = (Vec::new(), 0_usize);
-    for (scenario, votes) in one {
-        let Some(others) = other.get(scenario) else {
+    for (unit, votes) in one {
+        let Some(others) = other.get(unit) else {
             continue;
         };
         let pairs = votes.iter().filter_map(|(alike, votes)| {
@@ -109,7 +109,7 @@ fn difference(
     Some(Difference {
         row: row.clone(),
         column: column.clone(),
-        scenarios: count(differences.len()),
+        units: count(differences.len()),
         left_out: count(left_out),
         test: PairedTest::of_differences(&differences)?,
         corrected: 1.0,

@@ -10,8 +10,10 @@ use crate::system::unknown;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// The harmonic mean of precision and recall.
+    /// The share of the questions asked that it is right about: no verdict is not right.
     #[default]
+    RightOfAll,
+    /// The harmonic mean of precision and recall.
     F1,
     /// Of those called dangerous, the share that is.
     Precision,
@@ -35,7 +37,8 @@ pub enum Measure {
 
 impl Measure {
     /// Every one.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
+        Self::RightOfAll,
         Self::F1,
         Self::Precision,
         Self::Recall,
@@ -51,6 +54,7 @@ impl Measure {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::RightOfAll => "right_of_all",
             Self::F1 => "f1",
             Self::Precision => "precision",
             Self::Recall => "recall",
@@ -67,6 +71,7 @@ impl Measure {
     #[must_use]
     pub fn title(self) -> &'static str {
         match self {
+            Self::RightOfAll => "Right of all asked",
             Self::F1 => "F1",
             Self::Precision => "Precision",
             Self::Recall => "Recall",
@@ -92,6 +97,7 @@ impl Measure {
     #[must_use]
     pub fn value(self, cell: &Cell) -> Option<f64> {
         match self {
+            Self::RightOfAll => cell.right_of_all(),
             Self::F1 => cell.f1(),
             Self::Precision => cell.precision(),
             Self::Recall => cell.confusion.recall(),
@@ -109,6 +115,7 @@ impl Measure {
     pub fn interval(self, cell: &Cell) -> Option<Interval> {
         let (shares, naming) = (&cell.intervals, &cell.naming_intervals);
         match self {
+            Self::RightOfAll => shares.right,
             Self::F1 => shares.f1,
             Self::Precision => shares.precision,
             Self::Recall => shares.recall,

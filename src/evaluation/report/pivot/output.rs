@@ -4,10 +4,12 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
+use super::super::contents::unit;
 use super::super::document::{Align, Block, Document, Table};
 use super::super::json::{counts, interval};
 use super::super::{csv, methods, names, with_interval};
 use super::{AxisValue, Difference, Pivot, PivotCell, PivotPart};
+use crate::evaluation::Cluster;
 use crate::evaluation::statistics::{Interval, shown};
 
 impl Pivot {
@@ -17,9 +19,9 @@ impl Pivot {
         let mut blocks: Vec<Block> = self.about.notes.iter().cloned().map(Block::Text).collect();
         blocks.extend(self.tables().into_iter().map(Block::Table));
         blocks.push(Block::Heading("Method".into()));
-        blocks.push(Block::Text(methods::intervals()));
+        blocks.push(Block::Text(methods::intervals(self.unit())));
         if self.request.against.is_some() {
-            blocks.push(Block::Text(paired()));
+            blocks.push(Block::Text(paired(self.unit())));
         }
         Document {
             title: self.title(),
@@ -37,6 +39,11 @@ impl Pivot {
             }
         }
         tables
+    }
+
+    fn unit(&self) -> Cluster {
+        let cells = self.parts.iter().flat_map(|part| &part.cells);
+        unit(&cells.map(|one| &one.cell).collect::<Vec<_>>())
     }
 
     fn title(&self) -> String {
@@ -77,7 +84,7 @@ impl Pivot {
             self.name(part, ""),
             &[&format!("<{}", capital(self.request.rows.name()))],
         );
-        table.notes = vec![methods::intervals()];
+        table.notes = vec![methods::intervals(self.unit())];
         table.notes.splice(0..0, self.about.notes.iter().cloned());
         let columns: BTreeSet<&Option<AxisValue>> =
             part.cells.iter().map(|one| &one.column).collect();
@@ -136,19 +143,20 @@ impl Pivot {
                 .columns
                 .map(|axis| format!("<{}", capital(axis.name()))),
         );
-        titles.extend(["Scenarios", "Left out", "Difference", "p", "p (Holm)"].map(String::from));
+        let unit = names::units(self.unit());
+        titles.extend([unit, "Left out", "Difference", "p", "p (Holm)"].map(String::from));
         let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
         let mut table = Table::new(
             self.caption(part, &title),
             self.name(part, "-against"),
             &titles,
         );
-        table.notes = vec![paired()];
+        table.notes = vec![paired(self.unit())];
         for one in &part.differences {
             let mut line = vec![one.row.text.clone()];
             line.extend(one.column.as_ref().map(|column| column.text.clone()));
             line.extend([
-                one.scenarios.to_string(),
+                one.units.to_string(),
                 one.left_out.to_string(),
                 signed(one),
                 names::p_value(one.test.p),
@@ -248,10 +256,10 @@ impl Pivot {
         let mut map = self.place(&one.row, &one.column);
         let rest = json!({
             "against": self.request.against,
-            "scenarios": one.scenarios,
+            "scenarios": one.units,
             "left_out": one.left_out,
             "difference": one.test.difference,
-            "difference_ci": interval(shown(one.test.interval, one.scenarios)),
+            "difference_ci": interval(shown(one.test.interval, one.units)),
             "p": one.test.p,
             "p_holm": one.corrected,
             "exact": one.test.exact,
@@ -271,7 +279,7 @@ fn signed(one: &Difference) -> String {
         other => other.replace('-', "\u{2212}"),
     };
     let difference = number(one.test.difference);
-    match shown(one.test.interval, one.scenarios) {
+    match shown(one.test.interval, one.units) {
         Some(Interval { low, high }) => format!("{difference} [{}, {}]", number(low), number(high)),
         None => difference,
     }
@@ -283,9 +291,10 @@ fn capital(word: &str) -> String {
     first.into_iter().chain(letters).collect()
 }
 
-fn paired() -> String {
-    "Difference: the mean over scenarios of the share of right answers minus that of the baseline, over pairs of answers \
-     that are asked alike in all else, with its bootstrap interval over scenarios. p is that of the paired permutation \
-     test by scenario; p (Holm) is corrected for all differences of the table."
-        .into()
+fn paired(unit: Cluster) -> String {
+    format!(
+        "Difference: the mean over {unit}s of the share of questions that are right of those asked minus that of the \
+         baseline, over questions that are asked alike in all else, with its bootstrap interval over {unit}s. p is that of \
+         the paired permutation test by {unit}; p (Holm) is corrected for all differences of the table."
+    )
 }

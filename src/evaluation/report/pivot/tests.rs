@@ -99,10 +99,7 @@ fn differences_pair_what_is_asked_alike() {
     let [x, y] = &pivot.parts[0].differences[..] else {
         panic!("{pivot:?}")
     };
-    assert_eq!(
-        (x.row.text.as_str(), x.scenarios, y.scenarios),
-        ("cp", 12, 7)
-    );
+    assert_eq!((x.row.text.as_str(), x.units, y.units), ("cp", 12, 7));
     assert_eq!(x.test.difference, 0.5);
     assert!(x.corrected >= x.test.p && y.corrected >= y.test.p);
     let latex = pivot.document().latex();

@@ -109,3 +109,60 @@ fn samples_of_a_scenario_are_no_further_scenarios() {
         "{accuracy:?}"
     );
 }
+
+/// Three scenarios of each of twelve maps: by map fewer units, with wider intervals and the same figures.
+#[test]
+fn a_map_is_one_unit_where_it_is_asked_for() {
+    let ways = [
+        way(Task::Safety, "base", "lab/x"),
+        way(Task::Safety, "base", "lab/y"),
+    ];
+    let report = |cluster: Cluster| {
+        let scored = ways.iter().enumerate().flat_map(|(model, way)| {
+            (0..36_u32).map(move |n| {
+                let (map, truth) = (n / 3, n.is_multiple_of(2));
+                // A map that is wrong is wrong in all its scenarios.
+                let is_right = !map.is_multiple_of(4 - model as u32);
+                let label = if truth {
+                    Label::Collision(None)
+                } else {
+                    Label::Safe
+                };
+                let name = format!("DEU_Map{map}-1_{}_T-1", n + 1);
+                let mut one = one(&name, way, Some(label), says(truth == is_right, &[]));
+                one.cluster = cluster;
+                one
+            })
+        });
+        Report::from_scored(&scored.collect::<Vec<_>>())
+    };
+    let (by_scenario, by_map) = (report(Cluster::Scenario), report(Cluster::Map));
+    let width = |report: &Report| {
+        let interval = report.whole().next().unwrap().intervals.right.unwrap();
+        interval.high - interval.low
+    };
+    assert!(width(&by_map) > 1.4 * width(&by_scenario));
+    let right = |report: &Report| report.whole().next().unwrap().right_of_all();
+    assert_eq!(right(&by_map), right(&by_scenario));
+    let (by_scenario, by_map) = (&by_scenario.pairs[0], &by_map.pairs[0]);
+    assert_eq!((by_scenario.n, by_map.n), (36, 12));
+    assert!((by_scenario.test.difference - by_map.test.difference).abs() < 1e-12);
+    assert!(by_map.test.p > by_scenario.test.p);
+    assert!(by_map.test.detectable > by_scenario.test.detectable);
+    let text = report(Cluster::Map).document("a report").markdown();
+    assert!(text.contains("with the map as the unit"), "{text}");
+    assert!(text.contains("Comparisons on the same maps"), "{text}");
+    // What was not asked of both is left out by scenario, within the map.
+    let few: Vec<Scored> = {
+        let one = |model: usize, n: u32, is_right: bool| {
+            let name = format!("DEU_Map1-1_{n}_T-1");
+            let said = says(is_right, &[]);
+            let mut one = one(&name, &ways[model], Some(Label::Collision(None)), said);
+            one.cluster = Cluster::Map;
+            one
+        };
+        vec![one(0, 1, true), one(0, 2, false), one(1, 1, true)]
+    };
+    let pair = &Report::from_scored(&few).pairs[0];
+    assert_eq!((pair.n, pair.left_out, pair.test.difference), (1, 0, 0.0));
+}

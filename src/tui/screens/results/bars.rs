@@ -1,4 +1,4 @@
-//! Bars of a model's F1 by technique, with confidence intervals.
+//! Bars of a model's right answers by technique, with confidence intervals.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -45,7 +45,7 @@ pub fn draw(
         let task = row.way.task.name();
         let frame = row.way.frame.map_or("–", |frame| frame.name());
         let model = model_name(&row.way);
-        format!("F1 by techniques, ▓░ 95 % interval · {task} {frame} · {model}")
+        format!("right of all asked by techniques, ▓░ 95 % interval · {task} {frame} · {model}")
     });
     let inner = window::window_at(frame, area, model, &title);
     let height = usize::from(inner.height);
@@ -63,14 +63,13 @@ pub fn draw(
 fn bar(model: &Model, place: usize, width: usize) -> Line<'static> {
     let (theme, results) = (&model.theme, &model.results);
     let row = &results.rows[place];
-    let counts = row.confusion();
-    let f1 = counts.f1();
-    let number = f1.map_or("  – ".into(), |f1| format!("{f1:.2}"));
-    let interval = row.f1.filter(|_| f1.is_some());
+    let (right, asked) = row.right();
+    let share = row.right_of_all();
+    let number = share.map_or("  – ".into(), |share| format!("{share:.2}"));
+    let interval = row.right_interval;
     let ends = interval.map_or("–".into(), |i| format!("{:.2} to {:.2}", i.low, i.high));
     let ends = pad(&ends, 12);
-    let of = counts.answered();
-    let whole = format!(" {number}  {ends}  of {of}");
+    let whole = format!(" {number}  {ends}  {right} of {asked}");
     let techniques = row.way.techniques.map_or("–".into(), |t| t.to_string());
     let room = |tail: &str| width.saturating_sub(2 + 11 + tail.width()).min(BAR.0);
     let tail = match room(&whole) < BAR.1 {
@@ -79,7 +78,7 @@ fn bar(model: &Model, place: usize, width: usize) -> Line<'static> {
     };
     let room = room(&tail);
     let cell = |share: f64| (share * room as f64).round() as usize;
-    let long = cell(f1.unwrap_or(0.0));
+    let long = cell(share.unwrap_or(0.0));
     let (low, high) = interval.map_or((long, long), |i| (cell(i.low), cell(i.high)));
     let low = low.min(long);
     let high = high.max(long);

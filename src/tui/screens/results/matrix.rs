@@ -29,17 +29,19 @@ pub const HEADS: [&str; RESULTS_COLUMNS] = [
     "precision",
     "recall",
     "F1",
+    "right of all",
 ];
 
-/// Columns in the order in which they get room: F1 and its interval first.
+/// Columns in the order in which they get room: what is right of all asked and its interval first.
 const RANKS: [Shown; RESULTS_COLUMNS + 4] = [
     Shown::Number(0),
-    Shown::Number(10),
+    Shown::Number(11),
     Shown::Number(1),
     Shown::Number(2),
     Shown::Number(3),
     Shown::Number(4),
     Shown::Interval,
+    Shown::Number(10),
     Shown::Number(8),
     Shown::Number(9),
     Shown::Number(7),
@@ -55,7 +57,7 @@ const RANKS: [Shown; RESULTS_COLUMNS + 4] = [
 enum Shown {
     /// A number that can be selected.
     Number(usize),
-    /// The interval of F1.
+    /// The interval of what is right of all asked.
     Interval,
     /// Recall or precision of naming, or the share of wrong claims, see [`NAMED`].
     Naming(usize),
@@ -63,7 +65,7 @@ enum Shown {
 
 /// The columns that need a truth: while it is worked out they have no numbers.
 const OF_TRUTH: [bool; RESULTS_COLUMNS] = [
-    false, true, true, true, true, true, false, false, true, true, true,
+    false, true, true, true, true, true, false, false, true, true, true, true,
 ];
 
 /// Columns of the terminal for how was asked, at most.
@@ -127,7 +129,7 @@ pub fn model_name(way: &PromptConfig) -> String {
 fn cells(row: &Results, judging: bool) -> Vec<String> {
     let counts = Outcome::ALL.map(|outcome| row.count(outcome).to_string());
     let c = row.confusion();
-    let shares = [c.precision(), c.recall(), c.f1()];
+    let shares = [c.precision(), c.recall(), c.f1(), row.right_of_all()];
     let shares = shares.map(|share| share.map_or("–".into(), |v| format!("{v:.2}")));
     let all = std::iter::once(row.answers.len().to_string());
     let all = all.chain(counts).chain(shares);
@@ -155,7 +157,9 @@ fn named(row: &Results, judging: bool) -> [String; 3] {
 }
 
 fn interval(row: &Results, judging: bool) -> String {
-    let ends = row.f1.map(|i| format!("{:.2} to {:.2}", i.low, i.high));
+    let ends = row
+        .right_interval
+        .map(|i| format!("{:.2} to {:.2}", i.low, i.high));
     let none = if judging { "…" } else { "–" };
     pad(&ends.unwrap_or_else(|| none.into()), INTERVAL)
 }
@@ -287,7 +291,7 @@ fn head(model: &Model, plan: &Plan) -> String {
                 let gap = width.saturating_sub(words.width());
                 format!("{}{words}", " ".repeat(gap))
             }
-            Shown::Interval => format!("  {}", pad("F1, 95 %", INTERVAL)),
+            Shown::Interval => format!("  {}", pad("right, 95 %", INTERVAL)),
             Shown::Naming(which) => format!("  {}", NAMED[which]),
         });
     }
