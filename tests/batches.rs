@@ -178,6 +178,21 @@ fn over(state: ProviderBatchState, taken: usize, without: u64) -> Progress {
 }
 
 #[tokio::test]
+async fn a_question_that_a_provider_cut_has_no_verdict() {
+    for dialect in DIALECTS {
+        let bench = Bench::new(dialect).await;
+        bench.provider.world().context = Some(1024);
+        let id = bench.submit(1).await.unwrap().batches[0];
+        bench.collect(id).await.unwrap();
+        let run = &bench.runs()[0];
+        let why = run.ending.reading.as_deref().unwrap_or_default();
+        assert!(why.contains("the server read 1024 of about"), "{run:?}");
+        assert_eq!(run.ending.verdict, None, "{dialect:?}");
+        assert!(run.answer.contains("justification"), "the answer is kept");
+    }
+}
+
+#[tokio::test]
 async fn answers_come_back_to_their_questions_at_half_the_price() {
     for dialect in DIALECTS {
         let mut bench = Bench::new(dialect).await;
@@ -209,9 +224,10 @@ async fn answers_come_back_to_their_questions_at_half_the_price() {
             assert_eq!(ending.state, RunState::Answered);
             assert_eq!(ending.model_returned.as_deref(), Some("tiny-1"));
             assert_eq!(ending.finish.as_deref(), Some("stop"));
-            // 1000 tokens at 2 and 100 at 8 dollars a million, halved.
+            // So many tokens at 2 and 100 at 8 dollars a million, halved.
+            let read = ending.consumed.input_tokens.unwrap() as f64;
             let usd = ending.consumed.cost_usd.unwrap();
-            assert!((usd - 0.0014).abs() < 1e-12, "{usd}");
+            assert!((usd - (read + 400.0) * 1e-6).abs() < 1e-12, "{usd}");
             let source = ending.price_source.as_deref().unwrap();
             assert!(source.contains("times 0.5 of listed prices"), "{source}");
         }

@@ -65,6 +65,7 @@ fn request() -> Request {
             tools: None,
         },
         schema: Some(Schema {
+            is_bounded: false,
             name: "verdict".into(),
             schema: json!({"type": "object", "properties": {}}),
         }),

@@ -28,6 +28,7 @@ pub fn request(question: &Question, model: &ModelJudge) -> Request {
         // The same form in all techniques: a chain of thought has its place in the justification, the first key. The
         // paper's answers are reasoning and then JSON with keys of its own, which no schema can ask for.
         schema: (question.pack == Pack::Standard).then(|| Schema {
+            is_bounded: false,
             name: format!("{}_verdict", task.name()),
             schema: verdict::schema_with_ids(task, &described_ids(question)),
         }),

@@ -33,6 +33,8 @@ pub struct Client {
 /// A part of requests that they can do without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Dispensable {
+    /// Bounds in the form of the answer.
+    Bounds,
     /// The form of the answer.
     Form,
     /// That the usage is told at the end of the stream.

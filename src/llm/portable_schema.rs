@@ -31,9 +31,23 @@ const BOUNDS: [(&str, &str); 9] = [
     ("pattern", "of the form"),
 ];
 
+/// Characters of a text, and elements of a list, that a bounded schema allows where it names no bound: a small model that
+/// repeats itself comes to an end. llama.cpp takes no more repetitions than 2000.
+const ENOUGH: (u64, u64) = (2000, 16);
+
 /// The schema in the subset that every API with structured output accepts: all properties required, no others allowed,
 /// and bounds moved to descriptions. The reader of an answer must validate it against the full schema.
 pub(super) fn portable(schema: &Value) -> Value {
+    reduced(schema, false)
+}
+
+/// The same with its bounds, and with bounds of all texts and lists.
+pub(super) fn bounded(schema: &Value) -> Value {
+    reduced(schema, true)
+}
+
+fn reduced(schema: &Value, is_bounded: bool) -> Value {
+    let portable = |part: &Value| reduced(part, is_bounded);
     let Value::Object(schema) = schema else {
         return schema.clone();
     };
@@ -49,6 +63,9 @@ pub(super) fn portable(schema: &Value) -> Value {
                 parts.iter().map(portable).collect()
             }
             (key, value) if KEPT.contains(&key) => value.clone(),
+            (key, value) if is_bounded && BOUNDS.iter().any(|(bound, _)| *bound == key) => {
+                value.clone()
+            }
             _ => continue,
         };
         let key = if key == "oneOf" { "anyOf" } else { key };
@@ -58,6 +75,9 @@ pub(super) fn portable(schema: &Value) -> Value {
     let few = few(schema);
     if let Some(few) = &few {
         kept.insert("enum".into(), few.clone());
+    }
+    if is_bounded {
+        bound(&mut kept);
     }
     let bounds = BOUNDS.iter().filter(|_| few.is_none());
     let bounds = bounds.filter_map(|(key, word)| {
@@ -82,6 +102,21 @@ pub(super) fn portable(schema: &Value) -> Value {
         kept.insert("additionalProperties".into(), json!(false));
     }
     Value::Object(kept)
+}
+
+/// Bounds a text or list that has no bound: a list by the ids that its elements can have, where these are listed.
+fn bound(schema: &mut Map<String, Value>) {
+    let ids = schema
+        .get("items")
+        .and_then(|items| items.pointer("/properties/id/enum"));
+    let ids = ids.and_then(Value::as_array).map(|ids| ids.len() as u64);
+    let is_free = !schema.contains_key("enum") && !schema.contains_key("const");
+    let (key, most) = match schema.get("type").and_then(Value::as_str) {
+        Some("string") if is_free => ("maxLength", ENOUGH.0),
+        Some("array") => ("maxItems", ids.map_or(ENOUGH.1, |ids| ids.min(ENOUGH.1))),
+        _ => return,
+    };
+    schema.entry(key).or_insert_with(|| json!(most));
 }
 
 /// Numbers that are listed at most.
@@ -146,5 +181,33 @@ mod tests {
             })
         );
         assert_eq!(portable(&portable(&full)), portable(&full));
+    }
+
+    #[test]
+    fn what_a_server_here_gets_comes_to_an_end() {
+        let full = json!({"type": "object", "properties": {
+            "why": {"type": "string"},
+            "p": {"type": "number", "minimum": 0.0, "maximum": 1.0},
+            "names": {"type": "array", "maxItems": 2, "items": {"type": "string", "maxLength": 9}},
+            "list": {"type": "array", "items": {"type": "object", "properties": {
+                "id": {"type": "integer", "enum": [7, 9, 12]}, "kind": {"enum": ["a", "b"]},
+            }}},
+        }});
+        let sent = bounded(&full);
+        let at = |place: &str| sent.pointer(place).cloned().unwrap_or_default();
+        assert_eq!(at("/properties/why/maxLength"), 2000);
+        assert_eq!(at("/properties/p/maximum"), 1.0);
+        assert_eq!(at("/properties/names/maxItems"), 2);
+        assert_eq!(at("/properties/names/items/maxLength"), 9);
+        assert_eq!(
+            at("/properties/list/maxItems"),
+            3,
+            "as many as there are ids"
+        );
+        assert_eq!(
+            at("/properties/list/items/properties/kind/maxLength"),
+            Value::Null
+        );
+        assert_eq!(portable(&full).pointer("/properties/why/maxLength"), None);
     }
 }

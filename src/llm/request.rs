@@ -1,5 +1,6 @@
 //! A request to a language model: messages, parameters, and the schema of the answer.
 
+use super::portable_schema::{bounded, portable};
 use serde::{Deserialize, Serialize};
 
 use super::effort::Effort;
@@ -57,6 +58,18 @@ pub struct Schema {
     pub name: String,
     /// The JSON Schema document itself.
     pub schema: serde_json::Value,
+    /// Whether its bounds are sent, and bounds of all texts and lists: not every API takes them.
+    pub is_bounded: bool,
+}
+
+impl Schema {
+    /// The document as it is sent.
+    pub(super) fn sent(&self) -> serde_json::Value {
+        match self.is_bounded {
+            true => bounded(&self.schema),
+            false => portable(&self.schema),
+        }
+    }
 }
 
 /// Sampling parameters; what is `None` is not sent, so the server's own default holds.

@@ -181,12 +181,16 @@ impl StreamingRequest {
     async fn prepare(&mut self) -> State {
         let (name, model) = (&self.endpoint.name, &self.request.model);
         let refused = |part| self.client.has_refused(name, model, part);
+        let bounds = self.endpoint.is_here() && !refused(Dispensable::Bounds);
         let (form, options) = (
             refused(Dispensable::Form),
             refused(Dispensable::StreamOptions),
         );
         if form {
             self.endpoint.response_format = ResponseFormat::Off;
+        }
+        if let Some(schema) = &mut self.request.schema {
+            schema.is_bounded = bounds;
         }
         self.endpoint.quirks.stream_options &= !options;
         match Ready::new(&self.client, &mut self.endpoint, &self.request).await {
@@ -286,7 +290,13 @@ impl StreamingRequest {
             && self.endpoint.response_format != ResponseFormat::Off
             && self.endpoint.is_here();
         if has_form && FORM.iter().any(|word| cause.contains(word)) {
-            return Some(Dispensable::Form);
+            let schema = self.request.schema.as_ref();
+            let is_bounded = self.endpoint.response_format == ResponseFormat::JsonSchema
+                && schema.is_some_and(|schema| schema.is_bounded);
+            return Some(match is_bounded {
+                true => Dispensable::Bounds,
+                false => Dispensable::Form,
+            });
         }
         let has_options = self.endpoint.quirks.stream_options;
         (has_options && cause.contains("stream_options")).then_some(Dispensable::StreamOptions)
@@ -298,6 +308,7 @@ impl StreamingRequest {
         self.client.refuses(provider, model, part);
         let cause = tidy(&self.secrets.redact_cut(&error.cause()), 200);
         let what = match part {
+            Dispensable::Bounds => "bounds in the form of the answer",
             Dispensable::Form => "form of the answer",
             Dispensable::StreamOptions => "stream_options, and may not tell the tokens",
         };

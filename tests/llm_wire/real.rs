@@ -23,6 +23,7 @@ async fn asked(endpoint: Endpoint, model: &str, question: &str, schema: bool) ->
             ..Parameters::default()
         },
         schema: schema.then(|| Schema {
+            is_bounded: false,
             name: "r".into(),
             schema: json!({"type": "object", "properties": {
                 "risk": {"type": "integer", "enum": [0, 1, 2, 3, 4, 5]},
@@ -180,6 +181,7 @@ async fn cancelling_frees_the_place_of_a_real_llama_server() {
         messages: vec![Message::new(Role::User, "x")],
         parameters: Parameters::default(),
         schema: Some(Schema {
+            is_bounded: false,
             name: "r".into(),
             schema: json!({"type": "object", "required": ["risks"], "properties": {"risks": {
                 "type": "array", "minItems": MOST, "items": {"type": "string", "enum": ["risky"]},

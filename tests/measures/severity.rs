@@ -19,10 +19,14 @@ fn worst(obstacles: Vec<Obstacle>) -> CriticalMoment {
 }
 
 /// A static obstacle: a parked car of 4 m × 2 m.
-fn parked(id: i64, (x, y): (f64, f64)) -> Obstacle {
+fn parked(id: i64, place: (f64, f64)) -> Obstacle {
+    parked_turned(id, place, 0.0)
+}
+
+fn parked_turned(id: i64, (x, y): (f64, f64), heading: f64) -> Obstacle {
     let state = State {
         position: Some(Position::Point(nearmiss::geometry::Point::new(x, y))),
-        orientation: Some(Quantity::Exact(0.0)),
+        orientation: Some(Quantity::Exact(heading)),
         ..State::at(Steps::exact(0))
     };
     let parts = ObstacleParts {
@@ -288,4 +292,16 @@ fn who_is_ahead_round_a_bend_from_the_begin_does_not_cut_in() {
         (2, Grade::Following),
         "{found:?}"
     );
+}
+
+#[test]
+fn who_stands_across_the_way_is_on_a_course_too() {
+    for heading in [0.5, -0.5, 2.5, FRAC_PI_2] {
+        let found = worst(vec![
+            car(1, (0.0, 0.0), 0.0, 8.0, -2.0),
+            parked_turned(2, (24.0, 1.0), heading),
+        ]);
+        assert_eq!(found.obstacle, 2, "{found:?}");
+        assert!(matches!(found.hazard, Hazard::Course { .. }), "{found:?}");
+    }
 }

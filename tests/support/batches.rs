@@ -65,6 +65,8 @@ pub struct World {
     pub without_results: bool,
     /// All requests are refused with this status, and the words.
     pub refuse: Option<u16>,
+    /// Models read no more tokens of a question.
+    pub context: Option<usize>,
 }
 
 /// A running provider; it stops when dropped.
@@ -287,6 +289,14 @@ impl World {
         format!("HTTP/1.1 200 X\r\n{length}Connection: close\r\n\r\n{part}").into_bytes()
     }
 
+    /// How many tokens of a question its model reads.
+    fn tokens_read(&self, id: &str) -> usize {
+        let mut items = self.batches.iter().flat_map(|batch| &batch.items);
+        let (_, body) = items.find(|(name, _)| name == id).unwrap();
+        let tokens = nearmiss::prompts::estimate_tokens(&body.to_string());
+        self.context.map_or(tokens, |context| tokens.min(context))
+    }
+
     /// What the model says to a question: its id, so that no two are taken for each other.
     fn said(&self, id: &str) -> String {
         json!({"collision": true, "obstacles": [], "justification": format!("{id} {}", self.words)})
@@ -358,7 +368,7 @@ impl World {
 
     fn chat_line(&self, fate: Fate, id: &str) -> Value {
         self.openai_line(fate, id, json!({
-            "model": "tiny-1", "usage": {"prompt_tokens": 1000, "completion_tokens": 100},
+            "model": "tiny-1", "usage": {"prompt_tokens": self.tokens_read(id), "completion_tokens": 100},
             "choices": [{"index": 0, "finish_reason": "stop",
                 "message": {"role": "assistant", "content": self.said(id), "reasoning_content": "because"}}],
         }))
@@ -367,7 +377,7 @@ impl World {
     fn responses_line(&self, fate: Fate, id: &str) -> Value {
         self.openai_line(fate, id, json!({
             "object": "response", "status": "completed", "model": "tiny-1", "error": null,
-            "usage": {"input_tokens": 1000, "output_tokens": 100},
+            "usage": {"input_tokens": self.tokens_read(id), "output_tokens": 100},
             "output": [
                 {"type": "reasoning", "summary": [{"type": "summary_text", "text": "because"}]},
                 {"type": "message", "content": [{"type": "output_text", "text": self.said(id)}]},
@@ -429,7 +439,7 @@ impl World {
             Fate::Answered => json!({"type": "succeeded", "message": {
                 "type": "message", "model": "tiny-1", "stop_reason": "end_turn",
                 "content": [{"type": "thinking", "thinking": "because"}, {"type": "text", "text": self.said(id)}],
-                "usage": {"input_tokens": 1000, "output_tokens": 100},
+                "usage": {"input_tokens": self.tokens_read(id), "output_tokens": 100},
             }}),
             Fate::Errored => json!({"type": "errored", "error": {
                 "type": "error", "error": {"type": "api_error", "message": self.words},
@@ -512,7 +522,7 @@ impl World {
                 "candidates": [{"index": 0, "finishReason": "STOP", "content": {"role": "model", "parts": [
                     {"text": "because", "thought": true}, {"text": self.said(id)},
                 ]}}],
-                "usageMetadata": {"promptTokenCount": 1000, "candidatesTokenCount": 100},
+                "usageMetadata": {"promptTokenCount": self.tokens_read(id), "candidatesTokenCount": 100},
             }}),
             Fate::Errored => json!({"metadata": key, "error": {"code": 13, "message": self.words}}),
             _ => json!({"metadata": key}),

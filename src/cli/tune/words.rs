@@ -35,7 +35,8 @@ pub fn parts(plan: &TunePlan, test_scenarios: usize) -> Vec<String> {
     ];
     if !can_find_gain(plan) {
         lines.push(format!(
-            "no gain can be found: the selection part needs at least {FEWEST} scenarios"
+            "no gain can be found: the selection part needs at least {FEWEST} {}s",
+            plan.cluster()
         ));
     }
     if !plan.division.by_map {
@@ -50,10 +51,9 @@ pub fn parts(plan: &TunePlan, test_scenarios: usize) -> Vec<String> {
     lines
 }
 
-/// Whether the selection part has enough scenarios to tell a gain from chance.
+/// Whether the selection part has enough units to tell a gain from chance.
 pub fn can_find_gain(plan: &TunePlan) -> bool {
-    let (scenarios, _, _) = plan.counts(DevPart::Selection);
-    scenarios >= FEWEST as usize
+    plan.units().len() >= FEWEST as usize
 }
 
 /// The table, the gain, and the difference of the templates.
@@ -125,7 +125,7 @@ fn table(outcome: &TuneOutcome) -> String {
     let asked = outcome.candidates[0].score.asked;
     format!(
         "{lines}Selection part: {}, {}. Front: {} against {cost}.\n",
-        counted(outcome.scenarios, "scenario"),
+        counted(outcome.units, &outcome.cluster.to_string()),
         counted(asked, "question"),
         outcome.measure.title()
     )
@@ -176,7 +176,7 @@ pub fn gain(outcome: &TuneOutcome) -> String {
         true => format!("Gain: {words}."),
         false if !outcome.can_tell() => format!(
             "No gain found: {words}. {} are too few to tell a gain from chance; 10 are needed.",
-            counted(outcome.scenarios, "scenario")
+            counted(outcome.units, &outcome.cluster.to_string())
         ),
         false => format!("No gain found: {words}. That may be chance."),
     }

@@ -12,7 +12,6 @@ use crate::llm::chunk::{Finish, Usage};
 use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
-use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Request, Role};
 use crate::llm::tool_calls::ToolSpec;
@@ -91,7 +90,7 @@ impl WireProtocol for Protocol {
             match endpoint.response_format {
                 ResponseFormat::Off => {}
                 ResponseFormat::JsonSchema => {
-                    let format = json!({"type": "json_schema", "schema": portable(&schema.schema)});
+                    let format = json!({"type": "json_schema", "schema": schema.sent()});
                     output.insert("format".into(), format);
                 }
                 ResponseFormat::JsonObject => out.untaken(

@@ -10,7 +10,6 @@ use crate::llm::chunk::{Finish, Usage};
 use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
-use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Request, Role};
 use crate::llm::token::{ALTERNATIVES, Token};
@@ -91,7 +90,7 @@ impl WireProtocol for Protocol {
                 config.put("responseMimeType", json!("application/json"));
             }
             if endpoint.response_format == ResponseFormat::JsonSchema {
-                config.put("responseJsonSchema", portable(&schema.schema));
+                config.put("responseJsonSchema", schema.sent());
             }
         }
         out.put_inner("generationConfig", config);

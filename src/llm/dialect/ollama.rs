@@ -10,7 +10,6 @@ use crate::llm::chunk::{Finish, Usage};
 use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
-use crate::llm::portable_schema::portable;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::Request;
 use crate::llm::token::{ALTERNATIVES, tokens};
@@ -90,7 +89,7 @@ impl WireProtocol for Protocol {
             match endpoint.response_format {
                 ResponseFormat::Off => {}
                 ResponseFormat::JsonObject => out.put("format", json!("json")),
-                ResponseFormat::JsonSchema => out.put("format", portable(&schema.schema)),
+                ResponseFormat::JsonSchema => out.put("format", schema.sent()),
             }
         }
         let mut options = Body::default();

@@ -14,7 +14,7 @@ use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::error_body::ErrorBody;
-use crate::llm::portable_schema::{name, portable};
+use crate::llm::portable_schema::name;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::{Request, Schema};
 use crate::llm::token::{ALTERNATIVES, tokens};
@@ -188,7 +188,7 @@ fn response_format(endpoint: &Endpoint, request: &Request, schema: &Schema, out:
             out.put(
                 "response_format",
                 json!({"type": "json_schema", "json_schema": {
-                    "name": name(&schema.name), "strict": true, "schema": portable(&schema.schema),
+                    "name": name(&schema.name), "strict": true, "schema": schema.sent(),
                 }}),
             );
             if endpoint.quirks.require_parameters {

@@ -49,6 +49,7 @@ fn request() -> Request {
             effort: None,
         },
         schema: Some(Schema {
+            is_bounded: false,
             name: "my verdict!".into(),
             schema: json!({"type": "object"}),
         }),

@@ -11,7 +11,7 @@ use crate::llm::effort::Effort;
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::error_body::ErrorBody;
-use crate::llm::portable_schema::{name, portable};
+use crate::llm::portable_schema::name;
 use crate::llm::quirks::Efforts;
 use crate::llm::request::Request;
 use crate::llm::token::{ALTERNATIVES, tokens};
@@ -91,7 +91,7 @@ impl WireProtocol for Protocol {
                     "text",
                     json!({"format": {
                         "type": "json_schema", "name": name(&schema.name), "strict": true,
-                        "schema": portable(&schema.schema),
+                        "schema": schema.sent(),
                     }}),
                 ),
             }

@@ -144,7 +144,7 @@ impl DrivenPath {
                 .is_some_and(|place| angle_between(place.heading, pose.heading).abs() <= CROSSING)
     }
 
-    /// Where the body is at an arc length, and the direction of the way there.
+    /// Where the body is at an arc length, straight on at both ends, and the direction of the way there.
     fn at(&self, length: f64) -> Option<Pose> {
         let last = *self.poses.last()?;
         let end = *self.lengths.last()?;
@@ -152,6 +152,13 @@ impl DrivenPath {
             return Some(Pose {
                 position: last.position + self.on * (length - end),
                 ..last
+            });
+        }
+        if length < 0.0 {
+            let first = self.poses[0];
+            return Some(Pose {
+                position: first.position + self.from * length,
+                ..first
             });
         }
         let next = self.lengths.partition_point(|&l| l <= length).max(1);

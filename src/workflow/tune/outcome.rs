@@ -1,10 +1,12 @@
 //! What a tune comes to: the candidates, the best of them, and whether it is better than the base.
 
+use std::collections::BTreeMap;
+
 use super::candidate::{Candidate, CostMeasure, Refusal};
 use super::prepare::TunePlan;
 use super::rounds::Replied;
-use crate::evaluation::Confusion;
 use crate::evaluation::statistics::{FEWEST, Gain, PairedCounts, gains};
+use crate::evaluation::{Cluster, Confusion};
 
 /// By what templates are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,8 +74,10 @@ pub struct TuneOutcome {
     pub best: Option<usize>,
     /// Whether its gain is no chance.
     pub found: bool,
-    /// Scenarios of the selection part, which intervals are over.
-    pub scenarios: usize,
+    /// Units of the selection part, which intervals are over.
+    pub units: usize,
+    /// What these are.
+    pub cluster: Cluster,
     /// Rounds that were begun.
     pub rounds: u32,
     /// Why it ended before its last round; `None` if it did not.
@@ -96,10 +100,10 @@ impl TuneOutcome {
         self.best().filter(|_| self.found).map(|(winner, _)| winner)
     }
 
-    /// Whether there are enough scenarios to tell a gain from chance.
+    /// Whether there are enough units to tell a gain from chance.
     #[must_use]
     pub fn can_tell(&self) -> bool {
-        self.scenarios >= FEWEST as usize
+        self.units >= FEWEST as usize
     }
 }
 
@@ -129,31 +133,31 @@ pub(super) fn conclude(
     best.map(|one| one.number)
 }
 
-/// The counts of both by scenario, of the questions that both answered.
+/// The counts of both by unit, of the questions that both answered.
 fn paired(
     plan: &TunePlan,
     selection: &[usize],
     base: &Replied,
     candidate: &Replied,
 ) -> Vec<PairedCounts> {
-    let mut places: Vec<usize> = selection
+    let unit = |at: &usize| {
+        let scenario = &plan.scenarios[plan.questions[*at].scenario];
+        plan.cluster().of(scenario)
+    };
+    let mut counts: BTreeMap<&str, PairedCounts> = selection
         .iter()
-        .map(|at| plan.questions[*at].scenario)
+        .map(|at| (unit(at), PairedCounts::default()))
         .collect();
-    places.dedup();
-    let mut counts = vec![[Confusion::default(); 2]; places.len()];
     for at in selection {
         let asked = &plan.questions[*at];
         let both = (base.get(at), candidate.get(at));
         let (Some(Ok(base)), Some(Ok(other))) = both else {
             continue;
         };
-        let Some(place) = places.iter().position(|one| *one == asked.scenario) else {
-            continue;
-        };
         let truth = asked.truth.collides();
-        counts[place][0].count(base.said, truth);
-        counts[place][1].count(other.said, truth);
+        let [before, after] = counts.entry(unit(at)).or_default();
+        before.count(base.said, truth);
+        after.count(other.said, truth);
     }
-    counts
+    counts.into_values().collect()
 }

@@ -1,5 +1,6 @@
 //! From an experiment to what is tuned: one way of asking, the questions about the dev scenarios, and their parts.
 
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::path::Path;
 
@@ -9,7 +10,7 @@ use super::copied::Traces;
 use super::divide::{DevPart, Division};
 use crate::description::Frame;
 use crate::evaluation::batch::{Spec, Split, Variant, critical_of, label_of, way_of};
-use crate::evaluation::{Label, PromptConfig, Protocol, Question};
+use crate::evaluation::{Cluster, Label, PromptConfig, Protocol, Question};
 use crate::formats::Entry;
 use crate::metrics::Thresholds;
 use crate::planner::Cancel;
@@ -267,6 +268,23 @@ impl TunePlan {
         let all = self.questions.iter().enumerate();
         let of = all.filter(|(_, one)| self.division.parts[one.scenario] == part);
         of.map(|(place, _)| place).collect()
+    }
+
+    /// What gains are over: maps, where the parts have whole ones.
+    #[must_use]
+    pub fn cluster(&self) -> Cluster {
+        match self.division.by_map {
+            true => Cluster::Map,
+            false => Cluster::Scenario,
+        }
+    }
+
+    /// The units of the selection part.
+    #[must_use]
+    pub fn units(&self) -> BTreeSet<&str> {
+        let parts = self.scenarios.iter().zip(&self.division.parts);
+        let selected = parts.filter(|(_, part)| **part == DevPart::Selection);
+        selected.map(|(name, _)| self.cluster().of(name)).collect()
     }
 
     /// Scenarios of a part, its questions, and how many of these are dangerous.

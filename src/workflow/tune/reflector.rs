@@ -34,6 +34,7 @@ impl Reflector {
             messages,
             parameters: self.model.parameters,
             schema: Some(Schema {
+                is_bounded: false,
                 name: "template_proposal".into(),
                 schema: proposal::schema(),
             }),

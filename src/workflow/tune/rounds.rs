@@ -311,16 +311,17 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
             &self.replies,
             (self.measure, self.cost),
         );
-        let (scenarios, _, _) = self.plan.counts(DevPart::Selection);
+        let units = self.plan.units().len();
         let gain = best.and_then(|best| self.candidates[best].gain);
         TuneOutcome {
-            found: gain.is_some_and(|gain| gain.is_found()) && scenarios >= FEWEST as usize,
+            found: gain.is_some_and(|gain| gain.is_found()) && units >= FEWEST as usize,
             candidates: self.candidates,
             refused: self.refused,
             measure: self.measure,
             cost: self.cost,
             best,
-            scenarios,
+            units,
+            cluster: self.plan.cluster(),
             rounds: self.rounds,
             stopped,
             usage: self.usage,
