@@ -186,7 +186,7 @@ async fn a_question_that_a_provider_cut_has_no_verdict() {
         bench.collect(id).await.unwrap();
         let run = &bench.runs()[0];
         let why = run.ending.reading.as_deref().unwrap_or_default();
-        assert!(why.contains("the server read 1024 of about"), "{run:?}");
+        assert!(why.contains("the server counts 1024 of about"), "{run:?}");
         assert_eq!(run.ending.verdict, None, "{dialect:?}");
         assert!(run.answer.contains("justification"), "the answer is kept");
     }

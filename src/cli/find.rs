@@ -27,7 +27,7 @@ use crate::workflow::{
 Words without a term are named on standard error. `nearmiss help finding`: the vocabulary and the filter language.\n\
 Exit status: 0 windows were found; 1 none was; 2 nothing was understood, or an error of input.")]
 pub struct Find {
-    /// What is looked for: \"cut-ins under 1.5 s TTC on motorways\".
+    /// What is looked for: "cut-ins under 1.5 s TTC on motorways".
     sentence: Option<String>,
     /// Folder of the index, see `nearmiss index` [default: `index` of the configuration].
     #[arg(long, value_name = "FOLDER")]

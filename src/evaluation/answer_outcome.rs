@@ -68,8 +68,8 @@ fn cut_question(counted: Option<u64>, sent: usize) -> Option<MissingVerdict> {
     let is_cut = (counted as f64) < CUT * sent as f64;
     is_cut.then(|| {
         MissingVerdict::NotInAnswer(format!(
-            "the server read {counted} of about {sent} tokens of the question and dropped the rest; raise its context \
-             (num_ctx, --ctx-size), or shorten the question (--stride, --radius, --history)"
+            "the server counts {counted} of about {sent} tokens that were sent, so it read only a part of the question; raise \
+             its context (num_ctx, --ctx-size), or shorten the question (--stride, --radius, --history), and ask with --fresh"
         ))
     })
 }

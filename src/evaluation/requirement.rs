@@ -10,7 +10,7 @@ use crate::judge;
 use crate::system::{available, unknown};
 
 /// What can be required: the names of CSV and JSON, with the place of each in a cell's JSON.
-const METRICS: [(&str, &str); 34] = [
+const METRICS: [(&str, &str); 37] = [
     ("n", "/n"),
     ("scenarios", "/scenarios"),
     ("tp", "/tp"),
@@ -24,6 +24,9 @@ const METRICS: [(&str, &str); 34] = [
     ("failed", "/failed"),
     ("unasked", "/unasked"),
     ("unlabelled", "/unlabelled"),
+    ("contradictory", "/contradictory"),
+    ("named_twice", "/named_twice"),
+    ("unknown_obstacles", "/unknown_obstacles"),
     ("precision", "/precision"),
     ("recall", "/recall"),
     ("specificity", "/specificity"),

@@ -31,23 +31,30 @@ const BOUNDS: [(&str, &str); 9] = [
     ("pattern", "of the form"),
 ];
 
-/// Characters of a text, and elements of a list, that a bounded schema allows where it names no bound: a small model that
-/// repeats itself comes to an end. llama.cpp takes no more repetitions than 2000.
-const ENOUGH: (u64, u64) = (2000, 16);
+/// Characters of a text that a bounded schema allows where it names no bound: a small model that repeats itself comes to an
+/// end. llama.cpp takes no more repetitions than 2000.
+const LONGEST: u64 = 2000;
+
+/// The same of a text in a list.
+const LONGEST_LISTED: u64 = 400;
+
+/// Elements of a list, likewise.
+const MOST_ELEMENTS: u64 = 16;
 
 /// The schema in the subset that every API with structured output accepts: all properties required, no others allowed,
 /// and bounds moved to descriptions. The reader of an answer must validate it against the full schema.
 pub(super) fn portable(schema: &Value) -> Value {
-    reduced(schema, false)
+    reduced(schema, None)
 }
 
 /// The same with its bounds, and with bounds of all texts and lists.
 pub(super) fn bounded(schema: &Value) -> Value {
-    reduced(schema, true)
+    reduced(schema, Some(LONGEST))
 }
 
-fn reduced(schema: &Value, is_bounded: bool) -> Value {
-    let portable = |part: &Value| reduced(part, is_bounded);
+/// With the bounds, where texts are bounded to so many characters.
+fn reduced(schema: &Value, longest: Option<u64>) -> Value {
+    let portable = |part: &Value| reduced(part, longest);
     let Value::Object(schema) = schema else {
         return schema.clone();
     };
@@ -58,12 +65,12 @@ fn reduced(schema: &Value, is_bounded: bool) -> Value {
                 let parts = parts.iter().map(|(k, v)| (k.clone(), portable(v)));
                 Value::Object(parts.collect())
             }
-            ("items", part) => portable(part),
+            ("items", part) => reduced(part, longest.map(|_| LONGEST_LISTED)),
             ("anyOf" | "oneOf" | "prefixItems", Value::Array(parts)) => {
                 parts.iter().map(portable).collect()
             }
             (key, value) if KEPT.contains(&key) => value.clone(),
-            (key, value) if is_bounded && BOUNDS.iter().any(|(bound, _)| *bound == key) => {
+            (key, value) if longest.is_some() && BOUNDS.iter().any(|(bound, _)| *bound == key) => {
                 value.clone()
             }
             _ => continue,
@@ -76,8 +83,8 @@ fn reduced(schema: &Value, is_bounded: bool) -> Value {
     if let Some(few) = &few {
         kept.insert("enum".into(), few.clone());
     }
-    if is_bounded {
-        bound(&mut kept);
+    if let Some(longest) = longest {
+        bound(&mut kept, longest);
     }
     let bounds = BOUNDS.iter().filter(|_| few.is_none());
     let bounds = bounds.filter_map(|(key, word)| {
@@ -105,15 +112,15 @@ fn reduced(schema: &Value, is_bounded: bool) -> Value {
 }
 
 /// Bounds a text or list that has no bound: a list by the ids that its elements can have, where these are listed.
-fn bound(schema: &mut Map<String, Value>) {
+fn bound(schema: &mut Map<String, Value>, longest: u64) {
     let ids = schema
         .get("items")
         .and_then(|items| items.pointer("/properties/id/enum"));
     let ids = ids.and_then(Value::as_array).map(|ids| ids.len() as u64);
     let is_free = !schema.contains_key("enum") && !schema.contains_key("const");
     let (key, most) = match schema.get("type").and_then(Value::as_str) {
-        Some("string") if is_free => ("maxLength", ENOUGH.0),
-        Some("array") => ("maxItems", ids.map_or(ENOUGH.1, |ids| ids.min(ENOUGH.1))),
+        Some("string") if is_free => ("maxLength", longest),
+        Some("array") => ("maxItems", ids.unwrap_or(MOST_ELEMENTS).min(MOST_ELEMENTS)),
         _ => return,
     };
     schema.entry(key).or_insert_with(|| json!(most));
@@ -189,6 +196,7 @@ mod tests {
             "why": {"type": "string"},
             "p": {"type": "number", "minimum": 0.0, "maximum": 1.0},
             "names": {"type": "array", "maxItems": 2, "items": {"type": "string", "maxLength": 9}},
+            "whys": {"type": "array", "items": {"type": "string"}},
             "list": {"type": "array", "items": {"type": "object", "properties": {
                 "id": {"type": "integer", "enum": [7, 9, 12]}, "kind": {"enum": ["a", "b"]},
             }}},
@@ -196,6 +204,7 @@ mod tests {
         let sent = bounded(&full);
         let at = |place: &str| sent.pointer(place).cloned().unwrap_or_default();
         assert_eq!(at("/properties/why/maxLength"), 2000);
+        assert_eq!(at("/properties/whys/items/maxLength"), 400);
         assert_eq!(at("/properties/p/maximum"), 1.0);
         assert_eq!(at("/properties/names/maxItems"), 2);
         assert_eq!(at("/properties/names/items/maxLength"), 9);

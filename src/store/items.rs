@@ -158,6 +158,8 @@ pub struct NewestAnswer {
     pub text: String,
     /// The verdict as it is kept, as JSON: it may say what the text does not, such as log probabilities.
     pub verdict: Option<String>,
+    /// How the verdict was read; of an answer without one, why.
+    pub reading: Option<String>,
     /// The template it was asked with.
     pub template: StoredTemplate,
     /// Time, tokens and cost.
@@ -324,7 +326,7 @@ impl Store {
             &format!("SELECT items.*, {SCENE}, {STATE} AS now, found.id AS found,
                  CASE WHEN trim(found.answer) = '' THEN found.reasoning ELSE found.answer END AS text,
                  found.input_tokens, found.output_tokens, found.reasoning_tokens, found.cached_tokens, found.cost_usd,
-                 found.first_chunk_ms, found.duration_ms, found.template, found.template_version, found.template_hash, found.verdict
+                 found.first_chunk_ms, found.duration_ms, found.template, found.template_version, found.template_hash, found.verdict, found.reading
              FROM items LEFT JOIN runs AS found ON found.id = CASE
                  WHEN items.key IS NULL THEN
                      (SELECT id FROM runs WHERE id = items.run AND state = 'answered' AND deleted_ms IS NULL)
@@ -346,6 +348,7 @@ impl Store {
                         text[..text.floor_char_boundary(MOST_SHOWN)].to_owned()
                     },
                     verdict: row.get("verdict")?,
+                    reading: row.get("reading")?,
                     template: rows::from_row(row)?,
                     consumed: rows::from_row(row)?,
                 }),

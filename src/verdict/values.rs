@@ -160,15 +160,60 @@ pub(super) fn truth(value: &Value) -> Option<bool> {
         },
         Value::String(text) => {
             let text = text.trim().to_lowercase();
-            match text.split(|c: char| !c.is_alphanumeric()).next() {
-                Some("true" | "yes") => Some(true),
-                Some("false" | "no") => Some(false),
-                _ => None,
-            }
+            let mut words = text
+                .split(|c: char| !c.is_alphanumeric())
+                .filter(|word| !word.is_empty());
+            let said = truth_word(words.next()?)?;
+            let is_other =
+                |word: &str| truth_word(word) == Some(!said) || UNDECIDED.contains(&word);
+            let rest = text.trim_start_matches(char::is_alphanumeric);
+            // "no idea" and "no way, it is true" decide nothing: what follows a bare no is what there is none of.
+            let next = words
+                .clone()
+                .next()
+                .filter(|_| rest.starts_with(char::is_whitespace));
+            let is_aside = rest
+                .trim_start()
+                .starts_with(|c: char| !c.is_alphanumeric());
+            let fits = said || is_aside || next.is_none_or(|next| NONE_OF.contains(&next));
+            (fits && !words.any(is_other)).then_some(said)
         }
         _ => None,
     }
 }
+
+fn truth_word(word: &str) -> Option<bool> {
+    match word {
+        "true" | "yes" => Some(true),
+        "false" | "no" => Some(false),
+        _ => None,
+    }
+}
+
+/// Words with which a yes or no takes itself back.
+const UNDECIDED: [&str; 8] = [
+    "negative",
+    "not",
+    "cannot",
+    "can",
+    "unknown",
+    "unsure",
+    "unclear",
+    "insufficient",
+];
+
+/// Of what a no says that there is none.
+const NONE_OF: [&str; 9] = [
+    "collision",
+    "collisions",
+    "contact",
+    "danger",
+    "risk",
+    "touch",
+    "crash",
+    "conflict",
+    "it",
+];
 
 /// A text, where it is one.
 pub(super) fn text(value: &Value) -> Option<String> {

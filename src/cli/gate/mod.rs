@@ -10,7 +10,7 @@ use super::{Failure, Outcome};
 use crate::evaluation::batch::{TestSplit, answers, answers_of_part};
 use crate::evaluation::report::{Report, ReportSubject};
 use crate::evaluation::{Check, Requirement, Scored, regressions};
-use crate::store::{BatchId, Item, SplitPart, Store};
+use crate::store::{BatchId, Item, ItemState, SplitPart, Store};
 use crate::workflow::stored_bundle;
 
 /// What must hold.
@@ -94,6 +94,11 @@ impl Gate {
             }
         }
         checks.extend(self.against_baseline(batch)?);
+        if let Some((store, id)) = batch
+            && (self.baseline_bundle.is_some() || !self.require.is_empty())
+        {
+            checks.extend(open_questions(store, id)?);
+        }
         if let Some(file) = &self.junit {
             Target::begin(Some(file), true)?.save(junit::xml(&checks).as_bytes())?;
         }
@@ -159,6 +164,26 @@ fn shown(store: &Store, id: BatchId) -> Result<Vec<ScoredPart>, Failure> {
         Ok((Some(*part), answers.plain))
     });
     parts.collect()
+}
+
+/// That all questions were asked which may be shown: who stopped early was not asked the same as the others.
+fn open_questions(store: &Store, id: BatchId) -> Result<Option<Check>, Failure> {
+    let batch = store.batch(id).map_err(Failure::input)?;
+    let test = batch.map(|batch| TestSplit::of(store, &batch, false));
+    let test = test.transpose().map_err(Failure::input)?.flatten();
+    let is_shown = |item: &Item| {
+        let parts = test.as_ref().map(TestSplit::shown);
+        parts.is_none_or(|parts| item.asked.split.is_some_and(|part| parts.contains(&part)))
+    };
+    let items = store.items(id).map_err(Failure::input)?;
+    let open = items.iter().filter(|item| item.state == ItemState::Waiting);
+    let open = open.filter(|item| is_shown(item)).count();
+    Ok((open > 0).then(|| Check {
+        requirement: "every question asked".into(),
+        way: id.to_string(),
+        found: format!("{} not asked yet", output::counted(open, "question")),
+        is_met: false,
+    }))
 }
 
 /// The file of each scenario by its name.

@@ -212,7 +212,7 @@ impl Places {
     /// The most severe moment of a scenario: of its recorded ego, else of any two road users.
     ///
     /// # Errors
-    /// In words: it cannot be opened.
+    /// In words: it cannot be opened, or its recorded ego lies outside.
     pub fn worst(&self, entry: &Entry, thresholds: &Thresholds) -> Result<Option<Worst>, String> {
         let place = entry.display();
         let recorded = entry.file().as_deref().and_then(find_recording);
@@ -221,10 +221,12 @@ impl Places {
         }
         let _reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
         let (scenario, mut files) = self.read(entry).map_err(|why| why.words())?;
-        let scene = self
-            .with_ego(entry, &scenario, None)
-            .map(|(scene, _)| scene)
-            .ok();
+        let scene = match self.with_ego(entry, &scenario, None) {
+            Ok((scene, _)) => Some(scene),
+            // Another would be taken for the ego.
+            Err(why @ NotOpened::Outside(_)) => return Err(why.words()),
+            Err(_) => None,
+        };
         let worst = Worst::all(&scenario, scene.as_deref(), thresholds);
         let worst = worst.into_iter().next();
         files.extend(recorded.as_deref().map(as_is));

@@ -223,11 +223,12 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
 impl ReportArguments {
     /// Holds what is required against the report.
     fn required(&self, reports: &[&Report]) -> Outcome {
-        if !self.gate.needs_batch() {
+        let batch = self.filters.filter(None).batch;
+        if !self.gate.any() || batch.is_none() && !self.gate.needs_batch() {
             return self.gate.check(reports, None);
         }
         let store = store_to_read()?;
-        let id = match self.filters.filter(None).batch.as_deref() {
+        let id = match batch.as_deref() {
             Some(LAST) => Some(last_batch(&store)?),
             named => named.and_then(|name| name.parse().ok()),
         };

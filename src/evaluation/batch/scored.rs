@@ -71,7 +71,8 @@ impl Answers {
 /// Every yes-or-no question of a batch with its answer, in order: the newest complete answer to the same request and
 /// sample, else why there is none.
 ///
-/// Verdicts are parsed from the stored texts, so that a better parser finds more in them without asking again.
+/// Verdicts are parsed from the stored texts, so that a better parser reads them better; what has none by its reading
+/// keeps none, as in reports of runs.
 ///
 /// # Errors
 /// The store cannot be read, or holds words that this version does not know.
@@ -245,6 +246,12 @@ fn one(
         .filter(|one| Some(one.run) != counts.map(|c| c.run));
     let window = counts.or(runs.first()).and_then(|one| one.window);
     let status = match found {
+        // What the text alone does not say: the question was cut, a draft in thinking, a refusal.
+        Some(NewestAnswer {
+            verdict: None,
+            reading: Some(why),
+            ..
+        }) => AnswerStatus::Unparsed(why.clone()),
         Some(found) => match verdict::parse(asked.task, &found.text) {
             Ok(parsed) => AnswerStatus::Verdict(with_token_probability(
                 parsed.verdict,

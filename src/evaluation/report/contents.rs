@@ -33,7 +33,7 @@ impl Report {
             first.notes.splice(0..0, self.about.notes.iter().cloned());
             first.notes.extend(dangerous(&cells));
             blocks.push(Block::Table(first));
-            blocks.extend(prevalence::table(task, &self.prevalence).map(Block::Table));
+            blocks.extend(prevalence::table(task, &self.prevalence, &self.rules).map(Block::Table));
             blocks.extend(rules::table(task, &self.rules).map(Block::Table));
             blocks.push(Block::Figures(
                 format!(

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::super::statistics::{Interval, intervals, shown};
-use super::super::{Confusion, PromptConfig, Scored};
+use super::super::{Confusion, PromptConfig, RuleScore, Scored};
 use super::contents::with_interval;
 use super::document::Table;
 use super::json::{interval, way};
-use super::names;
+use super::names::{self, number};
 use crate::verdict::Task;
 
 /// What a way of asking would come to at another share of dangerous questions.
@@ -112,8 +112,8 @@ fn of_verdicts(counts: &Confusion, prevalence: f64) -> [Option<f64>; 2] {
     [precision, Some(2.0 * hits / (hits + alarms + prevalence))]
 }
 
-/// The table of a task; `None` without rows.
-pub(super) fn table(task: Task, rows: &[AtPrevalence]) -> Option<Table> {
+/// The table of a task, trivial rules last; `None` without rows.
+pub(super) fn table(task: Task, rows: &[AtPrevalence], rules: &[RuleScore]) -> Option<Table> {
     let of_task = || rows.iter().filter(|row| row.way.task == task);
     let share = of_task().next()?.prevalence;
     let caption = format!(
@@ -135,6 +135,13 @@ pub(super) fn table(task: Task, rows: &[AtPrevalence]) -> Option<Table> {
         table
             .rows
             .push([vec![names::way(&row.way)], figures.to_vec()].concat());
+    }
+    for rule in rules.iter().filter(|rule| rule.task == task) {
+        let [precision, f1] = of_verdicts(&rule.counts, share);
+        let figures = [right(&rule.counts, share), precision, f1];
+        let name = format!("rule: {}", rule.rule);
+        let figures = figures.map(|figure| number(figure, 2));
+        table.rows.push([vec![name], figures.to_vec()].concat());
     }
     Some(table)
 }
@@ -160,12 +167,23 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
     use crate::evaluation::tests_scored::answer;
-    use crate::evaluation::{AnswerStatus, Label};
+    use crate::evaluation::{AnswerStatus, Label, Rule};
 
     /// 20 dangerous ones, of which 16 are found, and 20 safe ones with 2 false alarms, weighed by
     /// 0.1/20 and 0.9/20: 0.08 + 0.81 are right, precision 0.08/0.17, F1 0.16/0.27.
     #[test]
     fn as_weighed_by_hand() {
+        let counts = Confusion {
+            false_negatives: 20,
+            true_negatives: 20,
+            ..Confusion::default()
+        };
+        let rules = [RuleScore {
+            task: Task::Safety,
+            rule: Rule::AlwaysNo,
+            is_fitted: false,
+            counts,
+        }];
         let one = |n: usize, said: bool, truth: bool| {
             let mut one = answer(&format!("s{n}"), "lab/m", said, &[]);
             let label = if truth {
@@ -188,6 +206,8 @@ mod tests {
         assert!(near(row.f1.0, 0.592_593), "{row:?}");
         let ends = row.precision.1.unwrap();
         assert!(ends.low < 0.4 && ends.high > 0.55, "{ends:?}");
+        let table = table(Task::Safety, &at_prevalence(&all, 0.1), &rules).unwrap();
+        assert_eq!(table.rows[1], ["rule: always no", "0.90", "–", "0.00"]);
         // Who says nothing of a safe one is not right about it.
         all[39].status = AnswerStatus::Unparsed("nothing".into());
         let row = &at_prevalence(&all, 0.1)[0];

@@ -1,11 +1,23 @@
 //! Said before every table: who left out much, and whose verdicts are doubtful by themselves.
 
 use super::{Cell, Report, names};
+use crate::evaluation::Scored;
 
 /// From this share without a verdict on, a report begins with it.
 const MANY: f64 = 0.05;
 
 impl Report {
+    /// What is said before every table of these answers.
+    #[must_use]
+    pub fn warnings(scored: &[Scored]) -> Vec<String> {
+        let report = Self::from_scored(scored);
+        report
+            .unanswered()
+            .into_iter()
+            .chain(report.doubtful())
+            .collect()
+    }
+
     /// Whose verdicts contradict themselves, or name obstacles twice or that are not there.
     pub(super) fn doubtful(&self) -> Option<String> {
         let who = self.whole().filter_map(|cell| {

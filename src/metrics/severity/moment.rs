@@ -3,6 +3,9 @@
 use std::cmp::Ordering;
 use std::fmt;
 
+/// What no brakes of road vehicles exceed: the acceleration of gravity at a coefficient of friction of 1, m/s².
+const HARDEST: f64 = 9.81;
+
 /// What makes a moment matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hazard {
@@ -49,10 +52,11 @@ impl fmt::Display for Hazard {
             } => write!(f, "possible contact with a predicted occupancy"),
             Self::Contact { closing_speed, .. } => write!(f, "contact at {closing_speed:.1} m/s"),
             Self::Course { seconds, braking } => {
-                write!(
-                    f,
-                    "contact in {seconds:.1} s as they go; reacting and {braking:.1} m/s² avoid it"
-                )
+                write!(f, "contact in {seconds:.1} s as they go; ")?;
+                match *braking <= HARDEST {
+                    true => write!(f, "reacting and {braking:.1} m/s² avoid it"),
+                    false => write!(f, "no brakes avoid it"),
+                }
             }
             Self::Crossing {
                 seconds: Some(seconds),

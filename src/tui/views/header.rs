@@ -41,7 +41,10 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         }
         let name = fit(&opened.name, room);
         let rest = room.saturating_sub(name.width());
-        let obstacles = format!("{} obstacles", opened.scenario.obstacles.len());
+        let obstacles = match opened.scenario.obstacles.len() {
+            1 => "1 obstacle".into(),
+            n => format!("{n} obstacles"),
+        };
         let recorded = if own {
             String::new()
         } else {

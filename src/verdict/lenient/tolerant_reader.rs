@@ -301,7 +301,12 @@ impl<'a> Reader<'a> {
         let mut end = rest.len();
         let mut before = ' ';
         for (place, c) in rest.char_indices() {
-            let comment = c == '#' || c == '/' && before == ' ' && rest[place..].starts_with("//");
+            let comment = c == '#'
+                || c == '/'
+                    && before == ' '
+                    && ["//", "/*"]
+                        .iter()
+                        .any(|begin| rest[place..].starts_with(begin));
             if ",;{}[]()\n\"".contains(c) || comment {
                 end = place;
                 break;

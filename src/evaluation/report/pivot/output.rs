@@ -8,7 +8,7 @@ use super::super::contents::unit;
 use super::super::document::{Align, Block, Document, Table};
 use super::super::json::{counts, interval};
 use super::super::{csv, methods, names, with_interval};
-use super::{AxisValue, Difference, Pivot, PivotCell, PivotPart};
+use super::{AxisValue, Difference, Measure, Pivot, PivotCell, PivotPart};
 use crate::evaluation::Cluster;
 use crate::evaluation::statistics::{Interval, shown};
 
@@ -112,11 +112,11 @@ impl Pivot {
                 match (found, self.request.columns) {
                     (None, _) => line.push(names::NONE.into()),
                     (Some(one), Some(_)) => {
-                        line.push(format!("{}, n = {}", self.value(one), one.cell.n))
+                        line.push(format!("{}, n = {}", self.value(one), self.counted(one)))
                     }
                     (Some(one), None) => line.extend([
                         self.value(one),
-                        one.cell.n.to_string(),
+                        self.counted(one),
                         one.cell.scenarios.to_string(),
                     ]),
                 }
@@ -124,6 +124,19 @@ impl Pivot {
             table.rows.push(line);
         }
         table
+    }
+
+    /// How many questions a value is of: those with a verdict, where the others do not count.
+    fn counted(&self, one: &PivotCell) -> String {
+        let answered = one.cell.confusion.answered() + one.cell.unlabelled;
+        let of_all = matches!(
+            self.request.measure,
+            Measure::RightOfAll | Measure::Seconds | Measure::Cost
+        );
+        match of_all || answered == one.cell.n {
+            true => one.cell.n.to_string(),
+            false => format!("{answered} of {}", one.cell.n),
+        }
     }
 
     fn value(&self, one: &PivotCell) -> String {
@@ -244,6 +257,8 @@ impl Pivot {
         let measure = self.request.measure;
         let mut map = self.place(&one.row, &one.column);
         map.insert("n".into(), json!(one.cell.n));
+        let answered = one.cell.confusion.answered() + one.cell.unlabelled;
+        map.insert("answered".into(), json!(answered));
         map.insert("scenarios".into(), json!(one.cell.scenarios));
         map.insert(measure.name().into(), json!(measure.value(&one.cell)));
         let ends = interval(measure.interval(&one.cell));

@@ -76,8 +76,11 @@ pub fn read(
     report.note(match kept.is_some() {
         true => "lanelets as they were exported, from the user data of the lanes".into(),
         false => format!(
-            "lanes of {} roads are lanelets whose borders have points within {TOLERANCE} m of them",
-            roads.len()
+            "lanes of {} are lanelets whose borders have points within {TOLERANCE} m of them",
+            match roads.len() {
+                1 => "1 road".into(),
+                n => format!("{n} roads"),
+            }
         ),
     });
     Ok(Network {
