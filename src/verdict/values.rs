@@ -163,7 +163,8 @@ pub(super) fn truth(value: &Value) -> Option<bool> {
             let mut words = text
                 .split(|c: char| !c.is_alphanumeric())
                 .filter(|word| !word.is_empty());
-            let said = truth_word(words.next()?)?;
+            let first = words.next()?;
+            let said = truth_word(first)?;
             let is_other =
                 |word: &str| truth_word(word) == Some(!said) || UNDECIDED.contains(&word);
             let rest = text.trim_start_matches(char::is_alphanumeric);
@@ -175,8 +176,8 @@ pub(super) fn truth(value: &Value) -> Option<bool> {
             let is_aside = rest
                 .trim_start()
                 .starts_with(|c: char| !c.is_alphanumeric());
-            let fits = said || is_aside || next.is_none_or(|next| NONE_OF.contains(&next));
-            (fits && !words.any(is_other)).then_some(said)
+            let fits = first != "no" || is_aside || next.is_none_or(|next| NONE_OF.contains(&next));
+            (fits && !words.any(is_other) && !text.contains("not enough")).then_some(said)
         }
         _ => None,
     }
@@ -191,11 +192,9 @@ fn truth_word(word: &str) -> Option<bool> {
 }
 
 /// Words with which a yes or no takes itself back.
-const UNDECIDED: [&str; 8] = [
+const UNDECIDED: [&str; 6] = [
     "negative",
-    "not",
     "cannot",
-    "can",
     "unknown",
     "unsure",
     "unclear",
@@ -236,6 +235,34 @@ pub(super) fn short(value: &Value) -> String {
 mod tests {
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn a_yes_or_no_that_takes_itself_back_is_none() {
+        for (text, said) in [
+            ("yes", Some(true)),
+            (" Yes, it touches", Some(true)),
+            ("TRUE", Some(true)),
+            ("No.", Some(false)),
+            ("no collision", Some(false)),
+            ("No, it does not touch", Some(false)),
+            ("false (0.35 m)", Some(false)),
+            ("false because 2 m remain", Some(false)),
+            ("true or false", None),
+            ("true|false", None),
+            ("true if the distance is 0.00 else false", None),
+            ("yes and no", None),
+            ("true negative", None),
+            ("no idea", None),
+            ("no sé", None),
+            ("No one can say", None),
+            ("No - not enough information", None),
+            ("No way, it is true", None),
+            ("no doubt: yes", None),
+            ("maybe", None),
+        ] {
+            assert_eq!(truth(&json!(text)), said, "{text}");
+        }
+    }
 
     #[test]
     fn ids() {

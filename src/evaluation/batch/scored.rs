@@ -21,8 +21,8 @@ use crate::judge;
 use crate::prompts::Techniques;
 use crate::scenario::{Transform, Window};
 use crate::store::{
-    BatchId, ClaimCounts, Consumed, Item, ItemState, ItemTruth, NewItem, NewestAnswer, QuestionRun,
-    SplitPart, Store, StoreError,
+    BatchId, Item, ItemState, ItemTruth, NewItem, NewestAnswer, QuestionRun, SplitPart, Store,
+    StoreError,
 };
 use crate::verdict::{self, Task, Verdict};
 
@@ -71,8 +71,7 @@ impl Answers {
 /// Every yes-or-no question of a batch with its answer, in order: the newest complete answer to the same request and
 /// sample, else why there is none.
 ///
-/// Verdicts are parsed from the stored texts, so that a better parser reads them better; what has none by its reading
-/// keeps none, as in reports of runs.
+/// Verdicts are parsed again from the stored texts; what has none by its reading keeps none, as in reports of runs.
 ///
 /// # Errors
 /// The store cannot be read, or holds words that this version does not know.
@@ -247,11 +246,9 @@ fn one(
     let window = counts.or(runs.first()).and_then(|one| one.window);
     let status = match found {
         // What the text alone does not say: the question was cut, a draft in thinking, a refusal.
-        Some(NewestAnswer {
-            verdict: None,
-            reading: Some(why),
-            ..
-        }) => AnswerStatus::Unparsed(why.clone()),
+        Some(found) if found.verdict.is_none() && found.reading.is_some() => {
+            AnswerStatus::Unparsed(found.reading.clone().unwrap_or_default())
+        }
         Some(found) => match verdict::parse(asked.task, &found.text) {
             Ok(parsed) => AnswerStatus::Verdict(with_token_probability(
                 parsed.verdict,
@@ -274,22 +271,19 @@ fn one(
         window: asked
             .window
             .or_else(|| QuestionKey::window(asked.task, window)),
-        consumed: counts.map_or_else(Consumed::default, |one| one.consumed),
+        consumed: counts.map(|one| one.consumed).unwrap_or_default(),
         most_usd: counts.and_then(|one| one.most_usd),
-        superseded: others
-            .map(|one| Attempt {
-                consumed: one.consumed,
-                most_usd: one.most_usd,
-            })
-            .collect(),
-        claims: counts.map_or_else(ClaimCounts::default, |one| one.claims),
-        cluster: match asked.split {
-            Some(_) => Cluster::Map,
-            None => Cluster::Scenario,
-        },
+        superseded: others.map(attempt).collect(),
+        claims: counts.map(|one| one.claims).unwrap_or_default(),
+        cluster: asked.split.map_or(Cluster::Scenario, |_| Cluster::Map),
         // A question that was not asked has no run but those that were made for it.
         run: counts.map(|one| one.run).or(item.run.filter(|_| asked_for)),
     })
+}
+
+fn attempt(run: &QuestionRun) -> Attempt {
+    let (consumed, most_usd) = (run.consumed, run.most_usd);
+    Attempt { consumed, most_usd }
 }
 
 /// Why a question has no whole answer: it was asked and none came, or it was not asked.

@@ -345,7 +345,7 @@ fn a_click_selects_a_second_one_opens_and_the_wheel_moves() {
     press(&mut kept, "esc");
     // A bar is a row of the matrix; what is not in a list does nothing.
     kept.bench.model.results.selected = 1;
-    let bar = find(&kept, "F1 by techniques");
+    let bar = find(&kept, "right by techniques");
     mouse(&mut kept, Mouse::Press(Position::new(3, bar.y + 1)));
     mouse(&mut kept, Mouse::Press(bar));
     mouse(&mut kept, Mouse::Press(Position::new(119, 39)));

@@ -106,7 +106,7 @@ fn a_file_is_read_and_written_and_read_the_same() {
     assert_eq!(
         words,
         [
-            "f1 by techniques and model, against base",
+            "right_of_all by techniques and model, against base",
             "cost_usd by effort"
         ]
     );

@@ -75,7 +75,7 @@ fn cells_have_their_answers_and_intervals() {
     let csv = pivot.csv().unwrap();
     assert!(
         csv.starts_with(
-            "task,model,techniques,n,scenarios,accuracy,accuracy_ci_low,accuracy_ci_high,tp,"
+            "task,model,techniques,n,answered,scenarios,accuracy,accuracy_ci_low,accuracy_ci_high,tp,"
         ),
         "{csv}"
     );

@@ -45,7 +45,7 @@ pub fn draw(
         let task = row.way.task.name();
         let frame = row.way.frame.map_or("–", |frame| frame.name());
         let model = model_name(&row.way);
-        format!("right of all asked by techniques, ▓░ 95 % interval · {task} {frame} · {model}")
+        format!("right by techniques, ▓░ 95 % interval · {task} {frame} · {model}")
     });
     let inner = window::window_at(frame, area, model, &title);
     let height = usize::from(inner.height);

@@ -29,7 +29,7 @@ pub const HEADS: [&str; RESULTS_COLUMNS] = [
     "precision",
     "recall",
     "F1",
-    "right of all",
+    "right",
 ];
 
 /// Columns in the order in which they get room: what is right of all asked and its interval first.
