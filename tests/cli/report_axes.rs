@@ -42,7 +42,7 @@ fn a_table_over_axes_has_every_format() {
         .stdout;
     assert_eq!(csv.lines().count(), 21);
     assert!(
-        csv.starts_with("task,model,techniques,n,scenarios,accuracy,"),
+        csv.starts_with("task,model,techniques,n,answered,scenarios,accuracy,"),
         "{csv}"
     );
     // Every cell is in CSV what it is in JSON.
@@ -101,7 +101,7 @@ fn figures_are_svg_or_png() {
     filled(&home, 12);
     let report = |more: &[&str]| home.run(&[&["report", "--truth", "truth.csv"], more].concat());
     for (figure, words) in [
-        ("bars", "F1, intervals of 95 %"),
+        ("bars", "Right of all asked, intervals of 95 %"),
         ("reliability", "probability of a yes"),
     ] {
         let file = format!("{figure}.svg");
