@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::report::name_of;
 use super::statistics::{PairedTest, shown};
-use super::{Check, PromptConfig, Scored};
+use super::{Check, Cluster, PromptConfig, Scored};
 use crate::verdict::Task;
 
 /// A way of asking beside the one that was asked earlier.
@@ -14,11 +14,13 @@ pub struct Regression {
     pub way: PromptConfig,
     /// The earlier one.
     pub before: PromptConfig,
-    /// Scenarios with the same questions and a truth that both were asked about.
+    /// What is counted.
+    pub cluster: Cluster,
+    /// Units with the same questions and a truth that both were asked about.
     pub n: u32,
-    /// Scenarios that both were asked about, without such a question.
+    /// Units that both were asked about, without such a question.
     pub left_out: u32,
-    /// By how much more often it is right now; `None` without a common scenario.
+    /// By how much more often it is right now; `None` without a common unit.
     pub test: Option<PairedTest>,
 }
 
@@ -73,27 +75,29 @@ fn compared(
     (earlier, before): (&PromptConfig, &[&Scored]),
     is_same: &impl Fn(&str) -> bool,
 ) -> Regression {
+    let cluster = now.first().map_or_else(Cluster::default, |one| one.cluster);
     let (now, before) = (right(now), right(before));
-    // By scenario, as its questions are not independent: sums of shares of right answers, and how many questions.
-    let mut scenarios: BTreeMap<&str, (f64, u32)> = BTreeMap::new();
+    // By unit, as its questions are not independent: sums of shares of right answers, and how many questions.
+    let mut units: BTreeMap<&str, (f64, u32)> = BTreeMap::new();
     for (question @ (scenario, _), new) in &now {
         let Some(old) = before.get(question).filter(|_| is_same(scenario)) else {
             continue;
         };
-        let sum = scenarios.entry(*scenario).or_default();
+        let sum = units.entry(cluster.of(scenario)).or_default();
         if let (Some(new), Some(old)) = (share(*new), share(*old)) {
             sum.0 += new - old;
             sum.1 += 1;
         }
     }
-    let with = scenarios.values().filter(|(_, n)| *n > 0);
+    let with = units.values().filter(|(_, n)| *n > 0);
     let differences: Vec<f64> = with.map(|(sum, n)| sum / f64::from(*n)).collect();
     let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     Regression {
         way: way.clone(),
         before: earlier.clone(),
+        cluster,
         n: count(differences.len()),
-        left_out: count(scenarios.len() - differences.len()),
+        left_out: count(units.len() - differences.len()),
         test: PairedTest::of_differences(&differences),
     }
 }
@@ -132,8 +136,8 @@ impl Regression {
                     |ends| format!("95 % interval {:+.4} to {:+.4}", ends.low, ends.high),
                 );
                 format!(
-                    "right of all asked differs by {:+.4} ({ends}, p = {:.3}) over {} common scenarios",
-                    test.difference, test.p, self.n
+                    "right of all asked differs by {:+.4} ({ends}, p = {:.3}) over {} common {}s",
+                    test.difference, test.p, self.n, self.cluster
                 )
             }
         };

@@ -1,10 +1,10 @@
 //! A request to a language model: messages, parameters, and the schema of the answer.
 
-use super::portable_schema::{bounded, portable};
 use serde::{Deserialize, Serialize};
 
 use super::effort::Effort;
 use super::image::{Image, ImageTokens};
+use super::portable_schema::{bounded, portable};
 use super::tool_calls::{ToolLimits, Toolbox};
 
 /// Author of a [`Message`].

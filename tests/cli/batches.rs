@@ -11,7 +11,7 @@ use super::support::server::{Recorded, Script, Server};
 use super::{BUNDLED, CUT_IN};
 
 const HARD_BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
-const FINISH: &str =
+pub const FINISH: &str =
     "data: {\"choices\":[{\"index\":0,\"delta\":{},\"finish_reason\":\"stop\"}]}\n\n";
 
 /// What the server says to a request: the same to the same, half of the time yes.

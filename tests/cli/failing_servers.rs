@@ -1,9 +1,10 @@
 //! `evaluate` where a server does not answer or refuses: its questions stay open, the others are asked.
 
-use super::BUNDLED;
-use super::batches::telling;
+use super::batches::{FINISH, telling};
+use super::remote::delta;
 use super::support::program::{Ended, Home};
-use super::support::server::{Script, Server};
+use super::support::server::{Recorded, Script, Server};
+use super::{BUNDLED, CUT_IN};
 
 const SAYS: &str = r#"{"collision": true, "obstacles": [], "justification": "so"}"#;
 
@@ -59,12 +60,89 @@ async fn a_server_that_is_not_there_is_left_alone_and_the_others_go_on() {
     assert_eq!(count(&home, "other/tiny", "answered"), 16);
     let of = |state| count(&home, "lab/a", state) + count(&home, "lab/b", state);
     assert_eq!((of("failed"), of("waiting")), (5, 27));
+    // Who was asked little is held against no requirement.
+    home.run(&["report", "--batch", "last", "--require", "n >= 1"])
+        .status(1)
+        .says(&["not met: every question asked (b1): 27 questions not asked yet"]);
     // It is there again, and nothing that was answered is asked again.
     let lab = Server::answering(|_, _| Some(telling(SAYS))).await;
     configure(&home, lab.base_url(), other.base_url());
     resume(&home).status(0);
     assert_eq!((of("answered"), lab.requests().len()), (32, 32));
     assert_eq!(other.requests().len(), 16);
+    home.run(&["report", "--batch", "last", "--require", "n >= 1"])
+        .status(0);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_a_server_cut_has_no_verdict_in_any_report() {
+    let usage =
+        r#"data: {"choices": [], "usage": {"prompt_tokens": 1024, "completion_tokens": 9}}"#;
+    let cut = move |_: usize, _: &Recorded| {
+        let said = Script::chunked_events().chunk(delta(SAYS)).chunk(FINISH);
+        let said = said.chunk(format!("{usage}\n\n"));
+        Some(said.chunk("data: [DONE]\n\n").end_of_chunks())
+    };
+    let server = Server::answering(cut).await;
+    let home = Home::new();
+    configure(&home, server.base_url(), &nowhere());
+    let asked = [
+        "evaluate",
+        CUT_IN,
+        "--model",
+        "lab/a",
+        "--task",
+        "collision",
+    ];
+    tokio::task::block_in_place(|| home.run(&asked)).status(0);
+    for report in [&["report", "--batch", "last"][..], &["report"]] {
+        let said = home
+            .run(&[report, &["--format", "json"]].concat())
+            .status(0);
+        let json: serde_json::Value = serde_json::from_str(&said.stdout).unwrap();
+        let cells = json["cells"].as_array().unwrap();
+        let cell = cells.iter().find(|cell| cell["model"] == "lab/a").unwrap();
+        assert_eq!(
+            (&cell["unparsed"], &cell["tp"]),
+            (&1.into(), &0.into()),
+            "{cell}"
+        );
+    }
+}
+
+/// Of a form, first the bounds are left out, then the form; who asks again begins with what was taken.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_server_that_refuses_bounds_gets_the_schema_without_and_one_that_refuses_it_none() {
+    for (refused, wanted) in [
+        ("maxLength", ["bounds in the form"].as_slice()),
+        ("json_schema", &["bounds in the form", "form of the answer"]),
+    ] {
+        let server = Server::answering(move |_, request| {
+            let has = String::from_utf8_lossy(&request.body).contains(refused);
+            Some(match has {
+                true => Script::json(400, r#"{"error": {"message": "unsupported json_schema"}}"#),
+                false => telling(SAYS),
+            })
+        });
+        let server = server.await;
+        let home = Home::new();
+        configure(&home, server.base_url(), &nowhere());
+        let asked = ["ask", CUT_IN, "--model", "lab/a", "--task", "collision"];
+        tokio::task::block_in_place(|| home.run(&asked))
+            .status(0)
+            .says(wanted);
+        let bodies = server.requests();
+        let bodies: Vec<String> = { bodies.iter() }
+            .map(|request| String::from_utf8_lossy(&request.body).into_owned())
+            .collect();
+        assert_eq!(bodies.len(), wanted.len() + 1);
+        assert!(bodies[0].contains("maxLength") && bodies[0].contains("maxItems"));
+        assert!(!bodies[1].contains("maxLength") && bodies[1].contains("json_schema"));
+        assert_eq!(
+            bodies[wanted.len()].contains("json_schema"),
+            refused == "maxLength"
+        );
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -357,6 +357,12 @@ fn what_is_malformed_oversized_or_outside_is_refused() {
             assert!(!refused.to_string().contains("lanelet"), "{refused}");
         }
     }
+    // None of its cars is taken for the ego.
+    let listed = client.call("list_scenarios", json!({}));
+    let all = listed["structuredContent"]["scenarios"].as_array().unwrap();
+    let row = all.iter().find(|row| row["scenario"] == "b.xml").unwrap();
+    let why = row["error"].as_str().unwrap();
+    assert!(why.contains("outside the folders"), "{row}");
     for arguments in [
         json!(null),
         json!([]),

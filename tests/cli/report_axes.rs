@@ -48,7 +48,7 @@ fn a_table_over_axes_has_every_format() {
     // Every cell is in CSV what it is in JSON.
     let of_json = cells[0]["accuracy"].to_string();
     assert_eq!(
-        csv.lines().nth(1).unwrap().split(',').nth(5),
+        csv.lines().nth(1).unwrap().split(',').nth(6),
         Some(of_json.as_str())
     );
     let latex = report(&["--ablation", "--columns", "model", "--format", "latex"])
@@ -56,7 +56,7 @@ fn a_table_over_axes_has_every_format() {
         .stdout;
     for words in [
         "\\toprule",
-        "\\label{tab:nearmiss-collision-f1-techniques-model-against}",
+        "\\label{tab:nearmiss-collision-right-of-all-techniques-model-against}",
         "p (Holm)",
         "$-$",
     ] {

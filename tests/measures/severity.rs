@@ -274,7 +274,7 @@ fn who_brakes_to_a_stand_before_the_way_is_on_no_course() {
     );
 }
 
-/// Nobody knows where the one in front came from before the recording.
+/// The recording does not tell where the one in front came from.
 #[test]
 fn who_is_ahead_round_a_bend_from_the_begin_does_not_cut_in() {
     let at = |metres: f64| {

@@ -149,11 +149,16 @@ impl Gate {
     }
 }
 
-/// The answers of a batch, of each part of a split alone; those of a locked test split are left out.
-fn shown(store: &Store, id: BatchId) -> Result<Vec<ScoredPart>, Failure> {
+/// The split of a batch, where it has one.
+fn split_of(store: &Store, id: BatchId) -> Result<Option<TestSplit>, Failure> {
     let batch = store.batch(id).map_err(Failure::input)?;
     let test = batch.map(|batch| TestSplit::of(store, &batch, false));
-    let Some(test) = test.transpose().map_err(Failure::input)?.flatten() else {
+    Ok(test.transpose().map_err(Failure::input)?.flatten())
+}
+
+/// The answers of a batch, of each part of a split alone; those of a locked test split are left out.
+fn shown(store: &Store, id: BatchId) -> Result<Vec<ScoredPart>, Failure> {
+    let Some(test) = split_of(store, id)? else {
         return Ok(vec![(
             None,
             answers(store, id).map_err(Failure::input)?.plain,
@@ -166,18 +171,16 @@ fn shown(store: &Store, id: BatchId) -> Result<Vec<ScoredPart>, Failure> {
     parts.collect()
 }
 
-/// That all questions were asked which may be shown: who stopped early was not asked the same as the others.
+/// That no question is open which counts in what is shown: who stopped early was not asked the same as the others.
 fn open_questions(store: &Store, id: BatchId) -> Result<Option<Check>, Failure> {
-    let batch = store.batch(id).map_err(Failure::input)?;
-    let test = batch.map(|batch| TestSplit::of(store, &batch, false));
-    let test = test.transpose().map_err(Failure::input)?.flatten();
-    let is_shown = |item: &Item| {
-        let parts = test.as_ref().map(TestSplit::shown);
-        parts.is_none_or(|parts| item.asked.split.is_some_and(|part| parts.contains(&part)))
+    let test = split_of(store, id)?;
+    let is_shown = |part: Option<SplitPart>| match &test {
+        Some(test) => part.is_some_and(|part| test.shown().contains(&part)),
+        None => true,
     };
     let items = store.items(id).map_err(Failure::input)?;
     let open = items.iter().filter(|item| item.state == ItemState::Waiting);
-    let open = open.filter(|item| is_shown(item)).count();
+    let open = open.filter(|item| is_shown(item.asked.split)).count();
     Ok((open > 0).then(|| Check {
         requirement: "every question asked".into(),
         way: id.to_string(),

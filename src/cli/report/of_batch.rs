@@ -61,10 +61,7 @@ pub fn made(
         ))),
     };
     if let Some(request) = arguments.pivot.request() {
-        let Part {
-            answers, mut about, ..
-        } = part(one_part()?)?;
-        about.notes.splice(0..0, Report::warnings(&answers.plain));
+        let Part { answers, about, .. } = part(one_part()?)?;
         let table = pivot::made(store, &answers.cases(), request)?;
         return Ok(AnyReport::Pivot(Box::new(table.about(about))));
     }

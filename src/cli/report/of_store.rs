@@ -116,10 +116,6 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     };
     let cases = AnswerCase::all(&stored.scored);
     if let Some(request) = arguments.pivot.request() {
-        let mut about = about;
-        about
-            .notes
-            .splice(0..0, report::Report::warnings(&stored.scored));
         return Ok(AnyReport::Pivot(Box::new(
             pivot::made(&store, &cases, request)?.about(about),
         )));

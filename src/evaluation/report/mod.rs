@@ -60,7 +60,7 @@ use rayon::prelude::*;
 use super::{AnswerPage, Leak, PromptConfig, RuleScore, Scored};
 
 /// Aggregated results of answers.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
     /// For each way of asking, in their order: each half of the data that occurs, then all of it.
     pub cells: Vec<Cell>,
@@ -93,11 +93,7 @@ impl Report {
     /// Counts answers, and makes the comparisons that were declared.
     #[must_use]
     pub fn compared(scored: &[Scored], comparison: &Comparison) -> Self {
-        let mut ways: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
-        for one in scored {
-            ways.entry(&one.way).or_default().push(one);
-        }
-        let ways: Vec<(&PromptConfig, Vec<&Scored>)> = ways.into_iter().collect();
+        let ways = ways(scored);
         let cells = ways.par_iter().map(|(way, of_way)| {
             let half = |half: DataHalf| {
                 let part: Vec<&Scored> = of_way
@@ -115,22 +111,14 @@ impl Report {
         Self {
             cells: cells.flatten().collect(),
             pairs: pairs::compare_pairs(&ways, comparison),
-            about: ReportSubject::default(),
-            varied: Varied::default(),
-            tables: Vec::new(),
-            leaks: Vec::new(),
-            rules: Vec::new(),
-            prevalence: Vec::new(),
-            answers: AnswerPage::default(),
+            ..Self::default()
         }
     }
 
     /// The same report, saying what it is of; its notes begin with who left out much, and whose verdicts are doubtful.
     #[must_use]
     pub fn about(self, mut about: ReportSubject) -> Self {
-        about
-            .notes
-            .splice(0..0, self.unanswered().into_iter().chain(self.doubtful()));
+        about.notes.splice(0..0, self.warnings());
         Self { about, ..self }
     }
 
@@ -174,6 +162,17 @@ impl Report {
     pub fn whole(&self) -> impl Iterator<Item = &Cell> {
         self.cells.iter().filter(|cell| cell.half == DataHalf::All)
     }
+}
+
+/// The answers by way, in their order.
+fn ways<'a>(
+    scored: impl IntoIterator<Item = &'a Scored>,
+) -> Vec<(&'a PromptConfig, Vec<&'a Scored>)> {
+    let mut ways: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
+    for one in scored {
+        ways.entry(&one.way).or_default().push(one);
+    }
+    ways.into_iter().collect()
 }
 
 #[cfg(test)]

@@ -1,25 +1,32 @@
 //! Said before every table: who left out much, and whose verdicts are doubtful by themselves.
 
-use super::{Cell, Report, names};
+use super::{Cell, DataHalf, Report, names, ways};
 use crate::evaluation::Scored;
 
 /// From this share without a verdict on, a report begins with it.
 const MANY: f64 = 0.05;
 
 impl Report {
-    /// What is said before every table of these answers.
-    #[must_use]
-    pub fn warnings(scored: &[Scored]) -> Vec<String> {
-        let report = Self::from_scored(scored);
-        report
-            .unanswered()
-            .into_iter()
-            .chain(report.doubtful())
-            .collect()
+    /// What is said before every table.
+    pub(super) fn warnings(&self) -> impl Iterator<Item = String> + use<> {
+        self.unanswered().into_iter().chain(self.doubtful())
+    }
+
+    /// The same of answers that have no report.
+    pub(super) fn warnings_of<'a>(
+        scored: impl IntoIterator<Item = &'a Scored>,
+    ) -> impl Iterator<Item = String> {
+        let cells = ways(scored).into_iter();
+        let cells = cells.map(|(way, of_way)| Cell::count(way, DataHalf::All, &of_way));
+        let report = Self {
+            cells: cells.collect(),
+            ..Self::default()
+        };
+        report.warnings()
     }
 
     /// Whose verdicts contradict themselves, or name obstacles twice or that are not there.
-    pub(super) fn doubtful(&self) -> Option<String> {
+    fn doubtful(&self) -> Option<String> {
         let who = self.whole().filter_map(|cell| {
             let flagged = cell.flagged;
             let counts = [
@@ -46,7 +53,7 @@ impl Report {
     }
 
     /// Who left out much, which notes begin with.
-    pub(super) fn unanswered(&self) -> Option<String> {
+    fn unanswered(&self) -> Option<String> {
         let many = |cell: &&Cell| cell.without_verdict().is_some_and(|share| share >= MANY);
         let who = self.whole().filter(many).map(|cell| {
             let without = cell.asked - cell.confusion.answered();

@@ -92,8 +92,8 @@ impl DrivenPath {
         }
     }
 
-    /// How far a point is beside the way, straight on at its end, metres; nothing of one that lies before its begin, as
-    /// nobody knows where it came from.
+    /// How far a point is beside the way, straight on at its end, metres; nothing of one that lies before its begin: the
+    /// recording does not tell where it came from.
     pub fn aside(&self, point: &Point) -> Option<f64> {
         let nearest = self.nearest(point);
         let before = self.poses.first().map(|first| {

@@ -5,8 +5,8 @@
 //! most severe grade to the least:
 //!
 //! 0. **contact**: the bodies touch; the harder first, by closing speed (Shelby 2011).
-//! 1. **conflict**: a course that ends in contact within 3 s (SUMO's limit of its surrogate safety measures) unless one
-//!    reacts and then brakes with 3.4 m/s² or more (Archer 2005); the harder braking first.
+//! 1. **conflict**: a course that ends in contact within 3 s unless one reacts and then brakes with 3.4 m/s² or more (both
+//!    limits: surrogate safety measures device of SUMO); the harder braking first.
 //! 2. **near miss**: one crosses the other's path or cuts in within 1 s or 1 m; the closer first.
 //! 3. **course**: a course that ends in contact within 3 s; the harder braking first.
 //! 4. **later**: a course that ends in contact within 5 s (our own limit), the sooner first; then who crosses or cuts in
@@ -17,14 +17,16 @@
 //!
 //! A *course* is what both bodies do with the speeds of the moment. Where they also touch if both keep to their place
 //! across the ego's road, and where there is no road, it is straight on, headings kept ([`super::time_to_collision`]);
-//! else it is along the way that they drove ([`course`]), where that leads to contact: round a bend to who drives ahead,
-//! and to others where they are on a straight course, too, and do not stop before it with the braking of the moment. So oncoming traffic that follows its own lane round a bend is
-//! on no course, and neither is what is parked beside it. The braking that a course needs is Δv / 2(t − r) of bodies that close with Δv and touch
-//! after t, the deceleration rate to avoid a crash (Almqvist et al. 1991) after a reaction r (Wang and Stamatiadis 2014):
-//! 1 s, but at most t / 2. So of two courses that need the same braking at once, the one with less time is graver. A *crossing* has a post-encroachment time (Allen 1978) and
-//! directions at least 30° apart, or would be a contact if one did not stop within a metre of the other's way. A *cut-in*
-//! comes to overlap the other across the road; it passes closely by the time that the one behind needs for the gap.
-//! Traffic that stands, is parked or passes in its own lane is not severe for being near.
+//! else it is along the way that they drove ([`course`]), where that leads to contact: round a bend to who drives
+//! ahead, and to others where they are on a straight course, too, and do not stop before it with the braking of the
+//! moment. So oncoming traffic that follows its own lane round a bend is on no course, and neither is what is parked
+//! beside it. The braking that a course needs is Δv / 2(t − r) of bodies that close with Δv and touch after t, the
+//! deceleration rate to avoid a crash (Almqvist et al. 1991) after a reaction r (MDRAC of SUMO): 1 s, but
+//! at most t / 2. So of two courses that need the same braking at once, the one with less time is graver. A *crossing*
+//! has a post-encroachment time (Allen 1978) and directions at least 30° apart, or would be a contact if one did not
+//! stop within a metre of the other's way. A *cut-in* comes to overlap the other across the road; it passes closely by
+//! the time that the one behind needs for the gap. Traffic that stands, is parked or passes in its own lane is not
+//! severe for being near.
 
 mod course;
 mod moment;

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::fmt;
 
-/// What no brakes of road vehicles exceed: the acceleration of gravity at a coefficient of friction of 1, m/s².
+/// The hardest braking of road vehicles: gravity at a coefficient of friction of 1, m/s².
 const HARDEST: f64 = 9.81;
 
 /// What makes a moment matter.
@@ -54,8 +54,8 @@ impl fmt::Display for Hazard {
             Self::Course { seconds, braking } => {
                 write!(f, "contact in {seconds:.1} s as they go; ")?;
                 match *braking <= HARDEST {
-                    true => write!(f, "reacting and {braking:.1} m/s² avoid it"),
-                    false => write!(f, "no brakes avoid it"),
+                    true => write!(f, "avoided with {braking:.1} m/s² after a reaction"),
+                    false => write!(f, "no braking avoids it"),
                 }
             }
             Self::Crossing {

@@ -43,7 +43,8 @@ pub struct ResultsView {
     pub locked: Option<String>,
     /// The selected row.
     pub selected: usize,
-    /// The selected column: 0 is the whole row, then the outcomes in their order, then precision, recall, F1 and what is right of all asked.
+    /// The selected column: 0 is the whole row, then the outcomes in their order, then precision, recall, F1 and what is
+    /// right of all asked.
     pub column: usize,
     /// The answer that is selected among those of the cell; `None` if the matrix is looked at.
     pub inside: Option<usize>,

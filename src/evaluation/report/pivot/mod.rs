@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::{Cell, DataHalf, ReportSubject};
+use super::{Cell, DataHalf, Report, ReportSubject};
 use crate::evaluation::{AnswerCase, Scored};
 use crate::llm::Parameters;
 use crate::system::available;
@@ -93,6 +93,8 @@ pub struct Pivot {
     pub about: ReportSubject,
     /// When they were asked, and whom.
     pub asked: AskedFacts,
+    /// What is said before every table.
+    warnings: Vec<String>,
 }
 
 /// The table of a task.
@@ -179,12 +181,14 @@ impl Pivot {
             request,
             about: ReportSubject::default(),
             asked,
+            warnings: Report::warnings_of(cases.iter().map(|case| case.scored)).collect(),
         })
     }
 
-    /// The same, saying what it is of.
+    /// The same, saying what it is of, who left out much and whose verdicts are doubtful.
     #[must_use]
-    pub fn about(self, about: ReportSubject) -> Self {
+    pub fn about(self, mut about: ReportSubject) -> Self {
+        about.notes.splice(0..0, self.warnings.iter().cloned());
         Self { about, ..self }
     }
 }
