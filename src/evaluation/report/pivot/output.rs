@@ -194,6 +194,7 @@ impl Pivot {
         });
         let mut all = json!({
             "rows": self.request.rows.name(),
+            "unit": self.unit().to_string(),
             "columns": self.request.columns.map(super::Axis::name),
             "measure": self.request.measure.name(),
             "against": self.request.against,
