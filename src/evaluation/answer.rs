@@ -1,6 +1,6 @@
 //! The outcome of a question: a verdict or the reason there is none, and the text in either case.
 
-use super::answer_outcome::too_long;
+use super::answer_outcome::{is_cut, too_long};
 use super::claims::{Subject, TimeOrigin, count};
 use super::prompt_summary::{TemplateVersion, how, with_tools};
 use super::tool_rounds;
@@ -271,10 +271,7 @@ impl Answer {
     /// Whether the server let the model finish, and it said something.
     #[must_use]
     pub fn is_whole(&self) -> bool {
-        let cut = matches!(
-            self.finish.as_deref(),
-            Some("length" | "content_filter" | "blank" | "blocked" | TOO_LONG)
-        );
+        let cut = self.finish.as_deref().is_some_and(is_cut);
         let silent = self.text.trim().is_empty() && self.reasoning.trim().is_empty();
         !(cut || silent)
     }

@@ -24,7 +24,7 @@ pub(super) fn read_from(
         false => after_thinking(last),
     };
     let finish = answer.finish.as_deref();
-    let is_cut = finish.is_some_and(|word| WITHOUT_VERDICT.contains(&word));
+    let is_cut = finish.is_some_and(|word| is_cut(word) || DECLINED.contains(&word));
     match failure {
         Some(missing @ (MissingVerdict::NoAnswer(_) | MissingVerdict::NotSent(_))) => {
             JudgeOutcome::Missing(missing)
@@ -74,31 +74,49 @@ fn cut_question(counted: Option<u64>, sent: usize) -> Option<MissingVerdict> {
     })
 }
 
-/// How answers end in which nothing counts: the rest could have said something else, or there is nothing but thinking, in
-/// which verdicts are drafts.
-const WITHOUT_VERDICT: [&str; 6] = [
-    "length",
-    TOO_LONG,
-    "content_filter",
-    "blocked",
-    "refusal",
-    THINKING,
-];
+/// Whether an answer that ended with this word is not whole: the rest could have said something else.
+pub(super) fn is_cut(word: &str) -> bool {
+    matches!(word, "length" | TOO_LONG | "content_filter" | "blocked") || is_broken(word)
+}
+
+/// How whole answers end in which nothing counts: there is nothing but thinking, in which verdicts are drafts, or the
+/// model declined.
+const DECLINED: [&str; 2] = ["refusal", THINKING];
 
 const THINKING: &str = "thinking";
+
+/// Words of servers for an answer that they broke off, in lower case; those that nobody knows say that it is whole.
+fn is_broken(word: &str) -> bool {
+    const BEGINNINGS: [&str; 8] = [
+        "abort",
+        "cancel",
+        "error",
+        "fail",
+        "incomplete",
+        "interrupt",
+        "malformed",
+        "timeout",
+    ];
+    let word = word.to_ascii_lowercase();
+    word == "other" || BEGINNINGS.iter().any(|begin| word.starts_with(begin))
+}
 
 const ONLY_THINKING: &str =
     "the answer is thinking and nothing else; raise max_tokens, or ask for less effort";
 
-/// What follows the last end of thinking in a text, which may have begun without a tag; all of it where it is one JSON
-/// value.
+/// What a text says between the last end of thinking, which may have begun without a tag, and thinking that never ends;
+/// all of it where it is one JSON value.
 fn after_thinking(text: &str) -> &str {
-    let ends = THINKING_TAGS.iter().map(|(_, close)| close);
-    let ends = ends.filter_map(|close| Some(text.rfind(close)? + close.len()));
-    match ends.max() {
-        Some(end) if serde_json::from_str::<serde_json::Value>(text).is_err() => &text[end..],
-        _ => text,
+    if serde_json::from_str::<serde_json::Value>(text).is_ok() {
+        return text;
     }
+    let plain = text.to_ascii_lowercase();
+    let last = |tag: &str| Some((plain.rfind(&tag.to_ascii_lowercase())?, tag.len()));
+    let ends = THINKING_TAGS.iter().filter_map(|(_, close)| last(close));
+    let said = ends.map(|(at, length)| at + length).max().unwrap_or(0);
+    let begins = THINKING_TAGS.iter().filter_map(|(open, _)| last(open));
+    let stays = begins.map(|(at, _)| at).filter(|at| *at >= said).min();
+    &text[said..stays.unwrap_or(text.len())]
 }
 
 /// Adds to a verdict what the log probabilities of its tokens say. Whether they say it, or are about no verdict.
@@ -125,6 +143,9 @@ pub(super) fn stopped_short(finish: &Finish) -> Option<MissingVerdict> {
         Finish::ToolCalls => "the model called tools that it was not offered".to_string(),
         Finish::Refusal(text) if text.is_empty() => "the model declined".into(),
         Finish::Refusal(text) => format!("the model declined: {text}"),
+        Finish::Other(word) if is_broken(word) => {
+            format!("the server broke the answer off ({word}); ask again")
+        }
         Finish::Stop | Finish::Other(_) => return None,
     };
     Some(MissingVerdict::NotInAnswer(why))
@@ -154,6 +175,37 @@ pub(super) fn word(finish: &Finish) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_said_lies_outside_of_thinking_in_any_case() {
+        for (text, said) in [
+            ("draft</Think> yes", " yes"),
+            ("first <THINK>no, yes", "first "),
+            ("<think>a</think>b <scratchpad>c", "b "),
+            ("{\"a\": \"<think>\"}", "{\"a\": \"<think>\"}"),
+            ("plain", "plain"),
+        ] {
+            assert_eq!(after_thinking(text), said, "{text}");
+        }
+    }
+
+    #[test]
+    fn words_of_servers_for_broken_answers() {
+        for (word, cut) in [
+            ("stop", false),
+            ("eos_found", false),
+            ("abort", true),
+            ("OTHER", true),
+            ("MALFORMED_RESPONSE", true),
+            ("length", true),
+            ("blank", false),
+        ] {
+            assert_eq!(is_cut(word), cut, "{word}");
+            let finish = Finish::Other(word.into());
+            let broken = cut && word != "length";
+            assert_eq!(stopped_short(&finish).is_some(), broken, "{word}");
+        }
+    }
 
     #[test]
     fn only_what_a_context_can_have_kept_is_a_cut_question() {

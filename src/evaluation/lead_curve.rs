@@ -19,10 +19,10 @@ pub struct Timed<'a> {
 pub struct LeadPoint {
     /// Seconds before the collision.
     pub lead: f64,
-    /// Those that say yes, of those with a verdict, whomever they name.
+    /// Those that say yes, of all asked, whomever they name; who says nothing does not say yes.
     pub yes: Share,
-    /// Those that say yes and name an obstacle that is truly critical, of those with a verdict about a scenario whose
-    /// critical obstacles are known.
+    /// Those that say yes and name an obstacle that is truly critical, of all asked about a scenario whose critical
+    /// obstacles are known.
     pub named: Share,
     /// Those that say yes, of those with a verdict about windows that are safe in truth. Of older batches these are the
     /// same at every lead and asked once: with the first lead, or where the batch was begun without one, apart.
@@ -86,15 +86,22 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
         match &timed.scored.status {
             AnswerStatus::Unparsed(_) => point.unparsed += 1,
             AnswerStatus::Failed(_) => point.failed += 1,
-            AnswerStatus::Unasked(_) => point.unasked += 1,
-            AnswerStatus::Verdict(verdict) => {
-                counts.yes.count(unit, verdict.dangerous);
-                let critical = &timed.scored.critical;
-                if !critical.is_empty() {
-                    let named = verdict.danger().iter().any(|id| critical.contains(id));
-                    counts.named.count(unit, verdict.dangerous && named);
-                }
+            AnswerStatus::Unasked(_) => {
+                point.unasked += 1;
+                continue;
             }
+            AnswerStatus::Verdict(_) => {}
+        }
+        let verdict = match &timed.scored.status {
+            AnswerStatus::Verdict(verdict) if verdict.dangerous => Some(verdict),
+            _ => None,
+        };
+        counts.yes.count(unit, verdict.is_some());
+        let critical = &timed.scored.critical;
+        if !critical.is_empty() {
+            let named = verdict
+                .is_some_and(|verdict| verdict.danger().iter().any(|id| critical.contains(id)));
+            counts.named.count(unit, named);
         }
     }
     let point = |counts: Counts<'_>| LeadPoint {
@@ -163,13 +170,13 @@ mod tests {
             .iter()
             .map(|p| (p.yes.hits, p.yes.of))
             .collect();
-        assert_eq!(yes, [(1, 2), (1, 2), (1, 1), (2, 3)]);
+        assert_eq!(yes, [(1, 2), (1, 2), (1, 2), (2, 3)]);
         let named: Vec<_> = curve
             .points
             .iter()
             .map(|p| (p.named.hits, p.named.of))
             .collect();
-        assert_eq!(named, [(1, 1), (0, 1), (1, 1), (0, 2)]);
+        assert_eq!(named, [(1, 1), (0, 1), (1, 2), (0, 2)]);
         let alarms: Vec<_> = curve.points.iter().map(|p| p.false_alarms).collect();
         let alarms: Vec<_> = alarms.iter().map(|s| (s.hits, s.of)).collect();
         assert_eq!(alarms, [(0, 0), (0, 0), (1, 2), (0, 0)]);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::report::name_of;
+use super::report::{name_of, p_value};
 use super::statistics::{PairedTest, shown};
 use super::{Check, Cluster, PromptConfig, Scored};
 use crate::verdict::Task;
@@ -122,6 +122,14 @@ fn right<'a>(scored: &[&'a Scored]) -> Right<'a> {
     found
 }
 
+/// A p value as a sentence has it.
+fn p(value: f64) -> String {
+    match p_value(value) {
+        small if small.starts_with('<') => format!("p {small}"),
+        other => format!("p = {other}"),
+    }
+}
+
 impl Regression {
     /// Whether the share that is right of all asked fell by more than `margin`.
     #[must_use]
@@ -136,8 +144,11 @@ impl Regression {
                     |ends| format!("95 % interval {:+.4} to {:+.4}", ends.low, ends.high),
                 );
                 format!(
-                    "right of all asked differs by {:+.4} ({ends}, p = {:.3}) over {} common {}s",
-                    test.difference, test.p, self.n, self.cluster
+                    "right of all asked differs by {:+.4} ({ends}, {}) over {} common {}s",
+                    test.difference,
+                    p(test.p),
+                    self.n,
+                    self.cluster
                 )
             }
         };

@@ -1,11 +1,14 @@
 //! Splits leading thinking such as `<think>…</think>` from a text that arrives in arbitrary pieces.
 
-/// Tags between which models think, as chat templates have them: Qwen and DeepSeek, Claude-like, Gemma, Seed, Mistral,
-/// Kimi, Cohere, and gpt-oss, whose answer begins where its channel does.
-pub const THINKING_TAGS: [(&str, &str); 8] = [
+/// Tags between which models think, in any case, as chat templates and prompts have them: Qwen and DeepSeek,
+/// Claude-like, Gemma, Seed, Mistral, Kimi, Cohere, and gpt-oss, whose answer begins where its channel does.
+pub const THINKING_TAGS: [(&str, &str); 11] = [
     ("<think>", "</think>"),
     ("<thinking>", "</thinking>"),
     ("<thought>", "</thought>"),
+    ("<reasoning>", "</reasoning>"),
+    ("<reflection>", "</reflection>"),
+    ("<scratchpad>", "</scratchpad>"),
     ("<seed:think>", "</seed:think>"),
     ("[THINK]", "[/THINK]"),
     ("\u{25c1}think\u{25b7}", "\u{25c1}/think\u{25b7}"),
@@ -57,13 +60,16 @@ impl Splitter {
                 Place::Before => {
                     let trimmed = text.trim_start();
                     let mut tags = THINKING_TAGS.iter();
-                    let opened =
-                        tags.find_map(|(open, close)| Some((trimmed.strip_prefix(open)?, *close)));
+                    let opened = tags.find_map(|(open, close)| {
+                        let tag = trimmed.get(..open.len())?;
+                        tag.eq_ignore_ascii_case(open)
+                            .then(|| (&trimmed[open.len()..], *close))
+                    });
                     let mut tags = THINKING_TAGS.iter();
                     if let Some((rest, close)) = opened {
                         self.place = Place::Inside(close);
                         self.held = rest.to_owned();
-                    } else if tags.any(|(open, _)| open.starts_with(trimmed))
+                    } else if tags.any(|(open, _)| begins(open, trimmed))
                         && text.len() <= MOST_SPACE
                     {
                         self.held = text;
@@ -74,7 +80,7 @@ impl Splitter {
                     }
                 }
                 Place::Inside(close) => {
-                    let Some((thought, rest)) = text.split_once(close) else {
+                    let Some((thought, rest)) = split_once(&text, close) else {
                         let certain = text.len() - tag_begun(&text, close);
                         self.held = text[certain..].to_owned();
                         add(&mut parts, ContentPart::Thought, &text[..certain]);
@@ -129,12 +135,27 @@ fn add(parts: &mut Vec<ContentPart>, kind: fn(String) -> ContentPart, text: &str
     }
 }
 
+/// Whether a tag begins with this, in any case.
+fn begins(tag: &str, text: &str) -> bool {
+    let begin = tag.get(..text.len());
+    begin.is_some_and(|begin| begin.eq_ignore_ascii_case(text))
+}
+
+/// The text before and after a tag in any case.
+fn split_once<'a>(text: &'a str, tag: &str) -> Option<(&'a str, &'a str)> {
+    let at = text.to_ascii_lowercase().find(&tag.to_ascii_lowercase())?;
+    Some((&text[..at], &text[at + tag.len()..]))
+}
+
 /// Length of the longest end of the text that could be the beginning of the closing tag.
 fn tag_begun(text: &str, close: &str) -> usize {
     (1..close.len())
         .rev()
         .filter(|n| close.is_char_boundary(*n))
-        .find(|&n| text.ends_with(&close[..n]))
+        .find(|&n| {
+            let end = text.len().checked_sub(n).and_then(|at| text.get(at..));
+            end.is_some_and(|end| end.eq_ignore_ascii_case(&close[..n]))
+        })
         .unwrap_or(0)
 }
 
@@ -170,6 +191,8 @@ mod tests {
             ("<think>never closed </th", "never closed </th", ""),
             ("<thinking>a</think></thinking>yes", "a</think>", "yes"),
             ("[THINK]a[/THINK] yes", "a", "yes"),
+            ("<Think>a</THINK> yes", "a", "yes"),
+            ("<scratchpad>a</Scratchpad>yes", "a", "yes"),
             ("◁think▷ä◁/think▷yes", "ä", "yes"),
             ("◁thin air", "", "◁thin air"),
             (

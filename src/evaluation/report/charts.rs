@@ -1,4 +1,4 @@
-//! Figures of reports for papers: bars with intervals, curves by lead, reliability, cost against F1.
+//! Figures of reports for papers: bars with intervals, curves by lead, reliability, cost against what is right.
 
 use super::super::Share;
 use super::super::statistics::{Interval, wilson};
@@ -18,7 +18,7 @@ pub enum ReportFigure {
     Leads,
     /// The share of true yeses by stated probability.
     Reliability,
-    /// The cost of a question against F1.
+    /// The cost of a question against the share that is right of all.
     Cost,
 }
 
@@ -112,9 +112,9 @@ impl Report {
                 let most = farthest(&series);
                 let axes = [
                     ("cost of a question (US dollars)", (0.0, most)),
-                    ("F1, intervals of 95 %", (0.0, 1.0)),
+                    ("right of all asked, intervals of 95 %", (0.0, 1.0)),
                 ];
-                let missing = "no way has both a known cost and F1";
+                let missing = "no way has both a known cost and a truth";
                 self.points(axes, series, false, missing, palette)
                     .map(|chart| chart.picture())
             }
@@ -274,8 +274,8 @@ fn cost(name: String, cell: &Cell) -> Option<ChartSeries> {
     let usd = cell.consumption.spending.cost()?;
     let point = ChartPoint {
         x: (questions > 0).then(|| usd / f64::from(questions))?,
-        y: cell.f1()?,
-        interval: cell.intervals.f1.map(ends),
+        y: Measure::RightOfAll.value(cell)?,
+        interval: Measure::RightOfAll.interval(cell).map(ends),
     };
     Some(ChartSeries {
         name,

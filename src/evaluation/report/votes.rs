@@ -18,6 +18,8 @@ struct Votes {
     truth: Option<bool>,
     yes: u32,
     no: u32,
+    /// Answers without a verdict.
+    silent: u32,
     samples: BTreeSet<u32>,
 }
 
@@ -67,7 +69,7 @@ impl<'a> Ballot<'a> {
         match said {
             Some(true) => votes.yes += 1,
             Some(false) => votes.no += 1,
-            None => {}
+            None => votes.silent += u32::from(one.is_right().is_some()),
         }
         if let Some(is_right) = one.is_right() {
             let (right, asked) = self.right.entry(one.unit()).or_default();
@@ -105,6 +107,7 @@ impl<'a> Ballot<'a> {
                 into.samples.extend(votes.samples);
                 into.yes += votes.yes;
                 into.no += votes.no;
+                into.silent += votes.silent;
             }
         }
         let mut found = Samples::default();
@@ -124,11 +127,13 @@ impl<'a> Ballot<'a> {
             .values()
             .map(|votes| votes.samples.len())
             .max();
+        // An answer without a verdict is not right; a sample that is not asked yet is no answer.
         let right = self.questions.values().filter_map(|votes| {
-            Some(match votes.truth? {
+            let (right, wrong) = match votes.truth? {
                 true => (votes.yes, votes.no),
                 false => (votes.no, votes.yes),
-            })
+            };
+            Some((right, wrong + votes.silent))
         });
         found.all_right = AllRight::of_questions(count(most.unwrap_or(0)), right);
         found

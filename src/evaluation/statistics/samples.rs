@@ -53,7 +53,7 @@ impl AnswerAgreement {
 pub struct AllRight {
     /// How many answers, k.
     pub k: u32,
-    /// Questions with at least k verdicts.
+    /// Questions with at least k answers.
     pub questions: u32,
     /// The mean over them of the chance that k of their answers, drawn without replacement, are all right; `None`
     /// without any.
@@ -61,9 +61,9 @@ pub struct AllRight {
 }
 
 impl AllRight {
-    /// From the right and the wrong verdicts on each question.
+    /// From the right and the wrong answers to each question; one without a verdict is wrong.
     ///
-    /// C(r, k)/C(n, k) of r right among n verdicts, which is unbiased: as the estimator of M. Chen et al., "Evaluating
+    /// C(r, k)/C(n, k) of r right among n answers, which is unbiased: as the estimator of M. Chen et al., "Evaluating
     /// large language models trained on code", arXiv:2107.03374 (2021), for k of k as in S. Yao et al., "τ-bench",
     /// arXiv:2406.12045 (2024).
     #[must_use]

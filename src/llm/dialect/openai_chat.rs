@@ -260,11 +260,16 @@ impl ChatReader {
         if finish.is_some() && answer.calls() > 0 {
             self.details.take().into_iter().for_each(|d| answer.echo(d));
         }
-        match finish {
+        let word = finish.map(str::to_ascii_lowercase);
+        match word.as_deref() {
             None => {}
-            Some("stop" | "eos" | "end_turn") => answer.finish(Finish::Stop),
+            Some("stop" | "eos" | "eos_token" | "stop_sequence" | "end_turn") => {
+                answer.finish(Finish::Stop)
+            }
             Some("tool_calls" | "function_call") => answer.finish(Finish::ToolCalls),
-            Some("length" | "max_tokens" | "model_length") => answer.finish(Finish::Length),
+            Some("length" | "max_tokens" | "max_new_tokens" | "model_length") => {
+                answer.finish(Finish::Length)
+            }
             Some("content_filter") => answer.finish(Finish::ContentFilter),
             // DeepSeek broke off: the partial text is not an answer.
             Some(word @ "insufficient_system_resource") => {
