@@ -60,44 +60,43 @@
 //! | topic | where |
 //! |---|---|
 //! | limits of vehicles, the single-track model | [`planner::Limits`], [`planner::Feasibility`] |
-//! | is a motion drivable | candidates while planning: `planner/evaluate.rs`; whole motions of anyone: `planner/feasibility.rs` |
-//! | planners that are processes: protocol, process, faults | `simulation/external/`; the loop is that of the built-in one |
-//! | traffic that reacts to the ego | `simulation/traffic/`: when (`trigger.rs`), how (`idm.rs`, `leader.rs`), step by step (`world.rs`) |
+//! | is a motion drivable | candidates while planning: `drive/planner/evaluate.rs`; whole motions of anyone: `drive/planner/feasibility.rs` |
+//! | planners that are processes: protocol, process, faults | `drive/simulation/external/`; the loop is that of the built-in one |
+//! | traffic that reacts to the ego | `drive/simulation/traffic/`: when (`trigger.rs`), how (`idm.rs`, `leader.rs`), step by step (`world.rs`) |
 //! | limits of people | [`scenario::HumanLimits`] |
-//! | lights, signs, right of way | what holds along a way: [`traffic_rules::Regulations`]; how the planner obeys: `planner/obligation.rs`; reports: [`traffic_rules::RuleReport`] |
+//! | lights, signs, right of way | what holds along a way: [`traffic_rules::Regulations`]; how the planner obeys: `drive/planner/obligation.rs`; reports: [`traffic_rules::RuleReport`] |
 //! | what a key does | `tui/action/default_keys.rs`, then `tui/update/actions.rs` |
 //! | exit statuses of commands | `cli/failure.rs` |
-//! | centre motion of a changed body | `generation/gate/rolling.rs`, after `generation/gate/kinematics.rs` |
-//! | prices of tokens | `llm/price.rs`, with the table in `llm/providers.toml` |
-//! | estimates of cost before asking | `evaluation/batch/estimate.rs`; for a whole batch [`workflow::batch`] |
+//! | centre motion of a changed body | `drive/generation/gate/rolling.rs`, after `drive/generation/gate/kinematics.rs` |
+//! | prices of tokens | `ask/llm/price.rs`, with the table in `ask/llm/providers.toml` |
+//! | estimates of cost before asking | `study/evaluation/batch/estimate.rs`; for a whole batch [`workflow::batch`] |
 //! | drafts of templates | `tui/model/prompt.rs`; on disk `tui/session/drafts.rs` |
 //! | pickers: lists filtered by typing | `tui/screens/picker.rs` (keys, state), `tui/widgets/picker.rs` (drawing) |
-//! | axes of a batch: effort, temperature, form, … | `evaluation/axes.rs` |
-//! | dev and test: which scenario is where, what is locked | `evaluation/batch/split.rs`, `test_split.rs`; looks: `store/split.rs`; single answers: `cli/locked.rs` |
+//! | axes of a batch: effort, temperature, form, … | `study/evaluation/axes.rs` |
+//! | dev and test: which scenario is where, what is locked | `study/evaluation/batch/split.rs`, `test_split.rs`; looks: `store/split.rs`; single answers: `cli/locked.rs` |
 //! | parts of a batch become one | `store/intake.rs`; of bundles `workflow/bundle/unpack.rs` |
 //! | Slurm scripts | `cli/slurm/`: the command that is run in parts, and the text |
 //! | filter of the scenario list | `workflow/scenario_filter/`; as it is typed: `tui/model/list/filtering.rs` |
-//! | pictures for models | what is on them and how they are read: `description/picture.rs`; drawn by `render/storyboard.rs`, on demand: `evaluation/picture.rs`; sent: `llm/dialect/images.rs`; kept: `store/images.rs` |
-//! | answers stored before they are shown | `evaluation/stream_recorder.rs` |
-//! | page of answers in HTML reports | `evaluation/answer_page/`; its texts and pictures: `workflow/answer_page.rs` |
-//! | tables over axes | `evaluation/report/pivot/` |
-//! | figures of reports | `evaluation/report/charts.rs`, drawn by `render/chart/` |
-//! | whole recordings: safe or of high risk | `judge/recording.rs`; truth by risk score: `evaluation/score.rs` |
-//! | chats for fine-tuning | which answers: `evaluation/training.rs`; files: `cli/export/chat.rs` |
-//! | better templates from wrong answers | `workflow/tune/`: rounds in `rounds.rs`, what a proposal must keep in `check.rs`; gains: `evaluation/statistics/best_of.rs` |
+//! | pictures for models | what is on them and how they are read: `scene/description/picture.rs`; drawn by `render/storyboard.rs`, on demand: `study/evaluation/picture.rs`; sent: `ask/llm/dialect/images.rs`; kept: `store/images.rs` |
+//! | answers stored before they are shown | `study/evaluation/stream_recorder.rs` |
+//! | page of answers in HTML reports | `study/evaluation/answer_page/`; its texts and pictures: `workflow/answer_page.rs` |
+//! | tables over axes | `study/evaluation/report/pivot/` |
+//! | figures of reports | `study/evaluation/report/charts.rs`, drawn by `render/chart/` |
+//! | whole recordings: safe or of high risk | `scene/judge/recording.rs`; truth by risk score: `study/evaluation/score.rs` |
+//! | chats for fine-tuning | which answers: `study/evaluation/training.rs`; files: `cli/export/chat.rs` |
+//! | better templates from wrong answers | `workflow/tune/`: rounds in `rounds.rs`, what a proposal must keep in `check.rs`; gains: `study/evaluation/statistics/best_of.rs` |
 //! | from an experiment file to its batch | `workflow/experiment/prepare.rs`; its screen: `tui/update/experiment.rs` |
 //! | runs over many files that continue | `workflow/journal/`; tables in parts: `cli/parts/` |
 //! | gate: may a changed motion be written | [`generation::Gate`] |
-//! | several attackers | `generation/staging.rs`: one after the other, and when another one is taken |
-//! | certificate: how a driver avoids an attack | `generation/certificate.rs`, searched in `generation/evasive_search.rs` |
+//! | several attackers | `drive/generation/staging.rs`: one after the other, and when another one is taken |
+//! | certificate: how a driver avoids an attack | `drive/generation/certificate.rs`, searched in `drive/generation/evasive_search.rs` |
 //! | JSON schemas of outputs | `cli/json/derived.rs` from types, `cli/json/outputs.json` for the rest |
 //!
 //! # Rules
 //!
-//! Modules import only what `tests/architecture/rules.rs` allows: [`geometry`], [`prompts`], [`llm`], [`verdict`],
-//! [`docs`] and [`system`] know no other module (all may use [`system`]), and outside crates such as
-//! `ratatui`, `reqwest` or `rusqlite` have one home each. Every file says in its first line what it is for and has
-//! at most 400 lines.
+//! The floors are crates, `src/NAME/Cargo.toml`, and see only those below; this one joins them. What modules of one
+//! crate see of each other, and where outside crates such as `ratatui`, `reqwest` or `rusqlite` are at home, is in
+//! `tests/architecture/rules.rs`. Every file says in its first line what it is for and has at most 800 lines.
 //!
 //! In the workbench, data goes one way: a key becomes an action, `tui::update` changes the model and asks for
 //! effects, `tui::tasks` works them off and sends messages back, and `tui::views` draws the model without changing it.
@@ -107,48 +106,16 @@
 //! `tests/terminal.rs` the workbench in a real terminal, `tests/measures.rs` and `tests/paper.rs` the numbers.
 //! `CONTRIBUTING.md` lists the files to touch for common changes.
 
-/// The command line: one file a subcommand.
-pub mod cli;
-pub mod corpus;
-/// Scenes in words.
-pub mod description;
-pub mod docs;
-/// One case from end to end.
-pub mod evaluation;
-/// Files: CommonRoad scenarios, recordings of other data sets, solutions and egos, found, read and written.
-pub mod formats;
-/// Making a safe scenario dangerous: attackers, the gate, avoidability.
-pub mod generation;
-/// Poses, footprints, polylines, polygons, with exact distances.
-pub mod geometry;
-/// The built-in reference judge.
-pub mod judge;
-/// Asking language models: requests, streams of chunks, errors.
-pub mod llm;
-/// Safety measures, their registry, series and the risk score.
-pub mod metrics;
-/// What is held against the paper "From Words to Collisions".
-pub mod paper;
-/// A sampling-based motion planner.
-pub mod planner;
-/// Prompt templates and how they are filled.
-pub mod prompts;
-/// Figures of scenes, plots and screens: SVG, PNG, GIF.
-pub mod render;
-/// Scenarios and scenes.
-pub mod scenario;
-/// What the user wants: folders, configuration, themes, tags.
-pub mod settings;
-/// The closed loop: the planner drives the ego through a scenario.
-pub mod simulation;
-/// Every run, in SQLite.
-pub mod store;
-/// The operating system: what it says, in plain words, and files that users name.
-pub mod system;
-pub mod tools;
-pub mod traffic_rules;
-/// The workbench in the terminal.
-pub mod tui;
-/// What judges say, as structured data.
-pub mod verdict;
-pub mod workflow;
+pub use nearmiss_ask::{llm, prompts};
+pub use nearmiss_base::{geometry, system};
+pub use nearmiss_cli as cli;
+pub use nearmiss_docs as docs;
+pub use nearmiss_drive::{generation, planner, simulation};
+pub use nearmiss_formats as formats;
+pub use nearmiss_render as render;
+pub use nearmiss_scene::{corpus, description, judge, metrics, scenario, traffic_rules, verdict};
+pub use nearmiss_settings as settings;
+pub use nearmiss_store as store;
+pub use nearmiss_study::{evaluation, paper, tools};
+pub use nearmiss_tui as tui;
+pub use nearmiss_workflow as workflow;

@@ -8,8 +8,16 @@ mod files;
 mod make;
 #[path = "bundled/motion.rs"]
 mod motion;
+#[path = "bundled/occupancies.rs"]
+mod occupancies;
 #[path = "bundled/outcome.rs"]
 mod outcome;
+#[path = "bundled/pictures.rs"]
+mod pictures;
+#[path = "bundled/recording.rs"]
+mod recording;
+#[path = "bundled/windows.rs"]
+mod windows;
 
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock};

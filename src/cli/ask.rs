@@ -20,14 +20,16 @@ use super::prompt::QuestionArguments;
 use super::time;
 use super::tool_options::ToolLimitOptions;
 use super::{Failure, Outcome, output};
-use crate::evaluation::tool_rounds;
-use crate::evaluation::{Answer, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin};
-use crate::judge;
-use crate::llm::{Dialect, Effort, Environment, Parameters, Registry};
-use crate::settings::{Config, Folders};
-use crate::store::{Origin, RunId, Store};
-use crate::verdict::{CriticalObstacle, Task};
-use crate::workflow::{AskOutcome, AskRequest, Models, Server, ask};
+use nearmiss_ask::llm::{Dialect, Effort, Environment, Parameters, Registry};
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::{CriticalObstacle, Task};
+use nearmiss_settings::{Config, Folders};
+use nearmiss_store::{Origin, RunId, Store};
+use nearmiss_study::evaluation::tool_rounds;
+use nearmiss_study::evaluation::{
+    Answer, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin,
+};
+use nearmiss_workflow::{AskOutcome, AskRequest, Models, Server, ask};
 
 /// Arguments of `ask`.
 #[derive(Debug, clap::Args)]

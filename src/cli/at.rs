@@ -5,8 +5,8 @@ use std::ops::Range;
 use std::str::FromStr;
 
 use super::Failure;
-use crate::metrics::{Headline, Thresholds};
-use crate::scenario::Scene;
+use nearmiss_scene::metrics::{Headline, Thresholds};
+use nearmiss_scene::scenario::Scene;
 
 /// A moment, as the user names it.
 #[derive(Debug, Clone, Copy, PartialEq)]

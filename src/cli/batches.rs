@@ -12,10 +12,10 @@ use super::filters::store;
 use super::interrupt::{self, INTERRUPTED};
 use super::open::configuration;
 use super::{Failure, Outcome, json, output, time};
-use crate::evaluation::remote::{self, GivenUp, Progress, RemoteError};
-use crate::evaluation::{Judge, ModelJudge};
-use crate::llm::{Client, Environment, Error, Parameters, Registry};
-use crate::store::{ProviderBatch, ProviderBatchId, ProviderBatchState, Store};
+use nearmiss_ask::llm::{Client, Environment, Error, Parameters, Registry};
+use nearmiss_store::{ProviderBatch, ProviderBatchId, ProviderBatchState, Store};
+use nearmiss_study::evaluation::remote::{self, GivenUp, Progress, RemoteError};
+use nearmiss_study::evaluation::{Judge, ModelJudge};
 
 /// Arguments of `batches`.
 #[derive(Debug, clap::Args)]

@@ -1,6 +1,6 @@
 //! Formats what an answer consumed.
 
-use crate::store::Consumed;
+use nearmiss_store::Consumed;
 
 /// The tokens, where the server stated any.
 pub fn tokens(consumed: &Consumed) -> Option<String> {

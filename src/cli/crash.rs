@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::llm::without_secrets;
-use crate::settings::Folders;
-use crate::system::activity::{ActivityGuard, doing};
-use crate::system::crash;
+use nearmiss_ask::llm::without_secrets;
+use nearmiss_base::system::activity::{ActivityGuard, doing};
+use nearmiss_base::system::crash;
+use nearmiss_settings::Folders;
 
 /// Makes every panic of the program write a report, say so in one sentence, and end it with status 101.
 pub fn report_panics() {

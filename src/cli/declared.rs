@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::Failure;
-use crate::evaluation::PromptConfig;
-use crate::evaluation::report::{Comparison, name_of};
+use nearmiss_study::evaluation::PromptConfig;
+use nearmiss_study::evaluation::report::{Comparison, name_of};
 
 /// Declared comparisons.
 #[derive(Debug, Clone, clap::Args)]

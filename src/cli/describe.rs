@@ -8,12 +8,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Failure, Outcome, json, output};
-use crate::description::{self, DescriptionError, Frame};
-use crate::evaluation::ScenePicture;
-use crate::metrics::Context;
-use crate::prompts::{Defaults, estimate_tokens};
-use crate::render::svg;
-use crate::system;
+use nearmiss_ask::prompts::{Defaults, estimate_tokens};
+use nearmiss_base::system;
+use nearmiss_render::svg;
+use nearmiss_scene::description::{self, DescriptionError, Frame};
+use nearmiss_scene::metrics::Context;
+use nearmiss_study::evaluation::ScenePicture;
 
 /// Arguments of `describe`.
 #[derive(Debug, clap::Args)]

@@ -1,7 +1,7 @@
 //! Warnings about a scenario and its ego, printed beside results.
 
-use crate::formats::Entry;
-use crate::scenario::{Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity};
+use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity};
 
 /// Warnings about a scenario and its ego.
 pub fn doubts(entry: &Entry, scene: &Scene) -> Vec<String> {
@@ -107,8 +107,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::formats::bundled;
-    use crate::scenario::{ObstacleParts, Prediction, State};
+    use nearmiss_formats::bundled;
+    use nearmiss_scene::scenario::{ObstacleParts, Prediction, State};
 
     #[test]
     fn gaps_in_tracks_and_the_ego_among_the_others_are_named() {

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use super::output;
-use crate::system;
+use nearmiss_base::system;
 
 /// Result of a command.
 pub type Outcome = Result<(), Failure>;

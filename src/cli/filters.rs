@@ -4,9 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::{Failure, open};
-use crate::store::{BatchId, Decision, Filter, Origin, StateFilter, Store, StoreError, moment};
-use crate::system::unknown;
-use crate::verdict::Task;
+use nearmiss_base::system::unknown;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{BatchId, Decision, Filter, Origin, StateFilter, Store, StoreError, moment};
 
 /// Narrows runs down.
 #[derive(Debug, Clone, Default, clap::Args)]

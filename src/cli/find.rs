@@ -11,13 +11,13 @@ use super::interrupt::{INTERRUPTED, interrupted};
 use super::open::{configuration, user_thresholds};
 use super::output::{self, Target};
 use super::{Failure, Outcome, json};
-use crate::judge;
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::settings::{Config, Folders};
-use crate::store::Store;
-use crate::system::{columns, pad_end};
-use crate::workflow::{
+use nearmiss_base::system::{columns, pad_end};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::{Config, Folders};
+use nearmiss_store::Store;
+use nearmiss_workflow::{
     FoundWindow, FoundWindows, IndexSearch, Sentence, checked_filter, search_index,
 };
 
@@ -251,8 +251,8 @@ fn line(one: &FoundWindow, found: &FoundWindows) -> FindWindow {
         // A bundled scenario is meant by its name.
         file: output::visible(one.file.trim_end_matches(" (bundled)")),
         ego_source: match place.ego {
-            crate::corpus::WindowEgo::Recorded => "recorded",
-            crate::corpus::WindowEgo::Obstacle(_) => "obstacle",
+            nearmiss_scene::corpus::WindowEgo::Recorded => "recorded",
+            nearmiss_scene::corpus::WindowEgo::Obstacle(_) => "obstacle",
         },
         ego_id: place.ego_id,
         obstacle: place.obstacle,

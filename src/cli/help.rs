@@ -8,10 +8,10 @@ use clap::CommandFactory;
 
 use super::open::resolved;
 use super::{Arguments, Failure, Outcome, json, output};
-use crate::docs::{TOPICS, explaining, topic};
-use crate::simulation::{planner_message_names, planner_message_schema};
-use crate::system::{did_you_mean, unknown};
-use crate::workflow::{EXPERIMENT_KEYS, experiment_schema};
+use nearmiss_base::system::{did_you_mean, unknown};
+use nearmiss_docs::{TOPICS, explaining, topic};
+use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
+use nearmiss_workflow::{EXPERIMENT_KEYS, experiment_schema};
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
@@ -41,7 +41,7 @@ pub fn run(arguments: &Help) -> Outcome {
             "json" => output::text(&vocabulary()),
             "experiments" => output::text(&experiment_keys()),
             "planners" => output::text(&planner_messages()),
-            "tools" => output::text(&crate::tools::table()),
+            "tools" => output::text(&nearmiss_study::tools::table()),
             _ => Ok(()),
         };
     }

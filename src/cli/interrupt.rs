@@ -12,7 +12,7 @@ use std::time::Duration;
 use tokio::sync::Notify;
 
 use super::output;
-use crate::system::{end_process_groups, remove_unfinished};
+use nearmiss_base::system::{end_process_groups, remove_unfinished};
 
 /// The exit status of an interrupted program.
 pub const INTERRUPTED: u8 = 130;

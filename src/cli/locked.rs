@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{Failure, Outcome, output};
-use crate::evaluation::batch::TestSplit;
-use crate::store::{BatchId, RunId, Store};
+use nearmiss_store::{BatchId, RunId, Store};
+use nearmiss_study::evaluation::batch::TestSplit;
 
 /// Shows answers of test splits that are not complete.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]

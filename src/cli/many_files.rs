@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::{Failure, output};
-use crate::evaluation::batch::Shard;
-use crate::formats::Entry;
-use crate::scenario::ContentHash;
-use crate::system;
-use crate::workflow::journal::{
+use nearmiss_base::system;
+use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::ContentHash;
+use nearmiss_study::evaluation::batch::Shard;
+use nearmiss_workflow::journal::{
     EarlierRun, FOLDER, FinishedUnit, JobIdentity, Journal, JournalError, input_hash,
 };
 

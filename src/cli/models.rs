@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 use super::open::configuration;
 use super::{Failure, Outcome, json, output};
-use crate::judge;
-use crate::llm::{
+use nearmiss_ask::llm::{
     Client, Discovered, Environment, KeyState, ModelListing, PriceTable, Pricing, Probed, Registry,
     probe,
 };
-use crate::settings::Folders;
-use crate::system::{shown_path, words};
+use nearmiss_base::system::{shown_path, words};
+use nearmiss_scene::judge;
+use nearmiss_settings::Folders;
 
 /// Arguments of `models`.
 #[derive(Debug, clap::Args)]

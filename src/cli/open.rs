@@ -10,19 +10,19 @@ use super::plan::as_ego;
 use super::row_file::say_shared_names;
 use super::side_files::without_side_files;
 use super::{Arguments, Failure, output};
-use crate::description::Frame;
-use crate::evaluation::Judge;
-use crate::formats::{
-    self, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled, not_standard_input,
-    only_part,
+use nearmiss_ask::prompts::{Pack, Techniques};
+use nearmiss_base::system::unknown;
+use nearmiss_formats::{
+    self as formats, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled,
+    not_standard_input, only_part,
 };
-use crate::metrics::Thresholds;
-use crate::prompts::{Pack, Techniques};
-use crate::scenario::{Scenario, Scene};
-use crate::settings::{Config, ConfigError, Folders, TextFile};
-use crate::system::unknown;
-use crate::verdict::Task;
-use crate::workflow::{
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scenario, Scene};
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::{Config, ConfigError, Folders, TextFile};
+use nearmiss_study::evaluation::Judge;
+use nearmiss_workflow::{
     Models, OpenError, OpenRequest, OpenedScene, experiment_among, find, index_parts, open,
 };
 

@@ -8,11 +8,11 @@ use toml::Value;
 use super::doctor::open_to_others;
 use super::open::unusable;
 use super::{Failure, Outcome, output};
-use crate::evaluation::default_planning;
-use crate::llm::{Address, Environment, Registry};
-use crate::settings::{Config, Folders, PlannerKey, Setting, TextFile};
-use crate::simulation::{ExternalOptions, Settings};
-use crate::system::KeyLines;
+use nearmiss_ask::llm::{Address, Environment, Registry};
+use nearmiss_base::system::KeyLines;
+use nearmiss_drive::simulation::{ExternalOptions, Settings};
+use nearmiss_settings::{Config, Folders, PlannerKey, Setting, TextFile};
+use nearmiss_study::evaluation::default_planning;
 
 /// Prints the configuration. Keys are never in it, only the variables they are looked for in.
 ///

@@ -11,14 +11,14 @@ use super::open::{
 };
 use super::span::Span;
 use super::{Failure, Outcome, json, output};
-use crate::description::Frame;
-use crate::evaluation::{
+use nearmiss_ask::llm::Message;
+use nearmiss_ask::prompts::{Library, Pack, Problem, Techniques};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::{Config, Folders};
+use nearmiss_study::evaluation::{
     AttackTerms, Case, CaseError, Question, default_frame, prepare, template, validate,
 };
-use crate::llm::Message;
-use crate::prompts::{Library, Pack, Problem, Techniques};
-use crate::settings::{Config, Folders};
-use crate::verdict::Task;
 
 /// What is asked, about what, and how: shared by `prompt` and `ask`.
 #[derive(Debug, clap::Args)]

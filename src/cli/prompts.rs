@@ -9,9 +9,11 @@ use similar::TextDiff;
 
 use super::open::configuration;
 use super::{Failure, Outcome, json, output};
-use crate::evaluation::validate;
-use crate::prompts::{Library, Origin, Problem, Template, choose_template, renamed, template_file};
-use crate::system;
+use nearmiss_ask::prompts::{
+    Library, Origin, Problem, Template, choose_template, renamed, template_file,
+};
+use nearmiss_base::system;
+use nearmiss_study::evaluation::validate;
 
 /// Arguments of `prompts`.
 #[derive(Debug, clap::Args)]

@@ -5,8 +5,8 @@ use super::output::{
     self, Align, Cell, Column, Encoded, Kind, OutputFile, Row, Table, TableWriter,
 };
 use super::{Failure, Outcome, time};
-use crate::evaluation::{RaterAgreement, Standing, Standings, StandingsBy};
-use crate::store::{Choice, Rating};
+use nearmiss_store::{Choice, Rating};
+use nearmiss_study::evaluation::{RaterAgreement, Standing, Standings, StandingsBy};
 
 /// Arguments of `ratings`.
 #[derive(Debug, clap::Args)]

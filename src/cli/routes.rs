@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::scenario::{
+use nearmiss_scene::scenario::{
     Destination, Direction, Leg, PlanningProblem, RoadUser, Route, RouteError, Scenario, Side,
 };
 

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, HashSet};
 
 use super::output::{self, Cell, Column, Kind};
-use crate::formats::Entry;
-use crate::scenario::{ContentHash, Scene};
+use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::{ContentHash, Scene};
 
 /// Digits of a hash that tell files apart, as elsewhere.
 const DIGITS: usize = 12;

@@ -9,10 +9,10 @@ use super::export::record;
 use super::filters::{Filters, store, store_to_read};
 use super::locked::Unlock;
 use super::{Failure, Outcome, cost, output, time};
-use crate::evaluation::TemplateVersion;
-use crate::evaluation::tool_rounds;
-use crate::judge;
-use crate::store::{Origin, Run, RunId, Store, StoreError};
+use nearmiss_scene::judge;
+use nearmiss_store::{Origin, Run, RunId, Store, StoreError};
+use nearmiss_study::evaluation::TemplateVersion;
+use nearmiss_study::evaluation::tool_rounds;
 
 /// Arguments of `runs`.
 #[derive(Debug, clap::Args)]

@@ -9,10 +9,10 @@ use serde::Serialize;
 
 use super::output::{self, Target};
 use super::{Failure, Outcome, json};
-use crate::corpus::{Axis, Candidate, Columns, Drawn, IndexError, Part, PartRow, Sampler};
-use crate::metrics::SEVERITY_NAMES;
-use crate::system::unknown;
-use crate::workflow::index_parts;
+use nearmiss_base::system::unknown;
+use nearmiss_scene::corpus::{Axis, Candidate, Columns, Drawn, IndexError, Part, PartRow, Sampler};
+use nearmiss_scene::metrics::SEVERITY_NAMES;
+use nearmiss_workflow::index_parts;
 
 /// Arguments of `sample`.
 #[derive(Debug, clap::Args)]

@@ -2,14 +2,14 @@
 
 use super::Failure;
 use super::at::{AT, At, worst_step};
-use crate::description::{EgoAxes, Form, Frame};
-use crate::evaluation::Settings;
-use crate::metrics::{MeasureList, Thresholds};
-use crate::prompts::{MOST_DECIMALS, Techniques};
-use crate::scenario::{Scene, Window};
-use crate::settings::Config;
-use crate::system::unknown;
-use crate::verdict::Task;
+use nearmiss_ask::prompts::{MOST_DECIMALS, Techniques};
+use nearmiss_base::system::unknown;
+use nearmiss_scene::description::{EgoAxes, Form, Frame};
+use nearmiss_scene::metrics::{MeasureList, Thresholds};
+use nearmiss_scene::scenario::{Scene, Window};
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::Config;
+use nearmiss_study::evaluation::Settings;
 
 /// Which steps are looked at, and how they are described.
 #[derive(Debug, clap::Args)]

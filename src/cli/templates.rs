@@ -1,9 +1,9 @@
 //! The templates of commands that ask.
 
 use super::{Failure, output};
-use crate::evaluation::validate;
-use crate::prompts::{Library, Problem};
-use crate::settings::Folders;
+use nearmiss_ask::prompts::{Library, Problem};
+use nearmiss_settings::Folders;
+use nearmiss_study::evaluation::validate;
 
 /// The templates that questions are made of. Files that are not in use are told.
 ///

@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Failure, Outcome, json, output};
-use crate::render::ScreenPainter;
-use crate::settings::{Folders, ThemeFile};
-use crate::system::{KeyBinding, Terminal, unknown};
+use nearmiss_base::system::{KeyBinding, Terminal, unknown};
+use nearmiss_render::ScreenPainter;
+use nearmiss_settings::{Folders, ThemeFile};
 
 /// Arguments of `themes`.
 #[derive(Debug, clap::Args)]

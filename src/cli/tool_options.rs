@@ -1,6 +1,6 @@
 //! Options about tools that models may call.
 
-use crate::llm::ToolLimits;
+use nearmiss_ask::llm::ToolLimits;
 
 /// Limits of the calls of one answer.
 #[derive(Debug, Clone, Default, clap::Args)]

@@ -7,11 +7,11 @@ use rayon::prelude::*;
 
 use super::open::{found, scene_with};
 use super::{Failure, Outcome, output};
-use crate::formats::{EgoSelection, Entry, bundled};
-use crate::judge::{self, judge_collision};
-use crate::metrics::Thresholds;
-use crate::scenario::Scene;
-use crate::workflow::experiment_among;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
+use nearmiss_scene::judge::{self, judge_collision};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::Scene;
+use nearmiss_workflow::experiment_among;
 
 /// Whether a user is there to look at a screen and press keys.
 #[must_use]

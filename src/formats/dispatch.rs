@@ -8,7 +8,7 @@ use super::address::Address;
 use super::commonroad::{self, ReadError, beginning_of_file};
 use super::recordings::{self, LongRecording};
 use super::unread::{self, Unread};
-use crate::scenario::Scenario;
+use nearmiss_scene::scenario::Scenario;
 
 /// The scenarios in a file.
 pub(super) enum Parts {

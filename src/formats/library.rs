@@ -8,8 +8,8 @@ use super::commonroad::{self, ReadError};
 use super::dispatch;
 use super::ego::sized;
 use super::{EgoError, find_recording, read_ego, read_ego_file};
-use crate::scenario::{ContentHash, Ego, RecordedEgo, Scenario};
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::{ContentHash, Ego, RecordedEgo, Scenario};
 
 /// Location of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use super::commonroad::{ReadError, Unrecognised};
-use crate::system;
+use nearmiss_base::system;
 
 /// A skipped file or folder.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::address::{self, Address};
 use super::{bundled, commonroad, dispatch};
-use crate::system::{available, did_you_mean};
+use nearmiss_base::system::{available, did_you_mean};
 
 /// The path that an argument means: itself, or the bundled scenario whose name begins so, if it is the only one.
 ///

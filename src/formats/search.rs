@@ -11,7 +11,7 @@ use super::library::{Entry, EntryLocation};
 use super::passed_over::{PassedOver, PassedOverReason, count};
 use super::recordings::LongRecording;
 use super::unread::Found;
-use crate::system;
+use nearmiss_base::system;
 
 /// Results of a search.
 #[derive(Debug, Default)]

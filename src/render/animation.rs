@@ -18,7 +18,7 @@ pub enum AnimationError {
     #[error(transparent)]
     Raster(#[from] RasterError),
     /// It could not be written.
-    #[error("{}", crate::system::words(.0))]
+    #[error("{}", nearmiss_base::system::words(.0))]
     Io(#[from] std::io::Error),
     /// The encoder refused.
     #[error("the GIF could not be written: {0}")]

@@ -3,7 +3,7 @@
 //! Painters have numbers with few digits, fail on very large ones, and spend time on each dash that cannot be seen.
 
 use super::display::{Area, Item, Picture, Segment, Spot, Stroke};
-use crate::geometry::{Bounds, Point, part_within, ring_within, within_at};
+use nearmiss_base::geometry::{Bounds, Point, part_within, ring_within, within_at};
 
 /// What stays within this distance of the page is painted as it is, points.
 const NEAR: f64 = 20_000.0;

@@ -3,8 +3,8 @@
 use super::color::Color;
 use super::display::{Anchor, Area, Picture, Provenance, Text};
 use super::palette::Palette;
-use crate::corpus::{Coverage, SEVERITIES};
-use crate::metrics::SEVERITY_NAMES;
+use nearmiss_scene::corpus::{Coverage, SEVERITIES};
+use nearmiss_scene::metrics::SEVERITY_NAMES;
 
 /// Size of the letters, points.
 const LETTERS: f64 = 8.0;

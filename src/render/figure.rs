@@ -6,9 +6,9 @@ use super::palette::Palette;
 use super::plot::Plot;
 use super::scene::{Basemap, MapRequest, MapScene, TrailSpan};
 use super::view::{MapExtent, Subject, Variations, View};
-use crate::geometry::Point;
-use crate::metrics::{Context, Headline, MEASURES, Measure, Series, Thresholds};
-use crate::scenario::{Scene, Window, WindowRule};
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::metrics::{Context, Headline, MEASURES, Measure, Series, Thresholds};
+use nearmiss_scene::scenario::{Scene, Window, WindowRule};
 
 /// What is on a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::display::{Anchor, Area, Picture, Provenance, Text};
 use super::figure::{Figure, MILLIMETRE};
 use super::view::{MapExtent, View};
-use crate::geometry::{Bounds, Point, Pose};
+use nearmiss_base::geometry::{Bounds, Point, Pose};
 
 /// Width of a page of a paper, points.
 pub const PAGE: f64 = 170.0 * MILLIMETRE;

@@ -5,7 +5,7 @@ use super::map::Map;
 use super::palette::Palette;
 use super::scene::{MapRequest, MapScene, Viewport};
 use super::view::View;
-use crate::geometry::Pose;
+use nearmiss_base::geometry::Pose;
 
 /// Size of the letters, points.
 const LETTERS: f64 = 8.0;

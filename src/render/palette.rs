@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::Color;
-use crate::settings::{AUTO, NamedTheme, ThemeColor, ThemeFile};
-use crate::system::unknown;
+use nearmiss_base::system::unknown;
+use nearmiss_settings::{AUTO, NamedTheme, ThemeColor, ThemeFile};
 
 /// A colour for every role.
 #[derive(Debug, Clone, PartialEq)]

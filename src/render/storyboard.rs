@@ -10,8 +10,8 @@ use super::scene::{
     Basemap, Body, LineStyle, MapRequest, MapScene, Overlay, Owner, Trail, TrailSpan,
 };
 use super::view::{Subject, Variations, View};
-use crate::geometry::{Pose, Vector};
-use crate::scenario::Scene;
+use nearmiss_base::geometry::{Pose, Vector};
+use nearmiss_scene::scenario::Scene;
 
 /// A moment of it.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -207,7 +207,7 @@ fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::display::Area;
+    use crate::display::Area;
 
     #[test]
     fn hostile_words_stay_words() {

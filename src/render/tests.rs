@@ -4,10 +4,10 @@
 use std::sync::atomic::AtomicBool;
 
 use super::*;
-use crate::formats::{EgoSelection, bundled};
-use crate::geometry::Point;
-use crate::metrics::{MEASURES, Thresholds};
-use crate::scenario::{Scene, WindowEnd, WindowRule};
+use nearmiss_base::geometry::Point;
+use nearmiss_formats::{EgoSelection, bundled};
+use nearmiss_scene::metrics::{MEASURES, Thresholds};
+use nearmiss_scene::scenario::{Scene, WindowEnd, WindowRule};
 
 fn scene(name: &str) -> Scene {
     let entry = bundled()

@@ -2,8 +2,8 @@
 
 use super::display::{Area, Spot};
 use super::scene::Viewport;
-use crate::geometry::{Bounds, Point, Pose};
-use crate::scenario::{Obstacle, Scenario, Scene};
+use nearmiss_base::geometry::{Bounds, Point, Pose};
+use nearmiss_scene::scenario::{Obstacle, Scenario, Scene};
 
 /// Which part of the map is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use super::Keys;
 use super::text_file::text_if_there;
 use super::validation::mistakes;
-use crate::system::Mistake;
+use nearmiss_base::system::Mistake;
 
 /// The configuration.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -153,7 +153,7 @@ impl Config {
     /// Reads a configuration file; one that does not exist says nothing.
     ///
     /// ```
-    /// use nearmiss::settings::Config;
+    /// use nearmiss_settings::Config;
     ///
     /// let folder = tempfile::tempdir()?;
     /// let file = folder.path().join("config.toml");

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 use super::Config;
 use super::planner::{PlannerKey, TABLES};
 use super::validation::{near, shown};
-use crate::simulation::ExternalOptions;
+use nearmiss_drive::simulation::ExternalOptions;
 
 /// The keys of a table, and what is needed behind each.
 const KEYS: [(&str, &str); 5] = [
@@ -86,7 +86,7 @@ fn command(value: &Value) -> Option<Vec<String>> {
 pub(super) fn wrong(name: &str, table: &Table) -> impl Iterator<Item = (Option<String>, String)> {
     let missing = (!table.contains_key("command")).then(|| {
         let keys = PlannerKey::ALL.iter().map(|key| key.id).chain(TABLES);
-        let meant = crate::system::nearest(name, keys);
+        let meant = nearmiss_base::system::nearest(name, keys);
         let words = match meant {
             Some(known) => format!("unknown key `planner.{name}`; did you mean `{known}`?"),
             None => format!("planner.{name}: command is missing"),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use etcetera::BaseStrategy;
 
-use crate::system::{self, SaveError};
+use nearmiss_base::system::{self, SaveError};
 
 /// The name of the store.
 const STORE: &str = "runs.sqlite";

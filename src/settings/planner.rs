@@ -6,9 +6,9 @@ use toml::{Table, Value};
 
 use super::validation::{near, shown};
 use super::{Config, external_planner};
-use crate::planner::{Forecast, RuleMode};
-use crate::scenario::VehicleType;
-use crate::simulation::{Settings, TrafficMode};
+use nearmiss_drive::planner::{Forecast, RuleMode};
+use nearmiss_drive::simulation::{Settings, TrafficMode};
+use nearmiss_scene::scenario::VehicleType;
 
 /// A key of the section.
 #[derive(Debug)]

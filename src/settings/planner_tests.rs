@@ -74,7 +74,7 @@ fn what_may_not_be_is_named_with_what_is_needed() {
 
 #[test]
 fn every_key_is_a_setting_of_its_own() {
-    let mut settings = crate::evaluation::default_planning();
+    let mut settings = nearmiss_study::evaluation::default_planning();
     let number = |value: Value| value.as_float().or(value.as_integer().map(|n| n as f64));
     let knobs = || {
         PlannerKey::ALL

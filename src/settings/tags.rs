@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::{Folders, TextFile};
-use crate::system::line_at;
+use nearmiss_base::system::line_at;
 
 /// Tags by the name of the scenario; scenarios of the same name share them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -56,7 +56,7 @@ impl Tags {
         }
         let wrong = |why: String| format!("{}: {why}", path.display());
         let text = toml::to_string(&all.of).map_err(|error| wrong(error.to_string()))?;
-        Folders::write(path, &text).map_err(|error| wrong(crate::system::words(&error)))?;
+        Folders::write(path, &text).map_err(|error| wrong(nearmiss_base::system::words(&error)))?;
         Ok(all)
     }
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use crate::system;
+use nearmiss_base::system;
 
 /// A text with the name of its file.
 #[derive(Debug, Clone, PartialEq, Eq)]

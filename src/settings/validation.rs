@@ -5,7 +5,7 @@ use toml::{Table, Value};
 
 use super::values::KEYS;
 use super::{Config, planner};
-use crate::system::{KeyLines, Mistake, nearest, toml_mistake};
+use nearmiss_base::system::{KeyLines, Mistake, nearest, toml_mistake};
 
 /// Everything that is wrong with a text, in its order; of a text that is no TOML, where it stops being one.
 pub fn mistakes(text: &str) -> Vec<Mistake> {

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{Folders, TextFile};
-use crate::system::line_at;
+use nearmiss_base::system::line_at;
 
 /// What the list shows, and how. What a file does not say is as at the start; what a newer version wrote stays.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -71,7 +71,7 @@ impl SavedViews {
         }
         let wrong = |why: String| format!("{}: {why}", path.display());
         let text = toml::to_string(&all.0).map_err(|error| wrong(error.to_string()))?;
-        Folders::write(path, &text).map_err(|error| wrong(crate::system::words(&error)))?;
+        Folders::write(path, &text).map_err(|error| wrong(nearmiss_base::system::words(&error)))?;
         Ok(all)
     }
 

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::list::MOST_SHOWN;
 use super::{Run, Store, StoreError, rows};
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// A version of a template that whole answers were given to.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]

@@ -7,7 +7,7 @@ use super::database::now_ms;
 use super::items::{STATE, insert};
 use super::rows::from_row;
 use super::{Look, NewItem, Store, StoreError};
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// Identifies a batch; people call it `b7`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]

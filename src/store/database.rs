@@ -11,7 +11,7 @@ use super::durable::Log;
 use super::migrate::migrate;
 use super::model_words::KnownModels;
 use super::read_only;
-use crate::system;
+use nearmiss_base::system;
 
 /// The store of all runs, safe for several threads and several processes at once.
 #[derive(Debug)]
@@ -111,7 +111,7 @@ impl Store {
     /// where it is older, and marking what was running in programs that have ended as interrupted.
     ///
     /// ```
-    /// use nearmiss::store::Store;
+    /// use nearmiss_store::Store;
     ///
     /// let folder = tempfile::tempdir()?;
     /// let store = Store::open(&folder.path().join("runs.sqlite"))?;

@@ -6,7 +6,7 @@ use jiff::tz::TimeZone;
 use rusqlite::types::Value;
 
 use super::{Origin, RunState, SUPERSEDED, StoreError};
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// Filters on runs; unset ones do not restrict.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -37,11 +37,11 @@ impl Health {
         let bytes = match path.metadata() {
             Ok(data) => data.len(),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(crate::system::words(&error)),
+            Err(error) => return Err(nearmiss_base::system::words(&error)),
         };
         let words = |error: rusqlite::Error| error.to_string();
         let opened = read_only::open(path).map_err(|error| match error {
-            StoreError::Open { source, .. } => crate::system::words(&source),
+            StoreError::Open { source, .. } => nearmiss_base::system::words(&source),
             StoreError::Database(source) => words(source),
             other => other.to_string(),
         })?;
@@ -76,7 +76,7 @@ fn locked(path: &Path) -> rusqlite::Result<()> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::store::Store;
+    use crate::Store;
 
     #[test]
     fn a_sound_store_a_locked_one_and_what_is_none() {

@@ -9,7 +9,7 @@ use super::{
     BatchId, Consumed, Key, RunId, SceneRecord, SplitPart, Store, StoreError, StoredTemplate, key,
     rows,
 };
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// What is known of the window of a question.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 use super::*;
-use crate::store::ItemTruth;
+use crate::ItemTruth;
 
 pub fn item(scenario: &str, sample: u32) -> NewItem {
     NewItem {

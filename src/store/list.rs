@@ -5,7 +5,7 @@ use rusqlite::{Connection, OptionalExtension, params, params_from_iter};
 use serde::{Deserialize, Serialize};
 
 use super::{Filter, Run, RunId, SUPERSEDED, Store, StoreError, StoredTemplate, rows};
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// Most of each text of a run that is read to be looked at, in bytes: as much as is taken of an answer today. Programs
 /// before this one took more.

@@ -53,7 +53,7 @@ fn version(connection: &Connection) -> Result<i64, StoreError> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use crate::store::{Filter, RunId, RunState, Store};
+    use crate::{Filter, RunId, RunState, Store};
 
     /// A store as version 1 wrote it.
     fn version_1(path: &std::path::Path) {
@@ -135,7 +135,7 @@ mod tests {
         let store = Store::open(&path).unwrap();
         assert_eq!(store.run(RunId(1)).unwrap().unwrap().answer, "whole");
         assert_eq!(store.ratings().unwrap(), []);
-        let rating = crate::store::ratings::tests::rating(Some(RunId(1)), None);
+        let rating = crate::ratings::tests::rating(Some(RunId(1)), None);
         store.rate(&rating).unwrap();
         drop(store);
         let mut again = Store::open(&path).unwrap().ratings().unwrap();
@@ -160,7 +160,7 @@ mod tests {
         let store = Store::open(&path).unwrap();
         assert_eq!(store.run(RunId(1)).unwrap().unwrap().answer, "whole");
         assert_eq!(store.batches().unwrap(), []);
-        let item = crate::store::items::tests::item("ZAM_A-1", 0);
+        let item = crate::items::tests::item("ZAM_A-1", 0);
         let batch = store.begin_batch("{}", None, &[item]).unwrap();
         drop(store);
         let again = Store::open(&path).unwrap();
@@ -187,11 +187,11 @@ mod tests {
         assert!(missing, "version 5 has none");
         drop(connection);
         let store = Store::open(&path).unwrap();
-        let batch = crate::store::BatchId(3);
-        let changed = crate::store::NewItem {
+        let batch = crate::BatchId(3);
+        let changed = crate::NewItem {
             lead: Some("0.5".into()),
             transform: Some("mirror".into()),
-            ..crate::store::items::tests::item("A", 0)
+            ..crate::items::tests::item("A", 0)
         };
         let more = std::slice::from_ref(&changed);
         store.extend_batch(batch, "{}", more, None).unwrap();
@@ -218,7 +218,7 @@ mod tests {
         let store = Store::open(&path).unwrap();
         let claims = |store: &Store| store.run(RunId(1)).unwrap().unwrap().ending.claims;
         assert_eq!(claims(&store).known(), None, "it was not checked");
-        let counts = crate::store::ClaimCounts {
+        let counts = crate::ClaimCounts {
             claims_right: Some(3),
             claims_wrong: Some(1),
             claims_open: Some(0),
@@ -234,13 +234,13 @@ mod tests {
         // What it exports comes back the same.
         let run = store.run(RunId(1)).unwrap().unwrap();
         let line = run.to_record().to_string();
-        let back = crate::store::Run::from_record(&line).unwrap();
+        let back = crate::Run::from_record(&line).unwrap();
         assert_eq!(back.ending.claims, counts);
     }
 
     #[test]
     fn a_store_of_version_8_keeps_its_batches_and_takes_axes_splits_and_looks() {
-        use crate::store::{BatchId, NewItem, SplitPart};
+        use crate::{BatchId, NewItem, SplitPart};
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.sqlite");
         version_1(&path);
@@ -259,7 +259,7 @@ mod tests {
         let more = NewItem {
             settings: Some("effort low".into()),
             split: Some(SplitPart::Test),
-            ..crate::store::items::tests::item("A", 0)
+            ..crate::items::tests::item("A", 0)
         };
         store
             .extend_batch(batch, "{}", std::slice::from_ref(&more), None)
@@ -350,7 +350,7 @@ mod tests {
         drop(connection);
         let store = Store::open(&path).unwrap();
         assert_eq!(store.run(RunId(1)).unwrap().unwrap().answer, "whole");
-        let image = crate::store::StoredImage {
+        let image = crate::StoredImage {
             sha256: "aa".into(),
             media_type: "image/png".into(),
             width: 1,

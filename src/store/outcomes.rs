@@ -7,7 +7,7 @@ use super::{
     ClaimCounts, Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, StoredTemplate,
     key, rows,
 };
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// Outcome of one run.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -2,12 +2,12 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::store::RunState;
+use crate::RunState;
 
 fn question(sample: u32) -> NewRun {
     NewRun {
         sample,
-        ..crate::store::tests::question()
+        ..crate::tests::question()
     }
 }
 

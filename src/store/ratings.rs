@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::database::now_ms;
 use super::rows::from_row;
 use super::{RunId, Store, StoreError, StoredTemplate};
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// A person's choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

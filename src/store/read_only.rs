@@ -9,7 +9,7 @@ use tempfile::TempDir;
 use super::database::PATIENCE;
 use super::migrate::VERSION;
 use super::{Store, StoreError};
-use crate::system;
+use nearmiss_base::system;
 
 /// What SQLite keeps beside a file: its write-ahead log, that log's index, and a journal of other modes.
 const BESIDE: [&str; 3] = ["-wal", "-shm", "-journal"];
@@ -195,8 +195,8 @@ impl Store {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::store::tests::question;
-    use crate::store::{Claim, Filter, RunId};
+    use crate::tests::question;
+    use crate::{Claim, Filter, RunId};
 
     /// A name that is invalid in an address.
     const NAME: &str = "50% of #1?.sqlite";
@@ -286,7 +286,7 @@ mod tests {
             let mut refusals = vec![Store::open(&path).map(drop)];
             if ending.is_empty() {
                 refusals.push(Store::open_to_read(&path).map(drop));
-                assert!(crate::store::Health::inspect(&path).is_err());
+                assert!(crate::Health::inspect(&path).is_err());
             }
             for refused in refusals {
                 let said = refused.unwrap_err().to_string();

@@ -4,8 +4,8 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 
 use super::{Origin, Run, RunState};
-use crate::system::did_you_mean;
-use crate::verdict::Task;
+use nearmiss_base::system::did_you_mean;
+use nearmiss_scene::verdict::Task;
 
 /// Why a line is not a valid run.
 #[derive(Debug, thiserror::Error)]

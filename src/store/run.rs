@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::{ClaimCounts, Key, StoredImage, key};
-use crate::verdict::{ParsedAnswer, Task};
+use nearmiss_scene::verdict::{ParsedAnswer, Task};
 
 /// Identifies a run in its store.
 #[derive(

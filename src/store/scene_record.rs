@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::verdict::Verdict;
+use nearmiss_scene::verdict::Verdict;
 
 /// What was read off the scenario of a question where its batch was packed.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

@@ -4,7 +4,7 @@
 mod verdicts;
 
 use super::*;
-use crate::verdict::{ParsedAnswer, Task, Verdict};
+use nearmiss_scene::verdict::{ParsedAnswer, Task, Verdict};
 
 mod clocks;
 mod long_answers;

@@ -4,7 +4,7 @@ use rusqlite::params;
 
 use super::rows::{self, from_row};
 use super::{BatchId, Item, RunId, Store, StoreError, WindowFacts};
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// What is true about a run, from its batch.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]

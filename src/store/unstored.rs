@@ -7,7 +7,7 @@ use rusqlite::{OptionalExtension, Transaction, params};
 
 use super::database::now_ms;
 use super::{AnswerPiece, Ending, NewRun, Origin, Run, RunId, Store, StoreError, write};
-use crate::system;
+use nearmiss_base::system;
 
 /// How the names of the files begin and end.
 const NAME: (&str, &str) = ("unstored-", ".jsonl");

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used)]
 use super::*;
-use crate::store::{Claim, RunState};
-use crate::verdict::Task;
+use crate::{Claim, RunState};
+use nearmiss_scene::verdict::Task;
 
 fn question() -> NewRun {
     let text = |s: &str| s.to_string();

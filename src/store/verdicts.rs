@@ -4,7 +4,7 @@ use rusqlite::params;
 use serde::Deserialize;
 
 use super::{Origin, SUPERSEDED, Store, StoreError, rows};
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// Verdict of a stored answer.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]

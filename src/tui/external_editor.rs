@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
-use crate::system;
+use nearmiss_base::system;
 
 /// The command that the user edits texts with: `VISUAL`, else `EDITOR`; it may have arguments.
 ///

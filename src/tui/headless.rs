@@ -16,14 +16,14 @@ use super::tasks::history::Judging;
 use super::theme::Theme;
 use super::update::{compute_now, update};
 use super::{tasks, views, widgets};
-use crate::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, default_planning};
-use crate::formats::{EgoSelection, Entry};
-use crate::llm::Chunk;
-use crate::planner::Cancel;
-use crate::prompts::Library;
-use crate::settings::Config;
-use crate::store::{Consumed, Store};
-use crate::workflow::{OpenRequest, PlanRequest};
+use nearmiss_ask::llm::Chunk;
+use nearmiss_ask::prompts::Library;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_settings::Config;
+use nearmiss_store::{Consumed, Store};
+use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, default_planning};
+use nearmiss_workflow::{OpenRequest, PlanRequest};
 
 /// A workbench and the screen it is drawn on.
 pub struct Stage {
@@ -250,7 +250,8 @@ impl Stage {
     #[must_use]
     pub fn results(&self) -> Vec<serde_json::Value> {
         let rows = self.model.results.rows.iter();
-        rows.map(crate::evaluation::Results::json).collect()
+        rows.map(nearmiss_study::evaluation::Results::json)
+            .collect()
     }
 
     /// Draws a frame as the loop does.

@@ -13,12 +13,12 @@ mod variant;
 
 use std::sync::Arc;
 
-pub use crate::workflow::{Facts, Tally, Verdicts, country_of};
 pub use authorship::{AuthoringProgress, Authorship, Writer};
 pub use certificate::CertificateDrive;
 pub use cycle::CycleShown;
 pub use drive_files::{DriveFiles, DriveKey};
 pub use generated::{GenerationInputs, GenerationProgress};
+pub use nearmiss_workflow::{Facts, Tally, Verdicts, country_of};
 pub use picture::{PictureJob, PictureKind};
 pub use planned::PlannedEgo;
 pub use saved::SavedVariant;
@@ -27,15 +27,15 @@ pub use variant::{
     GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
 };
 
-use crate::formats::{EgoSelection, Entry};
-use crate::judge::{Judgement, judge_collision, judge_recording};
-use crate::metrics::{
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_render::scene::Basemap;
+use nearmiss_scene::judge::{Judgement, judge_collision, judge_recording};
+use nearmiss_scene::metrics::{
     Contact, Context, CriticalMoment, Grade, Headline, MEASURES, Measure, Reading, SCENE_MEASURES,
     Series, Thresholds,
 };
-use crate::render::scene::Basemap;
-use crate::scenario::{Scenario, Scene, Severity, Transform};
-use crate::workflow::{MissingEgo, OpenRequest, OpenedScene, open};
+use nearmiss_scene::scenario::{Scenario, Scene, Severity, Transform};
+use nearmiss_workflow::{MissingEgo, OpenRequest, OpenedScene, open};
 
 /// An opened scenario.
 #[derive(Debug, Clone)]
@@ -268,7 +268,7 @@ impl Measured {
             None => Series::of_obstacle(&context, Vec::new(), i64::MIN),
         };
         let steps = || context.steps();
-        let row = |m: &crate::metrics::SceneMeasure| {
+        let row = |m: &nearmiss_scene::metrics::SceneMeasure| {
             steps().map(|step| (m.compute)(&context, step)).collect()
         };
         Self {

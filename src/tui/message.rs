@@ -17,16 +17,16 @@ use ratatui::layout::Position;
 use super::keymap::{Key, Keymap};
 use super::loaded::{DriveFiles, DriveKey, Facts, GeneratedVariant, Opened, PictureJob, Source};
 use super::theme::Named;
-use crate::evaluation::Answer;
-use crate::formats::{Entry, PassedOver, SearchResults};
-use crate::llm::Discovered;
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::scenario::Transform;
-use crate::settings::{Config, SavedView, SavedViews, Tags};
-use crate::store::{NewRating, Rating, Unrated};
-use crate::verdict::Task;
-use crate::workflow::FolderOfExperiments;
+use nearmiss_ask::llm::Discovered;
+use nearmiss_ask::prompts::Library;
+use nearmiss_formats::{Entry, PassedOver, SearchResults};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::Transform;
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::{Config, SavedView, SavedViews, Tags};
+use nearmiss_store::{NewRating, Rating, Unrated};
+use nearmiss_study::evaluation::Answer;
+use nearmiss_workflow::FolderOfExperiments;
 
 /// A message to `update`.
 #[derive(Debug)]

@@ -38,7 +38,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use crate::evaluation::claims::counted;
 pub use answers::{Answers, Column, Progress, ShownAnswer, parts};
 pub use batch::{Card, MarkedScenarios};
 pub use camera::{Camera, NEIGHBOURHOOD};
@@ -65,6 +64,7 @@ pub use map::{
     Detail, End, Foreseen, Foresight, Future, Halves, Layers, Measurement, Moment, On, PathRequest,
     Tape, Tools, Trails, as_text,
 };
+pub use nearmiss_study::evaluation::claims::counted;
 pub use notices::{Notice, Toast};
 pub use pane::Pane;
 pub use picker::{
@@ -88,16 +88,16 @@ use super::message::{JobId, OpenId};
 use super::screens::{self, Screen, Screens};
 use super::session::SessionState;
 use super::theme::Theme;
-use crate::description::Frame;
-use crate::evaluation::{EffectiveSettings, Settings, window_end};
-use crate::judge;
-use crate::llm::ModelOffer;
-use crate::metrics::Thresholds;
-use crate::prompts::{Library, Techniques};
-use crate::scenario::{Scene, Window, WindowRule};
-use crate::settings::Config;
-use crate::store::{Run, RunId};
-use crate::verdict::Task;
+use nearmiss_ask::llm::ModelOffer;
+use nearmiss_ask::prompts::{Library, Techniques};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Window, WindowRule};
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::Config;
+use nearmiss_store::{Run, RunId};
+use nearmiss_study::evaluation::{EffectiveSettings, Settings, window_end};
 
 /// The state of the workbench.
 #[derive(Debug)]

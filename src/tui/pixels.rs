@@ -12,7 +12,7 @@ use ratatui_image::protocol::kitty::Kitty;
 use ratatui_image::{Image, Resize};
 
 use super::model::MapChoice;
-use crate::render::{Picture, pixels};
+use nearmiss_render::{Picture, pixels};
 
 /// Ids of the images at kitty, used in turn: the new one is sent while the old one is shown.
 const KITTY_IDS: [u32; 2] = [0x6e_6d_01, 0x6e_6d_02];
@@ -181,7 +181,7 @@ mod tests {
     use ratatui::backend::TestBackend;
 
     use super::*;
-    use crate::render::{Color, Stroke};
+    use nearmiss_render::{Color, Stroke};
 
     /// A picture of 40 × 40 pixels: red above, blue below.
     fn picture() -> Picture {
@@ -240,7 +240,7 @@ mod tests {
         let mut sixel = kitty.clone();
         sixel.picker.set_protocol_type(ProtocolType::Sixel);
         assert_eq!(sixel.coarseness(true), 1);
-        let mut images = crate::tui::model::Tools::default().images;
+        let mut images = crate::model::Tools::default().images;
         images.encoder = Some(kitty);
         let mut ask = |dpi| {
             images

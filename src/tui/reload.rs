@@ -12,7 +12,7 @@ use super::keymap::Keymap;
 use super::message::{Msg, Reloaded};
 use super::theme::Theme;
 use super::user_file::first;
-use crate::settings::{Config, Folders};
+use nearmiss_settings::{Config, Folders};
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_secs(1);

@@ -26,11 +26,11 @@ use super::tasks::{LoopEffect, Tasks};
 use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{perform, start, update};
 use super::{screenshot, views, widgets};
-use crate::formats::{EgoSelection, Entry, not_standard_input};
-use crate::settings::Folders;
-use crate::store::{Filter, Store};
-use crate::system;
-use crate::system::job_control::{self, JobSignal};
+use nearmiss_base::system;
+use nearmiss_base::system::job_control::{self, JobSignal};
+use nearmiss_formats::{EgoSelection, Entry, not_standard_input};
+use nearmiss_settings::Folders;
+use nearmiss_store::{Filter, Store};
 
 /// Result of running the workbench.
 pub type RunResult = Result<(), String>;

@@ -12,11 +12,11 @@ use super::model::Model;
 use super::theme::Theme;
 use super::update::{self, update};
 use super::views;
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::render::cells::Blocks;
-use crate::render::{Cell, Color, Palette, Screen, ScreenRequest};
-use crate::settings::{Config, Folders};
+use nearmiss_ask::prompts::Library;
+use nearmiss_render::cells::Blocks;
+use nearmiss_render::{Cell, Color, Palette, Screen, ScreenRequest};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::{Config, Folders};
 
 /// Draws the workbench with a scenario, and returns the step shown.
 ///
@@ -88,7 +88,7 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
 }
 
 fn read(
-    entry: &crate::formats::Entry,
+    entry: &nearmiss_formats::Entry,
     wanted: &ScreenRequest,
     thresholds: &Thresholds,
 ) -> Result<Opened, String> {
@@ -193,7 +193,7 @@ fn indexed(index: u8) -> Color {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::formats::{EgoSelection, bundled};
+    use nearmiss_formats::{EgoSelection, bundled};
 
     #[test]
     fn the_workbench_is_a_picture_of_its_cells() {

@@ -7,7 +7,7 @@ use super::layout::SMALLEST;
 use super::model::Glyphs;
 use super::theme::{ColorDepth, Theme, preview};
 use super::{background, terminal};
-use crate::system::{KeyBinding, Terminal};
+use nearmiss_base::system::{KeyBinding, Terminal};
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal or of `depth`:
 /// `true`, `256`, `16` or `none`, and plain text for `plain`. The user's themes are in `folder`.

@@ -28,16 +28,16 @@ use self::queue::Queue;
 use super::loaded::{PictureJob, Source};
 use super::message::{Effect, ExternalEdit, Msg, StoredOf};
 use super::session::{self, drafts};
-use crate::evaluation::{Answer, default_planning};
-use crate::formats::EgoSelection;
-use crate::judge;
-use crate::llm::{Effort, Environment, Parameters, Registry, probe};
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::settings::{Config, Folders, SavedViews, TextFile};
-use crate::simulation::{ExternalPlanner, Settings};
-use crate::store::{Origin, Store};
-use crate::workflow::{Models, experiments_in};
+use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry, probe};
+use nearmiss_ask::prompts::Library;
+use nearmiss_drive::simulation::{ExternalPlanner, Settings};
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::{Config, Folders, SavedViews, TextFile};
+use nearmiss_store::{Origin, Store};
+use nearmiss_study::evaluation::{Answer, default_planning};
+use nearmiss_workflow::{Models, experiments_in};
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const PATIENCE: usize = 100;

@@ -25,9 +25,9 @@ use tokio::task::JoinHandle;
 
 use super::keymap::Key;
 use super::message::{Mouse, Msg};
-use crate::system::job_control;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use nearmiss_base::system::job_control;
 
 /// Whether the terminal is ours at the moment.
 static TAKEN: AtomicBool = AtomicBool::new(false);
@@ -214,13 +214,13 @@ pub fn give_back_on_panic() {
     let report = std::panic::take_hook();
     let main = std::thread::current().id();
     std::panic::set_hook(Box::new(move |info| {
-        if crate::system::crash::is_contained() {
+        if nearmiss_base::system::crash::is_contained() {
             return;
         }
         give_back();
         report(info);
         if std::thread::current().id() != main {
-            crate::system::end_process_groups();
+            nearmiss_base::system::end_process_groups();
             std::process::exit(101);
         }
     }));

@@ -7,6 +7,7 @@ mod preview;
 #[cfg(test)]
 mod sight;
 
+use std::ops::{Deref, DerefMut};
 use std::path::Path;
 
 use ratatui::buffer::Buffer;
@@ -14,12 +15,12 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Line;
 
 use super::user_file::{all_visible, first};
-use crate::settings::{self, NamedTheme, ThemeColor, ThemeFile};
-use crate::system::unknown;
+use nearmiss_base::system::unknown;
+use nearmiss_settings::{self as settings, NamedTheme, ThemeColor, ThemeFile};
 
-pub use crate::settings::{AUTO, ROLES};
 pub use color::components;
 pub use depth::ColorDepth;
+pub use nearmiss_settings::{AUTO, ROLES};
 pub use preview::preview;
 
 /// Roles that lie behind others.
@@ -33,10 +34,25 @@ const SURFACES: &[&str] = &[
 ];
 
 /// A theme in the colours of a terminal.
-pub type Theme = settings::Theme<Color>;
+#[derive(Debug, Clone, PartialEq)]
+pub struct Theme(pub settings::Theme<Color>);
 
 /// A theme that can be chosen, in the colours of a terminal.
 pub type Named = NamedTheme<Color>;
+
+impl Deref for Theme {
+    type Target = settings::Theme<Color>;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl DerefMut for Theme {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}
 
 impl Theme {
     /// The theme `name`: the user's file of that name in `folder`, else a shipped one; `auto`, `contrast` and
@@ -47,7 +63,7 @@ impl Theme {
     pub fn load(name: &str, folder: &Path, dark: bool) -> Result<Self, String> {
         let all = Self::all(folder);
         match Named::find(&all, name, dark).map(|named| &named.theme) {
-            Some(theme) => theme.clone().map_err(|mistakes| first(&mistakes)),
+            Some(theme) => theme.clone().map(Self).map_err(|mistakes| first(&mistakes)),
             None => Err(Self::unknown(name, folder)),
         }
     }
@@ -79,7 +95,7 @@ impl Theme {
     /// The default theme for a dark or a light background.
     #[must_use]
     pub fn default_for(dark: bool) -> Self {
-        ThemeFile::default_for(dark).map(color::terminal_color)
+        Self(ThemeFile::default_for(dark).map(color::terminal_color))
     }
 
     /// The default theme.

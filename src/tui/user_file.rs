@@ -1,6 +1,6 @@
 //! Errors in user files, formatted for display.
 
-use crate::description::visible;
+use nearmiss_scene::description::visible;
 
 /// Mistakes that are safe to show, whatever they quote.
 pub fn all_visible(mistakes: Vec<String>) -> Vec<String> {

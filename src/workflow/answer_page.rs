@@ -6,15 +6,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::StoredQuestion;
-use crate::evaluation::claims::{self, TimeOrigin, shown_text};
-use crate::evaluation::{Answer, AnswerCase, AnswerPage, ShownClaim, tool_rounds};
-use crate::formats::{EgoSelection, Entry};
-use crate::llm::{Message, Role};
-use crate::metrics::Thresholds;
-use crate::render::{Figure, Look, MapExtent, PIXEL, Subject, svg};
-use crate::scenario::{Scene, Transform};
-use crate::store::{Origin, Run, RunId, Store, StoreError};
-use crate::verdict::Task;
+use nearmiss_ask::llm::{Message, Role};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_render::{Figure, Look, MapExtent, PIXEL, Subject, svg};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Transform};
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Origin, Run, RunId, Store, StoreError};
+use nearmiss_study::evaluation::claims::{self, TimeOrigin, shown_text};
+use nearmiss_study::evaluation::{Answer, AnswerCase, AnswerPage, ShownClaim, tool_rounds};
 
 /// Width and height of a picture, points.
 const PICTURE: (f64, f64) = (600.0 * PIXEL, 360.0 * PIXEL);

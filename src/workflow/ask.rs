@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use jiff::civil::Date;
 
-use crate::evaluation::{self, Answer, AskError, Event, Judge, Question, RunOptions};
-use crate::llm::{Budget, Client, Environment, Parameters, Registry, RegistryError};
-use crate::store::Store;
+use nearmiss_ask::llm::{Budget, Client, Environment, Parameters, Registry, RegistryError};
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::{self, Answer, AskError, Event, Judge, Question, RunOptions};
 
 /// The models that can be asked, with a shared connection pool and budget.
 #[derive(Debug)]

@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use crate::evaluation::Case;
-use crate::evaluation::batch::Spec;
-use crate::evaluation::report::AskedAs;
-use crate::store::{BatchId, RunId, Store, StoreError};
+use nearmiss_store::{BatchId, RunId, Store, StoreError};
+use nearmiss_study::evaluation::Case;
+use nearmiss_study::evaluation::batch::Spec;
+use nearmiss_study::evaluation::report::AskedAs;
 
 /// How the runs of batches were asked, where that is not the usual way.
 ///

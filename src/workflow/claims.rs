@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::StoredQuestion;
-use crate::evaluation::{Answer, claims};
-use crate::formats::{EgoSelection, Entry};
-use crate::scenario::Transform;
-use crate::store::{ClaimCounts, Outcome, RunId, RunState, Store, StoreError};
-use crate::verdict::Task;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::scenario::Transform;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{ClaimCounts, Outcome, RunId, RunState, Store, StoreError};
+use nearmiss_study::evaluation::{Answer, claims};
 
 /// Whether the claims of an answer are still to be counted: it is whole, and this version's check did not see it.
 #[must_use]

@@ -6,10 +6,10 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use super::journal::FOLDER;
-use crate::corpus::{CorpusIndex, IndexError, WindowEgo, WindowKey, part_files};
-use crate::planner::Cancel;
-use crate::scenario::obstacle_taken;
-use crate::store::{Origin, StoredVerdict};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_scene::corpus::{CorpusIndex, IndexError, WindowEgo, WindowKey, part_files};
+use nearmiss_scene::scenario::obstacle_taken;
+use nearmiss_store::{Origin, StoredVerdict};
 
 /// The parts of an index, in order.
 ///

@@ -7,14 +7,14 @@ use tokio::runtime::Handle;
 use tokio::sync::mpsc::unbounded_channel;
 
 use super::{PlanError, PlanEvent, PreparedPlan};
-use crate::evaluation::generating::{self, Author, AuthorError, Authored};
-use crate::generation::{
+use nearmiss_drive::generation::{
     AllowedAttacks, AttackSetup, AttackStyle, Capability, ClosedLoop, Effort, GeneratorError,
     Progress, SearchEvent, Selection, VariantGenerator, Wish,
 };
-use crate::planner::Cancel;
-use crate::scenario::{ObstacleRole, Scene};
-use crate::simulation::Outcome;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::Outcome;
+use nearmiss_scene::scenario::{ObstacleRole, Scene};
+use nearmiss_study::evaluation::generating::{self, Author, AuthorError, Authored};
 
 /// A request to generate a variant: the scenario, and the source of attacks.
 pub struct GenerateRequest<'a> {

@@ -11,13 +11,13 @@ use super::scenario_filter::{
     Agreement, Facts, Filter, Filterable, Indexed, Matching, Number, Property, Verdicts, WordMatch,
     country_of,
 };
-use crate::corpus::{
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::corpus::{
     CellWindows, Columns, IndexError, Part, RowCell, WINDOW_INTEGERS, WindowEgo, WindowPlace,
 };
-use crate::formats::{EgoSelection, Entry};
-use crate::metrics::{Measure, Thresholds};
-use crate::planner::Cancel;
-use crate::store::StoredVerdict;
+use nearmiss_scene::metrics::{Measure, Thresholds};
+use nearmiss_store::StoredVerdict;
 
 /// What is searched, and with what.
 #[derive(Debug)]

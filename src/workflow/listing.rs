@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::corpus::worst_moments;
-use crate::formats::{self, Entry, LibraryError, LongRecording, PassedOver, SearchResults};
-use crate::metrics::Thresholds;
+use nearmiss_formats::{
+    self as formats, Entry, LibraryError, LongRecording, PassedOver, SearchResults,
+};
+use nearmiss_scene::corpus::worst_moments;
+use nearmiss_scene::metrics::Thresholds;
 
 /// Pairs farther apart are not measured, metres: as far as `nearmiss index` looks where nothing else is said.
 pub const INDEX_RADIUS: f64 = 50.0;

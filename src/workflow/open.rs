@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::{EgoError, EgoSelection, Entry};
-use crate::scenario::{Scenario, Scene, Transform};
+use nearmiss_formats::commonroad::ReadError;
+use nearmiss_formats::{EgoError, EgoSelection, Entry};
+use nearmiss_scene::scenario::{Scenario, Scene, Transform};
 
 /// A request to open a scenario.
 #[derive(Debug, Clone, Copy)]
@@ -75,8 +75,8 @@ pub fn scene_of(
 /// Opens a scenario. Where no ego lies beside it, it has none.
 ///
 /// ```
-/// use nearmiss::formats::{EgoSelection, bundled};
-/// use nearmiss::workflow::{OpenRequest, open};
+/// use nearmiss_formats::{EgoSelection, bundled};
+/// use nearmiss_workflow::{OpenRequest, open};
 ///
 /// let opened = open(&OpenRequest {
 ///     entry: &bundled()[0],
@@ -85,7 +85,7 @@ pub fn scene_of(
 ///     strict: true,
 /// })?;
 /// assert!(opened.scene.is_ok());
-/// # Ok::<(), nearmiss::workflow::OpenError>(())
+/// # Ok::<(), nearmiss_workflow::OpenError>(())
 /// ```
 ///
 /// # Errors

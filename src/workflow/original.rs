@@ -6,11 +6,11 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::VariantRecord;
-use crate::description::visible;
-use crate::formats::{Entry, EntryLocation, bundled};
-use crate::generation::AttackStyle;
-use crate::scenario::{Scenario, VehicleType};
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_drive::generation::AttackStyle;
+use nearmiss_formats::{Entry, EntryLocation, bundled};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::scenario::{Scenario, VehicleType};
 
 /// An obstacle with a new motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -272,7 +272,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let elsewhere = tempfile::tempdir().unwrap();
         let first = bundled().remove(0).read().unwrap();
-        let bytes = crate::formats::commonroad::write(&first).unwrap();
+        let bytes = nearmiss_formats::commonroad::write(&first).unwrap();
         let file = elsewhere.path().join("moved.xml");
         std::fs::write(&file, &bytes).unwrap();
         let entry = Entry::of_file(&file);

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::{MissingEgo, OpenError, OpenRequest, PlannerFailure, open};
-use crate::formats::Entry;
-use crate::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
-use crate::scenario::{Ego, PlanningProblem, Scenario, Scene};
-use crate::simulation::{
+use nearmiss_drive::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
+use nearmiss_drive::simulation::{
     Cycle, DriveError, Driver, ExternalPlanner, ExternalReport, Rollout, Settings, TrafficMode,
 };
+use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::{Ego, PlanningProblem, Scenario, Scene};
 
 /// Whose ego is planned, and how.
 #[derive(Debug, Clone, Copy)]

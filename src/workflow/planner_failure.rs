@@ -1,6 +1,6 @@
 //! How a planner's process failed before there was anything to work on.
 
-use crate::simulation::{ExternalReport, PlannerFault};
+use nearmiss_drive::simulation::{ExternalReport, PlannerFault};
 
 /// How a planner's process failed in a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -6,11 +6,13 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::{OpenRequest, PlanRequest, open, prepare};
-use crate::formats::{EgoSelection, Entry, Export, Exported, ExportedEgo, write_openscenario};
-use crate::planner::Cancel;
-use crate::scenario::{Ego, EgoSource, PlanningProblem, Sample, Scenario, Track, VehicleType};
-use crate::simulation::Settings;
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::Settings;
+use nearmiss_formats::{EgoSelection, Entry, Export, Exported, ExportedEgo, write_openscenario};
+use nearmiss_scene::scenario::{
+    Ego, EgoSource, PlanningProblem, Sample, Scenario, Track, VehicleType,
+};
 
 /// What the ego does in the simulator.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use super::{OpenRequest, open};
-use crate::formats::{EgoSelection, Entry};
-use crate::judge::judge_under;
-use crate::metrics::Thresholds;
-use crate::scenario::{Scene, Transform, Window, obstacle_taken};
-use crate::store::Outcome;
-use crate::verdict::{Task, Verdict};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::judge::judge_under;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Transform, Window, obstacle_taken};
+use nearmiss_scene::verdict::{Task, Verdict};
+use nearmiss_store::Outcome;
 
 /// As much of a stored question as decides what the built-in judge says to it.
 #[derive(Debug, Clone, Copy)]
@@ -27,7 +27,7 @@ pub struct StoredQuestion<'a> {
 
 impl<'a> From<&'a Outcome> for StoredQuestion<'a> {
     fn from(one: &'a Outcome) -> Self {
-        let imported = one.origin == crate::store::Origin::Recorded;
+        let imported = one.origin == nearmiss_store::Origin::Recorded;
         Self {
             task: one.task,
             scenario: &one.scenario,

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::*;
-use crate::formats::{EgoSelection, Entry, bundled};
-use crate::planner::{Cancel, Forecast};
-use crate::simulation::Settings;
+use nearmiss_drive::planner::{Cancel, Forecast};
+use nearmiss_drive::simulation::Settings;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
 
 fn settings() -> Settings {
-    let mut settings = crate::evaluation::default_planning();
+    let mut settings = nearmiss_study::evaluation::default_planning();
     settings.forecast = Forecast::ConstantVelocity;
     settings.planner.horizon = 2.0;
     settings
@@ -31,7 +31,7 @@ fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> {
 fn with_two_problems(folder: &Path, ego: bool) -> Entry {
     let entry = bundled().remove(0);
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("scenarios")
+        .join("../../scenarios")
         .join(&entry.name);
     let xml = std::fs::read_to_string(shipped.with_extension("xml")).unwrap();
     let start = xml.find("<planningProblem").unwrap();
@@ -108,8 +108,8 @@ fn errors_name_the_scenario_and_what_is_there() {
         attackers: &[-4],
         wish: None,
         delay: 0.5,
-        style: crate::generation::AttackStyle::Human,
-        source: AttackSource::Search(&crate::generation::Effort::default()),
+        style: nearmiss_drive::generation::AttackStyle::Human,
+        source: AttackSource::Search(&nearmiss_drive::generation::Effort::default()),
     };
     let error = generate(&absent, &Cancel::default(), &mut |_| {}).unwrap_err();
     assert!(error.to_string().contains("no obstacle -4"));

@@ -6,15 +6,15 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::{StoredQuestion, asked_as};
-use crate::evaluation::batch::{self, Spec, TruthSource};
-use crate::evaluation::report::{BatchTruth, QuestionKey, RecordedScene, ScoreKey, Truth};
-use crate::evaluation::{CriticalMoments, Label, Labelled};
-use crate::formats::{EgoSelection, Entry};
-use crate::judge;
-use crate::metrics::{RiskConvention, Thresholds};
-use crate::scenario::{Transform, Window};
-use crate::store::{Outcome, RunId, Store, StoreError};
-use crate::verdict::{Task, Verdict};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::{RiskConvention, Thresholds};
+use nearmiss_scene::scenario::{Transform, Window};
+use nearmiss_scene::verdict::{Task, Verdict};
+use nearmiss_store::{Outcome, RunId, Store, StoreError};
+use nearmiss_study::evaluation::batch::{self, Spec, TruthSource};
+use nearmiss_study::evaluation::report::{BatchTruth, QuestionKey, RecordedScene, ScoreKey, Truth};
+use nearmiss_study::evaluation::{CriticalMoments, Label, Labelled};
 
 /// What answers are compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::description::visible;
+use nearmiss_scene::description::visible;
 
 /// The record, as it was written when the variant was made. A field that a manifest does not have is `None` or empty.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

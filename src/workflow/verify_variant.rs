@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use super::{OpenRequest, PlanRequest, VariantOrigin, prepare};
-use crate::description::visible;
-use crate::formats::{EgoSelection, Entry};
-use crate::planner::{self, Cancel, Forecast};
-use crate::scenario::ContentHash;
-use crate::simulation::{Settings, TrafficMode};
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_drive::planner::{self, Cancel, Forecast};
+use nearmiss_drive::simulation::{Settings, TrafficMode};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::scenario::ContentHash;
 
 /// What was verified of a variant.
 #[derive(Debug, Clone, PartialEq, Eq)]

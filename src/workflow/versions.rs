@@ -4,15 +4,15 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use super::batch::{BatchError, BatchPlan, DryRun, DryRunEvent};
-use crate::evaluation::batch::{Estimate, Variant, critical_of, label_of, way_of};
-use crate::evaluation::statistics::{FEWEST, PairedTest};
-use crate::evaluation::{
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::Entry;
+use nearmiss_scene::verdict;
+use nearmiss_store::{NewItem, Run, RunId, SameQuestion, Store, StoreError};
+use nearmiss_study::evaluation::batch::{Estimate, Variant, critical_of, label_of, way_of};
+use nearmiss_study::evaluation::statistics::{FEWEST, PairedTest};
+use nearmiss_study::evaluation::{
     AnswerStatus, Cluster, Judges, Label, Outcome, Scored, with_token_probability,
 };
-use crate::formats::Entry;
-use crate::planner::Cancel;
-use crate::store::{NewItem, Run, RunId, SameQuestion, Store, StoreError};
-use crate::verdict;
 
 /// A version of a prompt.
 pub struct VersionSource {

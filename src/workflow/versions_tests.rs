@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::verdict::{ObstacleRisk, Task, Verdict};
+use nearmiss_scene::verdict::{ObstacleRisk, Task, Verdict};
 
 fn said(task: Task, truth: Label, dangerous: bool, named: i64) -> Scored {
     let verdict = Verdict {

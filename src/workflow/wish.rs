@@ -3,9 +3,9 @@
 //! Phrases of a fixed vocabulary are recognised in any order, the longest first. What is not understood is named, never
 //! dropped.
 
-use crate::generation::{AttackPlace, Wish};
-use crate::scenario::ObstacleType;
-use crate::verdict::ManoeuvreKind;
+use nearmiss_drive::generation::{AttackPlace, Wish};
+use nearmiss_scene::scenario::ObstacleType;
+use nearmiss_scene::verdict::ManoeuvreKind;
 
 /// A wish that was read.
 #[derive(Debug, Clone, PartialEq, Eq)]

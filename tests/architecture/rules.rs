@@ -4,122 +4,61 @@ use std::path::{Path, PathBuf};
 
 use super::source::{self, Source, Target};
 
-/// The modules of the domain; evaluation, the command line and the terminal may use them all.
-const DOMAIN: [&str; 17] = [
-    "geometry",
-    "scenario",
-    "traffic_rules",
-    "formats",
-    "metrics",
-    "description",
-    "prompts",
-    "llm",
-    "verdict",
-    "judge",
-    "planner",
-    "simulation",
-    "generation",
-    "corpus",
-    "store",
-    "render",
-    "tools",
-];
-
-/// Top-level modules and what each may import beside itself; a module that is not here fails.
-fn may_import(module: &str) -> Option<Vec<&'static str>> {
-    let few: &[&'static str] = match module {
-        "geometry" | "prompts" | "llm" | "verdict" | "system" | "docs" => &[],
-        // A key of the section for the planner is a field of its settings.
-        "settings" => &["simulation", "planner", "scenario"],
-        "scenario" => &["geometry"],
-        "formats" => &["scenario", "geometry"],
-        "metrics" | "traffic_rules" => &["scenario", "geometry"],
-        "planner" => &["traffic_rules", "scenario", "geometry"],
-        "corpus" => &["metrics", "scenario", "geometry"],
-        "description" => &["metrics", "scenario", "geometry"],
-        "judge" => &["metrics", "scenario", "geometry", "verdict"],
-        "tools" => &["metrics", "scenario", "geometry"],
-        // Drives are written as solutions, variants as scenarios.
-        "simulation" => &[
-            "planner",
-            "traffic_rules",
-            "metrics",
-            "formats",
-            "scenario",
-            "geometry",
-        ],
-        "generation" => &[
-            "simulation",
-            "planner",
-            "traffic_rules",
-            "description",
-            "metrics",
-            "verdict",
-            "formats",
-            "scenario",
-            "geometry",
-        ],
-        "store" => &["verdict"],
-        // Figures show scenes and their measures; the screen of the terminal comes to them as cells. Themes give both
-        // their colours.
-        "render" => &[
-            "metrics", "corpus", "formats", "scenario", "geometry", "settings",
-        ],
-        "evaluation" => &DOMAIN,
-        "paper" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
-        "workflow" => return Some([&DOMAIN[..], &["evaluation"]].concat()),
-        // The manual is printed by a command.
-        "cli" => {
-            return Some(
-                [
-                    &DOMAIN[..],
-                    &["evaluation", "paper", "settings", "workflow", "docs"],
-                ]
-                .concat(),
-            );
-        }
-        "tui" => return Some([&DOMAIN[..], &["evaluation", "settings", "workflow"]].concat()),
-        "main" => &["cli", "tui"],
+/// Modules that share a crate, and what each may import of it; a module that is not here fails. What crates see of each
+/// other the compiler holds.
+fn may_import(module: &str) -> Option<&'static [&'static str]> {
+    Some(match module {
+        "geometry" | "system" | "scenario" | "verdict" | "planner" | "prompts" | "llm"
+        | "tools" => &[],
+        "metrics" | "traffic_rules" => &["scenario"],
+        "corpus" | "description" => &["metrics", "scenario"],
+        "judge" => &["metrics", "scenario", "verdict"],
+        "simulation" => &["planner"],
+        "generation" => &["simulation", "planner"],
+        "evaluation" => &["tools"],
+        "paper" => &["evaluation"],
         _ => return None,
-    };
-    Some(few.to_vec())
+    })
 }
 
-/// What every module may import: it knows none of them.
-const EVERYWHERE: &str = "system";
+/// Crates of several modules, and the program, which brings the two faces together.
+const SHARED: [&str; 5] = ["base", "scene", "drive", "ask", "study"];
+
+/// What the program itself may import.
+const FACES: [&str; 2] = ["cli", "tui"];
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
 const HOMES: [(&str, &[&str]); 24] = [
     ("ratatui", &["tui/", "render/cells/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
-    ("reqwest", &["llm/"]),
+    ("reqwest", &["ask/llm/"]),
     ("hyper", &["cli/mcp/"]),
     ("http_body_util", &["cli/mcp/"]),
     ("getrandom", &["cli/mcp/token.rs"]),
     ("quick_xml", &["formats/commonroad/"]),
     (
         "encoding_rs",
-        &["formats/commonroad/encoding.rs", "llm/body_text.rs"],
+        &["formats/commonroad/encoding.rs", "ask/llm/body_text.rs"],
     ),
     (
         "prost",
         &["formats/commonroad/protobuf/", "formats/recordings/waymo/"],
     ),
     ("rusqlite", &["store/", "formats/recordings/nuplan/"]),
-    ("minijinja", &["prompts/"]),
-    ("parry", &["geometry/"]),
-    ("rstar", &["geometry/", "scenario/road/"]),
-    ("i_overlay", &["geometry/"]),
-    ("petgraph", &["scenario/road/"]),
-    ("shell_words", &["simulation/external/"]),
+    ("minijinja", &["ask/prompts/"]),
+    ("parry", &["base/geometry/"]),
+    ("rstar", &["base/geometry/", "scene/scenario/road/"]),
+    ("i_overlay", &["base/geometry/"]),
+    ("petgraph", &["scene/scenario/road/"]),
+    ("shell_words", &["drive/simulation/external/"]),
     ("tar", &["workflow/bundle/"]),
     // Bundles, and answers that a server packs unasked.
-    ("flate2", &["workflow/bundle/", "llm/body_text.rs"]),
+    ("flate2", &["workflow/bundle/", "ask/llm/body_text.rs"]),
     (
         "parquet",
         &[
             "cli/output/",
-            "corpus/parts.rs",
+            "scene/corpus/parts.rs",
             "formats/recordings/argoverse/",
         ],
     ),
@@ -208,13 +147,19 @@ pub fn complaints(path: &Path, source: &Source) -> Vec<String> {
 }
 
 fn inside(from: &[String], to: &[String]) -> Option<String> {
-    let (own, other) = (from.first()?, to.first()?);
-    if own != other {
-        let Some(allowed) = may_import(own) else {
-            return Some(format!("module `{own}` is in no rule of the design"));
+    let own = from.first()?;
+    if own == "main" {
+        let wanted = to.first()?.as_str();
+        return (!FACES.contains(&wanted))
+            .then(|| format!("the program must not import `{wanted}`"));
+    }
+    if SHARED.contains(&own.as_str()) {
+        let (part, wanted) = (from.get(1)?, to.get(1)?.as_str());
+        let Some(allowed) = may_import(part) else {
+            return Some(format!("module `{part}` is in no rule of the design"));
         };
-        return (!allowed.contains(&other.as_str()) && other != EVERYWHERE)
-            .then(|| format!("`{own}` must not import `{}`", to.join("::")));
+        return (part != wanted && !allowed.contains(&wanted))
+            .then(|| format!("`{part}` must not import `{}`", to.join("::")));
     }
     if own != "tui" {
         return None;

@@ -17,7 +17,7 @@ pub struct Named {
 /// Where a path leads.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Target {
-    /// Into the crate: segments from its root.
+    /// Into the crate: its folder, and segments from its root.
     Inside(Vec<String>),
     /// Elsewhere, or to a name that is in scope.
     Outside(Vec<String>),
@@ -61,14 +61,17 @@ pub fn read(path: &Path, text: &str) -> Source {
     source
 }
 
-/// The module path of a file: `tui/views/map.rs` is `tui::views::map`.
+/// The folder of a file's crate and its module path: `tui/views/map.rs` is `tui::views::map`.
 pub fn module_of(path: &Path) -> Vec<String> {
     let mut parts: Vec<String> = path
         .with_extension("")
         .components()
         .map(|c| c.as_os_str().to_string_lossy().into_owned())
         .collect();
-    if parts.last().is_some_and(|last| last == "mod") || parts == ["lib"] {
+    if parts
+        .last()
+        .is_some_and(|last| last == "mod" || last == "lib")
+    {
         parts.pop();
     }
     parts
@@ -410,8 +413,9 @@ fn resolve(here: &[String], children: &[String], path: Vec<String>) -> Target {
     let mut base = here.to_vec();
     let mut rest = path.as_slice();
     match rest.first().map(String::as_str) {
+        // The folder of a crate comes first.
         Some("crate") => {
-            base.clear();
+            base.truncate(1);
             rest = &rest[1..];
         }
         // The program sees the library from outside.

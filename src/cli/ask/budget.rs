@@ -1,9 +1,9 @@
 //! The cost limit of an answer and its source: `--budget`, else `budget` in `config.toml`.
 
-use crate::cli::Failure;
-use crate::evaluation::AskError;
-use crate::settings::{Config, Folders, TextFile};
-use crate::system::KeyLines;
+use crate::Failure;
+use nearmiss_base::system::KeyLines;
+use nearmiss_settings::{Config, Folders, TextFile};
+use nearmiss_study::evaluation::AskError;
 
 /// The most that an answer may cost.
 pub struct Bound {

@@ -3,10 +3,10 @@
 use serde_json::{Map, Value, json};
 
 use super::{past, words};
-use crate::cli::{cost, json, time};
-use crate::evaluation::{Answer, Case, Judge, JudgeOutcome, Question};
-use crate::judge;
-use crate::verdict::Task;
+use crate::{cost, json, time};
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::{Answer, Case, Judge, JudgeOutcome, Question};
 
 /// The verdict, its cost and where it is stored; the same keys with or without a verdict.
 pub(super) fn document(answer: &Answer, question: &Question, judge: &Judge) -> Value {

@@ -3,9 +3,9 @@
 use serde_json::json;
 
 use super::budget::Bound;
-use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{Price, Size};
-use crate::evaluation::{Judge, Question};
+use crate::{Failure, Outcome, output};
+use nearmiss_study::evaluation::batch::{Price, Size};
+use nearmiss_study::evaluation::{Judge, Question};
 
 /// Says how long the question is, what it costs at most, and what a budget makes of that.
 pub fn run(question: &Question, judge: &Judge, bound: Option<&Bound>, as_json: bool) -> Outcome {

@@ -3,8 +3,8 @@
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
-use crate::evaluation::{Answer, Judge};
-use crate::llm::Usage;
+use nearmiss_ask::llm::Usage;
+use nearmiss_study::evaluation::{Answer, Judge};
 
 /// Whose answer it is: the model, and where it was asked for under another name, which run that was.
 pub(super) fn whose(answer: &Answer, asked: &str) -> String {

@@ -2,9 +2,9 @@
 
 use std::io::{IsTerminal, Write};
 
-use crate::cli::output;
-use crate::evaluation::{Event, tool_rounds};
-use crate::llm::Chunk;
+use crate::output;
+use nearmiss_ask::llm::Chunk;
+use nearmiss_study::evaluation::{Event, tool_rounds};
 
 /// Streams the words of an answer to standard error, where a person is watching.
 pub(super) struct AnswerPrinter {

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::evaluation::MissingVerdict;
-use crate::verdict::{Moment, Motion, ParsedAnswer};
+use nearmiss_scene::verdict::{Moment, Motion, ParsedAnswer};
+use nearmiss_study::evaluation::MissingVerdict;
 
 /// Why there is no verdict. An address that cannot be reached was tried, other than what is refused beforehand.
 pub(super) fn missing(missing: &MissingVerdict) -> String {

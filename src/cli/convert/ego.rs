@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::formats::{EgoError, Entry, EntryLocation, USUAL_VEHICLE, find_recording};
-use crate::formats::{write_recording, write_sized_recording};
-use crate::scenario::{Ego, EgoSource, Scenario};
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_formats::{EgoError, Entry, EntryLocation, USUAL_VEHICLE, find_recording};
+use nearmiss_formats::{write_recording, write_sized_recording};
+use nearmiss_scene::scenario::{Ego, EgoSource, Scenario};
 
 /// The file beside a scenario, where its ego is looked for first.
 pub fn beside(scenario: &Path) -> PathBuf {

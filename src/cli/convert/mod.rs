@@ -17,11 +17,11 @@ use super::open::{clash, found};
 use super::parallel::in_order;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
-use crate::formats::Entry;
-use crate::formats::commonroad::{NewFile, conform, write};
-use crate::planner::Cancel;
-use crate::scenario::{alike, in_short};
-use crate::workflow::{SimulatedEgo, VariantOrigin};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::Entry;
+use nearmiss_formats::commonroad::{NewFile, conform, write};
+use nearmiss_scene::scenario::{alike, in_short};
+use nearmiss_workflow::{SimulatedEgo, VariantOrigin};
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]

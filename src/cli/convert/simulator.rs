@@ -3,15 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use super::Converted;
-use crate::cli::Failure;
-use crate::cli::open::configuration;
-use crate::cli::plan::as_ego;
-use crate::evaluation::default_planning;
-use crate::formats::{EgoSelection, Entry, not_standard_input};
-use crate::planner::Cancel;
-use crate::scenario::in_short;
-use crate::simulation::Settings;
-use crate::workflow::{ExportRequest, SimulatedEgo, export_to_simulator};
+use crate::Failure;
+use crate::open::configuration;
+use crate::plan::as_ego;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::Settings;
+use nearmiss_formats::{EgoSelection, Entry, not_standard_input};
+use nearmiss_scene::scenario::in_short;
+use nearmiss_study::evaluation::default_planning;
+use nearmiss_workflow::{ExportRequest, SimulatedEgo, export_to_simulator};
 
 /// The ending of scenarios for simulators.
 const SCENARIO: &str = "xosc";

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::Finding;
-use crate::cli::Workbench;
-use crate::cli::open::user_thresholds;
-use crate::prompts::Library;
-use crate::settings::{Config, Folders, Tags};
-use crate::system::others_may;
+use crate::Workbench;
+use crate::open::user_thresholds;
+use nearmiss_ask::prompts::Library;
+use nearmiss_base::system::others_may;
+use nearmiss_settings::{Config, Folders, Tags};
 
 /// The configuration, or the defaults, and what is to be said of it.
 pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {
@@ -129,7 +129,7 @@ fn written(what: &str, there: &Path, words: &str, variable: &str) -> Finding {
             "folders",
             format!(
                 "{what}: {words}: not writable: {}",
-                crate::system::words(&error)
+                nearmiss_base::system::words(&error)
             ),
             format!("make it writable, or set {variable} to another folder"),
         ),

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Failure, Outcome, Workbench, json, output};
-use crate::settings::{Config, Folders};
+use nearmiss_settings::{Config, Folders};
 
 pub use files::open_to_others;
 
@@ -158,7 +158,7 @@ fn program() -> Finding {
 }
 
 /// The configuration; the defaults where it cannot be used.
-fn usable(read: Result<Config, crate::settings::ConfigError>) -> (Config, Vec<String>) {
+fn usable(read: Result<Config, nearmiss_settings::ConfigError>) -> (Config, Vec<String>) {
     match read {
         Ok(config) => (config, Vec::new()),
         Err(error) => (Config::default(), error.mistakes_in_words().collect()),

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::Finding;
-use crate::cli::Failure;
-use crate::judge;
-use crate::llm::{
+use crate::Failure;
+use nearmiss_ask::llm::{
     Environment, KeyState, ProviderStatus, Reachability, Registry, RegistryError, reach,
 };
-use crate::settings::{Config, Folders};
+use nearmiss_scene::judge;
+use nearmiss_settings::{Config, Folders};
 
 const AREA: &str = "models";
 

@@ -1,8 +1,8 @@
 //! Checks the planners of `config.toml`: whether the program of each can be found. None is started.
 
 use super::Finding;
-use crate::settings::Config;
-use crate::system::is_program;
+use nearmiss_base::system::is_program;
+use nearmiss_settings::Config;
 
 const AREA: &str = "planners";
 

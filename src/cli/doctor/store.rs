@@ -1,8 +1,8 @@
 //! Checks the store of runs.
 
 use super::Finding;
-use crate::settings::Folders;
-use crate::store::Health;
+use nearmiss_settings::Folders;
+use nearmiss_store::Health;
 
 const AREA: &str = "store";
 

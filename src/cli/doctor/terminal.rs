@@ -1,7 +1,7 @@
 //! Checks the terminal, as far as it can be detected.
 
 use super::Finding;
-use crate::system::Terminal;
+use nearmiss_base::system::Terminal;
 
 const AREA: &str = "terminal";
 

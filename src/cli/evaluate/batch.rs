@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Evaluate, Format};
-use crate::cli::open::found;
-use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{Matrix, MatrixAdditions, QuestionLine, RequestSettings};
-use crate::evaluation::{Axes, default_frame};
-use crate::llm::{Effort, Endpoint};
-use crate::prompts::Techniques;
-use crate::store::NewItem;
-use crate::verdict::Task;
-use crate::workflow::batch::{BatchError, BatchPlan, BatchRequest, BatchRun, DryRun};
-use crate::workflow::{experiment_among, selected};
+use crate::open::found;
+use crate::{Failure, Outcome, output};
+use nearmiss_ask::llm::{Effort, Endpoint};
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::NewItem;
+use nearmiss_study::evaluation::batch::{Matrix, MatrixAdditions, QuestionLine, RequestSettings};
+use nearmiss_study::evaluation::{Axes, default_frame};
+use nearmiss_workflow::batch::{BatchError, BatchPlan, BatchRequest, BatchRun, DryRun};
+use nearmiss_workflow::{experiment_among, selected};
 
 use super::context::BatchContext;
 use super::drawing::planned;

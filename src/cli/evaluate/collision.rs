@@ -3,14 +3,14 @@
 use serde_json::json;
 
 use super::{About, Evaluate, Format, Truth, built_in, number, outcome, share};
-use crate::cli::open::{configuration, user_thresholds};
-use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::{AnswerStatus, Confusion, Label, Scored};
-use crate::judge::{self, Judgement, judge_collision, judge_recording};
-use crate::metrics::{RiskConvention, Thresholds};
-use crate::scenario::Scene;
-use crate::verdict::Task;
-use crate::workflow::batch::BuiltInAnswers;
+use crate::open::{configuration, user_thresholds};
+use crate::{Failure, Outcome, output};
+use nearmiss_scene::judge::{self, Judgement, judge_collision, judge_recording};
+use nearmiss_scene::metrics::{RiskConvention, Thresholds};
+use nearmiss_scene::scenario::Scene;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::{AnswerStatus, Confusion, Label, Scored};
+use nearmiss_workflow::batch::BuiltInAnswers;
 
 pub(super) fn run(arguments: &Evaluate, task: Task, about: About<'_>) -> Outcome {
     let truth = about.0;

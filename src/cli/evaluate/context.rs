@@ -5,18 +5,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::options::Options;
-use crate::cli::open::{configuration, user_thresholds};
-use crate::cli::templates::templates;
-use crate::cli::{Failure, output};
-use crate::evaluation::Judges;
-use crate::evaluation::batch::Spec;
-use crate::llm::{Budget, Environment};
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::settings::{Config, Folders};
-use crate::store::Store;
-use crate::workflow::ExperimentContext;
-use crate::workflow::batch::BatchModels;
+use crate::open::{configuration, user_thresholds};
+use crate::templates::templates;
+use crate::{Failure, output};
+use nearmiss_ask::llm::{Budget, Environment};
+use nearmiss_ask::prompts::Library;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::{Config, Folders};
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::Judges;
+use nearmiss_study::evaluation::batch::Spec;
+use nearmiss_workflow::ExperimentContext;
+use nearmiss_workflow::batch::BatchModels;
 
 /// The shared context of a batch.
 pub struct BatchContext {

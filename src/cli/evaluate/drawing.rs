@@ -1,11 +1,11 @@
 //! Shows progress while the windows of a batch are drawn, for which all recordings are read.
 
 use super::truth::say_each;
-use crate::cli::interrupt::INTERRUPTED;
-use crate::cli::progress::Progress;
-use crate::cli::{Failure, output};
-use crate::planner::Cancel;
-use crate::workflow::batch::{BatchError, BatchPlan, PlanningEvent};
+use crate::interrupt::INTERRUPTED;
+use crate::progress::Progress;
+use crate::{Failure, output};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_workflow::batch::{BatchError, BatchPlan, PlanningEvent};
 
 /// Plans a batch, then says what is doubtful about its truth and which scenarios are left out.
 pub fn planned(

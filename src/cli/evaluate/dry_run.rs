@@ -4,12 +4,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::truth::say_each;
-use crate::cli::progress::Progress;
-use crate::cli::{Failure, Outcome, json, output};
-use crate::evaluation::Judges;
-use crate::planner::Cancel;
-use crate::store::Store;
-use crate::workflow::batch::{BatchPlan, DryRun, DryRunEvent, DryRunLine, is_enough};
+use crate::progress::Progress;
+use crate::{Failure, Outcome, json, output};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::Judges;
+use nearmiss_workflow::batch::{BatchPlan, DryRun, DryRunEvent, DryRunLine, is_enough};
 
 /// Makes the questions of a batch, and says what is doubtful and which scenarios are left out.
 pub fn make(plan: &BatchPlan, judges: &Judges, store: &Store) -> Result<DryRun, Failure> {

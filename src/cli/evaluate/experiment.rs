@@ -7,12 +7,12 @@ use super::batch::carry_out;
 use super::context::BatchContext;
 use super::drawing::planned;
 use super::resume;
-use crate::cli::open::with_notes;
-use crate::cli::output::{self, refused};
-use crate::cli::{Failure, Outcome};
-use crate::settings::TextFile;
-use crate::workflow::batch::BatchRequest;
-use crate::workflow::{Experiment, WriteExperimentError};
+use crate::open::with_notes;
+use crate::output::{self, refused};
+use crate::{Failure, Outcome};
+use nearmiss_settings::TextFile;
+use nearmiss_workflow::batch::BatchRequest;
+use nearmiss_workflow::{Experiment, WriteExperimentError};
 
 /// Runs an experiment, or goes on with it where the store has a batch that asks the same.
 pub fn run(arguments: &Evaluate, file: &Path) -> Outcome {

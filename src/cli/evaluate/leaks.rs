@@ -2,10 +2,10 @@
 
 use serde_json::json;
 
-use crate::cli::{Outcome, output};
-use crate::evaluation::report::leak_row;
-use crate::evaluation::{SURFACE, leaks};
-use crate::store::NewItem;
+use crate::{Outcome, output};
+use nearmiss_store::NewItem;
+use nearmiss_study::evaluation::report::leak_row;
+use nearmiss_study::evaluation::{SURFACE, leaks};
 
 /// Writes how well each part of the surface tells dangerous from safe windows.
 pub fn write(items: &[NewItem], json: bool) -> Outcome {

@@ -8,14 +8,14 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{number, some};
-use crate::cli::filters::store_to_read;
-use crate::cli::side_files::partition;
-use crate::cli::{Failure, Outcome, json, output, time};
-use crate::evaluation::Protocol;
-use crate::evaluation::batch::{Matrix, Spec};
-use crate::formats::PlannerDrives;
-use crate::store::{Batch, Progress};
-use crate::verdict::Task;
+use crate::filters::store_to_read;
+use crate::side_files::partition;
+use crate::{Failure, Outcome, json, output, time};
+use nearmiss_formats::PlannerDrives;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Batch, Progress};
+use nearmiss_study::evaluation::Protocol;
+use nearmiss_study::evaluation::batch::{Matrix, Spec};
 
 /// Lists the batches.
 pub fn list(as_json: bool) -> Outcome {

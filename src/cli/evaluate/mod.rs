@@ -33,14 +33,14 @@ use super::plan::as_ego;
 use super::progress::Progress;
 use super::span::history;
 use super::{Failure, Outcome, output};
-use crate::evaluation::windows::WITHIN;
-use crate::evaluation::{Candidate, Labelled, Lead};
-use crate::formats::{EgoSelection, Entry};
-use crate::judge;
-use crate::metrics::Thresholds;
-use crate::verdict::Task;
-use crate::workflow::batch::{BatchError, BuiltInAnswers, BuiltInEvent, BuiltInRequest};
-use crate::workflow::experiment_among;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::windows::WITHIN;
+use nearmiss_study::evaluation::{Candidate, Labelled, Lead};
+use nearmiss_workflow::batch::{BatchError, BuiltInAnswers, BuiltInEvent, BuiltInRequest};
+use nearmiss_workflow::experiment_among;
 use truth::{Truth, truth};
 
 /// Arguments of `evaluate`.

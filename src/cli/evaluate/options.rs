@@ -4,21 +4,21 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use crate::cli::ask::{budget, effort, temperature};
-use crate::cli::declared::Declared;
-use crate::cli::gate::Gate;
-use crate::cli::open::{frame, pack, techniques};
-use crate::cli::span::{OfFrames, form};
-use crate::cli::tool_options::{ToolLimitOptions, on_or_off};
-use crate::description::{Form, Frame};
-use crate::evaluation::batch::{MatrixAdditions, Shard, Split, Subset};
-use crate::evaluation::{Lead, Protocol};
-use crate::llm::Effort;
-use crate::prompts::{Pack, Techniques};
-use crate::scenario::Transform;
-use crate::store::{BatchId, SplitPart};
-use crate::system::unknown;
-use crate::workflow::batch::Selection;
+use crate::ask::{budget, effort, temperature};
+use crate::declared::Declared;
+use crate::gate::Gate;
+use crate::open::{frame, pack, techniques};
+use crate::span::{OfFrames, form};
+use crate::tool_options::{ToolLimitOptions, on_or_off};
+use nearmiss_ask::llm::Effort;
+use nearmiss_ask::prompts::{Pack, Techniques};
+use nearmiss_base::system::unknown;
+use nearmiss_scene::description::{Form, Frame};
+use nearmiss_scene::scenario::Transform;
+use nearmiss_store::{BatchId, SplitPart};
+use nearmiss_study::evaluation::batch::{MatrixAdditions, Shard, Split, Subset};
+use nearmiss_study::evaluation::{Lead, Protocol};
+use nearmiss_workflow::batch::Selection;
 
 /// The largest seed that TOML can write.
 const SEEDS: u64 = i64::MAX as u64;

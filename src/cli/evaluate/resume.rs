@@ -6,9 +6,9 @@ use super::drawing::planned;
 use super::options::Resumed;
 use super::truth::truth_source;
 use super::{Evaluate, number, some};
-use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::TruthSource;
-use crate::workflow::batch::{Relabelling, ResumeRequest};
+use crate::{Failure, Outcome, output};
+use nearmiss_study::evaluation::batch::TruthSource;
+use nearmiss_workflow::batch::{Relabelling, ResumeRequest};
 
 /// Resumes a batch.
 pub fn run(arguments: &Evaluate, which: Resumed) -> Outcome {

@@ -9,14 +9,14 @@ use super::context::BatchContext;
 use super::table::Rows;
 use super::varied::Varied;
 use super::{dry_run, split_table, submit};
-use crate::cli::batches::lost;
-use crate::cli::interrupt::{GRACE, INTERRUPTED, signal};
-use crate::cli::progress::Progress;
-use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{TestSplit, answers};
-use crate::store::{BatchId, Item, ItemState, SplitPart};
-use crate::workflow::batch::{BatchRun, DryRun, PausedModel, QuestionOutcome, Selection};
-use crate::workflow::reasons_of;
+use crate::batches::lost;
+use crate::interrupt::{GRACE, INTERRUPTED, signal};
+use crate::progress::Progress;
+use crate::{Failure, Outcome, output};
+use nearmiss_store::{BatchId, Item, ItemState, SplitPart};
+use nearmiss_study::evaluation::batch::{TestSplit, answers};
+use nearmiss_workflow::batch::{BatchRun, DryRun, PausedModel, QuestionOutcome, Selection};
+use nearmiss_workflow::reasons_of;
 
 /// Format of a batch's table.
 #[derive(Debug, Clone, Copy)]

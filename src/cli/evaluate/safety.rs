@@ -6,17 +6,17 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::{About, Evaluate, Format, Truth, built_in, number, outcome, share};
-use crate::cli::open::{configuration, user_thresholds};
-use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::path_of;
-use crate::evaluation::windows::{MATCHED_ON, Recording, SampledWindow};
-use crate::evaluation::{
+use crate::open::{configuration, user_thresholds};
+use crate::{Failure, Outcome, output};
+use nearmiss_formats::Entry;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::batch::path_of;
+use nearmiss_study::evaluation::windows::{MATCHED_ON, Recording, SampledWindow};
+use nearmiss_study::evaluation::{
     Alarms, Candidate, Confusion, CriticalMoments, Labelled, Lead, Naming, Predictions, Scored,
     Setting,
 };
-use crate::formats::Entry;
-use crate::verdict::Task;
-use crate::workflow::batch::{BuiltInAnswers, BuiltInRequest};
+use nearmiss_workflow::batch::{BuiltInAnswers, BuiltInRequest};
 
 pub(super) fn run(arguments: &Evaluate, candidates: Vec<Candidate>, about: About<'_>) -> Outcome {
     let truth = about.0;

@@ -3,10 +3,10 @@
 use super::running::Table;
 use super::table::Rows;
 use super::varied::Varied;
-use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::batch::{TestSplit, answers_of_part};
-use crate::evaluation::report::joined;
-use crate::store::{BatchId, SplitPart, Store};
+use crate::{Failure, Outcome, output};
+use nearmiss_store::{BatchId, SplitPart, Store};
+use nearmiss_study::evaluation::batch::{TestSplit, answers_of_part};
+use nearmiss_study::evaluation::report::joined;
 
 /// Writes them.
 pub fn show(store: &Store, id: BatchId, test: &TestSplit, table: Table) -> Outcome {

@@ -3,9 +3,9 @@
 use tokio::runtime::Runtime;
 
 use super::number;
-use crate::cli::{Failure, output};
-use crate::store::Item;
-use crate::workflow::batch::{BatchRun, SubmittedItems};
+use crate::{Failure, output};
+use nearmiss_store::Item;
+use nearmiss_workflow::batch::{BatchRun, SubmittedItems};
 
 /// Questions left to ask here.
 pub enum Left {

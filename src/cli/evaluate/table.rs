@@ -3,12 +3,12 @@
 use serde_json::{Map, Value, json};
 
 use super::share;
-use crate::cli::Outcome;
-use crate::cli::output::Align::{self, Left, Right};
-use crate::cli::output::{self, Cell, Kind};
-use crate::evaluation::report::{self, DataHalf, Report, technique};
-use crate::evaluation::{PromptConfig, Scored};
-use crate::store::{BatchId, SplitPart};
+use crate::Outcome;
+use crate::output::Align::{self, Left, Right};
+use crate::output::{self, Cell, Kind};
+use nearmiss_store::{BatchId, SplitPart};
+use nearmiss_study::evaluation::report::{self, DataHalf, Report, technique};
+use nearmiss_study::evaluation::{PromptConfig, Scored};
 
 /// The rows of a batch's table: for each way of asking all of its answers, and which half of the data they are about.
 pub struct Rows(Vec<(DataHalf, report::Cell)>);

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::{Failure, output};
-use crate::evaluation::batch::{self, TruthSource};
-use crate::formats::Entry;
+use crate::{Failure, output};
+use nearmiss_formats::Entry;
+use nearmiss_study::evaluation::batch::{self, TruthSource};
 
 /// Ground truth of the scenarios, and its source.
 pub struct Truth {

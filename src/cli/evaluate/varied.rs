@@ -4,12 +4,12 @@ use serde_json::Value;
 
 use super::share;
 use super::table::{WAY, way_cells, way_columns};
-use crate::cli::output;
-use crate::cli::output::Align::{Left, Right};
-use crate::evaluation::Share;
-use crate::evaluation::batch::Answers;
-use crate::evaluation::report;
-use crate::evaluation::statistics::Interval;
+use crate::output;
+use crate::output::Align::{Left, Right};
+use nearmiss_study::evaluation::Share;
+use nearmiss_study::evaluation::batch::Answers;
+use nearmiss_study::evaluation::report;
+use nearmiss_study::evaluation::statistics::Interval;
 
 /// Titles of the columns behind [`WAY`].
 const CHANGED: [&str; 8] = [

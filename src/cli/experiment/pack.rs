@@ -8,12 +8,12 @@ use super::super::filters::{LAST, last_batch, store_to_read};
 use super::super::open::{configuration, found, user_thresholds};
 use super::super::output::{self, Target};
 use super::super::{Failure, Outcome};
-use crate::evaluation::validate;
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::settings::TextFile;
-use crate::store::{BatchId, Store};
-use crate::workflow::{Experiment, PackRequest, pack};
+use nearmiss_ask::prompts::Library;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::TextFile;
+use nearmiss_store::{BatchId, Store};
+use nearmiss_study::evaluation::validate;
+use nearmiss_workflow::{Experiment, PackRequest, pack};
 
 /// Arguments of `experiment pack`.
 #[derive(Debug, clap::Args)]

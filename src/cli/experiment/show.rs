@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::super::output::{self, counted};
 use super::super::{Failure, Outcome, json, time};
 use super::BundleFile;
-use crate::workflow::{Manifest, read_manifest};
+use nearmiss_workflow::{Manifest, read_manifest};
 
 /// Arguments of `experiment show`.
 #[derive(Debug, clap::Args)]

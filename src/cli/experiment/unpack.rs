@@ -6,10 +6,10 @@ use super::super::filters::store;
 use super::super::open::configuration;
 use super::super::output::{self, counted};
 use super::super::{Failure, Outcome};
-use crate::evaluation::validate;
-use crate::prompts::Library;
-use crate::store::Store;
-use crate::workflow::{UnpackRequest, unpack};
+use nearmiss_ask::prompts::Library;
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::validate;
+use nearmiss_workflow::{UnpackRequest, unpack};
 
 /// Arguments of `experiment unpack`.
 #[derive(Debug, clap::Args)]

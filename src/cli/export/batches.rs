@@ -1,8 +1,8 @@
 //! The batches of an export.
 
-use crate::cli::Failure;
-use crate::cli::locked::LockedAnswers;
-use crate::store::{Batch, Filter, Item, ItemState, RunId, Store};
+use crate::Failure;
+use crate::locked::LockedAnswers;
+use nearmiss_store::{Batch, Filter, Item, ItemState, RunId, Store};
 
 /// The batches that are exported with these runs, the oldest first: all without a filter, the one that is chosen where
 /// nothing else is. With other filters there are none, as their answers would be missing.

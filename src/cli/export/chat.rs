@@ -10,21 +10,21 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
-use crate::cli::interrupt::{INTERRUPTED, interrupted};
-use crate::cli::locked::LockedAnswers;
-use crate::cli::output::refused;
-use crate::cli::progress::Progress;
-use crate::cli::report::{claims, truth};
-use crate::cli::{Failure, Outcome, json, output};
-use crate::description::{Frame, escaped_json};
-use crate::evaluation::batch::Split;
-use crate::evaluation::report::stored;
-use crate::evaluation::{
+use crate::interrupt::{INTERRUPTED, interrupted};
+use crate::locked::LockedAnswers;
+use crate::output::refused;
+use crate::progress::Progress;
+use crate::report::{claims, truth};
+use crate::{Failure, Outcome, json, output};
+use nearmiss_base::system::{NewFile, unknown};
+use nearmiss_scene::description::{Frame, escaped_json};
+use nearmiss_store::{Outcome as Run, RunId, SplitPart, Store};
+use nearmiss_study::evaluation::batch::Split;
+use nearmiss_study::evaluation::report::stored;
+use nearmiss_study::evaluation::{
     AxisValues, ExampleRules, Examples, NoExample, Pictures, PromptConfig, Provenance,
     ReasoningForm, note_on_score,
 };
-use crate::store::{Outcome as Run, RunId, SplitPart, Store};
-use crate::system::{NewFile, unknown};
 
 /// Options of `--format chat`.
 #[derive(Debug, clap::Args)]
@@ -282,7 +282,7 @@ pub fn run(
 }
 
 /// The pictures that a run was asked with, as far as the store has them.
-fn pictures(store: &Store, run: &crate::store::Run) -> Result<Pictures, Failure> {
+fn pictures(store: &Store, run: &nearmiss_store::Run) -> Result<Pictures, Failure> {
     let mut found = Pictures::new();
     for hash in run.question.image_hashes() {
         if let Some(image) = store.image(&hash).map_err(Failure::input)? {

@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use crate::cli::output::{Cell, Column, Kind, Row, Table};
-use crate::verdict::Task;
+use crate::output::{Cell, Column, Kind, Row, Table};
+use nearmiss_scene::verdict::Task;
 
 /// Every column, in order, those of a kind together; the store's own schema says what they mean.
 const COLUMNS: &[(Kind, &str)] = &[

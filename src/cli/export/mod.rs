@@ -17,8 +17,8 @@ use super::locked::Unlock;
 use super::output::{self, Encoded, ForSpreadsheet, OutputFile, TableWriter, format_of, written};
 use super::progress::Progress;
 use super::{Failure, Outcome};
-use crate::evaluation::{AnswerState, Provenance};
-use crate::store::{Filter, Outcome as StoredAnswer, Run, Store};
+use nearmiss_store::{Filter, Outcome as StoredAnswer, Run, Store};
+use nearmiss_study::evaluation::{AnswerState, Provenance};
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]

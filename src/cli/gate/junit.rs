@@ -1,7 +1,7 @@
 //! Requirements as JUnit XML, which CI servers show as tests.
 
-use crate::cli::output::visible;
-use crate::evaluation::Check;
+use crate::output::visible;
+use nearmiss_study::evaluation::Check;
 
 /// A test case for each requirement and way.
 pub fn xml(checks: &[Check]) -> String {

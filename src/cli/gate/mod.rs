@@ -7,11 +7,11 @@ use std::path::PathBuf;
 
 use super::output::{self, Target};
 use super::{Failure, Outcome};
-use crate::evaluation::batch::{TestSplit, answers, answers_of_part};
-use crate::evaluation::report::{Report, ReportSubject};
-use crate::evaluation::{Check, Requirement, Scored, regressions};
-use crate::store::{BatchId, Item, ItemState, SplitPart, Store};
-use crate::workflow::stored_bundle;
+use nearmiss_store::{BatchId, Item, ItemState, SplitPart, Store};
+use nearmiss_study::evaluation::batch::{TestSplit, answers, answers_of_part};
+use nearmiss_study::evaluation::report::{Report, ReportSubject};
+use nearmiss_study::evaluation::{Check, Requirement, Scored, regressions};
+use nearmiss_workflow::stored_bundle;
 
 /// What must hold.
 #[derive(Debug, Clone, clap::Args)]

@@ -6,14 +6,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::cli::open::resolved;
-use crate::cli::{Failure, Outcome, json, output};
-use crate::formats::Entry;
-use crate::generation::{
+use crate::open::resolved;
+use crate::{Failure, Outcome, json, output};
+use nearmiss_drive::generation::{
     AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, attacked_planner, refusal,
 };
-use crate::scenario::Scenario;
-use crate::workflow::{VariantOrigin, VariantProofs, verify_variant};
+use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::Scenario;
+use nearmiss_workflow::{VariantOrigin, VariantProofs, verify_variant};
 
 /// Files round to four digits, mostly: half of the last one.
 const ROUNDING: f64 = 5e-5;

@@ -6,15 +6,15 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use super::variant::Generated;
-use crate::cli::output;
-use crate::cli::plan::failed;
-use crate::cli::row_file::short_hash;
-use crate::evaluation::generating::{Authored, ChosenBy};
-use crate::generation::{
+use crate::output;
+use crate::plan::failed;
+use crate::row_file::short_hash;
+use nearmiss_drive::generation::{
     Attack, Avoidability, ClosedLoop, Effect, Plausibility, Refusal, VariantFiles, asked, attacker,
     attacker_document, refusal,
 };
-use crate::verdict::Motion;
+use nearmiss_scene::verdict::Motion;
+use nearmiss_study::evaluation::generating::{Authored, ChosenBy};
 
 /// The line of a scenario's variant with its refusals, and with where it was saved.
 pub fn document(generated: &Generated, saved: Option<&VariantFiles>, mut line: Value) -> Value {

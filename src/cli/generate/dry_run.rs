@@ -4,15 +4,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::variant::GenerateJob;
-use crate::cli::interrupt::{INTERRUPTED, interrupted};
-use crate::cli::output::Align::{Left, Right};
-use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::generating::{self, Author, AuthorError, Authored, Bound, bound};
-use crate::formats::{EgoSelection, Entry};
-use crate::generation::AttackSetup;
-use crate::planner::Cancel;
-use crate::scenario::Scene;
-use crate::workflow::{
+use crate::interrupt::{INTERRUPTED, interrupted};
+use crate::output::Align::{Left, Right};
+use crate::{Failure, Outcome, output};
+use nearmiss_drive::generation::AttackSetup;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::scenario::Scene;
+use nearmiss_study::evaluation::generating::{self, Author, AuthorError, Authored, Bound, bound};
+use nearmiss_workflow::{
     AttackSource, AttackWriter, GenerateRequest, OpenRequest, PlanRequest, generate, prepare,
 };
 

@@ -4,10 +4,10 @@ use std::collections::HashSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use crate::cli::{Failure, output};
-use crate::formats::{Entry, EntryLocation};
-use crate::generation::MARK;
-use crate::system;
+use crate::{Failure, output};
+use nearmiss_base::system;
+use nearmiss_drive::generation::MARK;
+use nearmiss_formats::{Entry, EntryLocation};
 
 /// The attributes of the root element, and with them its `source`, lie within so many bytes.
 const HEAD: u64 = 1 << 16;
@@ -73,7 +73,7 @@ fn is_variant(path: &Path) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::formats::find;
+    use nearmiss_formats::find;
 
     #[test]
     fn variants_in_a_folder_are_left_out_unless_they_are_named() {

@@ -10,10 +10,10 @@ use super::line::Line;
 use super::summary::Summary;
 use super::table::Table;
 use super::variant::{Generated, Product};
-use crate::cli::{Failure, output};
-use crate::formats::Entry;
-use crate::generation::{Variant, VariantFiles};
-use crate::workflow::PlanError;
+use crate::{Failure, output};
+use nearmiss_drive::generation::{Variant, VariantFiles};
+use nearmiss_formats::Entry;
+use nearmiss_workflow::PlanError;
 
 /// The work so far.
 pub struct Job<'a> {
@@ -43,9 +43,7 @@ impl Job<'_> {
                 self.summary.missed(&error);
                 output::say(&format!("nearmiss: {error}"));
                 match self.json {
-                    true => self.show(&output::json_line(&crate::cli::plan::missing(
-                        entry, &error,
-                    ))?),
+                    true => self.show(&output::json_line(&crate::plan::missing(entry, &error))?),
                     false => Ok(ControlFlow::Continue(())),
                 }
             }

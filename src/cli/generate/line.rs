@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::evaluation::generating::Tries;
-use crate::generation::MotionSamples;
-use crate::simulation::CollisionKind;
+use nearmiss_drive::generation::MotionSamples;
+use nearmiss_drive::simulation::CollisionKind;
+use nearmiss_study::evaluation::generating::Tries;
 
 /// The outcome of a scenario without a variant.
 pub const NONE: &str = "none";

@@ -7,17 +7,17 @@ use serde_json::{Value, json};
 use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
-use crate::cli::Failure;
-use crate::cli::open::{judge_of, user_thresholds};
-use crate::cli::templates::templates;
-use crate::evaluation::Settings;
-use crate::evaluation::batch::Spec;
-use crate::evaluation::generating::Author;
-use crate::judge;
-use crate::llm::{Effort, Environment, Parameters, Registry};
-use crate::settings::{Config, Folders};
-use crate::store::Store;
-use crate::workflow::{Models, Server};
+use crate::Failure;
+use crate::open::{judge_of, user_thresholds};
+use crate::templates::templates;
+use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry};
+use nearmiss_scene::judge;
+use nearmiss_settings::{Config, Folders};
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::Settings;
+use nearmiss_study::evaluation::batch::Spec;
+use nearmiss_study::evaluation::generating::Author;
+use nearmiss_workflow::{Models, Server};
 
 /// The model, ready to ask.
 pub struct Writer {

@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::line::Consumed;
-use crate::cli::output::counted;
-use crate::evaluation::generating::Tries;
+use crate::output::counted;
+use nearmiss_study::evaluation::generating::Tries;
 
 /// Counts over all scenarios that a model wrote attacks for.
 #[derive(Debug, Default)]

@@ -2,9 +2,9 @@
 
 use super::check::Gone;
 use super::variant::Generated;
-use crate::cli::output;
-use crate::generation::{Consequence, Effect};
-use crate::simulation::{Collision, CollisionKind};
+use crate::output;
+use nearmiss_drive::generation::{Consequence, Effect};
+use nearmiss_drive::simulation::{Collision, CollisionKind};
 use serde_json::Value;
 
 impl Generated {
@@ -129,7 +129,7 @@ fn between_words(contact: &Collision) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simulation::ContactSide;
+    use nearmiss_drive::simulation::ContactSide;
 
     #[test]
     fn contacts_that_do_not_count_are_named_with_obstacle_and_step() {

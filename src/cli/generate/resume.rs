@@ -7,13 +7,13 @@ use serde_json::{Value, json};
 
 use super::document;
 use super::line::{Line, OutcomeName};
-use crate::cli::{Failure, output};
-use crate::formats::Entry;
-use crate::generation::AttackStyle;
-use crate::planner::RuleMode;
-use crate::scenario::ContentHash;
-use crate::system;
-use crate::workflow::is_unchanged;
+use crate::{Failure, output};
+use nearmiss_base::system;
+use nearmiss_drive::generation::AttackStyle;
+use nearmiss_drive::planner::RuleMode;
+use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::ContentHash;
+use nearmiss_workflow::is_unchanged;
 
 /// Results of an earlier run, by the hash of the original.
 #[derive(Debug, Default)]
@@ -130,7 +130,7 @@ impl Papers {
 }
 
 fn differences(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
-    let candidates = crate::generation::Effort::default().candidates;
+    let candidates = nearmiss_drive::generation::Effort::default().candidates;
     match (then, now) {
         (Value::Object(then), Value::Object(now)) => {
             let more = now.keys().filter(|key| !then.contains_key(*key));

@@ -62,7 +62,7 @@ fn what_an_earlier_version_found_by_default_is_taken_over() {
         differences("", then, now, &mut found);
         found
     };
-    let today = crate::generation::Effort::default().candidates;
+    let today = nearmiss_drive::generation::Effort::default().candidates;
     let nothing: [String; 0] = [];
     assert_eq!(apart(&search(600, 12), &search(today, 14)), nothing);
     for before in [1500, 3000] {

@@ -8,11 +8,11 @@ use serde_json::{Value, json};
 use super::line::{Figures, OutcomeName};
 use super::model_figures::ModelFigures;
 use super::{note, table};
-use crate::cli::{Failure, Outcome, output};
-use crate::formats::commonroad::NewFile;
-use crate::generation::{MotionQuantity, MotionSamples};
-use crate::scenario::{HumanLimits, ObstacleType};
-use crate::workflow::PlanError;
+use crate::{Failure, Outcome, output};
+use nearmiss_drive::generation::{MotionQuantity, MotionSamples};
+use nearmiss_formats::commonroad::NewFile;
+use nearmiss_scene::scenario::{HumanLimits, ObstacleType};
+use nearmiss_workflow::PlanError;
 
 /// Counts over all scenarios.
 #[derive(Debug, Default)]

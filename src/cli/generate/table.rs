@@ -1,10 +1,10 @@
 //! The table of variants: one line a scenario, printed as it finishes.
 
 use super::line::Figures;
-use crate::cli::output;
-use crate::cli::output::Align::{Left, Right};
-use crate::cli::row_file::Labels;
-use crate::formats::Entry;
+use crate::output;
+use crate::output::Align::{Left, Right};
+use crate::row_file::Labels;
+use nearmiss_formats::Entry;
 
 /// Longer names push the columns behind them.
 const WIDEST: usize = 48;

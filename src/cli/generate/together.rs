@@ -1,8 +1,8 @@
 //! How many obstacles attack together, and which may.
 
 use super::{GenerateArguments, SEARCH};
-use crate::generation::MOST_ATTACKERS;
-use crate::settings::Config;
+use nearmiss_drive::generation::MOST_ATTACKERS;
+use nearmiss_settings::Config;
 
 /// A number of attackers.
 pub fn parse(word: &str) -> Result<usize, String> {

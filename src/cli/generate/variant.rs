@@ -9,14 +9,14 @@ use serde_json::{Value, json};
 use super::line::Line;
 use super::model::Writer;
 use super::resume::{EarlierRun, with_identity};
-use crate::cli::output;
-use crate::evaluation::generating::Authored;
-use crate::formats::{EgoSelection, Entry};
-use crate::generation::{AttackStyle, Effort, Refusal, Selection, VariantGenerator, Wish};
-use crate::planner::Cancel;
-use crate::settings::PlannerKey;
-use crate::simulation::{ExternalPlanner, Settings};
-use crate::workflow::{
+use crate::output;
+use nearmiss_drive::generation::{AttackStyle, Effort, Refusal, Selection, VariantGenerator, Wish};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::{ExternalPlanner, Settings};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_settings::PlannerKey;
+use nearmiss_study::evaluation::generating::Authored;
+use nearmiss_workflow::{
     AttackSource, GenerateRequest, ModelWriter, OpenRequest, PlanError, PlanRequest, generate,
     prepare,
 };

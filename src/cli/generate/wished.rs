@@ -1,8 +1,8 @@
 //! `--wish`: what attacks are wished to be, in words.
 
-use crate::cli::{Failure, output};
-use crate::generation::Wish;
-use crate::workflow::{ReadWish, read_wish};
+use crate::{Failure, output};
+use nearmiss_drive::generation::Wish;
+use nearmiss_workflow::{ReadWish, read_wish};
 
 /// Reads the words of a wish, and says what of them is understood.
 pub fn read(words: &str) -> Result<Wish, Failure> {

@@ -4,9 +4,9 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 use super::Counts;
-use crate::cli::{Failure, output};
-use crate::store::{Record, RecordIntake, Store};
-use crate::system;
+use crate::{Failure, output};
+use nearmiss_base::system;
+use nearmiss_store::{Record, RecordIntake, Store};
 
 /// Bytes of the longest line that is read; an answer has some ten thousand.
 const LONGEST: u64 = 64 << 20;

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::filters::store;
 use super::{Failure, Outcome, json, output};
-use crate::store::MergeCounts;
+use nearmiss_store::MergeCounts;
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]

@@ -4,10 +4,10 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::Counts;
-use crate::cli::{Failure, output};
-use crate::evaluation::Loss;
-use crate::paper;
-use crate::store::Store;
+use crate::{Failure, output};
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::Loss;
+use nearmiss_study::paper;
 
 /// Runs that are added in one transaction.
 const BATCH: usize = 500;
@@ -42,7 +42,7 @@ pub fn import(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Fai
     let lost = |loss| problems.iter().filter(|p| p.loss == loss).count();
     counts.absent += lost(Loss::Absent);
     counts.unreadable += lost(Loss::Unread);
-    let without = |run: &&crate::store::Run| run.question.scenario_hash.is_none();
+    let without = |run: &&nearmiss_store::Run| run.question.scenario_hash.is_none();
     let loose = runs.iter().filter(without).count();
     if loose > 0 {
         output::say(&format!(

@@ -4,9 +4,9 @@ use std::io::Read;
 use std::path::Path;
 
 use super::Counts;
-use crate::cli::{Failure, output};
-use crate::store::Store;
-use crate::system;
+use crate::{Failure, output};
+use nearmiss_base::system;
+use nearmiss_store::Store;
 
 /// How every SQLite file begins.
 const BEGINNING: &[u8] = b"SQLite format 3\0";

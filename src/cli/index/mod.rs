@@ -12,12 +12,12 @@ use super::many_files::ManyFiles;
 use super::open::{found, user_thresholds};
 use super::parts::{Measured, PartsRequest, write};
 use super::{Failure, Outcome, output};
-use crate::corpus::IndexOptions;
-use crate::formats::Entry;
-use crate::metrics::{MEASURES, Measure, Thresholds, measure};
-use crate::settings::Folders;
-use crate::system::unknown;
-use crate::workflow::INDEX_RADIUS;
+use nearmiss_base::system::unknown;
+use nearmiss_formats::Entry;
+use nearmiss_scene::corpus::IndexOptions;
+use nearmiss_scene::metrics::{MEASURES, Measure, Thresholds, measure};
+use nearmiss_settings::Folders;
+use nearmiss_workflow::INDEX_RADIUS;
 pub use show::ShowDocument;
 use throughput::Throughput;
 

@@ -2,13 +2,13 @@
 
 use serde_json::{Value, json};
 
-use crate::cli::Failure;
-use crate::cli::metrics::rounded;
-use crate::cli::output::{self, Cell, Column, Kind, Row, Table};
-use crate::corpus::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
-use crate::formats::Entry;
-use crate::metrics::{SEVERITY_NAMES, Thresholds};
-use crate::scenario::Scenario;
+use crate::Failure;
+use crate::metrics::rounded;
+use crate::output::{self, Cell, Column, Kind, Row, Table};
+use nearmiss_formats::Entry;
+use nearmiss_scene::corpus::{IndexOptions, IndexedWindow, WindowEgo, for_each_window};
+use nearmiss_scene::metrics::{SEVERITY_NAMES, Thresholds};
+use nearmiss_scene::scenario::Scenario;
 
 /// The columns before those of measures.
 fn fixed() -> Vec<Column> {

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::cli::output::{self, Target};
-use crate::cli::{Failure, Outcome, json};
-use crate::corpus::{self, Coverage, SEVERITIES};
-use crate::metrics::SEVERITY_NAMES;
-use crate::planner::Cancel;
-use crate::render::{Format, Palette, coverage_picture};
-use crate::workflow::read_index;
+use crate::output::{self, Target};
+use crate::{Failure, Outcome, json};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_render::{Format, Palette, coverage_picture};
+use nearmiss_scene::corpus::{self, Coverage, SEVERITIES};
+use nearmiss_scene::metrics::SEVERITY_NAMES;
+use nearmiss_workflow::read_index;
 
 /// Arguments of `index show`.
 #[derive(Debug, clap::Args)]

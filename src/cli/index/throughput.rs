@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use crate::cli::output;
-use crate::cli::parts::PartsOutcome;
+use crate::output;
+use crate::parts::PartsOutcome;
 
 /// The time since the beginning.
 pub struct Throughput {

@@ -3,9 +3,9 @@
 use serde_json::{Value, json};
 
 use super::{obstacles, planning, traffic};
-use crate::cli::routes;
-use crate::formats::{EgoError, Entry};
-use crate::scenario::{Ego, Motion, Scenario, benchmark_id};
+use crate::routes;
+use nearmiss_formats::{EgoError, Entry};
+use nearmiss_scene::scenario::{Ego, Motion, Scenario, benchmark_id};
 
 pub fn document(
     entry: &Entry,

@@ -8,13 +8,13 @@ use std::sync::atomic::AtomicBool;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::cli::open::{found, not_opened};
-use crate::cli::parallel::in_order;
-use crate::cli::row_file::{Labels, short_hash};
-use crate::cli::{Failure, Outcome, json, output};
-use crate::formats::{EgoSelection, Entry};
-use crate::scenario::Severity;
-use crate::workflow::{OpenRequest, OpenedScene, open};
+use crate::open::{found, not_opened};
+use crate::parallel::in_order;
+use crate::row_file::{Labels, short_hash};
+use crate::{Failure, Outcome, json, output};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::scenario::Severity;
+use nearmiss_workflow::{OpenRequest, OpenedScene, open};
 
 /// Titles of the columns.
 const TITLES: [&str; 9] = [

@@ -14,8 +14,8 @@ use std::path::PathBuf;
 
 use super::open::{self, EgoChoice};
 use super::{Failure, Outcome, output};
-use crate::formats::EntryLocation;
-use crate::formats::commonroad::{Root, root_of_file};
+use nearmiss_formats::EntryLocation;
+use nearmiss_formats::commonroad::{Root, root_of_file};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]

@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::states::{initial_state, state};
-use crate::geometry::Footprint;
-use crate::scenario::{Obstacle, Prediction};
+use nearmiss_base::geometry::Footprint;
+use nearmiss_scene::scenario::{Obstacle, Prediction};
 
 pub fn obstacle(obstacle: &Obstacle) -> Value {
     let (prediction, occupancies) = match &obstacle.prediction {

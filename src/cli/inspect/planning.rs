@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::document::all;
 use super::states::initial_state;
-use crate::scenario::{Goal, PlanningProblem};
+use nearmiss_scene::scenario::{Goal, PlanningProblem};
 
 pub fn problem(problem: &PlanningProblem) -> Value {
     json!({

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use crate::cli::{Failure, Outcome, output};
-use crate::formats::commonroad::{self, ProblemSolution, Solution, SolutionState};
-use crate::scenario::benchmark_id;
-use crate::system;
+use crate::{Failure, Outcome, output};
+use nearmiss_base::system;
+use nearmiss_formats::commonroad::{self, ProblemSolution, Solution, SolutionState};
+use nearmiss_scene::scenario::benchmark_id;
 
 /// Prints the solution in the file at `path`.
 pub fn run(path: &Path, as_json: bool) -> Outcome {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::scenario::{Quantity, State};
+use nearmiss_scene::scenario::{Quantity, State};
 
 /// A state with `x` and `y`, or with the `position` in which it is uncertain where it is; `time_step` is the first,
 /// and `time_interval` is there where it is uncertain when.

@@ -1,8 +1,8 @@
 //! A scenario's contents in a few lines for people.
 
-use crate::cli::{output, routes};
-use crate::formats::{EgoError, Entry};
-use crate::scenario::{Ego, Scenario, in_short};
+use crate::{output, routes};
+use nearmiss_formats::{EgoError, Entry};
+use nearmiss_scene::scenario::{Ego, Scenario, in_short};
 
 pub fn summary(entry: &Entry, scenario: &Scenario, ego: &Result<Option<Ego>, EgoError>) -> String {
     let id = match scenario.header.benchmark_id.as_str() {

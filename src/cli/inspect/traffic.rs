@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::scenario::{Lanelet, LaneletNetwork, Sign, TrafficLight};
+use nearmiss_scene::scenario::{Lanelet, LaneletNetwork, Sign, TrafficLight};
 
 /// References to signs and lights: lanelet ids by the id referred to.
 pub struct References {

@@ -6,14 +6,14 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::with_old_names;
-use crate::cli::{
+use crate::{
     batches, describe, doctor, evaluate, experiment, export, find, generate, import, inspect,
     metrics, prompt,
 };
-use crate::cli::{index, prompts, runs, sample, themes_and_keys, tune};
-use crate::evaluation::Standing;
-use crate::evaluation::batch::QuestionLine;
-use crate::system::KeyBinding;
+use crate::{index, prompts, runs, sample, themes_and_keys, tune};
+use nearmiss_base::system::KeyBinding;
+use nearmiss_study::evaluation::Standing;
+use nearmiss_study::evaluation::batch::QuestionLine;
 
 /// An output of a command as one type. Fields without a doc comment have the meaning that the vocabulary gives their key.
 pub trait Output: Serialize + JsonSchema {

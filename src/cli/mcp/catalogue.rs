@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::aside::Aside;
 use super::looks;
 use super::server::Server;
-use crate::cli::at::At;
+use crate::at::At;
 
 /// A tool that this process answers.
 #[derive(Debug)]

@@ -24,7 +24,7 @@ use super::lines::{LONGEST, RpcError, Wire, id_of};
 use super::response::{Answer, accepted, events, json, refused};
 use super::server::{Server, VERSIONS};
 use super::token::Token;
-use crate::cli::{Failure, Outcome, interrupt, output};
+use crate::{Failure, Outcome, interrupt, output};
 
 /// The path of the only address.
 const PATH: &str = "/mcp";

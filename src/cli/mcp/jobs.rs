@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::aside::Aside;
 use super::catalogue::{Gives, Job, JobOption, JobValue, is_moment};
 use super::places::Places;
-use crate::system::ProcessGroup;
+use nearmiss_base::system::ProcessGroup;
 
 /// How often a job is looked at.
 const POLL: Duration = Duration::from_millis(50);
@@ -57,7 +57,7 @@ pub fn words(options: &[JobOption], given: &Value) -> Result<Vec<String>, String
         let Some(known) = options.iter().find(|known| known.name == name) else {
             let name: String = name.chars().take(64).collect();
             let all = options.iter().map(|known| known.name);
-            return Err(crate::system::unknown("argument", &name, all));
+            return Err(nearmiss_base::system::unknown("argument", &name, all));
         };
         // Some models write null for what they leave out.
         if !value.is_null() {

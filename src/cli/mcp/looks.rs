@@ -13,14 +13,14 @@ use super::catalogue::{EGO, NUMBER, QUERY, SCENARIO};
 use super::ranking::{Ranked, Worst};
 use super::resources::page;
 use super::server::Server;
-use crate::cli::find::{FindDocument, search};
-use crate::cli::index::{measured, request, usual};
-use crate::cli::many_files::ManyFiles;
-use crate::cli::parts::{Measured, write};
-use crate::cli::{Failure, output};
-use crate::formats::Entry;
-use crate::scenario::{Scene, in_short};
-use crate::workflow::Sentence;
+use crate::find::{FindDocument, search};
+use crate::index::{measured, request, usual};
+use crate::many_files::ManyFiles;
+use crate::parts::{Measured, write};
+use crate::{Failure, output};
+use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::{Scene, in_short};
+use nearmiss_workflow::Sentence;
 
 /// Scenarios of one page.
 const PAGE: usize = 25;

@@ -5,11 +5,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::ranking::{Ranks, Worst};
 use super::scenes::{Read, Scenes, as_is};
-use crate::formats::{EgoSelection, Entry, EntryLocation, bundled, find, find_recording};
-use crate::metrics::Thresholds;
-use crate::scenario::{Scenario, Scene};
-use crate::system::{files_opened_by, shown_path};
-use crate::workflow::scene_of;
+use nearmiss_base::system::{files_opened_by, shown_path};
+use nearmiss_formats::{EgoSelection, Entry, EntryLocation, bundled, find, find_recording};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scenario, Scene};
+use nearmiss_workflow::scene_of;
 
 /// The folders, and the scenes opened so far.
 #[derive(Debug)]

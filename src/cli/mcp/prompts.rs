@@ -7,8 +7,8 @@ use super::jobs;
 use super::lines::RpcError;
 use super::places::Places;
 use super::session::Work;
-use crate::description::Frame;
-use crate::verdict::Task;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::Task;
 
 /// The command that fills templates.
 static PROMPT: Job = Job {

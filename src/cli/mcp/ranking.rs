@@ -7,10 +7,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use serde::Serialize;
 
 use super::scenes::{Read, are_current};
-use crate::corpus::worst_moments;
-use crate::metrics::{Context, CriticalMoment, SEVERITY_NAMES, Thresholds, critical_moments};
-use crate::scenario::{Scenario, Scene};
-use crate::workflow::INDEX_RADIUS;
+use nearmiss_scene::corpus::worst_moments;
+use nearmiss_scene::metrics::{
+    Context, CriticalMoment, SEVERITY_NAMES, Thresholds, critical_moments,
+};
+use nearmiss_scene::scenario::{Scenario, Scene};
+use nearmiss_workflow::INDEX_RADIUS;
 
 /// A most severe moment, as clients are told of it.
 #[derive(Debug, Clone, Serialize)]

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::lines::RpcError;
 use super::places::Places;
-use crate::formats::{Entry, EntryLocation};
+use nearmiss_formats::{Entry, EntryLocation};
 
 /// Resources of one page.
 const PAGE: usize = 200;

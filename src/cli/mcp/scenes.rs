@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
-use crate::scenario::{Scenario, Scene};
+use nearmiss_scene::scenario::{Scenario, Scene};
 
 /// Scenarios that are kept, and the bytes of their files; in memory a scenario takes some 15 times as many. One that is
 /// larger is kept alone.
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn what_is_kept_is_bounded_by_the_bytes_of_its_files() {
-        let scenario = crate::formats::bundled()[0].read().unwrap();
+        let scenario = nearmiss_formats::bundled()[0].read().unwrap();
         let ids = scenario.possible_egos();
         let scene = |id: i64| {
             let scene = Scene::with_obstacle_as_ego(Arc::clone(&scenario), id);

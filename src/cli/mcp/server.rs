@@ -20,8 +20,8 @@ use super::prompts;
 use super::purse::Purse;
 use super::resources;
 use super::session::{Jobs, Session, Work, launch};
-use crate::cli::interrupt::{end, interrupted};
-use crate::metrics::Thresholds;
+use crate::interrupt::{end, interrupted};
+use nearmiss_scene::metrics::Thresholds;
 
 /// Versions of the protocol that are spoken, the newest first.
 /// That of 2025-03-26 asks for batches, which no client sends and later versions have dropped.

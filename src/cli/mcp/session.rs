@@ -13,7 +13,7 @@ use super::jobs::{self, JobEnd};
 use super::lines::{RpcError, Wire};
 use super::places::Places;
 use super::server::{Server, failed};
-use crate::formats::Entry;
+use nearmiss_formats::Entry;
 
 /// Jobs that run at once, of all clients.
 const MOST_JOBS: usize = 4;

@@ -1,9 +1,9 @@
 //! The table of the exact convention: every measure, between real bodies.
 
-use crate::cli::output::{Cell, Column, Kind, Row};
-use crate::cli::row_file::RowFile;
-use crate::metrics::{Context, MEASURES, Reading, Thresholds};
-use crate::scenario::Scene;
+use crate::output::{Cell, Column, Kind, Row};
+use crate::row_file::RowFile;
+use nearmiss_scene::metrics::{Context, MEASURES, Reading, Thresholds};
+use nearmiss_scene::scenario::Scene;
 
 /// Columns of every row behind those of the file: the time.
 pub const WHEN: [Column; 2] = [

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::cli::{Failure, output};
+use crate::{Failure, output};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Format {

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{Format, Metrics, Rows, measured};
-use crate::cli::{Failure, Outcome, json, output};
-use crate::metrics::{Danger, MEASURES, SCENE_MEASURES, Threshold, Thresholds};
+use crate::{Failure, Outcome, json, output};
+use nearmiss_scene::metrics::{Danger, MEASURES, SCENE_MEASURES, Threshold, Thresholds};
 
 /// One measure.
 struct Line<'a> {

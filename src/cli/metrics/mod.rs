@@ -26,12 +26,12 @@ use super::parts::is_folder;
 use super::progress::Progress;
 use super::row_file::RowFile;
 use super::{Failure, Outcome};
-use crate::evaluation::Provenance;
-use crate::evaluation::batch::Spec;
-use crate::formats::{EgoSelection, Entry};
-use crate::metrics::Thresholds;
-use crate::scenario::Scene;
-use crate::settings::Folders;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::Scene;
+use nearmiss_settings::Folders;
+use nearmiss_study::evaluation::Provenance;
+use nearmiss_study::evaluation::batch::Spec;
 
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args)]

@@ -1,9 +1,9 @@
 //! The table of the paper's convention: published columns in their order, the risk score, and identifying columns.
 
-use crate::cli::output::{self, Cell, Column, Kind};
-use crate::cli::row_file::RowFile;
-use crate::metrics::paper::{Relation, Row, rows as measured};
-use crate::scenario::Scene;
+use crate::output::{self, Cell, Column, Kind};
+use crate::row_file::RowFile;
+use nearmiss_scene::metrics::paper::{Relation, Row, rows as measured};
+use nearmiss_scene::scenario::Scene;
 
 /// A column and its values in the rows of a scenario.
 struct PaperColumn {

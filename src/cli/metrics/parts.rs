@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::{Metrics, Plan, measured, measured_rows, table};
-use crate::cli::Outcome;
-use crate::cli::interrupt::interrupted;
-use crate::cli::open::found;
-use crate::cli::output::Format;
-use crate::cli::parts::{Measured, PartsRequest, write};
-use crate::formats::EgoSelection;
+use crate::Outcome;
+use crate::interrupt::interrupted;
+use crate::open::found;
+use crate::output::Format;
+use crate::parts::{Measured, PartsRequest, write};
+use nearmiss_formats::EgoSelection;
 
 /// Scenarios in a part: what a killed run loses at most, for each of its threads.
 const PER_PART: usize = 64;

@@ -1,10 +1,10 @@
 //! The table of whole scenes: the ego against all obstacles together, one row a step.
 
 use super::exact::{WHEN, cell, when};
-use crate::cli::output::{Column, Kind, Row};
-use crate::cli::row_file::RowFile;
-use crate::metrics::{Context, SCENE_MEASURES, Thresholds};
-use crate::scenario::Scene;
+use crate::output::{Column, Kind, Row};
+use crate::row_file::RowFile;
+use nearmiss_scene::metrics::{Context, SCENE_MEASURES, Thresholds};
+use nearmiss_scene::scenario::Scene;
 
 pub fn columns() -> Vec<Column> {
     let measures = SCENE_MEASURES

@@ -16,7 +16,7 @@ pub use target::{OutputFile, Target, file_of, format_of, format_of_name, refused
 pub use text::{Align, line, lines as table_lines};
 pub use writer::{Encoded, Format, TableWriter};
 
-pub use crate::description::{escaped_json as escaped, escaped_xml};
+pub use nearmiss_scene::description::{escaped_json as escaped, escaped_xml};
 
 /// Writes text; a reader that closed the pipe ends the program's output, not the program.
 pub fn text(text: &str) -> Result<(), Failure> {
@@ -91,5 +91,5 @@ pub fn of_scenarios(count: usize, all: usize) -> String {
 /// Text from outside with its control characters shown instead of obeyed.
 #[must_use]
 pub fn visible(text: &str) -> String {
-    crate::description::visible(text).into_owned()
+    nearmiss_scene::description::visible(text).into_owned()
 }

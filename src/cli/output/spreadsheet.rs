@@ -1,6 +1,6 @@
 //! CSV for spreadsheets, which take text that begins like a formula for one.
 
-use crate::cli::{Failure, Outcome};
+use crate::{Failure, Outcome};
 
 /// The option for it, on the command line.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]

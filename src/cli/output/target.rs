@@ -3,8 +3,8 @@
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use crate::cli::{Failure, Outcome};
-use crate::system::{NewFile, SaveError};
+use crate::{Failure, Outcome};
+use nearmiss_base::system::{NewFile, SaveError};
 
 /// The file that a command writes, on the command line.
 #[derive(Debug, clap::Args)]

@@ -4,8 +4,8 @@ use serde_json::{Map, Value};
 
 use super::table::{Cell, Row, Table};
 use super::visible;
-use crate::cli::json;
-use crate::system::{columns, pad_end, pad_start};
+use crate::json;
+use nearmiss_base::system::{columns, pad_end, pad_start};
 
 /// The header of a CSV table.
 pub fn csv_header(table: &Table) -> Vec<u8> {

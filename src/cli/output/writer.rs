@@ -6,7 +6,7 @@ use std::path::Path;
 use super::parquet::ParquetFile;
 use super::table::{Row, Table};
 use super::{Target, text};
-use crate::cli::{Failure, Outcome};
+use crate::{Failure, Outcome};
 
 /// Formats of tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

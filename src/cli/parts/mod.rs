@@ -16,9 +16,9 @@ use super::output::{self, Format, Row, Table};
 use super::parallel::in_order;
 use super::progress::Progress;
 use super::{Failure, Outcome};
-use crate::formats::Entry;
-use crate::scenario::ContentHash;
-use crate::workflow::journal::input_hash;
+use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::ContentHash;
+use nearmiss_workflow::journal::input_hash;
 use writer::PartWriter;
 
 /// Rows that are kept in memory before they are written.

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::{Measured, PartsOutcome, PartsRequest};
-use crate::cli::many_files::opened;
-use crate::cli::output::{Format, TableWriter, Target, written};
-use crate::cli::{Failure, Outcome};
-use crate::evaluation::batch::Shard;
-use crate::formats::Entry;
-use crate::workflow::journal::{EarlierRun, JobIdentity, Journal};
+use crate::many_files::opened;
+use crate::output::{Format, TableWriter, Target, written};
+use crate::{Failure, Outcome};
+use nearmiss_formats::Entry;
+use nearmiss_study::evaluation::batch::Shard;
+use nearmiss_workflow::journal::{EarlierRun, JobIdentity, Journal};
 
 /// The inputs of the parts of an earlier run.
 pub struct KnownInputs {

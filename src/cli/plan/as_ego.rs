@@ -7,17 +7,17 @@ use std::sync::atomic::Ordering;
 use super::driven::{self, DrivenScenario};
 use super::planners::{BUILT_IN, PlannerChoice};
 use super::{PlannerOptions, document};
-use crate::cli::interrupt::{INTERRUPTED, interrupted};
-use crate::cli::open::configuration;
-use crate::cli::{Failure, output};
-use crate::evaluation::default_planning;
-use crate::formats::{EgoSelection, Entry, PlannerDrives, write_recording};
-use crate::planner::Cancel;
-use crate::scenario::ContentHash;
-use crate::settings::PlannerKey;
-use crate::simulation::{Outcome, Settings, TrafficMode};
-use crate::system::{self, save_private};
-use crate::workflow::PlannerFailure;
+use crate::interrupt::{INTERRUPTED, interrupted};
+use crate::open::configuration;
+use crate::{Failure, output};
+use nearmiss_base::system::{self, save_private};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::{Outcome, Settings, TrafficMode};
+use nearmiss_formats::{EgoSelection, Entry, PlannerDrives, write_recording};
+use nearmiss_scene::scenario::ContentHash;
+use nearmiss_settings::PlannerKey;
+use nearmiss_study::evaluation::default_planning;
+use nearmiss_workflow::PlannerFailure;
 
 /// How a planner is named as the ego: `planner` for the built-in one, else a name or command after it.
 const WORD: &str = "planner";

@@ -10,15 +10,15 @@ use super::export::Export;
 use super::planners::PlannerChoice;
 use super::table::told_of;
 use super::{PlanArguments, document};
-use crate::cli::interrupt::{INTERRUPTED, interrupted};
-use crate::cli::output::Align::{Left, Right};
-use crate::cli::output::{self, line};
-use crate::cli::row_file::Labels;
-use crate::cli::{Failure, Outcome};
-use crate::formats::Entry;
-use crate::planner::Cancel;
-use crate::simulation::Settings;
-use crate::workflow::PlanError;
+use crate::interrupt::{INTERRUPTED, interrupted};
+use crate::output::Align::{Left, Right};
+use crate::output::{self, line};
+use crate::row_file::Labels;
+use crate::{Failure, Outcome};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::Settings;
+use nearmiss_formats::Entry;
+use nearmiss_workflow::PlanError;
 
 /// Longer names of scenarios push the columns behind them.
 const WIDEST: usize = 48;

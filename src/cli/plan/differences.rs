@@ -3,9 +3,9 @@
 use super::driven::DrivenScenario;
 use super::figures::{FIGURES, KINDS};
 use super::table::OUTCOMES;
-use crate::evaluation::statistics::PairedTest;
-use crate::simulation::Outcome;
-use crate::traffic_rules::Rule;
+use nearmiss_drive::simulation::Outcome;
+use nearmiss_scene::traffic_rules::Rule;
+use nearmiss_study::evaluation::statistics::PairedTest;
 
 /// Both drives of a scenario.
 type Pair = (DrivenScenario, DrivenScenario);

@@ -4,14 +4,14 @@ use serde_json::{Map, Value, json};
 
 use super::driven::DrivenScenario;
 use super::{monitor, rules};
-use crate::cli::row_file::short_hash;
-use crate::cli::{json, output};
-use crate::formats::Entry;
-use crate::planner::{Emergency, VehicleState};
-use crate::simulation::{
+use crate::row_file::short_hash;
+use crate::{json, output};
+use nearmiss_drive::planner::{Emergency, VehicleState};
+use nearmiss_drive::simulation::{
     BeyondVehicle, ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome, PlannerFault,
 };
-use crate::workflow::PlanError;
+use nearmiss_formats::Entry;
+use nearmiss_workflow::PlanError;
 
 /// How a drive ended and what it took, on one line.
 pub fn document(driven: &DrivenScenario) -> Value {

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::planners::{BUILT_IN, PlannerChoice, RECORDED};
-use crate::cli::parallel::in_order;
-use crate::cli::progress::Progress;
-use crate::cli::{Failure, output};
-use crate::formats::{EgoSelection, Entry};
-use crate::planner::{Cancel, Emergency};
-use crate::scenario::Scenario;
-use crate::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
-use crate::traffic_rules::RuleReport;
-use crate::workflow::{
+use crate::parallel::in_order;
+use crate::progress::Progress;
+use crate::{Failure, output};
+use nearmiss_drive::planner::{Cancel, Emergency};
+use nearmiss_drive::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::scenario::Scenario;
+use nearmiss_scene::traffic_rules::RuleReport;
+use nearmiss_workflow::{
     Monitor, MonitorReport, OpenRequest, PlanError, PlanOutcome, PlanRequest, PreparedPlan, prepare,
 };
 

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use crate::cli::many_files::FinishedFiles;
-use crate::cli::output::{
+use crate::many_files::FinishedFiles;
+use crate::output::{
     self, Cell, Column, ForSpreadsheet, Format, Kind, Row, Table, TableWriter, Target,
 };
-use crate::cli::{Failure, Outcome};
-use crate::traffic_rules::Rule;
+use crate::{Failure, Outcome};
+use nearmiss_scene::traffic_rules::Rule;
 
 /// What the endings of names ask for.
 const ENDINGS: &[(&str, Format)] = &[

@@ -1,7 +1,7 @@
 //! Figures of drives that two planners are compared by.
 
 use super::driven::DrivenScenario;
-use crate::simulation::CollisionKind;
+use nearmiss_drive::simulation::CollisionKind;
 
 /// A figure of a drive; nothing where the drive has none.
 pub type Measured = fn(&DrivenScenario) -> Option<f64>;

@@ -10,13 +10,13 @@ use serde_json::json;
 use super::document;
 use super::driven::DrivenScenario;
 use super::places::{named_rightly, no_second_copies, writable};
-use crate::cli::Failure;
-use crate::cli::many_files::{FinishedFiles, ManyFiles, Progressed, holds};
-use crate::cli::open::clash;
-use crate::cli::output::{self, Target, file_of, refused};
-use crate::formats::commonroad::{self, SaveError, save};
-use crate::formats::{Entry, EntryLocation, write_recording};
-use crate::scenario::VehicleModel;
+use crate::Failure;
+use crate::many_files::{FinishedFiles, ManyFiles, Progressed, holds};
+use crate::open::clash;
+use crate::output::{self, Target, file_of, refused};
+use nearmiss_formats::commonroad::{self, SaveError, save};
+use nearmiss_formats::{Entry, EntryLocation, write_recording};
+use nearmiss_scene::scenario::VehicleModel;
 
 /// What to write.
 #[derive(Debug, clap::Args)]

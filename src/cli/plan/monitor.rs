@@ -7,22 +7,22 @@ use std::sync::atomic::AtomicBool;
 use serde_json::{Value, json};
 use tokio::runtime::{Builder, Runtime};
 
-use crate::cli::ask::budget;
-use crate::cli::interrupt::INTERRUPTED;
-use crate::cli::open::{judge_of, user_thresholds};
-use crate::cli::parallel::in_order;
-use crate::cli::templates::templates;
-use crate::cli::{Failure, Outcome, output};
-use crate::evaluation::Judge;
-use crate::formats::Entry;
-use crate::llm::{Effort, Environment, Parameters, Registry};
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::prompts::Library;
-use crate::settings::{Config, Folders};
-use crate::simulation::Settings;
-use crate::store::Store;
-use crate::workflow::{Models, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Server};
+use crate::ask::budget;
+use crate::interrupt::INTERRUPTED;
+use crate::open::{judge_of, user_thresholds};
+use crate::parallel::in_order;
+use crate::templates::templates;
+use crate::{Failure, Outcome, output};
+use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry};
+use nearmiss_ask::prompts::Library;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::Settings;
+use nearmiss_formats::Entry;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::{Config, Folders};
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::Judge;
+use nearmiss_workflow::{Models, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Server};
 
 use super::driven::request;
 
@@ -79,7 +79,7 @@ pub struct MonitorSetup {
     thresholds: Arc<Thresholds>,
     store: Option<Arc<Store>>,
     runtime: Runtime,
-    settings: crate::evaluation::Settings,
+    settings: nearmiss_study::evaluation::Settings,
     every: f64,
     latency: Option<f64>,
     brake: bool,
@@ -161,7 +161,7 @@ impl MonitorOptions {
                 .enable_all()
                 .build()
                 .map_err(Failure::input)?,
-            settings: crate::evaluation::Settings {
+            settings: nearmiss_study::evaluation::Settings {
                 history: config.history,
                 ..Default::default()
             },

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::driven::median;
-use crate::cli::output;
+use crate::output;
 
 /// Names of the columns of a monitor in the table.
 pub const HEADER: [&str; 7] = [

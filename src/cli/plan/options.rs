@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use toml::Value;
 
-use crate::cli::Failure;
-use crate::evaluation::default_planning;
-use crate::settings::{Config, PlannerKey};
-use crate::simulation::{ExternalPlanner, Settings, TrafficMode};
+use crate::Failure;
+use nearmiss_drive::simulation::{ExternalPlanner, Settings, TrafficMode};
+use nearmiss_settings::{Config, PlannerKey};
+use nearmiss_study::evaluation::default_planning;
 
 /// How to plan.
 #[derive(Debug, clap::Args)]

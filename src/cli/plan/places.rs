@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::cli::Failure;
-use crate::cli::output::refused;
-use crate::formats::commonroad::{NewFile, SaveError};
-use crate::formats::{Entry, EntryLocation};
+use crate::Failure;
+use crate::output::refused;
+use nearmiss_formats::commonroad::{NewFile, SaveError};
+use nearmiss_formats::{Entry, EntryLocation};
 
 /// Refuses a place that is named as a folder and is none.
 pub fn named_rightly(flag: &str, path: &Path) -> Result<(), Failure> {

@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::driven::request;
-use crate::cli::Failure;
-use crate::cli::output;
-use crate::formats::Entry;
-use crate::planner::Cancel;
-use crate::settings::Config;
-use crate::simulation::{Clock, ExternalOptions, ExternalPlanner, Settings};
-use crate::system::{did_you_mean, is_program};
+use crate::Failure;
+use crate::output;
+use nearmiss_base::system::{did_you_mean, is_program};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::{Clock, ExternalOptions, ExternalPlanner, Settings};
+use nearmiss_formats::Entry;
+use nearmiss_settings::Config;
 
 /// The built-in planner's name.
 pub const BUILT_IN: &str = "nearmiss";

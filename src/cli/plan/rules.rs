@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::document::thousandths;
-use crate::traffic_rules::{Finding, Rule, RuleReport, Violation};
+use nearmiss_scene::traffic_rules::{Finding, Rule, RuleReport, Violation};
 
 /// What became of each rule, where a step takes `dt` seconds.
 pub fn document(report: &RuleReport, dt: f64) -> Vec<Value> {

@@ -7,10 +7,10 @@ use serde_json::Value;
 use super::driven::median;
 use super::monitor_table as monitor;
 use super::rules::{self, RuleCounts};
-use crate::cli::output::Align::{Left, Right};
-use crate::cli::output::{counted, line, visible};
-use crate::cli::row_file::Labels;
-use crate::simulation::{CollisionKind, ContactSide, HitFromBehind};
+use crate::output::Align::{Left, Right};
+use crate::output::{counted, line, visible};
+use crate::row_file::Labels;
+use nearmiss_drive::simulation::{CollisionKind, ContactSide, HitFromBehind};
 
 /// The outcomes, in the order in which they are listed.
 pub const OUTCOMES: [&str; 6] = [

@@ -3,18 +3,18 @@
 use std::path::PathBuf;
 
 use super::certificate::CertificateOption;
-use crate::cli::Failure;
-use crate::cli::at::{AT, At};
-use crate::cli::many_files::ManyFiles;
-use crate::cli::open::{EgoChoice, task};
-use crate::cli::span::history;
-use crate::evaluation::{Settings, window_end};
-use crate::metrics::{MEASURES, Measure, measure};
-use crate::prompts::Defaults;
-use crate::render::{FigureContent, Format, Look, MILLIMETRE, MapExtent, PIXEL};
-use crate::scenario::WindowRule;
-use crate::system::unknown;
-use crate::verdict::Task;
+use crate::Failure;
+use crate::at::{AT, At};
+use crate::many_files::ManyFiles;
+use crate::open::{EgoChoice, task};
+use crate::span::history;
+use nearmiss_ask::prompts::Defaults;
+use nearmiss_base::system::unknown;
+use nearmiss_render::{FigureContent, Format, Look, MILLIMETRE, MapExtent, PIXEL};
+use nearmiss_scene::metrics::{MEASURES, Measure, measure};
+use nearmiss_scene::scenario::WindowRule;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::{Settings, window_end};
 
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]

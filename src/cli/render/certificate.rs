@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use super::arguments::RenderContent;
 use super::{Job, Timeline};
-use crate::cli::open::{Opened, scene_and_doubts};
-use crate::cli::{Failure, Outcome, output};
-use crate::formats::{EgoSelection, Entry};
-use crate::generation::DELAYS;
-use crate::metrics::{Context, Series, Thresholds, measure};
-use crate::render::{Figure, FigureGrid, GridRow, Look, MapExtent, PAGE, Picture, Subject};
-use crate::scenario::Scene;
-use crate::workflow::VariantOrigin;
+use crate::open::{Opened, scene_and_doubts};
+use crate::{Failure, Outcome, output};
+use nearmiss_drive::generation::DELAYS;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_render::{Figure, FigureGrid, GridRow, Look, MapExtent, PAGE, Picture, Subject};
+use nearmiss_scene::metrics::{Context, Series, Thresholds, measure};
+use nearmiss_scene::scenario::Scene;
+use nearmiss_workflow::VariantOrigin;
 
 /// The good driver beside the drive in a variant.
 #[derive(Debug, clap::Args)]

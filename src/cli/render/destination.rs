@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use super::Render;
-use crate::cli::Failure;
-use crate::cli::many_files::holds;
-use crate::cli::open::clash;
-use crate::cli::output::Target;
-use crate::formats::Entry;
-use crate::render::Format;
+use crate::Failure;
+use crate::many_files::holds;
+use crate::open::clash;
+use crate::output::Target;
+use nearmiss_formats::Entry;
+use nearmiss_render::Format;
 
 /// Where pictures go, and how they are written.
 pub struct Destination {

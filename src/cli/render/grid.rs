@@ -6,12 +6,12 @@ use std::sync::Arc;
 use super::arguments::GridShape;
 use super::original::Original;
 use super::{Job, Timeline, without_ego};
-use crate::cli::open::{Opened, scene_beside};
-use crate::cli::{Failure, Outcome, output};
-use crate::formats::Entry;
-use crate::metrics::{Context, MEASURES, Reading, Series, Thresholds};
-use crate::render::{Figure, FigureGrid, GridRow, Look, PAGE, Subject};
-use crate::scenario::{Scenario, Scene};
+use crate::open::{Opened, scene_beside};
+use crate::{Failure, Outcome, output};
+use nearmiss_formats::Entry;
+use nearmiss_render::{Figure, FigureGrid, GridRow, Look, PAGE, Subject};
+use nearmiss_scene::metrics::{Context, MEASURES, Reading, Series, Thresholds};
+use nearmiss_scene::scenario::{Scenario, Scene};
 
 /// Columns of a case study unless others are asked for.
 const COLUMNS: usize = 4;

@@ -23,13 +23,13 @@ use super::open::{Opened, configuration, found, scene_and_doubts, scene_beside, 
 use super::parallel::in_order;
 use super::progress::Progress;
 use super::{Failure, Outcome, output};
-use crate::formats::{EgoSelection, Entry};
-use crate::metrics::Thresholds;
-use crate::render::{
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_render::{
     Figure, FigureError, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenRequest,
     Subject, animate,
 };
-use crate::scenario::Scene;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::Scene;
 
 /// Everything that holds for all scenarios of a call.
 struct Job<'a> {

@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::cli::open::entry;
-use crate::cli::{Failure, output};
-use crate::formats::Entry;
-use crate::render::{Variation, Variations};
-use crate::scenario::Scenario;
-use crate::workflow::{Attacker, VariantOrigin};
+use crate::open::entry;
+use crate::{Failure, output};
+use nearmiss_formats::Entry;
+use nearmiss_render::{Variation, Variations};
+use nearmiss_scene::scenario::Scenario;
+use nearmiss_workflow::{Attacker, VariantOrigin};
 
 /// A variant's original, and how the two differ.
 pub struct Original {

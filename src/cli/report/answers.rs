@@ -3,12 +3,12 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::claims::known_files;
-use crate::cli::progress::Progress;
-use crate::cli::{Failure, output};
-use crate::evaluation::{AnswerCase, AnswerPage};
-use crate::formats::Entry;
-use crate::store::Store;
-use crate::workflow::answer_page;
+use crate::progress::Progress;
+use crate::{Failure, output};
+use nearmiss_formats::Entry;
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::{AnswerCase, AnswerPage};
+use nearmiss_workflow::answer_page;
 
 /// The page of these answers; their scenarios are looked for in `files`, in the batches and among the bundled ones.
 pub fn page(

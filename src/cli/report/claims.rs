@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use super::truth::AUTO;
-use crate::cli::filters::store as store_to_write;
-use crate::cli::progress::Progress;
-use crate::cli::{Failure, output};
-use crate::formats::{Entry, bundled};
-use crate::store::{Outcome as Run, Store};
-use crate::workflow::{count_claims, files_of_batches, find, is_unchecked};
+use crate::filters::store as store_to_write;
+use crate::progress::Progress;
+use crate::{Failure, output};
+use nearmiss_formats::{Entry, bundled};
+use nearmiss_store::{Outcome as Run, Store};
+use nearmiss_workflow::{count_claims, files_of_batches, find, is_unchecked};
 
 /// Counts the claims of answers that have no counts of this version, where their scenario is one of `files`, of the
 /// bundled ones, or of a batch; gives what is to be said of the others.

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::{AnyReport, Format as Tables, ReportArguments, of_folder, of_store};
-use crate::cli::output::{self, Target};
-use crate::cli::{Failure, Outcome};
-use crate::evaluation::report::ReportFigure;
-use crate::render::{Format, Palette};
+use crate::output::{self, Target};
+use crate::{Failure, Outcome};
+use nearmiss_render::{Format, Palette};
+use nearmiss_study::evaluation::report::ReportFigure;
 
 /// What the endings of names ask for.
 const ENDINGS: &[(&str, Format)] = &[("svg", Format::Svg), ("png", Format::Png)];

@@ -21,12 +21,12 @@ use super::filters::{Filters, LAST, last_batch, store_to_read};
 use super::gate::{Gate, both};
 use super::output::{self, Target, file_of};
 use super::{Failure, Outcome};
-use crate::evaluation::report::{
+use nearmiss_store::{Filter, SplitPart};
+use nearmiss_study::evaluation::report::{
     self, Comparison, Document, Pivot, Report, ReportFigure, SplitReport,
 };
-use crate::evaluation::{AnswerPage, Cluster, PromptConfig, Provenance, Scored};
-use crate::paper::Paper;
-use crate::store::{Filter, SplitPart};
+use nearmiss_study::evaluation::{AnswerPage, Cluster, PromptConfig, Provenance, Scored};
+use nearmiss_study::paper::Paper;
 use pivot::PivotOptions;
 
 /// Arguments of `report`.

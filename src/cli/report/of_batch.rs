@@ -4,20 +4,20 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::{AnyReport, Format, ReportArguments, answers as answers_page, claims, pivot};
-use crate::cli::{Failure, open, output};
-use crate::evaluation::batch::{
+use crate::{Failure, open, output};
+use nearmiss_ask::prompts::Library;
+use nearmiss_base::system::without_folders;
+use nearmiss_store::{BatchId, Filter, Item, ItemState, RunId, SplitPart, Store};
+use nearmiss_study::evaluation::batch::{
     self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, TestSplit,
     UnjudgedScenario, beside_the_judge,
 };
-use crate::evaluation::report::{
+use nearmiss_study::evaluation::report::{
     AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, Varied,
 };
-use crate::evaluation::{
+use nearmiss_study::evaluation::{
     AnswerPage, AnswerStatus, Lead, Provenance, RuleScore, leaks, note_on_score, rules, validate,
 };
-use crate::prompts::Library;
-use crate::store::{BatchId, Filter, Item, ItemState, RunId, SplitPart, Store};
-use crate::system::without_folders;
 
 /// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with;
 /// of a batch with a split each part alone, and of a locked test split its progress.

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::{AnyReport, Format, ReportArguments};
-use crate::cli::{Failure, output};
-use crate::evaluation::report::{AskedFacts, Comparison, Pivot, ReportSubject};
-use crate::evaluation::{AnswerCase, AnswerPage, Loss, Problem, Provenance, Scored};
-use crate::paper::{self, Paper};
+use crate::{Failure, output};
+use nearmiss_study::evaluation::report::{AskedFacts, Comparison, Pivot, ReportSubject};
+use nearmiss_study::evaluation::{AnswerCase, AnswerPage, Loss, Problem, Provenance, Scored};
+use nearmiss_study::paper::{self, Paper};
 
 /// The recorded answers beside the paper's tables, and how many files could not be read.
 pub fn paper(folder: &Path) -> Result<(AnyReport, usize), Failure> {

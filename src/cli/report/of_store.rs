@@ -4,15 +4,15 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use super::{AnyReport, Format, ReportArguments, answers, claims, of_batch, pivot, truth};
-use crate::cli::filters::{LAST, last_batch, store_to_read};
-use crate::cli::progress::Progress;
-use crate::cli::{Failure, output};
-use crate::evaluation::report::{self, Comparison, ReportSubject, Stored};
-use crate::evaluation::{
+use crate::filters::{LAST, last_batch, store_to_read};
+use crate::progress::Progress;
+use crate::{Failure, output};
+use nearmiss_scene::verdict::{self, ParsedAnswer};
+use nearmiss_store::{Filter, Outcome as Run, Store};
+use nearmiss_study::evaluation::report::{self, Comparison, ReportSubject, Stored};
+use nearmiss_study::evaluation::{
     AnswerCase, AnswerPage, Provenance, note_on_score, tool_rounds, with_token_probability,
 };
-use crate::store::{Filter, Outcome as Run, Store};
-use crate::verdict::{self, ParsedAnswer};
 
 /// The report of the runs that the filters choose, for a format: tables for programs have no place for notes.
 pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Failure> {

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::cli::Outcome;
-use crate::cli::output::{self, Cell, Column, Format, Kind, Table, TableWriter, Target};
-use crate::evaluation::Provenance;
-use crate::evaluation::report::FlatTable;
+use crate::Outcome;
+use crate::output::{self, Cell, Column, Format, Kind, Table, TableWriter, Target};
+use nearmiss_study::evaluation::Provenance;
+use nearmiss_study::evaluation::report::FlatTable;
 
 /// Columns of words, which have this type in reports without a value of theirs, too.
 const WORDS: [&str; 12] = [

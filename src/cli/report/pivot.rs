@@ -1,10 +1,12 @@
 //! Tables over chosen axes: `report --rows model --columns techniques`, and differences from a baseline.
 
 use super::ReportArguments;
-use crate::cli::{Failure, Outcome};
-use crate::evaluation::AnswerCase;
-use crate::evaluation::report::{AskedFacts, Axis, Measure, Pivot, PivotRequest, ReportFigure};
-use crate::store::Store;
+use crate::{Failure, Outcome};
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::AnswerCase;
+use nearmiss_study::evaluation::report::{
+    AskedFacts, Axis, Measure, Pivot, PivotRequest, ReportFigure,
+};
 
 /// Options of a table over axes.
 #[derive(Debug, clap::Args)]

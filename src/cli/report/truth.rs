@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
-use crate::cli::open::{configuration, user_thresholds};
-use crate::cli::progress::Progress;
-use crate::cli::{Failure, output};
-use crate::evaluation::annotations;
-use crate::evaluation::batch::{Spec, TruthSource};
-use crate::evaluation::report::{Stored, Truth};
-use crate::formats::{EgoSelection, Entry, bundled};
-use crate::metrics::RiskConvention;
-use crate::store::{Outcome as Run, Store};
-use crate::system;
-use crate::verdict::Task;
-use crate::workflow::{TruthChoice, TruthSearch, asked_as, batch_labels, find};
+use crate::open::{configuration, user_thresholds};
+use crate::progress::Progress;
+use crate::{Failure, output};
+use nearmiss_base::system;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
+use nearmiss_scene::metrics::RiskConvention;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Outcome as Run, Store};
+use nearmiss_study::evaluation::annotations;
+use nearmiss_study::evaluation::batch::{Spec, TruthSource};
+use nearmiss_study::evaluation::report::{Stored, Truth};
+use nearmiss_workflow::{TruthChoice, TruthSearch, asked_as, batch_labels, find};
 
 /// The word for the exact geometry.
 pub const AUTO: &str = "auto";

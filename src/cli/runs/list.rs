@@ -3,13 +3,13 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::cli::json::Output;
-use crate::cli::{output, time};
-use crate::evaluation::{AnswerState, Spending};
-use crate::judge;
-use crate::store::{RunState, Summary};
-use crate::system::columns;
-use crate::verdict::Task;
+use crate::json::Output;
+use crate::{output, time};
+use nearmiss_base::system::columns;
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{RunState, Summary};
+use nearmiss_study::evaluation::{AnswerState, Spending};
 
 const TITLES: [&str; 10] = [
     "run",
@@ -184,7 +184,7 @@ pub(super) fn sum(runs: &[Summary]) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::store::StoredTemplate;
+    use nearmiss_store::StoredTemplate;
 
     fn summary(run: i64, cost: Option<f64>, most: Option<f64>) -> Summary {
         Summary {

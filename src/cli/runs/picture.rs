@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::cli::locked::Unlock;
-use crate::cli::{Failure, Outcome, output};
-use crate::store::{RunId, Store};
-use crate::system;
+use crate::locked::Unlock;
+use crate::{Failure, Outcome, output};
+use nearmiss_base::system;
+use nearmiss_store::{RunId, Store};
 
 /// Arguments of `runs picture`.
 #[derive(Debug, clap::Args)]

@@ -6,10 +6,10 @@ use clap::FromArgMatches;
 
 use super::super::open::configuration;
 use super::super::{Arguments, Command, Failure, help, output};
-use crate::evaluation::validate;
-use crate::prompts::Library;
-use crate::settings::TextFile;
-use crate::workflow::Experiment;
+use nearmiss_ask::prompts::Library;
+use nearmiss_settings::TextFile;
+use nearmiss_study::evaluation::validate;
+use nearmiss_workflow::Experiment;
 
 /// Becomes the number of the part.
 pub const PART: &str = "{part}";

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use super::Tuned;
 use super::words::{can_find_gain, gain, yes_or_no};
-use crate::cli::json;
-use crate::workflow::tune::{
+use crate::json;
+use nearmiss_workflow::tune::{
     Candidate, DevPart, Refusal, RefusedBecause, TuneOutcome, TunePlan, template_diff,
 };
 
@@ -271,7 +271,7 @@ impl TuneDryRunDocument {
     /// The document of an estimate.
     pub(super) fn new(
         (plan, test_scenarios, reflect): (&TunePlan, usize, &str),
-        estimate: &crate::workflow::tune::TuneEstimate,
+        estimate: &nearmiss_workflow::tune::TuneEstimate,
         budget: f64,
     ) -> Self {
         Self {

@@ -2,8 +2,8 @@
 
 use super::document::TuneDryRunDocument;
 use super::words::parts;
-use crate::cli::{Outcome, output};
-use crate::workflow::tune::{TuneEstimate, TunePlan};
+use crate::{Outcome, output};
+use nearmiss_workflow::tune::{TuneEstimate, TunePlan};
 
 /// Writes what would be asked at most.
 pub fn write(

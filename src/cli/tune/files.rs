@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::{Tune, TuneDocument, Tuned};
-use crate::cli::output::{self, refused};
-use crate::cli::{Failure, Outcome, json::Output};
-use crate::evaluation::validate;
-use crate::prompts::{Library, renamed, template_file};
-use crate::settings::Folders;
-use crate::system;
-use crate::workflow::tune::{TuneOutcome, template_diff};
+use crate::output::{self, refused};
+use crate::{Failure, Outcome, json::Output};
+use nearmiss_ask::prompts::{Library, renamed, template_file};
+use nearmiss_base::system;
+use nearmiss_settings::Folders;
+use nearmiss_study::evaluation::validate;
+use nearmiss_workflow::tune::{TuneOutcome, template_diff};
 
 /// The files in the folder.
 const FILES: [&str; 3] = ["template.diff", "template.md", "tune.json"];

@@ -17,15 +17,15 @@ use super::evaluate::{BatchContext, planned, questions_of, runtime};
 use super::interrupt::{GRACE, INTERRUPTED, signal};
 use super::open::{frame, task, techniques, with_notes};
 use super::{Failure, Outcome, output};
-use crate::description::Frame;
-use crate::prompts::Techniques;
-use crate::settings::TextFile;
-use crate::verdict::Task;
-use crate::workflow::tune::{
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::TextFile;
+use nearmiss_workflow::tune::{
     PROPOSAL_TOKENS, TuneChoice, TuneError, TuneModels, TuneOutcome, TunePlan, TuneSettings,
     can_tune, estimate, tune,
 };
-use crate::workflow::{Experiment, is_experiment_file};
+use nearmiss_workflow::{Experiment, is_experiment_file};
 use progress::Stages;
 
 /// Arguments of `tune`.

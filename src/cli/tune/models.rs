@@ -5,14 +5,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::Tune;
-use crate::cli::evaluate::BatchContext;
-use crate::cli::{Failure, output};
-use crate::evaluation::batch::{RequestSettings, Spec};
-use crate::evaluation::{Judge, Judges, ModelJudge};
-use crate::llm::{Budget, Environment};
-use crate::store::Store;
-use crate::workflow::batch::{BatchControl, BatchModels, BatchPlan, at_once};
-use crate::workflow::tune::TuneModels;
+use crate::evaluate::BatchContext;
+use crate::{Failure, output};
+use nearmiss_ask::llm::{Budget, Environment};
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::batch::{RequestSettings, Spec};
+use nearmiss_study::evaluation::{Judge, Judges, ModelJudge};
+use nearmiss_workflow::batch::{BatchControl, BatchModels, BatchPlan, at_once};
+use nearmiss_workflow::tune::TuneModels;
 
 /// The models.
 pub struct Found {

@@ -1,8 +1,8 @@
 //! Progress of a tune: a bar for each template that is asked with, a line for each that was tried.
 
-use crate::cli::output;
-use crate::cli::progress::Progress;
-use crate::workflow::tune::TuneEvent;
+use crate::output;
+use crate::progress::Progress;
+use nearmiss_workflow::tune::TuneEvent;
 
 /// The stage that is shown.
 #[derive(Default)]

@@ -1,9 +1,9 @@
 //! The result of a tune for people.
 
 use super::Tuned;
-use crate::cli::output::{self, counted, table_lines};
-use crate::evaluation::statistics::FEWEST;
-use crate::workflow::tune::{
+use crate::output::{self, counted, table_lines};
+use nearmiss_study::evaluation::statistics::FEWEST;
+use nearmiss_workflow::tune::{
     Candidate, CostMeasure, DevPart, TuneOutcome, TunePlan, template_diff,
 };
 

@@ -1,8 +1,8 @@
 //! What versions before 2018b have in other places: times in seconds, first states, and shapes in world coordinates.
 
 use super::builder::SourceLocation;
-use crate::geometry::{Footprint, Pose, Shape};
-use crate::scenario::{
+use nearmiss_base::geometry::{Footprint, Pose, Shape};
+use nearmiss_scene::scenario::{
     ObstacleParts, ObstacleRole, Position, Prediction, Quantity, State, Steps, in_frame,
 };
 
@@ -82,9 +82,9 @@ fn own_frame(at: &impl SourceLocation, first: &State, body: &mut Option<Footprin
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::formats::commonroad::{ReadError, read};
-    use crate::geometry::Point;
-    use crate::scenario::Scenario;
+    use crate::commonroad::{ReadError, read};
+    use nearmiss_base::geometry::Point;
+    use nearmiss_scene::scenario::Scenario;
 
     fn state(time: &str, x: f64) -> String {
         format!(

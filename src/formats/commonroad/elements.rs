@@ -4,8 +4,8 @@ use super::builder;
 use super::error::ReadError;
 use super::trucks;
 use super::xml::{Element, Xml, short};
-use crate::geometry::{Footprint, Point, Shape};
-use crate::scenario::Severity;
+use nearmiss_base::geometry::{Footprint, Point, Shape};
+use nearmiss_scene::scenario::Severity;
 
 /// Shape groups inside shape groups, deeper than any file needs.
 const DEEPEST_GROUP: usize = 8;

@@ -6,7 +6,7 @@ use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE};
 
 use super::error::ReadError;
 use super::xml::{Xml, short};
-use crate::scenario::{Diagnostic, Severity};
+use nearmiss_scene::scenario::{Diagnostic, Severity};
 
 /// A byte order mark, which some editors write in front of a text.
 pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
@@ -15,7 +15,7 @@ pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
 const MARK_IN_UTF_8: &[u8] = b"\xef\xbb\xbf";
 
 /// Bytes without the byte order marks that they begin with.
-pub(in crate::formats) fn without_marks(mut bytes: &[u8]) -> &[u8] {
+pub(crate) fn without_marks(mut bytes: &[u8]) -> &[u8] {
     while let Some(rest) = bytes.strip_prefix(MARK_IN_UTF_8) {
         bytes = rest;
     }
@@ -24,7 +24,7 @@ pub(in crate::formats) fn without_marks(mut bytes: &[u8]) -> &[u8] {
 
 /// What some bytes are, from how they begin, if they have to be unpacked or saved anew before anything here can read
 /// them.
-pub(in crate::formats) fn foreign(bytes: &[u8]) -> Option<&'static str> {
+pub(crate) fn foreign(bytes: &[u8]) -> Option<&'static str> {
     Some(match bytes {
         [0x1f, 0x8b, ..] => "compressed with gzip; unpack it first",
         [b'P', b'K', 3, 4, ..] => "a ZIP archive; unpack it first",
@@ -59,7 +59,7 @@ fn utf16(bytes: &[u8]) -> Option<&'static Encoding> {
 }
 
 /// The beginning of a text in any encoding, only for detecting its kind.
-pub(in crate::formats) fn beginning(bytes: &[u8]) -> Cow<'_, str> {
+pub(crate) fn beginning(bytes: &[u8]) -> Cow<'_, str> {
     match utf16(bytes) {
         Some(wide) => wide.decode_without_bom_handling(bytes).0,
         None => String::from_utf8_lossy(bytes),
@@ -67,7 +67,7 @@ pub(in crate::formats) fn beginning(bytes: &[u8]) -> Cow<'_, str> {
 }
 
 /// The text of an XML file, and what is doubtful about its encoding.
-pub(in crate::formats) struct Decoded<'a> {
+pub(crate) struct Decoded<'a> {
     /// Without the byte order marks that it begins with.
     pub(super) text: Cow<'a, str>,
     pub(super) doubts: Vec<Diagnostic>,
@@ -77,10 +77,7 @@ pub(in crate::formats) struct Decoded<'a> {
 ///
 /// # Errors
 /// It is in none that is known, or damaged: with the line, column and element of the first wrong byte.
-pub(in crate::formats) fn decoded<'a>(
-    bytes: &'a [u8],
-    file: &str,
-) -> Result<Decoded<'a>, ReadError> {
+pub(crate) fn decoded<'a>(bytes: &'a [u8], file: &str) -> Result<Decoded<'a>, ReadError> {
     let wrong = |before: &str, element, message| ReadError {
         file: file.to_string(),
         line: 1 + before.matches('\n').count(),

@@ -1,6 +1,6 @@
 //! Errors of files that are not valid scenarios, with their place.
 
-use crate::system;
+use nearmiss_base::system;
 
 /// Why a file is not a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -35,7 +35,7 @@ fn inside(line: usize, column: usize, element: &str) -> String {
 }
 
 impl ReadError {
-    pub(in crate::formats) fn io(file: &str, error: &std::io::Error) -> Self {
+    pub(crate) fn io(file: &str, error: &std::io::Error) -> Self {
         Self {
             file: file.to_string(),
             line: 0,

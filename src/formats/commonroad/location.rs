@@ -2,7 +2,7 @@
 
 use super::error::ReadError;
 use super::xml::{Element, Xml};
-use crate::scenario::{Environment, GeoTransformation, Location};
+use nearmiss_scene::scenario::{Environment, GeoTransformation, Location};
 
 /// The value that files write for an unknown place id.
 pub(super) const UNKNOWN_ID: i64 = -999;

@@ -27,10 +27,10 @@ pub(super) mod xml_writer;
 
 use std::path::{Path, PathBuf};
 
-pub use crate::system::{NewFile, SaveError, save};
 pub use conform::{Conformed, conform};
 pub(super) use encoding::{beginning, foreign, without_marks};
 pub use error::ReadError;
+pub use nearmiss_base::system::{NewFile, SaveError, save};
 pub(super) use protobuf::wire;
 pub(super) use root::beginning_of_file;
 pub(super) use root::is_scenario;
@@ -42,8 +42,8 @@ pub use solution::{
 };
 pub use writer::{WriteError, write};
 
-use crate::scenario::Scenario;
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::Scenario;
 
 /// Reads a CommonRoad scenario, XML or protobuf, from `bytes`; `file` names it in errors.
 ///

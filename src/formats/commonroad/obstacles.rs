@@ -4,8 +4,8 @@ use super::elements::{footprint, shape, truth, word};
 use super::error::ReadError;
 use super::states::{state, steps};
 use super::xml::{Element, Xml};
-use crate::geometry::Footprint;
-use crate::scenario::{
+use nearmiss_base::geometry::Footprint;
+use nearmiss_scene::scenario::{
     ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Severity, Signal,
     SignalState, State,
 };

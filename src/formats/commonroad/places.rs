@@ -1,8 +1,8 @@
 //! Places of a scenario's elements in an XML file, for diagnostics made after reading it.
 
 use super::xml::{Element, SourceLocation, Xml};
-use crate::scenario::Scenario;
-use crate::scenario::plausibility::{self, ElementRef};
+use nearmiss_scene::scenario::Scenario;
+use nearmiss_scene::scenario::plausibility::{self, ElementRef};
 
 /// An element and the states or goals in it.
 type Whole<'a> = (SourceLocation<'a>, Vec<SourceLocation<'a>>);

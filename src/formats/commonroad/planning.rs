@@ -3,7 +3,7 @@
 use super::error::ReadError;
 use super::states::{position, quantity, state, steps};
 use super::xml::{Element, Xml};
-use crate::scenario::{Goal, PlanningProblem, Severity, State, Steps};
+use nearmiss_scene::scenario::{Goal, PlanningProblem, Severity, State, Steps};
 
 pub(super) fn problem<'a>(
     xml: &mut Xml<'a>,

@@ -2,7 +2,7 @@
 
 use super::builder::{Target, Targets};
 use super::xml::Xml;
-use crate::scenario::{LaneletNetwork, Severity};
+use nearmiss_scene::scenario::{LaneletNetwork, Severity};
 
 /// The target of an element with a `ref`.
 fn target(name: &str) -> Target {

@@ -5,8 +5,8 @@ use super::elements::{point, point_with_height, push_reference, truth, word};
 use super::error::ReadError;
 use super::sign_ids;
 use super::xml::{Element, Xml, short};
-use crate::geometry::Point;
-use crate::scenario::{
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletType, LightPhase, LineMarking,
     RoadUser, Severity, Sign, SignElement, SignalColor, StopLine, TrafficDirection, TrafficLight,
 };

@@ -38,7 +38,7 @@ pub enum Unrecognised {
     #[error("not a regular file")]
     Irregular,
     /// It cannot be opened or read.
-    #[error("{}", crate::system::words(.0))]
+    #[error("{}", nearmiss_base::system::words(.0))]
     Io(#[from] std::io::Error),
 }
 
@@ -69,7 +69,7 @@ pub fn root_of_file(path: &Path) -> Root {
 ///
 /// # Errors
 /// It is neither, or cannot be read: why.
-pub(in crate::formats) fn is_scenario(path: &Path) -> Result<bool, Unrecognised> {
+pub(crate) fn is_scenario(path: &Path) -> Result<bool, Unrecognised> {
     let mut head = beginning_of_file(path, FIRST)?;
     let mut known = root_name(&head);
     if known.is_none() && head.len() == FIRST {
@@ -86,7 +86,7 @@ pub(in crate::formats) fn is_scenario(path: &Path) -> Result<bool, Unrecognised>
 }
 
 /// The name of the root of XML that begins so; nothing if none is to be seen.
-pub(in crate::formats) fn root_name_of(head: &[u8]) -> Option<String> {
+pub(crate) fn root_name_of(head: &[u8]) -> Option<String> {
     first_element(&beginning(head)).map(str::to_string)
 }
 
@@ -96,15 +96,12 @@ fn root_name(head: &[u8]) -> Option<bool> {
 }
 
 /// At most so many bytes of a file, and at least one.
-pub(in crate::formats) fn beginning_of_file(
-    path: &Path,
-    most: usize,
-) -> Result<Vec<u8>, Unrecognised> {
+pub(crate) fn beginning_of_file(path: &Path, most: usize) -> Result<Vec<u8>, Unrecognised> {
     if !path.metadata()?.is_file() {
         return Err(Unrecognised::Irregular);
     }
     let mut head = Vec::with_capacity(FIRST);
-    let file = crate::system::open_file(path)?;
+    let file = nearmiss_base::system::open_file(path)?;
     file.take(most as u64).read_to_end(&mut head)?;
     if head.is_empty() {
         return Err(Unrecognised::Empty);

@@ -1,8 +1,8 @@
 //! Speed limits of versions up to 2018b, where lanelets carry numbers; later versions use signs.
 
 use super::xml::Xml;
-use crate::scenario::plausibility::limits::LARGEST_NUMBER;
-use crate::scenario::{Lanelet, Severity, Sign, SignElement};
+use nearmiss_scene::scenario::plausibility::limits::LARGEST_NUMBER;
+use nearmiss_scene::scenario::{Lanelet, Severity, Sign, SignElement};
 
 /// The German number of the sign for a maximum speed, which the reference reader takes in most countries.
 const MAXIMUM_SPEED: &str = "274";

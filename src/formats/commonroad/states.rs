@@ -4,8 +4,8 @@ use super::builder;
 use super::elements::{point, push_shape, reference};
 use super::error::ReadError;
 use super::xml::{Element, Xml};
-use crate::geometry::Shape;
-use crate::scenario::{Position, Quantity, Severity, State, StateField, Steps};
+use nearmiss_base::geometry::Shape;
+use nearmiss_scene::scenario::{Position, Quantity, Severity, State, StateField, Steps};
 
 /// A state; `initial` gives the time 0 to one that says none.
 pub(super) fn state<'a>(

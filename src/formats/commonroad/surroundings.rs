@@ -3,7 +3,7 @@
 use super::location::{UNKNOWN_DEGREES, UNKNOWN_ID};
 use super::writer::WriteError;
 use super::xml_writer::{XmlWriter, number};
-use crate::scenario::Location;
+use nearmiss_scene::scenario::Location;
 
 /// The children of a location.
 pub(super) fn write(out: &mut XmlWriter, location: &Location) -> Result<(), WriteError> {

@@ -5,8 +5,8 @@ use super::error::ReadError;
 use super::writer::WriteError;
 use super::xml::{Element, Xml};
 use super::xml_writer::{XmlWriter, number};
-use crate::geometry::{SemiTrailer, Shape, Truck};
-use crate::scenario::Severity;
+use nearmiss_base::geometry::{SemiTrailer, Shape, Truck};
+use nearmiss_scene::scenario::Severity;
 
 /// `<truckShape>`: the dimensions, and where its origin is.
 pub(super) fn truck<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Truck, ReadError> {

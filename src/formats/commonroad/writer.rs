@@ -7,12 +7,12 @@ use super::surroundings;
 use super::trucks;
 use super::xml_writer::{XmlWriter, id, number, point};
 
-use crate::geometry::{Point, Shape};
-use crate::scenario::{
+use nearmiss_base::geometry::{Point, Shape};
+use nearmiss_base::system;
+use nearmiss_scene::scenario::{
     Adjacent, Bound, Goal, Intersection, Lanelet, Obstacle, ObstacleRole, Position, Prediction,
     Quantity, Scenario, Sign, SignalState, State, StateField, Steps, TrafficLight,
 };
-use crate::system;
 
 /// Why a scenario was not written.
 #[derive(Debug, thiserror::Error)]

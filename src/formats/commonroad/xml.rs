@@ -17,14 +17,14 @@ pub(super) use deferred_checks::SourceLocation;
 pub(super) use unused::KnownAttributes;
 
 use super::builder::{self, Diagnostics, TimeScale};
-pub(in crate::formats) use super::encoding::{Decoded, decoded};
+pub(crate) use super::encoding::{Decoded, decoded};
 use super::error::ReadError;
-use crate::geometry::ShapeError;
-use crate::scenario::{Diagnostic, Severity};
+use nearmiss_base::geometry::ShapeError;
+use nearmiss_scene::scenario::{Diagnostic, Severity};
 
 /// An opened element.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::formats) struct Element<'a> {
+pub(crate) struct Element<'a> {
     pub name: &'a str,
     attributes: &'a str,
     /// Byte offset of its `<`.
@@ -47,7 +47,7 @@ impl<'a> Element<'a> {
 }
 
 /// The parser; every element that is opened must be read to its end by one of its functions.
-pub(in crate::formats) struct Xml<'a> {
+pub(crate) struct Xml<'a> {
     reader: Reader<&'a [u8]>,
     text: &'a str,
     file: &'a str,
@@ -292,7 +292,7 @@ impl<'a> Xml<'a> {
 }
 
 /// An element in the file that is being read.
-pub(in crate::formats) struct ElementLocation<'x, 'a> {
+pub(crate) struct ElementLocation<'x, 'a> {
     xml: &'x Xml<'a>,
     element: Element<'a>,
 }

@@ -7,8 +7,8 @@ use super::error::ReadError;
 use super::places::Places;
 use super::xml::{Element, Xml, decoded, short};
 use super::{before_2018b, conform, location, obstacles, planning, references, road, speed_limits};
-use crate::scenario::plausibility::limits::refused_time_step;
-use crate::scenario::{ContentHash, Header, ObstacleRole, Scenario, Severity};
+use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
+use nearmiss_scene::scenario::{ContentHash, Header, ObstacleRole, Scenario, Severity};
 
 pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     let text = decoded(bytes, file)?;

@@ -6,12 +6,12 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
 
 use super::writer::WriteError;
-use crate::geometry::Point;
+use nearmiss_base::geometry::Point;
 
-pub(in crate::formats) type Attributes<'a> = [(&'a str, String)];
+pub(crate) type Attributes<'a> = [(&'a str, String)];
 
 /// The XML being written.
-pub(in crate::formats) struct XmlWriter {
+pub(crate) struct XmlWriter {
     pub xml: Writer<Vec<u8>>,
 }
 
@@ -77,7 +77,7 @@ impl XmlWriter {
 }
 
 /// Text with the characters that XML has no place for, not even escaped, replaced.
-pub(in crate::formats) fn allowed(text: &str) -> Cow<'_, str> {
+pub(crate) fn allowed(text: &str) -> Cow<'_, str> {
     let forbidden = |c: char| {
         (c < ' ' && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}')
     };
@@ -89,7 +89,7 @@ pub(in crate::formats) fn allowed(text: &str) -> Cow<'_, str> {
 }
 
 /// The shortest text that reads back as the same number; plain decimals, as the schema wants them.
-pub(in crate::formats) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let text = value.to_string();
     if text.contains('.') {
         text
@@ -98,11 +98,11 @@ pub(in crate::formats) fn number(value: f64) -> String {
     }
 }
 
-pub(in crate::formats) fn id(id: i64) -> [(&'static str, String); 1] {
+pub(crate) fn id(id: i64) -> [(&'static str, String); 1] {
     [("id", id.to_string())]
 }
 
-pub(in crate::formats) fn point(
+pub(crate) fn point(
     out: &mut XmlWriter,
     at: &Point,
     height: Option<f64>,

@@ -1,11 +1,11 @@
 //! Warnings about an ego compared with its scenario.
 
 use super::{EgoError, assumed};
-use crate::scenario::plausibility::limits::{
+use nearmiss_scene::scenario::plausibility::limits::{
     FASTEST, LARGEST_NUMBER, MOST_TURNS, is_tiny, refused_coordinate,
 };
-use crate::scenario::plausibility::{Row, and_more, doubts, missing_steps};
-use crate::scenario::{Diagnostic, Ego, LONGEST_TRACK, Sample, Scenario, Severity};
+use nearmiss_scene::scenario::plausibility::{Row, and_more, doubts, missing_steps};
+use nearmiss_scene::scenario::{Diagnostic, Ego, LONGEST_TRACK, Sample, Scenario, Severity};
 
 /// An ego farther from every lanelet than this, metres, is on another map.
 const OFF_MAP: f64 = 500.0;

@@ -1,9 +1,9 @@
 //! Why an ego could not be read.
 
-use crate::formats::commonroad::ReadError;
-use crate::scenario::SceneError;
-use crate::scenario::plausibility::limits::LATEST_STEP;
-use crate::system;
+use crate::commonroad::ReadError;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::SceneError;
+use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
 
 /// Why an ego could not be read.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, SystemTime};
 
-use crate::formats::commonroad;
+use crate::commonroad;
 
 const RECORDING: &str = "ego_trajectory.csv";
 const LOG: &str = "logs.csv";

@@ -12,9 +12,9 @@ use super::checks::{self, Lines};
 use super::recording::{USUAL, whole};
 use super::table::{self, Table, finite, shown};
 use super::{EgoError, assumed};
-use crate::geometry::{Point, Vector};
-use crate::scenario::EgoSource;
-use crate::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_scene::scenario::EgoSource;
+use nearmiss_scene::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
 
 /// Two positions nearer than this, metres, are the same.
 const SAME: f64 = 1e-3;

@@ -23,8 +23,8 @@ pub use solution::ego_of_solution;
 pub(super) use vehicle_size::sized;
 
 use super::commonroad::{Root, foreign, read_solution, root_of, without_marks};
-use crate::scenario::{Diagnostic, Ego, Scenario, Severity};
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::{Diagnostic, Ego, Scenario, Severity};
 
 /// Reads an ego for `scenario` from `bytes` in any of the formats; `file` names them in errors.
 ///

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::recording::usual_size;
 use super::{EgoError, read_ego_file};
-use crate::scenario::{ContentHash, Ego, EgoSource, Scenario, VehicleType};
+use nearmiss_scene::scenario::{ContentHash, Ego, EgoSource, Scenario, VehicleType};
 
 /// Drives of one planner under the same settings, and whose they are.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -111,7 +111,7 @@ fn shown_folder(folder: &Path) -> String {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::formats::{EgoSelection, bundled};
+    use crate::{EgoSelection, bundled};
 
     fn drives(folder: &Path) -> PlannerDrives {
         PlannerDrives {

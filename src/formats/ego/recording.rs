@@ -5,11 +5,11 @@ use std::collections::HashSet;
 use super::checks::{self, Lines};
 use super::table::{Table, finite, shown};
 use super::{EgoError, assumed};
-use crate::geometry::{Footprint, Point, Shape, angle_between};
-use crate::scenario::EgoSource;
-use crate::scenario::plausibility::limits::LATEST_STEP;
-use crate::scenario::track::forget_headings_at_standstill;
-use crate::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
+use nearmiss_base::geometry::{Footprint, Point, Shape, angle_between};
+use nearmiss_scene::scenario::EgoSource;
+use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
+use nearmiss_scene::scenario::track::forget_headings_at_standstill;
+use nearmiss_scene::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
 
 /// The vehicle whose size a recording gets that carries none: the one the paper's were made with.
 pub const USUAL: VehicleType = VehicleType::Bmw320i;

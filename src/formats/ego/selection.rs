@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::{EgoError, PlannerDrives, read_ego_file};
-use crate::formats::Entry;
-use crate::scenario::{Ego, Scenario, Scene};
+use crate::Entry;
+use nearmiss_scene::scenario::{Ego, Scenario, Scene};
 
 /// Choice of a scenario's ego.
 #[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -1,10 +1,10 @@
 //! The ego of a CommonRoad solution.
 
 use super::{EgoError, assumed};
-use crate::formats::commonroad::{ProblemSolution, Solution, TrajectoryKind};
-use crate::geometry::Point;
-use crate::scenario::EgoSource;
-use crate::scenario::{
+use crate::commonroad::{ProblemSolution, Solution, TrajectoryKind};
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::EgoSource;
+use nearmiss_scene::scenario::{
     Diagnostic, Ego, PlanningProblem, Sample, Scenario, Severity, Track, benchmark_id,
 };
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{EgoError, assumed};
-use crate::formats::commonroad::without_marks;
-use crate::scenario::{Diagnostic, Severity};
+use crate::commonroad::without_marks;
+use nearmiss_scene::scenario::{Diagnostic, Severity};
 
 /// A table that is being read.
 pub(super) struct Table<'a> {

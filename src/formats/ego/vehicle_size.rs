@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::recording::usual_size;
 use super::{assumed, read_ego_file};
-use crate::scenario::EgoSource;
-use crate::scenario::{Ego, Scenario, Severity, Track, VehicleModel, VehicleType};
+use nearmiss_scene::scenario::EgoSource;
+use nearmiss_scene::scenario::{Ego, Scenario, Severity, Track, VehicleModel, VehicleType};
 
 /// Positions of the same motion differ by rounding only, metres.
 const ROUNDING: f64 = 1e-3;

@@ -1,6 +1,6 @@
 //! Curves of lines and arcs that continue each other without a kink: reference lines of OpenDRIVE.
 
-use crate::geometry::{Point, Pose, Vector, angle_between, normalize_angle};
+use nearmiss_base::geometry::{Point, Pose, Vector, angle_between, normalize_angle};
 
 /// A line or an arc.
 #[derive(Debug, Clone, Copy, PartialEq)]

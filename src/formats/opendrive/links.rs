@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::graph::{Edge, Graph, Mode};
 use super::road::Road;
-use crate::geometry::Point;
-use crate::scenario::{Lanelet, LaneletNetwork};
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::{Lanelet, LaneletNetwork};
 
 /// What a road continues into, or what it continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -14,8 +14,8 @@ mod writer;
 
 pub(super) use writer::date;
 
-use crate::formats::commonroad::WriteError;
-use crate::scenario::{Lanelet, Scenario};
+use crate::commonroad::WriteError;
+use nearmiss_scene::scenario::{Lanelet, Scenario};
 
 /// An OpenDRIVE file.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::curve::Curve;
 use super::profile::Profile;
-use crate::geometry::{Point, Polyline, Pose, Vector, angle_between};
+use nearmiss_base::geometry::{Point, Polyline, Pose, Vector, angle_between};
 
 /// A reference line with the profiles of both borders.
 pub struct Paired {

@@ -1,7 +1,7 @@
 //! Borders beside a reference line: how far to the left they are, by its arc length.
 
 use super::curve::Curve;
-use crate::geometry::{Point, Polyline, Pose};
+use nearmiss_base::geometry::{Point, Polyline, Pose};
 
 /// A function of the arc length in straight pieces: points (s, value), metres.
 #[derive(Debug, Clone, PartialEq, Default)]

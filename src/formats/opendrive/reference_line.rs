@@ -1,7 +1,7 @@
 //! A reference line for a road that is given by its borders: smooth, and square to the road's two ends.
 
 use super::curve::Curve;
-use crate::geometry::{Point, Polyline, Pose, Vector, angle_between};
+use nearmiss_base::geometry::{Point, Polyline, Pose, Vector, angle_between};
 
 /// How a reference line is laid.
 #[derive(Debug, Clone, Copy)]

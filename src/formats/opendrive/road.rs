@@ -6,8 +6,8 @@ use super::curve::Curve;
 use super::paired::{Paired, crossing_squarely, paired};
 use super::profile::{Profile, deviation, profile, samples};
 use super::reference_line::{Laying, lay};
-use crate::geometry::{Point, Polyline};
-use crate::scenario::{Adjacent, Lanelet, LaneletNetwork};
+use nearmiss_base::geometry::{Point, Polyline};
+use nearmiss_scene::scenario::{Adjacent, Lanelet, LaneletNetwork};
 
 /// A road with its lanes, from the left to the right.
 #[derive(Debug, Clone)]

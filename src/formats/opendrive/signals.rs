@@ -3,8 +3,8 @@
 use std::collections::{BTreeSet, HashSet};
 
 use super::links::LinkedRoad;
-use crate::geometry::{Point, Polyline};
-use crate::scenario::{Lanelet, LaneletNetwork, Sign, SignElement, SignMeaning};
+use nearmiss_base::geometry::{Point, Polyline};
+use nearmiss_scene::scenario::{Lanelet, LaneletNetwork, Sign, SignElement, SignMeaning};
 
 /// A signal of a road.
 #[derive(Debug, Clone, PartialEq)]

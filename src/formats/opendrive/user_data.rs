@@ -1,8 +1,10 @@
 //! What OpenDRIVE has no place for, or says less exactly: the lanelet of a lane, as user data beside it.
 
-use crate::geometry::Point;
-use crate::scenario::plausibility::limits::refused_coordinate;
-use crate::scenario::{Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, StopLine};
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::plausibility::limits::refused_coordinate;
+use nearmiss_scene::scenario::{
+    Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, StopLine,
+};
 
 /// The id of the lanelet.
 pub const LANELET: &str = "commonroad_lanelet";

@@ -1,6 +1,6 @@
 //! The words of OpenDRIVE for what lanelets are and how their borders are marked.
 
-use crate::scenario::{Lanelet, LaneletType, LineMarking, RoadUser};
+use nearmiss_scene::scenario::{Lanelet, LaneletType, LineMarking, RoadUser};
 
 /// The type of a lane.
 pub fn lane_type(lanelet: &Lanelet) -> &'static str {

@@ -7,9 +7,9 @@ use super::profile::Profile;
 use super::signals::{self, Signal};
 use super::user_data::{KeptLanelet, PART_OF};
 use super::words;
-use crate::formats::commonroad::WriteError;
-use crate::formats::commonroad::xml_writer::{Attributes, XmlWriter, number};
-use crate::scenario::{Lanelet, LineMarking, Scenario};
+use crate::commonroad::WriteError;
+use crate::commonroad::xml_writer::{Attributes, XmlWriter, number};
+use nearmiss_scene::scenario::{Lanelet, LineMarking, Scenario};
 
 /// Attributes of an element whose names are known.
 macro_rules! attributes {
@@ -20,7 +20,8 @@ macro_rules! attributes {
 pub fn bytes(scenario: &Scenario, roads: &Roads) -> Result<Vec<u8>, WriteError> {
     let mut out = XmlWriter::begun()?;
     let bounds = scenario.network.bounds();
-    let edge = |of: fn(&crate::geometry::Bounds) -> f64| number(bounds.as_ref().map_or(0.0, of));
+    let edge =
+        |of: fn(&nearmiss_base::geometry::Bounds) -> f64| number(bounds.as_ref().map_or(0.0, of));
     let header = attributes![
         "revMajor" = 1,
         "revMinor" = 7,

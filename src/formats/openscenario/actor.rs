@@ -1,8 +1,8 @@
 //! Entities of a scenario: what takes part, where it is when, and what of it is written beside.
 
 use super::body;
-use crate::geometry::{Point, Pose, Shape};
-use crate::scenario::{
+use nearmiss_base::geometry::{Point, Pose, Shape};
+use nearmiss_scene::scenario::{
     Ego, Motion, Obstacle, ObstacleRole, ObstacleType, Prediction, Scenario, StateField,
 };
 
@@ -59,7 +59,7 @@ impl Body {
             };
         }
         let outlines = plain.outlines();
-        let bounds = crate::geometry::Bounds::from_points(outlines.iter().flatten());
+        let bounds = nearmiss_base::geometry::Bounds::from_points(outlines.iter().flatten());
         let Some(bounds) = bounds else {
             return Self {
                 center: Point::origin(),
@@ -97,7 +97,7 @@ pub fn actors(scenario: &Scenario, ego: ExportedEgo<'_>, notes: &mut Notes) -> V
     let mut all = Vec::new();
     let mut taken = None;
     if let ExportedEgo::Follows(driven) | ExportedEgo::Free(driven) = ego {
-        if let crate::scenario::EgoSource::Obstacle(id) = driven.source {
+        if let nearmiss_scene::scenario::EgoSource::Obstacle(id) = driven.source {
             taken = Some(id);
         }
         all.push(of_ego(
@@ -125,7 +125,7 @@ fn of_ego(ego: &Ego, is_free: bool, scenario: &Scenario, notes: &mut Notes) -> A
         notes.boxes.push("ego".into());
     }
     let taken = match ego.source {
-        crate::scenario::EgoSource::Obstacle(id) => scenario.obstacle(id),
+        nearmiss_scene::scenario::EgoSource::Obstacle(id) => scenario.obstacle(id),
         _ => None,
     };
     let mut motion = stretches(ego.track.iter());
@@ -172,7 +172,7 @@ fn of_obstacle(obstacle: &Obstacle, notes: &mut Notes) -> Option<Actor> {
     if !obstacle.signals.is_empty() {
         notes.signals += 1;
     }
-    let bends = |s: &crate::scenario::State| s.quantity(StateField::HitchAngle).is_some();
+    let bends = |s: &nearmiss_scene::scenario::State| s.quantity(StateField::HitchAngle).is_some();
     if obstacle.states().any(bends) {
         notes.trailers += 1;
     }

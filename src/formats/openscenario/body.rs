@@ -1,8 +1,8 @@
 //! Bodies that are no boxes, as a property beside the box around them: `circle RADIUS X Y`, `polygon X Y …`, or
 //! `rectangle LENGTH WIDTH X Y ORIENTATION` for a box that is turned.
 
-use crate::geometry::{Point, Shape};
-use crate::scenario::plausibility::limits::refused_coordinate;
+use nearmiss_base::geometry::{Point, Shape};
+use nearmiss_scene::scenario::plausibility::limits::refused_coordinate;
 
 /// The property.
 pub const BODY: &str = "commonroad_body";

@@ -1,9 +1,9 @@
 //! Entities as OpenSCENARIO describes them: categories, boxes, axles.
 
 use super::actor::Actor;
-use crate::formats::commonroad::WriteError;
-use crate::formats::commonroad::xml_writer::{XmlWriter, number};
-use crate::scenario::ObstacleType;
+use crate::commonroad::WriteError;
+use crate::commonroad::xml_writer::{XmlWriter, number};
+use nearmiss_scene::scenario::ObstacleType;
 
 /// The element of an entity and its category.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,10 +1,10 @@
 //! Weather, time of day and lights, where they are known.
 
 use super::storyboard::Clock;
-use crate::formats::commonroad::WriteError;
-use crate::formats::commonroad::xml_writer::{XmlWriter, number};
-use crate::formats::opendrive::date;
-use crate::scenario::{Environment, Scenario, SignalColor, TrafficLight};
+use crate::commonroad::WriteError;
+use crate::commonroad::xml_writer::{XmlWriter, number};
+use crate::opendrive::date;
+use nearmiss_scene::scenario::{Environment, Scenario, SignalColor, TrafficLight};
 
 /// The action that sets time and weather; nothing where neither is known.
 pub fn write(out: &mut XmlWriter, scenario: &Scenario) -> Result<(), WriteError> {
@@ -190,7 +190,7 @@ fn phases(light: &TrafficLight, from: i64) -> Vec<(i64, SignalColor)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::LightPhase;
+    use nearmiss_scene::scenario::LightPhase;
 
     #[test]
     fn phases_from_time_0_show_what_the_light_shows() {

@@ -12,10 +12,10 @@ use std::sync::Arc;
 use super::commonroad::xml_writer::XmlWriter;
 use super::commonroad::{WriteError, write};
 use super::opendrive::{date, write_opendrive};
-use crate::scenario::{Ego, LaneletNetwork, Scenario, Scene, driven_way};
 pub use actor::ExportedEgo;
 pub(super) use actor::SINGLE_STATES;
 use actor::{Actor, Notes, actors};
+use nearmiss_scene::scenario::{Ego, LaneletNetwork, Scenario, Scene, driven_way};
 use storyboard::Clock;
 
 /// A scenario as it is exported.
@@ -98,7 +98,7 @@ fn contact_at_end(scenario: &Scenario, ego: &Ego) -> Option<i64> {
     let last = ego.track.steps().end - 1;
     let scene = Scene::new(Arc::new(scenario.clone()), ego.clone());
     let own = scene.ego_at(last)?;
-    let touches = |p: crate::scenario::Participant<'_>| {
+    let touches = |p: nearmiss_scene::scenario::Participant<'_>| {
         let at_last = |other| own.distance(&other) <= CONTACT;
         let on_the_way = || {
             let (before, dt) = (last - 1, scenario.dt());

@@ -2,10 +2,10 @@
 
 use super::actor::{Actor, nudged};
 use super::environment;
-use crate::formats::commonroad::WriteError;
-use crate::formats::commonroad::xml_writer::{XmlWriter, number};
-use crate::geometry::Pose;
-use crate::scenario::{Motion, Scenario};
+use crate::commonroad::WriteError;
+use crate::commonroad::xml_writer::{XmlWriter, number};
+use nearmiss_base::geometry::Pose;
+use nearmiss_scene::scenario::{Motion, Scenario};
 
 /// The times of a scenario.
 #[derive(Debug, Clone, Copy)]

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::report::Report;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation, Target, Targets};
-use crate::geometry::{Footprint, Point, Shape};
-use crate::scenario::plausibility::limits::refused_time_step;
-use crate::scenario::plausibility::{self, ElementRef};
-use crate::scenario::{
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{ScenarioBuilder, SourceLocation, Target, Targets};
+use nearmiss_base::geometry::{Footprint, Point, Shape};
+use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
+use nearmiss_scene::scenario::plausibility::{self, ElementRef};
+use nearmiss_scene::scenario::{
     ContentHash, Goal, Header, Intersection, Lanelet, LaneletNetwork, Location, Obstacle,
     ObstacleParts, ObstacleRole, ObstacleType, PlanningProblem, Position, Prediction, Quantity,
     RecordedEgo, Scenario, Sign, State, StateField, Steps, TrafficLight,

@@ -1,7 +1,7 @@
 //! Pedestrian crossings as lanelets, which are walked along from one side of the road to the other.
 
-use crate::geometry::{Point, Vector};
-use crate::scenario::{Bound, Lanelet, LaneletType, LineMarking, RoadUser};
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_scene::scenario::{Bound, Lanelet, LaneletType, LineMarking, RoadUser};
 
 /// A crossing between two edges that run the same way.
 pub fn between(id: i64, left: Vec<Point>, right: Vec<Point>) -> Lanelet {

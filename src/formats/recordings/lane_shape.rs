@@ -1,7 +1,7 @@
 //! The borders of lanes that are given by a line along their middle.
 
-use crate::geometry::{Point, Polyline, Vector};
-use crate::scenario::{Bound, LineMarking};
+use nearmiss_base::geometry::{Point, Polyline, Vector};
+use nearmiss_scene::scenario::{Bound, LineMarking};
 
 /// Distance of a border from the middle of its lane, metres, to the left and right, for each point of the line.
 pub type Widths = Vec<(f64, f64)>;

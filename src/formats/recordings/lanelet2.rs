@@ -11,11 +11,11 @@ use super::ids::Ids;
 use super::lane_shape::{matched, same_way};
 use super::report::Report;
 use super::utm;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::geometry::Point;
-use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
-use crate::scenario::{Adjacent, Bound, Lanelet, Severity, Sign, SignElement};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
+use nearmiss_scene::scenario::{Adjacent, Bound, Lanelet, Severity, Sign, SignElement};
 use osm::{Place, Relation, Way};
 use tags::{kind, limit};
 

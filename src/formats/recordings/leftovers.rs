@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::report::Report;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
+use crate::commonroad::ReadError;
+use crate::commonroad::xml::{Element, Xml};
 
 /// Kinds that are told apart.
 const MOST_KINDS: usize = 200;

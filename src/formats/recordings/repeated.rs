@@ -1,8 +1,8 @@
 //! Rows of a recording that say twice where someone is at a step.
 
 use super::report::Report;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::geometry::Point;
+use crate::commonroad::builder::SourceLocation;
+use nearmiss_base::geometry::Point;
 
 /// Sorts the rows of a road user by step and keeps the first one of each. How many others there were, and how far from
 /// these, is said about `name`.

@@ -1,9 +1,9 @@
 //! What is said about a recording while it is read, and where in it.
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, Diagnostics, SourceLocation};
-use crate::geometry::{Point, ShapeError};
-use crate::scenario::{Diagnostic, Severity};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{self, Diagnostics, SourceLocation};
+use nearmiss_base::geometry::{Point, ShapeError};
+use nearmiss_scene::scenario::{Diagnostic, Severity};
 
 /// The file that is read, and what was noted about it.
 pub struct Report {

@@ -1,6 +1,6 @@
 //! Sizes of road users in data sets that give none: usual ones of their class.
 
-use crate::scenario::ObstacleType;
+use nearmiss_scene::scenario::ObstacleType;
 
 /// Vehicles longer than this are trucks, metres, in data sets that have one class for all.
 pub const LONG: f64 = 7.5;

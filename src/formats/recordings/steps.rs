@@ -2,8 +2,8 @@
 
 use super::assembly::median;
 use super::report::Report;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::scenario::plausibility::limits::LATEST_STEP;
+use crate::commonroad::builder::SourceLocation;
+use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
 
 /// A part of a step by which a time may be off it.
 const OFF: f64 = 0.25;

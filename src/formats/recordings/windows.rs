@@ -8,8 +8,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::report::Report;
-use crate::formats::commonroad::ReadError;
-use crate::scenario::Scenario;
+use crate::commonroad::ReadError;
+use nearmiss_scene::scenario::Scenario;
 
 /// Length of a window, seconds.
 pub const LENGTH: f64 = 10.0;
@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn of_a_recorder_each_moment_is_in_one_window() {
-        let scenario = crate::formats::bundled()[0].read().unwrap();
+        let scenario = crate::bundled()[0].read().unwrap();
         let ids: Vec<i64> = scenario.possible_egos();
         let dt = scenario.dt();
         let names = ids.iter().map(|id| (*id, "ego".to_string())).collect();

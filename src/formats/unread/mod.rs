@@ -9,7 +9,7 @@ use super::address::Address;
 use super::commonroad::{self, ReadError};
 use super::dispatch::{Format, Parts};
 use super::recordings;
-use crate::scenario::Scenario;
+use nearmiss_scene::scenario::Scenario;
 
 /// Files that are not read.
 pub(super) struct Unread;

@@ -1,8 +1,8 @@
 //! Kinds of XML, JSON, tables and other texts, by their beginnings.
 
 use super::{FORMATS, Found, Kind};
-use crate::formats::commonroad::root_name_of;
-use crate::formats::recordings::{columns_of, missing_columns};
+use crate::commonroad::root_name_of;
+use crate::recordings::{columns_of, missing_columns};
 
 /// How someone's own tracks come in.
 const OWN_TRACKS: &str = "tracks of your own open in the form of highD or of SUMO's floating car data: `nearmiss help scenarios` has the columns";

@@ -5,9 +5,9 @@ use super::color::mix;
 use super::lines::{outlines, stroke};
 use super::silhouette::Silhouette;
 use super::{Appearance, CellView, MapStyle};
-use crate::geometry::{Point, Vector};
-use crate::render::scene::{Body, MapScene, Owner};
-use crate::scenario::Signal;
+use crate::scene::{Body, MapScene, Owner};
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_scene::scenario::Signal;
 
 /// Seconds ahead that the velocity line shows.
 const AHEAD: f64 = 0.5;

@@ -4,8 +4,8 @@ use ratatui::style::Color;
 
 use super::CellView;
 use super::canvas::Canvas;
-use crate::geometry::Point;
-use crate::render::scene::LineStyle;
+use crate::scene::LineStyle;
+use nearmiss_base::geometry::Point;
 
 /// Dots of a dash and of the gap behind it.
 const DASH: (f64, f64) = (5.0, 4.0);
@@ -149,7 +149,7 @@ fn walk(view: &CellView, line: &[Point], on: f64, off: f64, mut with: impl FnMut
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Pose;
+    use nearmiss_base::geometry::Pose;
 
     #[test]
     fn lines_of_any_length_have_as_many_dashes_as_are_seen() {

@@ -23,7 +23,7 @@ use ratatui::style::Color;
 
 use self::canvas::Canvas;
 use super::scene::{MapScene, Role};
-use crate::settings::Theme;
+use nearmiss_settings::Theme;
 
 pub use blocks::Blocks;
 pub use bodies::{Heading, heading_arrow};

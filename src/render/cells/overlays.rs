@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::lines::{outlines, styled};
 use super::{Appearance, CellView};
-use crate::render::scene::{LineStyle, Outline, Overlay};
+use crate::scene::{LineStyle, Outline, Overlay};
 
 /// Draws them; thick lines cover what was drawn before.
 pub fn draw(canvas: &mut Canvas<'_>, look: &Appearance<'_>, overlays: &[Overlay], view: &CellView) {

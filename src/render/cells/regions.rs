@@ -6,8 +6,8 @@ use super::canvas::Canvas;
 use super::color::mix;
 use super::lines::outlines;
 use super::{Appearance, CellView};
-use crate::geometry::Point;
-use crate::render::scene::{GoalArea, MapScene, RegionKind};
+use crate::scene::{GoalArea, MapScene, RegionKind};
+use nearmiss_base::geometry::Point;
 
 /// How much of its own colour an area has over the road.
 const TINT: f64 = 0.22;

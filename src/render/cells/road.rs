@@ -6,10 +6,10 @@ use super::canvas::Canvas;
 use super::color::mix;
 use super::lines::{dashes, stroke};
 use super::{Appearance, CellView, regions};
-use crate::geometry::Point;
-use crate::render::scene::{
+use crate::scene::{
     Border, DASH, DirectionArrow, GoalArea, MapScene, Paint, STRIPE, Surface, SurfaceKind, offset,
 };
+use nearmiss_base::geometry::Point;
 
 /// Where a dot is at most this large, metres, there is room for a second line.
 const CLOSE: f64 = 0.4;

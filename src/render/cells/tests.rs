@@ -6,7 +6,7 @@ use ratatui::style::{Color, Modifier};
 
 use super::canvas::Canvas;
 use super::{Blocks, CellView, MapStyle};
-use crate::geometry::Pose;
+use nearmiss_base::geometry::Pose;
 
 const GROUND: Color = Color::Rgb(10, 10, 10);
 const BODY: Color = Color::Rgb(200, 0, 0);

@@ -3,7 +3,7 @@
 use super::canvas::Canvas;
 use super::lines::stroke;
 use super::{Appearance, CellView};
-use crate::render::scene::{MapScene, Owner};
+use crate::scene::{MapScene, Owner};
 
 /// Lines behind them, thick for the ego and those pointed out; ahead, as far as it is recorded, a dot for every other
 /// step.

@@ -3,8 +3,8 @@
 use std::ops::Deref;
 
 use super::MapStyle;
-use crate::geometry::{Bounds, Point, Pose, Vector, part_within};
-use crate::render::scene::Viewport;
+use crate::scene::Viewport;
+use nearmiss_base::geometry::{Bounds, Point, Pose, Vector, part_within};
 
 /// What is seen, in character cells; lengths are metres.
 #[derive(Debug, Clone, Copy)]

@@ -1,8 +1,8 @@
 //! Bars from 0 to 1 below each other, each with its interval and its number.
 
 use super::{LETTERS, WIDTH, fitted, interval};
-use crate::render::display::{Anchor, Area, Picture, Provenance, Stroke, Text};
-use crate::render::{Palette, Ticks};
+use crate::display::{Anchor, Area, Picture, Provenance, Stroke, Text};
+use crate::{Palette, Ticks};
 
 /// A bar.
 #[derive(Debug, Clone, PartialEq)]

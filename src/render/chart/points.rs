@@ -1,8 +1,8 @@
 //! Points with intervals over two axes, joined or alone: curves by lead, reliability, cost against quality.
 
 use super::{LETTERS, LINE, WIDTH, fitted, interval};
-use crate::render::display::{Anchor, Area, Picture, Provenance, Spot, Stroke, Text};
-use crate::render::{Color, Palette, Ticks};
+use crate::display::{Anchor, Area, Picture, Provenance, Spot, Stroke, Text};
+use crate::{Color, Palette, Ticks};
 
 /// A point.
 #[derive(Debug, Clone, PartialEq)]

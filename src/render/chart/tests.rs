@@ -1,8 +1,8 @@
 //! Charts hold every value and name, also without values, and no number that is none.
 
 use super::{Axis, Bar, BarChart, ChartPoint, ChartSeries, PointChart};
-use crate::render::display::Provenance;
-use crate::render::{Palette, svg};
+use crate::display::Provenance;
+use crate::{Palette, svg};
 
 #[test]
 fn bars_have_names_numbers_and_intervals() {

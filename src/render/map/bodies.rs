@@ -1,10 +1,10 @@
 //! Bodies in their real sizes with their headings, where they have been, and where the ego goes.
 
 use super::Map;
-use crate::render::Color;
-use crate::render::display::{Area, Picture, Spot, Stroke};
-use crate::render::scene::{Body, Owner, Trail};
-use crate::scenario::Motion;
+use crate::Color;
+use crate::display::{Area, Picture, Spot, Stroke};
+use crate::scene::{Body, Owner, Trail};
+use nearmiss_scene::scenario::Motion;
 
 /// Seconds between two marks on the way that the ego is going to take.
 const MARKS: f64 = 0.5;

@@ -1,7 +1,7 @@
 //! Where the ego and another body touch at this step: a ring around the place.
 
 use super::Map;
-use crate::render::display::{Area, Picture, Spot, Stroke};
+use crate::display::{Area, Picture, Spot, Stroke};
 
 /// Marks every contact; gives what the marks cover.
 pub fn draw(map: &Map<'_>, picture: &mut Picture) -> Vec<Area> {

@@ -1,7 +1,7 @@
 //! What helps to read a map: a scale bar, the time, and north where that is not above.
 
 use super::Map;
-use crate::render::display::{Anchor, Area, Picture, Stroke, Text};
+use crate::display::{Anchor, Area, Picture, Stroke, Text};
 
 /// From the edge of the map, points.
 const MARGIN: f64 = 4.0;

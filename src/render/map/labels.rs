@@ -1,10 +1,10 @@
 //! Names beside the bodies that matter: never one over another, nor over a body, a scale or a mark.
 
 use super::Map;
-use crate::geometry::Point;
-use crate::render::Color;
-use crate::render::display::{Area, Picture, Stroke, Text};
-use crate::render::scene::{Body, Contact, NAMED, Overlay, Owner};
+use crate::Color;
+use crate::display::{Area, Picture, Stroke, Text};
+use crate::scene::{Body, Contact, NAMED, Overlay, Owner};
+use nearmiss_base::geometry::Point;
 
 struct Label {
     words: String,
@@ -183,6 +183,6 @@ fn write(map: &Map<'_>, picture: &mut Picture, label: &Label, area: Area, lead: 
     }
     let at = (area.x + area.width / 2.0, area.y + map.letters * 0.76);
     let text = Text::new(at, label.words.clone(), map.letters, label.color).in_bold(label.bold);
-    let text = text.anchored(crate::render::display::Anchor::Middle);
+    let text = text.anchored(crate::display::Anchor::Middle);
     picture.text(text.with_halo(map.palette.background));
 }

@@ -14,7 +14,7 @@ use super::display::{Area, Picture, Spot, Stroke};
 use super::palette::Palette;
 use super::scene::{MapScene, Overlay, Role};
 use super::view::View;
-use crate::geometry::Point;
+use nearmiss_base::geometry::Point;
 
 /// What a map shows.
 pub struct Map<'a> {

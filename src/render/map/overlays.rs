@@ -1,8 +1,8 @@
 //! Lines and hollow bodies over the traffic.
 
 use super::Map;
-use crate::render::display::{Picture, Stroke};
-use crate::render::scene::{LineStyle, Outline, Overlay};
+use crate::display::{Picture, Stroke};
+use crate::scene::{LineStyle, Outline, Overlay};
 
 /// Draws them.
 pub fn draw(map: &Map<'_>, picture: &mut Picture, overlays: &[Overlay]) {

@@ -1,9 +1,9 @@
 //! Traffic lights with what they show at the step, and traffic signs.
 
 use super::Map;
-use crate::render::Color;
-use crate::render::display::{Anchor, Area, Picture, Spot, Stroke, Text};
-use crate::scenario::{Sign, SignElement, SignMeaning, SignalColor};
+use crate::Color;
+use crate::display::{Anchor, Area, Picture, Spot, Stroke, Text};
+use nearmiss_scene::scenario::{Sign, SignElement, SignMeaning, SignalColor};
 
 /// On a map that is wider than this, metres, posts would lie over each other.
 const WIDEST: f64 = 120.0;

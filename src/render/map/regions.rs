@@ -1,10 +1,10 @@
 //! Regions of the world: goals, buildings and the like, and where an obstacle may be.
 
 use super::Map;
-use crate::geometry::Point;
-use crate::render::Color;
-use crate::render::display::{Picture, Stroke};
-use crate::render::scene::{GoalArea, RegionKind};
+use crate::Color;
+use crate::display::{Picture, Stroke};
+use crate::scene::{GoalArea, RegionKind};
+use nearmiss_base::geometry::Point;
 
 /// Goals: lanelets and regions, tinted, with a dashed edge.
 pub fn goals(map: &Map<'_>, picture: &mut Picture) {

@@ -1,8 +1,8 @@
 //! The surface of the road, lane borders by what is painted there, crossings and stop lines.
 
 use super::Map;
-use crate::render::display::{Picture, Stroke};
-use crate::render::scene::{
+use crate::display::{Picture, Stroke};
+use crate::scene::{
     Border, DASH, MarkingLine, Paint, STRIPE, StopLine, Surface, SurfaceKind, offset,
 };
 

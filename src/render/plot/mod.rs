@@ -14,8 +14,8 @@ use panel::Panel;
 use super::Color;
 use super::display::{Anchor, Area, Picture, Stroke, Text};
 use super::palette::Palette;
-use crate::metrics::{Measure, Series, Thresholds};
-use crate::scenario::Window;
+use nearmiss_scene::metrics::{Measure, Series, Thresholds};
+use nearmiss_scene::scenario::Window;
 
 /// What a plot shows.
 pub struct Plot<'a> {

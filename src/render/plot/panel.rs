@@ -2,7 +2,7 @@
 
 use super::super::display::{Anchor, Area, Picture, Spot, Stroke, Text};
 use super::{Curve, Plot, Ticks, steps, value_range};
-use crate::metrics::{Measure, Threshold};
+use nearmiss_scene::metrics::{Measure, Threshold};
 
 /// Dashes of thresholds.
 const THRESHOLD: [f64; 2] = [2.0, 2.0];

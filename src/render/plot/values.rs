@@ -1,6 +1,6 @@
 //! What a line of a plot runs through, and what its axis has to hold: the same in figures and on the screen.
 
-use crate::metrics::Series;
+use nearmiss_scene::metrics::Series;
 
 /// A run of points, time and value, for every stretch without gaps: nothing is drawn where there is no value.
 #[must_use]

@@ -1,8 +1,10 @@
 //! Bodies at a step: outlines, fronts, who matters how much.
 
 use super::{MapRequest, Owner, Role};
-use crate::geometry::{Bounds, Footprint, Point};
-use crate::scenario::{EgoSource, Motion, Obstacle, ObstacleRole, ObstacleType, SignalState};
+use nearmiss_base::geometry::{Bounds, Footprint, Point};
+use nearmiss_scene::scenario::{
+    EgoSource, Motion, Obstacle, ObstacleRole, ObstacleType, SignalState,
+};
 
 /// Up to this risk score an obstacle is in danger of a collision, and risky.
 const DANGER: f64 = 1.0;

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use super::marking::{MarkingLine, lines_of};
 use super::road::{Surface, SurfaceKind};
-use crate::geometry::{Bounds, Point, Rings};
-use crate::scenario::{Bound, Lanelet, LaneletType, LineMarking};
+use nearmiss_base::geometry::{Bounds, Point, Rings};
+use nearmiss_scene::scenario::{Bound, Lanelet, LaneletType, LineMarking};
 
 /// What has more than one part in so many within another surface is crossed by it.
 const MOST_CROSSED: usize = 5;
@@ -121,7 +121,7 @@ fn key(bound: &Bound) -> [[i64; 2]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::LaneletNetwork;
+    use nearmiss_scene::scenario::LaneletNetwork;
 
     #[test]
     fn a_border_and_its_neighbours_are_one() {

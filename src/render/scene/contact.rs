@@ -1,8 +1,8 @@
 //! Where the ego and another body touch at a step, or on the way to it from the step before.
 
 use super::MapRequest;
-use crate::geometry::{Point, contains};
-use crate::metrics;
+use nearmiss_base::geometry::{Point, contains};
+use nearmiss_scene::metrics;
 
 /// A place where the ego touches another body.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! Markings of lanes as lines to be painted: where beside the border, how broad, dashed or not.
 
-use crate::geometry::{Point, Vector};
-use crate::scenario::LineMarking;
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_scene::scenario::LineMarking;
 
 /// Dash and gap of a dashed line, metres.
 pub const DASH: f64 = 3.0;

@@ -27,9 +27,9 @@ pub use trails::{Trail, TrailSpan};
 pub use viewport::Viewport;
 
 use super::view::{Subject, Variations};
-use crate::geometry::Point;
-use crate::metrics::Series;
-use crate::scenario::{Sign, SignalColor};
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::metrics::Series;
+use nearmiss_scene::scenario::{Sign, SignalColor};
 
 /// Who or what a thing on the map is about: a backend has a colour for each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::super::view::Variation;
 use super::trails::positions;
 use super::{MapRequest, Role};
-use crate::geometry::Point;
+use nearmiss_base::geometry::Point;
 
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,7 +77,8 @@ pub(super) fn of_variation(request: &MapRequest<'_>) -> Vec<Overlay> {
 fn of_attacker(request: &MapRequest<'_>, place: usize, both: &Variation<'_>) -> Vec<Overlay> {
     let attacker = Role::Attacker(place);
     let after = both.from..=i64::MAX;
-    let way = |obstacle: &crate::scenario::Obstacle| positions(obstacle.track().during(&after));
+    let way =
+        |obstacle: &nearmiss_scene::scenario::Obstacle| positions(obstacle.track().during(&after));
     let mut found = vec![
         Overlay::path(Role::Recorded, LineStyle::Dashed, way(both.recorded)),
         Overlay::path(attacker, LineStyle::Thick, way(both.changed)),

@@ -1,8 +1,8 @@
 //! Regions of the world: goals, buildings and the like, and where an obstacle may be.
 
 use super::{Basemap, GoalArea, MapRequest, Viewport};
-use crate::geometry::{Point, Shape};
-use crate::scenario::{ObstacleRole, Prediction};
+use nearmiss_base::geometry::{Point, Shape};
+use nearmiss_scene::scenario::{ObstacleRole, Prediction};
 
 /// What a region is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

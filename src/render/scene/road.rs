@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use super::borders::{Border, DrivenSurfaces, borders};
-use crate::geometry::{Bounds, Point, Polyline, Vector};
-use crate::scenario::{Bound, Lanelet, LaneletType, LineMarking, Position, Scenario};
+use nearmiss_base::geometry::{Bounds, Point, Polyline, Vector};
+use nearmiss_scene::scenario::{Bound, Lanelet, LaneletType, LineMarking, Position, Scenario};
 
 /// Metres from one arrow of the driving direction to the next, and the length of its legs along and across the lane.
 const ARROWS_APART: f64 = 18.0;

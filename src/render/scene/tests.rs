@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::formats::{EgoSelection, bundled};
-use crate::geometry::{Bounds, Pose};
-use crate::scenario::Scene;
+use nearmiss_base::geometry::{Bounds, Pose};
+use nearmiss_formats::{EgoSelection, bundled};
+use nearmiss_scene::scenario::Scene;
 
 fn scene(name: &str) -> Scene {
     let mut all = bundled().into_iter();
@@ -43,7 +43,7 @@ fn what_is_far_away_is_left_out() {
     assert_eq!(all.surfaces.len(), scene.scenario.network.lanelets.len());
     assert_eq!(all.borders.len(), basemap.borders.len());
     assert_eq!(all.lights.len(), scene.scenario.network.lights.len());
-    let there = |o: &&crate::scenario::Obstacle| o.placed_at(30).is_some();
+    let there = |o: &&nearmiss_scene::scenario::Obstacle| o.placed_at(30).is_some();
     let others = Subject::with_ego(&scene).others();
     assert_eq!(all.bodies.len(), others.filter(|o| there(o)).count());
     assert!(near.surfaces.len() < all.surfaces.len() && !near.surfaces.is_empty());
@@ -102,7 +102,7 @@ fn each_attacker_of_a_variant_has_a_role_of_its_own() {
     use super::super::view::Variation;
     let scene = scene("RedLight");
     let basemap = Basemap::new(&scene.scenario);
-    let there = |o: &&crate::scenario::Obstacle| o.placed_at(30).is_some();
+    let there = |o: &&nearmiss_scene::scenario::Obstacle| o.placed_at(30).is_some();
     let two: Vec<_> = Subject::with_ego(&scene)
         .others()
         .filter(there)

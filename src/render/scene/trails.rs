@@ -1,8 +1,8 @@
 //! Where participants were and where they are recorded to go.
 
 use super::{MapRequest, Owner, Viewport};
-use crate::geometry::{Bounds, Point};
-use crate::scenario::{Motion, Track};
+use nearmiss_base::geometry::{Bounds, Point};
+use nearmiss_scene::scenario::{Motion, Track};
 
 /// How much of a recorded motion is shown, seconds; `None` for all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! The part of the world that a map shows, and what lies in it.
 
-use crate::geometry::{Bounds, Point, Pose, Vector};
+use nearmiss_base::geometry::{Bounds, Point, Pose, Vector};
 
 /// A rectangle of the world, turned so that what lies ahead of its frame is up on the map.
 #[derive(Debug, Clone, Copy, PartialEq)]

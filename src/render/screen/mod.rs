@@ -4,8 +4,8 @@ mod shapes;
 
 use super::Color;
 use super::display::{Area, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
-use crate::formats::{EgoSelection, Entry};
-use crate::metrics::Measure;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::metrics::Measure;
 
 /// A cell of the screen.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,7 +1,7 @@
 //! Signs that fill their cell as shapes: boxes, blocks, Braille, arrows; fonts leave gaps between them.
 
-use crate::render::cells::Blocks;
-use crate::render::display::{Area, Segment, Spot, circle};
+use crate::cells::Blocks;
+use crate::display::{Area, Segment, Spot, circle};
 
 /// A sign.
 #[derive(Default)]

@@ -6,8 +6,8 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use super::{ROLES, Theme, ThemeColor, ThemeFile};
-use crate::settings::TextFile;
-use crate::system::{TomlText, nearest, shown_value};
+use crate::TextFile;
+use nearmiss_base::system::{TomlText, nearest, shown_value};
 
 const SHIPPED: &[(&str, &str)] = &[
     ("dark", include_str!("../../../themes/dark.toml")),

@@ -82,7 +82,7 @@ fn the_last_answer_is_the_newest_whatever_the_clock_said() {
     assert_eq!((found.id, found.answer.as_str()), (newer, "new"));
     let item = NewItem {
         key,
-        ..crate::store::items::tests::item("A", 0)
+        ..crate::items::tests::item("A", 0)
     };
     let batch = store.begin_batch("{}", None, &[item]).unwrap();
     let items = store.items_with_answers(batch).unwrap();

@@ -43,7 +43,7 @@ fn the_question_of_a_deleted_answer_waits_again() {
     let store = Store::in_memory().unwrap();
     let item = |sample| NewItem {
         key: question().key(),
-        ..crate::store::items::tests::item("A", sample)
+        ..crate::items::tests::item("A", sample)
     };
     let keyless = NewItem {
         key: None,

@@ -1,6 +1,6 @@
 //! Titles of the key menus: what a prefix leads to.
 
-use crate::tui::keymap::{Chord, Key};
+use crate::keymap::{Chord, Key};
 
 /// A prefix with the title of its menu. Chords of the table and of keymap files that begin with it are in that menu.
 const GROUPS: &[(&str, &str)] = &[

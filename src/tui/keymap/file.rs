@@ -7,10 +7,10 @@ use toml::de::{DeTable, DeValue};
 
 use super::lookup::Binding;
 use super::{Chord, Keymap, Preset};
-use crate::settings::TextFile;
-use crate::system::{TomlText, nearest, shown_value};
-use crate::tui::action::{ACTIONS, Scope};
-use crate::tui::user_file::all_visible;
+use crate::action::{ACTIONS, Scope};
+use crate::user_file::all_visible;
+use nearmiss_base::system::{TomlText, nearest, shown_value};
+use nearmiss_settings::TextFile;
 
 const VIM: &str = include_str!("vim.toml");
 
@@ -264,8 +264,8 @@ pub fn collisions(map: &Keymap) -> Vec<Collision> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::tui::action::Action;
-    use crate::tui::keymap::KeyMeaning;
+    use crate::action::Action;
+    use crate::keymap::KeyMeaning;
 
     fn mistakes(text: &str) -> Vec<String> {
         Keymap::parse("keymap.toml", text).unwrap_err()

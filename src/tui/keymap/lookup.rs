@@ -1,7 +1,7 @@
 //! The live keymap: which keys trigger which action in which context. Footer, help, palette and which-key read it.
 
 use super::{Chord, Key, file};
-use crate::tui::action::{ACTIONS, Action, Entry, Scope, menu_label, order_of, title_of};
+use crate::action::{ACTIONS, Action, Entry, Scope, menu_label, order_of, title_of};
 
 /// A set of keys to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 //! The table is for one version. A key that a keymap file binds has a meaning and never gets here.
 
 use super::{Key, Keymap};
-use crate::tui::action::{ACTIONS, Action};
+use crate::action::{ACTIONS, Action};
 
 /// The old key of an action, where no pane has it now.
 const MOVED: &[(&str, Action)] = &[
@@ -63,8 +63,8 @@ impl Keymap {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::tui::action::Scope;
-    use crate::tui::keymap::{KeyMeaning, Preset};
+    use crate::action::Scope;
+    use crate::keymap::{KeyMeaning, Preset};
 
     #[test]
     fn old_keys_are_free_on_the_main_screen_and_say_where_they_went() {

@@ -1,8 +1,8 @@
 //! Prints the keymap to the shell: as a table, or as a starter file.
 
 use super::Keymap;
-use crate::system::{KeyBinding, columns, pad_end};
-use crate::tui::action::{ACTIONS, Entry, Scope};
+use crate::action::{ACTIONS, Entry, Scope};
+use nearmiss_base::system::{KeyBinding, columns, pad_end};
 
 /// Where, name, keys and a sentence of every action, in columns.
 #[must_use]
@@ -83,7 +83,7 @@ pub fn as_file(map: &Keymap) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::tui::keymap::Preset;
+    use crate::keymap::Preset;
 
     #[test]
     fn what_is_printed_is_read_as_the_same() {

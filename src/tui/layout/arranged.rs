@@ -2,8 +2,8 @@
 
 use ratatui::layout::{Constraint, Layout, Rect};
 
-use crate::tui::model::Arrangement::{self, Compact, Narrow, Wide};
-use crate::tui::model::{Border, Edge, Pane, PaneShares};
+use crate::model::Arrangement::{self, Compact, Narrow, Wide};
+use crate::model::{Border, Edge, Pane, PaneShares};
 
 /// Fewest columns of a pane.
 const NARROWEST: u16 = 18;

@@ -3,7 +3,7 @@
 use ratatui::layout::Rect;
 
 use super::arranged::{Arranged, NARROW};
-use crate::tui::model::Pane;
+use crate::model::Pane;
 
 impl Arranged {
     /// Ends the panes at a column, where a panel stands. One that becomes too narrow gives its place to the pane on its

@@ -1,8 +1,8 @@
 //! A generation in which a language model writes the attacks: its settings, progress and complete output.
 
-use crate::evaluation::Settings as Asked;
-use crate::evaluation::generating::{Authored, Method, Progress, Source};
-use crate::prompts::Library;
+use nearmiss_ask::prompts::Library;
+use nearmiss_study::evaluation::Settings as Asked;
+use nearmiss_study::evaluation::generating::{Authored, Method, Progress, Source};
 
 /// The model that writes attacks, and its request settings.
 #[derive(Debug, Clone)]

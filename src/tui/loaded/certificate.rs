@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::{GeneratedVariant, Opened};
-use crate::formats::{EgoSelection, Entry};
-use crate::metrics::Thresholds;
-use crate::scenario::{Scenario, Scene};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scenario, Scene};
 
 /// The certificate's drive in a variant.
 #[derive(Debug)]

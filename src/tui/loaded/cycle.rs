@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
-use crate::geometry::{Point, Vector};
-use crate::planner::{Candidate, Cost, Emergency, Hold, Limits, Planner, Traffic, VehicleState};
-use crate::simulation::Cycle;
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_drive::planner::{
+    Candidate, Cost, Emergency, Hold, Limits, Planner, Traffic, VehicleState,
+};
+use nearmiss_drive::simulation::Cycle;
 
 /// Lines of the fan at most: of candidates that can be driven, and of those that cannot.
 const LINES: (usize, usize) = (90, 80);

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::Opened;
-use crate::planner::Forecast;
-use crate::scenario::{ContentHash, Scene, Transform, VehicleType};
+use nearmiss_drive::planner::Forecast;
+use nearmiss_scene::scenario::{ContentHash, Scene, Transform, VehicleType};
 
 /// The key of a drive: equal keys give equal drives.
 #[derive(Debug, Clone, Copy, PartialEq)]

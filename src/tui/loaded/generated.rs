@@ -6,18 +6,18 @@ use super::authorship::{AuthoringProgress, Authorship};
 use super::planned::Recorder;
 use super::variant::{GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest};
 use super::{Opened, PlannedEgo};
-use crate::description::visible;
-use crate::evaluation::generating;
-use crate::formats::EgoSelection;
-use crate::generation::attacker::{self, Candidate};
-use crate::generation::{
+use nearmiss_drive::generation::attacker::{self, Candidate};
+use nearmiss_drive::generation::{
     Attack, AttackStyle, ClosedLoop, Effort, GateEvidence, Plausibility, Progress, SearchResult,
     SelectedAttack,
 };
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::simulation::{ExternalPlanner, Settings};
-use crate::workflow::{
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::{ExternalPlanner, Settings};
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_study::evaluation::generating;
+use nearmiss_workflow::{
     AttackSource, GenerateEvent, GenerateRequest, Generation, OpenRequest, PlanRequest, generate,
     prepare,
 };

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::{GeneratedVariant, VariantShown};
-use crate::evaluation::ScenePicture;
-use crate::generation::AttackerEffect;
-use crate::metrics::Thresholds;
-use crate::render::{Format, Look, Screen, Variation, Variations};
-use crate::scenario::{Scenario, Scene};
+use nearmiss_drive::generation::AttackerEffect;
+use nearmiss_render::{Format, Look, Screen, Variation, Variations};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scenario, Scene};
+use nearmiss_study::evaluation::ScenePicture;
 
 /// Subject of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

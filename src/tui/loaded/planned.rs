@@ -3,13 +3,15 @@
 use std::sync::Arc;
 
 use super::{CycleShown, Opened};
-use crate::description::visible;
-use crate::metrics::Thresholds;
-use crate::planner::{Cancel, Forecast, Limits};
-use crate::scenario::{Ego, Scenario, Scene, VehicleType};
-use crate::simulation::{BeyondVehicle, ExternalPlanner, ExternalReport, Outcome, Rollout};
-use crate::traffic_rules::RuleReport;
-use crate::workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
+use nearmiss_drive::planner::{Cancel, Forecast, Limits};
+use nearmiss_drive::simulation::{
+    BeyondVehicle, ExternalPlanner, ExternalReport, Outcome, Rollout,
+};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Ego, Scenario, Scene, VehicleType};
+use nearmiss_scene::traffic_rules::RuleReport;
+use nearmiss_workflow::{OpenRequest, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 
 /// The record of a planned ego.
 #[derive(Debug, Clone, PartialEq)]

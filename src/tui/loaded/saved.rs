@@ -1,11 +1,11 @@
 //! The original of a variant that was opened from a file, as the certificate beside it names it.
 
 use super::Opened;
-use crate::formats::{EgoSelection, Entry};
-use crate::metrics::Thresholds;
-use crate::render::{Variation, Variations};
-use crate::scenario::Scenario;
-use crate::workflow::{Attacker, VariantOrigin};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_render::{Variation, Variations};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::Scenario;
+use nearmiss_workflow::{Attacker, VariantOrigin};
 
 /// A saved variant's origin, with its original opened beside it.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use crate::formats::Entry;
+use nearmiss_formats::Entry;
 
 /// The text of a scenario's file.
 #[derive(Debug)]
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn bundled_scenarios_have_a_source() {
-        for entry in crate::formats::bundled() {
+        for entry in nearmiss_formats::bundled() {
             let source = Source::read(&entry).unwrap();
             for obstacle in &entry.read().unwrap().obstacles {
                 assert!(

@@ -7,19 +7,19 @@ use super::authorship::{AuthoringProgress, Authorship, Writer};
 use super::generated::GenerationProgress;
 use super::planned::Recorder;
 use super::{CertificateDrive, CycleShown, Opened, PlannedEgo};
-use crate::formats::Entry;
-use crate::formats::commonroad;
-use crate::generation::attacker::Candidate;
-use crate::generation::{
+use nearmiss_drive::generation::attacker::Candidate;
+use nearmiss_drive::generation::{
     AttackStyle, Avoidability, ClosedLoop, Effect, EvasiveReview, GateEvidence, JointChange,
     Plausibility, Progress, Refusal, Variant, Wish,
 };
-use crate::metrics::Thresholds;
-use crate::planner::{Cancel, Forecast};
-use crate::scenario::{ContentHash, Scene, Transform};
-use crate::traffic_rules::RuleReport;
-use crate::verdict::Motion;
-use crate::workflow::PreparedPlan;
+use nearmiss_drive::planner::{Cancel, Forecast};
+use nearmiss_formats::Entry;
+use nearmiss_formats::commonroad;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{ContentHash, Scene, Transform};
+use nearmiss_scene::traffic_rules::RuleReport;
+use nearmiss_scene::verdict::Motion;
+use nearmiss_workflow::PreparedPlan;
 
 /// A request for a variant.
 #[derive(Debug, Clone)]

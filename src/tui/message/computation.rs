@@ -4,14 +4,14 @@
 
 use std::sync::Arc;
 
-use crate::evaluation::claims::{CheckedClaim, Subject, checked};
-use crate::judge::{Judgement, judge_under};
-use crate::metrics::{Measure, Series, Thresholds};
-use crate::scenario::{Scene, Window};
-use crate::tui::loaded::{Measured, plotted};
-use crate::tui::model::{Document, Future, PathRequest};
-use crate::tui::pixels::{ImageRequest, MapImage};
-use crate::verdict::Task;
+use crate::loaded::{Measured, plotted};
+use crate::model::{Document, Future, PathRequest};
+use crate::pixels::{ImageRequest, MapImage};
+use nearmiss_scene::judge::{Judgement, judge_under};
+use nearmiss_scene::metrics::{Measure, Series, Thresholds};
+use nearmiss_scene::scenario::{Scene, Window};
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::claims::{CheckedClaim, Subject, checked};
 
 /// Numbers the requests for every measure; what an old one gives is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::runs::Batch;
-use crate::evaluation::PromptConfig;
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::store::{BatchId, ItemState, SplitPart};
-use crate::workflow::batch::DryRunLine;
-use crate::workflow::{ExperimentAxis, ExperimentProgress};
+use nearmiss_ask::prompts::Library;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_store::{BatchId, ItemState, SplitPart};
+use nearmiss_study::evaluation::PromptConfig;
+use nearmiss_workflow::batch::DryRunLine;
+use nearmiss_workflow::{ExperimentAxis, ExperimentProgress};
 
 /// An experiment file to be read, and what it would be asked with.
 #[derive(Debug)]

@@ -8,14 +8,14 @@ use super::experiment::{
     ItemChange, NewExperiment,
 };
 use super::runs::{Batch, BatchAnswer, ComparedVersions, Counts, VersionSide};
-use crate::corpus::CorpusIndex;
-use crate::evaluation::{Answer, Event, Question};
-use crate::formats::Entry;
-use crate::llm::ToolLimits;
-use crate::planner::Forecast;
-use crate::scenario::Transform;
-use crate::store::{Run, RunId};
-use crate::tui::loaded::{GenerationOutcome, GenerationProgress, Opened, VariantRequest};
+use crate::loaded::{GenerationOutcome, GenerationProgress, Opened, VariantRequest};
+use nearmiss_ask::llm::ToolLimits;
+use nearmiss_drive::planner::Forecast;
+use nearmiss_formats::Entry;
+use nearmiss_scene::corpus::CorpusIndex;
+use nearmiss_scene::scenario::Transform;
+use nearmiss_store::{Run, RunId};
+use nearmiss_study::evaluation::{Answer, Event, Question};
 
 /// Numbers the jobs; an event of one that has ended is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

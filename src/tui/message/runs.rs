@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::description::Frame;
-use crate::evaluation::batch::{AnswerSet, CountingChoice, Estimate, RequestSettings};
-use crate::evaluation::{Answer, Results};
-use crate::formats::Entry;
-use crate::metrics::Thresholds;
-use crate::prompts::{Library, Techniques};
-use crate::store::{AskedTemplate, Edge, Filter, Page, Run, RunId};
-use crate::verdict::Task;
-use crate::workflow::{TruthChoice, VersionComparison};
+use nearmiss_ask::prompts::{Library, Techniques};
+use nearmiss_formats::Entry;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{AskedTemplate, Edge, Filter, Page, Run, RunId};
+use nearmiss_study::evaluation::batch::{AnswerSet, CountingChoice, Estimate, RequestSettings};
+use nearmiss_study::evaluation::{Answer, Results};
+use nearmiss_workflow::{TruthChoice, VersionComparison};
 
 /// Numbers the lists of runs that are asked for; what an old one gives is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

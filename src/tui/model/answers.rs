@@ -1,13 +1,13 @@
 //! The compared answers, one column each, beside the built-in judge.
 
-use crate::description::Frame;
-use crate::evaluation::claims::TimeOrigin;
-use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
-use crate::judge::Judgement;
-use crate::llm::ToolRound;
-use crate::store::RunId;
-use crate::tui::message::JobId;
-use crate::verdict::Verdict;
+use crate::message::JobId;
+use nearmiss_ask::llm::ToolRound;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge::Judgement;
+use nearmiss_scene::verdict::Verdict;
+use nearmiss_store::RunId;
+use nearmiss_study::evaluation::claims::TimeOrigin;
+use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 
 /// Answers side by side.
 #[derive(Debug, Default)]

@@ -4,9 +4,9 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::List;
-use crate::formats::{Entry, EntryLocation};
-use crate::tui::message::JobId;
-use crate::tui::message::runs::{Batch, Counts};
+use crate::message::JobId;
+use crate::message::runs::{Batch, Counts};
+use nearmiss_formats::{Entry, EntryLocation};
 
 /// The marked scenarios, by where they lie: the list may be read again.
 #[derive(Debug, Default)]

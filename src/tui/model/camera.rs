@@ -1,6 +1,6 @@
 //! The map camera: centre, zoom and rotation.
 
-use crate::geometry::{Bounds, Point, Pose, Vector};
+use nearmiss_base::geometry::{Bounds, Point, Pose, Vector};
 
 /// The view of the map.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,8 +5,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
 use super::{Model, ShownAnswer};
-use crate::evaluation::claims::{CheckedClaim, TimeOrigin, shown_text};
-use crate::tui::widgets::long_text::folded_line;
+use crate::widgets::long_text::folded_line;
+use nearmiss_study::evaluation::claims::{CheckedClaim, TimeOrigin, shown_text};
 
 /// Claims that are known, by what they were found in.
 #[derive(Debug, Default)]

@@ -1,7 +1,7 @@
 //! Full-screen comparison of answers, and a person's ratings of them.
 
 use super::{Column, Model, ShownAnswer};
-use crate::store::{Choice, NewRating, Rating, Unrated};
+use nearmiss_store::{Choice, NewRating, Rating, Unrated};
 
 /// The screen of answers side by side.
 #[derive(Debug, Default)]

@@ -22,7 +22,7 @@ use parts::{Clip, Shared};
 pub use parts::{EditorDrawn, Styles};
 pub use wrap::{rows, width_of};
 
-use crate::settings::Keys;
+use nearmiss_settings::Keys;
 
 /// Larger texts are no templates, bytes.
 pub const LARGEST: usize = 1 << 20;

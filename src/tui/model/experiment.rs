@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::store::SplitPart;
-use crate::tui::message::JobId;
-use crate::tui::message::experiment::{CountedExperiment, ExperimentOutline};
-use crate::workflow::{ExperimentProgress, FolderOfExperiments};
+use crate::message::JobId;
+use crate::message::experiment::{CountedExperiment, ExperimentOutline};
+use nearmiss_store::SplitPart;
+use nearmiss_workflow::{ExperimentProgress, FolderOfExperiments};
 
 /// Experiments that are remembered at most.
 const MOST: usize = 10;

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::Model;
-use crate::generation::Consequence;
-use crate::scenario::{ContentHash, Transform};
-use crate::tui::action::Action;
-use crate::tui::loaded::{
+use crate::action::Action;
+use crate::loaded::{
     AuthoringProgress, Authorship, GeneratedVariant, GenerationStage, Opened, SavedVariant,
     VariantRequest, VariantShown,
 };
-use crate::tui::message::{Effect, JobId, JobRequest};
+use crate::message::{Effect, JobId, JobRequest};
+use nearmiss_drive::generation::Consequence;
+use nearmiss_scene::scenario::{ContentHash, Transform};
 
 /// Variants that are kept; beyond, the oldest go.
 const MOST: usize = 8;

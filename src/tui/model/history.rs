@@ -1,11 +1,11 @@
 //! The run history: the loaded part of the list, and the selected run.
 
 use super::Model;
-use crate::formats::{Entry, bundled};
-use crate::scenario::Transform;
-use crate::store::{Cursor, Edge, Filter, Page, Run, RunId, Summary};
-use crate::tui::action::Action;
-use crate::tui::message::runs::PageId;
+use crate::action::Action;
+use crate::message::runs::PageId;
+use nearmiss_formats::{Entry, bundled};
+use nearmiss_scene::scenario::Transform;
+use nearmiss_store::{Cursor, Edge, Filter, Page, Run, RunId, Summary};
 
 /// The history of runs.
 #[derive(Debug, Default)]

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use crate::store::Consumed;
-use crate::tui::message::JobId;
+use crate::message::JobId;
+use nearmiss_store::Consumed;
 
 /// Work outside the model.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,11 +4,11 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::Model;
-use crate::judge::Judgement;
-use crate::metrics::Thresholds;
-use crate::scenario::{Scene, Window};
-use crate::tui::message::{Computation, WindowJudgement};
-use crate::verdict::Task;
+use crate::message::{Computation, WindowJudgement};
+use nearmiss_scene::judge::Judgement;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Window};
+use nearmiss_scene::verdict::Task;
 
 /// Windows that are judged ahead of the current one, so that stepping and playing find theirs there.
 const AHEAD: i64 = 12;

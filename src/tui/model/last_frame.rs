@@ -5,10 +5,10 @@ use std::cell::{Cell, RefCell};
 use ratatui::layout::{Position, Rect};
 
 use super::{Border, Pane, ResultsDrawn, ShownAnswer};
-use crate::geometry::Point;
-use crate::render::Picture;
-use crate::tui::action::Action;
-use crate::tui::widgets::long_text::Reading;
+use crate::action::Action;
+use crate::widgets::long_text::Reading;
+use nearmiss_base::geometry::Point;
+use nearmiss_render::Picture;
 
 /// Areas and texts of the last frame.
 #[derive(Debug, Default)]
@@ -116,7 +116,7 @@ pub struct MapDrawn {
     /// The cells of the map.
     pub area: Rect,
     /// The view's frame: forward is up.
-    pub frame: crate::geometry::Pose,
+    pub frame: nearmiss_base::geometry::Pose,
     /// Metres a cell is wide.
     pub cell: f64,
     /// Metres a cell is high.

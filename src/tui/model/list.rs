@@ -20,16 +20,16 @@ pub use indexed::ListIndex;
 pub use order::Order;
 pub use row::Row;
 
-pub use crate::workflow::{Filter, HEADLINE, Matching, TERMS, WordMatch, nearest};
+pub use nearmiss_workflow::{Filter, HEADLINE, Matching, TERMS, WordMatch, nearest};
 
 use unicode_width::UnicodeWidthStr;
 
-use crate::corpus::CorpusIndex;
-use crate::formats::{Entry, PassedOver, SearchResults};
-use crate::metrics::Measure;
-use crate::settings::{SavedViews, Tags};
-use crate::tui::loaded::Facts;
-use crate::tui::message::Effect;
+use crate::loaded::Facts;
+use crate::message::Effect;
+use nearmiss_formats::{Entry, PassedOver, SearchResults};
+use nearmiss_scene::corpus::CorpusIndex;
+use nearmiss_scene::metrics::Measure;
+use nearmiss_settings::{SavedViews, Tags};
 
 /// The scenarios.
 #[derive(Debug, Default)]

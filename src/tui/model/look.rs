@@ -3,11 +3,11 @@
 use ratatui::layout::Position;
 
 use super::{Border, Model, Picker, Sizes};
-use crate::render::cells::{Blocks, MapStyle};
-use crate::settings::{Config, ThemeFile};
-use crate::tui::action::Action;
-use crate::tui::keymap::{Code, Key, Keymap, Preset};
-use crate::tui::theme::{AUTO, ColorDepth, Named, Theme};
+use crate::action::Action;
+use crate::keymap::{Code, Key, Keymap, Preset};
+use crate::theme::{AUTO, ColorDepth, Named, Theme};
+use nearmiss_render::cells::{Blocks, MapStyle};
+use nearmiss_settings::{Config, ThemeFile};
 
 /// Symbols that the terminal supports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,8 +171,8 @@ impl Look {
     /// The theme does not exist, or its file is invalid.
     pub fn theme(&self, name: &str) -> Result<Theme, String> {
         match Named::find(&self.themes, name, self.dark).map(|named| &named.theme) {
-            Some(Ok(theme)) => Ok(theme.clone().at_depth(self.depth)),
-            Some(Err(mistakes)) => Err(crate::tui::user_file::first(mistakes)),
+            Some(Ok(theme)) => Ok(Theme(theme.clone()).at_depth(self.depth)),
+            Some(Err(mistakes)) => Err(crate::user_file::first(mistakes)),
             None => Err(format!("theme `{name}` no longer exists")),
         }
     }

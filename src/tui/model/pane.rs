@@ -1,6 +1,6 @@
 //! The panes of the main screen, and keyboard focus.
 
-use crate::tui::action::{Action, Scope};
+use crate::action::{Action, Scope};
 
 /// The panes of the main screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -6,9 +6,9 @@ use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
 use super::{Model, Order};
-use crate::judge;
-use crate::metrics::{Danger, MEASURES, Measure};
-use crate::tui::action::{ACTIONS, Action, Entry, synonyms_of};
+use crate::action::{ACTIONS, Action, Entry, synonyms_of};
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::{Danger, MEASURES, Measure};
 
 /// A line to type into and a selection below it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

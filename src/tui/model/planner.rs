@@ -2,11 +2,11 @@
 
 use super::Model;
 use super::rollout_cache::RolloutCache;
-use crate::planner::Forecast;
-use crate::scenario::ContentHash;
-use crate::tui::action::Action;
-use crate::tui::loaded::{CycleShown, PlannedEgo};
-use crate::tui::message::JobId;
+use crate::action::Action;
+use crate::loaded::{CycleShown, PlannedEgo};
+use crate::message::JobId;
+use nearmiss_drive::planner::Forecast;
+use nearmiss_scene::scenario::ContentHash;
 
 /// State of planning beside the open scenario.
 #[derive(Debug)]

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::metrics::{MEASURES, Measure, Series, Thresholds};
-use crate::scenario::Scene;
-use crate::tui::message::SeriesId;
+use crate::message::SeriesId;
+use nearmiss_scene::metrics::{MEASURES, Measure, Series, Thresholds};
+use nearmiss_scene::scenario::Scene;
 
 /// The measure that is plotted, and whose.
 #[derive(Debug)]

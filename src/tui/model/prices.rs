@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use jiff::civil::Date;
 
-use crate::judge;
-use crate::llm::{Pricing, Registry};
+use nearmiss_ask::llm::{Pricing, Registry};
+use nearmiss_scene::judge;
 
 /// Prices of all models on a day.
 #[derive(Debug, Clone, Default)]
@@ -127,7 +127,7 @@ impl Prices {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::llm::Environment;
+    use nearmiss_ask::llm::Environment;
 
     #[test]
     fn a_price_only_where_one_is_known_and_free_only_what_runs_here() {

@@ -5,11 +5,11 @@ use std::collections::{BTreeSet, HashMap};
 use super::Pane;
 use super::editor::{Editor, Find};
 use super::prices::Prices;
-use crate::description::Frame;
-use crate::evaluation::Question;
-use crate::prompts::{Library, Template};
-use crate::settings::Keys;
-use crate::verdict::Task;
+use nearmiss_ask::prompts::{Library, Template};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::Keys;
+use nearmiss_study::evaluation::Question;
 
 /// Views of the prompt pane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,15 +1,15 @@
 //! The current question, rendered again whenever one of its inputs changes.
 
 use super::{Model, PromptView, RequestTokens};
-use crate::description::Frame;
-use crate::evaluation::{
+use crate::action::Action;
+use nearmiss_ask::llm::ToolLimits;
+use nearmiss_ask::prompts::{Library, TemplateError};
+use nearmiss_base::system::activity::{self, Subject, trying};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::{
     AttackTerms, Case, CaseError, default_frame, prepare, tool_rounds, with_tools,
 };
-use crate::llm::ToolLimits;
-use crate::prompts::{Library, TemplateError};
-use crate::system::activity::{self, Subject, trying};
-use crate::tui::action::Action;
-use crate::verdict::Task;
 
 impl Model {
     /// Steps in the window of the safety task, where the current step has fewer before it than are wanted.
@@ -133,7 +133,7 @@ impl Model {
         &self,
         case: Case,
         draft: Option<&(String, String)>,
-    ) -> Result<crate::evaluation::Question, CaseError> {
+    ) -> Result<nearmiss_study::evaluation::Question, CaseError> {
         let draft = draft.map(|(file, text)| (file.as_str(), text.as_str()));
         let shipped = draft.is_some_and(|(file, text)| Library::shipped(file) == Some(text));
         let _trying = (!shipped).then(|| {

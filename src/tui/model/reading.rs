@@ -1,9 +1,9 @@
 //! How the reasoning pane shows answers.
 
 use super::{Column, Model};
-use crate::tui::action::Action;
-use crate::tui::message::JobId;
-use crate::tui::widgets::long_text::ReadingMode;
+use crate::action::Action;
+use crate::message::JobId;
+use crate::widgets::long_text::ReadingMode;
 
 /// How answers are read.
 #[derive(Debug, Default)]

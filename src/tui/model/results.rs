@@ -2,11 +2,11 @@
 
 use ratatui::layout::{Position, Rect};
 
-use crate::evaluation::batch::{AnswerSet, CountingChoice};
-use crate::evaluation::{AnswerOutcome, Outcome, Results};
-use crate::store::RunId;
-use crate::tui::message::runs::{CountedAnswers, PageId};
-use crate::workflow::TruthChoice;
+use crate::message::runs::{CountedAnswers, PageId};
+use nearmiss_store::RunId;
+use nearmiss_study::evaluation::batch::{AnswerSet, CountingChoice};
+use nearmiss_study::evaluation::{AnswerOutcome, Outcome, Results};
+use nearmiss_workflow::TruthChoice;
 
 /// The screen of results.
 #[derive(Debug, Default)]

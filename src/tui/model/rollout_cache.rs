@@ -1,7 +1,7 @@
 //! Planner drives kept while the workbench runs, so a reopened scenario has its planned ego again.
 
-use crate::scenario::{ContentHash, Transform};
-use crate::tui::loaded::{CycleShown, DriveKey, Opened};
+use crate::loaded::{CycleShown, DriveKey, Opened};
+use nearmiss_scene::scenario::{ContentHash, Transform};
 
 /// Bytes that kept cycles may take; a drive has some two megabytes. Beyond, the oldest drives go.
 const MOST: usize = 128 << 20;

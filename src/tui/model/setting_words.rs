@@ -1,7 +1,7 @@
 //! The present state of settings that a key switches, for menus.
 
 use super::Model;
-use crate::tui::action::Action;
+use crate::action::Action;
 
 impl Model {
     /// The present state of what an action switches, in a word; `None` for actions that switch nothing.

@@ -1,8 +1,8 @@
 //! The timeline beside the clock: the measure of its strips, and disagreements between answers and judge.
 
 use super::{Model, ShownAnswer};
-use crate::metrics::{Danger, Measure, Series, measure};
-use crate::tui::message::OpenId;
+use crate::message::OpenId;
+use nearmiss_scene::metrics::{Danger, Measure, Series, measure};
 
 /// Contents of the timeline's strips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,10 +1,10 @@
 //! Two versions of a prompt over many scenarios: which versions, and their stored answers.
 
 use super::Model;
-use crate::prompts::{Library, Origin};
-use crate::store::AskedTemplate;
-use crate::tui::message::JobId;
-use crate::workflow::{ComparedAnswers, VersionChange, VersionComparison};
+use crate::message::JobId;
+use nearmiss_ask::prompts::{Library, Origin};
+use nearmiss_store::AskedTemplate;
+use nearmiss_workflow::{ComparedAnswers, VersionChange, VersionComparison};
 
 /// A version of the prompt for the task and frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -87,7 +87,7 @@ pub struct VersionsView {
     /// The two runs that are being read to stand side by side.
     pub pair: Option<JobId>,
     /// The runs that shall stand side by side once their scenario is open.
-    pub beside: Option<[crate::store::Run; 2]>,
+    pub beside: Option<[nearmiss_store::Run; 2]>,
     /// Rows of the table that were drawn last.
     pub rows: std::cell::Cell<usize>,
 }

@@ -1,6 +1,6 @@
 //! Orderly exit on signals, with the terminal restored.
 
-use crate::system::job_control::{JobSignal, Signals};
+use nearmiss_base::system::job_control::{JobSignal, Signals};
 
 /// A signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

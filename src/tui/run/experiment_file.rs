@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::prompts::Library;
-use crate::settings::TextFile;
-use crate::workflow::{Experiment, experiment_among};
+use nearmiss_ask::prompts::Library;
+use nearmiss_settings::TextFile;
+use nearmiss_workflow::{Experiment, experiment_among};
 
 /// The scenarios that the workbench lists, and the experiment that it opens if one is named in their place: then those
 /// that it asks about, or the bundled ones where the file cannot be used, which its screen says.

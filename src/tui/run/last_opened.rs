@@ -4,10 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::formats::Entry;
-use crate::system::activity::{ActivityGuard, trying};
-use crate::tui::message::Effect;
-use crate::tui::session::SavedLocation;
+use crate::message::Effect;
+use crate::session::SavedLocation;
+use nearmiss_base::system::activity::{ActivityGuard, trying};
+use nearmiss_formats::Entry;
 
 /// A program that is killed later than this after the first picture was not ended by the scenario.
 const SETTLED: Duration = Duration::from_millis(800);

@@ -12,13 +12,13 @@ use super::super::session::{self, SavedLocation, drafts, restore};
 use super::super::tasks::thresholds;
 use super::super::theme::{AUTO, ColorDepth, Theme};
 use super::super::user_file::first;
-use crate::evaluation::default_planning;
-use crate::formats::EgoSelection;
-use crate::llm::{Environment, Registry};
-use crate::prompts::Library;
-use crate::render::cells::Blocks;
-use crate::settings::{Config, Folders, ThemeFile};
-use crate::system::shown_path;
+use nearmiss_ask::llm::{Environment, Registry};
+use nearmiss_ask::prompts::Library;
+use nearmiss_base::system::shown_path;
+use nearmiss_formats::EgoSelection;
+use nearmiss_render::cells::Blocks;
+use nearmiss_settings::{Config, Folders, ThemeFile};
+use nearmiss_study::evaluation::default_planning;
 
 /// The model at the start; errors in the user's files are reported, and defaults are used.
 pub fn prepare(

@@ -6,14 +6,14 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
 use super::Screen;
-use crate::description::visible;
-use crate::scenario::{Severity, in_short};
-use crate::tui::action::Action;
-use crate::tui::loaded::Opened;
-use crate::tui::model::Model;
-use crate::tui::widgets::hints::{self, Hint};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::pad;
+use crate::action::Action;
+use crate::loaded::Opened;
+use crate::model::Model;
+use crate::widgets::hints::{self, Hint};
+use crate::widgets::window;
+use crate::widgets::words::pad;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::scenario::{Severity, in_short};
 
 /// The contents of the opened scenario.
 #[derive(Debug, Default)]

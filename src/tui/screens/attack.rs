@@ -7,15 +7,15 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::{Screen, Step};
-use crate::description::visible;
-use crate::tui::action::Action;
-use crate::tui::keymap::Key;
-use crate::tui::loaded::VariantRequest;
-use crate::tui::message::JobId;
-use crate::tui::model::Model;
-use crate::tui::widgets::hints::Hint;
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::thousands;
+use crate::action::Action;
+use crate::keymap::Key;
+use crate::loaded::VariantRequest;
+use crate::message::JobId;
+use crate::model::Model;
+use crate::widgets::hints::Hint;
+use crate::widgets::window;
+use crate::widgets::words::thousands;
+use nearmiss_scene::description::visible;
 
 /// The confirmation, with what is asked on a yes.
 #[derive(Debug)]

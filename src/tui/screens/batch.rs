@@ -7,18 +7,18 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Paragraph;
 
 use super::{Screen, Step};
-use crate::description::visible;
-use crate::evaluation::{Lead, with_tools};
-use crate::judge;
-use crate::tui::action::Action;
-use crate::tui::keymap::Key;
-use crate::tui::message::runs::Batch;
-use crate::tui::message::{Effect, JobRequest};
-use crate::tui::model::{Card, Model};
-use crate::tui::widgets::hints::Hint;
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, thousands};
-use crate::verdict::Task;
+use crate::action::Action;
+use crate::keymap::Key;
+use crate::message::runs::Batch;
+use crate::message::{Effect, JobRequest};
+use crate::model::{Card, Model};
+use crate::widgets::hints::Hint;
+use crate::widgets::window;
+use crate::widgets::words::{fit, thousands};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::{Lead, with_tools};
 
 /// The confirmation of a batch, with its estimated consumption.
 #[derive(Debug)]

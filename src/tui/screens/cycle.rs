@@ -6,18 +6,18 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
 use super::{Screen, Step, moves_scene};
-use crate::description::visible;
-use crate::planner::{Emergency, occupancy_sets};
-use crate::simulation::ExternalReport;
-use crate::traffic_rules::RuleStatus;
-use crate::tui::action::Action;
-use crate::tui::loaded::{CycleShown, PlannedEgo};
-use crate::tui::model::{Model, forecast_words};
-use crate::tui::theme::Theme;
-use crate::tui::widgets::hints::{self, Hint};
-use crate::tui::widgets::lines::{self, Lines};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{duration, hundredths};
+use crate::action::Action;
+use crate::loaded::{CycleShown, PlannedEgo};
+use crate::model::{Model, forecast_words};
+use crate::theme::Theme;
+use crate::widgets::hints::{self, Hint};
+use crate::widgets::lines::{self, Lines};
+use crate::widgets::window;
+use crate::widgets::words::{duration, hundredths};
+use nearmiss_drive::planner::{Emergency, occupancy_sets};
+use nearmiss_drive::simulation::ExternalReport;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::traffic_rules::RuleStatus;
 
 /// The planner's cycle at the cursor.
 #[derive(Debug, Default)]

@@ -6,13 +6,13 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
 use super::{Screen, Step, moves_scene};
-use crate::description::visible;
-use crate::tui::action::Action;
-use crate::tui::message::Effect;
-use crate::tui::model::{Detail, Model, as_text};
-use crate::tui::widgets::hints::{self, Hint};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::pad;
+use crate::action::Action;
+use crate::message::Effect;
+use crate::model::{Detail, Model, as_text};
+use crate::widgets::hints::{self, Hint};
+use crate::widgets::window;
+use crate::widgets::words::pad;
+use nearmiss_scene::description::visible;
 
 /// Columns of the window at most, its borders included.
 const COLUMNS: u16 = 62;

@@ -6,13 +6,13 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 
 use super::{Screen, Step};
-use crate::description::visible;
-use crate::tui::action::Action;
-use crate::tui::keymap::{Code, Key, edit_line, first_line};
-use crate::tui::message::Effect;
-use crate::tui::model::{Model, Picker, matching};
-use crate::tui::widgets::hints::{Hint, fixed};
-use crate::tui::widgets::{picker, window};
+use crate::action::Action;
+use crate::keymap::{Code, Key, edit_line, first_line};
+use crate::message::Effect;
+use crate::model::{Model, Picker, matching};
+use crate::widgets::hints::{Hint, fixed};
+use crate::widgets::{picker, window};
+use nearmiss_scene::description::visible;
 
 /// The chooser.
 #[derive(Debug, Default)]
@@ -290,7 +290,7 @@ impl ExperimentsScreen {
         if let Some(file) = &model.experiment.exists {
             return Some(format!(
                 "{} is there already: Enter again replaces it, Esc keeps it",
-                crate::system::shown_path(file)
+                nearmiss_base::system::shown_path(file)
             ));
         }
         if self.naming {

@@ -7,13 +7,13 @@ use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
 use super::{PAGE, Screen, Step};
-use crate::tui::action::{ACTIONS, Action, Entry, Scope, order_of, synonyms_of, title_of};
-use crate::tui::keymap::{Chord, Code, Key, edit_line, first_line};
-use crate::tui::message::Effect;
-use crate::tui::model::{Model, TERMS};
-use crate::tui::widgets::hints::{Hint, fixed};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, pad};
+use crate::action::{ACTIONS, Action, Entry, Scope, order_of, synonyms_of, title_of};
+use crate::keymap::{Chord, Code, Key, edit_line, first_line};
+use crate::message::Effect;
+use crate::model::{Model, TERMS};
+use crate::widgets::hints::{Hint, fixed};
+use crate::widgets::window;
+use crate::widgets::words::{fit, pad};
 
 /// Columns of the keys at least, and at most.
 const KEYS: (usize, usize) = (16, 22);

@@ -4,14 +4,14 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 
 use super::{Screen, Step};
-use crate::description::visible;
-use crate::system::shown_path;
-use crate::tui::action::Action;
-use crate::tui::keymap::{Code, Key, edit_line, first_line};
-use crate::tui::message::Effect;
-use crate::tui::model::{IndexChoice, Model, Picker};
-use crate::tui::widgets::hints::{Hint, fixed};
-use crate::tui::widgets::{picker, window};
+use crate::action::Action;
+use crate::keymap::{Code, Key, edit_line, first_line};
+use crate::message::Effect;
+use crate::model::{IndexChoice, Model, Picker};
+use crate::widgets::hints::{Hint, fixed};
+use crate::widgets::{picker, window};
+use nearmiss_base::system::shown_path;
+use nearmiss_scene::description::visible;
 
 /// The window.
 #[derive(Debug, Default)]

@@ -8,13 +8,13 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::{Screen, Step};
-use crate::description::visible;
-use crate::system::pad_start;
-use crate::tui::action::{Action, Scope};
-use crate::tui::model::{Job, JobKind, JobState, Model};
-use crate::tui::widgets::hints::{self, Hint};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{duration, fit, pad, thousands};
+use crate::action::{Action, Scope};
+use crate::model::{Job, JobKind, JobState, Model};
+use crate::widgets::hints::{self, Hint};
+use crate::widgets::window;
+use crate::widgets::words::{duration, fit, pad, thousands};
+use nearmiss_base::system::pad_start;
+use nearmiss_scene::description::visible;
 
 /// Lines below the list for the selected task.
 const BELOW: u16 = 3;

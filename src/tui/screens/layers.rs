@@ -7,11 +7,11 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::Paragraph;
 
 use super::{Screen, Step};
-use crate::tui::action::{Action, Scope};
-use crate::tui::model::{Layers, Model};
-use crate::tui::widgets::hints::{self, Hint};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::pad;
+use crate::action::{Action, Scope};
+use crate::model::{Layers, Model};
+use crate::widgets::hints::{self, Hint};
+use crate::widgets::window;
+use crate::widgets::words::pad;
 
 /// Columns of the window, its borders included.
 const COLUMNS: u16 = 46;

@@ -5,8 +5,8 @@ use ratatui::layout::Rect;
 
 use super::Step;
 use super::picker::Choice;
-use crate::tui::model::{Model, Picker, measures_shown};
-use crate::tui::widgets::picker;
+use crate::model::{Model, Picker, measures_shown};
+use crate::widgets::picker;
 
 /// Measures by id.
 #[derive(Debug)]

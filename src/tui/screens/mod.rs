@@ -43,7 +43,7 @@ use super::keymap::Key;
 use super::message::{Effect, Mouse};
 use super::model::{Model, Place};
 use super::widgets::hints::Hint;
-use crate::store::Run;
+use nearmiss_store::Run;
 
 /// A screen or window over the main screen, which takes the keys: state, keys, drawing and footer.
 pub trait Screen: Any + Debug + Send {

@@ -5,9 +5,9 @@ use ratatui::layout::{Constraint, Layout, Rect};
 
 use super::Step;
 use super::picker::Choice;
-use crate::tui::action::Action;
-use crate::tui::model::{Model, Picker, models_shown};
-use crate::tui::widgets::{picker, window};
+use crate::action::Action;
+use crate::model::{Model, Picker, models_shown};
+use crate::widgets::{picker, window};
 
 /// Models by id.
 #[derive(Debug)]

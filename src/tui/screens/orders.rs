@@ -5,9 +5,9 @@ use ratatui::layout::Rect;
 
 use super::Step;
 use super::picker::Choice;
-use crate::tui::model::{Model, Order, Picker, orders_shown};
-use crate::tui::widgets::picker;
-use crate::tui::widgets::words::pad;
+use crate::model::{Model, Order, Picker, orders_shown};
+use crate::widgets::picker;
+use crate::widgets::words::pad;
 
 /// Orders by id.
 #[derive(Debug)]

@@ -8,10 +8,10 @@ use ratatui::widgets::Paragraph;
 
 use super::Step;
 use super::picker::Choice;
-use crate::tui::action::{Action, Entry};
-use crate::tui::model::{Model, Picker, palette_shown};
-use crate::tui::widgets::words::pad;
-use crate::tui::widgets::{picker, window};
+use crate::action::{Action, Entry};
+use crate::model::{Model, Picker, palette_shown};
+use crate::widgets::words::pad;
+use crate::widgets::{picker, window};
 
 /// Columns and rows of the window at most.
 const SIZE: (u16, u16) = (132, 44);

@@ -6,11 +6,11 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 
 use super::{Screen, Step};
-use crate::tui::action::Action;
-use crate::tui::keymap::{Code, Key, edit_line, first_line};
-use crate::tui::message::Effect;
-use crate::tui::model::{Model, Picker};
-use crate::tui::widgets::hints::{Hint, fixed};
+use crate::action::Action;
+use crate::keymap::{Code, Key, edit_line, first_line};
+use crate::message::Effect;
+use crate::model::{Model, Picker};
+use crate::widgets::hints::{Hint, fixed};
 
 /// Items of a picker, and the effect of choosing one.
 pub trait Choice: Debug + Send + 'static {

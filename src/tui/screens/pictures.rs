@@ -5,11 +5,11 @@ use ratatui::layout::Rect;
 
 use super::Step;
 use super::picker::{self, Choice};
-use crate::render::{FigureContent, Format, Look, MapExtent};
-use crate::tui::loaded::{PictureJob, PictureKind};
-use crate::tui::message::Effect;
-use crate::tui::model::{Model, Pane, Picker, matching};
-use crate::tui::widgets::{picker as list, window};
+use crate::loaded::{PictureJob, PictureKind};
+use crate::message::Effect;
+use crate::model::{Model, Pane, Picker, matching};
+use crate::widgets::{picker as list, window};
+use nearmiss_render::{FigureContent, Format, Look, MapExtent};
 
 /// Pictures by name.
 #[derive(Debug)]

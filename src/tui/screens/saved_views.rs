@@ -4,15 +4,15 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 
 use super::{Screen, Step};
-use crate::description::visible;
-use crate::settings::SavedView;
-use crate::tui::action::Action;
-use crate::tui::keymap::{Code, Key, edit_line, first_line};
-use crate::tui::message::Effect;
-use crate::tui::model::{Model, Picker, matching};
-use crate::tui::widgets::hints::{Hint, fixed};
-use crate::tui::widgets::words::pad;
-use crate::tui::widgets::{picker, window};
+use crate::action::Action;
+use crate::keymap::{Code, Key, edit_line, first_line};
+use crate::message::Effect;
+use crate::model::{Model, Picker, matching};
+use crate::widgets::hints::{Hint, fixed};
+use crate::widgets::words::pad;
+use crate::widgets::{picker, window};
+use nearmiss_scene::description::visible;
+use nearmiss_settings::SavedView;
 
 /// The list of views.
 #[derive(Debug, Default)]

@@ -8,15 +8,15 @@ use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
 use super::{Screen, Step, WHEEL};
-use crate::description::visible;
-use crate::tui::action::{Action, Scope};
-use crate::tui::loaded::Source;
-use crate::tui::message::{Effect, Mouse};
-use crate::tui::model::Model;
-use crate::tui::widgets::highlight::{Language, lines};
-use crate::tui::widgets::hints::{self, Hint};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit_end, thousands};
+use crate::action::{Action, Scope};
+use crate::loaded::Source;
+use crate::message::{Effect, Mouse};
+use crate::model::Model;
+use crate::widgets::highlight::{Language, lines};
+use crate::widgets::hints::{self, Hint};
+use crate::widgets::window;
+use crate::widgets::words::{fit_end, thousands};
+use nearmiss_scene::description::visible;
 
 /// Rows before the first one that are highlighted too, for what begins there.
 const BEFORE: usize = 20;

@@ -7,14 +7,14 @@ use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::{Screen, Step};
-use crate::description::visible;
-use crate::settings::Tags;
-use crate::tui::keymap::{Code, Key, edit_line, first_line};
-use crate::tui::message::Effect;
-use crate::tui::model::Model;
-use crate::tui::widgets::hints::{Hint, fixed};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, fit_end};
+use crate::keymap::{Code, Key, edit_line, first_line};
+use crate::message::Effect;
+use crate::model::Model;
+use crate::widgets::hints::{Hint, fixed};
+use crate::widgets::window;
+use crate::widgets::words::{fit, fit_end};
+use nearmiss_scene::description::visible;
+use nearmiss_settings::Tags;
 
 /// The user's tags of a scenario, to be typed.
 #[derive(Debug)]

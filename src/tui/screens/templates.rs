@@ -5,11 +5,11 @@ use ratatui::layout::Rect;
 
 use super::Step;
 use super::picker::Choice;
-use crate::prompts::{Library, Origin};
-use crate::tui::action::{Action, Scope};
-use crate::tui::message::Effect;
-use crate::tui::model::{Model, Picker, templates_shown};
-use crate::tui::widgets::{picker, window};
+use crate::action::{Action, Scope};
+use crate::message::Effect;
+use crate::model::{Model, Picker, templates_shown};
+use crate::widgets::{picker, window};
+use nearmiss_ask::prompts::{Library, Origin};
 
 /// Templates by file.
 #[derive(Debug)]

@@ -7,10 +7,10 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::Step;
 use super::picker::{Choice, PickerScreen};
-use crate::settings::ThemeFile;
-use crate::tui::model::{Model, Picker, themes_shown};
-use crate::tui::widgets::hints::{Hint, fixed};
-use crate::tui::widgets::{picker, window};
+use crate::model::{Model, Picker, themes_shown};
+use crate::widgets::hints::{Hint, fixed};
+use crate::widgets::{picker, window};
+use nearmiss_settings::ThemeFile;
 
 /// Rows that say how a theme is kept.
 const HINT: u16 = 2;

@@ -7,16 +7,16 @@ use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
 
 use super::{Screen, Step};
-use crate::description::visible;
-use crate::scenario::ContentHash;
-use crate::tui::keymap::{Code, Key, edit_line, first_line};
-use crate::tui::loaded::VariantRequest;
-use crate::tui::message::{Effect, JobId};
-use crate::tui::model::Model;
-use crate::tui::widgets::hints::{Hint, fixed};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::fit_end;
-use crate::workflow::read_wish;
+use crate::keymap::{Code, Key, edit_line, first_line};
+use crate::loaded::VariantRequest;
+use crate::message::{Effect, JobId};
+use crate::model::Model;
+use crate::widgets::hints::{Hint, fixed};
+use crate::widgets::window;
+use crate::widgets::words::fit_end;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::scenario::ContentHash;
+use nearmiss_workflow::read_wish;
 
 /// The words, and the search that waits for them.
 #[derive(Debug)]

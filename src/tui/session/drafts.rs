@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::settings::Folders;
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_settings::Folders;
 
 /// Writes a draft, or removes it where there is none any more.
 ///

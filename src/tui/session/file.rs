@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use super::{SavedLocation, Session};
-use crate::settings::{Folders, TextFile};
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_settings::{Folders, TextFile};
 
 /// Number of sessions kept: the most recently used ones.
 const MOST: usize = 100;
@@ -71,10 +71,10 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::prompts::Library;
-    use crate::settings::Config;
-    use crate::tui::model::Model;
-    use crate::tui::theme::Theme;
+    use crate::model::Model;
+    use crate::theme::Theme;
+    use nearmiss_ask::prompts::Library;
+    use nearmiss_settings::Config;
 
     fn session(paths: &[PathBuf]) -> Session {
         let model = Model::new(
@@ -84,7 +84,7 @@ mod tests {
             Library::load(None),
             Vec::new(),
         );
-        let mut session = crate::tui::session::restore::capture(&model);
+        let mut session = crate::session::restore::capture(&model);
         session.paths = SavedLocation::of_arguments(paths, Path::new("/"));
         session
     }

@@ -11,10 +11,10 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::formats::{Entry, EntryLocation};
-use crate::scenario::ContentHash;
-use crate::system::activity::Subject;
-use crate::tui::model::{Layers, Sizes};
+use crate::model::{Layers, Sizes};
+use nearmiss_base::system::activity::Subject;
+use nearmiss_formats::{Entry, EntryLocation};
+use nearmiss_scene::scenario::ContentHash;
 
 pub use state::SessionState;
 

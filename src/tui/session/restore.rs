@@ -5,14 +5,14 @@ use super::super::message::{Effect, JobEvent, Msg, Update};
 use super::super::model::{Grouping, IndexChoice, Model, Order, Pane};
 use super::super::update::{clock, open, open_current};
 use super::{Override, SavedLocation, SavedScenario, Session, View};
-use crate::description::Frame;
-use crate::formats::Entry;
-use crate::geometry::{Point, Vector};
-use crate::judge;
-use crate::metrics::measure;
-use crate::prompts::Techniques;
-use crate::system::activity;
-use crate::verdict::Task;
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_base::system::activity;
+use nearmiss_formats::Entry;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::measure;
+use nearmiss_scene::verdict::Task;
 
 /// The current session.
 #[must_use]

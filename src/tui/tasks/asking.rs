@@ -2,10 +2,10 @@
 
 use super::Tasks;
 use super::job::Canceller;
-use crate::evaluation::{Judge, Question, RunOptions};
-use crate::llm::ToolLimits;
-use crate::tui::message::{JobEvent, JobId, Msg, Update};
-use crate::workflow::{AskRequest, ask};
+use crate::message::{JobEvent, JobId, Msg, Update};
+use nearmiss_ask::llm::ToolLimits;
+use nearmiss_study::evaluation::{Judge, Question, RunOptions};
+use nearmiss_workflow::{AskRequest, ask};
 
 impl Tasks {
     /// The judge with a model id, which may call tools as often; all share the budget of the session.

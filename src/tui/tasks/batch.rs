@@ -11,16 +11,16 @@ use tokio::task::JoinSet;
 
 use super::Tasks;
 use super::job::Canceller;
-use crate::evaluation::batch::{Matrix, way_of};
-use crate::evaluation::report::Comparison;
-use crate::evaluation::{Judge, Judges};
-use crate::formats::{EgoSelection, EntryLocation};
-use crate::planner::Cancel;
-use crate::store::{Item, Store, StoreError};
-use crate::tui::message::experiment::ItemChange;
-use crate::tui::message::runs::{Batch, BatchAnswer, Counts};
-use crate::tui::message::{BatchProgress, JobEvent, JobId, Msg, Update};
-use crate::workflow::batch::{
+use crate::message::experiment::ItemChange;
+use crate::message::runs::{Batch, BatchAnswer, Counts};
+use crate::message::{BatchProgress, JobEvent, JobId, Msg, Update};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::{EgoSelection, EntryLocation};
+use nearmiss_store::{Item, Store, StoreError};
+use nearmiss_study::evaluation::batch::{Matrix, way_of};
+use nearmiss_study::evaluation::report::Comparison;
+use nearmiss_study::evaluation::{Judge, Judges};
+use nearmiss_workflow::batch::{
     self, BatchControl, BatchError, BatchPlan, BatchRequest, BatchRun, DryRun, DryRunEvent,
     PlanningEvent, ProviderSlots,
 };

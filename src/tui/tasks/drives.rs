@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::super::loaded::DriveFiles;
 use super::pictures::file_name;
-use crate::formats::commonroad::{ProblemSolution, Solution, save, write_solution};
-use crate::formats::write_recording;
-use crate::scenario::{VehicleModel, VehicleType};
-use crate::system::shown_path;
+use nearmiss_base::system::shown_path;
+use nearmiss_formats::commonroad::{ProblemSolution, Solution, save, write_solution};
+use nearmiss_formats::write_recording;
+use nearmiss_scene::scenario::{VehicleModel, VehicleType};
 
 /// Files of one name that are tried before another name is asked for.
 const MOST: usize = 1000;

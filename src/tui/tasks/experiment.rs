@@ -7,25 +7,25 @@ use tokio::runtime::Handle;
 
 use super::Tasks;
 use super::batch::Ready;
-use crate::evaluation::batch::{Spec, TestSplit};
-use crate::evaluation::report::PivotRequest;
-use crate::evaluation::{Spending, validate};
-use crate::formats::EgoSelection;
-use crate::judge;
-use crate::llm::{Budget, Environment};
-use crate::planner::Cancel;
-use crate::settings::TextFile;
-use crate::store::{BatchId, Filter, ItemState, SplitPart, Store};
-use crate::system::SaveError;
-use crate::tui::message::experiment::{
+use crate::message::experiment::{
     CountedExperiment, ExperimentNews, ExperimentOutline, ExperimentQuery, ExperimentWritten,
     NewExperiment,
 };
-use crate::tui::message::{JobEvent, JobId};
-use crate::workflow::batch::{
+use crate::message::{JobEvent, JobId};
+use nearmiss_ask::llm::{Budget, Environment};
+use nearmiss_base::system::SaveError;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::judge;
+use nearmiss_settings::TextFile;
+use nearmiss_store::{BatchId, Filter, ItemState, SplitPart, Store};
+use nearmiss_study::evaluation::batch::{Spec, TestSplit};
+use nearmiss_study::evaluation::report::PivotRequest;
+use nearmiss_study::evaluation::{Spending, validate};
+use nearmiss_workflow::batch::{
     BatchModels, BatchPlan, DryRun, DryRunEvent, PlanningEvent, Selection,
 };
-use crate::workflow::{
+use nearmiss_workflow::{
     Experiment, ExperimentContext, ExperimentProgress, WriteExperimentError, reasons_of,
 };
 
@@ -187,7 +187,7 @@ impl Stored {
                 spent: (0.0, 0),
             });
         };
-        let words = |error: crate::store::StoreError| error.to_string();
+        let words = |error: nearmiss_store::StoreError| error.to_string();
         let items = store.items(id).map_err(words)?;
         let progress = ExperimentProgress::of_items(&items)?;
         let unanswered = [
@@ -251,7 +251,10 @@ fn counted(
 }
 
 /// The keys of the file beside its axes, in words.
-fn outline_of(experiment: &Experiment, library: &crate::prompts::Library) -> ExperimentOutline {
+fn outline_of(
+    experiment: &Experiment,
+    library: &nearmiss_ask::prompts::Library,
+) -> ExperimentOutline {
     let mut facts: Vec<(&'static str, String)> = Vec::new();
     let paths: Vec<String> = experiment.paths.iter().map(|p| shown(p)).collect();
     facts.push(("scenarios", paths.join(", ")));
@@ -329,7 +332,7 @@ fn truth_words(experiment: &Experiment) -> String {
 /// A path of a file; names of bundled scenarios are as they are.
 fn shown(path: &Path) -> String {
     match path.is_absolute() {
-        true => crate::system::shown_path(path),
+        true => nearmiss_base::system::shown_path(path),
         false => path.display().to_string(),
     }
 }

@@ -11,16 +11,16 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::Tasks;
-use crate::description::escaped_json;
-use crate::formats::{EgoSelection, Entry};
-use crate::judge;
-use crate::metrics::Thresholds;
-use crate::store::{Filter, Interrupter, Run, Store};
-use crate::system::{self, NewFile, SaveError};
-use crate::tui::message::Msg;
-use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
-use crate::verdict::{Task, Verdict};
-use crate::workflow::StoredQuestion;
+use crate::message::Msg;
+use crate::message::runs::{HistoryCommand, HistoryEvent};
+use nearmiss_base::system::{self, NewFile, SaveError};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::description::escaped_json;
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::{Task, Verdict};
+use nearmiss_store::{Filter, Interrupter, Run, Store};
+use nearmiss_workflow::StoredQuestion;
 
 /// Interval between checks for new runs in the store, while the history is open.
 const LOOK: Duration = Duration::from_millis(400);
@@ -203,7 +203,7 @@ pub fn answer(
                 .collect()
         }
         HistoryCommand::Details(id, entries) => {
-            let interrupted = |e: &crate::store::StoreError| e.is_interrupted();
+            let interrupted = |e: &nearmiss_store::StoreError| e.is_interrupted();
             let mut found = store.run_shown(id);
             if found.as_ref().is_err_and(interrupted) {
                 found = store.run_shown(id);
@@ -233,7 +233,7 @@ pub fn answer(
 /// Runs that fit are counted this far where there is a filter.
 const COUNTED: u64 = 10_000;
 
-fn done(id: crate::store::RunId, result: Result<(), crate::store::StoreError>) -> HistoryEvent {
+fn done(id: nearmiss_store::RunId, result: Result<(), nearmiss_store::StoreError>) -> HistoryEvent {
     HistoryEvent::Done(id, result.map_err(|e| e.to_string()))
 }
 

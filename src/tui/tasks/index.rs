@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::super::message::{JobEvent, JobId};
 use super::Tasks;
-use crate::judge;
-use crate::workflow::read_index;
+use nearmiss_scene::judge;
+use nearmiss_workflow::read_index;
 
 /// Rows between two messages on progress.
 const ROWS_A_MESSAGE: u64 = 65_536;

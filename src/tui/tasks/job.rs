@@ -6,8 +6,8 @@ use tokio::task::AbortHandle;
 
 use super::super::message::{JobEvent, JobId, JobRequest, Msg, Update};
 use super::Tasks;
-use crate::planner::Cancel;
-use crate::workflow::batch::BatchControl;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_workflow::batch::BatchControl;
 
 /// How a job is cancelled.
 pub enum Canceller {

@@ -7,9 +7,9 @@ use std::path::Path;
 use super::super::loaded::{GeneratedVariant, GenerationInputs, Opened, VariantRequest};
 use super::super::message::{JobEvent, JobId, Msg, Update};
 use super::Tasks;
-use crate::generation::{Effort, VariantFiles};
-use crate::simulation::Settings;
-use crate::workflow::{AttackSource, ModelWriter};
+use nearmiss_drive::generation::{Effort, VariantFiles};
+use nearmiss_drive::simulation::Settings;
+use nearmiss_workflow::{AttackSource, ModelWriter};
 
 impl Tasks {
     /// Makes a scenario dangerous: a model writes the attack, or it is searched for.

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::super::loaded::{PictureJob, PictureKind};
-use crate::formats::commonroad::{NewFile, SaveError};
-use crate::render::{Figure, Format, Picture, Provenance, Subject, animate};
-use crate::system::shown_path;
+use nearmiss_base::system::shown_path;
+use nearmiss_formats::commonroad::{NewFile, SaveError};
+use nearmiss_render::{Figure, Format, Picture, Provenance, Subject, animate};
 
 /// Pictures that are being drawn. What is stopped leaves nothing behind.
 #[derive(Debug, Default)]

@@ -3,11 +3,11 @@
 use super::super::loaded::Opened;
 use super::super::message::{JobEvent, JobId};
 use super::Tasks;
-use crate::formats::Entry;
-use crate::planner::Forecast;
-use crate::scenario::Transform;
-use crate::simulation::Settings;
-use crate::workflow::{OpenRequest, PlanRequest};
+use nearmiss_drive::planner::Forecast;
+use nearmiss_drive::simulation::Settings;
+use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::Transform;
+use nearmiss_workflow::{OpenRequest, PlanRequest};
 
 impl Tasks {
     /// Plans the ego of a scenario, after a change of its scene if there is one.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::super::message::Msg;
-use crate::formats::Entry;
+use nearmiss_formats::Entry;
 
 /// The work done for a scenario, by its place in the list.
 pub type Work = Arc<dyn Fn(usize, &Entry) -> Msg + Send + Sync>;

@@ -10,14 +10,14 @@ use serde_json::Value;
 use super::Tasks;
 use super::history::Judging;
 use super::pictures::save_new;
-use crate::evaluation::batch::{self, AnswerSet, BatchResults};
-use crate::evaluation::report::{self, Truth};
-use crate::evaluation::{Results, Scored, results, with_intervals};
-use crate::judge;
-use crate::store::{Filter, Store, StoreError};
-use crate::tui::message::Msg;
-use crate::tui::message::runs::{CountedAnswers, ResultsCommand, ResultsEvent, ResultsQuery};
-use crate::workflow::{TruthChoice, TruthSearch};
+use crate::message::Msg;
+use crate::message::runs::{CountedAnswers, ResultsCommand, ResultsEvent, ResultsQuery};
+use nearmiss_scene::judge;
+use nearmiss_store::{Filter, Store, StoreError};
+use nearmiss_study::evaluation::batch::{self, AnswerSet, BatchResults};
+use nearmiss_study::evaluation::report::{self, Truth};
+use nearmiss_study::evaluation::{Results, Scored, results, with_intervals};
+use nearmiss_workflow::{TruthChoice, TruthSearch};
 
 impl Tasks {
     /// Reads on a thread of its own; a newer reading, or closing the screen, ends an older one.

@@ -7,12 +7,12 @@ use super::super::loaded::{Facts, Verdicts, worst_of};
 use super::super::message::Msg;
 use super::super::session::SavedLocation;
 use super::Tasks;
-use crate::formats::{Entry, bundled};
-use crate::judge;
-use crate::settings::Tags;
-use crate::store::Store;
-use crate::system::activity::{self, ActivityGuard, Subject, trying};
-use crate::workflow::find_in_pieces;
+use nearmiss_base::system::activity::{self, ActivityGuard, Subject, trying};
+use nearmiss_formats::{Entry, bundled};
+use nearmiss_scene::judge;
+use nearmiss_settings::Tags;
+use nearmiss_store::Store;
+use nearmiss_workflow::find_in_pieces;
 
 /// The message for a scenario that is skipped.
 const HELD: &str =

@@ -1,10 +1,10 @@
 //! Opens scenarios.
 
 use super::Tasks;
-use crate::formats::{EgoSelection, Entry};
-use crate::scenario::Transform;
-use crate::tui::loaded::Opened;
-use crate::tui::message::{Msg, OpenId};
+use crate::loaded::Opened;
+use crate::message::{Msg, OpenId};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::scenario::Transform;
 
 impl Tasks {
     /// Opens a scenario, with an obstacle as the ego if one is taken, after a change of its scene if there is one.

@@ -3,9 +3,9 @@
 use std::io::{Error, ErrorKind, Write};
 use std::path::Path;
 
-use crate::prompts::{Library, Template, choose_template};
-use crate::settings::Folders;
-use crate::system;
+use nearmiss_ask::prompts::{Library, Template, choose_template};
+use nearmiss_base::system;
+use nearmiss_settings::Folders;
 
 /// A system error with the name of its file.
 pub fn named(path: &Path, error: &Error) -> String {

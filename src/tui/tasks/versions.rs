@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use super::Tasks;
-use crate::evaluation::Judges;
-use crate::formats::EgoSelection;
-use crate::planner::Cancel;
-use crate::store::{RunId, Store};
-use crate::tui::message::runs::{ComparedVersions, VersionSide};
-use crate::tui::message::{JobEvent, JobId, Msg, Update};
-use crate::workflow::{VersionSource, compare_versions};
+use crate::message::runs::{ComparedVersions, VersionSide};
+use crate::message::{JobEvent, JobId, Msg, Update};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::EgoSelection;
+use nearmiss_store::{RunId, Store};
+use nearmiss_study::evaluation::Judges;
+use nearmiss_workflow::{VersionSource, compare_versions};
 
 impl Tasks {
     /// Looks up the answers to two versions.

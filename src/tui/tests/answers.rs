@@ -2,11 +2,11 @@
 
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::evaluation::{Event, JudgeOutcome, MissingVerdict};
-use crate::llm::{Chunk, Dialect, Discovered};
-use crate::tui::message::{Effect, Msg, StoredOf};
-use crate::tui::model::{Pane, Progress, ShownAnswer};
-use crate::verdict::ParseQuality;
+use crate::message::{Effect, Msg, StoredOf};
+use crate::model::{Pane, Progress, ShownAnswer};
+use nearmiss_ask::llm::{Chunk, Dialect, Discovered};
+use nearmiss_scene::verdict::ParseQuality;
+use nearmiss_study::evaluation::{Event, JudgeOutcome, MissingVerdict};
 
 /// What the workbench wants earlier answers about.
 pub fn stored_of(bench: &Bench) -> StoredOf {
@@ -199,11 +199,11 @@ fn the_built_in_judge_can_be_asked_and_is_kept() {
     let mut bench = Bench::bundled();
     bench.press("r");
     let (id, model) = bench.asked();
-    assert_eq!(model, crate::judge::MODEL);
+    assert_eq!(model, nearmiss_scene::judge::MODEL);
     assert!(bench.model.answers.columns.is_empty());
     bench.send(events::answered(
         id,
-        Ok(Box::new(answer(crate::judge::MODEL, true, 301))),
+        Ok(Box::new(answer(nearmiss_scene::judge::MODEL, true, 301))),
     ));
     assert!(
         bench

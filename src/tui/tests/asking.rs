@@ -6,19 +6,19 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use self::server::{Script, Server};
-use crate::formats::EgoSelection;
-use crate::llm::{Environment, Registry};
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::settings::{Config, Folders};
-use crate::store::{Filter, Store};
-use crate::tui::keymap::Key;
-use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{JobState, Model, Notice};
-use crate::tui::screens::history::HistoryScreen;
-use crate::tui::tasks::Tasks;
-use crate::tui::theme::Theme;
-use crate::tui::update::{start, update};
+use crate::keymap::Key;
+use crate::message::{Effect, Msg};
+use crate::model::{JobState, Model, Notice};
+use crate::screens::history::HistoryScreen;
+use crate::tasks::Tasks;
+use crate::theme::Theme;
+use crate::update::{start, update};
+use nearmiss_ask::llm::{Environment, Registry};
+use nearmiss_ask::prompts::Library;
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::{Config, Folders};
+use nearmiss_store::{Filter, Store};
 
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../../../tests/support/server.rs"]

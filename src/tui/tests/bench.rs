@@ -6,21 +6,21 @@ use std::sync::{Mutex, PoisonError};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-use crate::evaluation::claims::TimeOrigin;
-use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
-use crate::formats::{EgoSelection, Entry, EntryLocation, bundled};
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::settings::Config;
-use crate::store::Consumed;
-use crate::tui::keymap::Key;
-use crate::tui::loaded::Opened;
-use crate::tui::message::{Effect, JobId, JobRequest, Msg};
-use crate::tui::model::Model;
-use crate::tui::theme::Theme;
-use crate::tui::update::update;
-use crate::tui::views;
-use crate::verdict::{ObstacleRisk, ParseQuality, Parsed, Task, Verdict};
+use crate::keymap::Key;
+use crate::loaded::Opened;
+use crate::message::{Effect, JobId, JobRequest, Msg};
+use crate::model::Model;
+use crate::theme::Theme;
+use crate::update::update;
+use crate::views;
+use nearmiss_ask::prompts::Library;
+use nearmiss_formats::{EgoSelection, Entry, EntryLocation, bundled};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::{ObstacleRisk, ParseQuality, Parsed, Task, Verdict};
+use nearmiss_settings::Config;
+use nearmiss_store::Consumed;
+use nearmiss_study::evaluation::claims::TimeOrigin;
+use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 
 pub struct Bench {
     pub model: Model,
@@ -40,7 +40,7 @@ impl Bench {
 
     pub fn empty() -> Self {
         let library = Library::load(None);
-        let offers = vec![crate::llm::ModelOffer {
+        let offers = vec![nearmiss_ask::llm::ModelOffer {
             id: "lab/small".into(),
             key: None,
             warning: None,
@@ -75,7 +75,7 @@ impl Bench {
                 }
                 Effect::Compute(computation) => self.send(Msg::Computed(computation.run())),
                 Effect::ReadSource(place, entry) => {
-                    let source = crate::tui::loaded::Source::read(&entry);
+                    let source = crate::loaded::Source::read(&entry);
                     self.send(Msg::Source(place, source.map(Box::new)));
                 }
                 other => self.effects.push(other),

@@ -33,9 +33,9 @@ fn the_good_driver_stands_beside_the_planner_with_verdict_and_gap() {
     let now = bench.model.moment().expect("the clock's moment");
     assert_eq!(then.step, now.step);
     assert_eq!(then.opened.scenario.hash, now.opened.scenario.hash);
-    let place = |ego: Option<crate::geometry::Pose>| ego.unwrap().position;
+    let place = |ego: Option<nearmiss_base::geometry::Pose>| ego.unwrap().position;
     assert_ne!(place(then.ego()), place(now.ego()));
-    let judged = |opened: &crate::tui::loaded::Opened| {
+    let judged = |opened: &crate::loaded::Opened| {
         opened
             .collision
             .as_ref()

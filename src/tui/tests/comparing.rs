@@ -3,11 +3,11 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict};
-use crate::store::RunId;
-use crate::tui::message::Msg;
-use crate::tui::model::{Progress, ShownAnswer};
-use crate::verdict::Task;
+use crate::message::Msg;
+use crate::model::{Progress, ShownAnswer};
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::RunId;
+use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict};
 
 #[test]
 fn the_safety_task_begins_at_the_end_of_its_usual_window() {
@@ -46,7 +46,7 @@ fn what_an_answer_about_another_window_is_held_against_is_shown() {
         parsed.verdict.task = Task::Safety;
     }
     let of = stored_of(&bench);
-    let of = crate::tui::message::StoredOf {
+    let of = crate::message::StoredOf {
         task: Task::Safety,
         ..of
     };
@@ -214,7 +214,7 @@ fn what_may_have_been_sent_is_not_called_unsent() {
 
 #[test]
 fn the_task_goes_round_all_five_and_answers_to_each_are_shown() {
-    use crate::verdict::{
+    use nearmiss_scene::verdict::{
         AttackerChoice, Manoeuvre, ManoeuvreKind, Motion, NewMotion, ObstacleRisk, ParseQuality,
         ParsedAnswer, Reading, Task,
     };

@@ -4,19 +4,21 @@ use super::everywhere::seen_in_every_theme;
 use super::history_store::{FIRST, Fixture};
 use super::results::{counts, four, press, settle};
 use super::results_table::techniques;
-use crate::description::Frame;
-use crate::evaluation::batch::{AnswerSet, BatchPart, Matrix, RequestSettings, Spec, TruthSource};
-use crate::evaluation::report::{DataHalf, Report};
-use crate::formats::{EgoSelection, bundled};
-use crate::metrics::Thresholds;
-use crate::prompts::Techniques;
-use crate::scenario::Transform;
-use crate::store::{BatchId, ItemState, NewItem, RunId};
-use crate::tui::loaded::Opened;
-use crate::tui::message::runs::ResultsEvent;
-use crate::tui::message::{Effect, Mouse, Msg};
-use crate::verdict::Task;
-use crate::workflow::TruthChoice;
+use crate::loaded::Opened;
+use crate::message::runs::ResultsEvent;
+use crate::message::{Effect, Mouse, Msg};
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_formats::{EgoSelection, bundled};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::Transform;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{BatchId, ItemState, NewItem, RunId};
+use nearmiss_study::evaluation::batch::{
+    AnswerSet, BatchPart, Matrix, RequestSettings, Spec, TruthSource,
+};
+use nearmiss_study::evaluation::report::{DataHalf, Report};
+use nearmiss_workflow::TruthChoice;
 use ratatui::layout::Position;
 use std::collections::BTreeMap;
 
@@ -132,7 +134,7 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     // Safe by the labels; and a yes is a yes, whichever obstacle it names.
     assert_eq!(counts(&kept, 0), [1, 1, 1, 0, 0, 0, 0]);
     // As the report of the batch has it.
-    let answers = crate::evaluation::batch::answers(&kept.store, batch).unwrap();
+    let answers = nearmiss_study::evaluation::batch::answers(&kept.store, batch).unwrap();
     let report = Report::from_scored(&answers.plain);
     let mut cells = report.cells.iter();
     let cell = cells.find(|c| c.half == DataHalf::All).unwrap();
@@ -206,7 +208,7 @@ fn what_is_counted_can_be_chosen() {
     assert_eq!(kept.bench.model.results.truth, TruthChoice::Recorded);
     assert_eq!(counts(&kept, 0)[4], 2, "two scenarios are not in the list");
     press(&mut kept, "t");
-    let score = TruthChoice::Score(crate::metrics::RiskConvention::Exact);
+    let score = TruthChoice::Score(nearmiss_scene::metrics::RiskConvention::Exact);
     assert_eq!(kept.bench.model.results.truth, score);
     press(&mut kept, "t t b shift-g enter");
     assert_eq!(kept.bench.model.results.truth, TruthChoice::Usual);
@@ -272,13 +274,13 @@ fn progress_is_shown_while_scenarios_are_judged() {
     let Some(Effect::Results(ask)) = kept.bench.effects.pop() else {
         panic!("the store is to be read");
     };
-    let judging = crate::tui::tasks::history::Judging {
+    let judging = crate::tasks::history::Judging {
         ego: EgoSelection::Beside,
         thresholds: std::sync::Arc::new(Thresholds::shipped().clone()),
     };
     let mut said = Vec::new();
     let going = std::sync::atomic::AtomicBool::new(false);
-    crate::tui::tasks::results::answer(&kept.store, &judging, ask, &going, &mut |news| {
+    crate::tasks::results::answer(&kept.store, &judging, ask, &going, &mut |news| {
         said.push(news)
     });
     use ResultsEvent::{Judging, Read};

@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::bench::Bench;
-use crate::corpus::{
+use crate::loaded::{Facts, Verdicts};
+use crate::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::model::{JobState, Pane};
+use crate::session::{Session, restore};
+use nearmiss_formats::{EgoSelection, Entry, bundled};
+use nearmiss_scene::corpus::{
     CorpusIndex, IndexOptions, IndexedWindow, Manoeuvre, RoadType, WindowEgo, for_each_window,
 };
-use crate::formats::{EgoSelection, Entry, bundled};
-use crate::metrics::Thresholds;
-use crate::settings::Config;
-use crate::tui::loaded::{Facts, Verdicts};
-use crate::tui::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::tui::model::{JobState, Pane};
-use crate::tui::session::{Session, restore};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::Config;
 
 /// The bundled scenarios, all of them read.
 fn read() -> Bench {

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use super::bench::Bench;
 use super::editing::with;
-use crate::formats::{bundled, find};
-use crate::settings::Keys;
-use crate::system::activity::{self, Subject};
-use crate::tui::message::Msg;
-use crate::tui::session::SavedLocation;
+use crate::message::Msg;
+use crate::session::SavedLocation;
+use nearmiss_base::system::activity::{self, Subject};
+use nearmiss_formats::{bundled, find};
+use nearmiss_settings::Keys;
 
 // One test, as marks are kept in one place for the whole program.
 #[test]

@@ -1,8 +1,8 @@
 //! Defaults of a question: the same as on the command line.
 
 use super::bench::Bench;
-use crate::description::Frame;
-use crate::verdict::Task;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::Task;
 
 /// Goes on to a task.
 fn to(bench: &mut Bench, task: Task) {
@@ -44,7 +44,7 @@ fn what_somebody_chose_stays() {
     let chosen = bench.model.frame;
     assert_ne!(chosen, Frame::Ego);
     let pane = bench.model.focus;
-    bench.model.focus = crate::tui::model::Pane::Map;
+    bench.model.focus = crate::model::Pane::Map;
     bench.press("left");
     bench.model.focus = pane;
     let step = bench.model.clock.step();

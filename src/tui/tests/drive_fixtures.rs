@@ -4,12 +4,12 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use crate::formats::{EgoSelection, Entry};
-use crate::metrics::Thresholds;
-use crate::planner::{self, Cancel, Forecast, RuleMode, Sampling};
-use crate::simulation::{Settings, TrafficMode};
-use crate::tui::loaded::Opened;
-use crate::workflow::{OpenRequest, PlanRequest};
+use crate::loaded::Opened;
+use nearmiss_drive::planner::{self, Cancel, Forecast, RuleMode, Sampling};
+use nearmiss_drive::simulation::{Settings, TrafficMode};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_workflow::{OpenRequest, PlanRequest};
 
 /// Few samples over a short horizon: a test waits for it.
 pub fn coarse(forecast: Forecast) -> Settings {

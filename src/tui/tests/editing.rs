@@ -3,15 +3,15 @@
 use std::time::Duration;
 
 use super::bench::Bench;
-use crate::prompts::Library;
-use crate::settings::Keys;
-use crate::tui::message::{Effect, Mouse, Msg};
-use crate::tui::model::{EntryLine, Notice, PromptPane};
+use crate::message::{Effect, Mouse, Msg};
+use crate::model::{EntryLine, Notice, PromptPane};
+use nearmiss_ask::prompts::Library;
+use nearmiss_settings::Keys;
 
 pub fn with(keys: Keys) -> Bench {
     let mut bench = Bench::empty();
     bench.model.prompt = PromptPane::new(keys);
-    bench.send(Msg::Found(Ok(crate::formats::bundled().into())));
+    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
     bench.press("e");
     bench
 }
@@ -209,7 +209,7 @@ fn control_characters_are_shown_and_not_obeyed() {
         "collision-ego.md".into(),
         source.replacen("You", "\u{1b}[2JYou", 1),
     );
-    bench.send(Msg::Found(Ok(crate::formats::bundled().into())));
+    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
     bench.press("e ctrl-g 1 0 enter");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("␛[2JYou") && !frame.contains('\u{1b}'));

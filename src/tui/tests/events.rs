@@ -1,8 +1,8 @@
 //! Events of jobs, as they arrive.
 
-use crate::evaluation::{Answer, Event};
-use crate::tui::loaded::{GenerationOutcome, GenerationProgress, GenerationStage};
-use crate::tui::message::{JobEvent, JobId, Msg, Update};
+use crate::loaded::{GenerationOutcome, GenerationProgress, GenerationStage};
+use crate::message::{JobEvent, JobId, Msg, Update};
+use nearmiss_study::evaluation::{Answer, Event};
 
 /// A piece of an answer.
 pub fn piece(id: JobId, event: Event) -> Msg {

@@ -8,14 +8,14 @@ use ratatui::style::{Color, Modifier};
 use super::answers::stored_of;
 use super::bench::{Bench, answer};
 use super::history_store::three;
-use crate::evaluation::Answer;
-use crate::evaluation::batch::Estimate;
-use crate::store::RunId;
-use crate::tui::message::runs::Counts;
-use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Reloaded, Update};
-use crate::tui::theme::{ColorDepth, Theme};
-use crate::tui::views;
-use crate::tui::widgets::highlight;
+use crate::message::runs::Counts;
+use crate::message::{Effect, JobEvent, JobRequest, Msg, Reloaded, Update};
+use crate::theme::{ColorDepth, Theme};
+use crate::views;
+use crate::widgets::highlight;
+use nearmiss_store::RunId;
+use nearmiss_study::evaluation::Answer;
+use nearmiss_study::evaluation::batch::Estimate;
 
 const SIZES: [(u16, u16); 4] = [(80, 24), (100, 30), (120, 40), (200, 60)];
 
@@ -141,7 +141,7 @@ pub(super) fn seen_in_every_theme(
     selects: bool,
 ) -> String {
     // As cells, the map divides by colours; without them it is drawn like this.
-    bench.model.look.map = crate::tui::model::MapChoice::Braille;
+    bench.model.look.map = crate::model::MapChoice::Braille;
     let dark = drawn(bench, Theme::default_for(true), size);
     let plain = drawn(
         bench,
@@ -156,7 +156,7 @@ pub(super) fn seen_in_every_theme(
     );
     let words = text(&dark);
     // Without colours, bodies on the map are told apart by how they are filled.
-    let map = bench.model.drawn.area(crate::tui::model::Pane::Map);
+    let map = bench.model.drawn.area(crate::model::Pane::Map);
     let beside_map = |buffer: &Buffer| {
         let mut buffer = buffer.clone();
         let inside = map.map(|map| map.intersection(buffer.area));

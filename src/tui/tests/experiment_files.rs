@@ -3,12 +3,12 @@
 use super::asking::Whole;
 use super::asking::server::Server;
 use super::experiments::{HEAD, counted, open, problem, toasts, write};
-use crate::evaluation::batch::Spec;
-use crate::formats::EntryLocation;
-use crate::prompts::Library;
-use crate::tui::screens::experiment::ExperimentScreen;
-use crate::tui::screens::experiments::ExperimentsScreen;
-use crate::workflow::Experiment;
+use crate::screens::experiment::ExperimentScreen;
+use crate::screens::experiments::ExperimentsScreen;
+use nearmiss_ask::prompts::Library;
+use nearmiss_formats::EntryLocation;
+use nearmiss_study::evaluation::batch::Spec;
+use nearmiss_workflow::Experiment;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_wrong_is_said_where_it_is_and_mended() {
@@ -154,7 +154,7 @@ async fn a_new_one_is_what_the_workbench_asks_and_replaces_nothing_unasked() {
     );
     // What a file cannot say is not written.
     whole.press("esc");
-    whole.model.frame = crate::description::Frame::Trajectory;
+    whole.model.frame = nearmiss_scene::description::Frame::Trajectory;
     whole.press("space a n o enter");
     assert!(toasts(&whole.model).contains("needs one picked obstacle"));
     assert!(!folder.path().join("experiment.tomlo.toml").exists());

@@ -4,31 +4,31 @@ use std::path::{Path, PathBuf};
 
 use super::bench::Bench;
 use super::everywhere::seen_in_every_theme;
-use crate::evaluation::PromptConfig;
-use crate::store::{BatchId, ItemState};
-use crate::tui::action::{ACTIONS, Action, Scope};
-use crate::tui::message::experiment::{
+use crate::action::{ACTIONS, Action, Scope};
+use crate::message::experiment::{
     CountedExperiment, ExperimentNews, ExperimentOutline, ItemChange,
 };
-use crate::tui::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::tui::screens::experiment::ExperimentScreen;
-use crate::tui::screens::experiments::ExperimentsScreen;
-use crate::tui::session::{Session, restore};
-use crate::workflow::batch::DryRunLine;
-use crate::workflow::{
+use crate::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::screens::experiment::ExperimentScreen;
+use crate::screens::experiments::ExperimentsScreen;
+use crate::session::{Session, restore};
+use nearmiss_store::{BatchId, ItemState};
+use nearmiss_study::evaluation::PromptConfig;
+use nearmiss_workflow::batch::DryRunLine;
+use nearmiss_workflow::{
     ExperimentAxis, ExperimentFile, ExperimentProgress, FolderOfExperiments, WayProgress,
 };
 
 const SIZES: [(u16, u16); 5] = [(60, 18), (80, 24), (100, 30), (120, 40), (200, 60)];
 
 fn way(techniques: &str, effort: &str) -> PromptConfig {
-    let effort = crate::llm::Effort::parse(effort);
+    let effort = nearmiss_ask::llm::Effort::parse(effort);
     PromptConfig {
-        task: crate::verdict::Task::Safety,
-        frame: Some(crate::description::Frame::Ego),
-        techniques: Some(crate::prompts::Techniques::parse(techniques).unwrap()),
+        task: nearmiss_scene::verdict::Task::Safety,
+        frame: Some(nearmiss_scene::description::Frame::Ego),
+        techniques: Some(nearmiss_ask::prompts::Techniques::parse(techniques).unwrap()),
         model: "lab/small".into(),
-        settings: crate::evaluation::AxisValues {
+        settings: nearmiss_study::evaluation::AxisValues {
             effort,
             ..Default::default()
         },

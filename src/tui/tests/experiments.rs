@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use super::asking::Whole;
 use super::asking::server::{Script, Server};
-use crate::evaluation::batch::{AnswerSet, BatchPart};
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::store::{SplitPart, Store};
-use crate::tui::model::Model;
-use crate::tui::screens::experiment::ExperimentScreen;
-use crate::tui::screens::results::ResultsScreen;
-use crate::workflow::{Experiment, ExperimentContext};
+use crate::model::Model;
+use crate::screens::experiment::ExperimentScreen;
+use crate::screens::results::ResultsScreen;
+use nearmiss_ask::prompts::Library;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_store::{SplitPart, Store};
+use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart};
+use nearmiss_workflow::{Experiment, ExperimentContext};
 
 pub(super) const HEAD: &str = "scenarios = [\"ZAM_CutIn-1_1_T-1\", \"ZAM_RedLight-1_1_T-1\"]\n";
 

@@ -3,10 +3,10 @@
 use super::bench::Bench;
 use super::drive_fixtures::{coarse, request};
 use super::everywhere::VIEWS;
-use crate::formats::{EgoSelection, Entry, bundled};
-use crate::planner::Cancel;
-use crate::tui::loaded::Opened;
-use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Update};
+use crate::loaded::Opened;
+use crate::message::{Effect, JobEvent, JobRequest, Msg, Update};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
 
 /// The text of a bundled scenario without the elements of these names.
 fn without(xml: &str, names: &[&str]) -> String {
@@ -118,7 +118,7 @@ fn every_view_of_bare_scenarios_is_drawn() {
         let path = folder.path().join(format!("ZAM_Bare-{place}_1_T-1.xml"));
         std::fs::write(&path, xml).unwrap();
         let entry = Entry::of_argument(&path);
-        let id = crate::formats::commonroad::read_file(&path)
+        let id = nearmiss_formats::commonroad::read_file(&path)
             .unwrap_or_else(|error| panic!("{what}: {error}"))
             .obstacles
             .first()

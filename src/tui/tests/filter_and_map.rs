@@ -5,10 +5,10 @@ use std::time::Duration;
 use ratatui::layout::Position;
 
 use super::bench::Bench;
-use crate::tui::action::ACTIONS;
-use crate::tui::message::{Effect, Mouse, Msg};
-use crate::tui::model::{On, Pane};
-use crate::verdict::Task;
+use crate::action::ACTIONS;
+use crate::message::{Effect, Mouse, Msg};
+use crate::model::{On, Pane};
+use nearmiss_scene::verdict::Task;
 
 #[test]
 fn arrows_step_and_stop_at_the_ends() {
@@ -273,7 +273,7 @@ fn a_notice_goes_with_the_next_key_and_hides_no_pane() {
     assert!(bench.frame(80, 24).contains(" no scenario is open"));
     bench.press("r");
     assert_eq!(bench.model.toasts.len(), 1, "the newest alone");
-    bench.send(Msg::Found(Ok(crate::formats::bundled().into())));
+    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
     assert!(bench.model.toasts.is_empty(), "it is not true any longer");
     bench.press("space a x");
     let frame = bench.frame(80, 24);

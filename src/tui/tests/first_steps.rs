@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use super::bench::{Bench, answer};
 use super::side_by_side::{sized, two};
-use crate::tui::keymap::Keymap;
-use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Update};
-use crate::tui::model::{Column, Model, Pane};
-use crate::tui::screens::batch::BatchScreen;
-use crate::tui::screens::results::ResultsScreen;
+use crate::keymap::Keymap;
+use crate::message::{Effect, JobEvent, JobRequest, Msg, Update};
+use crate::model::{Column, Model, Pane};
+use crate::screens::batch::BatchScreen;
+use crate::screens::results::ResultsScreen;
 
 fn said(model: &Model) -> String {
     let last = model.toasts.last();
@@ -197,6 +197,6 @@ fn menus_spell_out_what_they_switch_and_how_it_stands() {
 #[test]
 fn a_keymap_file_may_still_say_reset_template() {
     let map = Keymap::parse("keymap.toml", "[global]\nreset-template = \"f9\"\n").unwrap();
-    let key = map.key_of(crate::tui::action::Action::DiscardDraft);
+    let key = map.key_of(crate::action::Action::DiscardDraft);
     assert_eq!(key, "F9");
 }

@@ -2,7 +2,7 @@
 
 use super::bench::{Bench, answer};
 use super::events;
-use crate::tui::model::Pane;
+use crate::model::Pane;
 
 /// The first scenario at its contact, with two answers to compare.
 fn compared() -> Bench {

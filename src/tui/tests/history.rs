@@ -1,12 +1,12 @@
 //! The history of runs over a store in memory: paging, searching, changing and taking back, opening again.
 
 use super::history_store::{FIRST, Fixture, three};
-use crate::store::RunId;
-use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
-use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{Notice, ShownAnswer};
-use crate::tui::screens::history::HistoryScreen;
-use crate::verdict::Task;
+use crate::message::runs::{HistoryCommand, HistoryEvent};
+use crate::message::{Effect, Msg};
+use crate::model::{Notice, ShownAnswer};
+use crate::screens::history::HistoryScreen;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::RunId;
 
 #[test]
 fn words_and_filters_narrow_it_down_as_one_types() {
@@ -126,7 +126,9 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
         .store
         .of_scenario(&of.scenario, &of.name, of.task, 9)
         .unwrap();
-    let answers = runs.into_iter().map(crate::evaluation::Answer::from);
+    let answers = runs
+        .into_iter()
+        .map(nearmiss_study::evaluation::Answer::from);
     let answers = answers.collect();
     kept.bench.send(Msg::Stored(of, answers));
     let model = &kept.bench.model;
@@ -220,7 +222,7 @@ fn old_lists_are_dropped() {
     });
     let (id, edge) = ids.next().unwrap();
     assert!(ids.next().is_some(), "one for every letter");
-    let news = HistoryEvent::Page(id, edge, Ok(crate::store::Page::default()));
+    let news = HistoryEvent::Page(id, edge, Ok(nearmiss_store::Page::default()));
     kept.bench.send(Msg::History(news));
     assert_eq!(kept.rows(), [3, 2, 1]);
 }
@@ -240,11 +242,12 @@ fn the_listed_runs_are_exported_once() {
     let written = std::fs::read_to_string(&path).unwrap();
     let runs: Vec<_> = written
         .lines()
-        .map(|l| crate::store::Run::from_record(l).unwrap())
+        .map(|l| nearmiss_store::Run::from_record(l).unwrap())
         .collect();
     assert_eq!(runs.len(), 3);
     assert!(runs.iter().any(|run| run.answer == hidden), "it is whole");
-    let obeyed = |c: char| c != '\n' && (c.is_control() || crate::description::disguises(c));
+    let obeyed =
+        |c: char| c != '\n' && (c.is_control() || nearmiss_scene::description::disguises(c));
     assert!(!written.contains(obeyed), "and nothing in it is obeyed");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     assert!(

@@ -1,12 +1,12 @@
 //! A workbench whose history reads a store in memory with three runs.
 
 use super::bench::Bench;
-use crate::formats::EgoSelection;
-use crate::metrics::Thresholds;
-use crate::store::{AnswerPiece, Claim, Consumed, Ending, NewRun, RunId, RunState, Store};
-use crate::tui::message::{Effect, Msg};
-use crate::tui::tasks::history::{Judging, Truths, answer};
-use crate::verdict::{ParsedAnswer, Task, Verdict};
+use crate::message::{Effect, Msg};
+use crate::tasks::history::{Judging, Truths, answer};
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::{ParsedAnswer, Task, Verdict};
+use nearmiss_store::{AnswerPiece, Claim, Consumed, Ending, NewRun, RunId, RunState, Store};
 
 /// A workbench whose history reads a store of its own.
 pub struct Fixture {

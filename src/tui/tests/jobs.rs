@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::evaluation::batch::Estimate;
-use crate::store::Consumed;
-use crate::tui::message::runs::{Batch, BatchAnswer, Counts};
-use crate::tui::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::tui::model::{JobState, Notice};
-use crate::tui::screens::history::HistoryScreen;
+use crate::message::runs::{Batch, BatchAnswer, Counts};
+use crate::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::model::{JobState, Notice};
+use crate::screens::history::HistoryScreen;
+use nearmiss_store::Consumed;
+use nearmiss_study::evaluation::batch::Estimate;
 
 /// The last batch that was to be counted.
 fn counted(bench: &Bench) -> (JobId, Arc<Batch>) {
@@ -140,7 +140,7 @@ fn marks_stay_whatever_the_filter() {
     bench.press("esc esc");
     bench.press("down");
     // The list is read again: what is gone is not counted.
-    let left = crate::formats::bundled().split_off(1);
+    let left = nearmiss_formats::bundled().split_off(1);
     bench.send(Msg::Found(Ok(left.into())));
     assert!(
         bench.frame(120, 40).contains("scenarios 1/7 * 1")
@@ -345,9 +345,9 @@ fn surveys_and_rankings_are_listed_and_stopped() {
 fn an_answer_of_the_store_costs_nothing() {
     let (mut bench, id) = asking();
     let mut found = ended(true, true).unwrap();
-    found.answer.past = Some(crate::evaluation::StoredOrigin {
+    found.answer.past = Some(nearmiss_study::evaluation::StoredOrigin {
         created_ms: 0,
-        origin: crate::store::Origin::Asked,
+        origin: nearmiss_store::Origin::Asked,
         sample: 0,
     });
     bench.send(Msg::Job(

@@ -1,17 +1,17 @@
 //! Values that are computed in the background: what the screen shows until they arrive, and what is computed ahead.
 
 use super::bench::Bench;
-use crate::tui::keymap::Key;
-use crate::tui::message::{Computation, Effect, Msg};
-use crate::tui::update::update;
-use crate::verdict::Task;
+use crate::keymap::Key;
+use crate::message::{Computation, Effect, Msg};
+use crate::update::update;
+use nearmiss_scene::verdict::Task;
 
 /// On the safety task, before anything of it is computed.
 fn before() -> Bench {
     let mut bench = Bench::bundled();
     bench.model.task = Task::Safety;
     bench.model.clock.go(10);
-    bench.model.judgements = crate::tui::model::Judgements::default();
+    bench.model.judgements = crate::model::Judgements::default();
     bench.model.refresh();
     bench.press("right");
     bench

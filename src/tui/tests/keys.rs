@@ -2,8 +2,8 @@
 
 use super::answers::stored_of;
 use super::bench::{Bench, answer};
-use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{Model, Pane};
+use crate::message::{Effect, Msg};
+use crate::model::{Model, Pane};
 
 fn quits(bench: &Bench) -> bool {
     bench.effects.iter().any(|e| matches!(e, Effect::Quit))
@@ -175,7 +175,7 @@ fn old_keys_say_where_they_went() {
     bench.press("esc shift-u");
     assert!(said(&bench).contains("switch-variant moved: Space g o"));
     let text = "[global]\nresults = [\"%\"]\n";
-    bench.model.look.keymap = crate::tui::keymap::Keymap::parse("keymap.toml", text).unwrap();
+    bench.model.look.keymap = crate::keymap::Keymap::parse("keymap.toml", text).unwrap();
     bench.press("%");
     assert!(!bench.model.screens.is_empty(), "the user's binding wins");
 }

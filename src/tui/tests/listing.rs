@@ -3,16 +3,16 @@
 use ratatui::layout::Position;
 
 use super::bench::Bench;
-use crate::formats::{EgoSelection, bundled};
-use crate::metrics::Thresholds;
-use crate::settings::Tags;
-use crate::store::{Origin, StoredVerdict};
-use crate::tui::loaded::{Facts, Verdicts};
-use crate::tui::message::{Effect, Mouse, Msg};
-use crate::tui::model::{Grouping, Pane};
-use crate::tui::screens::tags::TagsScreen;
-use crate::tui::theme::ColorDepth;
-use crate::verdict::Task;
+use crate::loaded::{Facts, Verdicts};
+use crate::message::{Effect, Mouse, Msg};
+use crate::model::{Grouping, Pane};
+use crate::screens::tags::TagsScreen;
+use crate::theme::ColorDepth;
+use nearmiss_formats::{EgoSelection, bundled};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::Tags;
+use nearmiss_store::{Origin, StoredVerdict};
 
 /// A stored answer about a bundled scenario, recorded by others.
 pub fn stored(
@@ -113,7 +113,7 @@ fn matched_letters_are_marked() {
     bench.press("/");
     bench.type_text("cutin");
     let mut terminal = ratatui::Terminal::new(ratatui::backend::TestBackend::new(120, 40)).unwrap();
-    let draw = |f: &mut ratatui::Frame<'_>| crate::tui::views::draw(f, &bench.model);
+    let draw = |f: &mut ratatui::Frame<'_>| crate::views::draw(f, &bench.model);
     terminal.draw(draw).unwrap();
     let buffer = terminal.backend().buffer();
     let row = (0..40).find(|&y| (0..20).any(|x| buffer[(x, y)].symbol() == "▸"));

@@ -4,12 +4,12 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::bench::Bench;
-use crate::formats::{EgoSelection, Entry, bundled};
-use crate::metrics::Thresholds;
-use crate::tui::loaded::{Facts, Verdicts};
-use crate::tui::message::{Effect, Msg};
-use crate::tui::update::update;
-use crate::workflow::find_in_pieces;
+use crate::loaded::{Facts, Verdicts};
+use crate::message::{Effect, Msg};
+use crate::update::update;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_workflow::find_in_pieces;
 
 const MANY: usize = 2_000;
 
@@ -70,10 +70,7 @@ fn a_frame_costs_the_same_for_thousands_and_for_few() {
 fn what_arrives_is_sorted_once_a_frame() {
     let mut bench = Bench::empty();
     drop(update(&mut bench.model, Msg::Listed(entries())));
-    bench
-        .model
-        .list
-        .sort_by(crate::tui::model::Order::Obstacles);
+    bench.model.list.sort_by(crate::model::Order::Obstacles);
     let facts = facts();
     let arriving = least(|| {
         for place in 0..MANY {
@@ -133,7 +130,7 @@ fn folders_of_thousands_come_in_pieces_and_whole() {
     let mut all: Vec<String> = pieces.iter().flatten().map(Entry::display).collect();
     assert_eq!(all.len(), 700);
     assert!(all.is_sorted(), "folders and files come by name");
-    let found = crate::formats::find(&paths).unwrap();
+    let found = nearmiss_formats::find(&paths).unwrap();
     all.sort();
     let whole: Vec<String> = found.entries.iter().map(Entry::display).collect();
     assert_eq!(all, whole);

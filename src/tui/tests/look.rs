@@ -6,15 +6,15 @@ use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier};
 
 use super::bench::Bench;
-use crate::settings::Config;
-use crate::tui::action::Scope;
-use crate::tui::keymap::{Keymap, Preset};
-use crate::tui::message::{Effect, Msg, Reloaded};
-use crate::tui::model::{Glyphs, Pane};
-use crate::tui::screens::details::DetailsScreen;
-use crate::tui::screens::help::HelpScreen;
-use crate::tui::theme::{ColorDepth, Theme};
-use crate::tui::views;
+use crate::action::Scope;
+use crate::keymap::{Keymap, Preset};
+use crate::message::{Effect, Msg, Reloaded};
+use crate::model::{Glyphs, Pane};
+use crate::screens::details::DetailsScreen;
+use crate::screens::help::HelpScreen;
+use crate::theme::{ColorDepth, Theme};
+use crate::views;
+use nearmiss_settings::Config;
 
 fn bench() -> Bench {
     let mut bench = Bench::bundled();
@@ -131,8 +131,8 @@ fn keys_of_several_strokes() {
     assert_eq!(bench.model.list.filter, "gg");
 }
 
-fn quits(effect: &crate::tui::message::Effect) -> bool {
-    matches!(effect, crate::tui::message::Effect::Quit)
+fn quits(effect: &crate::message::Effect) -> bool {
+    matches!(effect, crate::message::Effect::Quit)
 }
 
 #[test]
@@ -267,7 +267,7 @@ fn without_colours_and_without_unicode_everything_is_there() {
 
 #[test]
 fn the_selected_line_is_reversed_in_every_theme() {
-    for name in crate::settings::ThemeFile::shipped() {
+    for name in nearmiss_settings::ThemeFile::shipped() {
         let mut bench = bench();
         bench.model.look.chosen = name.into();
         bench.model.show_theme(name).unwrap();

@@ -3,16 +3,16 @@
 use super::bench::Bench;
 use super::events;
 use super::variant_fixtures::generated;
-use crate::formats::commonroad;
-use crate::generation::{Consequence, Progress};
-use crate::scenario::{ContentHash, ObstacleRole, Scenario};
-use crate::tui::loaded::{
+use crate::loaded::{
     GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
 };
-use crate::tui::message::{Effect, JobId, JobRequest, Msg};
-use crate::tui::model::{Drives, JobState};
-use crate::tui::screens::variant::VariantScreen;
-use crate::tui::tasks::making::write;
+use crate::message::{Effect, JobId, JobRequest, Msg};
+use crate::model::{Drives, JobState};
+use crate::screens::variant::VariantScreen;
+use crate::tasks::making::write;
+use nearmiss_drive::generation::{Consequence, Progress};
+use nearmiss_formats::commonroad;
+use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Scenario};
 
 /// The searches that were asked for.
 pub fn asked(bench: &Bench) -> Vec<(JobId, VariantRequest)> {

@@ -3,11 +3,11 @@
 use ratatui::layout::Position;
 
 use super::bench::Bench;
-use crate::tui::action::Action;
-use crate::tui::message::{Effect, Mouse, Msg};
-use crate::tui::model::{Foreseen, Measurement, On, Pane, Tape};
-use crate::tui::screens::details::DetailsScreen;
-use crate::tui::theme::{ColorDepth, Theme};
+use crate::action::Action;
+use crate::message::{Effect, Mouse, Msg};
+use crate::model::{Foreseen, Measurement, On, Pane, Tape};
+use crate::screens::details::DetailsScreen;
+use crate::theme::{ColorDepth, Theme};
 
 /// A bundled scenario with the map alone, at a step.
 fn at(name: &str, step: i64) -> Bench {
@@ -29,7 +29,7 @@ fn taped(bench: &Bench) -> (Tape, Measurement) {
 }
 
 fn does(bench: &mut Bench, action: Action) {
-    let key = crate::tui::action::ACTIONS
+    let key = crate::action::ACTIONS
         .iter()
         .find(|e| e.action == action)
         .and_then(|e| e.keys.first())
@@ -59,8 +59,14 @@ fn lights_change_with_the_step() {
         .clone();
     let light = network.lights.iter().find(|l| l.id == 211).unwrap();
     assert_eq!((light.offset, light.cycle.len()), (320, 4));
-    assert_eq!(light.color_at(0), crate::scenario::SignalColor::Green);
-    assert_eq!(light.color_at(120), crate::scenario::SignalColor::Yellow);
+    assert_eq!(
+        light.color_at(0),
+        nearmiss_scene::scenario::SignalColor::Green
+    );
+    assert_eq!(
+        light.color_at(120),
+        nearmiss_scene::scenario::SignalColor::Yellow
+    );
     bench.model.clock.go(45);
     insta::assert_snapshot!(bench.frame(120, 40));
     let frame = bench.frame(120, 40);
@@ -325,8 +331,8 @@ fn no_tool_minds_a_missing_scenario_or_an_absurd_size() {
 
 #[test]
 fn regions_that_somebody_may_cover_are_areas_at_their_steps() {
-    use crate::geometry::Shape;
-    use crate::scenario::{
+    use nearmiss_base::geometry::Shape;
+    use nearmiss_scene::scenario::{
         Obstacle, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction, Steps,
     };
     let mut bench = at("overtaking", 10);
@@ -385,7 +391,7 @@ fn the_goal_is_named_where_it_is_seen() {
             points[points.len() / 2]
         }
         None => match &goal.positions[0] {
-            crate::scenario::Position::Region(region) => region.outlines()[0][0],
+            nearmiss_scene::scenario::Position::Region(region) => region.outlines()[0][0],
             other => panic!("{other:?}"),
         },
     };

@@ -5,10 +5,10 @@ use std::time::Duration;
 use super::asking::Whole;
 use super::asking::server::{Script, Server};
 use super::written::found;
-use crate::store::RunId;
-use crate::tui::loaded::GenerationStage;
-use crate::tui::model::{JobKind, JobState, Model, Notice};
-use crate::verdict::Motion;
+use crate::loaded::GenerationStage;
+use crate::model::{JobKind, JobState, Model, Notice};
+use nearmiss_scene::verdict::Motion;
+use nearmiss_store::RunId;
 
 /// An answer as a server streams it.
 fn says(answer: &serde_json::Value) -> Script {
@@ -45,7 +45,7 @@ fn grades(obstacle: i64) -> Script {
 
 /// Moves an obstacle as the search found it.
 fn moves(attacker: i64, motion: &Motion) -> Script {
-    let asked = crate::generation::asked(motion);
+    let asked = nearmiss_drive::generation::asked(motion);
     says(&serde_json::json!({
         "obstacle": attacker,
         "waypoints": null,

@@ -4,11 +4,11 @@ use ratatui::layout::Position;
 
 use super::bench::Bench;
 use super::making;
-use crate::formats::bundled;
-use crate::tui::action::ACTIONS;
-use crate::tui::message::{Mouse, Msg};
-use crate::tui::model::{Moment, On, Pane};
-use crate::tui::session::{Session, restore};
+use crate::action::ACTIONS;
+use crate::message::{Mouse, Msg};
+use crate::model::{Moment, On, Pane};
+use crate::session::{Session, restore};
+use nearmiss_formats::bundled;
 
 const SIZE: (u16, u16) = (200, 60);
 
@@ -230,7 +230,7 @@ fn the_mouse_and_the_tools_hold_on_both_maps() {
     bench.model.toasts.clear();
     let frame = bench.frame(SIZE.0, SIZE.1);
     for measured in [now, then] {
-        let metres = crate::tui::widgets::words::hundredths(measured.gap.metres);
+        let metres = crate::widgets::words::hundredths(measured.gap.metres);
         assert!(frame.contains(&format!("{metres} m")), "{frame}");
     }
     insta::assert_snapshot!("two_moments_at_200_by_60", frame);

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::bench::Bench;
-use crate::formats::{EgoSelection, Entry, write_recording};
-use crate::tui::message::{Effect, JobRequest, Msg, OpenId};
-use crate::tui::model::{Notice, Pane};
+use crate::message::{Effect, JobRequest, Msg, OpenId};
+use crate::model::{Notice, Pane};
+use nearmiss_formats::{EgoSelection, Entry, write_recording};
 
 #[test]
 fn the_first_scenario_opens_with_the_built_in_verdict() {
@@ -45,7 +45,7 @@ fn a_file_that_cannot_be_read_says_why_and_the_rest_works() {
     let path = folder.path().join("broken.xml");
     std::fs::write(&path, "<commonRoad timeStepSize=\"x\">").unwrap();
     let mut entries = vec![Entry::of_file(&path)];
-    entries.extend(crate::formats::bundled());
+    entries.extend(nearmiss_formats::bundled());
     let mut bench = Bench::empty();
     bench.send(Msg::Found(Ok(entries.into())));
     let error = bench.model.open_error.clone().unwrap();
@@ -61,13 +61,14 @@ fn a_file_that_cannot_be_read_says_why_and_the_rest_works() {
 #[test]
 fn what_the_search_passed_over_is_said_below_the_list_and_told_by_i() {
     let folder = tempfile::tempdir().unwrap();
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ZAM_Merge-1_1_T-1.xml");
+    let source =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/ZAM_Merge-1_1_T-1.xml");
     std::fs::copy(source, folder.path().join("good.xml")).unwrap();
     std::fs::write(folder.path().join("a.xml"), "").unwrap();
     std::fs::write(folder.path().join("b\u{1b}[31m.xml"), [0x1f, 0x8b, 8]).unwrap();
     let mut bench = Bench::bundled();
     assert!(!bench.frame(120, 40).contains(" skipped"));
-    let found = crate::formats::find(&[folder.path().to_path_buf()]).unwrap();
+    let found = nearmiss_formats::find(&[folder.path().to_path_buf()]).unwrap();
     bench.send(Msg::Found(Ok(found)));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("scenarios 1 "), "{frame}");
@@ -133,7 +134,8 @@ fn a_chosen_file_is_shown_as_the_source_of_the_ego_and_comes_back() {
 fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("alone.xml");
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ZAM_Merge-1_1_T-1.xml");
+    let source =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/ZAM_Merge-1_1_T-1.xml");
     std::fs::copy(source, &path).unwrap();
     let mut bench = Bench::empty();
     bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
@@ -227,10 +229,10 @@ fn an_obstacle_as_the_ego_is_seen_at_once_and_r_goes_back() {
     };
     bench.press("space e r");
     assert!(bench.frame(80, 24).contains("no obstacle is the ego"));
-    let risk = crate::tui::loaded::Facts {
+    let risk = crate::loaded::Facts {
         obstacles: 9,
         headline: bench.model.opened.as_ref().unwrap().headline.clone(),
-        ..crate::tui::loaded::Facts::default()
+        ..crate::loaded::Facts::default()
     };
     bench.send(Msg::Surveyed(0, Ok(risk)));
     let recorded = badge(&bench);
@@ -258,7 +260,8 @@ fn an_obstacle_as_the_ego_is_seen_at_once_and_r_goes_back() {
 fn without_an_ego_every_pane_says_what_to_do_and_no_names_run_together() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("alone.xml");
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/ZAM_JamTail-1_1_T-1.xml");
+    let source =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/ZAM_JamTail-1_1_T-1.xml");
     std::fs::copy(source, &path).unwrap();
     let mut bench = Bench::empty();
     bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));

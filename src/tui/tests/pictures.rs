@@ -3,12 +3,12 @@
 use super::bench::Bench;
 use super::events;
 use super::variant_fixtures::generated;
-use crate::render::MapExtent;
-use crate::tui::loaded::{PictureJob, PictureKind};
-use crate::tui::message::{Effect, JobRequest, Msg};
-use crate::tui::model::Pane;
-use crate::tui::pixels::Encoder;
-use crate::tui::tasks::pictures::{Drawing, save};
+use crate::loaded::{PictureJob, PictureKind};
+use crate::message::{Effect, JobRequest, Msg};
+use crate::model::Pane;
+use crate::pixels::Encoder;
+use crate::tasks::pictures::{Drawing, save};
+use nearmiss_render::MapExtent;
 
 fn asked(bench: &mut Bench) -> Box<PictureJob> {
     match bench.effects.pop() {
@@ -78,7 +78,7 @@ fn the_picture_of_the_question_is_saved_as_models_are_sent_it() {
             .frame(120, 40)
             .contains("this question has no picture")
     );
-    bench.model.frame = crate::description::Frame::Picture;
+    bench.model.frame = nearmiss_scene::description::Frame::Picture;
     bench.model.refresh();
     wish(&mut bench);
     let mut job = asked(&mut bench);
@@ -95,7 +95,7 @@ fn the_picture_of_the_question_is_saved_as_models_are_sent_it() {
 fn where_the_terminal_shows_images_the_picture_for_models_stands_beside_the_answer() {
     let mut bench = Bench::bundled();
     bench.model.map.images.encoder = Some(Encoder::kitty((10, 20), false));
-    bench.model.frame = crate::description::Frame::EgoPicture;
+    bench.model.frame = nearmiss_scene::description::Frame::EgoPicture;
     bench.model.refresh();
     let mut drawn = |shown: bool| {
         bench.model.map.layers.shown = shown;

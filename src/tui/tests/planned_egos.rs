@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use super::bench::Bench;
 use super::drive_fixtures::planned;
-use crate::formats::bundled;
-use crate::formats::commonroad::read_solution;
-use crate::planner::{Bound, Broken, Forecast};
-use crate::scenario::Prediction;
-use crate::simulation::{
+use crate::loaded::{DriveFiles, DriveKey, Opened, PlannedEgo};
+use crate::message::{Effect, JobEvent, JobRequest, Msg, Update};
+use crate::screens::cycle::CycleScreen;
+use crate::tasks::drives;
+use nearmiss_drive::planner::{Bound, Broken, Forecast};
+use nearmiss_drive::simulation::{
     BeyondVehicle, Clock, ExternalReport, Outcome, PlannerError, PlannerFault,
 };
-use crate::tui::loaded::{DriveFiles, DriveKey, Opened, PlannedEgo};
-use crate::tui::message::{Effect, JobEvent, JobRequest, Msg, Update};
-use crate::tui::screens::cycle::CycleScreen;
-use crate::tui::tasks::drives;
+use nearmiss_formats::bundled;
+use nearmiss_formats::commonroad::read_solution;
+use nearmiss_scene::scenario::Prediction;
 
 /// How often planning was asked for.
 fn begun(bench: &Bench) -> usize {
@@ -269,17 +269,20 @@ fn occupancy_sets_are_told() {
     let mut scenario = (*opened.scenario).clone();
     let first = scenario.obstacles[0].clone();
     let region = first.footprint.as_ref().unwrap().shape().clone();
-    let time = crate::scenario::Steps { from: 1, to: 9 };
-    let parts = crate::scenario::ObstacleParts {
+    let time = nearmiss_scene::scenario::Steps { from: 1, to: 9 };
+    let parts = nearmiss_scene::scenario::ObstacleParts {
         id: first.id,
-        role: crate::scenario::ObstacleRole::Dynamic,
+        role: nearmiss_scene::scenario::ObstacleRole::Dynamic,
         kind: first.kind,
         footprint: first.footprint.clone(),
         initial: first.initial.clone(),
-        prediction: Prediction::Occupancies(vec![crate::scenario::Occupancy { time, region }]),
+        prediction: Prediction::Occupancies(vec![nearmiss_scene::scenario::Occupancy {
+            time,
+            region,
+        }]),
         signals: Vec::new(),
     };
-    scenario.obstacles[0] = crate::scenario::Obstacle::new(parts, scenario.dt());
+    scenario.obstacles[0] = nearmiss_scene::scenario::Obstacle::new(parts, scenario.dt());
     opened.scenario = scenario.into();
     let panel = bench.frame(200, 60);
     assert!(

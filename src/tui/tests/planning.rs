@@ -4,15 +4,15 @@ use std::time::Duration;
 
 use super::bench::Bench;
 use super::drive_fixtures::{coarse, planned, request};
-use crate::formats::{Entry, bundled};
-use crate::planner::{self, Forecast};
-use crate::scenario::EgoSource;
-use crate::simulation::{Outcome, Settings};
-use crate::tui::loaded::CycleShown;
-use crate::tui::message::{Effect, JobEvent, JobId, JobRequest, Msg, OpenId, Update};
-use crate::tui::model::{Drives, JobState, Model, Pane};
-use crate::tui::screens::cycle::CycleScreen;
-use crate::workflow::{MissingEgo, PlanEvent, prepare};
+use crate::loaded::CycleShown;
+use crate::message::{Effect, JobEvent, JobId, JobRequest, Msg, OpenId, Update};
+use crate::model::{Drives, JobState, Model, Pane};
+use crate::screens::cycle::CycleScreen;
+use nearmiss_drive::planner::{self, Forecast};
+use nearmiss_drive::simulation::{Outcome, Settings};
+use nearmiss_formats::{Entry, bundled};
+use nearmiss_scene::scenario::EgoSource;
+use nearmiss_workflow::{MissingEgo, PlanEvent, prepare};
 
 /// The drive that was asked for last.
 fn asked(bench: &Bench) -> (JobId, Entry, Forecast) {

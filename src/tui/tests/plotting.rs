@@ -1,7 +1,7 @@
 //! Measures over time, and the list in their order.
 
 use super::bench::Bench;
-use crate::tui::message::{Effect, Msg};
+use crate::message::{Effect, Msg};
 
 #[test]
 fn any_measure_is_plotted_for_chosen_obstacles() {
@@ -77,7 +77,7 @@ fn measures_to_choose_from_are_there_whole() {
         let inside = frame.lines().filter_map(|line| line.split('┃').nth(1));
         let words: Vec<&str> = inside.map(str::trim).collect();
         let words = words.join(" ");
-        let measure = crate::metrics::measure("rss_long_margin").unwrap();
+        let measure = nearmiss_scene::metrics::measure("rss_long_margin").unwrap();
         assert!(words.contains(measure.source), "{frame}");
     }
 }
@@ -133,7 +133,7 @@ fn a_threshold_that_is_far_away_is_an_arrow_with_its_value() {
     bench.press("enter");
     assert_eq!(bench.model.plot.measure.id, "ttc");
     let text = "[[threshold]]\nmeasure = \"ttc\"\nname = \"far\"\nvalue = 900\n";
-    let far = crate::metrics::Thresholds::read(text, "mine.toml").unwrap();
+    let far = nearmiss_scene::metrics::Thresholds::read(text, "mine.toml").unwrap();
     bench.send(Msg::Thresholds(Ok(std::sync::Arc::new(far))));
     for (columns, rows) in [(160, 45), (200, 60)] {
         let plot = plotted(&bench, columns, rows);

@@ -3,8 +3,8 @@
 use super::answers::asking;
 use super::bench::{Bench, answer};
 use super::events;
-use crate::evaluation::JudgeOutcome;
-use crate::verdict::CriticalObstacle;
+use nearmiss_scene::verdict::CriticalObstacle;
+use nearmiss_study::evaluation::JudgeOutcome;
 
 /// An answer that states probabilities, and has one by its tokens if there is one.
 fn given(bench: &mut Bench, tokens: Option<f64>) {

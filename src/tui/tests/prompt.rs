@@ -1,9 +1,9 @@
 //! The prompt: switches, the editor, drafts that are right and drafts that are not.
 
 use super::bench::Bench;
-use crate::prompts::Library;
-use crate::tui::message::{Effect, JobRequest, Msg};
-use crate::tui::model::{Notice, PromptView};
+use crate::message::{Effect, JobRequest, Msg};
+use crate::model::{Notice, PromptView};
+use nearmiss_ask::prompts::Library;
 
 fn rendered(bench: &Bench) -> String {
     let prompt = &bench.model.prompt.question.as_ref().unwrap().prompt;
@@ -90,7 +90,7 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
         frame.contains("{{ oops"),
         "the place of the error is shown: {frame}"
     );
-    assert_eq!(bench.model.focus, crate::tui::model::Pane::Prompt);
+    assert_eq!(bench.model.focus, crate::model::Pane::Prompt);
     assert_eq!(
         bench.model.prompt.editor.cursor().0 + 1,
         bench.model.prompt.error_line.unwrap()
@@ -182,7 +182,7 @@ fn a_draft_is_kept_for_the_next_start_and_taken_up() {
     assert!(matches!(bench.effects.last(), Some(Effect::Quit)));
     let mut bench = Bench::empty();
     bench.model.prompt.take_up(file, text);
-    bench.send(Msg::Found(Ok(crate::formats::bundled().into())));
+    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
     assert!(rendered(&bench).starts_with("Kept. You are"));
 }
 
@@ -229,7 +229,7 @@ fn a_users_file_that_breaks_while_the_program_runs_stays_in_use_as_it_was() {
             .model
             .toasts
             .iter()
-            .filter(|t| t.kind == crate::tui::model::Notice::Error);
+            .filter(|t| t.kind == crate::model::Notice::Error);
         bad.map(|t| t.text.clone()).collect::<Vec<_>>().join("\n")
     };
     assert!(

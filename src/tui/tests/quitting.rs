@@ -1,7 +1,7 @@
 //! Quitting: at once, or asked again while something runs.
 
 use super::bench::Bench;
-use crate::tui::message::Effect;
+use crate::message::Effect;
 
 #[test]
 fn q_asks_again_while_something_runs() {

@@ -18,9 +18,9 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
 
 use self::world::{News, World};
-use crate::settings::Keys;
-use crate::tui::action::ACTIONS;
-use crate::tui::keymap::{Code, Key, Preset};
+use crate::action::ACTIONS;
+use crate::keymap::{Code, Key, Preset};
+use nearmiss_settings::Keys;
 
 /// Inputs of a sequence.
 const LENGTH: u64 = 1000;
@@ -57,7 +57,7 @@ pub enum Input {
 }
 
 fn key_of_the_table() -> impl Strategy<Value = Vec<Key>> {
-    let presets = Preset::ALL.map(|(_, preset)| crate::tui::keymap::Keymap::from_preset(preset));
+    let presets = Preset::ALL.map(|(_, preset)| crate::keymap::Keymap::from_preset(preset));
     let mut all = Vec::new();
     for keymap in &presets {
         for entry in ACTIONS {

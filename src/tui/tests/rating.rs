@@ -2,8 +2,8 @@
 
 use super::bench::Bench;
 use super::side_by_side::{sized, two};
-use crate::store::Choice;
-use crate::tui::message::{Effect, Msg};
+use crate::message::{Effect, Msg};
+use nearmiss_store::Choice;
 
 /// What was sent to the store: what was chosen, how many answers were marked, and which rating that replaces.
 fn sent(bench: &Bench) -> Vec<(Choice, usize, Option<i64>)> {

@@ -3,9 +3,9 @@
 use super::answers::asking;
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::evaluation::{Event, JudgeOutcome, MissingVerdict};
-use crate::llm::{Chunk, ToolCall, ToolRound, ToolTurn};
-use crate::store::RunId;
+use nearmiss_ask::llm::{Chunk, ToolCall, ToolRound, ToolTurn};
+use nearmiss_store::RunId;
+use nearmiss_study::evaluation::{Event, JudgeOutcome, MissingVerdict};
 
 const DIVIDER: &str = "── answer ──";
 
@@ -274,7 +274,7 @@ fn when_a_stream_ends_the_reader_is_where_reading_goes_on() {
     // A reader stays, in the middle and at the end.
     for (keys, words) in [("up up up", "line 86"), ("up shift-g", "line 89")] {
         let mut bench = asking();
-        bench.model.focus = crate::tui::model::Pane::Reasoning;
+        bench.model.focus = crate::model::Pane::Reasoning;
         let id = stream(&mut bench);
         bench.press(keys);
         pane(&bench);

@@ -6,16 +6,16 @@ use std::sync::atomic::AtomicBool;
 use super::bench::Bench;
 use super::everywhere::seen_in_every_theme;
 use super::history_store::{FIRST, Fixture};
-use crate::evaluation::Outcome;
-use crate::formats::EgoSelection;
-use crate::metrics::Thresholds;
-use crate::tui::keymap::{Keymap, Preset};
-use crate::tui::message::runs::ResultsEvent;
-use crate::tui::message::{Effect, Msg};
-use crate::tui::screens::results::ResultsScreen;
-use crate::tui::tasks::history::Judging;
-use crate::tui::tasks::results::answer;
-use crate::workflow::TruthChoice;
+use crate::keymap::{Keymap, Preset};
+use crate::message::runs::ResultsEvent;
+use crate::message::{Effect, Msg};
+use crate::screens::results::ResultsScreen;
+use crate::tasks::history::Judging;
+use crate::tasks::results::answer;
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_study::evaluation::Outcome;
+use nearmiss_workflow::TruthChoice;
 
 /// Answers what the screen asked for, until nothing is left.
 pub(super) fn settle(kept: &mut Fixture) {
@@ -95,7 +95,12 @@ fn answers_are_compared_with_the_recording_or_the_judge_and_the_screen_names_whi
     assert!(frame.contains("truth: labels, else recordings"), "{frame}");
     // The judge's prediction is a truth that is chosen; its own run then counts, and is no row.
     let judged = large[2] == 1;
-    kept.add(FIRST, crate::judge::MODEL, !judged, "I changed my mind");
+    kept.add(
+        FIRST,
+        nearmiss_scene::judge::MODEL,
+        !judged,
+        "I changed my mind",
+    );
     press(&mut kept, "esc space o r");
     assert_eq!(kept.bench.model.results.rows.len(), 3);
     assert_eq!(of(&kept, "lab/large"), large);

@@ -3,8 +3,8 @@
 use super::counted::{NO, YES, item, spec};
 use super::history_store::Fixture;
 use super::results::press;
-use crate::evaluation::Outcome;
-use crate::store::{ItemState, NewItem};
+use nearmiss_store::{ItemState, NewItem};
+use nearmiss_study::evaluation::Outcome;
 
 #[test]
 fn rows_are_sorted_by_any_column_and_written_where_pictures_go() {

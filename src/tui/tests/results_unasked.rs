@@ -3,9 +3,9 @@
 use super::counted::{YES, item, labelled, spec};
 use super::history_store::{FIRST, Fixture};
 use super::results::{counts, press};
-use crate::evaluation::batch::{AnswerSet, BatchPart, Spec, Split, Subset};
-use crate::store::{BatchId, ItemState, NewItem, SplitPart};
-use crate::tui::action::Scope;
+use crate::action::Scope;
+use nearmiss_store::{BatchId, ItemState, NewItem, SplitPart};
+use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Spec, Split, Subset};
 
 /// An older batch with an answer, a question that waits and one that cannot be asked; and a newer one in which nothing
 /// can be asked.

@@ -3,12 +3,12 @@
 use super::bench::Bench;
 use super::events;
 use super::making::{arrive, asked, dangerous, open, said, shown, stopped};
-use crate::formats::{EgoSelection, Entry, bundled};
-use crate::metrics::Thresholds;
-use crate::tui::loaded::{GenerationStage, Opened};
-use crate::tui::message::{Msg, OpenId};
-use crate::tui::model::JobState;
-use crate::tui::tasks::making::write;
+use crate::loaded::{GenerationStage, Opened};
+use crate::message::{Msg, OpenId};
+use crate::model::JobState;
+use crate::tasks::making::write;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
+use nearmiss_scene::metrics::Thresholds;
 
 #[test]
 fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {

@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use super::bench::{Bench, answer};
 use super::events;
-use crate::formats::{Entry, EntryLocation, bundled};
-use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{Grouping, Pane, Sizes};
-use crate::tui::session::Session;
-use crate::tui::session::restore;
-use crate::verdict::Task;
+use crate::message::{Effect, Msg};
+use crate::model::{Grouping, Pane, Sizes};
+use crate::session::Session;
+use crate::session::restore;
+use nearmiss_formats::{Entry, EntryLocation, bundled};
+use nearmiss_scene::verdict::Task;
 
 fn kept(bench: &mut Bench) -> Option<Session> {
     bench.effects.clear();
@@ -41,7 +41,7 @@ fn the_workbench_comes_back_as_it_was_left() {
     bench.press("down down right right * space a t space a c space a h n");
     bench.press("+ + h space l g");
     bench.model.config.model = Some("lab/small".into());
-    bench.model.plot.measure = crate::metrics::measure("ttc").unwrap();
+    bench.model.plot.measure = nearmiss_scene::metrics::measure("ttc").unwrap();
     bench.model.map.layers.signs = false;
     bench.press("ctrl-w > tab tab z");
     bench.press("right right right");
@@ -53,7 +53,7 @@ fn the_workbench_comes_back_as_it_was_left() {
     restore::restore(&mut again.model, read(&left), false);
     again.send(Msg::Found(Ok(bundled().into())));
     let after = &again.model;
-    let name = |bench: &crate::tui::model::Model| bench.opened.as_ref().unwrap().name.clone();
+    let name = |bench: &crate::model::Model| bench.opened.as_ref().unwrap().name.clone();
     assert_eq!(name(after), name(before));
     assert_ne!(name(after), bundled()[0].name);
     assert_eq!(after.clock.step(), before.clock.step());
@@ -109,13 +109,13 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
     bench.send(Msg::Listed(vec![file("one"), file("two"), file("three")]));
     bench.press("down down *");
     let mut left = kept(&mut bench).unwrap();
-    let opened = crate::tui::session::SavedScenario {
-        scenario: crate::tui::session::SavedLocation::File("/here/a/three.xml".into()),
+    let opened = crate::session::SavedScenario {
+        scenario: crate::session::SavedLocation::File("/here/a/three.xml".into()),
         ego: None,
         step: 3,
         picked: None,
         pinned: None,
-        camera: crate::tui::session::View {
+        camera: crate::session::View {
             cell: 1.0,
             center: [0.0, 0.0],
             shift: [0.0, 0.0],

@@ -2,8 +2,8 @@
 
 use super::bench::Bench;
 use super::making::{arrive, asked, made, open, said};
-use crate::tui::message::Effect;
-use crate::tui::tasks::pictures::{Drawing, save};
+use crate::message::Effect;
+use crate::tasks::pictures::{Drawing, save};
 
 /// A scenario in which one obstacle alone reaches nothing with so few motions, and two do.
 const SCENARIO: &str = "hardbraking";

@@ -3,13 +3,13 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer};
 use super::events;
-use crate::evaluation::{Answer, Event};
-use crate::llm::Chunk;
-use crate::store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
-use crate::tui::keymap::Key;
-use crate::tui::message::{Effect, Msg};
-use crate::tui::model::ShownAnswer;
-use crate::verdict::Task;
+use crate::keymap::Key;
+use crate::message::{Effect, Msg};
+use crate::model::ShownAnswer;
+use nearmiss_ask::llm::Chunk;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
+use nearmiss_study::evaluation::{Answer, Event};
 
 const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20. It is **fast**.\n\n\
     Obstacle 302 is behind the ego.";
@@ -275,7 +275,7 @@ fn place_of_model(bench: &Bench, model: &str) -> ShownAnswer {
     ShownAnswer::Column(columns.position(|c| c.model == model).unwrap())
 }
 
-fn stored_of_last(bench: &Bench) -> crate::tui::message::StoredOf {
+fn stored_of_last(bench: &Bench) -> crate::message::StoredOf {
     let mut all = bench.effects.iter().rev().filter_map(|e| match e {
         Effect::LoadStored(of) => Some(of.clone()),
         _ => None,

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use ratatui::layout::Rect;
 
 use super::bench::Bench;
-use crate::tui::layout::{SMALLEST, split};
-use crate::tui::model::{Model, Pane};
+use crate::layout::{SMALLEST, split};
+use crate::model::{Model, Pane};
 
 const COLUMNS: [u16; 11] = [60, 61, 79, 80, 100, 109, 110, 120, 160, 200, 300];
 const ROWS: [u16; 10] = [18, 19, 20, 22, 24, 31, 32, 45, 60, 100];

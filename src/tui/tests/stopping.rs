@@ -5,18 +5,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::drive_fixtures::coarse;
 use super::variant_fixtures::{SHORT, with};
 use super::written::Canned;
-use crate::evaluation;
-use crate::formats::{EgoSelection, bundled};
-use crate::generation::{
-    AllowedAttacks, AttackSetup, ClosedLoop, Progress, VariantGenerator, search_until,
-};
-use crate::metrics::Thresholds;
-use crate::planner::{Cancel, Forecast};
-use crate::prompts::Library;
-use crate::tui::loaded::{
+use crate::loaded::{
     GenerationInputs, GenerationProgress, GenerationStage, Opened, VariantRequest, Writer,
 };
-use crate::workflow::AttackSource;
+use nearmiss_ask::prompts::Library;
+use nearmiss_drive::generation::{
+    AllowedAttacks, AttackSetup, ClosedLoop, Progress, VariantGenerator, search_until,
+};
+use nearmiss_drive::planner::{Cancel, Forecast};
+use nearmiss_formats::{EgoSelection, bundled};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_study::evaluation;
+use nearmiss_workflow::AttackSource;
 
 /// Any attack on the ego that turns right.
 pub fn right_turn() -> VariantRequest {

@@ -3,10 +3,10 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
-use crate::store::{Origin, RunId};
-use crate::tui::message::{Effect, JobRequest, Msg};
-use crate::tui::model::ShownAnswer;
+use crate::message::{Effect, JobRequest, Msg};
+use crate::model::ShownAnswer;
+use nearmiss_store::{Origin, RunId};
+use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
 
 #[test]
 fn shift_r_asks_anew_and_an_answer_of_the_store_says_so() {

@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use super::bench::Bench;
 use super::editing::{kept, said, with};
-use crate::prompts::Library;
-use crate::settings::Keys;
-use crate::tui::message::{Effect, ExternalEdit, Msg};
-use crate::tui::model::{Pane, PromptView};
-use crate::tui::screens::picker::PickerScreen;
-use crate::tui::screens::templates::Templates;
+use crate::message::{Effect, ExternalEdit, Msg};
+use crate::model::{Pane, PromptView};
+use crate::screens::picker::PickerScreen;
+use crate::screens::templates::Templates;
+use nearmiss_ask::prompts::Library;
+use nearmiss_settings::Keys;
 
 #[test]
 fn drafts_are_kept_within_a_second_of_typing() {
@@ -71,7 +71,7 @@ fn a_template_is_saved_under_a_new_name_and_chosen() {
     assert_eq!(file, "collision-ego-brief.md");
     assert!(text.contains("name = \"collision-ego-brief\"") && text.contains("Brief. "));
     std::fs::write(folder.path().join(&file), &text).unwrap();
-    crate::prompts::choose_template(folder.path(), "collision", "ego", &file).unwrap();
+    nearmiss_ask::prompts::choose_template(folder.path(), "collision", "ego", &file).unwrap();
     bench.effects.clear();
     let library = Library::load(Some(folder.path()));
     bench.send(Msg::Saved(file.clone(), Ok((library, "saved".into()))));

@@ -4,11 +4,11 @@ use super::answers::stored_of;
 use super::bench::{Bench, answer};
 use super::events;
 use super::listing::surveyed;
-use crate::evaluation::Answer;
-use crate::tui::clock::PlayRange;
-use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{Heat, ShownAnswer};
-use crate::tui::update::update;
+use crate::clock::PlayRange;
+use crate::message::{Effect, Msg};
+use crate::model::{Heat, ShownAnswer};
+use crate::update::update;
+use nearmiss_study::evaluation::Answer;
 
 /// The rows inside the timeline's frame, its title first.
 fn timeline(bench: &Bench, columns: u16, rows: u16) -> Vec<String> {

@@ -2,11 +2,11 @@
 
 use super::bench::{Bench, answer};
 use super::events;
-use crate::evaluation::Answer;
-use crate::llm::{Environment, Registry, ToolLimits};
-use crate::tui::message::{Effect, JobRequest};
-use crate::tui::model::{Prices, RequestTokens};
-use crate::tui::session::{Session, restore};
+use crate::message::{Effect, JobRequest};
+use crate::model::{Prices, RequestTokens};
+use crate::session::{Session, restore};
+use nearmiss_ask::llm::{Environment, Registry, ToolLimits};
+use nearmiss_study::evaluation::Answer;
 
 /// A workbench that asks a model with a price.
 fn asking() -> Bench {

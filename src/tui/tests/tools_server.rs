@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::asking::Whole;
 use super::asking::server::{Recorded, Script, Server};
-use crate::tui::model::Model;
+use crate::model::Model;
 
 /// A server that calls a tool once where it may, and then answers.
 async fn server() -> Server {

@@ -4,11 +4,11 @@ use super::bench::Bench;
 use super::editing::with;
 use super::history_store::three;
 use super::side_by_side::{sized, two};
-use crate::settings::Keys;
-use crate::tui::model::EntryLine;
-use crate::tui::screens::help::HelpScreen;
-use crate::tui::screens::palette::Palette;
-use crate::tui::screens::picker::PickerScreen;
+use crate::model::EntryLine;
+use crate::screens::help::HelpScreen;
+use crate::screens::palette::Palette;
+use crate::screens::picker::PickerScreen;
+use nearmiss_settings::Keys;
 
 #[test]
 fn the_filter_of_the_list_is_cleared_and_what_it_was_before_stays_until_then() {
@@ -92,7 +92,12 @@ fn lines_of_overlays_and_of_the_editor_are_cleared() {
 #[test]
 fn a_run_of_the_built_in_judge_says_what_it_looked_at() {
     let mut kept = three();
-    kept.add("ZAM_Lost-1_1_T-1", crate::judge::MODEL, false, "all is far");
+    kept.add(
+        "ZAM_Lost-1_1_T-1",
+        nearmiss_scene::judge::MODEL,
+        false,
+        "all is far",
+    );
     kept.press("esc ctrl-r");
     kept.press("g g");
     let frame = kept.bench.frame(140, 40);

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::bench::Bench;
 use super::editing::{line, said, with};
-use crate::settings::Keys;
+use nearmiss_settings::Keys;
 
 #[test]
 fn undo_takes_words_back_and_redo_brings_them_again_until_something_is_typed() {

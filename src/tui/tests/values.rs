@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::bench::Bench;
-use crate::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
-use crate::tui::loaded::Measured;
-use crate::tui::message::{Computed, Effect, MeasureId, Msg};
+use crate::loaded::Measured;
+use crate::message::{Computed, Effect, MeasureId, Msg};
+use nearmiss_scene::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
 
 /// The first scenario shortly before its contact.
 fn looking() -> Bench {

@@ -5,13 +5,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::drive_fixtures::coarse;
-use crate::formats::EgoSelection;
-use crate::generation::Effort;
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::simulation::Settings;
-use crate::tui::loaded::{GenerationInputs, GenerationOutcome, Opened, VariantRequest};
-use crate::workflow::AttackSource;
+use crate::loaded::{GenerationInputs, GenerationOutcome, Opened, VariantRequest};
+use nearmiss_drive::generation::Effort;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::Settings;
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_workflow::AttackSource;
 
 /// Few motions: a test waits for it.
 pub const SHORT: Effort = Effort {

@@ -2,12 +2,12 @@
 
 use super::bench::Bench;
 use super::making::{arrive, made, open};
-use crate::generation::Consequence;
+use nearmiss_drive::generation::Consequence;
 
 /// A variant at its worst step, on a screen of that size.
 fn shown(name: &str, columns: u16, rows: u16) -> Bench {
     let mut bench = open(name);
-    bench.send(crate::tui::message::Msg::Resize(columns, rows));
+    bench.send(crate::message::Msg::Resize(columns, rows));
     bench.frame(columns, rows);
     bench.press("space g g");
     arrive(&mut bench);

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use super::bench::Bench;
 use super::editing::said;
-use crate::evaluation::{AnswerStatus, Label, Scored};
-use crate::store::{AskedTemplate, RunId};
-use crate::tui::message::runs::{Batch, ComparedVersions, VersionSide};
-use crate::tui::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::tui::model::VersionKind;
-use crate::verdict::{Task, Verdict};
-use crate::workflow::{ComparedAnswers, VersionChange, VersionComparison};
+use crate::message::runs::{Batch, ComparedVersions, VersionSide};
+use crate::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::model::VersionKind;
+use nearmiss_scene::verdict::{Task, Verdict};
+use nearmiss_store::{AskedTemplate, RunId};
+use nearmiss_study::evaluation::{AnswerStatus, Label, Scored};
+use nearmiss_workflow::{ComparedAnswers, VersionChange, VersionComparison};
 
 /// An answer of a number about a scenario, or none; of seven one is missing and one cannot be read.
 pub fn scored(scenario: &str, task: Task, n: usize) -> Scored {
@@ -32,7 +32,7 @@ pub fn scored(scenario: &str, task: Task, n: usize) -> Scored {
     match n % 7 {
         5 => {
             scored.run = None;
-            scored.consumed = crate::store::Consumed::default();
+            scored.consumed = nearmiss_store::Consumed::default();
             scored.status = AnswerStatus::Unasked(scenario.into());
         }
         6 => scored.status = AnswerStatus::Unparsed(scenario.into()),
@@ -178,7 +178,7 @@ fn what_is_missing_is_asked_after_its_cost_was_shown_one_version_after_the_other
     };
     let accept = |bench: &mut Bench| {
         let (id, batch) = proposed(bench);
-        let mut counts = crate::tui::message::runs::Counts {
+        let mut counts = crate::message::runs::Counts {
             looked: batch.entries.len(),
             ..Default::default()
         };

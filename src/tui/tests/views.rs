@@ -2,9 +2,9 @@
 
 use super::bench::Bench;
 use super::editing::said;
-use crate::settings::{Folders, SavedView, SavedViews};
-use crate::tui::message::{Effect, Msg};
-use crate::tui::model::{Grouping, Order};
+use crate::message::{Effect, Msg};
+use crate::model::{Grouping, Order};
+use nearmiss_settings::{Folders, SavedView, SavedViews};
 
 /// Does on the disk what was asked for, in a folder of its own.
 fn kept(bench: &mut Bench, folders: &Folders) {

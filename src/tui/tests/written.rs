@@ -8,27 +8,27 @@ use super::drive_fixtures::coarse;
 use super::events;
 use super::stopping::right_turn;
 use super::variant_fixtures::{generated, in_12_ms};
-use crate::evaluation::Event;
-use crate::evaluation::generating::{
-    AuthorError, Authored, AuthoredAttack, AuthoringUsage, Choice, ChosenBy, Grade, Progress,
-    Proposal, Ranking, RefusedAnswer, Source,
-};
-use crate::formats::EgoSelection;
-use crate::generation::attacker::{self, Candidate};
-use crate::generation::{AttackSetup, AttackStyle, Reason, Refusal, admit};
-use crate::llm::Chunk;
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::scenario::Scene;
-use crate::store::Consumed;
-use crate::tui::loaded::{
+use crate::loaded::{
     Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
     VariantRequest,
 };
-use crate::tui::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::tui::model::{JobState, Model};
-use crate::verdict::{AttackerChoice, Motion, ObstacleRisk};
-use crate::workflow::{AttackSource, AttackWriter};
+use crate::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::model::{JobState, Model};
+use nearmiss_ask::llm::Chunk;
+use nearmiss_drive::generation::attacker::{self, Candidate};
+use nearmiss_drive::generation::{AttackSetup, AttackStyle, Reason, Refusal, admit};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::Scene;
+use nearmiss_scene::verdict::{AttackerChoice, Motion, ObstacleRisk};
+use nearmiss_store::Consumed;
+use nearmiss_study::evaluation::Event;
+use nearmiss_study::evaluation::generating::{
+    AuthorError, Authored, AuthoredAttack, AuthoringUsage, Choice, ChosenBy, Grade, Progress,
+    Proposal, Ranking, RefusedAnswer, Source,
+};
+use nearmiss_workflow::{AttackSource, AttackWriter};
 
 /// What a model is wanted to say in tests.
 const WORDS: &str = "It is 4 m behind and has \u{1b}[31mno\u{1b}[0m other way.\n\tSo be it.";

@@ -2,7 +2,7 @@
 
 use super::events;
 use super::written::{asked, count, open, said, unwritten};
-use crate::tui::screens::variant::VariantScreen;
+use crate::screens::variant::VariantScreen;
 
 #[test]
 fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
@@ -12,7 +12,7 @@ fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
     bench.press("enter");
     assert_eq!(asked(&bench).1.only, Some(305));
     bench.press("esc esc");
-    bench.model.model = crate::judge::MODEL.into();
+    bench.model.model = nearmiss_scene::judge::MODEL.into();
     bench.press("space g m");
     assert_eq!(count(&bench), 1);
     let words = said(&bench.model);

@@ -3,10 +3,10 @@
 use ratatui::style::Color;
 
 use super::ColorDepth;
-use crate::render::cells::color::{SIXTEEN, nearest};
-use crate::settings::ThemeColor;
+use nearmiss_render::cells::color::{SIXTEEN, nearest};
+use nearmiss_settings::ThemeColor;
 
-pub use crate::render::cells::color::{components, number};
+pub use nearmiss_render::cells::color::{components, number};
 
 /// A colour of a theme file as the terminal has it.
 pub fn terminal_color(color: ThemeColor) -> Color {
@@ -61,7 +61,7 @@ fn nearest_of_sixteen(color: Color, but: Option<Color>) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::cells::color::rgb;
+    use nearmiss_render::cells::color::rgb;
 
     #[test]
     fn fewer_colours() {

@@ -7,10 +7,10 @@ use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
 use super::{ColorDepth, Named, ROLES, Theme, ansi, color};
-use crate::description::visible;
-use crate::settings::ThemeFile;
-use crate::system::pad_end;
-use crate::tui::user_file::first;
+use crate::user_file::first;
+use nearmiss_base::system::pad_end;
+use nearmiss_scene::description::visible;
+use nearmiss_settings::ThemeFile;
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal.
 ///
@@ -50,7 +50,7 @@ fn list(folder: &Path, depth: ColorDepth) -> Vec<Line<'static>> {
             Ok(theme) => {
                 let ground = if theme.dark { "dark" } else { "light" };
                 let about = format!("  for {ground} backgrounds, {from}");
-                let theme = theme.at_depth(depth);
+                let theme = Theme(theme).at_depth(depth);
                 let bold = theme.base().add_modifier(Modifier::BOLD);
                 lines.push(Line::from(vec![
                     Span::styled(visible(&name).into_owned(), bold),

@@ -120,7 +120,7 @@ fn difference(a: [u8; 3], b: [u8; 3], eyes: &[[f64; 3]; 3]) -> f64 {
 
 fn themes() -> Vec<Theme> {
     let nowhere = std::path::Path::new("/nonexistent");
-    crate::settings::ThemeFile::shipped()
+    nearmiss_settings::ThemeFile::shipped()
         .map(|name| Theme::load(name, nowhere, true).unwrap())
         .collect()
 }

@@ -10,7 +10,7 @@ use super::{
     making, map, obstacles, open_current, panes, planning, plot, rating, screens as on_screen,
     second, task, timeline, versions, views,
 };
-use crate::scenario::EgoSource;
+use nearmiss_scene::scenario::EgoSource;
 
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {

@@ -6,13 +6,13 @@ use super::super::action::Action;
 use super::super::message::{Computation, Effect, JobId, JobRequest, Update, WindowJudgement};
 use super::super::model::{Column, Model, Pane, Progress, ShownAnswer};
 use super::{batch, editing, list, making};
-use crate::evaluation::{Answer, Event, JudgeOutcome, RECORDED};
-use crate::judge;
-use crate::llm::Chunk;
-use crate::llm::{Discovered, ModelOffer};
-use crate::metrics::Thresholds;
-use crate::scenario::Scene;
-use crate::verdict::Task;
+use nearmiss_ask::llm::Chunk;
+use nearmiss_ask::llm::{Discovered, ModelOffer};
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::Scene;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, RECORDED};
 
 /// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
 pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {

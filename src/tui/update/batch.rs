@@ -8,12 +8,12 @@ use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model, Pane};
 use super::super::screens::batch::BatchScreen;
 use super::{actions, editing, jobs};
-use crate::evaluation::Protocol;
-use crate::evaluation::batch::RequestSettings;
-use crate::formats::Entry;
-use crate::judge;
-use crate::llm::Effort;
-use crate::verdict::Task;
+use nearmiss_ask::llm::Effort;
+use nearmiss_formats::Entry;
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::Protocol;
+use nearmiss_study::evaluation::batch::RequestSettings;
 
 /// Marks the selected scenario, or takes its mark away.
 pub fn mark(model: &mut Model) {

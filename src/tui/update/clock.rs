@@ -3,7 +3,7 @@
 use super::super::action::Action;
 use super::super::model::Model;
 use super::{jumps, timeline};
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// Plays, or goes to another step.
 pub fn clock(model: &mut Model, action: Action) {
@@ -49,7 +49,7 @@ fn leaves(action: Action) -> bool {
 
 fn go_to_contact(model: &mut Model) {
     let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
-    match headline.map(crate::metrics::Headline::collides) {
+    match headline.map(nearmiss_scene::metrics::Headline::collides) {
         Some(false) => model.say("no contact in this scenario"),
         _ => go_to_worst(model),
     }
@@ -84,9 +84,12 @@ pub fn to_window(model: &mut Model) {
     if model.task.is_about_all_steps() {
         return model.clock.go(first);
     }
-    if let Some(last) = model.scene().map(crate::scenario::Scene::last_step) {
+    if let Some(last) = model
+        .scene()
+        .map(nearmiss_scene::scenario::Scene::last_step)
+    {
         let back = match model.task {
-            Task::Safety => crate::scenario::Window::AFTER_SAFETY,
+            Task::Safety => nearmiss_scene::scenario::Window::AFTER_SAFETY,
             _ => 0,
         };
         model.clock.go(last - back);

@@ -6,7 +6,7 @@ use super::super::message::Effect;
 use super::super::model::{Column, MOST_COMPARED, Model, ShownAnswer};
 use super::keys::{self, KeyEffect};
 use super::{actions, answers, claims, clock, menus, rating};
-use crate::store::Choice;
+use nearmiss_store::Choice;
 
 /// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.
 pub fn open(model: &mut Model) {

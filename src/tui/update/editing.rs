@@ -10,7 +10,7 @@ use super::super::keymap::{Code, Key, first_line};
 use super::super::message::{Effect, Mouse};
 use super::super::model::{HEAVY, Model, Pane, PromptView};
 use super::{menus, screens};
-use crate::description::visible;
+use nearmiss_scene::description::visible;
 
 pub use outside::{edited_outside, open_outside};
 pub use saving::{reread, reset, saved};

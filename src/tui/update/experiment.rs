@@ -15,9 +15,9 @@ use super::super::model::Model;
 use super::super::screens::experiment::ExperimentScreen;
 use super::super::screens::experiments::{self, ExperimentsScreen};
 use super::jobs;
-use crate::evaluation::batch::{AnswerSet, BatchPart};
-use crate::store::SplitPart;
-use crate::workflow::FolderOfExperiments;
+use nearmiss_store::SplitPart;
+use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart};
+use nearmiss_workflow::FolderOfExperiments;
 
 /// Opens the experiment that was chosen, else the list of experiments.
 pub fn open(model: &mut Model) -> Vec<Effect> {

@@ -5,8 +5,8 @@ use super::super::keymap::{Code, Key, edit_line, first_line};
 use super::super::message::Effect;
 use super::super::model::{Filtering, Model, Pane};
 use super::{actions, jumps, open_current};
-use crate::description::visible;
-use crate::workflow::Sentence;
+use nearmiss_scene::description::visible;
+use nearmiss_workflow::Sentence;
 
 /// Begins to type; the old text is selected, so that the first character replaces it.
 pub fn begin(model: &mut Model) {

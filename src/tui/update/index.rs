@@ -7,8 +7,8 @@ use std::time::Duration;
 use super::super::message::{Effect, JobId, JobRequest, Update};
 use super::super::model::{IndexChoice, Job, JobState, ListIndex, Model};
 use super::super::screens::index::IndexScreen;
-use crate::corpus::CorpusIndex;
-use crate::description::visible;
+use nearmiss_scene::corpus::CorpusIndex;
+use nearmiss_scene::description::visible;
 
 /// Reads the index that was typed or chosen, else opens the window to choose one.
 pub fn perform(model: &mut Model) -> Vec<Effect> {

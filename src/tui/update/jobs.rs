@@ -7,10 +7,10 @@ use super::super::message::runs::BatchAnswer;
 use super::super::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use super::super::model::{Column, Job, JobKind, JobState, Model};
 use super::{answers, batch, experiment, index, making, planning, versions};
-use crate::evaluation::{Answer, Event, JudgeOutcome};
-use crate::llm::Chunk;
-use crate::prompts::estimate_tokens;
-use crate::system::shown_path;
+use nearmiss_ask::llm::Chunk;
+use nearmiss_ask::prompts::estimate_tokens;
+use nearmiss_base::system::shown_path;
+use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome};
 
 /// Takes note of what is asked for.
 pub fn note_requested(model: &mut Model, effects: &[Effect]) {

@@ -5,8 +5,8 @@ use super::super::message::{Effect, JobId};
 use super::super::model::{Line, Model, Pane};
 use super::super::session::restore;
 use super::{open, open_current};
-use crate::formats::{Entry, PassedOver, SearchResults};
-use crate::settings::Tags;
+use nearmiss_formats::{Entry, PassedOver, SearchResults};
+use nearmiss_settings::Tags;
 
 /// All scenarios were found at once.
 pub fn found(model: &mut Model, found: Result<SearchResults, String>) -> Vec<Effect> {

@@ -2,7 +2,7 @@
 
 use super::super::message::Reloaded;
 use super::super::model::{Glyphs, Model};
-use crate::settings::Config;
+use nearmiss_settings::Config;
 
 /// A file was changed.
 pub fn reloaded(model: &mut Model, what: Reloaded) {

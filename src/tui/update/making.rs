@@ -22,8 +22,8 @@ use super::super::model::{
     Drives, JobKind, Model, Search, consequence_words, forecast_words, listed,
 };
 use super::opening;
-use crate::generation::{AttackStyle, Consequence};
-use crate::scenario::{ContentHash, ObstacleRole, Transform};
+use nearmiss_drive::generation::{AttackStyle, Consequence};
+use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Transform};
 
 /// Shown while waiting for cancelled work to end.
 const STOPPING: &str = "cancelling…";

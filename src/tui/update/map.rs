@@ -7,7 +7,7 @@ use super::super::message::Computation;
 use super::super::model::{
     End, Foreseen, Foresight, Future, Model, Moment, On, Pane, PathRequest, Tape,
 };
-use crate::geometry::{Point, Pose, Vector};
+use nearmiss_base::geometry::{Point, Pose, Vector};
 
 /// Cells that a key moves the end of the tape.
 const STRIDE: f64 = 2.0;

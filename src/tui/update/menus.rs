@@ -6,7 +6,7 @@ use super::super::message::Effect;
 use super::super::model::Model;
 use super::actions;
 use super::keys::{self, KeyEffect};
-use crate::settings::Keys;
+use nearmiss_settings::Keys;
 
 /// The key that opens the menus on the main screen.
 fn space() -> Key {

@@ -7,9 +7,9 @@ use super::super::message::{Effect, OpenId};
 use super::super::model::{Column, Model, NEIGHBOURHOOD, Notice, ShownAnswer, Values};
 use super::super::session::restore;
 use super::{actions, answers, clock, jumps, making, planning, reopen, timeline};
-use crate::evaluation::Answer;
-use crate::geometry::Bounds;
-use crate::scenario::Transform;
+use nearmiss_base::geometry::Bounds;
+use nearmiss_scene::scenario::Transform;
+use nearmiss_study::evaluation::Answer;
 
 /// Opens the selected scenario, if another one is open.
 pub fn open_current(model: &mut Model) -> Vec<Effect> {
@@ -170,7 +170,7 @@ fn leave(model: &mut Model) {
 fn frame_map(model: &mut Model, opened: &Opened) {
     if opened.scene.is_some() {
         model.camera.follow = true;
-        model.camera.shift = crate::geometry::Vector::zeros();
+        model.camera.shift = nearmiss_base::geometry::Vector::zeros();
         let (columns, _) = model.drawn.map_size();
         model.camera.show_at_least(NEIGHBOURHOOD, columns);
         return;
@@ -202,7 +202,7 @@ pub fn show_stored(model: &mut Model, stored: Vec<Answer>) {
         .into_iter()
         .chain(broken)
         // A run that reached no model says nothing about the scenario, nor about an older answer of that model.
-        .filter(|a| a.model != crate::judge::MODEL && !a.text.trim().is_empty())
+        .filter(|a| a.model != nearmiss_scene::judge::MODEL && !a.text.trim().is_empty())
         .filter(|a| seen.insert((a.model.clone(), a.how.clone())))
         .collect();
     newest.sort_by_key(|answer| answer.how != how);

@@ -13,8 +13,8 @@ use super::super::model::{
     Camera, Drives, Job, JobState, Model, NEIGHBOURHOOD, RunningDrive, forecast_words,
 };
 use super::{making, opening};
-use crate::planner::{Forecast, occupancy_sets};
-use crate::workflow::MissingEgo;
+use nearmiss_drive::planner::{Forecast, occupancy_sets};
+use nearmiss_workflow::MissingEgo;
 
 /// Planned steps, and steps at most; then the scenario with the planned ego.
 type PlanUpdate = Update<(usize, usize), Box<Opened>>;

@@ -8,7 +8,7 @@ use super::super::model::{
 };
 use super::compare::{is_running, open};
 use super::open_current;
-use crate::store::{Choice, NewRating, RatedAnswer, Rating, Unrated};
+use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, Unrated};
 
 /// How the built-in judge is asked: it is not.
 const BUILT_IN: &str = "built in";
@@ -231,7 +231,11 @@ fn rated(model: &Model, shown: ShownAnswer, mark: Option<String>) -> RatedAnswer
                 column.how.clone(),
             )
         }
-        ShownAnswer::Reference => (None, crate::judge::MODEL.to_string(), BUILT_IN.to_string()),
+        ShownAnswer::Reference => (
+            None,
+            nearmiss_scene::judge::MODEL.to_string(),
+            BUILT_IN.to_string(),
+        ),
     };
     RatedAnswer {
         run,

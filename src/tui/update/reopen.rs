@@ -6,11 +6,11 @@ use super::super::model::{Column, Model, ShownAnswer};
 use super::super::screens::experiment::ExperimentScreen;
 use super::super::screens::history::{self, HistoryScreen};
 use super::{answers, open_changed};
-use crate::description::Frame;
-use crate::evaluation::Answer;
-use crate::prompts::Techniques;
-use crate::scenario::{Transform, obstacle_taken};
-use crate::store::Run;
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::scenario::{Transform, obstacle_taken};
+use nearmiss_store::Run;
+use nearmiss_study::evaluation::Answer;
 
 /// Opens the scenario of a run, if it is to be found.
 pub fn begin(model: &mut Model, run: Run) -> Vec<Effect> {

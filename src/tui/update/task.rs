@@ -1,8 +1,8 @@
 //! Switches between tasks.
 
 use super::super::model::Model;
-use crate::evaluation::default_frame;
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::default_frame;
 
 /// The next task that has a template, in the frame that was chosen if it has one for that, else in its usual one.
 pub fn next(model: &mut Model) {
@@ -10,7 +10,7 @@ pub fn next(model: &mut Model) {
     let now = all.iter().position(|t| *t == model.task).unwrap_or(0);
     let after = (1..all.len()).map(|n| all[(now + n) % all.len()]);
     for task in after {
-        let has = |frame: &crate::description::Frame| {
+        let has = |frame: &nearmiss_scene::description::Frame| {
             let found = model.library.find(task.name(), frame.name());
             found.is_some()
         };

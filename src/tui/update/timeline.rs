@@ -4,7 +4,7 @@ use super::super::clock::PlayRange;
 use super::super::message::{Effect, OpenId};
 use super::super::model::{Disagreement, Heat, Line, Model, Seek, ShownAnswer};
 use super::{clock, jumps, open};
-use crate::metrics::Series;
+use nearmiss_scene::metrics::Series;
 
 /// Goes to the most dangerous value of the plotted measure: of the picked obstacle, where it has one, else of all.
 pub fn go_to_minimum(model: &mut Model) {

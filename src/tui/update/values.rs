@@ -6,7 +6,7 @@ use super::super::loaded::Measured;
 use super::super::message::{Effect, MeasureId};
 use super::super::model::{Model, Values};
 use super::{open_again, planning};
-use crate::metrics::Thresholds;
+use nearmiss_scene::metrics::Thresholds;
 
 /// Takes values, if nothing newer was asked for.
 pub fn measured(model: &mut Model, id: MeasureId, found: Box<Measured>) {

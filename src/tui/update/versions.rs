@@ -9,9 +9,9 @@ use super::super::model::{JobKind, JobState, Model, PromptVersion, ShownAnswer, 
 use super::super::screens::versions::VersionsScreen;
 use super::batch::{batch_of, propose_batch};
 use super::{compare, editing, reopen};
-use crate::judge;
-use crate::store::Run;
-use crate::verdict::Task;
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::Run;
 
 /// Opens the screen on the draft and the version that it is to replace.
 pub fn open(model: &mut Model) -> Vec<Effect> {

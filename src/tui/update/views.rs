@@ -4,7 +4,7 @@ use super::super::message::Effect;
 use super::super::model::Model;
 use super::super::screens::saved_views::SavedViewsScreen;
 use super::open_current;
-use crate::settings::SavedViews;
+use nearmiss_settings::SavedViews;
 
 /// Shows the view that was chosen, else opens the list of them.
 pub fn perform(model: &mut Model) -> Vec<Effect> {

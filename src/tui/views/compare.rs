@@ -13,12 +13,12 @@ use unicode_width::UnicodeWidthStr;
 
 use self::fields::Field;
 use super::map;
-use crate::tui::action::{Action, Scope};
-use crate::tui::layout::ScreenAreas;
-use crate::tui::model::{Column, Extent, Model, NARROWEST_COMPARED, ShownAnswer};
-use crate::tui::widgets::long_text::MarkedClaims;
-use crate::tui::widgets::window::more_lines;
-use crate::tui::widgets::words::{fit_end, whole_parts};
+use crate::action::{Action, Scope};
+use crate::layout::ScreenAreas;
+use crate::model::{Column, Extent, Model, NARROWEST_COMPARED, ShownAnswer};
+use crate::widgets::long_text::MarkedClaims;
+use crate::widgets::window::more_lines;
+use crate::widgets::words::{fit_end, whole_parts};
 
 /// Rows of the screen from which on the map has room.
 const MAP_FROM: u16 = 34;
@@ -99,7 +99,7 @@ fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
         (Some(_), Some(error)) => {
             format!(
                 "{}; {next} next scenario",
-                crate::description::visible(error)
+                nearmiss_scene::description::visible(error)
             )
         }
         (Some(blind), None) if blind.waiting => {

@@ -6,9 +6,9 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Paragraph;
 
-use crate::tui::model::{Model, Pane, TERMS};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::pad;
+use crate::model::{Model, Pane, TERMS};
+use crate::widgets::window;
+use crate::widgets::words::pad;
 
 /// Columns of the box at most, its borders included, and of a term.
 const COLUMNS: u16 = 96;

@@ -7,13 +7,13 @@ use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
 use super::toasts;
-use crate::description::visible;
-use crate::settings::Keys;
-use crate::tui::action::{Action, Entry, Scope};
-use crate::tui::keymap::{Chord, Code, Key, KeyMeaning};
-use crate::tui::model::{EntryLine, Model, Pane, working_words};
-use crate::tui::widgets::hints::{Hint, entries, fixed, hint_in, hint_of, pair, together};
-use crate::tui::widgets::words::fit;
+use crate::action::{Action, Entry, Scope};
+use crate::keymap::{Chord, Code, Key, KeyMeaning};
+use crate::model::{EntryLine, Model, Pane, working_words};
+use crate::widgets::hints::{Hint, entries, fixed, hint_in, hint_of, pair, together};
+use crate::widgets::words::fit;
+use nearmiss_scene::description::visible;
+use nearmiss_settings::Keys;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     // A message at the right leaves the keys their place.

@@ -6,15 +6,15 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::with_tools;
-use crate::generation::Consequence;
-use crate::judge;
-use crate::scenario::EgoSource;
-use crate::simulation::Outcome;
-use crate::tui::action::Action;
-use crate::tui::loaded::{Opened, VariantShown};
-use crate::tui::model::{JobKind, Model, consequence_words};
-use crate::tui::widgets::words::{fit, whole_parts};
+use crate::action::Action;
+use crate::loaded::{Opened, VariantShown};
+use crate::model::{JobKind, Model, consequence_words};
+use crate::widgets::words::{fit, whole_parts};
+use nearmiss_drive::generation::Consequence;
+use nearmiss_drive::simulation::Outcome;
+use nearmiss_scene::judge;
+use nearmiss_scene::scenario::EgoSource;
+use nearmiss_study::evaluation::with_tools;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;

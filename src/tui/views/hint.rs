@@ -7,12 +7,12 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 use unicode_width::UnicodeWidthStr;
 
-use crate::description::visible;
-use crate::judge;
-use crate::tui::action::Action;
-use crate::tui::layout::ScreenAreas;
-use crate::tui::model::{Model, Pane, ShownAnswer};
-use crate::tui::widgets::words::{fit, pad};
+use crate::action::Action;
+use crate::layout::ScreenAreas;
+use crate::model::{Model, Pane, ShownAnswer};
+use crate::widgets::words::{fit, pad};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::judge;
 
 /// Takes the rows of the box off the pane of the reasoning, so that it has a frame of its own.
 pub fn make_room(parts: &mut ScreenAreas, model: &Model) -> Option<Rect> {

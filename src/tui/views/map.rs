@@ -20,12 +20,12 @@ use ratatui::style::Style;
 use ratatui::widgets::{Paragraph, Wrap};
 
 use self::label_placer::LabelPlacer;
-use crate::geometry::Pose;
-use crate::render::Subject;
-use crate::render::cells::{self, Appearance, CellView, MapStyle};
-use crate::render::scene::{MapRequest, MapScene, Owner, RegionKind, TrailSpan, Viewport};
-use crate::tui::model::{Halves, MapDrawn, Model, Moment, Pane, Trails};
-use crate::tui::widgets::frame;
+use crate::model::{Halves, MapDrawn, Model, Moment, Pane, Trails};
+use crate::widgets::frame;
+use nearmiss_base::geometry::Pose;
+use nearmiss_render::Subject;
+use nearmiss_render::cells::{self, Appearance, CellView, MapStyle};
+use nearmiss_render::scene::{MapRequest, MapScene, Owner, RegionKind, TrailSpan, Viewport};
 
 /// What is shown of the motion of obstacles, and of the picked one.
 const TRAILS: [TrailSpan; 2] = [
@@ -247,7 +247,7 @@ fn write(
 
 fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let words = match (&model.open_error, model.opening.is_some()) {
-        (Some(error), _) => crate::description::visible(error).into_owned(),
+        (Some(error), _) => nearmiss_scene::description::visible(error).into_owned(),
         (None, true) => "opening…".into(),
         (None, false) => "no scenario is open".into(),
     };

@@ -17,12 +17,12 @@ use unicode_width::UnicodeWidthStr;
 use self::axes::{Axes, Drawn, Upwards};
 use self::marks::Event;
 use self::strokes::{Dash, stroke};
-use crate::metrics::{Measure, Series, Threshold};
-use crate::render::{Ticks, runs, steps, value_range};
-use crate::tui::loaded::Opened;
-use crate::tui::model::{Model, Pane};
-use crate::tui::widgets::frame;
-use crate::tui::widgets::words::quantity;
+use crate::loaded::Opened;
+use crate::model::{Model, Pane};
+use crate::widgets::frame;
+use crate::widgets::words::quantity;
+use nearmiss_render::{Ticks, runs, steps, value_range};
+use nearmiss_scene::metrics::{Measure, Series, Threshold};
 
 /// A line of the plot: what it is called, how it looks, its points.
 struct Curve {

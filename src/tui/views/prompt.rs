@@ -11,13 +11,13 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use crate::description::visible;
-use crate::tui::action::Action;
-use crate::tui::model::{Extent, HEAVY, Model, Pane, PromptView, Readings};
-use crate::tui::widgets::long_text::{MarkedClaims, Reading};
-use crate::tui::widgets::scroll::PageSection;
-use crate::tui::widgets::words::thousands;
-use crate::tui::widgets::{frame, scroll};
+use crate::action::Action;
+use crate::model::{Extent, HEAVY, Model, Pane, PromptView, Readings};
+use crate::widgets::long_text::{MarkedClaims, Reading};
+use crate::widgets::scroll::PageSection;
+use crate::widgets::words::thousands;
+use crate::widgets::{frame, scroll};
+use nearmiss_scene::description::visible;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     if model.prompt.editing {

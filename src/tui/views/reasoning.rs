@@ -7,15 +7,15 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::{JudgeOutcome, MissingVerdict, tool_rounds};
-use crate::judge;
-use crate::tui::action::Action;
-use crate::tui::model::{Column, Model, Pane, Progress};
-use crate::tui::widgets::highlight::markdown;
-use crate::tui::widgets::long_text::MarkedClaims;
-use crate::tui::widgets::scroll::PageSection;
-use crate::tui::widgets::words::{fit_end, whole_parts};
-use crate::tui::widgets::{claimed, frame, scroll};
+use crate::action::Action;
+use crate::model::{Column, Model, Pane, Progress};
+use crate::widgets::highlight::markdown;
+use crate::widgets::long_text::MarkedClaims;
+use crate::widgets::scroll::PageSection;
+use crate::widgets::words::{fit_end, whole_parts};
+use crate::widgets::{claimed, frame, scroll};
+use nearmiss_scene::judge;
+use nearmiss_study::evaluation::{JudgeOutcome, MissingVerdict, tool_rounds};
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
@@ -157,7 +157,7 @@ fn answer<'a>(
     let dim = Style::new().fg(theme.dim);
     let mut parts = Vec::new();
     let in_color = |words: &str, color| {
-        let words = crate::description::visible(words).into_owned();
+        let words = nearmiss_scene::description::visible(words).into_owned();
         let text = Text::styled(words, Style::new().fg(color));
         let style = text.style;
         text.lines
@@ -205,7 +205,7 @@ fn tool_calls<'a>(model: &Model, column: &Column) -> Vec<PageSection<'a>> {
     let calls = tool_rounds::words(rounds, "tool call");
     let mode = model.reading_mode();
     let line = |words: String| {
-        let words = crate::description::visible(&words).into_owned();
+        let words = nearmiss_scene::description::visible(&words).into_owned();
         PageSection::Line(Line::styled(words, dim))
     };
     let mut parts = Vec::new();

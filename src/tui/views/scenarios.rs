@@ -11,14 +11,14 @@ use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;
 
 use self::columns::{Column, cell, fitting};
-use crate::description::visible;
-use crate::metrics::Headline;
-use crate::tui::action::Action;
-use crate::tui::model::{
+use crate::action::Action;
+use crate::model::{
     Extent, Group, Grouping, Line as ShownAnswer, Matching, Model, Order, Pane, Row, WordMatch,
 };
-use crate::tui::widgets::frame;
-use crate::tui::widgets::words::{fit, fit_end, pad};
+use crate::widgets::frame;
+use crate::widgets::words::{fit, fit_end, pad};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::Headline;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let list = &model.list;

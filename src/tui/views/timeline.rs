@@ -9,12 +9,12 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
-use crate::metrics::{Danger, Measure, Series};
-use crate::tui::clock::PlayRange;
-use crate::tui::loaded::Opened;
-use crate::tui::model::{Model, Pane, heat};
-use crate::tui::widgets::frame;
-use crate::tui::widgets::words::{pad, quantity};
+use crate::clock::PlayRange;
+use crate::loaded::Opened;
+use crate::model::{Model, Pane, heat};
+use crate::widgets::frame;
+use crate::widgets::words::{pad, quantity};
+use nearmiss_scene::metrics::{Danger, Measure, Series};
 
 /// Columns of the names.
 const LABEL: u16 = 8;

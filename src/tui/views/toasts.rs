@@ -7,9 +7,9 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use crate::description::visible;
-use crate::tui::layout::ScreenAreas;
-use crate::tui::model::{Model, Notice, Pane, Toast};
+use crate::layout::ScreenAreas;
+use crate::model::{Model, Notice, Pane, Toast};
+use nearmiss_scene::description::visible;
 
 /// Messages shown at once.
 const MOST: usize = 3;

@@ -5,9 +5,9 @@ use ratatui::layout::{Alignment, Constraint, Flex, Layout};
 use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use crate::tui::action::Action;
-use crate::tui::layout::SMALLEST;
-use crate::tui::model::Model;
+use crate::action::Action;
+use crate::layout::SMALLEST;
+use crate::model::Model;
 
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     let area = frame.area();

@@ -12,14 +12,14 @@ use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
 use self::table::{LABEL, Row, Table};
-use crate::evaluation::{JudgeOutcome, StoredOrigin};
-use crate::judge;
-use crate::store::{Origin, RunId};
-use crate::tui::action::Action;
-use crate::tui::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
-use crate::tui::widgets::words::date;
-use crate::tui::widgets::{frame, scroll};
-use crate::verdict::Task;
+use crate::action::Action;
+use crate::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
+use crate::widgets::words::date;
+use crate::widgets::{frame, scroll};
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Origin, RunId};
+use nearmiss_study::evaluation::{JudgeOutcome, StoredOrigin};
 
 /// Columns that an answer needs.
 const NARROWEST: usize = 8;
@@ -86,7 +86,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         let dim = Style::new().fg(model.theme.dim);
         let error = model.open_error.clone();
         let words = error.unwrap_or_else(|| model.without_ego());
-        let text = Text::styled(crate::description::visible(&words).into_owned(), dim);
+        let text = Text::styled(
+            nearmiss_scene::description::visible(&words).into_owned(),
+            dim,
+        );
         draw(f, text);
         return;
     }
@@ -216,7 +219,7 @@ fn stored(past: &StoredOrigin, run: Option<RunId>) -> String {
 /// The comment of the built-in judge or the shown answer.
 fn comment(model: &Model, reference: Option<&judge::Judgement>) -> Text<'static> {
     let theme = &model.theme;
-    let words = |s: &str| crate::description::visible(s).into_owned();
+    let words = |s: &str| nearmiss_scene::description::visible(s).into_owned();
     match model.answers.column() {
         None => {
             let mut text = Text::default();
@@ -245,7 +248,7 @@ fn comment(model: &Model, reference: Option<&judge::Judgement>) -> Text<'static>
 fn of_column(model: &Model) -> Text<'static> {
     let theme = &model.theme;
     let warning = Style::new().fg(theme.warning);
-    let words = |s: &str| crate::description::visible(s).into_owned();
+    let words = |s: &str| nearmiss_scene::description::visible(s).into_owned();
     let mut text = Text::default();
     match model.answers.column() {
         None => {}

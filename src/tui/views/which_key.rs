@@ -8,11 +8,11 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph};
 use unicode_width::UnicodeWidthStr;
 
-use crate::tui::action::{Entry, title_of};
-use crate::tui::keymap::Chord;
-use crate::tui::model::Model;
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, pad};
+use crate::action::{Entry, title_of};
+use crate::keymap::Chord;
+use crate::model::Model;
+use crate::widgets::window;
+use crate::widgets::words::{fit, pad};
 
 /// Columns between two columns of keys.
 const GAP: usize = 3;

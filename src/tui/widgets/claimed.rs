@@ -6,9 +6,9 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
 use super::markdown::Piece;
-use crate::evaluation::claims::{CheckedClaim, Judgement};
-use crate::tui::model::counted;
-use crate::tui::theme::Theme;
+use crate::model::counted;
+use crate::theme::Theme;
+use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement};
 
 /// The sign of a claim and its style.
 fn sign(judgement: Judgement, theme: &Theme) -> (&'static str, Style) {
@@ -129,8 +129,8 @@ pub fn short_counts(claims: &[CheckedClaim]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::claims::{Claim, ClaimBasis, ClaimedValue, Quantity, Side};
-    use crate::tui::widgets::long_text::{MarkedClaims, Reading};
+    use crate::widgets::long_text::{MarkedClaims, Reading};
+    use nearmiss_study::evaluation::claims::{Claim, ClaimBasis, ClaimedValue, Quantity, Side};
 
     #[test]
     fn claims_are_marked_where_they_stand() {

@@ -6,7 +6,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::Line;
 use ratatui::widgets::{Block, BorderType};
 
-use crate::tui::model::{Model, Pane};
+use crate::model::{Model, Pane};
 
 /// Draws the frame of a pane and gives the area inside.
 pub fn pane(frame: &mut Frame<'_>, area: Rect, model: &Model, pane: Pane, title: Line<'_>) -> Rect {

@@ -17,8 +17,8 @@ use syntect::highlighting::{
 };
 use syntect::parsing::{ParseState, ScopeStack, SyntaxReference, SyntaxSet};
 
-use crate::description::visible;
-use crate::tui::theme::Theme;
+use crate::theme::Theme;
+use nearmiss_scene::description::visible;
 
 pub use answer::{AnswerPainter, JsonParts};
 pub use template::template;

@@ -1,7 +1,7 @@
 //! Key hints for the footer: keys with a word or two on what they do.
 
-use crate::tui::action::{ACTIONS, Action, Entry, Scope};
-use crate::tui::model::Model;
+use crate::action::{ACTIONS, Action, Entry, Scope};
+use crate::model::Model;
 
 /// A key, and what it does in a word or two.
 pub type Hint = (String, String);

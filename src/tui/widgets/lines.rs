@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
 use super::words::pad;
-use crate::tui::theme::Theme;
+use crate::theme::Theme;
 
 /// Columns of the window at most, its borders included.
 const COLUMNS: u16 = 54;

@@ -14,8 +14,8 @@ use super::highlight::{AnswerPainter, Language, Painter, is_loaded};
 use super::markdown::table::Layout;
 use super::markdown::{self, Piece, pieces_of};
 use super::words::fit;
-use crate::evaluation::claims::CheckedClaim;
-use crate::tui::theme::Theme;
+use crate::theme::Theme;
+use nearmiss_study::evaluation::claims::CheckedClaim;
 
 pub use outline::folded_line;
 use outline::{Json, Kind, Outline};

@@ -6,7 +6,7 @@ pub mod table;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use crate::tui::theme::Theme;
+use crate::theme::Theme;
 
 /// A piece of a line as it is shown.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,9 +9,9 @@ use unicode_width::UnicodeWidthStr;
 
 use super::window;
 use super::words::{fit, pad, whole_parts};
-use crate::description::visible;
-use crate::metrics::Measure;
-use crate::tui::model::{Model, Picker};
+use crate::model::{Model, Picker};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::Measure;
 
 /// Lines below the list in which a cut row stands whole.
 pub const WHOLE: usize = 2;

@@ -4,7 +4,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 
 use super::words::pad;
-use crate::description::visible;
+use nearmiss_scene::description::visible;
 
 /// Less room than this makes a note hard to read: it goes below its row instead.
 const LEAST: usize = 40;

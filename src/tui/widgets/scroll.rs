@@ -7,7 +7,7 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Scrollbar, ScrollbarOrientation, ScrollbarState, Wrap};
 
 use super::long_text::{MarkedClaims, Reading, height};
-use crate::tui::model::{Extent, Model, Pane};
+use crate::model::{Extent, Model, Pane};
 
 /// Draws `text` from line `top`, or its end for `None`; remembers the extent for the page keys.
 pub fn text(

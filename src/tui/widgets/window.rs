@@ -7,7 +7,7 @@ use ratatui::text::{Span, Text};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
 use super::words::thousands;
-use crate::tui::model::Model;
+use crate::model::Model;
 
 /// Columns of a window at most, its borders included.
 pub const COLUMNS: u16 = 92;

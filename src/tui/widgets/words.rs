@@ -3,7 +3,7 @@
 use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;
 
-use crate::description::visible;
+use nearmiss_scene::description::visible;
 
 /// `text` on one line, safe to show, cut to `width` columns with an ellipsis.
 #[must_use]

@@ -4,13 +4,13 @@
 use std::sync::Arc;
 
 use super::parts;
-use crate::evaluation::batch::Truth;
-use crate::evaluation::{CriticalMoments, Label, LabelError, Labelled};
-use crate::formats::{EgoSelection, Entry};
-use crate::metrics::Thresholds;
-use crate::scenario::{Scene, Window};
-use crate::verdict::Task;
-use crate::workflow::{OpenError, OpenRequest, open};
+use crate::{OpenError, OpenRequest, open};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Window};
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::batch::Truth;
+use nearmiss_study::evaluation::{CriticalMoments, Label, LabelError, Labelled};
 
 /// Scenarios and what is true about them.
 #[derive(Debug, Clone, Copy)]

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use super::plan::Origin;
 use super::{BatchError, BatchPlan, parts};
-use crate::evaluation::batch::{Ask, Estimate, PreparedQuestions};
-use crate::evaluation::{AxisValues, Judges, Question, can_ask};
-use crate::formats::Entry;
-use crate::planner::Cancel;
-use crate::store::{Identity, Item, Key, NewItem, SplitPart, Store};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::Entry;
+use nearmiss_store::{Identity, Item, Key, NewItem, SplitPart, Store};
+use nearmiss_study::evaluation::batch::{Ask, Estimate, PreparedQuestions};
+use nearmiss_study::evaluation::{AxisValues, Judges, Question, can_ask};
 
 /// The questions of a batch.
 #[derive(Debug, Default)]

@@ -1,8 +1,8 @@
 //! A dry run in words: what would be asked and what it costs, for command line and workbench alike.
 
 use super::DryRun;
-use crate::evaluation::batch::Estimate;
-use crate::store::SplitPart;
+use nearmiss_store::SplitPart;
+use nearmiss_study::evaluation::batch::Estimate;
 
 /// A line of a dry run.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::evaluation::batch::{SpecError, TruthError};
-use crate::evaluation::{LabelError, Lead};
-use crate::store::{BatchId, SplitPart, StoreError};
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_store::{BatchId, SplitPart, StoreError};
+use nearmiss_study::evaluation::batch::{SpecError, TruthError};
+use nearmiss_study::evaluation::{LabelError, Lead};
 
 /// Why a batch cannot be started or resumed.
 #[derive(Debug, thiserror::Error)]

@@ -6,11 +6,11 @@ use std::path::Path;
 
 use jiff::civil::Date;
 
-use crate::evaluation::batch::Spec;
-use crate::evaluation::{Judge, Judges};
-use crate::judge;
-use crate::llm::{Budget, Environment, Registry};
-use crate::workflow::{Models, Server};
+use crate::{Models, Server};
+use nearmiss_ask::llm::{Budget, Environment, Registry};
+use nearmiss_scene::judge;
+use nearmiss_study::evaluation::batch::Spec;
+use nearmiss_study::evaluation::{Judge, Judges};
 
 /// How the models of a batch are reached.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::llm::ProviderOutage;
+use nearmiss_ask::llm::ProviderOutage;
 
 /// Questions in a row without an answer that pause a provider. Each had all its tries.
 const IN_A_ROW: usize = 5;

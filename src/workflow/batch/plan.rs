@@ -6,16 +6,16 @@ use std::sync::Arc;
 
 use super::resume::StoredBatch;
 use super::{BatchError, DryRun, Relabelling, Selection};
-use crate::evaluation::batch::{
+use nearmiss_ask::prompts::Library;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::{EgoSelection, Entry, EntryLocation};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_store::{Batch, BatchId, SplitPart, Store, StoreError};
+use nearmiss_study::evaluation::batch::{
     Ask, BatchWindows, Matrix, QuestionBuilder, Shard, Spec, Subset, Truth, TruthSource,
     WindowSource, path_of,
 };
-use crate::evaluation::report::Comparison;
-use crate::formats::{EgoSelection, Entry, EntryLocation};
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::prompts::Library;
-use crate::store::{Batch, BatchId, SplitPart, Store, StoreError};
+use nearmiss_study::evaluation::report::Comparison;
 
 /// A batch that is to be begun.
 #[derive(Debug)]

@@ -6,17 +6,17 @@ use std::sync::Arc;
 
 use super::plan::{Origin, PlanningEvent};
 use super::{BatchError, BatchPlan, DryRun, Selection};
-use crate::evaluation::batch::{
+use nearmiss_ask::prompts::Library;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::Entry;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Batch, BatchId, Identity, Item, ItemTruth, NewItem, Store, StoreError};
+use nearmiss_study::evaluation::batch::{
     Ask, AskedWindow, BatchWindows, Matrix, MatrixAdditions, Spec, Truth, TruthSource, Variant,
     WindowSource, retold, way_of,
 };
-use crate::evaluation::{Lead, PromptConfig, Protocol};
-use crate::formats::Entry;
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::prompts::Library;
-use crate::store::{Batch, BatchId, Identity, Item, ItemTruth, NewItem, Store, StoreError};
-use crate::verdict::Task;
+use nearmiss_study::evaluation::{Lead, PromptConfig, Protocol};
 
 /// A batch to resume.
 #[derive(Debug)]

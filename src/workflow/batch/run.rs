@@ -11,14 +11,14 @@ use tokio::task::JoinSet;
 
 use super::paused::Watch;
 use super::{BatchControl, BatchPlan, DryRun, PausedModel, ProviderSlots, Selection};
-use crate::evaluation::batch::{QuestionBuilder, Variant, label_of, question_key, way_of};
-use crate::evaluation::{
+use crate::{AskOutcome, AskRequest, ask};
+use nearmiss_ask::llm::ProviderOutage;
+use nearmiss_formats::Entry;
+use nearmiss_store::{BatchId, Item, ItemState, Key, RunId, SplitPart, Store, StoreError};
+use nearmiss_study::evaluation::batch::{QuestionBuilder, Variant, label_of, question_key, way_of};
+use nearmiss_study::evaluation::{
     Answer, AskError, Event, Judge, JudgeOutcome, Judges, MissingVerdict, Question, RunOptions,
 };
-use crate::formats::Entry;
-use crate::llm::ProviderOutage;
-use crate::store::{BatchId, Item, ItemState, Key, RunId, SplitPart, Store, StoreError};
-use crate::workflow::{AskOutcome, AskRequest, ask};
 
 /// Outcome of one question.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! Which questions of a batch are asked: those still open, or those without a verdict.
 
-use crate::store::{Item, ItemState};
+use nearmiss_store::{Item, ItemState};
 
 /// Selection of a batch's questions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

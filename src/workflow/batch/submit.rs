@@ -6,11 +6,11 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::BatchRun;
-use crate::evaluation::batch::{Variant, label_of, way_of};
-use crate::evaluation::remote::{RemoteError, SubmissionOutcome, submit};
-use crate::evaluation::{AxisValues, Judge, Question, RunOptions};
-use crate::formats::Entry;
-use crate::store::{Item, StoreError};
+use nearmiss_formats::Entry;
+use nearmiss_store::{Item, StoreError};
+use nearmiss_study::evaluation::batch::{Variant, label_of, way_of};
+use nearmiss_study::evaluation::remote::{RemoteError, SubmissionOutcome, submit};
+use nearmiss_study::evaluation::{AxisValues, Judge, Question, RunOptions};
 
 /// Outcome of submitting a batch's questions.
 #[derive(Debug, Default)]

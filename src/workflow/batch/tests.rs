@@ -3,20 +3,20 @@
 use std::sync::Arc;
 
 use super::{BatchPlan, BatchRequest, PlanningEvent, Selection};
-use crate::description::Frame;
-use crate::evaluation::batch::{Matrix, QuestionBuilder, RequestSettings, Variant};
-use crate::evaluation::{AxisValues, Lead, PromptConfig, Question};
-use crate::formats::{EgoSelection, Entry, bundled};
-use crate::judge::judge;
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::prompts::{Library, Techniques};
-use crate::scenario::{Transform, Window};
-use crate::verdict::Task;
+use nearmiss_ask::prompts::{Library, Techniques};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Transform, Window};
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::batch::{Matrix, QuestionBuilder, RequestSettings, Variant};
+use nearmiss_study::evaluation::{AxisValues, Lead, PromptConfig, Question};
 
 #[test]
 fn what_is_asked_again_depends_on_where_it_stands() {
-    use crate::store::ItemState::{Answered, Failed, Truncated, Unaskable, Waiting};
+    use nearmiss_store::ItemState::{Answered, Failed, Truncated, Unaskable, Waiting};
     let all = [Waiting, Answered, Truncated, Failed, Unaskable];
     let of = |selection: Selection| all.map(|state| selection.has(state));
     assert_eq!(of(Selection::Open), [true, false, false, true, true]);

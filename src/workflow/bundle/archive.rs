@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use super::BundleError;
 use super::manifest::{FORMAT, Manifest, Member, is_safe};
-use crate::system;
+use nearmiss_base::system;
 
 const MANIFEST: &str = "manifest.json";
 

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::evaluation::Provenance;
+use nearmiss_study::evaluation::Provenance;
 
 /// The form of bundles that this version writes, and the latest that it reads.
 pub const FORMAT: u32 = 1;

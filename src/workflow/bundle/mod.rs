@@ -16,8 +16,8 @@ mod unpack;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::store::StoreError;
-use crate::system::{self, SaveError};
+use nearmiss_base::system::{self, SaveError};
+use nearmiss_store::StoreError;
 
 pub use manifest::{FORMAT as BUNDLE_FORMAT, Manifest, Member, PackedScenario};
 pub use pack::{PackRequest, Packed, pack};

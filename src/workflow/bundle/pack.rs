@@ -12,14 +12,14 @@ use super::manifest::{
 };
 use super::runs::{BatchLines, numbers, portable_paths};
 use super::{BundleError, scenarios};
-use crate::evaluation::Provenance;
-use crate::evaluation::batch::{Spec, TruthSource, answers, beside_the_judge};
-use crate::formats::{Entry, EntryLocation};
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::store::{BatchId, Item, RatedAnswer, RunId, Store};
-use crate::system::{self, without_folders};
-use crate::workflow::{Experiment, hashes_in};
+use crate::{Experiment, hashes_in};
+use nearmiss_ask::prompts::Library;
+use nearmiss_base::system::{self, without_folders};
+use nearmiss_formats::{Entry, EntryLocation};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_store::{BatchId, Item, RatedAnswer, RunId, Store};
+use nearmiss_study::evaluation::Provenance;
+use nearmiss_study::evaluation::batch::{Spec, TruthSource, answers, beside_the_judge};
 
 /// What is packed.
 pub struct PackRequest<'a> {

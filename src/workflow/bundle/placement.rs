@@ -8,8 +8,8 @@ use super::manifest::{Manifest, SCENARIOS, TRUTH};
 use super::pack::is_bundled;
 use super::runs::portable_paths;
 use super::unpack::UnpackRequest;
-use crate::evaluation::batch::{Spec, TruthSource};
-use crate::store::BatchId;
+use nearmiss_store::BatchId;
+use nearmiss_study::evaluation::batch::{Spec, TruthSource};
 
 /// Where the scenarios of a batch are on this machine.
 pub(super) struct Placement {

@@ -8,14 +8,14 @@ use std::path::Path;
 use super::BundleError;
 use super::archive::Hashed;
 use super::manifest::{BATCH, Member, safe};
-use crate::evaluation::batch::{Judgement, Spec, Variant, numbered};
-use crate::formats::{Entry, bundled};
-use crate::scenario::Transform;
-use crate::store::{
+use crate::{count_claims, files_of_batches, is_unchecked};
+use nearmiss_base::system::without_folders;
+use nearmiss_formats::{Entry, bundled};
+use nearmiss_scene::scenario::Transform;
+use nearmiss_store::{
     Batch, ClaimCounts, Filter, Item, Run, RunId, RunState, SceneRecord, Store, StoreError,
 };
-use crate::system::without_folders;
-use crate::workflow::{count_claims, files_of_batches, is_unchecked};
+use nearmiss_study::evaluation::batch::{Judgement, Spec, Variant, numbered};
 
 /// The paths of a batch's scenarios, each with the one that it has in the bundle: different ones stay different.
 pub(super) fn portable_paths(spec: &Spec, items: &[Item]) -> BTreeMap<String, String> {

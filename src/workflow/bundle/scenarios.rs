@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::manifest::{PackedScenario, SCENARIOS};
-use crate::formats::{Entry, EntryLocation, find_recording};
-use crate::store::Item;
+use nearmiss_formats::{Entry, EntryLocation, find_recording};
+use nearmiss_store::Item;
 
 /// The scenarios of a batch, and the files to pack by their names in the bundle. Those that have changed since they were
 /// asked about are left out.

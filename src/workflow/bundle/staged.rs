@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use super::BundleError;
-use crate::system::Unfinished;
+use nearmiss_base::system::Unfinished;
 
 /// Files that are written and not yet in their places. They are gone when this is dropped.
 pub(super) struct Staged {

@@ -10,10 +10,10 @@ use super::archive::{self, hash};
 use super::manifest::{BATCH, Manifest, Member, RATINGS, TEMPLATES, is_file};
 use super::placement::Placement;
 use super::staged::Staged;
-use crate::evaluation::batch::Spec;
-use crate::prompts::Library;
-use crate::store::{Batch, BatchId, MergeCounts, Rating, Record, RecordIntake, Store};
-use crate::system;
+use nearmiss_ask::prompts::Library;
+use nearmiss_base::system;
+use nearmiss_store::{Batch, BatchId, MergeCounts, Rating, Record, RecordIntake, Store};
+use nearmiss_study::evaluation::batch::Spec;
 
 /// Bytes of the longest line; an answer has some ten thousand.
 const LONGEST: u64 = 64 << 20;

@@ -1,10 +1,10 @@
 //! The matrix of an experiment in words: each axis with its values.
 
 use super::Experiment;
-use crate::evaluation::batch::Spec;
-use crate::evaluation::report::technique;
-use crate::evaluation::{Lead, Protocol, tools_word};
-use crate::prompts::Library;
+use nearmiss_ask::prompts::Library;
+use nearmiss_study::evaluation::batch::Spec;
+use nearmiss_study::evaluation::report::technique;
+use nearmiss_study::evaluation::{Lead, Protocol, tools_word};
 
 /// An axis of an experiment.
 #[derive(Debug, Clone, PartialEq, Eq)]

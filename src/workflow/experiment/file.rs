@@ -6,9 +6,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::keys::{KEYS, Values};
-use crate::evaluation::Lead;
-use crate::evaluation::report::{Axis, Measure, PivotRequest};
-use crate::system::{TomlText, shown_value, unknown};
+use nearmiss_base::system::{TomlText, shown_value, unknown};
+use nearmiss_study::evaluation::Lead;
+use nearmiss_study::evaluation::report::{Axis, Measure, PivotRequest};
 
 /// Values of one key, at most: more are no choice of a person.
 const MOST_MEMBERS: usize = 10_000;

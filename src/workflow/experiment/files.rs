@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::prepare::is_experiment_file;
-use crate::system;
+use nearmiss_base::system;
 
 /// An experiment file of a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -6,8 +6,8 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::HASH_DIGITS;
-use crate::formats::Entry;
-use crate::store::Item;
+use nearmiss_formats::Entry;
+use nearmiss_store::Item;
 
 /// The contents of scenarios, each as the start of its SHA-256, under its name, or under `folder/name` where several have
 /// the name; those that cannot be read are left out.

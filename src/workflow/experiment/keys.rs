@@ -2,11 +2,11 @@
 
 use serde_json::{Value, json};
 
-use crate::description::{EgoAxes, Form, Frame};
-use crate::evaluation::Protocol;
-use crate::llm::Effort;
-use crate::prompts::Pack;
-use crate::verdict::Task;
+use nearmiss_ask::llm::Effort;
+use nearmiss_ask::prompts::Pack;
+use nearmiss_scene::description::{EgoAxes, Form, Frame};
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::Protocol;
 
 /// A key of the file.
 pub struct ExperimentKey {

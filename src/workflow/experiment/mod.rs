@@ -16,10 +16,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::batch::BatchRequest;
-use crate::evaluation::batch::{Matrix, Shard, Spec, Subset, TruthSource};
-use crate::evaluation::report::Comparison;
-use crate::formats::{EgoSelection, Entry};
-use crate::prompts::Library;
+use nearmiss_ask::prompts::Library;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_study::evaluation::batch::{Matrix, Shard, Spec, Subset, TruthSource};
+use nearmiss_study::evaluation::report::Comparison;
 
 pub use axes::ExperimentAxis;
 pub use files::{ExperimentFile, FolderOfExperiments, experiments_in};

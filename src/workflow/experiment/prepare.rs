@@ -4,16 +4,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Experiment;
-use crate::evaluation::batch::{MatrixAdditions, Shard, Subset};
-use crate::formats::{Entry, SearchResults, resolved};
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::prompts::Library;
-use crate::store::{BatchId, Store};
-use crate::workflow::batch::{
-    BatchError, BatchPlan, BatchRequest, PlanningEvent, ResumeRequest, Selection,
-};
-use crate::workflow::{Selector, find};
+use crate::batch::{BatchError, BatchPlan, BatchRequest, PlanningEvent, ResumeRequest, Selection};
+use crate::{Selector, find};
+use nearmiss_ask::prompts::Library;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::{Entry, SearchResults, resolved};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_store::{BatchId, Store};
+use nearmiss_study::evaluation::batch::{MatrixAdditions, Shard, Subset};
 
 /// What an experiment is run with, beside its file.
 #[derive(Debug, Clone, Copy)]

@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
-use crate::evaluation::PromptConfig;
-use crate::evaluation::batch::way_of;
-use crate::store::{Item, ItemState, NewItem};
+use nearmiss_store::{Item, ItemState, NewItem};
+use nearmiss_study::evaluation::PromptConfig;
+use nearmiss_study::evaluation::batch::way_of;
 
 /// Questions of one way of asking by their state.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 
 use super::file::Reading;
 use super::{Experiment, HASH_DIGITS, each_once};
-use crate::description::{EgoAxes, Form, Frame};
-use crate::evaluation::batch::{Matrix, RequestSettings, Split, Subset, TruthSource};
-use crate::evaluation::report::Comparison;
-use crate::evaluation::windows::WITHIN;
-use crate::evaluation::{Axes, Lead, Protocol, default_frame};
-use crate::formats::{Entry, EntryLocation};
-use crate::llm::{Effort, ToolLimits};
-use crate::metrics::MeasureList;
-use crate::prompts::{Library, Pack, Techniques};
-use crate::system::unknown;
-use crate::verdict::Task;
-use crate::workflow::Selector;
+use crate::Selector;
+use nearmiss_ask::llm::{Effort, ToolLimits};
+use nearmiss_ask::prompts::{Library, Pack, Techniques};
+use nearmiss_base::system::unknown;
+use nearmiss_formats::{Entry, EntryLocation};
+use nearmiss_scene::description::{EgoAxes, Form, Frame};
+use nearmiss_scene::metrics::MeasureList;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::batch::{Matrix, RequestSettings, Split, Subset, TruthSource};
+use nearmiss_study::evaluation::report::Comparison;
+use nearmiss_study::evaluation::windows::WITHIN;
+use nearmiss_study::evaluation::{Axes, Lead, Protocol, default_frame};
 
 impl Experiment {
     /// Reads an experiment; what it leaves open is as without options on the command line, whatever the user's
@@ -119,7 +119,9 @@ impl Experiment {
                 samples: reading.whole("samples").unwrap_or(1),
                 transforms: reading.list("transforms", |word| {
                     word.parse()
-                        .map_err(|error: crate::scenario::TransformError| error.to_string())
+                        .map_err(|error: nearmiss_scene::scenario::TransformError| {
+                            error.to_string()
+                        })
                 }),
                 request: RequestSettings {
                     every_scenario: false,

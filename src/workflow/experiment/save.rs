@@ -4,10 +4,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::{Experiment, hashes_of};
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::system::{self, NewFile, SaveError};
-use crate::workflow::batch::{BatchError, BatchRequest};
+use crate::batch::{BatchError, BatchRequest};
+use nearmiss_ask::prompts::Library;
+use nearmiss_base::system::{self, NewFile, SaveError};
+use nearmiss_scene::metrics::Thresholds;
 
 /// Why an experiment file is not written.
 #[derive(Debug, thiserror::Error)]

@@ -6,14 +6,14 @@ use std::path::Path;
 use toml::Table;
 
 use super::*;
-use crate::description::Form;
-use crate::evaluation::batch::{RequestSettings, Split};
-use crate::evaluation::report::PivotRequest;
-use crate::evaluation::{Axes, Lead, PAPER_STEPS, Protocol};
-use crate::llm::Effort;
-use crate::prompts::Techniques;
-use crate::scenario::Transform;
-use crate::verdict::Task;
+use nearmiss_ask::llm::Effort;
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_scene::description::Form;
+use nearmiss_scene::scenario::Transform;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::batch::{RequestSettings, Split};
+use nearmiss_study::evaluation::report::PivotRequest;
+use nearmiss_study::evaluation::{Axes, Lead, PAPER_STEPS, Protocol};
 
 fn read(text: &str) -> Result<Experiment, String> {
     Experiment::from_toml(text, Path::new("/lab/e.toml"), &Library::load(None))

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::keys::{ABOVE_ZERO, Values};
-use crate::evaluation::report::{Axis, Measure};
+use nearmiss_study::evaluation::report::{Axis, Measure};
 
 impl Values {
     /// Whether a single value stands for a list with one member.

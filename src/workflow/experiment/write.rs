@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 use super::{Experiment, HASH_DIGITS};
-use crate::evaluation::batch::{Split, TruthSource};
-use crate::evaluation::report::{Axis, PivotRequest};
-use crate::evaluation::{Lead, Protocol};
-use crate::llm::ToolLimits;
-use crate::prompts::Pack;
+use nearmiss_ask::llm::ToolLimits;
+use nearmiss_ask::prompts::Pack;
+use nearmiss_study::evaluation::batch::{Split, TruthSource};
+use nearmiss_study::evaluation::report::{Axis, PivotRequest};
+use nearmiss_study::evaluation::{Lead, Protocol};
 
 impl Experiment {
     /// The same as a file in a folder: paths below the folder are written relative to it, all others absolute.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::system;
+use nearmiss_base::system;
 
 /// Why a journal cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Result, Write};
 use std::path::Path;
 
 use super::{FinishedUnit, Header, JobIdentity, JournalError};
-use crate::system;
+use nearmiss_base::system;
 
 type Contents = (Option<Header>, HashMap<String, FinishedUnit>);
 

@@ -17,9 +17,9 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::evaluation::batch::Shard;
-use crate::scenario::ContentHash;
-use crate::system;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::ContentHash;
+use nearmiss_study::evaluation::batch::Shard;
 
 pub use error::JournalError;
 

@@ -12,20 +12,20 @@ pub use report::{Incident, MonitorAnswer, MonitorReport, Warning};
 
 use super::plan::prepared_ego;
 use super::{AskRequest, PlanError, PlanEvent, PlanOutcome, PreparedPlan, ask};
-use crate::description::Frame;
-use crate::evaluation::batch::{Price, Size};
-use crate::evaluation::{
+use nearmiss_ask::prompts::Library;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::{Control, Rollout};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge::Judgement;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Window};
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::batch::{Price, Size};
+use nearmiss_study::evaluation::{
     AttackTerms, Case, Event, Judge, JudgeOutcome, Question, RunOptions, Settings, default_frame,
     prepare, template,
 };
-use crate::judge::Judgement;
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::prompts::Library;
-use crate::scenario::{Scene, Window};
-use crate::simulation::{Control, Rollout};
-use crate::store::Store;
-use crate::verdict::Task;
 
 /// A judge that watches the drive.
 #[derive(Debug)]

@@ -1,12 +1,12 @@
 //! How well a monitor warned: lead time, false alarms and latency of a drive.
 
 use super::{Monitor, in_force};
-use crate::evaluation::Case;
-use crate::generation::NEAR_MISS;
-use crate::metrics::{Context, MEASURES, Series};
-use crate::scenario::Scene;
-use crate::simulation::{Outcome, Rollout};
-use crate::store::RunId;
+use nearmiss_drive::generation::NEAR_MISS;
+use nearmiss_drive::simulation::{Outcome, Rollout};
+use nearmiss_scene::metrics::{Context, MEASURES, Series};
+use nearmiss_scene::scenario::Scene;
+use nearmiss_store::RunId;
+use nearmiss_study::evaluation::Case;
 
 /// An answer of the monitor.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 
 use super::{Agreement, Number, Property};
-use crate::formats::{EgoSelection, Entry};
-use crate::judge::judge_under;
-use crate::metrics::{Headline, Measure, Nearest, Thresholds};
-use crate::scenario::{EgoSource, Scenario, Scene, Window};
-use crate::store::{Origin, StoredVerdict};
-use crate::verdict::Task;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::judge::judge_under;
+use nearmiss_scene::metrics::{Headline, Measure, Nearest, Thresholds};
+use nearmiss_scene::scenario::{EgoSource, Scenario, Scene, Window};
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Origin, StoredVerdict};
 
 /// Facts about a scenario, known before it is opened.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -7,8 +7,8 @@ use super::Filterable;
 use super::countries::codes_of;
 use super::index_terms::{WindowTest, some_window_holds, window_test, windows_hold};
 use super::terms::{Measures, Number, Term, Test, term};
-use crate::corpus::CellWindows;
-use crate::metrics::Measure;
+use nearmiss_scene::corpus::CellWindows;
+use nearmiss_scene::metrics::Measure;
 
 /// A filter that was read; empty, it lets everything through.
 #[derive(Debug, Clone, Default)]

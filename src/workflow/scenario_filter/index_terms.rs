@@ -2,9 +2,9 @@
 
 use super::Filterable;
 use super::terms::{Comparison, Test};
-use crate::corpus::{CellWindows, Manoeuvre, RoadType};
-use crate::metrics::SEVERITY_NAMES;
-use crate::scenario::ObstacleType;
+use nearmiss_scene::corpus::{CellWindows, Manoeuvre, RoadType};
+use nearmiss_scene::metrics::SEVERITY_NAMES;
+use nearmiss_scene::scenario::ObstacleType;
 
 /// Severities that `severity:critical` means: contact, conflict and near miss.
 const CRITICAL: usize = 3;

@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used)]
 
 use super::*;
-use crate::corpus::{Manoeuvre, RoadType, WindowEgo, WindowPlace};
-use crate::formats::bundled;
-use crate::scenario::ObstacleType;
+use nearmiss_formats::bundled;
+use nearmiss_scene::corpus::{Manoeuvre, RoadType, WindowEgo, WindowPlace};
+use nearmiss_scene::scenario::ObstacleType;
 
 struct Row(Entry, Indexed);
 

@@ -17,8 +17,8 @@ pub use terms::{HEADLINE, Number, Property, TERMS};
 
 use std::sync::Arc;
 
-use crate::corpus::{CellWindows, InIndex};
-use crate::formats::Entry;
+use nearmiss_formats::Entry;
+use nearmiss_scene::corpus::{CellWindows, InIndex};
 
 /// Agreement of a scenario's stored answers with the built-in judge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -6,8 +6,8 @@ use super::country_of;
 use super::{
     Agreement, Facts, Filter, Filterable, Indexed, Matching, Number, Property, Verdicts, WordMatch,
 };
-use crate::formats::{EgoSelection, Entry};
-use crate::metrics::Thresholds;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::metrics::Thresholds;
 
 /// A filter that selects the same scenarios for every user: stored answers and tags of users do not count.
 #[derive(Debug, Clone)]
@@ -132,7 +132,7 @@ impl Filterable for Candidate<'_> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::formats::bundled;
+    use nearmiss_formats::bundled;
 
     fn names(filter: &str) -> Result<Vec<String>, String> {
         let selected = Selector::read(filter)?.select(bundled(), Thresholds::shipped())?;

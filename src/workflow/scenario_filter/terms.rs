@@ -3,7 +3,7 @@
 use super::countries::codes_of;
 use super::index_terms::WindowTest;
 use super::{Agreement, Filterable};
-use crate::metrics::{MEASURES, Measure};
+use nearmiss_scene::metrics::{MEASURES, Measure};
 
 /// Filter terms for help: term and meaning.
 pub const TERMS: &[(&str, &str)] = &[

@@ -2,8 +2,8 @@
 
 use super::lexicon::{Meaning, measure_of, phrase};
 use super::words::{Chunk, Token, tokens};
-use crate::workflow::Filter;
-use crate::workflow::scenario_filter::country_named;
+use crate::Filter;
+use crate::scenario_filter::country_named;
 
 /// Part of a sentence.
 #[derive(Debug, Clone)]

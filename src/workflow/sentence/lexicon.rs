@@ -4,8 +4,8 @@ use std::sync::LazyLock;
 
 use super::phrases::PHRASES;
 use super::words::{Token, stem};
-use crate::metrics::measure;
-use crate::system::mistyped;
+use nearmiss_base::system::mistyped;
+use nearmiss_scene::metrics::measure;
 
 /// What a phrase means.
 #[derive(Debug, Clone, Copy, PartialEq)]

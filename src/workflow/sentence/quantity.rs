@@ -2,7 +2,7 @@
 
 use super::items::{Item, What};
 use super::lexicon::{Bound, Meaning, Unit};
-use crate::metrics::{Danger, measure};
+use nearmiss_scene::metrics::{Danger, measure};
 
 /// A measure or another number, and the unit of its values.
 pub type Named = (&'static str, Unit);

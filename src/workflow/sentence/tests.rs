@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::Sentence;
 use super::lexicon::documented;
-use crate::workflow::Filter;
+use crate::Filter;
 
 const SENTENCES: &str = include_str!("../../../tests/find/sentences.txt");
 const MORE: &str = include_str!("../../../tests/find/more_sentences.txt");

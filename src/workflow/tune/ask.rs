@@ -7,14 +7,14 @@ use tokio::task::JoinSet;
 
 use super::outcome::Usage;
 use super::prepare::{TunePlan, TuneQuestion};
-use crate::evaluation::batch::question_key;
-use crate::evaluation::{
+use crate::batch::BatchControl;
+use crate::{AskOutcome, AskRequest, ask};
+use nearmiss_ask::llm::ProviderOutage;
+use nearmiss_store::{Store, StoreError};
+use nearmiss_study::evaluation::batch::question_key;
+use nearmiss_study::evaluation::{
     Answer, AskError, Event, Judge, JudgeOutcome, MissingVerdict, Question, RunOptions, Scored,
 };
-use crate::llm::ProviderOutage;
-use crate::store::{Store, StoreError};
-use crate::workflow::batch::BatchControl;
-use crate::workflow::{AskOutcome, AskRequest, ask};
 
 /// Why the work ends before its time.
 #[derive(Debug)]

@@ -3,8 +3,8 @@
 use super::ask::{Graded, Replies};
 use super::outcome::Measure;
 use super::prepare::TunePlan;
-use crate::evaluation::Confusion;
-use crate::evaluation::statistics::Gain;
+use nearmiss_study::evaluation::Confusion;
+use nearmiss_study::evaluation::statistics::Gain;
 
 /// A template that was asked with on the whole selection part; the first one is the base.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::candidate::Candidate;
 use super::prepare::TunePlan;
-use crate::evaluation::{Question, prepare};
-use crate::prompts::{Library, Template, answer_form};
-use crate::verdict;
+use nearmiss_ask::prompts::{Library, Template, answer_form};
+use nearmiss_scene::verdict;
+use nearmiss_study::evaluation::{Question, prepare};
 
 /// A template that may be asked with, and all dev questions as it asks them.
 pub(super) struct Checked {

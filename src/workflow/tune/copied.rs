@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::evaluation::Question;
-use crate::scenario::benchmark_id;
+use nearmiss_scene::scenario::benchmark_id;
+use nearmiss_study::evaluation::Question;
 
 /// Names, ids and numbers of the dev scenarios.
 #[derive(Debug, Default)]

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::evaluation::statistics::SplitMix;
-use crate::scenario::benchmark_id;
+use nearmiss_scene::scenario::benchmark_id;
+use nearmiss_study::evaluation::statistics::SplitMix;
 
 /// A part of the dev split.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

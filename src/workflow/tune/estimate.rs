@@ -8,10 +8,10 @@ use super::reflect::LONGEST;
 use super::reflector::Reflector;
 use super::request::{TuneModels, TuneSettings};
 use super::rounds::MINIBATCH;
-use crate::evaluation::batch::{Estimate, Price, Size, question_key};
-use crate::evaluation::can_ask;
-use crate::llm::{self, Message, Request, Role};
-use crate::store::{Store, StoreError};
+use nearmiss_ask::llm::{self, Message, Request, Role};
+use nearmiss_store::{Store, StoreError};
+use nearmiss_study::evaluation::batch::{Estimate, Price, Size, question_key};
+use nearmiss_study::evaluation::can_ask;
 
 /// Questions and proposals at most, and the most they can cost.
 #[derive(Debug, Clone, PartialEq)]

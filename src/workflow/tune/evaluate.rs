@@ -6,8 +6,8 @@ use super::candidate::Candidate;
 use super::check::rendered;
 use super::request::TuneEvent;
 use super::rounds::Tuning;
-use crate::evaluation::Question;
-use crate::evaluation::statistics::SplitMix;
+use nearmiss_study::evaluation::Question;
+use nearmiss_study::evaluation::statistics::SplitMix;
 
 /// Wrong answers that are looked for before a template is reflected on; as many right ones are asked again with them.
 pub(super) const WRONG: usize = 6;

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::candidate::{Candidate, CostMeasure, Refusal};
 use super::prepare::TunePlan;
 use super::rounds::Replied;
-use crate::evaluation::statistics::{FEWEST, Gain, PairedCounts, gains};
-use crate::evaluation::{Cluster, Confusion};
+use nearmiss_study::evaluation::statistics::{FEWEST, Gain, PairedCounts, gains};
+use nearmiss_study::evaluation::{Cluster, Confusion};
 
 /// By what templates are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,17 +8,17 @@ use rayon::prelude::*;
 
 use super::copied::Traces;
 use super::divide::{DevPart, Division};
-use crate::description::Frame;
-use crate::evaluation::batch::{Spec, Split, Variant, critical_of, label_of, way_of};
-use crate::evaluation::{Cluster, Label, PromptConfig, Protocol, Question};
-use crate::formats::Entry;
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::prompts::{Library, Techniques, Template};
-use crate::store::{NewItem, SplitPart};
-use crate::verdict::Task;
-use crate::workflow::batch::{BatchError, BatchPlan, BatchRequest, DryRun, PlanningEvent};
-use crate::workflow::{Experiment, ExperimentContext, name_of, selected};
+use crate::batch::{BatchError, BatchPlan, BatchRequest, DryRun, PlanningEvent};
+use crate::{Experiment, ExperimentContext, name_of, selected};
+use nearmiss_ask::prompts::{Library, Techniques, Template};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::Entry;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{NewItem, SplitPart};
+use nearmiss_study::evaluation::batch::{Spec, Split, Variant, critical_of, label_of, way_of};
+use nearmiss_study::evaluation::{Cluster, Label, PromptConfig, Protocol, Question};
 
 /// Which way of asking is tuned, where an experiment has several.
 #[derive(Debug, Clone, Default)]

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::verdict::object_in;
+use nearmiss_scene::verdict::object_in;
 
 /// A proposal.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -4,9 +4,9 @@ use super::ask::Graded;
 use super::candidate::Candidate;
 use super::prepare::TunePlan;
 use super::truth_words::truth_words;
-use crate::evaluation::Question;
-use crate::llm::{Message, Role};
-use crate::prompts::Template;
+use nearmiss_ask::llm::{Message, Role};
+use nearmiss_ask::prompts::Template;
+use nearmiss_study::evaluation::Question;
 
 /// Wrong answers that are shown at most.
 pub(super) const SHOWN: usize = 4;

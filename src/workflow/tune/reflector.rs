@@ -8,10 +8,10 @@ use serde_json::json;
 use super::ask::Halt;
 use super::outcome::Usage;
 use super::proposal;
-use crate::evaluation::ModelJudge;
-use crate::llm::{self, Chunk, Finish, Message, Request, Schema};
-use crate::store::{Consumed, Key, NewReflection, Reflection, Store};
-use crate::workflow::batch::BatchControl;
+use crate::batch::BatchControl;
+use nearmiss_ask::llm::{self, Chunk, Finish, Message, Request, Schema};
+use nearmiss_store::{Consumed, Key, NewReflection, Reflection, Store};
+use nearmiss_study::evaluation::ModelJudge;
 
 /// The most tokens of a proposal by default, reasoning included: several times those of the shipped templates.
 pub const PROPOSAL_TOKENS: u32 = 8192;

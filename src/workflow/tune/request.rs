@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::candidate::{Candidate, Refusal};
 use super::divide::DevPart;
-use crate::evaluation::{Judge, ModelJudge};
-use crate::store::{Store, StoreError};
-use crate::workflow::batch::BatchControl;
+use crate::batch::BatchControl;
+use nearmiss_store::{Store, StoreError};
+use nearmiss_study::evaluation::{Judge, ModelJudge};
 
 /// How much is tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

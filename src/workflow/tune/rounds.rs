@@ -15,8 +15,8 @@ use super::proposal::Proposal;
 use super::reflect::{WrongAnswer, in_a_line, messages};
 use super::reflector::Reflector;
 use super::request::{TuneError, TuneEvent, TuneModels, TuneSettings};
-use crate::evaluation::Question;
-use crate::evaluation::statistics::FEWEST;
+use nearmiss_study::evaluation::Question;
+use nearmiss_study::evaluation::statistics::FEWEST;
 
 /// Answers of a candidate, by the places of their questions.
 pub(super) type Replied = Replies;

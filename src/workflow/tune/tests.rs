@@ -8,14 +8,14 @@ use super::candidate::Candidate;
 use super::check::check;
 use super::prepare::{TuneChoice, TunePlan};
 use super::*;
-use crate::evaluation::validate;
-use crate::llm::Environment;
-use crate::metrics::Thresholds;
-use crate::planner::Cancel;
-use crate::prompts::{Library, Template};
-use crate::store::Store;
-use crate::workflow::batch::BatchModels;
-use crate::workflow::{Experiment, ExperimentContext};
+use crate::batch::BatchModels;
+use crate::{Experiment, ExperimentContext};
+use nearmiss_ask::llm::Environment;
+use nearmiss_ask::prompts::{Library, Template};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::validate;
 
 const TEXT: &str = r#"
 scenarios = ["ZAM_HardBraking-1_1_T-1", "ZAM_CutIn-1_1_T-1", "ZAM_RedLight-1_1_T-1", "ZAM_Overtaking-1_1_T-1",

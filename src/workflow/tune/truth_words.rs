@@ -1,8 +1,8 @@
 //! What is exactly true about a question, with the reason, for the reflecting model.
 
 use super::prepare::{TunePlan, TuneQuestion};
-use crate::evaluation::{Label, Labelled};
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::{Label, Labelled};
 
 /// The truth about a question in a sentence.
 pub(super) fn truth_words(plan: &TunePlan, asked: &TuneQuestion) -> String {

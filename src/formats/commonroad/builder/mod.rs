@@ -8,20 +8,18 @@ mod times;
 
 use std::collections::HashSet;
 
-pub(in crate::formats) use numbers::{
+pub(crate) use numbers::{
     coordinate, finite, is_needed, optional_quantity, quantity, refused_step, size,
 };
-pub(in crate::formats) use place::{Diagnostics, SourceLocation};
-pub(in crate::formats) use references::{Target, Targets};
-pub(in crate::formats) use shapes::{
-    checked, footprint, polygon, semi_trailer_truck, truck, union,
-};
-pub(in crate::formats) use times::TimeScale;
+pub(crate) use place::{Diagnostics, SourceLocation};
+pub(crate) use references::{Target, Targets};
+pub(crate) use shapes::{checked, footprint, polygon, semi_trailer_truck, truck, union};
+pub(crate) use times::TimeScale;
 
 use super::ReadError;
 use super::xml::short;
-use crate::geometry::Point;
-use crate::scenario::{
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::{
     Adjacent, Bound, ContentHash, Header, Intersection, Lanelet, LaneletNetwork, LineMarking,
     Location, Obstacle, ObstacleParts, ObstacleRole, PlanningProblem, Prediction, Quantity,
     Scenario, Severity, Sign, State, StateField, TrafficLight, benchmark_id,
@@ -29,7 +27,7 @@ use crate::scenario::{
 
 /// A scenario that is being read, element by element.
 #[derive(Default)]
-pub(in crate::formats) struct ScenarioBuilder {
+pub(crate) struct ScenarioBuilder {
     pub location: Option<Location>,
     pub tags: Vec<String>,
     pub lanelets: Vec<Lanelet>,
@@ -155,7 +153,7 @@ const FREE_IDS: i64 = 1_000_000_000;
 ///
 /// # Errors
 /// It has less than two points.
-pub(in crate::formats) fn bound(
+pub(crate) fn bound(
     at: &impl SourceLocation,
     points: Vec<Point>,
     heights: Vec<f64>,
@@ -178,7 +176,7 @@ pub(in crate::formats) fn bound(
 }
 
 /// The lanelet beside one; `same_direction` where the file says which.
-pub(in crate::formats) fn adjacent(
+pub(crate) fn adjacent(
     at: &impl SourceLocation,
     id: i64,
     same_direction: Option<bool>,
@@ -193,10 +191,7 @@ pub(in crate::formats) fn adjacent(
 }
 
 /// The ends of a stop line; `None` if it lies at the end of its lanelet.
-pub(in crate::formats) fn stop_line(
-    at: &impl SourceLocation,
-    points: &[Point],
-) -> Option<(Point, Point)> {
+pub(crate) fn stop_line(at: &impl SourceLocation, points: &[Point]) -> Option<(Point, Point)> {
     if !matches!(points.len(), 0 | 2) {
         let taken = if points.len() < 2 {
             "assumed at the end of its lanelet"
@@ -215,11 +210,7 @@ pub(in crate::formats) fn stop_line(
 }
 
 /// Gives a state a quantity.
-pub(in crate::formats) fn set_quantity(
-    state: &mut State,
-    field: StateField,
-    value: Option<Quantity>,
-) {
+pub(crate) fn set_quantity(state: &mut State, field: StateField, value: Option<Quantity>) {
     match field {
         StateField::Orientation => state.orientation = value,
         StateField::Velocity => state.velocity = value,
@@ -229,7 +220,7 @@ pub(in crate::formats) fn set_quantity(
 }
 
 /// Notes a benchmark id that does not follow the rule.
-pub(in crate::formats) fn check_benchmark_id(at: &impl SourceLocation, id: &str) {
+pub(crate) fn check_benchmark_id(at: &impl SourceLocation, id: &str) {
     if !benchmark_id::is_valid(id) {
         let message = format!(
             "benchmark id `{}` does not follow the naming scheme",

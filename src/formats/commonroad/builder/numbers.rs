@@ -1,11 +1,11 @@
 //! Checks numbers, and turns them into quantities and time steps.
 
 use super::SourceLocation;
-use crate::formats::commonroad::ReadError;
-use crate::scenario::plausibility::limits::{
+use crate::commonroad::ReadError;
+use nearmiss_scene::scenario::plausibility::limits::{
     LARGEST_NUMBER, LATEST_STEP, is_tiny, refused_coordinate, refused_size,
 };
-use crate::scenario::{Quantity, StateField, Steps};
+use nearmiss_scene::scenario::{Quantity, StateField, Steps};
 
 /// A number; `written` is how the file has it.
 ///

@@ -3,9 +3,9 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
-use crate::formats::commonroad::ReadError;
-use crate::geometry::ShapeError;
-use crate::scenario::{Diagnostic, Severity};
+use crate::commonroad::ReadError;
+use nearmiss_base::geometry::ShapeError;
+use nearmiss_scene::scenario::{Diagnostic, Severity};
 
 /// A place in a file: an element of XML, a field of protobuf.
 pub trait SourceLocation {

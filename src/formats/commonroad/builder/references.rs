@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::scenario::LaneletNetwork;
+use nearmiss_scene::scenario::LaneletNetwork;
 
 /// Kind of element that a reference points to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -1,8 +1,8 @@
 //! Checks that shapes enclose an area, and builds trucks and footprints from them.
 
 use super::SourceLocation;
-use crate::formats::commonroad::ReadError;
-use crate::geometry::{Footprint, Point, SemiTrailer, Shape, Truck};
+use crate::commonroad::ReadError;
+use nearmiss_base::geometry::{Footprint, Point, SemiTrailer, Shape, Truck};
 
 /// A shape that encloses something; `None` if the format lets it be left out.
 ///

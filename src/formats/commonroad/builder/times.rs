@@ -1,9 +1,9 @@
 //! Turns the times of files into time steps: whole numbers of steps, or seconds where a format counts these.
 
 use super::SourceLocation;
-use crate::formats::commonroad::ReadError;
-use crate::scenario::plausibility::limits::{LATEST_STEP, is_tiny};
-use crate::scenario::{Severity, Steps};
+use crate::commonroad::ReadError;
+use nearmiss_scene::scenario::plausibility::limits::{LATEST_STEP, is_tiny};
+use nearmiss_scene::scenario::{Severity, Steps};
 
 /// How a file counts time. Nothing is rounded: what is no time step is an error.
 #[derive(Debug, Clone, Copy)]

@@ -9,7 +9,7 @@ mod traffic;
 
 use std::collections::HashSet;
 
-use crate::scenario::{LaneletNetwork, Location, Scenario};
+use nearmiss_scene::scenario::{LaneletNetwork, Location, Scenario};
 
 /// A scenario that fits the schema as far as it can.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,10 @@
 use std::collections::HashSet;
 
 use super::Report;
-use crate::formats::commonroad::sign_ids;
-use crate::scenario::{Intersection, Lanelet, LaneletNetwork, LaneletType, Sign, TrafficLight};
+use crate::commonroad::sign_ids;
+use nearmiss_scene::scenario::{
+    Intersection, Lanelet, LaneletNetwork, LaneletType, Sign, TrafficLight,
+};
 
 pub(super) fn network(network: &LaneletNetwork, report: &mut Report) -> LaneletNetwork {
     let signs: Vec<Sign> = network

@@ -1,8 +1,8 @@
 //! Makes obstacles and planning problems conform to the schema.
 
 use super::Report;
-use crate::geometry::Shape;
-use crate::scenario::{
+use nearmiss_base::geometry::Shape;
+use nearmiss_scene::scenario::{
     Goal, LaneletNetwork, Obstacle, ObstacleParts, ObstacleRole, ObstacleType, PlanningProblem,
     Position, Prediction, Quantity, State, StateField, Steps,
 };

@@ -1,9 +1,9 @@
 //! Checks that need the whole scenario: dangling references and contradictions, with their fields.
 
 use super::report::{FieldPath, Report};
-use crate::formats::commonroad::builder::{SourceLocation, Target, Targets};
-use crate::scenario::plausibility::{self, ElementRef};
-use crate::scenario::{Lanelet, ObstacleRole, Scenario};
+use crate::commonroad::builder::{SourceLocation, Target, Targets};
+use nearmiss_scene::scenario::plausibility::{self, ElementRef};
+use nearmiss_scene::scenario::{Lanelet, ObstacleRole, Scenario};
 
 /// The messages that hold road, traffic and planning problems; empty names where one message holds all.
 pub(super) struct Roots {

@@ -9,9 +9,9 @@ use super::report::{FieldPath, Report};
 use super::shapes::body;
 use super::words::ENVIRONMENT_2024;
 use super::{obstacles, place, road, sign_values};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation};
-use crate::scenario::{Environment, Header, LightPhase, Sign, SignElement, TrafficLight};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{ScenarioBuilder, SourceLocation};
+use nearmiss_scene::scenario::{Environment, Header, LightPhase, Sign, SignElement, TrafficLight};
 
 /// Contents of a dynamic file, except obstacles.
 pub(super) struct Dynamic {

@@ -4,8 +4,8 @@ use prost::Message;
 
 use super::report::FieldPath;
 use super::wire::Field;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::ScenarioBuilder;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::ScenarioBuilder;
 
 /// The repeated elements of a file's own message, which are added to a scenario.
 pub(super) struct Elements<'a> {

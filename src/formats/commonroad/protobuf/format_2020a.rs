@@ -6,9 +6,9 @@ use super::report::{FieldPath, Report};
 use super::shapes::region;
 use super::words::{ENVIRONMENT_2020A, OBSTACLE_TYPES};
 use super::{header, obstacles, place, planning, road};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::ScenarioBuilder;
-use crate::scenario::{ContentHash, Scenario};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::ScenarioBuilder;
+use nearmiss_scene::scenario::{ContentHash, Scenario};
 
 /// Reads the message.
 pub(super) fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {

@@ -8,11 +8,11 @@ use super::kind::{FileHeader, MessageKind};
 use super::report::{FieldPath, Report};
 use super::sibling_files::{Folder, NotFound};
 use super::{check_size, map, tasks};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation};
-use crate::formats::commonroad::xml::short;
-use crate::scenario::{ContentHash, Scenario, Severity};
-use crate::system;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{ScenarioBuilder, SourceLocation};
+use crate::commonroad::xml::short;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::{ContentHash, Scenario, Severity};
 
 /// Reads the file `bytes` that is `head`, and from beside `path` what it needs.
 ///

@@ -7,11 +7,11 @@ use super::messages::{
     FileInformation, MapId, ScenarioInformation, ScenarioMetaInformation, TimeStamp,
 };
 use super::report::FieldPath;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{SourceLocation, check_benchmark_id};
-use crate::formats::commonroad::xml::short;
-use crate::scenario::plausibility::limits::refused_time_step;
-use crate::scenario::{Header, Severity};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{SourceLocation, check_benchmark_id};
+use crate::commonroad::xml::short;
+use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
+use nearmiss_scene::scenario::{Header, Severity};
 
 /// The header of a file of 2020a.
 pub(super) fn of_2020a(

@@ -12,9 +12,9 @@ use super::report::FieldPath;
 use super::wire::Field;
 use super::words::{ENVIRONMENT_2024, MAP_OBSTACLE_TYPES};
 use super::{obstacles, place, road};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation};
-use crate::scenario::{Bound, Header, Lanelet, Location, Severity, StopLine};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{ScenarioBuilder, SourceLocation};
+use nearmiss_scene::scenario::{Bound, Header, Lanelet, Location, Severity, StopLine};
 
 /// A map has no time steps; these are the usual ones, seconds.
 pub(super) const TIME_STEP_SIZE: f64 = 0.1;

@@ -4,8 +4,10 @@ use super::messages::{IncomingGroup, MapIntersection, MapLanelet, MapLight, MapS
 use super::report::FieldPath;
 use super::values::ids;
 use super::{road, sign_values};
-use crate::formats::commonroad::ReadError;
-use crate::scenario::{Adjacent, Incoming, Intersection, Lanelet, Sign, StopLine, TrafficLight};
+use crate::commonroad::ReadError;
+use nearmiss_scene::scenario::{
+    Adjacent, Incoming, Intersection, Lanelet, Sign, StopLine, TrafficLight,
+};
 
 /// A lanelet whose borders and stop line are still to be found.
 pub(super) struct Pending {

@@ -23,7 +23,7 @@ mod signs;
 mod states;
 mod tasks;
 mod values;
-pub(in crate::formats) mod wire;
+pub(crate) mod wire;
 mod words;
 
 use std::collections::HashSet;
@@ -39,7 +39,7 @@ use super::ReadError;
 use super::builder::SourceLocation;
 use super::encoding::{foreign, without_marks};
 use super::root::{Unrecognised, beginning_of_file};
-use crate::scenario::Scenario;
+use nearmiss_scene::scenario::Scenario;
 
 /// Larger files are not read, bytes.
 const LARGEST_FILE: u64 = 128 << 20;

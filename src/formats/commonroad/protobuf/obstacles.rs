@@ -8,10 +8,12 @@ use super::report::FieldPath;
 use super::shapes::{Decode, region};
 use super::states::{signal_state, state};
 use super::words::OBSTACLE_TYPES;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, SourceLocation};
-use crate::geometry::Footprint;
-use crate::scenario::{self, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{self, SourceLocation};
+use nearmiss_base::geometry::Footprint;
+use nearmiss_scene::scenario::{
+    self, ObstacleParts, ObstacleRole, ObstacleType, Occupancy, Prediction,
+};
 
 /// A static obstacle; `body` reads its shape.
 pub(super) fn fixed(

@@ -3,9 +3,9 @@
 use super::messages;
 use super::report::FieldPath;
 use super::words::{EnvironmentWords, UNDERGROUNDS};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::location::{UNKNOWN_DEGREES, UNKNOWN_ID};
-use crate::scenario::{Environment, GeoTransformation, Location};
+use crate::commonroad::ReadError;
+use crate::commonroad::location::{UNKNOWN_DEGREES, UNKNOWN_ID};
+use nearmiss_scene::scenario::{Environment, GeoTransformation, Location};
 
 /// `words` are those of the environment in it.
 pub(super) fn location(

@@ -5,8 +5,8 @@ use super::report::FieldPath;
 use super::states::state;
 use super::values::ids;
 use super::words::TAGS;
-use crate::formats::commonroad::ReadError;
-use crate::scenario::{Goal, PlanningProblem, Position, StateField};
+use crate::commonroad::ReadError;
+use nearmiss_scene::scenario::{Goal, PlanningProblem, Position, StateField};
 
 pub(super) fn problem(
     at: &FieldPath<'_>,

@@ -6,10 +6,10 @@ use std::fmt;
 use prost::Message;
 
 use super::wire::{Field, Fields, NoField, Value};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{Diagnostics, SourceLocation};
-use crate::geometry::ShapeError;
-use crate::scenario::{Diagnostic, Severity};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{Diagnostics, SourceLocation};
+use nearmiss_base::geometry::ShapeError;
+use nearmiss_scene::scenario::{Diagnostic, Severity};
 
 /// No element of a scenario is larger, bytes; a decoded message can be fifty times as large as its bytes.
 const LARGEST_ELEMENT: usize = 8 << 20;
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn a_fault_inside_a_message_is_named_with_its_fields() {
-        use crate::formats::commonroad::protobuf::messages::Lanelet;
+        use crate::commonroad::protobuf::messages::Lanelet;
         // Lanelet 7, whose left border has a point whose x is cut off.
         let bytes = [0x08, 0x07, 0x12, 0x04, 0x0a, 0x02, 0x09, 0x01];
         let field = Field {

@@ -5,9 +5,9 @@ use super::report::FieldPath;
 use super::signs;
 use super::values::ids;
 use super::words::{DIRECTIONS, LANELET_TYPES, LINE_MARKINGS, ROAD_USERS, SIGNAL_COLORS};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, SourceLocation};
-use crate::scenario::{
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{self, SourceLocation};
+use nearmiss_scene::scenario::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletType, LightPhase, LineMarking,
     RoadUser, Sign, SignElement, SignalColor, StopLine, TrafficDirection, TrafficLight,
 };

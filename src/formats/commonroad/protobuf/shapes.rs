@@ -3,9 +3,9 @@
 use super::messages::shape::Shape as Content;
 use super::messages::{self, SemiTrailerTruckShape, ShapeGroup, TruckShape};
 use super::report::FieldPath;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, SourceLocation, checked};
-use crate::geometry::{Point, Shape, Truck};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{self, SourceLocation, checked};
+use nearmiss_base::geometry::{Point, Shape, Truck};
 
 /// Groups inside groups, deeper than any file needs.
 const DEEPEST_GROUP: usize = 4;

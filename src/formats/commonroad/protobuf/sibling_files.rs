@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
 use super::kind::{FileHeader, MessageKind};
-use crate::system;
+use nearmiss_base::system;
 
 /// How much of a file is looked at to see what it is, bytes: its information comes first.
 const BEGINNING: u64 = 256 << 10;
@@ -145,7 +145,7 @@ impl Folder {
 }
 
 /// Whether a file's name ends as those of protobuf files do.
-pub(in crate::formats::commonroad) fn is_protobuf_name(file: &Path) -> bool {
+pub(in crate::commonroad) fn is_protobuf_name(file: &Path) -> bool {
     file.extension()
         .is_some_and(|x| x.eq_ignore_ascii_case(ENDING))
 }
@@ -165,7 +165,7 @@ fn map_name(file: &Path) -> Option<String> {
 }
 
 /// The name of the scenario in a file: a scenario file's is without its mark.
-pub(in crate::formats::commonroad) fn scenario_name(file: &Path) -> Option<String> {
+pub(in crate::commonroad) fn scenario_name(file: &Path) -> Option<String> {
     is_protobuf_name(file).then(|| dynamic_name(file)).flatten()
 }
 

@@ -3,10 +3,10 @@
 use super::messages::MapSignElement;
 use super::report::FieldPath;
 use super::signs::{Sign2024, of_2024};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::commonroad::xml::short;
-use crate::scenario::SignElement;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::commonroad::xml::short;
+use nearmiss_scene::scenario::SignElement;
 
 /// The sign elements on a post; `country` is that of the map.
 pub(super) fn elements(

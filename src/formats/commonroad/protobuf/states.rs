@@ -3,9 +3,9 @@
 use super::messages;
 use super::report::FieldPath;
 use super::shapes::region;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{SourceLocation, is_needed, set_quantity};
-use crate::scenario::{Position, Signal, SignalState, State, StateField as F};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{SourceLocation, is_needed, set_quantity};
+use nearmiss_scene::scenario::{Position, Signal, SignalState, State, StateField as F};
 
 /// The state in the bytes of a field.
 pub(super) fn state(at: &FieldPath<'_>, bytes: &[u8]) -> Result<State, ReadError> {

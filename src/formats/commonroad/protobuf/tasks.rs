@@ -5,9 +5,9 @@ use super::header::{self, Map};
 use super::messages::PlanningProblem;
 use super::planning;
 use super::report::FieldPath;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{ScenarioBuilder, SourceLocation};
-use crate::scenario::{Header, Severity};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{ScenarioBuilder, SourceLocation};
+use nearmiss_scene::scenario::{Header, Severity};
 
 /// Adds the planning problems to a scenario, and the tags of all of them, each once; the header.
 pub(super) fn read(

@@ -4,12 +4,12 @@ use std::borrow::Cow;
 
 use super::messages::{self, FloatExactOrInterval, IntegerExactOrInterval};
 use super::report::FieldPath;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::{self, SourceLocation, TimeScale};
-use crate::formats::commonroad::xml_writer::allowed;
-use crate::geometry::Point;
-use crate::scenario::plausibility::limits::MOST_PARTS;
-use crate::scenario::{Quantity, Steps};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{self, SourceLocation, TimeScale};
+use crate::commonroad::xml_writer::allowed;
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
+use nearmiss_scene::scenario::{Quantity, Steps};
 
 impl FieldPath<'_> {
     /// A text as XML gives it: trimmed, and with U+FFFD, and a diagnostic, for every character that no XML file can
@@ -209,7 +209,7 @@ mod tests {
     use super::super::report::Report;
     use super::super::words::LANELET_TYPES;
     use super::*;
-    use crate::scenario::LaneletType;
+    use nearmiss_scene::scenario::LaneletType;
 
     #[test]
     fn a_number_without_a_word_is_named() {

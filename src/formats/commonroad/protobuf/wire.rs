@@ -4,7 +4,7 @@ use prost::encoding::{WireType, decode_key, decode_varint};
 
 /// A field as encoded.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::formats) struct Field<'a> {
+pub(crate) struct Field<'a> {
     /// Its number in the schema.
     pub number: u32,
     /// Its offset, bytes from 0.
@@ -16,7 +16,7 @@ pub(in crate::formats) struct Field<'a> {
 
 /// Value of a field, as far as the encoding tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::formats) enum Value<'a> {
+pub(crate) enum Value<'a> {
     Varint(u64),
     Fixed64(f64),
     Fixed32,
@@ -26,7 +26,7 @@ pub(in crate::formats) enum Value<'a> {
 
 /// Bytes that are no field, and where.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::formats) struct NoField {
+pub(crate) struct NoField {
     pub offset: usize,
     /// Whether they are the beginning of one that the end cuts off.
     pub cut: bool,
@@ -34,7 +34,7 @@ pub(in crate::formats) struct NoField {
 
 /// The fields of a message. Ends after what is no field, and after a field that is cut off.
 #[derive(Clone)]
-pub(in crate::formats) struct Fields<'a> {
+pub(crate) struct Fields<'a> {
     bytes: &'a [u8],
     at: usize,
 }
@@ -115,7 +115,7 @@ impl<'a> Iterator for Fields<'a> {
 }
 
 /// The first field with a number, as far as the bytes are fields.
-pub(in crate::formats) fn first<'a>(bytes: &'a [u8], number: u32) -> Option<Value<'a>> {
+pub(crate) fn first<'a>(bytes: &'a [u8], number: u32) -> Option<Value<'a>> {
     let mut fields = Fields::new(bytes).map_while(Result::ok);
     fields.find(|f| f.number == number).map(|f| f.value)
 }

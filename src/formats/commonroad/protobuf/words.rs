@@ -1,6 +1,6 @@
 //! Names of enumeration values, in schema order (commonroad-io 2024.3 and 2026.1).
 
-use crate::scenario::{
+use nearmiss_scene::scenario::{
     LaneletType, LineMarking, ObstacleType, RoadUser, SignalColor, TrafficDirection,
 };
 

@@ -1,7 +1,7 @@
 //! The benchmark id of a solution: `KS2:SM1:DEU_Test-1_1_T-1:2020a`, or `[KS2,PM1]:[SM1,JB1]:…` for several vehicles.
 
 use super::{ProblemSolution, Solution};
-use crate::scenario::{VehicleModel, VehicleType};
+use nearmiss_scene::scenario::{VehicleModel, VehicleType};
 
 /// The cost functions that commonroad-io 2026.1 knows.
 pub(super) const COST_FUNCTIONS: [&str; 9] = [

@@ -1,7 +1,7 @@
 //! Trajectory kinds of a solution, and the quantities of their states.
 
-use crate::scenario::VehicleModel;
-use crate::scenario::plausibility::limits::{LARGEST_COORDINATE, LARGEST_NUMBER};
+use nearmiss_scene::scenario::VehicleModel;
+use nearmiss_scene::scenario::plausibility::limits::{LARGEST_COORDINATE, LARGEST_NUMBER};
 
 /// A quantity of a state: its element and its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

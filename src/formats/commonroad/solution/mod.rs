@@ -12,8 +12,8 @@ pub use kind::{Field, TrajectoryKind};
 pub use reader::read_solution;
 pub use writer::write_solution;
 
-use crate::scenario::plausibility::limits::LATEST_STEP;
-use crate::scenario::{Diagnostic, VehicleModel, VehicleType};
+use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
+use nearmiss_scene::scenario::{Diagnostic, VehicleModel, VehicleType};
 
 /// A solution of a scenario: one vehicle, or several for a cooperative one.
 #[derive(Debug, Clone, PartialEq)]

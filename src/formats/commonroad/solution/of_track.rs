@@ -3,8 +3,8 @@
 use super::{
     ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory, TrajectoryKind,
 };
-use crate::geometry::angle_between;
-use crate::scenario::{Header, Motion, Track, VehicleModel, VehicleType};
+use nearmiss_base::geometry::angle_between;
+use nearmiss_scene::scenario::{Header, Motion, Track, VehicleModel, VehicleType};
 
 /// The default cost function; it is defined for every model except the point mass.
 const COST: &str = "SM1";

@@ -6,12 +6,12 @@ use jiff::civil::{Date, DateTime};
 
 use super::id::{BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, legal};
 use super::{ProblemSolution, Solution, SolutionState, SolutionTrajectory, TrajectoryKind};
-use crate::formats::commonroad::builder::refused_step;
-use crate::formats::commonroad::error::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml, decoded, short};
-use crate::scenario::plausibility::limits::doubtful;
-use crate::scenario::plausibility::missing_steps;
-use crate::scenario::{Quantity, Severity, StateField, Steps, VehicleModel, benchmark_id};
+use crate::commonroad::builder::refused_step;
+use crate::commonroad::error::ReadError;
+use crate::commonroad::xml::{Element, Xml, decoded, short};
+use nearmiss_scene::scenario::plausibility::limits::doubtful;
+use nearmiss_scene::scenario::plausibility::missing_steps;
+use nearmiss_scene::scenario::{Quantity, Severity, StateField, Steps, VehicleModel, benchmark_id};
 
 const ROOT: &str = "CommonRoadSolution";
 

@@ -7,8 +7,8 @@ use quick_xml::events::{BytesDecl, Event};
 
 use super::id::{self, is_word, legal};
 use super::{ProblemSolution, Solution, SolutionError};
-use crate::formats::commonroad::WriteError;
-use crate::formats::commonroad::xml_writer::{XmlWriter, number};
+use crate::commonroad::WriteError;
+use crate::commonroad::xml_writer::{XmlWriter, number};
 
 /// The solution as an XML file in UTF-8. The same solution gives the same bytes.
 ///

@@ -1,8 +1,8 @@
 //! Limits on input: nesting depth, attributes, and counts of elements.
 
 use super::{Element, Xml, short};
-use crate::formats::commonroad::error::ReadError;
-use crate::scenario::plausibility::limits::MOST_PARTS;
+use crate::commonroad::error::ReadError;
+use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
 
 /// Elements inside each other, deeper than any file needs.
 const DEEPEST: usize = 100;

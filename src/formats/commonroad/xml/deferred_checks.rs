@@ -3,11 +3,11 @@
 use std::rc::Rc;
 
 use super::{Element, Xml};
-use crate::scenario::Severity;
+use nearmiss_scene::scenario::Severity;
 
 /// An element and those around it, from the root.
 #[derive(Debug, Clone)]
-pub(in crate::formats) struct SourceLocation<'a> {
+pub(crate) struct SourceLocation<'a> {
     pub element: Element<'a>,
     pub(super) around: Rc<[Element<'a>]>,
 }

@@ -1,10 +1,10 @@
 //! Numbers in elements and attributes: implausible ones are rejected with their place.
 
 use super::{Element, Xml, short};
-use crate::formats::commonroad::builder;
-use crate::formats::commonroad::encoding::BYTE_ORDER_MARK;
-use crate::formats::commonroad::error::ReadError;
-use crate::scenario::Severity;
+use crate::commonroad::builder;
+use crate::commonroad::encoding::BYTE_ORDER_MARK;
+use crate::commonroad::error::ReadError;
+use nearmiss_scene::scenario::Severity;
 
 impl<'a> Xml<'a> {
     /// The value of an attribute that must be a whole number.

@@ -1,10 +1,10 @@
 //! Counts what stands in a file and is not used: elements and attributes, by their paths of names.
 
 use super::{Element, SourceLocation, Xml, short};
-use crate::formats::commonroad::error::ReadError;
+use crate::commonroad::error::ReadError;
 
 /// The attributes that a format knows, by the names of their elements.
-pub(in crate::formats::commonroad) type KnownAttributes = fn(&str) -> &'static [&'static str];
+pub(in crate::commonroad) type KnownAttributes = fn(&str) -> &'static [&'static str];
 
 impl<'a> Xml<'a> {
     /// Passes over an element that is not known, which counts as not used.
@@ -64,8 +64,8 @@ impl<'a> Xml<'a> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use crate::formats::commonroad::read;
-    use crate::scenario::Severity;
+    use crate::commonroad::read;
+    use nearmiss_scene::scenario::Severity;
 
     const SCENARIO: &str = "<commonRoad commonRoadVersion='2020a' benchmarkID='ZAM_A-1' timeStepSize='0.1'>\
         <scenarioTags><urban></urban></scenarioTags>\

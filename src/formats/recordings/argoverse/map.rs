@@ -8,17 +8,19 @@ use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
 
 use super::LARGEST;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::assembly::Map;
-use crate::formats::recordings::crossing;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::lane_shape::{matched, same_way};
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::formats::recordings::report::{At, Report};
-use crate::geometry::Point;
-use crate::scenario::{Adjacent, Bound, ContentHash, Lanelet, LaneletType, LineMarking, RoadUser};
-use crate::system;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::Map;
+use crate::recordings::crossing;
+use crate::recordings::ids::Ids;
+use crate::recordings::lane_shape::{matched, same_way};
+use crate::recordings::leftovers::Leftovers;
+use crate::recordings::report::{At, Report};
+use nearmiss_base::geometry::Point;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::{
+    Adjacent, Bound, ContentHash, Lanelet, LaneletType, LineMarking, RoadUser,
+};
 
 /// A map as it is in the file, with its elements still to be read.
 pub struct Archive {

@@ -11,12 +11,12 @@ use super::assembly::{About, Map, assemble};
 use super::ids::Ids;
 use super::report::Report;
 use super::{sizes, whole_file};
-use crate::formats::address::Address;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::dispatch::{Format, Parts};
-use crate::scenario::{ContentHash, ObstacleType, Scenario};
-use crate::system;
+use crate::address::Address;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::dispatch::{Format, Parts};
+use nearmiss_base::system;
+use nearmiss_scene::scenario::{ContentHash, ObstacleType, Scenario};
 use table::Table;
 pub use table::columns;
 

@@ -13,11 +13,11 @@ use parquet::data_type::{
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::pages;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::report::Report;
-use crate::scenario::plausibility::limits::MOST_PARTS;
-use crate::system;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::report::Report;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
 
 /// The columns that tell a motion forecasting scenario.
 const TELLING: [&str; 5] = [

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 
 use super::table::{Table, Text};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along};
-use crate::formats::recordings::report::Report;
-use crate::formats::recordings::{repeated, sizes};
-use crate::scenario::ObstacleType;
-use crate::scenario::plausibility::limits::LATEST_STEP;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::{RecordedTrack, TrackState, along};
+use crate::recordings::report::Report;
+use crate::recordings::{repeated, sizes};
+use nearmiss_scene::scenario::ObstacleType;
+use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
 
 /// The track of the vehicle that records.
 const RECORDER: &str = "AV";
@@ -122,10 +122,10 @@ pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
 fn at_point<'r>(
     x: f64,
     y: f64,
-    at: impl Fn() -> crate::formats::recordings::report::At<'r>,
-) -> Result<crate::geometry::Point, ReadError> {
+    at: impl Fn() -> crate::recordings::report::At<'r>,
+) -> Result<nearmiss_base::geometry::Point, ReadError> {
     match x.abs() < 1e6 && y.abs() < 1e6 {
-        true => Ok(crate::geometry::Point::new(x, y)),
+        true => Ok(nearmiss_base::geometry::Point::new(x, y)),
         false => at().point(x, y),
     }
 }

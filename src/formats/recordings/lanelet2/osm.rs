@@ -4,11 +4,11 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml, decoded};
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::scenario::LineMarking;
-use crate::system::{self, FileCache};
+use crate::commonroad::ReadError;
+use crate::commonroad::xml::{Element, Xml, decoded};
+use crate::recordings::leftovers::Leftovers;
+use nearmiss_base::system::{self, FileCache};
+use nearmiss_scene::scenario::LineMarking;
 
 /// No map is larger, bytes.
 const LARGEST: u64 = 256 << 20;

@@ -1,6 +1,6 @@
 //! What the tags of a lanelet say: its kind, its users, its speed limit.
 
-use crate::scenario::{LaneletType, RoadUser};
+use nearmiss_scene::scenario::{LaneletType, RoadUser};
 
 /// What a lanelet is, and who uses it.
 pub fn kind(subtype: &str, location: &str) -> (Vec<LaneletType>, Vec<RoadUser>) {

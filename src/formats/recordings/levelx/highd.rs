@@ -1,13 +1,13 @@
 //! The straight road of a highD recording, from the lines in its picture.
 
 use super::meta::Recording;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::assembly::Map;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::report::Report;
-use crate::geometry::Point;
-use crate::scenario::{
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::Map;
+use crate::recordings::ids::Ids;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::{
     Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Sign, SignElement,
 };
 

@@ -4,13 +4,13 @@
 use std::path::{Path, PathBuf};
 
 use super::meta::Recording;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::assembly::Map;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::lanelet2;
-use crate::formats::recordings::report::Report;
-use crate::formats::recordings::user_maps::{self, has_extension, users_maps};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::Map;
+use crate::recordings::ids::Ids;
+use crate::recordings::lanelet2;
+use crate::recordings::report::Report;
+use crate::recordings::user_maps::{self, has_extension, users_maps};
 
 /// Folders of the data sets with their maps, from the folder of the recordings.
 const FOLDERS: [&str; 4] = [".", "../lanelets", "../maps/lanelets", "../maps"];

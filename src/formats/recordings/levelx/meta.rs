@@ -6,13 +6,13 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use super::rows::Kind;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::columns;
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::formats::recordings::report::{At, Report};
-use crate::scenario::ObstacleType;
-use crate::system;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::columns;
+use crate::recordings::leftovers::Leftovers;
+use crate::recordings::report::{At, Report};
+use nearmiss_base::system;
+use nearmiss_scene::scenario::ObstacleType;
 
 /// About a recording.
 #[derive(Debug)]

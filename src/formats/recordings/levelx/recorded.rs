@@ -8,11 +8,11 @@ use std::sync::Arc;
 use super::TRACKS;
 use super::meta::{self, Recording, TrackMeta};
 use super::rows::{self, Row};
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::formats::recordings::report::Report;
-use crate::formats::recordings::windows;
-use crate::system::FileCache;
+use crate::commonroad::ReadError;
+use crate::recordings::leftovers::Leftovers;
+use crate::recordings::report::Report;
+use crate::recordings::windows;
+use nearmiss_base::system::FileCache;
 
 /// Rows of recordings that are kept, bytes: a recording of a quarter of an hour has about 50 MB.
 const KEPT: usize = 512 << 20;

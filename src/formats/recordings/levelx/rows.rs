@@ -7,14 +7,14 @@ use std::path::Path;
 use csv::ByteRecord;
 
 use super::meta::TrackMeta;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::assembly::{TrackState, along};
-use crate::formats::recordings::columns;
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::formats::recordings::report::Report;
-use crate::geometry::{Point, Vector};
-use crate::system;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::{TrackState, along};
+use crate::recordings::columns;
+use crate::recordings::leftovers::Leftovers;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_base::system;
 
 /// Which of the data sets: they differ in axes, points of reference and columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! Steps of a scenario: the sweeps of the lidar.
 
 use super::log::Log;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::report::Report;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::report::Report;
 
 /// Sweeps with the steps that they are at.
 pub struct Clock<'l> {

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::sqlite::{Database, MAGIC, named};
-use crate::formats::commonroad::{ReadError, beginning_of_file};
-use crate::formats::recordings::report::Report;
-use crate::formats::recordings::user_maps::has_extension;
+use crate::commonroad::{ReadError, beginning_of_file};
+use crate::recordings::report::Report;
+use crate::recordings::user_maps::has_extension;
 
 /// What a SQLite file is.
 pub enum Evidence {

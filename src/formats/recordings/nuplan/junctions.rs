@@ -6,10 +6,10 @@ use super::lanes::Cut;
 use super::layers::Lane;
 use super::lights::Lights;
 use super::signs::line_at;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::lane_shape::directions;
-use crate::formats::recordings::report::Report;
-use crate::scenario::{
+use crate::recordings::ids::Ids;
+use crate::recordings::lane_shape::directions;
+use crate::recordings::report::Report;
+use nearmiss_scene::scenario::{
     Incoming, Intersection, LaneletType, LightPhase, LineMarking, StopLine, TrafficDirection,
     TrafficLight,
 };

@@ -3,13 +3,13 @@
 use std::collections::{HashMap, HashSet};
 
 use super::layers::{Lane, Layers};
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::crossing;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::lane_shape::{borders, matched, without_repeats};
-use crate::formats::recordings::report::Report;
-use crate::geometry::{Bounds, Point, Vector};
-use crate::scenario::{Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser};
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::crossing;
+use crate::recordings::ids::Ids;
+use crate::recordings::lane_shape::{borders, matched, without_repeats};
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::{Bounds, Point, Vector};
+use nearmiss_scene::scenario::{Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser};
 
 /// Half of a lane without borders, metres.
 const HALF_LANE: f64 = 1.75;

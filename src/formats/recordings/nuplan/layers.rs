@@ -7,11 +7,11 @@ use std::sync::Arc;
 use super::projection::{DEGREES, projected, shape};
 use super::record::Record;
 use super::sqlite::{Asked, Database, named};
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::geometry::{Bounds, Point};
-use crate::scenario::LineMarking;
-use crate::system::FileCache;
+use crate::commonroad::ReadError;
+use crate::recordings::leftovers::Leftovers;
+use nearmiss_base::geometry::{Bounds, Point};
+use nearmiss_base::system::FileCache;
+use nearmiss_scene::scenario::LineMarking;
 
 /// Maps that are kept for other windows, bytes.
 const KEPT: usize = 512 << 20;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::clock::Clock;
 use super::sqlite::Database;
-use crate::formats::commonroad::ReadError;
-use crate::scenario::{LightPhase, SignalColor};
+use crate::commonroad::ReadError;
+use nearmiss_scene::scenario::{LightPhase, SignalColor};
 
 /// What connectors are shown, by their ids in the map.
 pub type Lights = BTreeMap<i64, Vec<LightPhase>>;

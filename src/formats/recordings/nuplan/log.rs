@@ -8,11 +8,11 @@ use std::sync::Arc;
 use super::record::Token;
 use super::sqlite::{Asked, Database};
 use super::sweep_rows::SweepRows;
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::assembly::median;
-use crate::scenario::ObstacleType;
-use crate::scenario::plausibility::limits::{LATEST_STEP, refused_time_step};
-use crate::system::FileCache;
+use crate::commonroad::ReadError;
+use crate::recordings::assembly::median;
+use nearmiss_base::system::FileCache;
+use nearmiss_scene::scenario::ObstacleType;
+use nearmiss_scene::scenario::plausibility::limits::{LATEST_STEP, refused_time_step};
 
 /// Logs that are kept for other windows of them, bytes.
 const KEPT: usize = 128 << 20;

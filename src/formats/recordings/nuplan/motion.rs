@@ -6,14 +6,14 @@ use super::clock::Clock;
 use super::log::{EGO, Log, id_of, kind};
 use super::record::Record;
 use super::sqlite::Database;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along, median};
-use crate::formats::recordings::repeated;
-use crate::formats::recordings::report::Report;
-use crate::formats::recordings::sizes::{self, LONG};
-use crate::geometry::{Point, Vector};
-use crate::scenario::ObstacleType;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::{RecordedTrack, TrackState, along, median};
+use crate::recordings::repeated;
+use crate::recordings::report::Report;
+use crate::recordings::sizes::{self, LONG};
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_scene::scenario::ObstacleType;
 
 /// Length and width of the vehicle that records, metres: a Chrysler Pacifica, by the data set's devkit.
 const VEHICLE: (f64, f64) = (4.049 + 1.127, 2.297);

@@ -3,9 +3,9 @@
 use super::log::{EGO, Log, id_of};
 use super::record::Token;
 use super::sqlite::Database;
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::report::Report;
-use crate::formats::recordings::windows::{self, Wanted};
+use crate::commonroad::ReadError;
+use crate::recordings::report::Report;
+use crate::recordings::windows::{self, Wanted};
 
 /// The vehicle that records, as a track.
 pub const RECORDER: &str = "ego";

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::log::Log;
-use crate::formats::recordings::user_maps::{self, has_extension, users_maps};
+use crate::recordings::user_maps::{self, has_extension, users_maps};
 
 /// The name of maps.
 const FILE: &str = "map.gpkg";

@@ -5,11 +5,11 @@ use std::collections::HashMap;
 use super::geopackage;
 use super::record::Record;
 use super::sqlite::Database;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::utm::TransverseMercator;
-use crate::geometry::Point;
-use crate::scenario::plausibility::limits::MOST_PARTS;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::utm::TransverseMercator;
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
 
 /// Degrees on WGS 84.
 pub const DEGREES: i64 = 4326;

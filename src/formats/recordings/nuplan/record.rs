@@ -5,9 +5,9 @@ use std::fmt::Write;
 use rusqlite::Row;
 use rusqlite::types::ValueRef;
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::report::{At, Report};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::report::{At, Report};
 
 /// The key of a row: eight bytes in nuPlan.
 pub type Token = u64;

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use super::lanes::{Cut, Placed};
 use super::layers::Stop;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::report::Report;
-use crate::geometry::{Point, Polyline, Vector, contains};
-use crate::scenario::{LineMarking, Sign, SignElement, StopLine};
+use crate::recordings::ids::Ids;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::{Point, Polyline, Vector, contains};
+use nearmiss_scene::scenario::{LineMarking, Sign, SignElement, StopLine};
 
 /// Signs of a country for a speed limit in m/s, for a stop and to give way.
 pub struct Signs {

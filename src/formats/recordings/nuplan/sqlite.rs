@@ -8,11 +8,11 @@ use std::path::Path;
 use rusqlite::{Connection, OpenFlags, Params};
 
 use super::record::{Record, Token};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::formats::recordings::report::{At, Report};
-use crate::system;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::leftovers::Leftovers;
+use crate::recordings::report::{At, Report};
+use nearmiss_base::system;
 
 /// How SQLite files begin.
 pub const MAGIC: &[u8] = b"SQLite format 3\0";

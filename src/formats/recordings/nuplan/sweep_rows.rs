@@ -6,7 +6,7 @@ use std::mem::size_of;
 use super::clock::Clock;
 use super::record::{Record, Token};
 use super::sqlite::Database;
-use crate::formats::commonroad::ReadError;
+use crate::commonroad::ReadError;
 
 /// The column that names the sweep of a row.
 const SWEEP: &str = "lidar_pc_token";

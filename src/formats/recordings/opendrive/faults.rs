@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use super::road::{Road, RoadLink};
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::report::Report;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::report::Report;
 
 /// Ends that are farther apart, metres, are a gap.
 const GAP: f64 = 0.1;

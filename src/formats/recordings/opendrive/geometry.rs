@@ -1,9 +1,9 @@
 //! Reference lines of roads: lines, arcs, spirals, cubics.
 
 use super::tree::Node;
-use crate::formats::commonroad::ReadError;
-use crate::geometry::{Point, Pose, Vector};
-use crate::scenario::plausibility::limits::refused_coordinate;
+use crate::commonroad::ReadError;
+use nearmiss_base::geometry::{Point, Pose, Vector};
+use nearmiss_scene::scenario::plausibility::limits::refused_coordinate;
 
 /// A cubic from an offset on.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

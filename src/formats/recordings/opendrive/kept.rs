@@ -7,11 +7,11 @@ use super::TOLERANCE;
 use super::lane::Lane;
 use super::links::Key;
 use super::road::Road;
-use crate::formats::opendrive::signals::{STOP_LINE, SignalKey};
-use crate::formats::opendrive::user_data::KeptLanelet;
-use crate::formats::recordings::assembly::Map;
-use crate::geometry::Polyline;
-use crate::scenario::{Bound, Lanelet};
+use crate::opendrive::signals::{STOP_LINE, SignalKey};
+use crate::opendrive::user_data::KeptLanelet;
+use crate::recordings::assembly::Map;
+use nearmiss_base::geometry::Polyline;
+use nearmiss_scene::scenario::{Bound, Lanelet};
 
 /// Lanes may be so much farther from their lanelets than was written, metres: what reading and rounding add.
 const ROUNDING: f64 = 0.02;

@@ -2,8 +2,8 @@
 
 use super::geometry::{Cubic, value};
 use super::tree::Node;
-use crate::formats::commonroad::ReadError;
-use crate::formats::opendrive::user_data::{KeptLanelet, LANELET, PART_OF};
+use crate::commonroad::ReadError;
+use crate::opendrive::user_data::{KeptLanelet, LANELET, PART_OF};
 
 /// Lanes that stay the same for a while.
 pub struct Section {

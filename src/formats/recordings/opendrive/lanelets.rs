@@ -8,14 +8,14 @@ use super::lane::{Lane, Section};
 use super::links::{Connection, Key, contacts};
 use super::road::{End, Road};
 use super::signal::Signal;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::opendrive::words::marking;
-use crate::formats::recordings::assembly::Map;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::lane_shape::without_repeats;
-use crate::formats::recordings::report::Report;
-use crate::geometry::Point;
-use crate::scenario::{
+use crate::commonroad::builder::SourceLocation;
+use crate::opendrive::words::marking;
+use crate::recordings::assembly::Map;
+use crate::recordings::ids::Ids;
+use crate::recordings::lane_shape::without_repeats;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::{
     Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Sign, SignElement, TrafficLight,
 };
 

@@ -5,9 +5,9 @@ use std::collections::{BTreeSet, HashMap};
 use super::lane::Lane;
 use super::road::{End, Road, RoadLink, contact};
 use super::tree::Node;
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::report::Report;
-use crate::geometry::Point;
+use crate::commonroad::ReadError;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::Point;
 
 /// A lane: the place of its road, of its section, and its id.
 pub type Key = (usize, usize, i64);

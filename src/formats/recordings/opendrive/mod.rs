@@ -15,10 +15,10 @@ use std::collections::HashMap;
 use super::assembly::Map;
 use super::ids::Ids;
 use super::report::Report;
-use crate::formats::commonroad::ReadError;
-use crate::geometry::{Point, Pose};
+use crate::commonroad::ReadError;
 use geometry::Offset;
 pub use kept::KeptSigns;
+use nearmiss_base::geometry::{Point, Pose};
 use road::Road;
 use tree::Node;
 

@@ -4,8 +4,8 @@ use super::geometry::{Cubic, Offset, Piece, pose, value};
 use super::lane::{Lane, Section, sections, speed};
 use super::signal::{self, Signal};
 use super::tree::Node;
-use crate::formats::commonroad::ReadError;
-use crate::geometry::{Point, Pose};
+use crate::commonroad::ReadError;
+use nearmiss_base::geometry::{Point, Pose};
 
 /// A road.
 pub struct Road {
@@ -220,7 +220,8 @@ impl Road {
         let off = |s: f64| {
             let points = self.across(section, s);
             let each = points.iter().zip(a.iter().zip(&b));
-            let away = each.map(|(p, (a, b))| crate::geometry::distance_to_segment(p, a, b));
+            let away =
+                each.map(|(p, (a, b))| nearmiss_base::geometry::distance_to_segment(p, a, b));
             away.fold(0.0, f64::max)
         };
         if off(middle).max(off(quarter)) <= tolerance {

@@ -2,7 +2,7 @@
 
 use super::lane::speed;
 use super::tree::Node;
-use crate::formats::commonroad::ReadError;
+use crate::commonroad::ReadError;
 
 /// A sign or a light.
 pub struct Signal {

@@ -3,9 +3,9 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml, decoded};
-use crate::scenario::plausibility::limits::refused_coordinate;
+use crate::commonroad::ReadError;
+use crate::commonroad::xml::{Element, Xml, decoded};
+use nearmiss_scene::scenario::plausibility::limits::refused_coordinate;
 
 /// An element with its attributes and children. Whoever asks for one of them reads it: what nobody asked for is
 /// [unused](Node::unused).

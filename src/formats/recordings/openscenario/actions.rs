@@ -1,6 +1,6 @@
 //! Actions of a storyboard: which move an entity, and how.
 
-use crate::formats::recordings::opendrive::tree::Node;
+use crate::recordings::opendrive::tree::Node;
 
 /// Actions that do not move an entity by themselves.
 const HARMLESS: [&str; 4] = [

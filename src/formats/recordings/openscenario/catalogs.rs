@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use super::parameters;
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::named_files::named_file;
-use crate::formats::recordings::opendrive::tree::{self, Node};
-use crate::formats::recordings::report::Report;
-use crate::system;
+use crate::commonroad::ReadError;
+use crate::recordings::named_files::named_file;
+use crate::recordings::opendrive::tree::{self, Node};
+use crate::recordings::report::Report;
+use nearmiss_base::system;
 
 /// Files of a folder of catalogs that are looked into.
 const MOST_CATALOGS: usize = 100;

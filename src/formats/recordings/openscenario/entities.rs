@@ -4,14 +4,14 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::catalogs::Catalogs;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::openscenario::body;
-use crate::formats::recordings::opendrive::tree::Node;
-use crate::formats::recordings::report::Report;
-use crate::formats::recordings::sizes;
-use crate::geometry::{Point, Pose, Shape};
-use crate::scenario::ObstacleType;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::openscenario::body;
+use crate::recordings::opendrive::tree::Node;
+use crate::recordings::report::Report;
+use crate::recordings::sizes;
+use nearmiss_base::geometry::{Point, Pose, Shape};
+use nearmiss_scene::scenario::ObstacleType;
 
 /// An entity.
 #[derive(Debug, Clone)]

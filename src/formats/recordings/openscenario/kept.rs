@@ -3,10 +3,10 @@
 
 use std::collections::HashMap;
 
-use crate::formats::commonroad::read;
-use crate::formats::opendrive::signals::{signal_keys, speed_limit};
-use crate::formats::recordings::opendrive::KeptSigns;
-use crate::scenario::{LaneletNetwork, PlanningProblem, Position, Scenario, TrafficLight};
+use crate::commonroad::read;
+use crate::opendrive::signals::{signal_keys, speed_limit};
+use crate::recordings::opendrive::KeptSigns;
+use nearmiss_scene::scenario::{LaneletNetwork, PlanningProblem, Position, Scenario, TrafficLight};
 
 /// Puts what was kept into a scenario. `signs` are there where its lanelets are those of the export; what names lanelets
 /// holds only then.

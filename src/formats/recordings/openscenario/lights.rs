@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::opendrive::tree::Node;
-use crate::scenario::{LightPhase, SignalColor, TrafficLight};
+use crate::commonroad::ReadError;
+use crate::recordings::opendrive::tree::Node;
+use nearmiss_scene::scenario::{LightPhase, SignalColor, TrafficLight};
 
 /// No phase is longer, steps.
 const LONGEST: f64 = 1e6;

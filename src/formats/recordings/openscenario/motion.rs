@@ -1,7 +1,7 @@
 //! What an entity does in a storyboard: where it begins, what it follows, when it is there.
 
 use super::trajectory::{Followed, SAME_TIME};
-use crate::geometry::Pose;
+use nearmiss_base::geometry::Pose;
 
 /// What an entity does.
 #[derive(Debug, Clone, Default)]

@@ -1,8 +1,8 @@
 //! Parameters of a document, or of an entry of a catalog: their values in the places where they are used.
 
 use super::expression::{Values, replaced};
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::opendrive::tree::Node;
+use crate::commonroad::ReadError;
+use crate::recordings::opendrive::tree::Node;
 
 /// The document with the values of its parameters in their places.
 pub fn filled(mut root: Node) -> Result<Node, ReadError> {

@@ -8,13 +8,13 @@ use super::motion::Motions;
 use super::player_log;
 use super::storyboard::{AllMotions, motions};
 use super::tracks::{Course, Named, Timeline, recorded};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::opendrive::Network;
-use crate::formats::recordings::opendrive::tree::Node;
-use crate::formats::recordings::report::Report;
-use crate::system;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::ids::Ids;
+use crate::recordings::opendrive::Network;
+use crate::recordings::opendrive::tree::Node;
+use crate::recordings::report::Report;
+use nearmiss_base::system;
 
 /// A scenario whose entities move.
 pub struct Played<'a> {

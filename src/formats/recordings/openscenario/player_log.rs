@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::report::Report;
-use crate::geometry::{Point, Pose};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::{Point, Pose};
 
 /// A state of an entity.
 #[derive(Debug, Clone, Copy)]

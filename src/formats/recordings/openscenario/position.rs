@@ -3,12 +3,12 @@
 use std::collections::HashMap;
 
 use super::motion::Motions;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::opendrive::Network;
-use crate::formats::recordings::opendrive::tree::Node;
-use crate::formats::recordings::report::Report;
-use crate::geometry::{Point, Pose};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::opendrive::Network;
+use crate::recordings::opendrive::tree::Node;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::{Point, Pose};
 
 /// Positions that are read.
 const POSITIONS: [&str; 5] = [

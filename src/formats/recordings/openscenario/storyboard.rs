@@ -7,11 +7,11 @@ use super::motion::Motions;
 use super::position::{has_heading, position_of, unread_position};
 use super::trajectory::{Followed, Told};
 use super::triggers::{Fires, fires, start};
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::opendrive::Network;
-use crate::formats::recordings::opendrive::tree::Node;
-use crate::formats::recordings::report::Report;
-use crate::geometry::Pose;
+use crate::commonroad::ReadError;
+use crate::recordings::opendrive::Network;
+use crate::recordings::opendrive::tree::Node;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::Pose;
 
 /// The end of a scenario, where it is a moment, seconds.
 pub fn end(root: &Node) -> Option<f64> {

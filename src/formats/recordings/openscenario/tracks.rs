@@ -8,13 +8,13 @@ use super::motion::Motions;
 use super::player_log::Seen;
 use super::storyboard::AllMotions;
 use super::trajectory::SAME_TIME;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::openscenario::SINGLE_STATES;
-use crate::formats::recordings::assembly::{RecordedTrack, TrackState};
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::report::Report;
-use crate::geometry::{Point, Pose};
-use crate::scenario::plausibility::limits::{refused_coordinate, refused_time_step};
+use crate::commonroad::builder::SourceLocation;
+use crate::openscenario::SINGLE_STATES;
+use crate::recordings::assembly::{RecordedTrack, TrackState};
+use crate::recordings::ids::Ids;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::{Point, Pose};
+use nearmiss_scene::scenario::plausibility::limits::{refused_coordinate, refused_time_step};
 
 /// Steps of a scenario at most.
 const MOST_STEPS: i64 = 100_000;
@@ -271,7 +271,7 @@ pub fn recorded(
             Some(entity) => id_of(entity, ids),
             None => ids.fresh(),
         };
-        let kind = entity.map_or(crate::scenario::ObstacleType::Car, |e| e.kind);
+        let kind = entity.map_or(nearmiss_scene::scenario::ObstacleType::Car, |e| e.kind);
         let mut states: Vec<TrackState> = states
             .iter()
             .map(|s| TrackState {

@@ -1,6 +1,6 @@
 //! Trajectories with times: polylines whose vertices may tell headings.
 
-use crate::geometry::{Point, Pose, Vector, angle_between};
+use nearmiss_base::geometry::{Point, Pose, Vector, angle_between};
 
 /// Moments nearer to each other are the same, seconds.
 pub const SAME_TIME: f64 = 1e-6;

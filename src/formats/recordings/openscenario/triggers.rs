@@ -1,7 +1,7 @@
 //! Triggers of a storyboard that are moments: when acts and events begin, and when everything ends.
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::opendrive::tree::Node;
+use crate::commonroad::ReadError;
+use crate::recordings::opendrive::tree::Node;
 
 /// When a trigger fires.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,7 +87,7 @@ fn condition(condition: &Node) -> Result<(Fires, bool), ReadError> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::formats::recordings::opendrive::tree;
+    use crate::recordings::opendrive::tree;
 
     fn time(rule: &str, value: f64, delay: f64) -> String {
         format!(

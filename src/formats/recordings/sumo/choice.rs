@@ -6,9 +6,9 @@ use std::sync::Arc;
 use super::fcd::Recorded;
 use super::files::{self, Nets};
 use super::net::{self, Net};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::report::Report;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::report::Report;
 
 /// The net of a recording: the one that it names, or the one beside it in which its edges are. What is wrong is said.
 pub fn net(

@@ -3,10 +3,10 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::geo;
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::formats::recordings::steps::Steps;
-use crate::geometry::{Point, normalize_angle};
-use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
+use crate::recordings::leftovers::Leftovers;
+use crate::recordings::steps::Steps;
+use nearmiss_base::geometry::{Point, normalize_angle};
+use nearmiss_scene::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
 
 /// What is in a file.
 pub struct Recorded {

@@ -1,10 +1,10 @@
 //! Floating car data as a table, which SUMO writes where the output is called `….csv`.
 
 use super::fcd::{Collector, Recorded, Row, seconds};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::columns;
-use crate::formats::recordings::report::Report;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::columns;
+use crate::recordings::report::Report;
 
 /// The columns that tell such a table.
 const TELLING: [&str; 4] = ["timestep_time", "vehicle_id", "vehicle_x", "vehicle_y"];

@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use super::fcd::{Collector, Recorded, Row, seconds};
-use crate::formats::commonroad::xml::{Element, Xml, decoded};
-use crate::formats::commonroad::{ReadError, beginning};
+use crate::commonroad::xml::{Element, Xml, decoded};
+use crate::commonroad::{ReadError, beginning};
 
 /// Whether a file that begins so has floating car data.
 pub fn begins(head: &[u8]) -> bool {

@@ -1,10 +1,10 @@
 //! Floating car data in degrees (`--fcd-output.geo`): whether it is, and where it lies in metres.
 
 use super::fcd::{Recorded, Vehicle};
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::report::Report;
-use crate::formats::recordings::utm::TransverseMercator;
-use crate::geometry::Point;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::report::Report;
+use crate::recordings::utm::TransverseMercator;
+use nearmiss_base::geometry::Point;
 
 /// What a net says about where it is.
 #[derive(Debug, Clone, Default)]

@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 
 use super::net::{Connection, Net, NetLane};
-use crate::formats::recordings::assembly::Map;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::lane_shape::{borders, without_repeats};
-use crate::formats::recordings::report::Report;
-use crate::scenario::{
+use crate::recordings::assembly::Map;
+use crate::recordings::ids::Ids;
+use crate::recordings::lane_shape::{borders, without_repeats};
+use crate::recordings::report::Report;
+use nearmiss_scene::scenario::{
     Adjacent, ContentHash, Lanelet, LaneletType, LineMarking, RoadUser, Sign, SignElement,
 };
 
@@ -47,7 +47,7 @@ pub fn map(
             let id = ids.fresh();
             let position = lanelet.right.points.first().copied();
             lanelet.lights.push(id);
-            map.lights.push(crate::scenario::TrafficLight {
+            map.lights.push(nearmiss_scene::scenario::TrafficLight {
                 id,
                 position,
                 ..light
@@ -76,7 +76,7 @@ struct NamedMap {
     names: Vec<String>,
     lanelets: Vec<Lanelet>,
     signs: Vec<Sign>,
-    lights: Vec<crate::scenario::TrafficLight>,
+    lights: Vec<nearmiss_scene::scenario::TrafficLight>,
 }
 
 fn lanelets(lanes: &[NetLane], connections: &[Connection], ids: &mut Ids) -> NamedMap {

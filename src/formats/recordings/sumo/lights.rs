@@ -1,9 +1,9 @@
 //! Programs of SUMO's traffic lights.
 
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml};
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::scenario::{LightPhase, SignalColor, TrafficDirection, TrafficLight};
+use crate::commonroad::ReadError;
+use crate::commonroad::xml::{Element, Xml};
+use crate::recordings::leftovers::Leftovers;
+use nearmiss_scene::scenario::{LightPhase, SignalColor, TrafficDirection, TrafficLight};
 
 /// A program: its phases one after the other.
 pub struct Program {

@@ -20,14 +20,14 @@ use super::ids::Ids;
 use super::repeated;
 use super::report::Report;
 use super::windows::{self, LongRecording, Wanted};
-use crate::formats::address::Address;
-use crate::formats::commonroad::ReadError;
-use crate::formats::dispatch::{Format, Parts};
-use crate::geometry::Point;
-use crate::scenario::{ContentHash, HashedBeginning, Scenario};
-use crate::system::{self, FileCache};
+use crate::address::Address;
+use crate::commonroad::ReadError;
+use crate::dispatch::{Format, Parts};
 use fcd::{Recorded, Seen, Vehicle};
 use geo::Placement;
+use nearmiss_base::geometry::Point;
+use nearmiss_base::system::{self, FileCache};
+use nearmiss_scene::scenario::{ContentHash, HashedBeginning, Scenario};
 use types::{Types, VehicleType};
 
 /// The format.

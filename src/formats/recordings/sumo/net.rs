@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 use super::geo::Location;
 use super::lights::{Program, program};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml, decoded};
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::geometry::Point;
-use crate::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
-use crate::scenario::{ContentHash, RoadUser};
-use crate::system::{self, FileCache};
+use crate::commonroad::ReadError;
+use crate::commonroad::xml::{Element, Xml, decoded};
+use crate::recordings::leftovers::Leftovers;
+use nearmiss_base::geometry::Point;
+use nearmiss_base::system::{self, FileCache};
+use nearmiss_scene::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
+use nearmiss_scene::scenario::{ContentHash, RoadUser};
 
 /// No net is larger, bytes.
 const LARGEST: u64 = 512 << 20;

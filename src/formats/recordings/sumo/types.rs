@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use super::fcd::Recorded;
 use super::files;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::xml::{Element, Xml, decoded};
-use crate::formats::recordings::leftovers::Leftovers;
-use crate::formats::recordings::report::Report;
-use crate::scenario::ObstacleType;
-use crate::system::{self, FileCache};
+use crate::commonroad::ReadError;
+use crate::commonroad::xml::{Element, Xml, decoded};
+use crate::recordings::leftovers::Leftovers;
+use crate::recordings::report::Report;
+use nearmiss_base::system::{self, FileCache};
+use nearmiss_scene::scenario::ObstacleType;
 
 /// A type of vehicles.
 #[derive(Debug, Clone, PartialEq)]

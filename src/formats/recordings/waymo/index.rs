@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use super::tfrecord::{Record, Records};
-use crate::formats::commonroad::ReadError;
+use crate::commonroad::ReadError;
 
 /// The field of a scenario with its id.
 const SCENARIO_ID: u64 = 5;

@@ -6,10 +6,10 @@ use super::messages::{BoundarySegment, LaneCenter, LaneNeighbor};
 use super::widths::{
     self, HALF_BICYCLE_LANE, HALF_LANE, Lines, MeasuredLines, SideOfLane, measured,
 };
-use crate::formats::recordings::lane_shape::borders;
-use crate::formats::recordings::report::Report;
-use crate::geometry::Point;
-use crate::scenario::{Adjacent, Lanelet, LaneletType, LineMarking, RoadUser};
+use crate::recordings::lane_shape::borders;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::{Adjacent, Lanelet, LaneletType, LineMarking, RoadUser};
 
 /// A lane with its middle.
 pub struct Lane<'m> {

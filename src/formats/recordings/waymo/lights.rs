@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::Recorded;
-use crate::formats::commonroad::ReadError;
-use crate::formats::recordings::report::Report;
-use crate::geometry::Point;
-use crate::scenario::{LightPhase, SignalColor, TrafficDirection, TrafficLight};
+use crate::commonroad::ReadError;
+use crate::recordings::report::Report;
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::{LightPhase, SignalColor, TrafficDirection, TrafficLight};
 
 /// A light by the lane that it is for, as the data set counts lanes.
 pub struct LaneLight {

@@ -6,16 +6,16 @@ use super::lanes::{self, Lane};
 use super::messages::{MapFeature, MapPoint, StopSign};
 use super::widths::Lines;
 use super::{Recorded, lights};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::assembly::Map;
-use crate::formats::recordings::crossing;
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::lane_shape::{directions, without_repeats};
-use crate::formats::recordings::report::{At, Report};
-use crate::geometry::{Point, Vector};
-use crate::scenario::plausibility::limits::MOST_PARTS;
-use crate::scenario::{Lanelet, LineMarking, Sign, SignElement, StopLine};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::Map;
+use crate::recordings::crossing;
+use crate::recordings::ids::Ids;
+use crate::recordings::lane_shape::{directions, without_repeats};
+use crate::recordings::report::{At, Report};
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
+use nearmiss_scene::scenario::{Lanelet, LineMarking, Sign, SignElement, StopLine};
 
 /// m/s in a mile an hour.
 const MILE_AN_HOUR: f64 = 0.447_04;

@@ -19,12 +19,12 @@ use prost::Message;
 use super::assembly::{About, assemble, median};
 use super::ids::Ids;
 use super::report::Report;
-use crate::formats::address::Address;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::dispatch::{Format, Parts};
-use crate::scenario::{ContentHash, Scenario};
+use crate::address::Address;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::dispatch::{Format, Parts};
 use messages::Scenario as Recorded;
+use nearmiss_scene::scenario::{ContentHash, Scenario};
 use tfrecord::Records;
 
 /// The format.

@@ -5,10 +5,10 @@ use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::crc32c::masked;
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::report::Report;
-use crate::system;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::report::Report;
+use nearmiss_base::system;
 
 /// Length and its checksum, bytes.
 pub const HEADER: usize = 12;

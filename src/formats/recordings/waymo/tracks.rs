@@ -2,13 +2,13 @@
 
 use super::Recorded;
 use super::messages::{ObjectState, Track};
-use crate::formats::commonroad::ReadError;
-use crate::formats::commonroad::builder::SourceLocation;
-use crate::formats::recordings::assembly::{RecordedTrack, TrackState, along, median};
-use crate::formats::recordings::ids::Ids;
-use crate::formats::recordings::report::{At, Report};
-use crate::formats::recordings::sizes::LONG;
-use crate::scenario::ObstacleType;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::{RecordedTrack, TrackState, along, median};
+use crate::recordings::ids::Ids;
+use crate::recordings::report::{At, Report};
+use crate::recordings::sizes::LONG;
+use nearmiss_scene::scenario::ObstacleType;
 
 /// Sizes that vary by more than this over a track are noted, metres.
 const VARIES: f64 = 0.05;
@@ -175,9 +175,9 @@ fn state(
 }
 
 impl<N: Fn() -> String> LazyPlace<'_, N> {
-    fn at_point(&self, x: f64, y: f64) -> Result<crate::geometry::Point, ReadError> {
+    fn at_point(&self, x: f64, y: f64) -> Result<nearmiss_base::geometry::Point, ReadError> {
         if x.abs() < 1e6 && y.abs() < 1e6 {
-            return Ok(crate::geometry::Point::new(x, y));
+            return Ok(nearmiss_base::geometry::Point::new(x, y));
         }
         self.at().point(x, y)
     }

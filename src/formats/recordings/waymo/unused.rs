@@ -1,7 +1,7 @@
 //! Fields of a Waymo scenario that are not used: decoding passes over them without a word.
 
-use crate::formats::commonroad::wire::{Fields, Value};
-use crate::formats::recordings::leftovers::Leftovers;
+use crate::commonroad::wire::{Fields, Value};
+use crate::recordings::leftovers::Leftovers;
 
 /// A field that a message can have: its number, its name, and what is known of the message in it.
 type Field = (u32, &'static str, Of);

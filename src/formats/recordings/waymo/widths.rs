@@ -4,8 +4,8 @@ use std::cell::Cell;
 use std::collections::HashMap;
 
 use super::messages::{BoundarySegment, LaneNeighbor};
-use crate::formats::recordings::lane_shape::Widths;
-use crate::geometry::{Point, Vector, distance_to_segment};
+use crate::recordings::lane_shape::Widths;
+use nearmiss_base::geometry::{Point, Vector, distance_to_segment};
 
 /// Half the width of a lane that is not told by anything, metres: lanes in the United States are 3.0 to 3.7 m wide.
 pub const HALF_LANE: f64 = 1.75;

@@ -4,7 +4,7 @@ use edtui::actions::{Execute, SwitchMode};
 use edtui::{EditorMode, Index2};
 
 use super::{Editor, rows, width_of};
-use crate::settings::Keys;
+use nearmiss_settings::Keys;
 
 impl Editor {
     /// Moves the cursor; with `select`, the selection follows.

@@ -1,6 +1,6 @@
 //! The list filter while it is typed.
 
-use crate::tui::model::Place;
+use crate::model::Place;
 
 /// The filter while it is typed.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! Grouping of the list: by country, folder, tag or verdicts of stored answers.
 
 use super::Row;
-use crate::workflow::{Agreement, Filterable};
+use nearmiss_workflow::{Agreement, Filterable};
 
 /// By what the list is grouped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

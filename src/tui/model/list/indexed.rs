@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{CorpusIndex, Filter, List};
-use crate::workflow::Indexed;
+use nearmiss_workflow::Indexed;
 
 /// What a sentence begins with in the filter line.
 const SENTENCE: char = '?';

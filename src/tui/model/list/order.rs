@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::Row;
-use crate::metrics::{CriticalMoment, Danger, MEASURES, Measure};
+use nearmiss_scene::metrics::{CriticalMoment, Danger, MEASURES, Measure};
 
 /// By what the list is sorted; scenarios of which that is not known come last.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,10 +1,10 @@
 //! One scenario of the list, with its facts.
 
-use crate::corpus::CorpusIndex;
-use crate::formats::Entry;
-use crate::metrics::Measure;
-use crate::tui::loaded::{Facts, country_of};
-use crate::workflow::{Agreement, Filterable, HEADLINE, Indexed, Number, Property, nearest};
+use crate::loaded::{Facts, country_of};
+use nearmiss_formats::Entry;
+use nearmiss_scene::corpus::CorpusIndex;
+use nearmiss_scene::metrics::Measure;
+use nearmiss_workflow::{Agreement, Filterable, HEADLINE, Indexed, Number, Property, nearest};
 
 /// A scenario in the list.
 #[derive(Debug)]

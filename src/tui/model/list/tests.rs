@@ -4,9 +4,9 @@
 use std::path::Path;
 
 use super::*;
-use crate::geometry::Pose;
-use crate::metrics::{Contact, Headline, Nearest, measure};
-use crate::tui::loaded::Tally;
+use crate::loaded::Tally;
+use nearmiss_base::geometry::Pose;
+use nearmiss_scene::metrics::{Contact, Headline, Nearest, measure};
 
 /// Scenarios of these files, all found.
 fn list(files: &[&str]) -> List {

@@ -1,7 +1,7 @@
 //! Filter, order and grouping of the list as one view.
 
 use super::{Grouping, List, Order};
-use crate::settings::SavedView;
+use nearmiss_settings::SavedView;
 
 impl List {
     /// The list as it is.

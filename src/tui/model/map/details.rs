@@ -1,10 +1,10 @@
 //! Details of the picked obstacle at the cursor, as lines for the window and the clipboard.
 
 use super::Model;
-use crate::metrics::{Encounter, Relation};
-use crate::scenario::{Motion, Obstacle, ObstacleRole, Prediction, Scene, State};
-use crate::tui::loaded::Opened;
-use crate::tui::widgets::words::{hundredths, number};
+use crate::loaded::Opened;
+use crate::widgets::words::{hundredths, number};
+use nearmiss_scene::metrics::{Encounter, Relation};
+use nearmiss_scene::scenario::{Motion, Obstacle, ObstacleRole, Prediction, Scene, State};
 
 /// A line of the details.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -166,7 +166,7 @@ fn seen(lines: &mut Lines, opened: &Opened, scene: &Scene, obstacle: &Obstacle, 
         let said = match (reading.value(), reading) {
             (Some(value), _) if measure == "risk" => format!("{value:.0}"),
             (Some(value), _) => format!("{}{unit}", hundredths(value)),
-            (None, crate::metrics::Reading::None(why)) => format!("– {}", why.reason()),
+            (None, nearmiss_scene::metrics::Reading::None(why)) => format!("– {}", why.reason()),
             (None, _) => continue,
         };
         lines.say(measure, said);

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::{Foreseen, On};
-use crate::geometry::Point;
-use crate::judge::Criterion;
-use crate::scenario::prediction::{Observed, ObservedHistory, Prediction, Predictor};
-use crate::scenario::{Scene, Window};
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::judge::Criterion;
+use nearmiss_scene::scenario::prediction::{Observed, ObservedHistory, Prediction, Predictor};
+use nearmiss_scene::scenario::{Scene, Window};
 
 /// Whose paths are "near": within this distance of the ego, metres, centre to centre, and no more than so many.
 const NEAR: f64 = 40.0;

@@ -1,9 +1,9 @@
 //! What a map shows until the user zooms: the ego, and who matters most beside it.
 
 use super::{Moment, On};
-use crate::geometry::{Point, Vector};
-use crate::metrics::Headline;
-use crate::tui::model::{Camera, Model};
+use crate::model::{Camera, Model};
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_scene::metrics::Headline;
 
 /// Cells are at least so wide, metres, where the map chooses.
 const NEAREST: f64 = 0.6;

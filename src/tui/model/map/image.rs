@@ -1,7 +1,7 @@
 //! The map as an image: what was requested last, and what is there.
 
-use crate::render::Picture;
-use crate::tui::pixels::{Encoder, ImageRequest, MapImage};
+use crate::pixels::{Encoder, ImageRequest, MapImage};
+use nearmiss_render::Picture;
 
 /// The map as an image, where the terminal shows images.
 #[derive(Debug, Default)]

@@ -3,13 +3,13 @@
 use ratatui::layout::Position;
 
 use super::{Foresight, Measurement, On, Tape};
-use crate::description::visible;
-use crate::geometry::Pose;
-use crate::metrics::Headline;
-use crate::render::Variations;
-use crate::scenario::Scene;
-use crate::tui::loaded::{CertificateDrive, CycleShown, Opened};
-use crate::tui::model::Model;
+use crate::loaded::{CertificateDrive, CycleShown, Opened};
+use crate::model::Model;
+use nearmiss_base::geometry::Pose;
+use nearmiss_render::Variations;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::Headline;
+use nearmiss_scene::scenario::Scene;
 
 /// The second map beside the first.
 #[derive(Debug, Default)]

@@ -1,8 +1,8 @@
 //! The measuring tape: two ends in world coordinates, each free or attached to a moving body.
 
-use crate::geometry::{Gap, Placed, Point, Tip};
-use crate::scenario::Motion;
-use crate::tui::loaded::Opened;
+use crate::loaded::Opened;
+use nearmiss_base::geometry::{Gap, Placed, Point, Tip};
+use nearmiss_scene::scenario::Motion;
 
 /// Attachment of a tape end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

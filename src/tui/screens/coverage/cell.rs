@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use crate::corpus::{CellCounts, CellWindows, CorpusIndex, Manoeuvre, RoadType};
-use crate::tui::model::List;
+use crate::model::List;
+use nearmiss_scene::corpus::{CellCounts, CellWindows, CorpusIndex, Manoeuvre, RoadType};
 
 /// Windows that are listed of a cell at most.
 const MOST: usize = 100;

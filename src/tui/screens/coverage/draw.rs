@@ -8,14 +8,14 @@ use ratatui::widgets::{Paragraph, Wrap};
 
 use super::cell::{CellChoice, CellDetail, WorstWindow};
 use super::{ALL, CoverageScreen};
-use crate::corpus::{CellCounts, CorpusIndex, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
-use crate::description::visible;
-use crate::metrics::SEVERITY_NAMES;
-use crate::system::{pad_start, shown_path};
-use crate::tui::action::Action;
-use crate::tui::model::{ListIndex, Model};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, fit_middle, pad, thousands};
+use crate::action::Action;
+use crate::model::{ListIndex, Model};
+use crate::widgets::window;
+use crate::widgets::words::{fit, fit_middle, pad, thousands};
+use nearmiss_base::system::{pad_start, shown_path};
+use nearmiss_scene::corpus::{CellCounts, CorpusIndex, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::SEVERITY_NAMES;
 
 /// Columns of a manoeuvre's name with the sign before it.
 const NAME: usize = 16;

@@ -10,11 +10,11 @@ use ratatui::layout::Rect;
 
 use self::cell::{CellChoice, CellDetail};
 use super::{Screen, Step};
-use crate::corpus::{CorpusIndex, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
-use crate::tui::action::{Action, Scope};
-use crate::tui::message::{Effect, Mouse};
-use crate::tui::model::{Model, Pane, Place};
-use crate::tui::widgets::hints::{self, Hint};
+use crate::action::{Action, Scope};
+use crate::message::{Effect, Mouse};
+use crate::model::{Model, Pane, Place};
+use crate::widgets::hints::{self, Hint};
+use nearmiss_scene::corpus::{CorpusIndex, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
 
 /// The row and the column of all: behind those of one manoeuvre or road.
 const ALL: (usize, usize) = (Manoeuvre::ALL.len(), RoadType::ALL.len());

@@ -6,16 +6,16 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Paragraph;
 
-use crate::description::visible;
-use crate::evaluation::report::name_of;
-use crate::store::SplitPart;
-use crate::system::shown_path;
-use crate::tui::action::{Action, Scope};
-use crate::tui::model::{ExperimentView, Job, JobState, Model};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, fit_end, pad};
-use crate::workflow::WayProgress;
-use crate::workflow::batch::DryRunLine;
+use crate::action::{Action, Scope};
+use crate::model::{ExperimentView, Job, JobState, Model};
+use crate::widgets::window;
+use crate::widgets::words::{fit, fit_end, pad};
+use nearmiss_base::system::shown_path;
+use nearmiss_scene::description::visible;
+use nearmiss_store::SplitPart;
+use nearmiss_study::evaluation::report::name_of;
+use nearmiss_workflow::WayProgress;
+use nearmiss_workflow::batch::DryRunLine;
 
 /// Columns of the screen from which on there are two columns of text.
 const WIDE: u16 = 140;

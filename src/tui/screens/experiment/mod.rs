@@ -6,11 +6,11 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 
 use super::{Screen, Step};
-use crate::tui::action::{Action, Scope};
-use crate::tui::keymap::{Code, Key};
-use crate::tui::message::Effect;
-use crate::tui::model::Model;
-use crate::tui::widgets::hints::{self, Hint, fixed};
+use crate::action::{Action, Scope};
+use crate::keymap::{Code, Key};
+use crate::message::Effect;
+use crate::model::Model;
+use crate::widgets::hints::{self, Hint, fixed};
 
 /// The screen; what it shows is kept in the model, so that it is there when it is opened again.
 #[derive(Debug, Default)]

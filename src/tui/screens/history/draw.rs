@@ -8,14 +8,14 @@ use ratatui::widgets::{Block, BorderType, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::run;
-use crate::description::visible;
-use crate::evaluation::TemplateVersion;
-use crate::judge;
-use crate::store::{Filter, Summary};
-use crate::tui::action::Action;
-use crate::tui::model::{COUNTED, HistoryDrawn, InputPurpose, Model};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{date, fit_end, pad, thousands};
+use crate::action::Action;
+use crate::model::{COUNTED, HistoryDrawn, InputPurpose, Model};
+use crate::widgets::window;
+use crate::widgets::words::{date, fit_end, pad, thousands};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::judge;
+use nearmiss_store::{Filter, Summary};
+use nearmiss_study::evaluation::TemplateVersion;
 
 /// Columns from which on the details stand beside the list.
 const BESIDE: u16 = 110;

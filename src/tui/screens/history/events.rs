@@ -1,11 +1,11 @@
 //! Replies of the store to the run history.
 
 use super::{HistoryScreen, details, read, runs};
-use crate::store::Edge;
-use crate::tui::message::Effect;
-use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
-use crate::tui::model::Model;
-use crate::tui::screens::Step;
+use crate::message::Effect;
+use crate::message::runs::{HistoryCommand, HistoryEvent};
+use crate::model::Model;
+use crate::screens::Step;
+use nearmiss_store::Edge;
 
 /// Handles the store's answers.
 pub fn on_event(model: &mut Model, event: HistoryEvent) -> Step {

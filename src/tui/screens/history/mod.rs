@@ -12,13 +12,13 @@ use ratatui::layout::Rect;
 pub use events::on_event;
 
 use super::{Screen, Step};
-use crate::store::Edge;
-use crate::tui::action::{Action, Scope};
-use crate::tui::keymap::Key;
-use crate::tui::message::runs::{HistoryCommand, PageId};
-use crate::tui::message::{Effect, Mouse};
-use crate::tui::model::{InputPurpose, Model, PAGE};
-use crate::tui::widgets::hints::{self, Hint, fixed};
+use crate::action::{Action, Scope};
+use crate::keymap::Key;
+use crate::message::runs::{HistoryCommand, PageId};
+use crate::message::{Effect, Mouse};
+use crate::model::{InputPurpose, Model, PAGE};
+use crate::widgets::hints::{self, Hint, fixed};
+use nearmiss_store::Edge;
 
 /// The history of runs; what it shows is kept in the model, so that it is there again when it is reopened.
 #[derive(Debug)]

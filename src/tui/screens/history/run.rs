@@ -4,13 +4,13 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use serde_json::Value;
 
-use crate::description::visible;
-use crate::evaluation::TemplateVersion;
-use crate::evaluation::tool_rounds;
-use crate::judge;
-use crate::store::{Origin, Run};
-use crate::tui::model::Model;
-use crate::tui::widgets::words::{date, duration, thousands};
+use crate::model::Model;
+use crate::widgets::words::{date, duration, thousands};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::judge;
+use nearmiss_store::{Origin, Run};
+use nearmiss_study::evaluation::TemplateVersion;
+use nearmiss_study::evaluation::tool_rounds;
 
 /// Columns of the names.
 const NAME: usize = 12;

@@ -1,12 +1,12 @@
 //! Actions on the selected run: pin, delete, annotate, copy, reopen.
 
 use super::follow;
-use crate::store::RunId;
-use crate::tui::action::Action;
-use crate::tui::message::Effect;
-use crate::tui::message::runs::HistoryCommand;
-use crate::tui::model::{InputPurpose, Model};
-use crate::tui::screens::Step;
+use crate::action::Action;
+use crate::message::Effect;
+use crate::message::runs::HistoryCommand;
+use crate::model::{InputPurpose, Model};
+use crate::screens::Step;
+use nearmiss_store::RunId;
 
 /// Does something with the selected run.
 pub fn act(model: &mut Model, action: Action) -> Step {

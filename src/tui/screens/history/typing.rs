@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use super::{moved, read};
-use crate::store::{Edge, Filter, FilterError};
-use crate::tui::action::Action;
-use crate::tui::keymap::{Code, Key, edit_line};
-use crate::tui::message::Effect;
-use crate::tui::message::runs::HistoryCommand;
-use crate::tui::model::{InputPurpose, Model};
+use crate::action::Action;
+use crate::keymap::{Code, Key, edit_line};
+use crate::message::Effect;
+use crate::message::runs::HistoryCommand;
+use crate::model::{InputPurpose, Model};
+use nearmiss_store::{Edge, Filter, FilterError};
 
 /// A key while something is typed.
 pub fn typed(model: &mut Model, key: Key) -> Vec<Effect> {

@@ -9,11 +9,11 @@ use unicode_width::UnicodeWidthStr;
 
 use super::draw;
 use super::matrix::{HEADS, NAMES, asked, model_name, version};
-use crate::description::visible;
-use crate::evaluation::{AnswerOutcome, Outcome};
-use crate::tui::model::{Model, ResultsDrawn};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::pad;
+use crate::model::{Model, ResultsDrawn};
+use crate::widgets::window;
+use crate::widgets::words::pad;
+use nearmiss_scene::description::visible;
+use nearmiss_study::evaluation::{AnswerOutcome, Outcome};
 
 /// Columns of the outcome in a word.
 const WORD: usize = 11;

@@ -8,10 +8,10 @@ use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
 use super::matrix::model_name;
-use crate::evaluation::Results;
-use crate::tui::model::Model;
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::pad;
+use crate::model::Model;
+use crate::widgets::window;
+use crate::widgets::words::pad;
+use nearmiss_study::evaluation::Results;
 
 /// Columns of a bar at most, and at least where numbers stand beside it.
 const BAR: (usize, usize) = (80, 12);

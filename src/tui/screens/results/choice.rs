@@ -6,12 +6,12 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use crate::description::visible;
-use crate::evaluation::batch::CountingChoice;
-use crate::tui::model::{Model, ResultsDrawn};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{date, fit, pad, thousands};
-use crate::workflow::TruthChoice;
+use crate::model::{Model, ResultsDrawn};
+use crate::widgets::window;
+use crate::widgets::words::{date, fit, pad, thousands};
+use nearmiss_scene::description::visible;
+use nearmiss_study::evaluation::batch::CountingChoice;
+use nearmiss_workflow::TruthChoice;
 
 /// Columns of the window, and of what stands in a line of it.
 const COLUMNS: u16 = 116;

@@ -7,13 +7,13 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::{answers, bars, choice, matrix};
-use crate::description::visible;
-use crate::evaluation::Spending;
-use crate::evaluation::batch::AnswerSet;
-use crate::tui::action::{Action, Scope};
-use crate::tui::model::{Model, ResultsDrawn, ResultsView};
-use crate::tui::widgets::words::thousands;
-use crate::tui::widgets::{hints, window};
+use crate::action::{Action, Scope};
+use crate::model::{Model, ResultsDrawn, ResultsView};
+use crate::widgets::words::thousands;
+use crate::widgets::{hints, window};
+use nearmiss_scene::description::visible;
+use nearmiss_study::evaluation::Spending;
+use nearmiss_study::evaluation::batch::AnswerSet;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let body = window::whole(frame, screen, model);

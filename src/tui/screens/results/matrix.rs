@@ -8,13 +8,13 @@ use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
 use super::draw::foot;
-use crate::description::visible;
-use crate::evaluation::{Outcome, PromptConfig, Results, report};
-use crate::system::pad_start;
-use crate::tui::model::{Model, RESULTS_COLUMNS, ResultsDrawn};
-use crate::tui::theme::Theme;
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit_end, pad};
+use crate::model::{Model, RESULTS_COLUMNS, ResultsDrawn};
+use crate::theme::Theme;
+use crate::widgets::window;
+use crate::widgets::words::{fit_end, pad};
+use nearmiss_base::system::pad_start;
+use nearmiss_scene::description::visible;
+use nearmiss_study::evaluation::{Outcome, PromptConfig, Results, report};
 
 /// Heads of the columns of numbers; `=` stands before what is right, `≠` before what is wrong.
 pub const HEADS: [&str; RESULTS_COLUMNS] = [

@@ -10,11 +10,11 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 
 use super::{Screen, Step};
-use crate::tui::action::{Action, Scope};
-use crate::tui::message::runs::{PageId, ResultsCommand, ResultsEvent, ResultsQuery};
-use crate::tui::message::{Effect, Mouse};
-use crate::tui::model::{Model, RESULTS_COLUMNS};
-use crate::tui::widgets::hints::{self, Hint};
+use crate::action::{Action, Scope};
+use crate::message::runs::{PageId, ResultsCommand, ResultsEvent, ResultsQuery};
+use crate::message::{Effect, Mouse};
+use crate::model::{Model, RESULTS_COLUMNS};
+use crate::widgets::hints::{self, Hint};
 
 /// The screen of results; what it shows is kept in the model, so that it is there until the store is read again.
 #[derive(Debug)]

@@ -8,14 +8,14 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
 use super::{Screen, Step, moves_scene};
-use crate::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, measure};
-use crate::tui::action::Action;
-use crate::tui::loaded::Measured;
-use crate::tui::message::{Computation, Effect, MeasureId};
-use crate::tui::model::Model;
-use crate::tui::widgets::hints::{self, Hint};
-use crate::tui::widgets::words::quantity;
-use crate::tui::widgets::{row, window};
+use crate::action::Action;
+use crate::loaded::Measured;
+use crate::message::{Computation, Effect, MeasureId};
+use crate::model::Model;
+use crate::widgets::hints::{self, Hint};
+use crate::widgets::words::quantity;
+use crate::widgets::{row, window};
+use nearmiss_scene::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, measure};
 
 /// Columns of the window at most, its borders included.
 const COLUMNS: u16 = 132;

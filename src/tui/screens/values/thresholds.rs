@@ -3,11 +3,11 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Line;
 
-use crate::description::visible;
-use crate::metrics::{LIMITS, MEASURES, Thresholds};
-use crate::tui::model::Model;
-use crate::tui::widgets::row;
-use crate::tui::widgets::words::quantity;
+use crate::model::Model;
+use crate::widgets::row;
+use crate::widgets::words::quantity;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::{LIMITS, MEASURES, Thresholds};
 
 /// Columns of what is limited, in a narrow window and in a wide one.
 const NAME: [usize; 2] = [28, 40];

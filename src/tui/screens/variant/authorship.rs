@@ -3,17 +3,17 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
-use crate::description::visible;
-use crate::evaluation::generating::{
+use crate::loaded::{Authorship, GeneratedVariant};
+use crate::model::{Model, consequence_words};
+use crate::widgets::lines::Lines;
+use crate::widgets::words::{hundredths, pad, thousands};
+use nearmiss_drive::generation::attacker::Candidate;
+use nearmiss_drive::generation::{Attack, Refusal, summarize};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::verdict::ObstacleRisk;
+use nearmiss_study::evaluation::generating::{
     Agreement, AuthoredAttack, AuthoringUsage, Choice, ChosenBy, Ranking, Source,
 };
-use crate::generation::attacker::Candidate;
-use crate::generation::{Attack, Refusal, summarize};
-use crate::tui::loaded::{Authorship, GeneratedVariant};
-use crate::tui::model::{Model, consequence_words};
-use crate::tui::widgets::lines::Lines;
-use crate::tui::widgets::words::{hundredths, pad, thousands};
-use crate::verdict::ObstacleRisk;
 
 /// Places of a ranking that are shown.
 const PLACES: usize = 8;
@@ -340,7 +340,7 @@ impl Lines {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::generating::Proposal;
+    use nearmiss_study::evaluation::generating::Proposal;
 
     #[test]
     fn why_a_model_was_stopped_is_said_once() {

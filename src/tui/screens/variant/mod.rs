@@ -11,20 +11,20 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
 
 use super::{Screen, Step, moves_scene};
-use crate::description::visible;
-use crate::generation::{
+use crate::action::Action;
+use crate::loaded::{GeneratedVariant, VariantShown};
+use crate::model::{Model, consequence_words};
+use crate::widgets::hints::{self, Hint};
+use crate::widgets::lines::{self, Lines};
+use crate::widgets::window;
+use crate::widgets::words::hundredths;
+use nearmiss_drive::generation::{
     AttackStyle, AttackerEffect, Certificate, Consequence, GateEvidence, Reason,
 };
-use crate::scenario::Motion as State;
-use crate::tui::action::Action;
-use crate::tui::loaded::{GeneratedVariant, VariantShown};
-use crate::tui::model::{Model, consequence_words};
-use crate::tui::widgets::hints::{self, Hint};
-use crate::tui::widgets::lines::{self, Lines};
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::hundredths;
-use crate::verdict::{Manoeuvre, Motion};
-use crate::workflow::good_driver_words;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::scenario::Motion as State;
+use nearmiss_scene::verdict::{Manoeuvre, Motion};
+use nearmiss_workflow::good_driver_words;
 
 /// The variant that was made.
 #[derive(Debug, Default)]
@@ -342,7 +342,7 @@ fn difference(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
 
 fn states(lines: &mut Lines, made: &GeneratedVariant, attacker: &AttackerEffect, step: i64) {
     let id = attacker.obstacle;
-    let at = |scenario: &crate::scenario::Scenario| -> Option<State> {
+    let at = |scenario: &nearmiss_scene::scenario::Scenario| -> Option<State> {
         scenario.obstacle(id)?.motion_at(step).cloned()
     };
     let before = at(made.closed.scenario());

@@ -3,9 +3,9 @@
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
 
-use crate::tui::loaded::SavedVariant;
-use crate::tui::model::Model;
-use crate::tui::widgets::lines::Lines;
+use crate::loaded::SavedVariant;
+use crate::model::Model;
+use crate::widgets::lines::Lines;
 
 /// Attack, outcome and certificates as they were written.
 pub fn text(model: &Model, saved: &SavedVariant, width: usize) -> Text<'static> {

@@ -8,11 +8,11 @@ use ratatui::widgets::Paragraph;
 
 use super::super::Step;
 use super::draw::LETTERS;
-use crate::description::visible;
-use crate::tui::action::Action;
-use crate::tui::model::Model;
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, pad};
+use crate::action::Action;
+use crate::model::Model;
+use crate::widgets::window;
+use crate::widgets::words::{fit, pad};
+use nearmiss_scene::description::visible;
 
 /// Columns of a version's name.
 const NAME: usize = 34;

@@ -6,15 +6,15 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use crate::description::visible;
-use crate::evaluation::{AnswerStatus, Outcome, Scored};
-use crate::system::pad_start;
-use crate::tui::action::Action;
-use crate::tui::model::{Model, VersionKind};
-use crate::tui::theme::Theme;
-use crate::tui::widgets::window;
-use crate::tui::widgets::words::{fit, pad, thousands};
-use crate::workflow::{ComparedAnswers, SideTotals, VersionChange, VersionTotals};
+use crate::action::Action;
+use crate::model::{Model, VersionKind};
+use crate::theme::Theme;
+use crate::widgets::window;
+use crate::widgets::words::{fit, pad, thousands};
+use nearmiss_base::system::pad_start;
+use nearmiss_scene::description::visible;
+use nearmiss_study::evaluation::{AnswerStatus, Outcome, Scored};
+use nearmiss_workflow::{ComparedAnswers, SideTotals, VersionChange, VersionTotals};
 
 /// The names of the sides.
 pub const LETTERS: [char; 2] = ['A', 'B'];

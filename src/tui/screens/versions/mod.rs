@@ -7,10 +7,10 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 
 use super::{Screen, Step};
-use crate::tui::action::{Action, Scope};
-use crate::tui::message::{Effect, Mouse};
-use crate::tui::model::Model;
-use crate::tui::widgets::hints::{self, Hint};
+use crate::action::{Action, Scope};
+use crate::message::{Effect, Mouse};
+use crate::model::Model;
+use crate::widgets::hints::{self, Hint};
 
 /// The screen; what it shows is kept in the model, so that it is there when it is opened again.
 #[derive(Debug)]

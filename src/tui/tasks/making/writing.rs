@@ -6,14 +6,14 @@ use tokio::sync::oneshot;
 
 use super::super::super::loaded::Writer;
 use super::super::Tasks;
-use crate::evaluation::generating::Author;
+use nearmiss_study::evaluation::generating::Author;
 
 impl Tasks {
     /// The author that a model is; nothing is asked yet.
     ///
     /// # Errors
     /// No such model is known: in words.
-    pub(in crate::tui::tasks) fn author(
+    pub(in crate::tasks) fn author(
         &self,
         writer: &Writer,
         only: Option<i64>,
@@ -37,7 +37,7 @@ impl Tasks {
     }
 
     /// The end of the program waits until this is dropped: a cancelled request is written down by then.
-    pub(in crate::tui::tasks) fn held(&mut self) -> oneshot::Sender<()> {
+    pub(in crate::tasks) fn held(&mut self) -> oneshot::Sender<()> {
         let (held, dropped) = oneshot::channel();
         let until = tokio::spawn(async { drop(dropped.await) });
         self.jobs.wait_for(until.abort_handle());

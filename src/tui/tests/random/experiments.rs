@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use super::super::experiment_screen::{counted, outline};
 use super::world::HOSTILE;
-use crate::store::{BatchId, ItemState};
-use crate::tui::message::experiment::{
+use crate::message::experiment::{
     CountedExperiment, ExperimentNews, ExperimentOutline, ExperimentWritten, ItemChange,
 };
-use crate::tui::message::{BatchProgress, JobEvent, Msg, Update};
-use crate::workflow::batch::DryRunLine;
-use crate::workflow::{ExperimentFile, FolderOfExperiments};
+use crate::message::{BatchProgress, JobEvent, Msg, Update};
+use nearmiss_store::{BatchId, ItemState};
+use nearmiss_workflow::batch::DryRunLine;
+use nearmiss_workflow::{ExperimentFile, FolderOfExperiments};
 
 /// What reading a file tells.
 pub fn read(n: usize) -> Vec<JobEvent> {

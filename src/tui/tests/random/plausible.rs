@@ -13,24 +13,26 @@ use super::super::versions;
 use super::super::written::unwritten;
 use super::experiments;
 use super::world::{CLAIMS, HOSTILE};
-use crate::corpus::{CorpusIndex, IndexedWindow, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
-use crate::evaluation::batch::Estimate;
-use crate::evaluation::generating::Progress as TerminationSignal;
-use crate::evaluation::{Answer, Event};
-use crate::formats::{EgoSelection, Entry};
-use crate::generation::Progress;
-use crate::llm::Chunk;
-use crate::metrics::Thresholds;
-use crate::planner::Forecast;
-use crate::scenario::Transform;
-use crate::store::{Choice, RatedAnswer, Rating, RunId};
-use crate::tui::loaded::{
+use crate::loaded::{
     Facts, GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest, Verdicts,
 };
-use crate::tui::message::runs::{Batch, BatchAnswer, Counts};
-use crate::tui::message::{BatchProgress, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::tui::model::JobKind;
-use crate::verdict::Task;
+use crate::message::runs::{Batch, BatchAnswer, Counts};
+use crate::message::{BatchProgress, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::model::JobKind;
+use nearmiss_ask::llm::Chunk;
+use nearmiss_drive::generation::Progress;
+use nearmiss_drive::planner::Forecast;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::corpus::{
+    CorpusIndex, IndexedWindow, Manoeuvre, RoadType, SEVERITIES, WindowEgo,
+};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::Transform;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Choice, RatedAnswer, Rating, RunId};
+use nearmiss_study::evaluation::batch::Estimate;
+use nearmiss_study::evaluation::generating::Progress as TerminationSignal;
+use nearmiss_study::evaluation::{Answer, Event};
 
 /// The answer of a number.
 pub fn stored(n: usize) -> Answer {

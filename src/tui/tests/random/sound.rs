@@ -2,16 +2,16 @@
 
 use std::any::{Any, TypeId};
 
-use crate::tui::model::{Line, Model, ShownAnswer};
-use crate::tui::screens::batch::BatchScreen;
-use crate::tui::screens::measures::Measures;
-use crate::tui::screens::models::Models;
-use crate::tui::screens::orders::Orders;
-use crate::tui::screens::palette::Palette;
-use crate::tui::screens::picker::{Choice, PickerScreen};
-use crate::tui::screens::pictures::Pictures;
-use crate::tui::screens::templates::Templates;
-use crate::tui::screens::themes::Themes;
+use crate::model::{Line, Model, ShownAnswer};
+use crate::screens::batch::BatchScreen;
+use crate::screens::measures::Measures;
+use crate::screens::models::Models;
+use crate::screens::orders::Orders;
+use crate::screens::palette::Palette;
+use crate::screens::picker::{Choice, PickerScreen};
+use crate::screens::pictures::Pictures;
+use crate::screens::templates::Templates;
+use crate::screens::themes::Themes;
 
 /// Whether nothing lies over the main screen and nothing is typed.
 pub fn on_main_screen(model: &Model) -> bool {

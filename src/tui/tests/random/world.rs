@@ -14,19 +14,19 @@ use super::super::bench::opened;
 use super::super::history_store::{FIRST, Fixture};
 use super::plausible::{cancelled, facts, job, rating, stored};
 use super::{ESCAPES, Input, experiments, sound};
-use crate::formats::{EgoSelection, Entry, bundled};
-use crate::llm::{Dialect, Discovered};
-use crate::metrics::Thresholds;
-use crate::prompts::Library;
-use crate::settings::Keys;
-use crate::tui::keymap::{Code, Key, Keymap, Preset};
-use crate::tui::loaded::{Opened, Source};
-use crate::tui::message::runs::{HistoryCommand, HistoryEvent};
-use crate::tui::message::{Computation, Effect, Mouse, Msg, Reloaded};
-use crate::tui::model::PromptPane;
-use crate::tui::theme::Theme;
-use crate::tui::update::update;
-use crate::tui::views;
+use crate::keymap::{Code, Key, Keymap, Preset};
+use crate::loaded::{Opened, Source};
+use crate::message::runs::{HistoryCommand, HistoryEvent};
+use crate::message::{Computation, Effect, Mouse, Msg, Reloaded};
+use crate::model::PromptPane;
+use crate::theme::Theme;
+use crate::update::update;
+use crate::views;
+use nearmiss_ask::llm::{Dialect, Discovered};
+use nearmiss_ask::prompts::Library;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::Keys;
 
 /// What can be heard of at any time.
 #[derive(Debug, Clone, Copy)]

@@ -5,7 +5,7 @@ use edtui::events::KeyInput;
 use super::super::super::action::{Action, Scope};
 use super::super::super::keymap::{Code, Key, Keymap, editor_input};
 use super::super::super::model::{Change, Editor};
-use crate::settings::Keys;
+use nearmiss_settings::Keys;
 
 /// Effect of a key on the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use super::super::super::action::Action;
 use super::super::super::message::Effect;
 use super::super::super::model::Model;
-use crate::prompts::{Library, Template, renamed, template_file};
+use nearmiss_ask::prompts::{Library, Template, renamed, template_file};
 
 /// The text in the editor, if it is a template that can be filled.
 fn good_text(model: &mut Model) -> Option<String> {

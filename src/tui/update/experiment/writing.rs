@@ -8,7 +8,7 @@ use super::super::super::model::Model;
 use super::super::super::screens::experiments;
 use super::super::batch::batch_of;
 use super::open_file;
-use crate::verdict::Task;
+use nearmiss_scene::verdict::Task;
 
 /// Writes the file that was chosen from what the workbench would ask, else asks for its name.
 pub fn write_new(model: &mut Model) -> Vec<Effect> {
@@ -83,7 +83,10 @@ pub fn written(model: &mut Model, update: Update<(), ExperimentWritten>) -> Vec<
     match update {
         Update::Ended(Ok(ExperimentWritten::Written(file))) => {
             let effects = open_file(model, file.clone());
-            model.say(format!("wrote {}", crate::system::shown_path(&file)));
+            model.say(format!(
+                "wrote {}",
+                nearmiss_base::system::shown_path(&file)
+            ));
             return effects;
         }
         Update::Ended(Ok(ExperimentWritten::Exists(file))) => {

@@ -1,8 +1,8 @@
 //! A search for an attack that words describe.
 
 use super::{ready, request, still_searching};
-use crate::tui::model::Model;
-use crate::tui::screens::wish;
+use crate::model::Model;
+use crate::screens::wish;
 
 /// Asks for the words that describe an attack.
 pub fn ask(model: &mut Model) {

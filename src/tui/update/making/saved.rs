@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use crate::formats::{Entry, EntryLocation};
-use crate::tui::action::Action;
-use crate::tui::message::Effect;
-use crate::tui::model::Model;
-use crate::tui::update::opening;
+use crate::action::Action;
+use crate::message::Effect;
+use crate::model::Model;
+use crate::update::opening;
+use nearmiss_formats::{Entry, EntryLocation};
 
 /// The original of the saved variant that is open, unless something was made of this in turn.
 pub fn original(model: &Model) -> Option<Entry> {

@@ -1,9 +1,9 @@
 //! Keys pressed while something is made, or before the scenario is read.
 
 use super::generate;
-use crate::tui::action::Action;
-use crate::tui::message::Effect;
-use crate::tui::model::{Model, working_words};
+use crate::action::Action;
+use crate::message::Effect;
+use crate::model::{Model, working_words};
 
 /// Whether something is made already; then it is said, with how to stop it.
 pub fn still_searching(model: &mut Model) -> bool {

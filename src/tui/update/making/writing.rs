@@ -10,13 +10,13 @@ use super::super::super::model::{Job, JobKind, JobState, Model, RequestTokens, f
 use super::super::super::screens::attack::AttackScreen;
 use super::super::list;
 use super::{planned_by, ready, request, show, still_searching};
-use crate::description::Frame;
-use crate::evaluation::generating::{Method, Progress};
-use crate::evaluation::{Event, Settings};
-use crate::judge;
-use crate::llm::Chunk;
-use crate::scenario::{ContentHash, ObstacleRole};
-use crate::verdict::Task;
+use nearmiss_ask::llm::Chunk;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge;
+use nearmiss_scene::scenario::{ContentHash, ObstacleRole};
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::generating::{Method, Progress};
+use nearmiss_study::evaluation::{Event, Settings};
 
 /// Offers to let the chosen model write, with its cost; or says how far what is under way is; or shows what it made.
 pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {

@@ -7,13 +7,13 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
 use super::hidden;
-use crate::evaluation::claims::{CheckedClaim, Judgement, TOLERANCES};
-use crate::evaluation::{Standings, StandingsBy};
-use crate::tui::action::Action;
-use crate::tui::model::{Model, REASONS};
-use crate::tui::theme::Theme;
-use crate::tui::widgets::claimed;
-use crate::tui::widgets::words::{fit, pad};
+use crate::action::Action;
+use crate::model::{Model, REASONS};
+use crate::theme::Theme;
+use crate::widgets::claimed;
+use crate::widgets::words::{fit, pad};
+use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, TOLERANCES};
+use nearmiss_study::evaluation::{Standings, StandingsBy};
 
 /// The claims of the column that has the keys, the picked one in sight; else the wrong ones first.
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
@@ -160,7 +160,7 @@ pub fn marking(f: &mut Frame<'_>, screen: Rect, model: &Model) {
             Line::styled(format!("{sign}{reason}"), style)
         })
         .collect();
-    let typed = crate::description::visible(&marking.text).into_owned();
+    let typed = nearmiss_scene::description::visible(&marking.text).into_owned();
     lines.push(Line::from(vec![
         Span::styled("note: ", Style::new().fg(theme.dim)),
         Span::styled(format!("{typed}▏"), theme.base()),

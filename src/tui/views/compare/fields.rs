@@ -3,13 +3,13 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use crate::evaluation::{Answer, JudgeOutcome};
-use crate::judge;
-use crate::store::Choice;
-use crate::tui::model::{Model, Progress, ShownAnswer};
-use crate::tui::widgets::claimed;
-use crate::tui::widgets::words::{duration, pad, thousands};
-use crate::verdict::Verdict;
+use crate::model::{Model, Progress, ShownAnswer};
+use crate::widgets::claimed;
+use crate::widgets::words::{duration, pad, thousands};
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::Verdict;
+use nearmiss_store::Choice;
+use nearmiss_study::evaluation::{Answer, JudgeOutcome};
 
 /// A row: its name, its value, and how that is shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,7 +31,7 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
     let mut add = |name, value: String, color, counts| {
         fields.push(Field {
             name,
-            value: crate::description::visible(&value).into_owned(),
+            value: nearmiss_scene::description::visible(&value).into_owned(),
             color,
             counts,
         });
@@ -281,7 +281,7 @@ pub fn outcome(model: &Model, place: usize) -> Option<Line<'static>> {
     if let Some(reason) = mark {
         let words = format!(
             " x {} ",
-            crate::description::visible(&reason).replace('\n', " ")
+            nearmiss_scene::description::visible(&reason).replace('\n', " ")
         );
         spans.push(Span::styled(words, Style::new().fg(theme.danger)));
     }

@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use crate::judge;
-use crate::tui::model::{Model, ShownAnswer};
+use crate::model::{Model, ShownAnswer};
+use nearmiss_scene::judge;
 
 /// The displayed name of an answer.
 pub fn name(model: &Model, shown: ShownAnswer) -> String {

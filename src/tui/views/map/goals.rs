@@ -4,10 +4,10 @@ use ratatui::style::{Modifier, Style};
 
 use super::CellView;
 use super::label_placer::{Body, LabelPlacer};
-use crate::geometry::{Bounds, Point};
-use crate::scenario::{Goal, Position};
-use crate::tui::loaded::Opened;
-use crate::tui::model::Model;
+use crate::loaded::Opened;
+use crate::model::Model;
+use nearmiss_base::geometry::{Bounds, Point};
+use nearmiss_scene::scenario::{Goal, Position};
 
 /// Lanelets of a goal that are named.
 const NAMED: usize = 3;
@@ -93,8 +93,10 @@ pub fn words(goal: &Goal, dt: f64) -> String {
     });
     if let Some(speed) = goal.velocity {
         words.push(match speed {
-            crate::scenario::Quantity::Exact(v) => format!("{v:.1} m/s"),
-            crate::scenario::Quantity::Interval(from, to) => format!("{from:.1}-{to:.1} m/s"),
+            nearmiss_scene::scenario::Quantity::Exact(v) => format!("{v:.1} m/s"),
+            nearmiss_scene::scenario::Quantity::Interval(from, to) => {
+                format!("{from:.1}-{to:.1} m/s")
+            }
         });
     }
     words.join(" · ")
@@ -103,7 +105,7 @@ pub fn words(goal: &Goal, dt: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::{Quantity, Steps};
+    use nearmiss_scene::scenario::{Quantity, Steps};
 
     #[test]
     fn a_goal_says_where_when_and_how_fast() {

@@ -3,8 +3,8 @@
 use ratatui::style::{Modifier, Style};
 
 use super::label_placer::{Body, LabelPlacer};
-use crate::render::cells::{Appearance, CellView};
-use crate::render::scene::MapScene;
+use nearmiss_render::cells::{Appearance, CellView};
+use nearmiss_render::scene::MapScene;
 
 /// Names hollow bodies.
 pub fn names(

@@ -3,11 +3,11 @@
 use ratatui::layout::Rect;
 
 use super::{CellView, MapScene, request as scene_request, with_layers};
-use crate::render::{MapPage, Palette, Picture};
-use crate::settings::ThemeColor;
-use crate::tui::model::{MapChoice, MapPicture, Model, Moment};
-use crate::tui::pixels::{Encoder, MapImage};
-use crate::tui::theme::components;
+use crate::model::{MapChoice, MapPicture, Model, Moment};
+use crate::pixels::{Encoder, MapImage};
+use crate::theme::components;
+use nearmiss_render::{MapPage, Palette, Picture};
+use nearmiss_settings::ThemeColor;
 
 /// How images are sent, where the map is to be one and nothing lies over it. What covers an image would leave marks at
 /// terminals that paint it once; there, and below windows, the map is drawn in cells.
@@ -85,7 +85,7 @@ pub fn shown(model: &Model, area: Rect) -> Option<&MapImage> {
 
 /// The theme's colours; those that only the terminal knows are those of pictures.
 fn palette(model: &Model) -> Palette {
-    let theme = model.theme.clone().map(|color| match components(color) {
+    let theme = model.theme.0.clone().map(|color| match components(color) {
         Some([red, green, blue]) => ThemeColor::Rgb(red, green, blue),
         None => ThemeColor::Terminal,
     });

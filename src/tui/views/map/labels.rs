@@ -4,9 +4,9 @@ use ratatui::style::{Modifier, Style};
 
 use super::CellView;
 use super::label_placer::{Area, Body, LabelPlacer};
-use crate::render::cells::attacker_color;
-use crate::render::scene::{Importance, MapScene, NAMED, Owner, Role};
-use crate::tui::model::{Model, Moment};
+use crate::model::{Model, Moment};
+use nearmiss_render::cells::attacker_color;
+use nearmiss_render::scene::{Importance, MapScene, NAMED, Owner, Role};
 
 struct Label {
     text: String,

@@ -7,9 +7,9 @@ use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
 use super::signs::Placed;
-use crate::render::cells::MapStyle;
-use crate::render::scene::{LineStyle, Role};
-use crate::tui::model::{Foreseen, Foresight, Model, Trails};
+use crate::model::{Foreseen, Foresight, Model, Trails};
+use nearmiss_render::cells::MapStyle;
+use nearmiss_render::scene::{LineStyle, Role};
 
 /// Between two entries.
 const SEPARATOR: &str = " │ ";

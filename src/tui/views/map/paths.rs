@@ -3,10 +3,10 @@
 use ratatui::style::{Modifier, Style};
 
 use super::label_placer::{Body, LabelPlacer};
-use crate::geometry::Point;
-use crate::render::cells::{CROSSES, CellView};
-use crate::render::scene::{LineStyle, Overlay, Role};
-use crate::tui::model::{Foreseen, Model, Moment, On};
+use crate::model::{Foreseen, Model, Moment, On};
+use nearmiss_base::geometry::Point;
+use nearmiss_render::cells::{CROSSES, CellView};
+use nearmiss_render::scene::{LineStyle, Overlay, Role};
 
 /// Marks the end of a constant-velocity path.
 const STRAIGHT: &str = "x";

@@ -7,9 +7,9 @@ use ratatui::style::{Modifier, Style};
 
 use super::CellView;
 use super::label_placer::LabelPlacer;
-use crate::render::scene::{LineStyle, Outline, Overlay, Role};
-use crate::tui::loaded::CycleShown;
-use crate::tui::model::{Model, Moment};
+use crate::loaded::CycleShown;
+use crate::model::{Model, Moment};
+use nearmiss_render::scene::{LineStyle, Outline, Overlay, Role};
 
 /// The cycle of the moment, if it is to be seen.
 fn cycle<'a>(model: &Model, moment: &Moment<'a>) -> Option<&'a CycleShown> {

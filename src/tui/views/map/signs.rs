@@ -4,10 +4,10 @@ use ratatui::style::{Color, Modifier, Style};
 
 use super::CellView;
 use super::label_placer::{Body, LabelPlacer};
-use crate::description::visible;
-use crate::render::scene::MapScene;
-use crate::scenario::{Sign, SignMeaning, SignalColor};
-use crate::tui::model::Model;
+use crate::model::Model;
+use nearmiss_render::scene::MapScene;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::scenario::{Sign, SignMeaning, SignalColor};
 
 /// Where a cell is at most this wide, lights and signs are seen, metres.
 const SEEN: f64 = 1.6;
@@ -121,7 +121,7 @@ fn words(sign: &Sign) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::SignElement;
+    use nearmiss_scene::scenario::SignElement;
 
     fn sign(elements: &[(&str, &str)]) -> Sign {
         let element = |(id, value): &(&str, &str)| SignElement {

@@ -6,8 +6,8 @@ use ratatui::style::Style;
 use ratatui::text::Span;
 use unicode_width::UnicodeWidthStr;
 
-use crate::tui::model::{Model, Moment};
-use crate::tui::widgets::words::hundredths;
+use crate::model::{Model, Moment};
+use crate::widgets::words::hundredths;
 
 /// The part of the width that the scale may take.
 const SHARE: f64 = 0.2;

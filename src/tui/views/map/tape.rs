@@ -4,9 +4,9 @@ use ratatui::style::{Modifier, Style};
 
 use super::CellView;
 use super::label_placer::{Body, LabelPlacer};
-use crate::render::scene::{LineStyle, Overlay, Role};
-use crate::tui::model::{Measurement, Model, Moment, On, Tape};
-use crate::tui::widgets::words::hundredths;
+use crate::model::{Measurement, Model, Moment, On, Tape};
+use crate::widgets::words::hundredths;
+use nearmiss_render::scene::{LineStyle, Overlay, Role};
 
 /// The line between the two ends.
 pub fn line(model: &Model, moment: &Moment<'_>) -> Option<Overlay> {

@@ -5,7 +5,7 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use crate::tui::model::{Model, Moment};
+use crate::model::{Model, Moment};
 
 /// Of the only map, or of the first of two: `half` is its area.
 pub fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {

@@ -3,8 +3,8 @@
 use ratatui::style::{Modifier, Style};
 
 use super::label_placer::{Body, LabelPlacer};
-use crate::render::cells::{Appearance, CellView, Heading, heading_arrow};
-use crate::render::scene::{Importance, MapScene, Owner};
+use nearmiss_render::cells::{Appearance, CellView, Heading, heading_arrow};
+use nearmiss_render::scene::{Importance, MapScene, Owner};
 
 /// Bodies that are too small for their heading to show are arrows, the ego on top.
 pub fn arrows(

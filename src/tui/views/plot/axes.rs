@@ -6,8 +6,8 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use crate::render::Ticks;
-use crate::tui::widgets::line_placer::LinePlacer;
+use crate::widgets::line_placer::LinePlacer;
+use nearmiss_render::Ticks;
 
 /// Rows that a plot needs for a line along its lower end.
 const ROWS_WITH_LINE: u16 = 9;

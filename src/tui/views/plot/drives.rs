@@ -9,14 +9,14 @@ use ratatui::text::Span;
 use super::axes::{self, Drawn, Upwards};
 use super::strokes::Dash;
 use super::{lines, marks};
-use crate::generation::RiskCurve;
-use crate::render::Ticks;
-use crate::render::cells::attacker_color;
-use crate::scenario::Track;
-use crate::tui::loaded::{Opened, PlannedEgo};
-use crate::tui::model::{Drives, Model, Pane};
-use crate::tui::widgets::frame;
-use crate::tui::widgets::words::quantity;
+use crate::loaded::{Opened, PlannedEgo};
+use crate::model::{Drives, Model, Pane};
+use crate::widgets::frame;
+use crate::widgets::words::quantity;
+use nearmiss_drive::generation::RiskCurve;
+use nearmiss_render::Ticks;
+use nearmiss_render::cells::attacker_color;
+use nearmiss_scene::scenario::Track;
 
 use super::Curve;
 

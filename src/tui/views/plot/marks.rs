@@ -9,10 +9,10 @@ use ratatui::text::Line;
 use unicode_width::UnicodeWidthStr;
 
 use super::axes::{Axes, Range};
-use crate::metrics::Threshold;
-use crate::tui::model::Model;
-use crate::tui::widgets::line_placer::LinePlacer;
-use crate::tui::widgets::words::{fit, quantity};
+use crate::model::Model;
+use crate::widgets::line_placer::LinePlacer;
+use crate::widgets::words::{fit, quantity};
+use nearmiss_scene::metrics::Threshold;
 
 /// Signs of lines.
 const THRESHOLD: char = '┄';

@@ -4,9 +4,9 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use similar::{ChangeTag, DiffOp};
 
-use crate::description::visible;
-use crate::tui::model::{Model, diff_of};
-use crate::tui::theme::Theme;
+use crate::model::{Model, diff_of};
+use crate::theme::Theme;
+use nearmiss_scene::description::visible;
 
 /// Unchanged lines around changes.
 const CONTEXT: usize = 3;

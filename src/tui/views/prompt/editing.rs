@@ -8,10 +8,10 @@ use ratatui::widgets::{Block, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::{BROKEN, body, editor, numbers};
-use crate::description::visible;
-use crate::tui::model::{EntryLine, Model, Pane, PromptView};
-use crate::tui::widgets::frame;
-use crate::tui::widgets::words::{fit, fit_end};
+use crate::model::{EntryLine, Model, Pane, PromptView};
+use crate::widgets::frame;
+use crate::widgets::words::{fit, fit_end};
+use nearmiss_scene::description::visible;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let prompt = &model.prompt;

@@ -8,10 +8,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use crate::description::visible;
-use crate::tui::model::{Editor, EntryLine, HEAVY, Model, rows, width_of};
-use crate::tui::theme::ROLES;
-use crate::tui::widgets::highlight::{self, template};
+use crate::model::{Editor, EntryLine, HEAVY, Model, rows, width_of};
+use crate::theme::ROLES;
+use crate::widgets::highlight::{self, template};
+use nearmiss_scene::description::visible;
 
 /// Lines before the first one of a heavy text that are highlighted too, for what begins there.
 const BEFORE: usize = 30;

@@ -3,10 +3,10 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Span;
 
-use crate::metrics::{Grade, Headline, Measure, measure};
-use crate::tui::loaded::Tally;
-use crate::tui::model::{HEADLINE, List, Model, Order, Row, nearest};
-use crate::tui::widgets::words::fit;
+use crate::loaded::Tally;
+use crate::model::{HEADLINE, List, Model, Order, Row, nearest};
+use crate::widgets::words::fit;
+use nearmiss_scene::metrics::{Grade, Headline, Measure, measure};
 
 /// A column.
 #[derive(Debug, Clone, Copy)]

@@ -4,12 +4,12 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
 use super::LABEL;
-use crate::metrics::Danger;
-use crate::system::pad_end;
-use crate::tui::clock::PlayRange;
-use crate::tui::loaded::Opened;
-use crate::tui::model::Model;
-use crate::tui::widgets::line_placer::LinePlacer;
+use crate::clock::PlayRange;
+use crate::loaded::Opened;
+use crate::model::Model;
+use crate::widgets::line_placer::LinePlacer;
+use nearmiss_base::system::pad_end;
+use nearmiss_scene::metrics::Danger;
 
 /// A sign at a column, and what it means where there is room for words.
 pub struct Mark {

@@ -2,7 +2,7 @@
 
 use unicode_width::UnicodeWidthStr;
 
-use crate::tui::widgets::words::{fit, fit_middle};
+use crate::widgets::words::{fit, fit_middle};
 
 /// Columns of answers, and of the built-in judge where `last` names what it needs: as much as each needs, and what is
 /// left in equal parts; where there is less, the widest get less. An answer needs `least`, its model without the

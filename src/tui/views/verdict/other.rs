@@ -4,10 +4,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
 use super::table::{Row, Table};
-use crate::description::visible;
-use crate::evaluation::{Answer, JudgeOutcome};
-use crate::tui::model::Model;
-use crate::verdict::{Moment, Motion, ParsedAnswer, Task, Waypoint};
+use crate::model::Model;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::verdict::{Moment, Motion, ParsedAnswer, Task, Waypoint};
+use nearmiss_study::evaluation::{Answer, JudgeOutcome};
 
 /// The label of the table's second row.
 pub fn second_label(task: Task) -> &'static str {

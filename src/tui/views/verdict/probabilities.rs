@@ -4,8 +4,8 @@ use ratatui::style::Style;
 use ratatui::text::Line;
 
 use super::table::{Row, Table};
-use crate::tui::model::Column;
-use crate::verdict::Verdict;
+use crate::model::Column;
+use nearmiss_scene::verdict::Verdict;
 
 /// Whether a verdict states a probability, and whether one has log probabilities.
 pub fn known<'a>(verdicts: impl Iterator<Item = &'a Verdict>) -> (bool, bool) {

@@ -4,11 +4,11 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use crate::evaluation::{Answer, JudgeOutcome, MissingVerdict};
-use crate::store::Origin;
-use crate::tui::model::{Answers, Column, Model, Progress, ShownAnswer, parts};
-use crate::tui::widgets::words::{duration, fit, fit_middle, pad, thousands};
-use crate::verdict::{Task, Verdict};
+use crate::model::{Answers, Column, Model, Progress, ShownAnswer, parts};
+use crate::widgets::words::{duration, fit, fit_middle, pad, thousands};
+use nearmiss_scene::verdict::{Task, Verdict};
+use nearmiss_store::Origin;
+use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 
 /// Columns of the names of the rows.
 pub const LABEL: usize = 10;

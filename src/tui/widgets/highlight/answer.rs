@@ -3,7 +3,7 @@
 use ratatui::text::Line;
 
 use super::{Language, Painter};
-use crate::tui::theme::Theme;
+use crate::theme::Theme;
 
 /// Highlights an answer line by line: what is JSON in it as that, the rest as Markdown.
 #[derive(Debug, Clone)]

@@ -3,7 +3,7 @@
 use ratatui::style::{Modifier, Style};
 
 use super::{Language, lines};
-use crate::tui::theme::Theme;
+use crate::theme::Theme;
 
 /// A style for every character of the lines, of which the first is number `from` of the file, from 0. Front matter
 /// is seen only from the beginning on.

@@ -1,7 +1,7 @@
 //! The outline of an answer: which of its lines are text, code or JSON.
 
-use crate::tui::widgets::highlight::JsonParts;
-use crate::tui::widgets::markdown::table;
+use crate::widgets::highlight::JsonParts;
+use crate::widgets::markdown::table;
 
 /// What a line of an answer is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use ratatui::text::Line;
 
 use super::outline::{Kind, Row};
 use super::{MarkedClaims, Placed, Reading, marked};
-use crate::tui::theme::Theme;
-use crate::tui::widgets::markdown::table::{self, Layout};
+use crate::theme::Theme;
+use crate::widgets::markdown::table::{self, Layout};
 
 impl Reading {
     /// Whether the table of a row has its columns side by side.

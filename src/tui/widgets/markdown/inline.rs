@@ -5,7 +5,7 @@ use std::ops::Range;
 use ratatui::style::{Modifier, Style};
 
 use super::Piece;
-use crate::tui::theme::Theme;
+use crate::theme::Theme;
 
 /// The pieces of a part of a line.
 pub fn pieces(line: &str, range: Range<usize>, style: Style, theme: &Theme) -> Vec<Piece> {

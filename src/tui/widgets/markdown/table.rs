@@ -6,7 +6,7 @@ use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;
 
 use super::{Piece, inline};
-use crate::tui::theme::Theme;
+use crate::theme::Theme;
 
 /// Stands between the cells of a row until their columns are known; no text that is shown has it.
 const BETWEEN: &str = "\u{1f}";

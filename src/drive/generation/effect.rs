@@ -1,0 +1,288 @@
+//! The effect of changed motions on the ego: its drive against them, and how dangerous that was.
+
+use std::sync::Arc;
+
+use super::closed_loop_screening::NEAR_MISS;
+use crate::simulation::{Collision, ContactSide, PlannerError, Rollout};
+use nearmiss_scene::scenario::Scenario;
+
+/// Time steps and risk scores, 0 (collision) to 5 (negligible), of one obstacle where it is there.
+pub type RiskCurve = Vec<(i64, u8)>;
+
+/// Consequence of a change. What also happens to the ego in the baseline is not one, and neither is being hit from behind:
+/// no obstacle reacts to the ego.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Consequence {
+    /// The ego and an attacker touch, or the ego drives into another obstacle with its front.
+    Collision(Collision),
+    /// No such contact, and the planner's process fails: the ego has no trajectory then.
+    PlannerError(PlannerError),
+    /// Neither, and the risk score of an attacker that is not behind the ego is 1 at most at some step, and lower than
+    /// in the baseline.
+    NearMiss,
+    /// Neither.
+    NoEffect,
+}
+
+impl Consequence {
+    /// Its name in documents.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Collision(_) => "collision",
+            Self::PlannerError(_) => "planner_error",
+            Self::NearMiss => "near_miss",
+            Self::NoEffect => "no_effect",
+        }
+    }
+
+    /// How bad its kind is: of a collision most.
+    fn badness(&self) -> u8 {
+        match self {
+            Self::Collision(_) => 3,
+            Self::PlannerError(_) => 2,
+            Self::NearMiss => 1,
+            Self::NoEffect => 0,
+        }
+    }
+
+    /// Whether it is of a worse kind than another one: a collision, an error of the planner, a near miss, no
+    /// effect.
+    #[must_use]
+    pub fn is_worse_than(&self, other: &Self) -> bool {
+        self.badness() > other.badness()
+    }
+}
+
+/// The ego's drive against a change, and how dangerous it was.
+#[derive(Debug, Clone)]
+pub struct Effect {
+    /// The obstacles whose motion was changed, in the order of the change; at least one.
+    pub attackers: Vec<AttackerEffect>,
+    /// The place in `attackers` of the one that the ego touches, or else of the most dangerous one.
+    pub main: usize,
+    /// The step of the last state before the first attacker moves otherwise.
+    pub from: i64,
+    /// The scenario with the changed motions.
+    pub scenario: Arc<Scenario>,
+    /// The ego's drive in it. Beside a collision it may end off the road, or with nothing that can be driven.
+    pub drive: Rollout,
+    /// Its outcome.
+    pub consequence: Consequence,
+    /// The contact at its end that the baseline does not have, also one that is no consequence of the change.
+    pub contact: Option<Collision>,
+    /// The lowest risk score of any obstacle in the baseline; `None` if none ever is there.
+    pub anyone_before: Option<u8>,
+    /// The lowest risk score of any obstacle in this drive.
+    pub anyone_after: Option<u8>,
+    /// Cycles that were taken over from another drive, as nothing had changed yet.
+    pub taken_over: usize,
+}
+
+/// How dangerous one attacker is to the ego.
+#[derive(Debug, Clone)]
+pub struct AttackerEffect {
+    /// The obstacle's id.
+    pub obstacle: i64,
+    /// The step of the last state before its motion is another one.
+    pub from: i64,
+    /// The last step of its motion.
+    pub until: i64,
+    /// Its risk scores against the baseline, with its recorded motion.
+    pub before: RiskCurve,
+    /// Its risk scores in this drive.
+    pub after: RiskCurve,
+    /// The smallest distance of its body to the ego's in this drive, metres.
+    pub distance: Option<f64>,
+    /// Its lowest risk score in this drive before it is rounded, see [`nearmiss_scene::metrics::UNROUNDED_RISK`].
+    pub unrounded: Option<f64>,
+    /// The smallest distance while it is not behind the ego, metres.
+    pub distance_in_view: Option<f64>,
+    /// The lowest unrounded risk score while it is not behind the ego.
+    pub unrounded_in_view: Option<f64>,
+    /// What the other attackers come to while this one moves as recorded; `None` where there are no others or that was
+    /// not looked for, see [`super::ClosedLoop::leave_each_out`].
+    pub without: Option<Consequence>,
+}
+
+impl AttackerEffect {
+    /// Its lowest risk score in the baseline; `None` if it never is there.
+    #[must_use]
+    pub fn lowest_before(&self) -> Option<u8> {
+        lowest(&self.before)
+    }
+
+    /// Its lowest risk score in this drive.
+    #[must_use]
+    pub fn lowest_after(&self) -> Option<u8> {
+        lowest(&self.after)
+    }
+
+    /// How dangerous it is: the less, the more.
+    fn safety(&self) -> (f64, f64) {
+        let most = f64::INFINITY;
+        (
+            self.unrounded.unwrap_or(most),
+            self.distance.unwrap_or(most),
+        )
+    }
+}
+
+impl Effect {
+    /// What its drive took, in about milliseconds of one core, but the same on every machine: a cycle takes longer with
+    /// more obstacles, whose motions are predicted, and with more candidates. Cycles that were taken over take nothing.
+    #[must_use]
+    pub fn work(&self) -> usize {
+        let planned = self.drive.cycles.iter().skip(self.taken_over);
+        let candidates: usize = planned.clone().map(|c| c.plan.candidates).sum();
+        let cycle = match self.drive.external {
+            // A process takes as long as it likes.
+            Some(_) => 1.0,
+            None => 0.2 + 0.03 * self.scenario.obstacles.len() as f64,
+        };
+        (planned.count() as f64 * cycle + 0.9e-3 * candidates as f64) as usize
+    }
+
+    /// The attacker that the ego touches, or else the most dangerous one.
+    #[must_use]
+    pub fn main(&self) -> &AttackerEffect {
+        &self.attackers[self.main]
+    }
+
+    /// The effect of one of its obstacles.
+    #[must_use]
+    pub fn of(&self, obstacle: i64) -> Option<&AttackerEffect> {
+        self.attackers.iter().find(|a| a.obstacle == obstacle)
+    }
+
+    /// Whether the motion of an obstacle was changed.
+    #[must_use]
+    pub fn is_attacker(&self, obstacle: i64) -> bool {
+        self.of(obstacle).is_some()
+    }
+
+    /// The ids of the attackers.
+    pub fn ids(&self) -> impl Iterator<Item = i64> + '_ {
+        self.attackers.iter().map(|a| a.obstacle)
+    }
+
+    /// The lowest risk score of an attacker in the baseline; `None` if none ever is there.
+    #[must_use]
+    pub fn lowest_before(&self) -> Option<u8> {
+        let all = self.attackers.iter();
+        all.filter_map(AttackerEffect::lowest_before).min()
+    }
+
+    /// The lowest risk score of an attacker in this drive.
+    #[must_use]
+    pub fn lowest_after(&self) -> Option<u8> {
+        let all = self.attackers.iter();
+        all.filter_map(AttackerEffect::lowest_after).min()
+    }
+
+    /// The smallest distance of an attacker's body to the ego's in this drive, metres.
+    #[must_use]
+    pub fn distance(&self) -> Option<f64> {
+        let all = self.attackers.iter().filter_map(|a| a.distance);
+        all.min_by(f64::total_cmp)
+    }
+
+    /// Whether the planner's process fails in the drive.
+    #[must_use]
+    pub fn breaks_planner(&self) -> bool {
+        matches!(self.consequence, Consequence::PlannerError(_))
+    }
+
+    /// The step after which, before the next one, bodies touch that are apart at both.
+    #[must_use]
+    pub fn touched_after_step(&self) -> Option<i64> {
+        let between = self.contact.filter(|contact| contact.between);
+        between.map(|contact| contact.step - 1)
+    }
+
+    /// Whether it is an attacker that the ego touches.
+    #[must_use]
+    pub fn hits_attacker(&self) -> bool {
+        self.contact.is_some_and(|c| self.is_attacker(c.with))
+    }
+
+    /// Whether an obstacle drives into the ego's rear with the front: that proves little, since no obstacle reacts to
+    /// the ego.
+    #[must_use]
+    pub fn is_hit_from_behind(&self) -> bool {
+        self.contact.as_ref().is_some_and(hits_from_behind)
+    }
+
+    /// Whether each of several attackers is needed: without it, the others come to something less bad. `None` of a single
+    /// one, and where that was not looked for.
+    #[must_use]
+    pub fn needs_all(&self) -> Option<bool> {
+        let mut all = self.attackers.iter();
+        all.try_fold(true, |needed, attacker| {
+            let without = attacker.without?;
+            Some(needed && self.consequence.is_worse_than(&without))
+        })
+    }
+
+    /// The place of the attacker that counts most: the one that the ego touches, or else the most dangerous one.
+    pub(super) fn place_of_main(attackers: &[AttackerEffect], contact: Option<Collision>) -> usize {
+        let touched = contact.and_then(|c| attackers.iter().position(|a| a.obstacle == c.with));
+        let order = |a: &AttackerEffect, b: &AttackerEffect| {
+            let (a, b) = (a.safety(), b.safety());
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        };
+        let all = attackers.iter().enumerate();
+        let nearest = all.min_by(|(_, a), (_, b)| order(a, b));
+        touched.or(nearest.map(|(i, _)| i)).unwrap_or(0)
+    }
+}
+
+/// Whether the ego's rear is hit by the other's front.
+fn hits_from_behind(contact: &Collision) -> bool {
+    contact.ego == ContactSide::Rear && contact.other == ContactSide::Front
+}
+
+/// Whether an attacker comes dangerously near, a risk score of [`NEAR_MISS`] at most and lower than it ever has in the
+/// drive `before` the change, while its middle is not behind the ego's rear. Of drives the scenario and the ego's.
+pub(super) fn comes_near(
+    attackers: &[AttackerEffect],
+    (recorded, before): (&Scenario, &Rollout),
+    (changed, after): (&Scenario, &Rollout),
+) -> bool {
+    let (was_behind, is_behind) = (behind(recorded, before), behind(changed, after));
+    attackers.iter().any(|attacker| {
+        let id = attacker.obstacle;
+        let was = attacker
+            .before
+            .iter()
+            .filter(|(step, _)| was_behind(id, *step) != Some(true));
+        let was = was.map(|(_, score)| *score).min();
+        attacker.after.iter().any(|(step, score)| {
+            *score <= NEAR_MISS
+                && was.is_none_or(|was| *score < was)
+                && is_behind(id, *step) != Some(true)
+        })
+    })
+}
+
+/// Whether the middle of an obstacle is behind the ego's rear at a step; nothing where one of them is absent.
+pub(super) fn behind(scenario: &Scenario, drive: &Rollout) -> impl Fn(i64, i64) -> Option<bool> {
+    let track = drive.track();
+    let length = drive.limits.length;
+    move |id, step| {
+        let own = track.at(step)?;
+        let other = scenario.obstacle(id)?.motion_at(step)?;
+        Some(own.pose.to_local(&other.pose.position).x < -length / 2.0)
+    }
+}
+
+/// Whether a contact shows something of the ego: an attacker touches it, but for its rear, or it drives into another
+/// obstacle.
+pub(super) fn is_telling(contact: &Collision, attackers: &[AttackerEffect]) -> bool {
+    let by_attacker = attackers.iter().any(|a| a.obstacle == contact.with);
+    !hits_from_behind(contact) && (by_attacker || contact.ego == ContactSide::Front)
+}
+
+fn lowest(curve: &RiskCurve) -> Option<u8> {
+    curve.iter().map(|(_, score)| *score).min()
+}

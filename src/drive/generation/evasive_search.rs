@@ -1,0 +1,355 @@
+//! Searches for an evasive trajectory of the ego, and verifies it.
+
+mod verify;
+
+use std::sync::Arc;
+
+use super::certificate::{
+    Certificate, EvasiveTrajectory, Finder, NotFound, SearchEffort, Unavoidable,
+};
+use super::{ClosedLoop, Effect, EvasiveManoeuvre};
+use crate::planner::{Forecast, RuleMode, VehicleState};
+use crate::simulation::{
+    Collision, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, Rollout, Settings,
+};
+use nearmiss_scene::scenario::{ObstacleRole, Scenario};
+
+/// A search around one change.
+pub(super) struct Search<'a> {
+    closed: &'a ClosedLoop,
+    scenario: &'a Scenario,
+    from: i64,
+    /// The step that a trajectory must reach.
+    last: i64,
+    /// A goal ends the trajectory from this step on, not just before the contact.
+    goal_from: i64,
+}
+
+/// The unchanged drive up to the end of the reaction time.
+struct ReactionPhase<'a> {
+    states: Vec<(i64, VehicleState)>,
+    look: Look<'a>,
+    /// Arc length along the path, metres.
+    along: Option<f64>,
+}
+
+/// A trajectory continues this long after the avoided contact and after the last attacker has gone, seconds.
+const AFTER: f64 = 1.0;
+
+/// Shares of the friction circle for braking to standstill; 0 keeps the speed.
+const BRAKING: [f64; 7] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.15, 0.0];
+
+/// Shares of the friction circle for braking, and the share of the speed to keep.
+const SLOWING: [(f64, f64); 4] = [(1.0, 0.7), (1.0, 0.4), (0.5, 0.7), (0.5, 0.4)];
+
+/// Shares of the engine's acceleration, and the gain in speed (m/s).
+const ACCELERATING: [(f64, f64); 4] = [(0.4, 4.0), (1.0, 4.0), (0.6, 10.0), (1.0, 10.0)];
+
+/// Changes of the offset to either side, metres.
+const ASIDE: [f64; 6] = [0.0, 0.5, 1.0, 1.75, 2.5, 3.5];
+
+/// Shares of the friction that steering may take.
+const GRIP: [f64; 2] = [0.5, 0.95];
+
+impl<'a> Search<'a> {
+    pub fn new(closed: &'a ClosedLoop, effect: &'a Effect) -> Self {
+        let driver = closed.driver();
+        let after = (AFTER / driver.dt()).ceil() as i64;
+        let deadline = driver.whole().last;
+        let contact = effect.contact.map(|c| c.step);
+        let goal_from = contact.map_or(effect.from, |step| step.saturating_add(after));
+        let obstacles = effect.scenario.obstacles.iter();
+        let moving = obstacles.filter(|o| o.role == ObstacleRole::Dynamic);
+        let gone = moving.map(|o| {
+            let end = o.track().steps().end - 1;
+            match effect.is_attacker(o.id) {
+                true => end.saturating_add(after),
+                false => end,
+            }
+        });
+        let gone = gone.max().unwrap_or(effect.from);
+        Self {
+            closed,
+            scenario: &effect.scenario,
+            from: effect.from,
+            last: gone.max(goal_from).min(deadline),
+            goal_from: goal_from.min(deadline),
+        }
+    }
+
+    /// The step at which the reaction time ends.
+    pub fn reaction(&self, delay: f64) -> i64 {
+        self.from + (delay / self.closed.driver().dt()).round() as i64
+    }
+
+    /// Searches from the end of a reaction time on.
+    pub fn from(&self, reaction: i64) -> Certificate {
+        let mut searched = SearchEffort::default();
+        let unchanged = self.unchanged(reaction);
+        if let Some(avoidance) = unchanged.filter(|found| self.verify(found, reaction)) {
+            return Certificate::Avoided(Arc::new(avoidance));
+        }
+        let begun = match self.begin(reaction) {
+            Ok(begun) => begun,
+            Err(why) => return Certificate::NotFound(NotFound { why, searched }),
+        };
+        let found = self
+            .manoeuvres(&begun, reaction, &mut searched)
+            .or_else(|| self.plans(&begun, reaction, &mut searched));
+        match found {
+            Some(avoidance) => Certificate::Avoided(Arc::new(avoidance)),
+            None => Certificate::NotFound(NotFound {
+                why: Unavoidable::NothingFound,
+                searched,
+            }),
+        }
+    }
+
+    /// The unchanged drive, if it ends at the goal or the deadline.
+    fn unchanged(&self, reaction: i64) -> Option<EvasiveTrajectory> {
+        let drive = self.closed.baseline().drive();
+        let ends = matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout);
+        ends.then(|| EvasiveTrajectory {
+            drive: Rollout {
+                cycles: Vec::new(),
+                ..drive.clone()
+            },
+            reaction,
+            found: Finder::Unchanged,
+            searched: SearchEffort::default(),
+        })
+    }
+
+    /// Drives unchanged until the reaction time has passed.
+    fn begin(&self, reaction: i64) -> Result<ReactionPhase<'a>, Unavoidable> {
+        let driver = self.closed.driver();
+        let drive = self.closed.baseline().drive();
+        let path = &driver.guide().path;
+        let mut begun = ReactionPhase {
+            states: Vec::new(),
+            look: Look::new(driver, self.scenario, self.goal_from),
+            along: None,
+        };
+        let mut along = driver.guide().start;
+        for (step, state) in drive.states.iter().take_while(|(s, _)| *s <= reaction) {
+            match begun.look.at(*step, state) {
+                Some(Outcome::Collision(collision)) => {
+                    return Err(Unavoidable::TooEarly(collision));
+                }
+                Some(outcome) => return Err(Unavoidable::Ended(outcome)),
+                None => begun.states.push((*step, *state)),
+            }
+            if let Ok(on) = path.project_near(&state.rear.position, along, NEAR) {
+                along = on.s;
+                begun.along = Some(on.s);
+            }
+        }
+        match begun.states.last() {
+            Some((step, _)) if *step == reaction => Ok(begun),
+            _ => Err(Unavoidable::Ended(drive.outcome)),
+        }
+    }
+
+    fn manoeuvres(
+        &self,
+        begun: &ReactionPhase<'_>,
+        reaction: i64,
+        searched: &mut SearchEffort,
+    ) -> Option<EvasiveTrajectory> {
+        let driver = self.closed.driver();
+        let (_, now) = begun.states.last()?;
+        let path = &driver.guide().path;
+        let on = path.project_near(&now.rear.position, begun.along?, NEAR);
+        let present = on.ok()?.d;
+        for manoeuvre in self.grid(now.velocity, present) {
+            if driver.is_cancelled() {
+                return None;
+            }
+            searched.manoeuvres += 1;
+            let Some(drive) = self.drive(begun, &manoeuvre) else {
+                continue;
+            };
+            let avoidance = EvasiveTrajectory {
+                drive,
+                reaction,
+                found: Finder::Manoeuvre(manoeuvre),
+                searched: *searched,
+            };
+            if self.verify(&avoidance, reaction) {
+                return Some(avoidance);
+            }
+            searched.refused += 1;
+        }
+        None
+    }
+
+    /// The manoeuvres to try, small offsets first.
+    fn grid(&self, speed: f64, present: f64) -> impl Iterator<Item = EvasiveManoeuvre> {
+        let limits = *self.closed.driver().limits();
+        let most = limits.acceleration;
+        let braking = BRAKING.map(|share| match share {
+            0.0 => (0.0, speed),
+            _ => (-share * most, 0.0),
+        });
+        let slowing = SLOWING.map(|(share, left)| (-share * most, left * speed));
+        let forward = limits.forward(speed);
+        let faster = ACCELERATING.map(|(share, gain)| {
+            let until = (speed + gain).min(limits.speed);
+            (share * forward, until)
+        });
+        let along: Vec<(f64, f64)> = braking.into_iter().chain(slowing).chain(faster).collect();
+        let sides = ASIDE.into_iter().flat_map(|aside| match aside {
+            0.0 => vec![0.0],
+            _ => vec![aside, -aside],
+        });
+        sides.flat_map(move |aside| {
+            let along = along.clone();
+            GRIP.into_iter().flat_map(move |grip| {
+                let along = along.clone().into_iter();
+                along.map(move |(acceleration, until)| EvasiveManoeuvre {
+                    acceleration,
+                    until,
+                    offset: present + aside,
+                    grip,
+                })
+            })
+        })
+    }
+
+    /// Drives a manoeuvre to the end; `None` if it touches an obstacle or leaves the road or the path.
+    fn drive(&self, begun: &ReactionPhase<'_>, manoeuvre: &EvasiveManoeuvre) -> Option<Rollout> {
+        let driver = self.closed.driver();
+        let (mut step, mut state) = *begun.states.last()?;
+        let (mut look, mut along) = (begun.look.clone(), begun.along);
+        let mut states = begun.states.clone();
+        let mut outcome = Outcome::Timeout;
+        while step < self.last {
+            step += 1;
+            let (limits, dt) = (driver.limits(), driver.dt());
+            state = manoeuvre.step(&state, driver.guide(), &mut along, limits, dt)?;
+            states.push((step, state));
+            match look.at(step, &state) {
+                None => {}
+                Some(goal @ Outcome::Goal(_)) => {
+                    outcome = goal;
+                    break;
+                }
+                Some(_) => return None,
+            }
+        }
+        Some(self.whole(states, outcome))
+    }
+
+    fn whole(&self, states: Vec<(i64, VehicleState)>, outcome: Outcome) -> Rollout {
+        let driver = self.closed.driver();
+        Rollout {
+            states,
+            cycles: Vec::new(),
+            outcome,
+            traffic: DrivenTraffic::default(),
+            limits: *driver.limits(),
+            dt: driver.dt(),
+            external: None,
+        }
+    }
+
+    /// Tries drives of the planner with known futures.
+    fn plans(
+        &self,
+        begun: &ReactionPhase<'_>,
+        reaction: i64,
+        searched: &mut SearchEffort,
+    ) -> Option<EvasiveTrajectory> {
+        let (step, state) = *begun.states.last()?;
+        let stretch = DriveSpan {
+            step,
+            state,
+            last: self.last,
+            goal_from: self.goal_from,
+        };
+        let usual = self.closed.driver();
+        for (name, settings) in attempts(usual.settings()) {
+            if usual.is_cancelled() {
+                return None;
+            }
+            let driver: Driver = usual.with(&settings);
+            let mut doomed = 0;
+            let drive = driver.drive_watched(self.scenario, &stretch, &mut |_, cycle| {
+                doomed += usize::from(self.is_doomed(cycle));
+                doomed < DOOMED
+            });
+            searched.drives += 1;
+            searched.cycles += drive.cycles.len();
+            let candidates = drive.cycles.iter().map(|c| c.plan.candidates);
+            searched.candidates += candidates.sum::<usize>();
+            // An abandoned drive ends like a time-out.
+            let ends = matches!(drive.outcome, Outcome::Goal(_) | Outcome::Timeout);
+            if doomed >= DOOMED || !ends {
+                continue;
+            }
+            let later = drive.states.iter().skip(1);
+            let states = begun.states.iter().chain(later).copied().collect();
+            let avoidance = EvasiveTrajectory {
+                drive: self.whole(states, drive.outcome),
+                reaction,
+                found: Finder::Planner(name),
+                searched: *searched,
+            };
+            if self.verify(&avoidance, reaction) {
+                return Some(avoidance);
+            }
+            searched.refused += 1;
+        }
+        None
+    }
+
+    /// Whether the planner found no feasible plan in a cycle and its emergency manoeuvre touches an obstacle.
+    fn is_doomed(&self, cycle: &Cycle) -> bool {
+        let driver = self.closed.driver();
+        let states = (cycle.step..=self.last).zip(cycle.plan.states.windows(2));
+        let pose = |state: &VehicleState| state.centre(driver.limits()).pose;
+        cycle.plan.emergency.is_some() && { states }.any(|(step, pair)| {
+            let body = driver.road().body().at(pose(&pair[1]));
+            let (before, without) = (Some(pose(&pair[0])), driver.settings().without);
+            Collision::first(self.scenario, &body, before, step + 1, without).is_some()
+        })
+    }
+}
+
+/// A drive is abandoned after this many doomed cycles.
+const DOOMED: usize = 3;
+
+/// Range around the last arc length in which the path is projected on, metres.
+const NEAR: f64 = 20.0;
+
+/// Planner settings to try, the cheapest first.
+fn attempts(usual: &Settings) -> [(&'static str, Settings); 4] {
+    let mut told = Settings {
+        forecast: Forecast::Recorded,
+        replan: 1,
+        ..*usual
+    };
+    // To survive goes before the rules of the road: a way out may cross a line or drive faster than allowed.
+    told.planner.rules = RuleMode::Off;
+    let mut wide = told;
+    let planner = &mut wide.planner;
+    planner.sampling.widest = planner.sampling.widest.max(6.0);
+    planner.sampling.offsets = planner.sampling.offsets.max(15);
+    planner.sampling.changes = planner.sampling.changes.max(3);
+    // The samples are dense already: another refinement takes seconds and finds next to nothing.
+    planner.sampling.refinements = planner.sampling.refinements.min(1);
+    planner.share = planner.share.max(0.98);
+    planner.margin = planner.margin.min(0.03);
+    planner.braking = planner.braking.max(9.0);
+    let mut short = wide;
+    let planner = &mut short.planner;
+    planner.horizon = planner.horizon.min(2.5);
+    planner.sampling.durations = planner.sampling.durations.max(5);
+    planner.sampling.speeds = planner.sampling.speeds.max(13);
+    [
+        ("planning every step", told),
+        ("planning every third step", Settings { replan: 3, ..told }),
+        ("wide offsets and the whole friction", wide),
+        ("wide offsets, a short horizon and dense samples", short),
+    ]
+}

@@ -1,0 +1,223 @@
+//! What an attack is wished to be: who attacks, with which manoeuvre, and from where.
+
+use super::AttackContext;
+use super::attacker::{Candidate, LOOKAHEAD};
+use nearmiss_base::geometry::{Placed, Point, angle_between};
+use nearmiss_scene::scenario::ObstacleType;
+use nearmiss_scene::verdict::ManoeuvreKind;
+
+/// A wish; what is empty may be anything.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Wish {
+    /// Kinds of obstacles that may attack.
+    pub actors: Vec<ObstacleType>,
+    /// Manoeuvres that they may use.
+    pub manoeuvres: Vec<ManoeuvreKind>,
+    /// Where they come from; each of these places has to hold.
+    pub places: Vec<AttackPlace>,
+}
+
+/// Where an attacker comes from, as the ego sees it in the seconds before they could meet, while nothing is changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum AttackPlace {
+    /// It drives across the ego's heading, to the right.
+    FromLeft,
+    /// It drives across the ego's heading, to the left.
+    FromRight,
+    /// It drives the other way.
+    Oncoming,
+    /// It is ahead and drives the same way.
+    Ahead,
+    /// It is behind the ego's rear and drives the same way.
+    Behind,
+    /// It is on a lane to the left, and drives the same way.
+    LeftLane,
+    /// It is on a lane to the right, and drives the same way.
+    RightLane,
+    /// A standing vehicle hides it from the ego.
+    Hidden,
+}
+
+impl AttackPlace {
+    /// Every place.
+    pub const ALL: [Self; 8] = [
+        Self::FromLeft,
+        Self::FromRight,
+        Self::Oncoming,
+        Self::Ahead,
+        Self::Behind,
+        Self::LeftLane,
+        Self::RightLane,
+        Self::Hidden,
+    ];
+
+    /// Its words.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::FromLeft => "from the left",
+            Self::FromRight => "from the right",
+            Self::Oncoming => "oncoming",
+            Self::Ahead => "ahead",
+            Self::Behind => "from behind",
+            Self::LeftLane => "on the left",
+            Self::RightLane => "on the right",
+            Self::Hidden => "from behind a standing vehicle",
+        }
+    }
+}
+
+/// Headings less apart than this are the same way, and than this from the opposite one the other way, radians.
+const SAME_WAY: f64 = std::f64::consts::FRAC_PI_4;
+
+/// One whose middle is farther to a side than this is on another lane, metres.
+const BESIDE: f64 = 1.75;
+
+/// Slower vehicles stand, m/s.
+const STANDING: f64 = 0.5;
+
+/// Between points of a line of sight that are looked at, metres.
+const SIGHT: f64 = 0.25;
+
+impl Wish {
+    /// Whether nothing is wished.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Whether an obstacle may attack.
+    #[must_use]
+    pub fn allows(&self, stage: &AttackContext<'_>, candidate: &Candidate) -> bool {
+        let Some(obstacle) = stage.scenario.obstacle(candidate.obstacle) else {
+            return false;
+        };
+        let is_actor = self.actors.is_empty() || self.actors.contains(&obstacle.kind);
+        is_actor
+            && self
+                .places
+                .iter()
+                .all(|place| comes(stage, candidate, *place))
+    }
+
+    /// Whether an obstacle is where it is wished at the step at which its attack begins.
+    #[must_use]
+    pub fn allows_begin(&self, stage: &AttackContext<'_>, obstacle: i64, step: i64) -> bool {
+        let mut places = self.places.iter();
+        places.all(|place| is_at(stage, obstacle, *place, step))
+    }
+
+    /// Whether a manoeuvre may be used.
+    #[must_use]
+    pub fn allows_manoeuvre(&self, kind: ManoeuvreKind) -> bool {
+        self.manoeuvres.is_empty() || self.manoeuvres.contains(&kind)
+    }
+}
+
+/// Which attacks a search may use.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AllowedAttacks<'a> {
+    /// Only these obstacles may attack, any where that is empty.
+    pub among: &'a [i64],
+    /// What an attack is wished to be.
+    pub wish: Option<&'a Wish>,
+}
+
+impl AllowedAttacks<'_> {
+    /// Whether an obstacle may attack.
+    pub(super) fn allow(&self, stage: &AttackContext<'_>, candidate: &Candidate) -> bool {
+        let is_named = self.among.is_empty() || self.among.contains(&candidate.obstacle);
+        is_named && self.wish.is_none_or(|wish| wish.allows(stage, candidate))
+    }
+
+    /// Whether an attack of an obstacle may begin at a step.
+    pub(super) fn allow_begin(&self, stage: &AttackContext<'_>, obstacle: i64, step: i64) -> bool {
+        let wish = self.wish;
+        wish.is_none_or(|wish| wish.allows_begin(stage, obstacle, step))
+    }
+
+    /// Whether a manoeuvre may be used.
+    pub(super) fn allow_manoeuvre(&self, kind: ManoeuvreKind) -> bool {
+        self.wish.is_none_or(|wish| wish.allows_manoeuvre(kind))
+    }
+}
+
+impl std::fmt::Display for Wish {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let or = |words: Vec<&str>, what: &str| match words.is_empty() {
+            true => what.to_string(),
+            false => words.join(" or "),
+        };
+        let actors = self.actors.iter().map(|kind| kind.name()).collect();
+        let kinds = self.manoeuvres.iter().map(|kind| kind.name()).collect();
+        write!(
+            f,
+            "{}, {}",
+            or(actors, "any obstacle"),
+            or(kinds, "any manoeuvre")
+        )?;
+        for place in &self.places {
+            write!(f, ", {}", place.name())?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether an obstacle is at such a place at any step within [`LOOKAHEAD`] before it could meet the ego.
+fn comes(stage: &AttackContext<'_>, candidate: &Candidate, place: AttackPlace) -> bool {
+    let from = candidate.step - stage.step_at(LOOKAHEAD);
+    (from.max(*stage.steps.start())..=candidate.step)
+        .any(|step| is_at(stage, candidate.obstacle, place, step))
+}
+
+fn is_at(stage: &AttackContext<'_>, id: i64, place: AttackPlace, step: i64) -> bool {
+    let obstacle = stage.scenario.obstacle(id);
+    let both = stage
+        .ego_at(step)
+        .zip(obstacle.and_then(|o| o.motion_at(step)));
+    let Some((ego, other)) = both else {
+        return false;
+    };
+    let there = ego.pose.to_local(&other.pose.position);
+    let turn = angle_between(ego.pose.heading, other.pose.heading);
+    let same = turn.abs() < SAME_WAY;
+    let opposite = turn.abs() > std::f64::consts::PI - SAME_WAY;
+    let across = !same && !opposite;
+    let half = stage.footprint.shape().size().0 / 2.0;
+    match place {
+        AttackPlace::FromLeft => across && turn < 0.0,
+        AttackPlace::FromRight => across && turn > 0.0,
+        AttackPlace::Oncoming => opposite && there.x > 0.0,
+        AttackPlace::Ahead => same && there.x > half,
+        AttackPlace::Behind => same && there.x < -half,
+        AttackPlace::LeftLane => same && there.y > BESIDE,
+        AttackPlace::RightLane => same && there.y < -BESIDE,
+        AttackPlace::Hidden => is_hidden(stage, id, (ego.pose.position, other.pose.position), step),
+    }
+}
+
+/// Whether the body of a standing vehicle is between two points.
+fn is_hidden(stage: &AttackContext<'_>, id: i64, (from, to): (Point, Point), step: i64) -> bool {
+    let far = (to - from).norm();
+    let points = (far / SIGHT).ceil().clamp(1.0, 1e4) as usize;
+    let between = |body: &Placed<'_>| {
+        (1..points).any(|n| {
+            let at = from + (to - from) * (n as f64 / points as f64);
+            body.holds(&at)
+        })
+    };
+    let mut others = stage.scenario.obstacles.iter().filter(|o| o.id != id);
+    others.any(|other| {
+        let stands = other
+            .motion_at(step)
+            .is_some_and(|m| m.velocity.abs() < STANDING);
+        let hides = !matches!(other.kind, ObstacleType::Pedestrian | ObstacleType::Bicycle);
+        stands
+            && hides
+            && other.placed_at(step).is_some_and(|body| {
+                let middle = body.pose.position;
+                let reach = body.footprint.reach();
+                (middle - from).norm() <= far + reach && between(&body)
+            })
+    })
+}

@@ -1,0 +1,223 @@
+//! Collisions: which obstacle touches the ego, and with which side of its body.
+
+use nearmiss_base::geometry::{Placed, Point, Pose, Vector, Way};
+use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Scenario, driven_way};
+
+/// A side of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ContactSide {
+    /// Front.
+    Front,
+    /// Rear.
+    Rear,
+    /// Left side.
+    Left,
+    /// Right side.
+    Right,
+}
+
+impl ContactSide {
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Rear => "rear",
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+}
+
+/// The first contact of the ego.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Collision {
+    /// The obstacle.
+    pub with: i64,
+    /// When, in time steps: the first step at or after it.
+    pub step: i64,
+    /// Whether they touch only between the step before and this one, and are apart at it.
+    pub between: bool,
+    /// The side of the ego that is touched.
+    pub ego: ContactSide,
+    /// The side of the obstacle that is touched.
+    pub other: ContactSide,
+    /// Whether the obstacle is a region of an occupancy set there, which it may cover or not.
+    pub is_possible: bool,
+}
+
+impl std::fmt::Display for Collision {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (ego, other) = (self.ego.name(), self.other.name());
+        write!(f, "{} ", self.with)?;
+        match self.between {
+            true => write!(f, "between steps {} and {}", self.step - 1, self.step)?,
+            false => write!(f, "at step {}", self.step)?,
+        }
+        match self.is_possible {
+            true => write!(
+                f,
+                ", a possible contact: the ego's {ego} with its predicted occupancy"
+            ),
+            false => write!(f, ": the ego's {ego}, the other's {other}"),
+        }
+    }
+}
+
+impl Collision {
+    /// The collision of a body with anyone of `scenario` but `without` at a step: exact distance 0. Of several the
+    /// first in the file's order; see [`Self::first`].
+    #[must_use]
+    pub fn at(
+        scenario: &Scenario,
+        ego: &Placed<'_>,
+        step: i64,
+        without: Option<i64>,
+    ) -> Option<Self> {
+        let mut all = solid(scenario, without);
+        all.find_map(|obstacle| Self::with(obstacle, ego, step))
+    }
+
+    /// The same for a body that was at `before` a step earlier, also where it touches only on the way from there: of
+    /// several who are touched, the one that was touched first. The sides are those of the first touch: at the step
+    /// itself fast bodies are already in each other, and the front that ran into a rear may seem to touch a side.
+    #[must_use]
+    pub fn first(
+        scenario: &Scenario,
+        ego: &Placed<'_>,
+        before: Option<Pose>,
+        step: i64,
+        without: Option<i64>,
+    ) -> Option<Self> {
+        let Some(before) = before else {
+            return Self::at(scenario, ego, step, without);
+        };
+        let own = Way::new(ego.footprint.at(before), *ego);
+        let touched = solid(scenario, without)
+            .filter_map(|obstacle| Self::on_the_way(obstacle, &own, ego, (step, scenario.dt())));
+        let first = touched.min_by(|a, b| a.0.total_cmp(&b.0));
+        first.map(|(_, collision)| collision)
+    }
+
+    /// With one obstacle at a step or on the way there, and after which share of the way.
+    fn on_the_way(
+        obstacle: &Obstacle,
+        own: &Way<'_>,
+        ego: &Placed<'_>,
+        (step, dt): (i64, f64),
+    ) -> Option<(f64, Self)> {
+        let at_step = Self::with(obstacle, ego, step);
+        let way = way_to(obstacle, step, dt);
+        let touch = way.and_then(|way| Some((way, own.first_touch(&way)?)));
+        let Some((way, share)) = touch.filter(|(_, share)| *share > 0.0) else {
+            return at_step.map(|collision| (1.0, collision));
+        };
+        let deep = (share + DEEP).min(1.0);
+        let (ego, other) = sides(&own.at(deep), &way.at(deep));
+        let collision = Self {
+            with: obstacle.id,
+            step,
+            between: at_step.is_none(),
+            ego,
+            other,
+            is_possible: obstacle.is_occupancy_at(step),
+        };
+        Some((share, collision))
+    }
+
+    /// With one obstacle at a step.
+    fn with(obstacle: &Obstacle, ego: &Placed<'_>, step: i64) -> Option<Self> {
+        let other = obstacle.placed_at(step)?;
+        let far = ego.footprint.reach() + other.footprint.reach();
+        let apart = (ego.pose.position - other.pose.position).norm();
+        if apart > far || ego.distance(&other) > 0.0 {
+            return None;
+        }
+        let (own, others) = sides(ego, &other);
+        Some(Self {
+            with: obstacle.id,
+            step,
+            between: false,
+            ego: own,
+            other: others,
+            is_possible: obstacle.is_occupancy_at(step),
+        })
+    }
+}
+
+/// Sides are told this share of a step after the first touch, where bodies are in each other by a little.
+const DEEP: f64 = 1e-4;
+
+fn solid(scenario: &Scenario, without: Option<i64>) -> impl Iterator<Item = &Obstacle> {
+    let others = scenario.obstacles.iter();
+    others.filter(move |o| {
+        matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && Some(o.id) != without
+    })
+}
+
+/// The way of an obstacle to a step from the one before, `dt` seconds earlier; `None` where it is absent at one of them.
+fn way_to(obstacle: &Obstacle, step: i64, dt: f64) -> Option<Way<'_>> {
+    let before = obstacle.placed_at(step.checked_sub(1)?)?;
+    driven_way(before, obstacle.placed_at(step)?, dt)
+}
+
+/// The sides with which two bodies touch.
+pub(super) fn sides(a: &Placed<'_>, b: &Placed<'_>) -> (ContactSide, ContactSide) {
+    let middle = middle(a, b);
+    (face(a, &middle), face(b, &middle))
+}
+
+/// The middle of what two bodies share: of the corners of either that are in the other, and of where their outlines
+/// cross; the point between them where they only just touch.
+fn middle(a: &Placed<'_>, b: &Placed<'_>) -> Point {
+    let edges = |body: &Placed<'_>| -> Vec<(Point, Point)> {
+        let rings = body.outlines();
+        let ring = |ring: &Vec<Point>| -> Vec<(Point, Point)> {
+            let ends = ring.iter().cycle().skip(1);
+            ring.iter().copied().zip(ends.copied()).collect()
+        };
+        rings.iter().flat_map(ring).collect()
+    };
+    let (of_a, of_b) = (edges(a), edges(b));
+    let inside = |edges: &[(Point, Point)], other: &Placed<'_>| -> Vec<Point> {
+        let corners = edges.iter().map(|(from, _)| *from);
+        corners.filter(|p| other.holds(p)).collect()
+    };
+    let mut shared = [inside(&of_a, b), inside(&of_b, a)].concat();
+    for one in &of_a {
+        shared.extend(of_b.iter().filter_map(|other| crossing(*one, *other)));
+    }
+    if shared.is_empty() {
+        return nalgebra::center(&a.pose.position, &b.pose.position);
+    }
+    let sum = shared.iter().fold(Vector::zeros(), |sum, p| sum + p.coords);
+    Point::from(sum / shared.len() as f64)
+}
+
+/// Where two stretches of line cross; `None` for parallel ones.
+fn crossing((a, b): (Point, Point), (c, d): (Point, Point)) -> Option<Point> {
+    let (along, other, between) = (b - a, d - c, c - a);
+    let cross = along.perp(&other);
+    if cross == 0.0 {
+        return None;
+    }
+    let (t, u) = (between.perp(&other) / cross, between.perp(&along) / cross);
+    let within = (0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u);
+    within.then(|| a + along * t)
+}
+
+/// The side of a body that is nearest to a point on or in it.
+fn face(body: &Placed<'_>, at: &Point) -> ContactSide {
+    let local = body.pose.to_local(at);
+    let (length, width) = body.footprint.shape().size();
+    let (x, y) = (local.x * 2.0 / length, local.y * 2.0 / width);
+    // Depth below each side, metres: the least one is that side.
+    let sides = [
+        ((1.0 - x) * length, ContactSide::Front),
+        ((1.0 + x) * length, ContactSide::Rear),
+        ((1.0 - y) * width, ContactSide::Left),
+        ((1.0 + y) * width, ContactSide::Right),
+    ];
+    let nearest = sides.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map_or(ContactSide::Front, |(_, face)| face)
+}

@@ -1,0 +1,202 @@
+//! The traffic of one drive, moved on step by step.
+
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::course::{Course, LONGEST};
+use super::neighbour::{Neighbour, Way};
+use super::reacting::Reacting;
+use super::{Reaction, TrafficMode};
+use crate::planner::{Forecast, VehicleState};
+use crate::simulation::{Driver, Rollout};
+use nearmiss_base::geometry::Polyline;
+use nearmiss_scene::scenario::prediction::Path;
+use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Scenario};
+
+/// The others in one drive; what they did is in the drive.
+#[derive(Debug)]
+pub struct World<'a> {
+    reactive: Option<Reactive<'a>>,
+}
+
+/// Others that can react.
+#[derive(Debug)]
+pub(super) struct Reactive<'a> {
+    pub driver: &'a Driver,
+    /// As recorded.
+    pub scenario: &'a Scenario,
+    /// The middle of the ego's way.
+    guide: Option<Arc<Polyline>>,
+    /// Recorded ways of obstacles, by place in the file's order, once they are asked for.
+    courses: Vec<OnceCell<Option<Course>>>,
+    /// Those that react, by place.
+    pub reacting: BTreeMap<usize, Reacting>,
+    /// Steps after now that forecasts are told.
+    told: usize,
+}
+
+impl<'a> World<'a> {
+    /// The traffic of `scenario` at the beginning of a drive.
+    pub fn new(driver: &'a Driver, scenario: &'a Scenario) -> Self {
+        let reactive = driver.settings().traffic == TrafficMode::Reactive;
+        Self {
+            reactive: reactive.then(|| Reactive::new(driver, scenario)),
+        }
+    }
+
+    /// Moves the others on to the last step of a drive, from the one before.
+    pub fn advance(&mut self, drive: &mut Rollout) {
+        if let Some(reactive) = &mut self.reactive {
+            reactive.advance(drive);
+        }
+    }
+
+    /// Ends a drive.
+    pub fn finish(&self, drive: &mut Rollout) {
+        if let Some(reactive) = &self.reactive {
+            reactive.finish(drive);
+        }
+    }
+}
+
+impl<'a> Reactive<'a> {
+    fn new(driver: &'a Driver, scenario: &'a Scenario) -> Self {
+        let settings = driver.settings();
+        let path = &driver.guide().path;
+        let points = (0..=path.length().min(LONGEST).ceil() as usize)
+            .map(|s| path.pose_at(s as f64).position);
+        Self {
+            driver,
+            scenario,
+            guide: Polyline::new(points).map(Arc::new),
+            courses: scenario.obstacles.iter().map(|_| OnceCell::new()).collect(),
+            reacting: BTreeMap::new(),
+            told: match settings.forecast {
+                Forecast::Recorded => settings.planner.steps(driver.dt()),
+                Forecast::ConstantVelocity | Forecast::Lane => 0,
+            },
+        }
+    }
+
+    fn advance(&mut self, drive: &mut Rollout) {
+        let [.., (step, state), _] = drive.states[..] else {
+            return;
+        };
+        let ego = self.ego(&state);
+        for (place, reacting) in self.begin_at(step, &ego) {
+            self.reacting.insert(place, reacting);
+            drive.traffic.reactions.push(Reaction {
+                obstacle: self.scenario.obstacles[place].id,
+                from: step,
+            });
+        }
+        if self.reacting.is_empty() {
+            return;
+        }
+        let dt = self.driver.dt();
+        let others = self.neighbours(step, ego);
+        let decide = |(place, reacting): (&usize, &Reacting)| {
+            let body = self.scenario.obstacles[*place].footprint.as_ref()?;
+            let decided = reacting.decide(*place, body, &others, dt);
+            (!reacting.is_gone()).then_some((*place, decided))
+        };
+        let decided: Vec<(usize, f64)> = self.reacting.iter().filter_map(decide).collect();
+        let world = drive.traffic.scenario.take();
+        let mut world = world.unwrap_or_else(|| Arc::new(self.scenario.clone()));
+        let changed = Arc::make_mut(&mut world);
+        for (place, acceleration) in decided {
+            let Some(reacting) = self.reacting.get_mut(&place) else {
+                continue;
+            };
+            reacting.go_on(acceleration, dt);
+            let motions = match reacting.is_gone() {
+                true => reacting.motions[..reacting.motions.len() - 1].to_vec(),
+                false => reacting.foreseen(self.told, dt),
+            };
+            let obstacle = &self.scenario.obstacles[place];
+            if let Some(departed) = obstacle.departing(&motions, dt) {
+                changed.obstacles[place] = departed;
+            }
+        }
+        drive.traffic.scenario = Some(world);
+    }
+
+    /// What the others did in a drive that is over: what forecasts were told beyond its end is no part of it.
+    fn finish(&self, drive: &mut Rollout) {
+        if self.told == 0 {
+            return;
+        }
+        let Some(mut world) = drive.traffic.scenario.take() else {
+            return;
+        };
+        let changed = Arc::make_mut(&mut world);
+        for (place, reacting) in self.reacting.iter().filter(|(_, r)| !r.is_gone()) {
+            let obstacle = &self.scenario.obstacles[*place];
+            if let Some(departed) = obstacle.departing(&reacting.motions, self.driver.dt()) {
+                changed.obstacles[*place] = departed;
+            }
+        }
+        drive.traffic.scenario = Some(world);
+    }
+
+    /// The ego as the others see it: on its way to the goal.
+    fn ego(&self, state: &VehicleState) -> Neighbour<'a> {
+        let motion = state.centre(self.driver.limits());
+        let way = |line: &Arc<Polyline>| Way::Path(Path::along(Arc::clone(line), &motion.pose));
+        Neighbour {
+            place: None,
+            body: self.driver.road().body().at(motion.pose),
+            speed: motion.velocity,
+            acceleration: motion.acceleration,
+            way: self.guide.as_ref().map_or(Way::Straight, way),
+        }
+    }
+
+    /// All bodies at a step.
+    fn neighbours<'b>(&'b self, step: i64, ego: Neighbour<'b>) -> Vec<Neighbour<'b>> {
+        let places = 0..self.scenario.obstacles.len();
+        let others = places.filter_map(|place| self.neighbour(place, step));
+        std::iter::once(ego).chain(others).collect()
+    }
+
+    /// An obstacle at a step, where it has a body there.
+    pub fn neighbour(&self, place: usize, step: i64) -> Option<Neighbour<'_>> {
+        let obstacle = self.body(place)?;
+        if let Some(reacting) = self.reacting.get(&place) {
+            let (_, motion) = reacting.motions.last()?;
+            let body = obstacle.footprint.as_ref()?.at(motion.pose);
+            return (!reacting.is_gone()).then_some(Neighbour {
+                place: Some(place),
+                body,
+                speed: reacting.v,
+                acceleration: reacting.a,
+                way: Way::Course(&reacting.course, reacting.s),
+            });
+        }
+        let motion = obstacle.motion_at(step)?;
+        let moves = obstacle.role == ObstacleRole::Dynamic;
+        let course = self.course(place).filter(|_| moves);
+        let course = course.and_then(|course| Some((course, course.at_step(step)?)));
+        Some(Neighbour {
+            place: Some(place),
+            body: obstacle.placed_at(step)?,
+            speed: if moves { motion.velocity } else { 0.0 },
+            acceleration: if moves { motion.acceleration } else { 0.0 },
+            way: course.map_or(Way::Straight, |(course, s)| Way::Course(course, s)),
+        })
+    }
+
+    /// An obstacle that has a body and is not the ego itself.
+    pub fn body(&self, place: usize) -> Option<&'a Obstacle> {
+        let obstacle = &self.scenario.obstacles[place];
+        let solid = matches!(obstacle.role, ObstacleRole::Static | ObstacleRole::Dynamic);
+        (solid && Some(obstacle.id) != self.driver.settings().without).then_some(obstacle)
+    }
+
+    /// The recorded way of an obstacle.
+    pub fn course(&self, place: usize) -> Option<&Course> {
+        let made = || Course::recorded(self.scenario.obstacles[place].track());
+        self.courses[place].get_or_init(made).as_ref()
+    }
+}

@@ -1,0 +1,47 @@
+//! Pictures: figures of scenes, plots and screens as SVG, PNG and GIF, without another program.
+//!
+//! What is seen of a map is worked out once, in the world's coordinates and with roles for colours: a
+//! [`scene`](crate::scene), which figures and the workbench draw. A figure is a list of things to draw, in
+//! points; every format is written from that list.
+
+mod animation;
+pub mod cells;
+mod chart;
+mod clip;
+mod color;
+mod coverage;
+mod display;
+mod figure;
+mod format;
+mod glyphs;
+mod grid;
+mod map;
+mod map_page;
+mod palette;
+mod plot;
+mod quantize;
+mod raster;
+pub mod scene;
+mod screen;
+mod storyboard;
+mod svg;
+#[cfg(test)]
+mod tests;
+mod view;
+
+pub use animation::{AnimationError, animate};
+pub use chart::{Axis as ChartAxis, Bar, BarChart, ChartPoint, ChartSeries, PointChart};
+pub use color::Color;
+pub use coverage::coverage_picture;
+pub use display::{Anchor, Area, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
+pub use figure::{COLUMN, Figure, FigureContent, FigureError, Look, MILLIMETRE, PIXEL};
+pub use format::Format;
+pub use grid::{FigureGrid, GridError, GridRow, PAGE};
+pub use map_page::MapPage;
+pub use palette::Palette;
+pub use plot::{Ticks, runs, steps, value_range};
+pub use raster::{MOST_PIXELS, RasterError, pixels, png};
+pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
+pub use storyboard::{Storyboard, StoryboardPanel};
+pub use svg::svg;
+pub use view::{MapExtent, Subject, Variation, Variations};

@@ -1,0 +1,156 @@
+//! What two road users do to each other in a window, told from lanes, headings and turns.
+
+use crate::scenario::{LaneRelation, Motion};
+use nearmiss_base::geometry::angle_between;
+
+/// What the other road user does to the ego.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Manoeuvre {
+    /// It changes into the ego's lane, ahead of the ego.
+    CutIn,
+    /// The ego changes into its lane.
+    LaneChange,
+    /// Its lane joins that of the ego, and it ends up ahead.
+    Merging,
+    /// The ego follows it.
+    Following,
+    /// It follows the ego.
+    Followed,
+    /// It drives in another lane of the same direction.
+    Parallel,
+    /// It comes towards the ego.
+    Oncoming,
+    /// Its way crosses that of the ego.
+    Crossing,
+    /// They come towards each other, and one turns across the way of the other.
+    TurningAcross,
+    /// It is a static obstacle.
+    Standing,
+    /// None of these.
+    Other,
+}
+
+/// Both at the ends of a window.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PairMotion<'a> {
+    /// The ego at the first and at the last step.
+    pub ego: [&'a Motion; 2],
+    /// The other at the first and at the last step.
+    pub other: [&'a Motion; 2],
+    /// The lane of the other, seen from that of the ego, at the first and at the last step; nothing without lanes.
+    pub lanes: [Option<LaneRelation>; 2],
+    /// The lane of the other at the last step, seen from that of the ego at the first.
+    pub to_first_lane: Option<LaneRelation>,
+    /// The change of heading of the ego and of the other, around the window too, radians.
+    pub turns: [f64; 2],
+    /// The angle between their headings a little before the window, radians.
+    pub angle_before: f64,
+    /// The other is a static obstacle.
+    pub stands: bool,
+}
+
+/// Directions that differ by less are the same one, radians.
+const SAME_WAY: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Directions that differ by more are opposite, radians.
+const OPPOSITE: f64 = 3.0 * std::f64::consts::FRAC_PI_4;
+
+/// Before a turn across, directions differ by more than this, radians.
+const FACING: f64 = 2.0 * std::f64::consts::FRAC_PI_3;
+
+/// Who changes the heading by more than this turns, radians: 25°.
+const TURN: f64 = 0.436;
+
+/// Half of a lane's width where there are no lanes, metres.
+const HALF_LANE: f64 = 1.75;
+
+impl Manoeuvre {
+    /// All of them.
+    pub const ALL: [Self; 11] = [
+        Self::CutIn,
+        Self::LaneChange,
+        Self::Merging,
+        Self::Following,
+        Self::Followed,
+        Self::Parallel,
+        Self::Oncoming,
+        Self::Crossing,
+        Self::TurningAcross,
+        Self::Standing,
+        Self::Other,
+    ];
+
+    /// Its word in tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::CutIn => "cut_in",
+            Self::LaneChange => "lane_change",
+            Self::Merging => "merging",
+            Self::Following => "following",
+            Self::Followed => "followed",
+            Self::Parallel => "parallel",
+            Self::Oncoming => "oncoming",
+            Self::Crossing => "crossing",
+            Self::TurningAcross => "turning_across",
+            Self::Standing => "standing",
+            Self::Other => "other",
+        }
+    }
+
+    pub(super) fn of(pair: &PairMotion<'_>) -> Self {
+        if pair.stands {
+            return Self::Standing;
+        }
+        let heading = |m: &Motion| m.pose.heading;
+        let angle = angle_between(heading(pair.ego[1]), heading(pair.other[1])).abs();
+        let turns = pair.turns.iter().any(|turn| turn.abs() > TURN);
+        if pair.angle_before > FACING && turns && angle < OPPOSITE {
+            return Self::TurningAcross;
+        }
+        if angle <= SAME_WAY {
+            return pair.same_way();
+        }
+        if angle >= OPPOSITE {
+            return Self::Oncoming;
+        }
+        Self::Crossing
+    }
+}
+
+impl PairMotion<'_> {
+    /// Of two that end up driving in the same direction.
+    fn same_way(&self) -> Manoeuvre {
+        use LaneRelation as Lane;
+        let at = |i: usize| self.ego[i].pose.to_local(&self.other[i].pose.position);
+        let (before, after) = (at(0), at(1));
+        let [Some(first), Some(last)] = self.lanes else {
+            let inside = |offset: f64| offset.abs() <= HALF_LANE;
+            return match (inside(before.y), inside(after.y), after.x > 0.0) {
+                (false, true, true) => Manoeuvre::CutIn,
+                (_, true, true) => Manoeuvre::Following,
+                (_, true, false) => Manoeuvre::Followed,
+                _ => Manoeuvre::Parallel,
+            };
+        };
+        let in_line = |lane| matches!(lane, Lane::Same | Lane::Ahead | Lane::Behind);
+        match (first, last) {
+            (Lane::Merging, l) if in_line(l) && after.x > 0.0 => Manoeuvre::Merging,
+            (f, l) if !in_line(f) && in_line(l) => {
+                let came = self.to_first_lane.is_some_and(in_line);
+                match came && after.x > 0.0 {
+                    true => Manoeuvre::CutIn,
+                    false => Manoeuvre::LaneChange,
+                }
+            }
+            (_, l) if in_line(l) && after.x > 0.0 => Manoeuvre::Following,
+            (_, l) if in_line(l) => Manoeuvre::Followed,
+            (_, Lane::Left | Lane::Right | Lane::FurtherLeft | Lane::FurtherRight) => {
+                Manoeuvre::Parallel
+            }
+            (_, Lane::Crossing) => Manoeuvre::Crossing,
+            (_, Lane::Merging | Lane::Diverging) => Manoeuvre::Parallel,
+            _ => Manoeuvre::Other,
+        }
+    }
+}

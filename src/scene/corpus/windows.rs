@@ -1,0 +1,253 @@
+//! Measures every window of every pair of road users in a scenario.
+
+use std::cell::OnceCell;
+use std::sync::Arc;
+
+use super::manoeuvre::PairMotion;
+use super::{Manoeuvre, RoadType};
+use crate::metrics::{Context, CriticalMoment, Measure, Moments, PairMoments, Thresholds};
+use crate::scenario::{
+    Ego, LaneRelation, LaneRelations, Motion, ObstacleRole, Scenario, Scene, Track,
+};
+use nearmiss_base::geometry::angle_between;
+
+/// How windows are cut and what is measured in them.
+#[derive(Debug, Clone)]
+pub struct IndexOptions {
+    /// Length of a window, seconds.
+    pub length: f64,
+    /// From the start of a window to that of the next, seconds.
+    pub stride: f64,
+    /// Pairs whose centres are farther apart at all steps of a window are left out, metres.
+    pub radius: f64,
+    /// What is measured.
+    pub measures: Vec<&'static Measure>,
+}
+
+/// Who is the ego of a window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WindowEgo {
+    /// The ego that was recorded beside the scenario.
+    Recorded,
+    /// An obstacle.
+    Obstacle(i64),
+}
+
+/// A window of a pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IndexedWindow {
+    /// The ego.
+    pub ego: WindowEgo,
+    /// The other.
+    pub obstacle: i64,
+    /// Its type, in the word of the format.
+    pub kind: &'static str,
+    /// First and last step at which both are there.
+    pub steps: (i64, i64),
+    /// What they do.
+    pub manoeuvre: Manoeuvre,
+    /// The road under the ego at the last step.
+    pub road: RoadType,
+    /// The severity of its most severe step, 0 (contact) to 5 (none).
+    pub severity: u8,
+    /// That step.
+    pub worst_step: i64,
+    /// The most dangerous value of each measure of [`IndexOptions::measures`]; of a measure that only describes, the
+    /// lowest.
+    pub values: Vec<Option<f64>>,
+}
+
+/// Turns are looked for so long before and after a window, seconds.
+const AROUND: f64 = 2.0;
+
+/// Measures the windows of a scenario, with each track in turn as the ego, and the recorded ego if there is one.
+pub fn for_each_window(
+    scenario: &Arc<Scenario>,
+    recorded: Option<Ego>,
+    options: &IndexOptions,
+    thresholds: &Thresholds,
+    take: &mut dyn FnMut(IndexedWindow),
+) {
+    let recorded = recorded.map(|ego| (WindowEgo::Recorded, Scene::new(Arc::clone(scenario), ego)));
+    let tracks = scenario.possible_egos().into_iter().filter_map(|id| {
+        let scene = Scene::with_obstacle_as_ego(Arc::clone(scenario), id).ok()?;
+        Some((WindowEgo::Obstacle(id), scene))
+    });
+    for (ego, scene) in recorded.into_iter().chain(tracks) {
+        let context = Context::under(&scene, thresholds);
+        let egos = EgoWindows {
+            ego,
+            moments: Moments::new(&context),
+            context: &context,
+            scene: &scene,
+            options,
+            lanes: scene.steps().map(|_| OnceCell::new()).collect(),
+        };
+        for place in 0..context.participants().len() {
+            egos.of_pair(place, take);
+        }
+    }
+}
+
+/// The lanelets under the ego, and what other lanes are to them.
+type Lanes<'s> = (Vec<i64>, LaneRelations<'s>);
+
+/// How severe a step is, and its measures.
+type Readings = Option<(CriticalMoment, Vec<Option<f64>>)>;
+
+struct EgoWindows<'c, 's> {
+    ego: WindowEgo,
+    scene: &'s Scene,
+    context: &'c Context<'s>,
+    moments: Moments<'c, 's>,
+    options: &'s IndexOptions,
+    /// By step of the ego.
+    lanes: Vec<OnceCell<Option<Lanes<'s>>>>,
+}
+
+impl<'s> EgoWindows<'_, 's> {
+    fn of_pair(&self, place: usize, take: &mut dyn FnMut(IndexedWindow)) {
+        let steps = self.scene.steps();
+        let count = |seconds: f64| ((seconds / self.scene.scenario.dt()).round() as i64).max(1);
+        let (length, stride) = (count(self.options.length), count(self.options.stride));
+        let all = usize::try_from(steps.end - steps.start).unwrap_or(0);
+        let readings: Vec<OnceCell<Readings>> = vec![OnceCell::new(); all];
+        let moments = self.moments.with(place);
+        let mut first = steps.start;
+        while first < steps.end {
+            let end = (first + length).min(steps.end);
+            if let Some(window) = self.window(place, first..end, &moments, &readings) {
+                take(window);
+            }
+            // The rest of a recording is in the last window that reaches its end.
+            if end == steps.end {
+                break;
+            }
+            first += stride;
+        }
+    }
+
+    fn window(
+        &self,
+        place: usize,
+        steps: std::ops::Range<i64>,
+        moments: &PairMoments<'_, '_>,
+        readings: &[OnceCell<Readings>],
+    ) -> Option<IndexedWindow> {
+        let other = self.context.participants()[place];
+        let mut both = steps
+            .filter(|step| self.scene.ego.track.at(*step).is_some() && other.at(*step).is_some());
+        let first = both.next()?;
+        let last = both.next_back().unwrap_or(first);
+        let start = self.scene.steps().start;
+        let mut values: Vec<Option<f64>> = vec![None; self.options.measures.len()];
+        let mut worst: Option<CriticalMoment> = None;
+        for step in first..=last {
+            let index = usize::try_from(step - start).ok()?;
+            let read = || self.read(place, moments, step);
+            let Some((moment, here)) = readings[index].get_or_init(read) else {
+                continue;
+            };
+            if worst.is_none_or(|worst| moment.precedes(&worst)) {
+                worst = Some(*moment);
+            }
+            for ((value, here), measure) in values.iter_mut().zip(here).zip(&self.options.measures)
+            {
+                let Some(here) = *here else { continue };
+                let danger = measure.danger;
+                if value.is_none_or(|before| danger.compare(here, before).is_lt()) {
+                    *value = Some(here);
+                }
+            }
+        }
+        // No step within the radius.
+        let worst = worst?;
+        Some(IndexedWindow {
+            ego: self.ego,
+            obstacle: other.obstacle.id,
+            kind: other.obstacle.kind.name(),
+            steps: (first, last),
+            manoeuvre: self.manoeuvre(place, first, last)?,
+            road: self.road(last),
+            severity: worst.grade.number(),
+            worst_step: worst.step,
+            values,
+        })
+    }
+
+    /// The readings of a step; nothing beyond the radius.
+    fn read(&self, place: usize, moments: &PairMoments<'_, '_>, step: i64) -> Readings {
+        let encounter = self.context.encounter(place, step)?;
+        let apart = encounter.other.pose.position - encounter.ego.pose.position;
+        if apart.norm() > self.options.radius {
+            return None;
+        }
+        let measures = self.options.measures.iter();
+        let values = measures.map(|m| m.of(&encounter).value()).collect();
+        Some((moments.at(step)?, values))
+    }
+
+    fn lanes_at(&self, step: i64) -> Option<&Lanes<'s>> {
+        let index = usize::try_from(step - self.scene.steps().start).ok()?;
+        let lanes = self.lanes.get(index)?.get_or_init(|| {
+            let network = &self.scene.scenario.network;
+            let under = network.lanelets_driven(&self.scene.ego.track.at(step)?.pose);
+            if under.is_empty() {
+                return None;
+            }
+            let relations = network.lane_relations(&under);
+            Some((under, relations))
+        });
+        lanes.as_ref()
+    }
+
+    fn road(&self, step: i64) -> RoadType {
+        let under = self.lanes_at(step).map(|(under, _)| under.as_slice());
+        RoadType::of(&self.scene.scenario.network, under.unwrap_or_default())
+    }
+
+    /// The lane under a body, seen from the ego's at a step; the closest relation of several.
+    fn relation(&self, at: i64, other: &Motion) -> Option<LaneRelation> {
+        let (_, relations) = self.lanes_at(at)?;
+        let theirs = self.scene.scenario.network.lanelets_driven(&other.pose);
+        theirs.iter().map(|id| relations.of(*id)).min()
+    }
+
+    fn manoeuvre(&self, place: usize, first: i64, last: i64) -> Option<Manoeuvre> {
+        let other = self.context.participants()[place];
+        let track = &self.scene.ego.track;
+        let (ego, theirs) = (
+            [track.at(first)?, track.at(last)?],
+            [other.at(first)?, other.at(last)?],
+        );
+        let stands = other.obstacle.role == ObstacleRole::Static;
+        let around = (AROUND / self.scene.scenario.dt()).round() as i64;
+        let wide = |track: &Track, first: i64, last: i64| {
+            let steps = track.steps();
+            let from = (first - around).max(steps.start);
+            let to = (last + around).min(steps.end - 1);
+            let heading = |step: i64, near: i64| {
+                let motion = track.at(step).or_else(|| track.at(near));
+                motion.map_or(0.0, |motion| motion.pose.heading)
+            };
+            (heading(from, first), heading(to, last))
+        };
+        let own = wide(track, first, last);
+        let their = match stands {
+            true => (theirs[0].pose.heading, theirs[1].pose.heading),
+            false => wide(other.obstacle.track(), first, last),
+        };
+        Some(Manoeuvre::of(&PairMotion {
+            ego,
+            other: theirs,
+            lanes: [
+                self.relation(first, theirs[0]),
+                self.relation(last, theirs[1]),
+            ],
+            to_first_lane: self.relation(first, theirs[1]),
+            turns: [angle_between(own.0, own.1), angle_between(their.0, their.1)],
+            angle_before: angle_between(own.0, their.0).abs(),
+            stands,
+        }))
+    }
+}

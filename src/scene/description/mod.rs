@@ -1,0 +1,269 @@
+//! Text descriptions of scenes for language models, with the meaning of each number.
+
+mod cartesian;
+mod ego_centric;
+mod ego_lane;
+mod lanelets;
+mod lanes;
+mod measure_columns;
+mod motion_words;
+mod occupancies;
+mod options;
+mod overview;
+mod parts;
+mod picture;
+mod reach;
+mod road;
+mod safety_metrics;
+mod seen;
+mod table;
+mod trajectory;
+mod visible;
+mod writer;
+
+use crate::metrics::Context;
+use crate::scenario::{Participant, Scene, Window};
+
+pub use measure_columns::measure_column;
+pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
+pub use picture::{PictureMoment, picture_moments};
+pub use reach::GIVE;
+pub use visible::{disguises, escaped_json, escaped_xml, visible};
+pub use writer::{Description, Span, Subject, Value, has_relative_times};
+
+use writer::Writer;
+
+/// Kinds of description of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Frame {
+    /// Positions on the map.
+    Cartesian,
+    /// Gaps and motion seen from the ego.
+    Ego,
+    /// Safety measures of all obstacles near.
+    Metrics,
+    /// What one obstacle and the ego did, and the road.
+    Trajectory,
+    /// A picture from above, with what is needed to read it.
+    Picture,
+    /// [`Frame::Ego`], and the picture.
+    EgoPicture,
+    /// [`Frame::Cartesian`], and the picture.
+    CartesianPicture,
+    /// [`Frame::Metrics`], and the picture.
+    MetricsPicture,
+    /// [`Frame::Trajectory`], and the picture.
+    TrajectoryPicture,
+}
+
+impl Frame {
+    /// Every frame.
+    pub const ALL: [Self; 9] = [
+        Self::Ego,
+        Self::Cartesian,
+        Self::Metrics,
+        Self::Trajectory,
+        Self::Picture,
+        Self::EgoPicture,
+        Self::CartesianPicture,
+        Self::MetricsPicture,
+        Self::TrajectoryPicture,
+    ];
+
+    /// The word for it, on the command line and in the store.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cartesian => "cartesian",
+            Self::Ego => "ego",
+            Self::Metrics => "metrics",
+            Self::Trajectory => "trajectory",
+            Self::Picture => "picture",
+            Self::EgoPicture => "ego+picture",
+            Self::CartesianPicture => "cartesian+picture",
+            Self::MetricsPicture => "metrics+picture",
+            Self::TrajectoryPicture => "trajectory+picture",
+        }
+    }
+
+    /// The frame of its words; `None` for the picture alone.
+    #[must_use]
+    pub fn words(self) -> Option<Self> {
+        match self {
+            Self::Picture => None,
+            Self::EgoPicture => Some(Self::Ego),
+            Self::CartesianPicture => Some(Self::Cartesian),
+            Self::MetricsPicture => Some(Self::Metrics),
+            Self::TrajectoryPicture => Some(Self::Trajectory),
+            words => Some(words),
+        }
+    }
+
+    /// Whether a picture belongs to it.
+    #[must_use]
+    pub fn has_picture(self) -> bool {
+        self.words() != Some(self)
+    }
+
+    /// Whether it is about one obstacle, which has to be named, in times and coordinates of the recording.
+    #[must_use]
+    pub fn is_of_one_obstacle(self) -> bool {
+        self.words() == Some(Self::Trajectory)
+    }
+
+    /// Whether positions in it are those on the map, so that north is up in its picture.
+    #[must_use]
+    pub fn is_on_the_map(self) -> bool {
+        matches!(self.words(), Some(Self::Cartesian | Self::Trajectory))
+    }
+
+    /// The frame with this name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|f| f.name() == name)
+    }
+
+    /// The names of every frame, for help and errors.
+    #[must_use]
+    pub fn names() -> String {
+        Self::ALL.map(Self::name).join(", ")
+    }
+}
+
+/// Why a scene cannot be described.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DescriptionError {
+    /// The trajectory frame is about one obstacle, and none is named.
+    #[error("the trajectory frame describes one obstacle: choose which")]
+    NoObstacle,
+    /// No obstacle with a shape has this id.
+    #[error("no obstacle with a body has the id {id}; there are {known}")]
+    UnknownObstacle {
+        /// The id asked for.
+        id: i64,
+        /// Some that exist.
+        known: String,
+    },
+    /// The obstacle is absent.
+    #[error("obstacle {id} is not there from step {first} to {last}")]
+    NotThere {
+        /// Which one.
+        id: i64,
+        /// First step that would be described.
+        first: i64,
+        /// The last one.
+        last: i64,
+    },
+}
+
+/// Describes the scene during `window`, using only what is known by the end of the window.
+///
+/// ```
+/// use nearmiss_scene::description::{Frame, Options, describe};
+/// use nearmiss_formats::bundled;
+/// use nearmiss_scene::scenario::{Scene, Window};
+///
+/// # let entry = &bundled()[0];
+/// # let scenario = entry.read()?;
+/// # let ego = entry.recorded_ego(&scenario)?.expect("recorded beside it");
+/// # let scene = Scene::new(scenario, ego);
+/// let window = Window::ending_at(&scene, 20, 10);
+/// let described = describe(&scene, Frame::Ego, &window, &Options::default())?;
+/// assert!(described.text.contains("m/s"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// The obstacle named in the options or needed by the frame is absent.
+pub fn describe(
+    scene: &Scene,
+    frame: Frame,
+    window: &Window,
+    options: &Options,
+) -> Result<Description, DescriptionError> {
+    describe_in(&Context::new(scene), frame, window, options)
+}
+
+/// As [`describe`], measured as `context` measures.
+///
+/// # Errors
+/// As [`describe`].
+pub fn describe_in(
+    context: &Context<'_>,
+    frame: Frame,
+    window: &Window,
+    options: &Options,
+) -> Result<Description, DescriptionError> {
+    let scene = context.scene();
+    let chosen = options.obstacle.map(|id| participant(scene, id));
+    let chosen = chosen.transpose()?;
+    let mut writer = Writer::new(options.precision);
+    let w = &mut writer;
+    match frame.words() {
+        None => {}
+        Some(words) => {
+            in_words(w, context, words, chosen, window, options)?;
+            occupancies::describe(w, context, window, options);
+        }
+    }
+    if frame.has_picture() {
+        picture::describe(w, scene, frame, window, options);
+    }
+    Ok(writer.finish())
+}
+
+/// Describes it in a frame that is words alone.
+fn in_words(
+    w: &mut Writer,
+    context: &Context<'_>,
+    frame: Frame,
+    chosen: Option<Participant<'_>>,
+    window: &Window,
+    options: &Options,
+) -> Result<(), DescriptionError> {
+    let scene = context.scene();
+    match frame {
+        Frame::Cartesian => cartesian::describe(w, scene, window, options),
+        Frame::Ego if options.axes != EgoAxes::Heading => {
+            ego_lane::describe(w, scene, window, options)
+        }
+        Frame::Ego => ego_centric::describe(w, scene, window, options),
+        Frame::Metrics => safety_metrics::describe(w, context, window, options),
+        Frame::Trajectory => {
+            let who = chosen.ok_or(DescriptionError::NoObstacle)?;
+            let there = |s| who.at(s).is_some() && !who.obstacle.is_occupancy_at(s);
+            if !options.steps(window).iter().any(|&s| there(s)) {
+                return Err(DescriptionError::NotThere {
+                    id: who.obstacle.id,
+                    first: window.first(),
+                    last: window.last(),
+                });
+            }
+            trajectory::describe(w, scene, &who, window, options);
+        }
+        // They are no words.
+        Frame::Picture
+        | Frame::EgoPicture
+        | Frame::CartesianPicture
+        | Frame::MetricsPicture
+        | Frame::TrajectoryPicture => {}
+    }
+    Ok(())
+}
+
+fn participant(scene: &Scene, id: i64) -> Result<Participant<'_>, DescriptionError> {
+    let found = scene.participants().find(|p| p.obstacle.id == id);
+    found.ok_or_else(|| {
+        let all: Vec<i64> = scene.participants().map(|p| p.obstacle.id).collect();
+        let mut known: Vec<String> = all.iter().take(12).map(i64::to_string).collect();
+        match all.len() {
+            0 => known.push("none".into()),
+            13.. => known.push("…".into()),
+            _ => {}
+        }
+        DescriptionError::UnknownObstacle {
+            id,
+            known: known.join(", "),
+        }
+    })
+}

@@ -1,0 +1,94 @@
+//! The built-in reference judge: exact geometry instead of a language model, without a network.
+
+mod collision;
+mod collision_prediction;
+mod reasoning;
+mod recording;
+mod safety;
+
+pub use collision::judge as judge_collision;
+pub use collision_prediction::{CollisionPrediction, Criterion};
+pub use recording::judge as judge_recording;
+pub use safety::verdict_by;
+
+use crate::metrics::Thresholds;
+use crate::scenario::{Scene, Window};
+use crate::verdict::{Task, Verdict};
+
+/// The model id under which the judge's answers are shown and stored.
+pub const MODEL: &str = "reference/geometry";
+
+/// Its name for people.
+pub const NAME: &str = "built-in judge";
+
+/// How an answer of this model came about, where no prompt had a part in it.
+#[must_use]
+pub fn how(model: &str) -> Option<&'static str> {
+    (model == MODEL).then_some("exact geometry")
+}
+
+/// What an answer of this model looks at, where that is not the window of the question: the collision and the recording
+/// task are judged from all recorded steps.
+#[must_use]
+pub fn looks_at(model: &str, task: Task) -> Option<&'static str> {
+    (model == MODEL && task.is_about_all_steps()).then_some("all recorded steps")
+}
+
+/// The judge's verdict, and its reasoning.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The way to it, with steps and numbers, as Markdown.
+    pub reasoning: String,
+    /// The step that decided: first contact, first step of the lowest score, or the present of a prediction.
+    pub decisive_step: Option<i64>,
+    /// What was predicted about the obstacles of the verdict, in its order; nothing for tasks about all steps.
+    pub prospects: Vec<CollisionPrediction>,
+}
+
+/// Judges a scene, with the shipped thresholds; see [`judge_under`].
+///
+/// ```
+/// use nearmiss_formats::bundled;
+/// use nearmiss_scene::judge::judge;
+/// use nearmiss_scene::scenario::{Scene, Window};
+/// use nearmiss_scene::verdict::Task;
+///
+/// # let entry = &bundled()[0];
+/// # let scenario = entry.read()?;
+/// # let ego = entry.recorded_ego(&scenario)?.expect("recorded beside it");
+/// # let scene = Scene::new(scenario, ego);
+/// let window = Window::ending_at(&scene, scene.last_step(), 10);
+/// let judgement = judge(&scene, Task::Collision, &window);
+/// assert_eq!(judgement.verdict.dangerous, judgement.decisive_step.is_some());
+/// println!("{}", judgement.verdict.justification);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[must_use]
+pub fn judge(scene: &Scene, task: Task, window: &Window) -> Judgement {
+    judge_under(scene, task, window, Thresholds::shipped())
+}
+
+/// Judges a scene.
+///
+/// Whether a recording is of high risk depends on the thresholds, as the risk scores do; the other decisions do not.
+///
+/// The collision and the recording task look at every recorded step of the ego, whatever the window. The safety task predicts from
+/// `window` alone, never from anything beyond it: see [`Criterion::REFERENCE`].
+/// The tasks without a yes or no start from the same prediction: for them this is the judgement of safety, and says so.
+#[must_use]
+pub fn judge_under(
+    scene: &Scene,
+    task: Task,
+    window: &Window,
+    thresholds: &Thresholds,
+) -> Judgement {
+    match task {
+        Task::Collision => judge_collision(scene, thresholds),
+        Task::Recording => judge_recording(scene, thresholds),
+        Task::Safety | Task::Attacker | Task::Trajectory => {
+            safety::judge(scene, window, thresholds)
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Contacts of the ego: when its body and another's touch, at a step or between two, and how fast they close then.
+//!
+//! Between two steps positions go evenly along straight lines and headings evenly the shorter way round: see
+//! [`nearmiss_base::geometry::Way`]. What is touched only between two steps is touched all the same, unless it overlaps by no
+//! more than the ways between the steps are uncertain: a recording tells nothing of motions faster than half its rate, and
+//! evenly joined steps are off by up to π²/32 of the second difference of the steps around (a sine at that rate). Who
+//! passes the other from one side to the opposite one passes through it at any speed: there only what is uncertain across
+//! that direction counts, against how far they overlap across it.
+
+use super::Context;
+use super::context::BodyAtStep;
+use crate::scenario::{Motion, Participant, Scene, driven_way};
+use nearmiss_base::geometry::{Placed, Point, Pose, Vector, angle_between};
+
+/// The ego's body touches another one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// The other's id.
+    pub obstacle: i64,
+    /// The first recorded step at or after the moment at which they touch.
+    pub step: i64,
+    /// That moment, seconds since time step 0.
+    pub time: f64,
+    /// Whether they still overlap at the step. Otherwise they touch only between it and the step before.
+    pub overlaps: bool,
+    /// Whether what is touched is a region that the obstacle may be in, of an occupancy set, and not its body.
+    pub is_possible: bool,
+    /// The speed of one relative to the other at that moment, m/s, from the recorded velocities.
+    pub closing_speed: f64,
+    /// The ego at that moment.
+    pub ego: Pose,
+    /// The other at that moment.
+    pub other: Pose,
+}
+
+impl Contact {
+    /// What it is called: one with a region is possible.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self.is_possible {
+            true => "possible contact",
+            false => "contact",
+        }
+    }
+
+    /// The contact at a step or on the way to it from the step before, if there is one.
+    #[must_use]
+    pub fn at(scene: &Scene, other: &Participant<'_>, step: i64) -> Option<Self> {
+        let there = |step| {
+            let ego = (scene.ego.track.at(step)?, scene.ego_footprint_at(step));
+            Some([ego, (other.at(step)?, other.footprint_at(step))])
+        };
+        let here = there(step)?;
+        let steps = Steps {
+            is_possible: other.obstacle.is_occupancy_at(step),
+            obstacle: other.obstacle.id,
+            step,
+            dt: scene.scenario.dt(),
+        };
+        steps.contact(&there, step.checked_sub(1).and_then(there), here)
+    }
+
+    /// The first contact of the recording with a participant.
+    ///
+    /// ```
+    /// use nearmiss_formats::bundled;
+    /// use nearmiss_scene::metrics::Contact;
+    /// use nearmiss_scene::scenario::Scene;
+    ///
+    /// # let entry = &bundled()[0];
+    /// # let scenario = entry.read()?;
+    /// # let ego = entry.recorded_ego(&scenario)?.expect("recorded beside it");
+    /// # let scene = Scene::new(scenario, ego);
+    /// for contact in scene.participants().filter_map(|other| Contact::first(&scene, &other)) {
+    ///     println!("{} at {:.2} s with {:.1} m/s", contact.obstacle, contact.time, contact.closing_speed);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn first(scene: &Scene, other: &Participant<'_>) -> Option<Self> {
+        scene.steps().find_map(|step| Self::at(scene, other, step))
+    }
+}
+
+fn placed<'a>((motion, body): BodyAtStep<'a>) -> Placed<'a> {
+    body.at(motion.pose)
+}
+
+/// Two neighbouring steps of the ego and another.
+struct Steps {
+    obstacle: i64,
+    /// Whether the obstacle is a region of an occupancy set at the later one.
+    is_possible: bool,
+    /// The later one.
+    step: i64,
+    /// Seconds between them.
+    dt: f64,
+}
+
+/// The ego and another at a step, where both are there.
+type There<'a> = dyn Fn(i64) -> Option<[BodyAtStep<'a>; 2]> + 'a;
+
+/// A motion that a recording just tells is off between its steps by this share of the second difference: π²/32.
+const UNCERTAIN: f64 = std::f64::consts::PI * std::f64::consts::PI / 32.0;
+
+/// Looks for the deepest overlap on a way.
+const LOOKS: usize = 32;
+
+impl Steps {
+    /// How far the place of the bodies between the two steps is uncertain where they touch, metres: in every direction, or
+    /// along an axis.
+    fn uncertainty(&self, there: &There<'_>, axis: Option<Vector>) -> f64 {
+        let around = [-1, 0].map(|offset| {
+            let middle = self.step + offset;
+            let (a, b, c) = (there(middle - 1)?, there(middle)?, there(middle + 1)?);
+            let reach = b.map(|body| body.1.reach());
+            let lever = b[1].0.pose.position - b[0].0.pose.position;
+            Some([0, 1].map(|which| {
+                let [a, b, c] = [&a, &b, &c].map(|bodies| bodies[which].0.pose);
+                let position = (c.position - b.position) - (b.position - a.position);
+                let turn =
+                    angle_between(b.heading, c.heading) - angle_between(a.heading, b.heading);
+                let (off, arm) = match axis {
+                    None => (position.norm(), reach[which]),
+                    // What turns moves across the line between the two.
+                    Some(axis) => {
+                        let arm = lever.perp(&axis).abs() + reach[0].min(reach[1]);
+                        (position.dot(&axis).abs(), arm.min(reach[which]))
+                    }
+                };
+                off + turn.abs() * arm
+            }))
+        });
+        let most = |which: usize| {
+            around
+                .iter()
+                .flatten()
+                .map(|d| d[which])
+                .fold(0.0, f64::max)
+        };
+        UNCERTAIN * (most(0) + most(1))
+    }
+
+    /// The contact at the later step or on the way there; who is already touched at the earlier one is touched at the
+    /// later one only if the bodies overlap there.
+    fn contact(
+        &self,
+        there: &There<'_>,
+        before: Option<[BodyAtStep<'_>; 2]>,
+        here: [BodyAtStep<'_>; 2],
+    ) -> Option<Contact> {
+        let [ego, other] = here.map(placed);
+        let reach = ego.footprint.reach() + other.footprint.reach();
+        let near = (other.pose.position - ego.pose.position).norm() <= reach;
+        let overlaps = near && ego.distance(&other) <= 0.0;
+        let touch = before.and_then(|before| {
+            let [was, other_was] = before.map(placed);
+            let ways = [
+                driven_way(was, ego, self.dt)?,
+                driven_way(other_was, other, self.dt)?,
+            ];
+            let share = ways[0].first_touch(&ways[1]).filter(|share| *share > 0.0)?;
+            let overlap = |look: usize| {
+                let share = share + (1.0 - share) * look as f64 / LOOKS as f64;
+                ways[0].at(share).overlap(&ways[1].at(share))
+            };
+            let certain = overlaps || {
+                let deepest = (0..=LOOKS).map(overlap).fold(0.0, f64::max);
+                let is_at = |share| [ways[0].at(share), ways[1].at(share)];
+                deepest > self.uncertainty(there, None)
+                    || [0, 1].into_iter().any(|of| {
+                        passes_through(of, is_at(0.0), is_at(share), is_at(1.0)).is_some_and(
+                            |(across, beside)| across > self.uncertainty(there, Some(beside)),
+                        )
+                    })
+            };
+            certain.then_some((share, before))
+        });
+        if !overlaps && touch.is_none() {
+            return None;
+        }
+        // Between the steps velocities change evenly, as the positions do.
+        let (share, before) = touch.unwrap_or((1.0, here));
+        let velocity = |which: usize| {
+            let (was, is) = (before[which].0, here[which].0);
+            let was = was.velocity_vector();
+            was + (is.velocity_vector() - was) * share
+        };
+        let pose = |which: usize| {
+            let (was, is): (&Motion, &Motion) = (before[which].0, here[which].0);
+            was.pose.towards(&is.pose, share)
+        };
+        Some(Contact {
+            obstacle: self.obstacle,
+            step: self.step,
+            time: (self.step as f64 - (1.0 - share)) * self.dt,
+            overlaps,
+            is_possible: self.is_possible,
+            closing_speed: (velocity(1) - velocity(0)).norm(),
+            ego: pose(0),
+            other: pose(1),
+        })
+    }
+}
+
+/// How far the bodies overlap across the direction in which one passes the other from one side to the opposite one,
+/// metres, and that axis; nothing where it does not pass. However its speed changes on the way, it passes through the other.
+/// The sides are those of the body with the given place: a body that turns in place may pass another one, too.
+fn passes_through(
+    of: usize,
+    before: [Placed<'_>; 2],
+    touching: [Placed<'_>; 2],
+    after: [Placed<'_>; 2],
+) -> Option<(f64, Vector)> {
+    let touched = touching[of].pose;
+    let [before, touching, after] = [before, touching, after].map(|bodies| {
+        let frame = bodies[of].pose;
+        bodies.map(|body| body.footprint.at(local(&frame, &body.pose)))
+    });
+    let apart = |[ego, other]: &[Placed<'_>; 2]| other.pose.position - ego.pose.position;
+    let along = (apart(&after) - apart(&before)).try_normalize(1e-6)?;
+    let across = Vector::new(-along.y, along.x);
+    // How far the other is behind the ego along an axis, and before it.
+    let between = |bodies: &[Placed<'_>; 2], axis: &Vector| {
+        let extents = bodies.each_ref();
+        let [ego, other] = extents.map(|body| body.extent(&Point::origin(), axis));
+        (ego.0 - other.1, other.0 - ego.1)
+    };
+    let passes = between(&before, &along).0 > 0.0 && between(&after, &along).1 > 0.0;
+    let (one, other) = between(&touching, &across);
+    let axis = touched.forward() * across.x + touched.left() * across.y;
+    passes.then_some((-one.max(other), axis))
+}
+
+/// A pose of the world in the frame of another.
+fn local(frame: &Pose, pose: &Pose) -> Pose {
+    Pose {
+        position: frame.to_local(&pose.position),
+        heading: pose.heading - frame.heading,
+    }
+}
+
+impl Context<'_> {
+    /// The contacts with the participant at a place of [`Self::participants`], one for each step at which or on the
+    /// way to which the bodies touch, in order of time.
+    #[must_use]
+    pub fn contacts(&self, participant: usize) -> &[Contact] {
+        self.pair(participant).contacts.get_or_init(|| {
+            let other = self.participants()[participant].obstacle;
+            let there = |step: i64| {
+                let index = self.index(step)?;
+                Some([self.ego[index]?, self.other(participant, index)?])
+            };
+            let mut before = None;
+            let contact = |index: usize| {
+                let here = there(self.step(index));
+                let before = std::mem::replace(&mut before, here);
+                let step = self.step(index);
+                let steps = Steps {
+                    obstacle: other.id,
+                    is_possible: other.is_occupancy_at(step),
+                    step,
+                    dt: self.dt(),
+                };
+                steps.contact(&there, before, here?)
+            };
+            (0..self.length()).filter_map(contact).collect()
+        })
+    }
+
+    /// The contact at a place of a step or on the way to it.
+    pub(super) fn contact_at(&self, participant: usize, index: usize) -> Option<&Contact> {
+        let all = self.contacts(participant);
+        let found = all.binary_search_by_key(&self.step(index), |contact| contact.step);
+        found.ok().map(|place| &all[place])
+    }
+}

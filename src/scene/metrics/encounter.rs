@@ -1,0 +1,170 @@
+//! The ego and one other participant at one step: what every measure looks at.
+
+use super::{Contact, Context, NoValue, Relation, Thresholds};
+use crate::scenario::{Motion, Participant, Scene};
+use nearmiss_base::geometry::{Footprint, Placed};
+
+/// The ego and another participant, at one moment.
+#[derive(Debug, Clone, Copy)]
+pub struct Encounter<'a> {
+    /// The ego's motion.
+    pub ego: &'a Motion,
+    /// The ego's body.
+    pub ego_body: &'a Footprint,
+    /// The other's motion.
+    pub other: &'a Motion,
+    /// The other's body.
+    pub other_body: &'a Footprint,
+    thresholds: &'a Thresholds,
+    place: Place<'a>,
+}
+
+/// The source of the remaining recording.
+#[derive(Debug, Clone, Copy)]
+enum Place<'a> {
+    /// Prepared, with the places of the other and of the step.
+    Context(&'a Context<'a>, usize, usize),
+    /// Not prepared, with the other and the step.
+    Scene(&'a Scene, Participant<'a>, i64),
+    /// None.
+    #[cfg(test)]
+    Nowhere,
+}
+
+impl<'a> Encounter<'a> {
+    /// The encounter of a scene's ego with `other` at `step`; nothing if one of them is not there.
+    ///
+    /// Measures that look along the road or into the recording prepare the scene anew for each such
+    /// encounter: for more than a few of those, make a [`Context`] once and ask it.
+    #[must_use]
+    pub fn at(scene: &'a Scene, other: &Participant<'a>, step: i64) -> Option<Self> {
+        Some(Self {
+            ego: scene.ego.track.at(step)?,
+            ego_body: scene.ego_footprint_at(step),
+            other: other.at(step)?,
+            other_body: other.footprint_at(step),
+            thresholds: Thresholds::shipped(),
+            place: Place::Scene(scene, *other, step),
+        })
+    }
+
+    /// The same, measured with these thresholds instead of the shipped ones.
+    #[must_use]
+    pub fn under(self, thresholds: &'a Thresholds) -> Self {
+        Self { thresholds, ..self }
+    }
+
+    /// The thresholds that it is measured with.
+    #[must_use]
+    pub fn thresholds(&self) -> &'a Thresholds {
+        self.thresholds
+    }
+
+    pub(super) fn in_context(
+        (ego, ego_body): (&'a Motion, &'a Footprint),
+        (other, other_body): (&'a Motion, &'a Footprint),
+        (context, participant, index): (&'a Context<'a>, usize, usize),
+    ) -> Self {
+        Self {
+            ego,
+            ego_body,
+            other,
+            other_body,
+            thresholds: context.thresholds,
+            place: Place::Context(context, participant, index),
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn nowhere(
+        (ego, ego_body): (&'a Motion, &'a Footprint),
+        (other, other_body): (&'a Motion, &'a Footprint),
+    ) -> Self {
+        Self {
+            ego,
+            ego_body,
+            other,
+            other_body,
+            thresholds: Thresholds::shipped(),
+            place: Place::Nowhere,
+        }
+    }
+
+    /// Whether the other is a region of an occupancy set, which has a place and no velocity.
+    #[must_use]
+    pub fn is_with_occupancy(&self) -> bool {
+        match self.place {
+            Place::Context(context, participant, index) => {
+                let other = &context.participants()[participant];
+                other.obstacle.is_occupancy_at(context.step(index))
+            }
+            Place::Scene(_, other, step) => other.obstacle.is_occupancy_at(step),
+            #[cfg(test)]
+            Place::Nowhere => false,
+        }
+    }
+
+    /// The ego where it stands.
+    #[must_use]
+    pub fn ego_placed(&self) -> Placed<'a> {
+        self.ego_body.at(self.ego.pose)
+    }
+
+    /// The other where it stands.
+    #[must_use]
+    pub fn other_placed(&self) -> Placed<'a> {
+        self.other_body.at(self.other.pose)
+    }
+
+    /// Exact distance between the two bodies, metres; 0 when they touch.
+    #[must_use]
+    pub fn distance(&self) -> f64 {
+        let known = match self.place {
+            Place::Context(context, participant, index) => context.distances(participant)[index],
+            _ => None,
+        };
+        known.unwrap_or_else(|| self.ego_placed().distance(&self.other_placed()))
+    }
+
+    /// The contact at the step or on the way to it from the step before, if there is one.
+    #[must_use]
+    pub fn contact(&self) -> Option<Contact> {
+        match self.place {
+            Place::Context(context, participant, index) => {
+                context.contact_at(participant, index).copied()
+            }
+            Place::Scene(scene, other, step) => Contact::at(scene, &other, step),
+            #[cfg(test)]
+            Place::Nowhere => None,
+        }
+    }
+
+    /// Position and motion of the other relative to the ego.
+    #[must_use]
+    pub fn relation(&self) -> Relation {
+        let known = match self.place {
+            Place::Context(context, participant, index) => context.relation(participant, index),
+            _ => None,
+        };
+        known.unwrap_or_else(|| Relation::new(self))
+    }
+
+    /// Asks the whole recording: `question` is given the places of the other and of the step.
+    pub(super) fn ask<T>(
+        &self,
+        question: impl FnOnce(&Context<'_>, usize, usize) -> Result<T, NoValue>,
+    ) -> Result<T, NoValue> {
+        match self.place {
+            Place::Context(context, participant, index) => question(context, participant, index),
+            Place::Scene(scene, other, step) => {
+                let context = Context::under(scene, self.thresholds);
+                let mut all = context.participants().iter();
+                let place = all.position(|p| p.obstacle.id == other.obstacle.id);
+                let (participant, index) = place.zip(context.index(step)).ok_or(NoValue::Absent)?;
+                question(&context, participant, index)
+            }
+            #[cfg(test)]
+            Place::Nowhere => Err(NoValue::Absent),
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! Courses: when two bodies would touch if each kept its speed of a moment along the way that it drove.
+//!
+//! The way is that of the recording, and straight on after its end: who stopped is taken to go on, which is what the
+//! stop was for. Speeds are those of the moment, so the braking of the recording does not count, except that of who
+//! crosses: braking as it does at the moment it may stop before the other's way.
+
+use crate::metrics::Encounter;
+use crate::metrics::time_to_collision::HORIZON;
+use crate::scenario::Motion;
+use nearmiss_base::geometry::{Point, Pose, Vector, angle_between};
+
+/// Seconds until one brakes, but no more than half of the time that is left.
+const REACTION: f64 = 1.0;
+
+/// What comes of keeping on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Course {
+    /// Time to contact.
+    pub seconds: f64,
+    /// The speed of one relative to the other, m/s.
+    pub closing_speed: f64,
+    /// Whether their headings are more than 10° apart at the contact, and neither drives on the other's way, as in a bend.
+    pub crosses: bool,
+}
+
+impl Course {
+    /// The deceleration that avoids the contact after a reaction, m/s²: Δv / 2(t − r).
+    pub fn braking(&self) -> f64 {
+        // A contact now takes no more than what is in a hundredth of a second.
+        let seconds = self.seconds.max(0.01);
+        self.closing_speed / (2.0 * (seconds - REACTION.min(seconds / 2.0)))
+    }
+}
+
+/// The way that a body drove, by arc length.
+#[derive(Debug, Clone)]
+pub(super) struct DrivenPath {
+    steps: Vec<i64>,
+    /// Arc lengths at the steps, metres.
+    lengths: Vec<f64>,
+    poses: Vec<Pose>,
+    /// Where it comes from, and where it goes on after its end: unit vectors.
+    from: Vector,
+    on: Vector,
+}
+
+/// Movements below this are noise at standstill, metres.
+const STILL: f64 = 1e-3;
+
+impl DrivenPath {
+    /// The way through recorded places, in order of time.
+    pub fn of(motions: impl Iterator<Item = (i64, Motion)>) -> Self {
+        let mut path = Self {
+            steps: Vec::new(),
+            lengths: Vec::new(),
+            poses: Vec::new(),
+            from: Vector::zeros(),
+            on: Vector::zeros(),
+        };
+        let mut length = 0.0;
+        for (step, motion) in motions {
+            match path.poses.last() {
+                Some(last) => {
+                    let moved = motion.pose.position - last.position;
+                    if moved.norm() > STILL {
+                        path.on = moved.normalize();
+                        if length == 0.0 {
+                            path.from = path.on;
+                        }
+                        length += moved.norm();
+                    }
+                }
+                None => {
+                    let forwards = motion.velocity >= 0.0;
+                    path.on = motion.pose.forward() * if forwards { 1.0 } else { -1.0 };
+                    path.from = path.on;
+                }
+            }
+            path.steps.push(step);
+            path.lengths.push(length);
+            path.poses.push(motion.pose);
+        }
+        path
+    }
+
+    /// The arc length at a step; of who stands still at every step, as that of a static obstacle.
+    fn length_at(&self, step: i64) -> Option<f64> {
+        match self.steps.binary_search(&step) {
+            Ok(place) => Some(self.lengths[place]),
+            Err(_) if self.steps.len() == 1 => Some(0.0),
+            Err(_) => None,
+        }
+    }
+
+    /// How far a point is beside the way, straight on at its end, metres; nothing of one that lies before its begin: the
+    /// recording does not tell where it came from.
+    pub fn aside(&self, point: &Point) -> Option<f64> {
+        let nearest = self.nearest(point);
+        let before = self.poses.first().map(|first| {
+            let away = point - first.position;
+            let beyond = -away.dot(&self.from);
+            (beyond, (away + self.from * beyond).norm())
+        });
+        let is_before = before.is_some_and(|(beyond, aside)| beyond > 0.0 && aside < nearest);
+        (!is_before).then_some(nearest)
+    }
+
+    /// How far a point is from the way, straight on at its end, metres.
+    fn nearest(&self, point: &Point) -> f64 {
+        let mut nearest = f64::INFINITY;
+        let segments = self.poses.windows(2).zip(self.lengths.windows(2));
+        for (ends, lengths) in segments {
+            if lengths[1] <= lengths[0] {
+                continue;
+            }
+            let (from, to) = (ends[0].position, ends[1].position);
+            let along = to - from;
+            let share = (point - from).dot(&along) / along.norm_squared();
+            nearest = nearest.min((from + along * share.clamp(0.0, 1.0) - point).norm());
+        }
+        if let Some(end) = self.poses.last() {
+            let away = point - end.position;
+            let beyond = away.dot(&self.on);
+            if beyond >= 0.0 {
+                nearest = nearest.min((away - self.on * beyond).norm());
+            }
+        }
+        nearest
+    }
+
+    /// Whether a body is on the way and looks along it.
+    fn leads_to(&self, pose: &Pose) -> bool {
+        let end = self.poses.last().zip(self.lengths.last());
+        let beyond = end.map(|(end, length)| length + (pose.position - end.position).dot(&self.on));
+        let places = self
+            .poses
+            .iter()
+            .copied()
+            .chain(beyond.and_then(|length| self.at(length)));
+        let apart = |place: &Pose| (place.position - pose.position).norm();
+        let nearest = places.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        self.nearest(&pose.position) <= ON_THE_WAY
+            && nearest
+                .is_some_and(|place| angle_between(place.heading, pose.heading).abs() <= CROSSING)
+    }
+
+    /// Where the body is at an arc length, straight on at both ends, and the direction of the way there.
+    fn at(&self, length: f64) -> Option<Pose> {
+        let last = *self.poses.last()?;
+        let end = *self.lengths.last()?;
+        if length >= end {
+            return Some(Pose {
+                position: last.position + self.on * (length - end),
+                ..last
+            });
+        }
+        if length < 0.0 {
+            let first = self.poses[0];
+            return Some(Pose {
+                position: first.position + self.from * length,
+                ..first
+            });
+        }
+        let next = self.lengths.partition_point(|&l| l <= length).max(1);
+        let (from, to) = (&self.poses[next - 1], &self.poses[next]);
+        let (a, b) = (self.lengths[next - 1], self.lengths[next]);
+        let share = if b > a { (length - a) / (b - a) } else { 0.0 };
+        Some(Pose {
+            position: from.position + (to.position - from.position) * share,
+            heading: from.heading + angle_between(from.heading, to.heading) * share,
+        })
+    }
+}
+
+/// Headings nearer to each other than this are of two who go the same way, radians: more than in a change of lanes.
+const CROSSING: f64 = 10.0 * std::f64::consts::PI / 180.0;
+
+/// Who is no further beside a way than this drives on it, metres.
+const ON_THE_WAY: f64 = 1.0;
+
+/// Bodies nearer than this touch, metres.
+const TOUCHING: f64 = 0.02;
+
+/// Between two looks at least and at most this passes, seconds: ways bend.
+const LOOKS: (f64, f64) = (0.05, 0.5);
+
+/// When the two touch if both keep their speeds along the ways that they drove; within [`HORIZON`]. Who crosses and brakes
+/// goes no further than to where it stands then.
+pub(super) fn meet(
+    ego: &DrivenPath,
+    other: &DrivenPath,
+    encounter: &Encounter<'_>,
+    step: i64,
+) -> Option<Course> {
+    let course = meet_within(ego, other, encounter, (step, f64::INFINITY))?;
+    let Motion {
+        velocity,
+        acceleration,
+        ..
+    } = *encounter.other;
+    let stop = velocity * velocity / (2.0 * acceleration.abs());
+    match course.crosses && velocity * acceleration < 0.0 {
+        true => meet_within(ego, other, encounter, (step, stop)),
+        false => Some(course),
+    }
+}
+
+/// The same if the other goes no further than so many metres.
+fn meet_within(
+    ego: &DrivenPath,
+    other: &DrivenPath,
+    encounter: &Encounter<'_>,
+    (step, most): (i64, f64),
+) -> Option<Course> {
+    let from = [ego.length_at(step)?, other.length_at(step)?];
+    let speeds = [encounter.ego, encounter.other].map(|motion| motion.velocity.abs());
+    let fastest = speeds[0] + speeds[1];
+    if fastest <= 0.0 {
+        return None;
+    }
+    let (ego_body, other_body) = (encounter.ego_body, encounter.other_body);
+    let reach = ego_body.reach() + other_body.reach();
+    let places = |t: f64| {
+        Some((
+            ego.at(from[0] + speeds[0] * t)?,
+            other.at(from[1] + (speeds[1] * t).min(most))?,
+        ))
+    };
+    let mut t = 0.0;
+    let mut before: Option<(f64, f64)> = None;
+    while t <= HORIZON {
+        let (a, b) = places(t)?;
+        let apart = (b.position - a.position).norm();
+        if apart > reach {
+            t += ((apart - reach) / fastest).max(LOOKS.0);
+            before = None;
+            continue;
+        }
+        let gap = ego_body.at(a).distance(&other_body.at(b));
+        if gap <= TOUCHING {
+            let (was, is) = (places((t - LOOKS.0).max(0.0))?, (a, b));
+            let moved = (is.1.position - was.1.position) - (is.0.position - was.0.position);
+            let passed = t - (t - LOOKS.0).max(0.0);
+            let closing_speed = match passed > 0.0 {
+                true => moved.norm() / passed,
+                false => {
+                    (encounter.other.velocity_vector() - encounter.ego.velocity_vector()).norm()
+                }
+            };
+            return Some(Course {
+                seconds: t,
+                closing_speed,
+                crosses: angle_between(a.heading, b.heading).abs() > CROSSING
+                    && !ego.leads_to(&b)
+                    && !other.leads_to(&a),
+            });
+        }
+        // As fast as it closed since the last look, and carefully so.
+        let rate = before.map_or(fastest, |(then, gap_then)| {
+            ((gap_then - gap) / (t - then)).max(1.0)
+        });
+        before = Some((t, gap));
+        t += (gap / rate * 0.8).clamp(LOOKS.0, LOOKS.1);
+    }
+    None
+}

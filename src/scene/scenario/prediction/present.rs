@@ -1,0 +1,220 @@
+//! Estimates a participant's present state from its motion during a window.
+
+use super::Observed;
+use crate::scenario::Motion;
+use nearmiss_base::geometry::{Pose, angle_between};
+
+/// Where an obstacle is and how it moves now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Present {
+    /// Where.
+    pub pose: Pose,
+    /// m/s along the heading; negative when reversing.
+    pub speed: f64,
+    /// m/s² along the heading.
+    pub acceleration: f64,
+    /// Of the path it is on, 1/m; positive in left turns.
+    pub curvature: f64,
+}
+
+/// Older motion is ignored, seconds.
+const MEMORY: f64 = 0.3;
+
+/// Where time steps are long, the last three count if they are not longer ago than this, seconds.
+const LONGEST_MEMORY: f64 = 1.0;
+
+/// A shorter path shows no curvature, metres.
+const SHORTEST: f64 = 1.0;
+
+/// Slower than this is standing, m/s: files round to centimetres.
+const STANDSTILL: f64 = 0.1;
+
+/// Nothing on a road turns tighter (1/m), is faster (m/s), or has tyres for more (m/s²): what is beyond is an
+/// error of the recording and not carried on.
+const TIGHTEST: f64 = 0.2;
+const FASTEST: f64 = 100.0;
+const STRONGEST: f64 = 10.0;
+
+impl Present {
+    /// The present as it was recorded, without curvature.
+    #[must_use]
+    pub fn recorded(seen: &Observed<'_>) -> Self {
+        let moving = if seen.who.parked { 0.0 } else { 1.0 };
+        Self {
+            pose: seen.motion.pose,
+            speed: bounded(seen.motion.velocity * moving, FASTEST),
+            acceleration: bounded(seen.motion.acceleration * moving, STRONGEST),
+            curvature: 0.0,
+        }
+    }
+
+    /// The present, worked out from positions and headings of the last 0.3 s.
+    ///
+    /// Speed and acceleration are a straight line fitted to the displacements: files tell velocities of
+    /// different moments, some of the step to come; positions are what they agree on. An obstacle that was seen only
+    /// once has the recorded values, and one that was seen twice the recorded acceleration.
+    #[must_use]
+    pub fn estimate(seen: &Observed<'_>) -> Self {
+        let recorded = Self::recorded(seen);
+        if seen.who.parked {
+            return recorded;
+        }
+        let recent = recent(seen);
+        let (mut line, mut length, mut turn) = (Line::default(), 0.0, 0.0);
+        for pair in recent.windows(2) {
+            let ((before, a), (after, b)) = (&pair[0], &pair[1]);
+            let middle = a.pose.forward().lerp(&b.pose.forward(), 0.5);
+            let along = (b.pose.position - a.pose.position).dot(&middle);
+            let (before, after) = (seen.ago(*before), seen.ago(*after));
+            line.add(-f64::midpoint(before, after), along / (before - after));
+            length += along;
+            turn += angle_between(a.pose.heading, b.pose.heading);
+        }
+        let Some((speed, slope)) = line.at_zero() else {
+            return recorded;
+        };
+        let curvature = if length.abs() >= SHORTEST {
+            bounded(turn / length, TIGHTEST)
+        } else {
+            0.0
+        };
+        Self {
+            speed: if speed.abs() < STANDSTILL {
+                0.0
+            } else {
+                bounded(speed, FASTEST)
+            },
+            acceleration: slope.map_or(recorded.acceleration, |a| bounded(a, STRONGEST)),
+            curvature,
+            ..recorded
+        }
+    }
+}
+
+/// `value` clamped to ±`most`; 0 for NaN.
+fn bounded(value: f64, most: f64) -> f64 {
+    if value.is_nan() {
+        0.0
+    } else {
+        value.clamp(-most, most)
+    }
+}
+
+fn recent<'a>(seen: &Observed<'a>) -> &'a [(i64, Motion)] {
+    // Half a microsecond covers the dust of binary fractions.
+    let since = |memory: f64| {
+        let old = |(step, _): &(i64, Motion)| seen.ago(*step) > memory + 5e-7;
+        seen.motions.partition_point(old)
+    };
+    let three = seen.motions.len().saturating_sub(3);
+    let from = since(MEMORY).min(three.max(since(LONGEST_MEMORY)));
+    &seen.motions[from..]
+}
+
+/// Least squares of a straight line.
+#[derive(Default)]
+struct Line {
+    n: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+}
+
+impl Line {
+    fn add(&mut self, x: f64, y: f64) {
+        self.n += 1.0;
+        self.x += x;
+        self.y += y;
+        self.xx += x * x;
+        self.xy += x * y;
+    }
+
+    /// The value at 0 and the slope; a single point has no slope and is the value.
+    fn at_zero(&self) -> Option<(f64, Option<f64>)> {
+        if self.n == 0.0 {
+            return None;
+        }
+        let spread = self.n * self.xx - self.x * self.x;
+        if self.n < 2.0 || spread <= 0.0 {
+            return Some((self.y / self.n, None));
+        }
+        let slope = (self.n * self.xy - self.x * self.y) / spread;
+        Some(((self.y - slope * self.x) / self.n, Some(slope)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::super::TrackedObject;
+    use super::*;
+    use nearmiss_base::geometry::{Footprint, Shape};
+
+    fn present(dt: f64, steps: &[i64], pose: impl Fn(f64) -> Pose) -> Present {
+        let motions: Vec<(i64, Motion)> = steps
+            .iter()
+            .map(|&step| {
+                let motion = Motion {
+                    pose: pose(step as f64 * dt),
+                    velocity: 77.0,
+                    acceleration: 7.0,
+                };
+                (step, motion)
+            })
+            .collect();
+        let footprint = Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap();
+        Present::estimate(&Observed {
+            who: TrackedObject {
+                id: 1,
+                kind: None,
+                parked: false,
+            },
+            footprint: &footprint,
+            motion: &motions[motions.len() - 1].1,
+            motions: &motions,
+            dt,
+        })
+    }
+
+    #[test]
+    fn positions_tell_speed_acceleration_and_turn() {
+        let brakes = |t: f64| Pose::new(12.0 * t - 1.5 * t * t, 4.0, 0.0);
+        let p = present(0.1, &[0, 1, 2, 3, 4, 5], brakes);
+        assert!((p.speed - 10.5).abs() < 1e-9 && (p.acceleration + 3.0).abs() < 1e-9);
+        assert_eq!(p.curvature, 0.0);
+        let back = present(0.1, &[0, 1, 2, 3], |t| Pose::new(-2.0 * t, 0.0, 0.0));
+        assert!((back.speed + 2.0).abs() < 1e-9);
+        // 8 m/s on a circle of 20 m to the right.
+        let circle = |t: f64| {
+            let turn = 0.4 * t;
+            Pose::new(20.0 * turn.sin(), 20.0 * (turn.cos() - 1.0), -turn)
+        };
+        let p = present(0.1, &[0, 1, 2, 3, 4], circle);
+        assert!((p.curvature + 0.05).abs() < 1e-4, "{p:?}");
+        assert!((p.speed - 8.0).abs() < 1e-2, "{p:?}");
+    }
+
+    #[test]
+    fn few_steps_long_steps_and_gaps() {
+        let drives = |t: f64| Pose::new(9.0 * t, 0.0, 0.0);
+        let once = present(0.1, &[4], drives);
+        assert_eq!((once.speed, once.acceleration), (77.0, 7.0));
+        let twice = present(0.1, &[3, 4], drives);
+        assert!((twice.speed - 9.0).abs() < 1e-9 && twice.acceleration == 7.0);
+        let slow = present(0.4, &[0, 1, 2], drives);
+        assert!((slow.speed - 9.0).abs() < 1e-9 && slow.acceleration.abs() < 1e-9);
+        // Old motion is ignored.
+        let gap = present(0.1, &[0, 60], drives);
+        assert_eq!(gap.speed, 77.0);
+    }
+
+    #[test]
+    fn a_jump_is_not_carried_on() {
+        let jump = |t: f64| Pose::new(if t > 0.25 { 1e9 } else { 0.0 }, 0.0, 0.0);
+        let p = present(0.1, &[0, 1, 2, 3], jump);
+        assert!(p.speed <= FASTEST && p.acceleration <= STRONGEST);
+        let nowhere = present(0.1, &[0, 1, 2], |_| Pose::new(f64::MAX, f64::MIN, 0.0));
+        assert!(nowhere.speed.is_finite() && nowhere.acceleration.is_finite());
+    }
+}

@@ -1,0 +1,251 @@
+//! Map matching: the lanelets that a recording drove along, by heading, offset and connections.
+//!
+//! Source: Newson and Krumm, Hidden Markov Map Matching Through Noise and Sparseness, 2009; here the
+//! states are lanes, and a step to one that is not connected is refused.
+
+use std::collections::HashMap;
+
+use petgraph::graph::NodeIndex;
+use petgraph::visit::EdgeRef;
+
+use super::candidates::Candidate;
+use super::graph::Step;
+use super::route::{Destination, LegLane, Route};
+use super::{ALIKE, LaneGraph, RouteError, Side, least};
+use nearmiss_base::geometry::Pose;
+
+/// Positions nearer to the one before are skipped, metres.
+const APART: f64 = 1.0;
+
+/// Half of this turn against the lane costs as much as half of [`OFFSET`] beside its middle, radians.
+const TURN: f64 = 0.35;
+
+/// Metres beside the middle of the lane.
+const OFFSET: f64 = 1.5;
+
+/// Cost of the steps between positions: straight on, and a lane change.
+const ON: f64 = 0.2;
+const CHANGE: f64 = 4.0;
+
+/// Most steps in the graph between two positions.
+const HOPS: usize = 6;
+
+/// More lanes are not looked at from one lane: no map branches so.
+const MOST_LANES: usize = 256;
+
+/// A lane change that was recorded lasts this long to both sides of where it crossed over, metres.
+const CROSSING: f64 = 15.0;
+
+/// A lane at a position, with the best way there.
+struct State {
+    candidate: Candidate,
+    cost: f64,
+    /// Place among the states of the position before, and the lanes on the way from there.
+    from: Option<(usize, Vec<NodeIndex>)>,
+}
+
+impl LaneGraph<'_> {
+    /// The route that `poses` drove, in their order.
+    ///
+    /// Positions on no lanelet are passed over.
+    ///
+    /// # Errors
+    /// None of the positions is on a lanelet, they jump to where no way leads, or no smooth path follows.
+    pub fn route_along(&self, poses: impl IntoIterator<Item = Pose>) -> Result<Route, RouteError> {
+        let mut columns: Vec<Vec<State>> = Vec::new();
+        let mut first: Option<Pose> = None;
+        let mut last: Option<Pose> = None;
+        let mut near: HashMap<NodeIndex, Vec<Reached>> = HashMap::new();
+        for pose in poses {
+            // What is just this far apart must not depend on rounding.
+            if last.is_some_and(|l| (l.position - pose.position).norm() < APART - ALIKE) {
+                continue;
+            }
+            let candidates = self.lanes_at(&pose.position, Some(pose.heading), false);
+            if candidates.is_empty() {
+                continue;
+            }
+            let column = match columns.last() {
+                None => candidates.into_iter().map(State::first).collect(),
+                Some(before) => self.advance(before, candidates, &mut near)?,
+            };
+            columns.push(column);
+            first.get_or_insert(pose);
+            last = Some(pose);
+        }
+        let (Some(start), false) = (first, columns.is_empty()) else {
+            return Err(RouteError::NeverOnRoad);
+        };
+        let (parts, from, until) = self.trace(&columns);
+        self.finish(parts, &start, from, until, Destination::Recording)
+    }
+
+    fn advance(
+        &self,
+        before: &[State],
+        candidates: Vec<Candidate>,
+        near: &mut HashMap<NodeIndex, Vec<Reached>>,
+    ) -> Result<Vec<State>, RouteError> {
+        for state in before {
+            let node = state.candidate.node;
+            near.entry(node).or_insert_with(|| self.reach(node));
+        }
+        // The ways to each candidate, by the lane that it is on.
+        let mut ways_to: HashMap<NodeIndex, Vec<(f64, usize, &Reached)>> = HashMap::new();
+        for candidate in &candidates {
+            ways_to.entry(candidate.node).or_default();
+        }
+        for (place, state) in before.iter().enumerate() {
+            for way in &near[&state.candidate.node] {
+                if let Some(ways) = ways_to.get_mut(&way.node) {
+                    // Backwards on one lane is slower than any recording's noise.
+                    ways.push((state.cost + way.cost, place, way));
+                }
+            }
+        }
+        let mut column = Vec::new();
+        for candidate in &candidates {
+            let mut ways = ways_to.remove(&candidate.node).unwrap_or_default();
+            let best = least(&ways, |way| way.0).map(|i| ways.swap_remove(i));
+            column.extend(best.map(|(cost, place, way)| State {
+                candidate: *candidate,
+                cost: cost + emission(candidate),
+                from: Some((place, way.way.clone())),
+            }));
+        }
+        if column.is_empty() {
+            let best = before.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+            let straight = |c: &&Candidate| c.turn;
+            let to = candidates
+                .iter()
+                .min_by(|a, b| straight(a).total_cmp(&straight(b)));
+            let id = |c: Option<&Candidate>| c.map_or(0, |c| self.driven(c.node).lanelet);
+            return Err(RouteError::Jumps {
+                from: id(best.map(|s| &s.candidate)),
+                to: id(to),
+            });
+        }
+        Ok(column)
+    }
+
+    /// Every lane within a few steps, with the cheapest way to it.
+    fn reach(&self, from: NodeIndex) -> Vec<Reached> {
+        let mut all = vec![Reached {
+            node: from,
+            cost: 0.0,
+            way: Vec::new(),
+        }];
+        let mut edge = vec![0];
+        for _ in 0..HOPS {
+            let mut next = Vec::new();
+            if all.len() > MOST_LANES {
+                break;
+            }
+            for place in edge {
+                for e in self.graph.edges(all[place].node) {
+                    let more = match e.weight().step {
+                        Step::On => ON,
+                        Step::Change(_) => CHANGE,
+                    };
+                    let cost = all[place].cost + more;
+                    let mut way = all[place].way.clone();
+                    way.push(e.target());
+                    let found = Reached {
+                        node: e.target(),
+                        cost,
+                        way,
+                    };
+                    match all.iter().position(|r| r.node == e.target()) {
+                        Some(known) if all[known].cost <= cost + ALIKE => {}
+                        Some(known) => {
+                            all[known] = found;
+                            next.push(known);
+                        }
+                        None => {
+                            next.push(all.len());
+                            all.push(found);
+                        }
+                    }
+                }
+            }
+            edge = next;
+        }
+        all
+    }
+
+    /// The lanes of the cheapest sequence, with its arc lengths on the first and the last lane.
+    fn trace(&self, columns: &[Vec<State>]) -> (Vec<LegLane>, f64, f64) {
+        let Some(last) = columns.last() else {
+            return (Vec::new(), 0.0, 0.0);
+        };
+        let mut place = least(last, |state| state.cost).unwrap_or(0);
+        let until = last[place].candidate.s;
+        let mut ways: Vec<(&Candidate, &[NodeIndex])> = Vec::new();
+        for column in columns.iter().rev() {
+            let state = &column[place];
+            let (before, way) = match &state.from {
+                Some((before, way)) => (*before, way.as_slice()),
+                None => (0, [].as_slice()),
+            };
+            ways.push((&state.candidate, way));
+            place = before;
+        }
+        ways.reverse();
+        let from = ways[0].0;
+        let mut parts = vec![LegLane {
+            node: from.node,
+            change: None,
+        }];
+        for (candidate, way) in ways {
+            for &node in way {
+                let before = parts[parts.len() - 1].node;
+                let change = self.side(before, node).map(|side| {
+                    let length = self.length(self.graph[node]);
+                    // On a lane that was only passed, the change takes all of it.
+                    let share = |s: f64| (s / length).clamp(0.0, 1.0);
+                    if node == candidate.node {
+                        (
+                            side,
+                            share(candidate.s - CROSSING),
+                            share(candidate.s + CROSSING),
+                        )
+                    } else {
+                        (side, 0.0, 1.0)
+                    }
+                });
+                parts.push(LegLane { node, change });
+            }
+        }
+        (parts, from.s, until)
+    }
+
+    fn side(&self, from: NodeIndex, to: NodeIndex) -> Option<Side> {
+        let edge = self.graph.find_edge(from, to)?;
+        match self.graph[edge].step {
+            Step::On => None,
+            Step::Change(side) => Some(side),
+        }
+    }
+}
+
+/// A lane that can be reached, the cost, and the lanes on the way, the last included.
+struct Reached {
+    node: NodeIndex,
+    cost: f64,
+    way: Vec<NodeIndex>,
+}
+
+impl State {
+    fn first(candidate: Candidate) -> Self {
+        Self {
+            cost: emission(&candidate),
+            candidate,
+            from: None,
+        }
+    }
+}
+
+/// What it costs to be on a lane: the turn against it and the offset from its middle.
+fn emission(candidate: &Candidate) -> f64 {
+    (candidate.turn / TURN).powi(2) + (candidate.d / OFFSET).powi(2)
+}

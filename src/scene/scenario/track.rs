@@ -1,0 +1,337 @@
+//! The motion of one participant, step by step, with the gaps of the file filled and counted.
+
+mod standstill;
+
+use nearmiss_base::geometry::{Point, Pose, Vector};
+pub use standstill::forget_headings_at_standstill;
+
+/// What a file says about one step; what it does not say is filled by [`Track::new`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Time step.
+    pub step: i64,
+    /// Centre of the footprint's frame, metres.
+    pub position: Point,
+    /// Radians.
+    pub heading: Option<f64>,
+    /// m/s along the heading.
+    pub velocity: Option<f64>,
+    /// m/s² along the heading.
+    pub acceleration: Option<f64>,
+}
+
+/// Everything about one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Where, and which way.
+    pub pose: Pose,
+    /// m/s along the heading; negative when reversing.
+    pub velocity: f64,
+    /// m/s² along the heading.
+    pub acceleration: f64,
+}
+
+impl Motion {
+    /// Velocity in the plane, m/s.
+    #[must_use]
+    pub fn velocity_vector(&self) -> Vector {
+        self.pose.forward() * self.velocity
+    }
+
+    /// Acceleration in the plane, along the heading, m/s².
+    #[must_use]
+    pub fn acceleration_vector(&self) -> Vector {
+        self.pose.forward() * self.acceleration
+    }
+}
+
+/// How many steps had to be filled, by quantity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DerivedCounts {
+    /// Headings, from displacements or held.
+    pub headings: usize,
+    /// Velocities, from displacements.
+    pub velocities: usize,
+    /// Accelerations, from velocities.
+    pub accelerations: usize,
+}
+
+/// Motion by time step; steps without a record are not there.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Track {
+    /// In order of time, so that gaps cost nothing.
+    motions: Vec<(i64, Motion)>,
+    /// What was filled.
+    pub derived: DerivedCounts,
+    /// Motions until the first step have heading or velocity from the second one.
+    lead: Option<(i64, i64)>,
+    /// The acceleration at the first step is from the second one.
+    lead_acceleration: Option<(i64, i64)>,
+}
+
+/// A displacement below this says nothing about the heading: files round to tenths of millimetres.
+const STANDSTILL: f64 = 0.005;
+
+/// Time steps between the first and the last record that a track keeps; what is later is a mistake in
+/// the file, and a loop over all steps would never end.
+pub const LONGEST_TRACK: i64 = 100_000;
+
+impl Track {
+    /// A track through `samples` (any order, one a step), `dt` seconds apart.
+    ///
+    /// A missing heading follows the displacement, and is held at standstill; before the first
+    /// displacement it is `resting`, or the next heading that is known. A missing velocity is the
+    /// displacement along the heading per time, a missing acceleration the change of velocity.
+    #[must_use]
+    pub fn new(mut samples: Vec<Sample>, dt: f64, resting: Option<f64>) -> Self {
+        samples.sort_by_key(|s| s.step);
+        samples.dedup_by_key(|s| s.step);
+        let Some(first) = samples.first().map(|s| s.step) else {
+            return Self::default();
+        };
+        samples.retain(|s| s.step.saturating_sub(first) <= LONGEST_TRACK);
+        let lead = lead(&samples, resting);
+        let next = samples.get(1).map(|s| (first, s.step));
+        let lead_acceleration = next.filter(|_| samples[0].acceleration.is_none());
+        let mut derived = DerivedCounts::default();
+        let headings = headings(&samples, resting, &mut derived);
+        let velocities = velocities(&samples, &headings, dt, &mut derived);
+        let mut motions = Vec::with_capacity(samples.len());
+        for (i, sample) in samples.iter().enumerate() {
+            let acceleration = sample.acceleration.unwrap_or_else(|| {
+                derived.accelerations += 1;
+                let (a, b) = neighbours(i, samples.len());
+                let time = (samples[b].step - samples[a].step) as f64 * dt;
+                if time > 0.0 {
+                    (velocities[b] - velocities[a]) / time
+                } else {
+                    0.0
+                }
+            });
+            let pose = Pose {
+                position: sample.position,
+                heading: headings[i],
+            };
+            let motion = Motion {
+                pose,
+                velocity: velocities[i],
+                acceleration,
+            };
+            motions.push((sample.step, motion));
+        }
+        Self {
+            motions,
+            derived,
+            lead,
+            lead_acceleration,
+        }
+    }
+
+    /// The last step that heading and velocity at `step` were filled from: a later one where a track begins without them.
+    #[must_use]
+    pub fn motion_known_at(&self, step: i64) -> i64 {
+        known_at(self.lead, step)
+    }
+
+    /// The same of the acceleration.
+    #[must_use]
+    pub fn acceleration_known_at(&self, step: i64) -> i64 {
+        known_at(self.lead_acceleration, step).max(self.motion_known_at(step))
+    }
+
+    /// The motion at a time step; `None` before, after and in gaps.
+    #[must_use]
+    pub fn at(&self, step: i64) -> Option<&Motion> {
+        let first = self.motions.first()?.0;
+        // Nearly all tracks have no gaps, and then the place is known.
+        let place = usize::try_from(step.checked_sub(first)?).ok()?;
+        match self.motions.get(place) {
+            Some((there, motion)) if *there == step => Some(motion),
+            _ => {
+                let found = self.motions.binary_search_by_key(&step, |(s, _)| *s);
+                Some(&self.motions[found.ok()?].1)
+            }
+        }
+    }
+
+    /// The steps from the first to the last record; empty for an empty track.
+    #[must_use]
+    pub fn steps(&self) -> std::ops::Range<i64> {
+        match (self.motions.first(), self.motions.last()) {
+            (Some((first, _)), Some((last, _))) => *first..last + 1,
+            _ => 0..0,
+        }
+    }
+
+    /// Steps and motions that are recorded from `steps.start()` to `steps.end()`, in order.
+    #[must_use]
+    pub fn during(&self, steps: &std::ops::RangeInclusive<i64>) -> &[(i64, Motion)] {
+        let from = self.motions.partition_point(|(s, _)| s < steps.start());
+        let to = self.motions.partition_point(|(s, _)| s <= steps.end());
+        self.motions.get(from..to).unwrap_or_default()
+    }
+
+    /// Steps and motions that are recorded, in order.
+    pub fn iter(&self) -> impl Iterator<Item = (i64, &Motion)> {
+        self.motions.iter().map(|(step, motion)| (*step, motion))
+    }
+}
+
+fn known_at(lead: Option<(i64, i64)>, step: i64) -> i64 {
+    match lead {
+        Some((until, from)) if step <= until => from,
+        _ => step,
+    }
+}
+
+/// Until which step headings or velocities are filled from a later one, and from which.
+fn lead(samples: &[Sample], resting: Option<f64>) -> Option<(i64, i64)> {
+    let (first, next) = (samples.first()?, samples.get(1)?);
+    let moved = |i: usize| (samples[i].position - samples[i - 1].position).norm() >= STANDSTILL;
+    let known = |i: &usize| samples[*i].heading.is_some() || *i > 0 && moved(*i);
+    let heading = match (resting, (0..samples.len()).find(known)) {
+        (Some(_), _) | (None, Some(0)) => None,
+        (None, Some(i)) => Some((samples[i - 1].step, samples[i].step)),
+        // It would be that of a later displacement, if there were one.
+        (None, None) => samples.last().map(|last| (last.step, last.step)),
+    };
+    let velocity = first.velocity.is_none().then_some((first.step, next.step));
+    match (heading, velocity) {
+        (Some(a), Some(b)) => Some((a.0.max(b.0), a.1.max(b.1))),
+        (one, other) => one.or(other),
+    }
+}
+
+/// The step before and this one; for the first, this one and the next.
+fn neighbours(i: usize, count: usize) -> (usize, usize) {
+    if i > 0 {
+        (i - 1, i)
+    } else {
+        (0, usize::from(count > 1))
+    }
+}
+
+fn headings(samples: &[Sample], resting: Option<f64>, derived: &mut DerivedCounts) -> Vec<f64> {
+    let mut known: Vec<Option<f64>> = Vec::with_capacity(samples.len());
+    for (i, sample) in samples.iter().enumerate() {
+        let held = known.last().copied().flatten();
+        known.push(sample.heading.or_else(|| {
+            derived.headings += 1;
+            let before = samples.get(i.wrapping_sub(1))?;
+            let moved = sample.position - before.position;
+            if moved.norm() >= STANDSTILL {
+                Some(moved.y.atan2(moved.x))
+            } else {
+                held
+            }
+        }));
+    }
+    let first_known = known.iter().flatten().next().copied();
+    let start = resting.or(first_known).unwrap_or(0.0);
+    let mut last = start;
+    for heading in &mut known {
+        last = *heading.get_or_insert(last);
+    }
+    known.into_iter().flatten().collect()
+}
+
+fn velocities(
+    samples: &[Sample],
+    headings: &[f64],
+    dt: f64,
+    derived: &mut DerivedCounts,
+) -> Vec<f64> {
+    let filled = samples.iter().enumerate().map(|(i, sample)| {
+        sample.velocity.unwrap_or_else(|| {
+            derived.velocities += 1;
+            let (a, b) = neighbours(i, samples.len());
+            let time = (samples[b].step - samples[a].step) as f64 * dt;
+            let along = Vector::new(headings[i].cos(), headings[i].sin());
+            if time > 0.0 {
+                (samples[b].position - samples[a].position).dot(&along) / time
+            } else {
+                0.0
+            }
+        })
+    });
+    filled.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    pub(super) fn sample(step: i64, x: f64, heading: Option<f64>) -> Sample {
+        Sample {
+            step,
+            position: Point::new(x, 0.0),
+            heading,
+            velocity: None,
+            acceleration: None,
+        }
+    }
+
+    #[test]
+    fn fills_what_is_missing() {
+        let samples = vec![
+            sample(3, 0.0, None),
+            sample(4, 1.0, None),
+            sample(5, 3.0, None),
+        ];
+        let track = Track::new(samples, 0.1, None);
+        assert_eq!(track.steps(), 3..6);
+        assert_eq!(track.derived.headings, 3);
+        let last = track.at(5).expect("recorded");
+        assert!((last.velocity - 20.0).abs() < 1e-9);
+        assert!((last.acceleration - 100.0).abs() < 1e-9);
+        assert!(track.at(2).is_none() && track.at(6).is_none());
+    }
+
+    #[test]
+    fn what_is_filled_from_later_steps_is_told() {
+        let told = |samples: Vec<Sample>, step| {
+            let track = Track::new(samples, 0.1, None);
+            (
+                track.motion_known_at(step),
+                track.acceleration_known_at(step),
+            )
+        };
+        let bare = |n: i64| {
+            (0..n)
+                .map(|i| sample(i, i as f64, Some(0.0)))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(
+            told(bare(3), 0),
+            (1, 1),
+            "the first velocity is the next displacement"
+        );
+        assert_eq!(told(bare(3), 1), (1, 1));
+        assert_eq!(told(bare(1), 0), (0, 0));
+        let mut moving = bare(3);
+        moving[0].velocity = Some(10.0);
+        assert_eq!(told(moving.clone(), 0), (0, 1));
+        moving[0].acceleration = Some(0.0);
+        assert_eq!(told(moving, 0), (0, 0));
+        // At rest until step 3, with no heading before.
+        let mut resting: Vec<_> = (0..5)
+            .map(|i| sample(i, (i - 2).max(0) as f64, None))
+            .collect();
+        resting[0].velocity = Some(0.0);
+        assert_eq!(told(resting.clone(), 2), (3, 3));
+        assert_eq!(told(resting, 3), (3, 3));
+    }
+
+    #[test]
+    fn gaps_stay_gaps_and_absurd_times_are_dropped() {
+        let samples = vec![
+            sample(0, 0.0, None),
+            sample(2, 2.0, None),
+            sample(i64::MAX, 9.0, None),
+        ];
+        let track = Track::new(samples, 0.1, None);
+        assert!(track.at(1).is_none() && track.at(2).is_some());
+        assert_eq!(track.iter().count(), 2);
+        assert!(track.at(i64::MIN).is_none());
+    }
+}

@@ -1,0 +1,213 @@
+//! The vehicles of CommonRoad benchmarks: how their motion is modelled, and how big they are.
+
+use nearmiss_base::geometry::{Footprint, Shape};
+
+/// How a benchmark models the motion of a vehicle; the first part of a vehicle id such as `KS2`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum VehicleModel {
+    /// Point mass.
+    Pm,
+    /// Kinematic single-track.
+    Ks,
+    /// Single-track.
+    St,
+    /// Multi-body.
+    Mb,
+    /// Kinematic single-track with an on-axle trailer.
+    Kst,
+}
+
+impl VehicleModel {
+    /// Every model.
+    pub const ALL: &'static [Self] = &[Self::Pm, Self::Ks, Self::St, Self::Mb, Self::Kst];
+
+    /// Its letters in a vehicle id.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pm => "PM",
+            Self::Ks => "KS",
+            Self::St => "ST",
+            Self::Mb => "MB",
+            Self::Kst => "KST",
+        }
+    }
+
+    /// Its name in words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Pm => "point mass",
+            Self::Ks => "kinematic single-track",
+            Self::St => "single-track",
+            Self::Mb => "multi-body",
+            Self::Kst => "kinematic single-track with trailer",
+        }
+    }
+
+    /// The model with these letters.
+    #[must_use]
+    pub fn parse(letters: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|m| m.name() == letters)
+    }
+}
+
+impl std::fmt::Display for VehicleModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A vehicle with the parameters of Althoff and Würsching, "CommonRoad: Vehicle Models" (2020), which the
+/// package `commonroad-vehicle-models` 3.0.2 holds as data; the number in a vehicle id such as `KS2`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum VehicleType {
+    /// Vehicle 1.
+    FordEscort,
+    /// Vehicle 2, the usual one: recordings of the paper and Frenetix's logs are of it.
+    Bmw320i,
+    /// Vehicle 3.
+    VwVanagon,
+    /// Vehicle 4, a tractor unit; its semi-trailer is not part of these numbers.
+    Truck,
+}
+
+impl VehicleType {
+    /// Every vehicle, in the order of their numbers.
+    pub const ALL: &'static [Self] = &[
+        Self::FordEscort,
+        Self::Bmw320i,
+        Self::VwVanagon,
+        Self::Truck,
+    ];
+
+    /// Its number in a vehicle id, from 1.
+    #[must_use]
+    pub fn number(self) -> u8 {
+        match self {
+            Self::FordEscort => 1,
+            Self::Bmw320i => 2,
+            Self::VwVanagon => 3,
+            Self::Truck => 4,
+        }
+    }
+
+    /// The vehicle with this number.
+    #[must_use]
+    pub fn parse(number: &str) -> Option<Self> {
+        let number: u8 = number.parse().ok()?;
+        Self::ALL.iter().copied().find(|v| v.number() == number)
+    }
+
+    /// What it is.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::FordEscort => "Ford Escort",
+            Self::Bmw320i => "BMW 320i",
+            Self::VwVanagon => "VW Vanagon",
+            Self::Truck => "truck",
+        }
+    }
+
+    /// Length of its body, metres.
+    #[must_use]
+    pub fn length(self) -> f64 {
+        match self {
+            Self::FordEscort => 4.298,
+            Self::Bmw320i => 4.508,
+            Self::VwVanagon => 4.569,
+            Self::Truck => 5.1,
+        }
+    }
+
+    /// Width of its body, metres.
+    #[must_use]
+    pub fn width(self) -> f64 {
+        match self {
+            Self::FordEscort => 1.674,
+            Self::Bmw320i => 1.610,
+            Self::VwVanagon => 1.844,
+            Self::Truck => 2.55,
+        }
+    }
+
+    /// From the centre of gravity forward to the front axle, metres.
+    #[must_use]
+    pub fn to_front_axle(self) -> f64 {
+        match self {
+            Self::FordEscort => 0.88392,
+            Self::Bmw320i => 1.156_195_706_4,
+            Self::VwVanagon => 1.150_791_602_4,
+            Self::Truck => 1.8,
+        }
+    }
+
+    /// From the centre of gravity back to the rear axle, metres.
+    ///
+    /// The CommonRoad planners take the centre of gravity for the centre of the body, and so does nearmiss.
+    #[must_use]
+    pub fn to_rear_axle(self) -> f64 {
+        match self {
+            Self::FordEscort => 1.50876,
+            Self::Bmw320i => 1.422_717_093_6,
+            Self::VwVanagon => 1.321_136_397_6,
+            Self::Truck => 1.8,
+        }
+    }
+
+    /// Between the axles, metres.
+    #[must_use]
+    pub fn wheelbase(self) -> f64 {
+        self.to_front_axle() + self.to_rear_axle()
+    }
+
+    /// The region it covers, about its centre.
+    #[must_use]
+    pub fn footprint(self) -> Footprint {
+        Footprint::new(Shape::rectangle(self.length(), self.width()))
+            .expect("the sizes above are positive")
+    }
+}
+
+impl std::fmt::Display for VehicleType {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{} (CommonRoad vehicle {}), {} m × {} m",
+            self.name(),
+            self.number(),
+            self.length(),
+            self.width()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_numbers_lead_back() {
+        for model in VehicleModel::ALL {
+            assert_eq!(VehicleModel::parse(model.name()), Some(*model));
+        }
+        for (i, vehicle) in VehicleType::ALL.iter().enumerate() {
+            assert_eq!(usize::from(vehicle.number()), i + 1);
+            assert_eq!(VehicleType::parse(&(i + 1).to_string()), Some(*vehicle));
+            assert!(vehicle.wheelbase() < vehicle.length());
+        }
+        assert_eq!(VehicleType::parse("5"), None);
+        assert_eq!(VehicleModel::parse("ks"), None);
+    }
+
+    #[test]
+    fn the_bmw_is_the_published_one() {
+        let bmw = VehicleType::Bmw320i;
+        assert!((bmw.wheelbase() - 2.5789).abs() < 1e-4);
+        assert_eq!(
+            bmw.to_string(),
+            "BMW 320i (CommonRoad vehicle 2), 4.508 m × 1.61 m"
+        );
+    }
+}

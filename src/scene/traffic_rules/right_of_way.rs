@@ -1,0 +1,166 @@
+//! R-IN3 to R-IN5: the right of way of others at intersections.
+//!
+//! A vehicle with the right of way is endangered (not_endanger_intersection of R-IN3 to R-IN5) if it follows into the area
+//! of conflict within [`YIELD_BEFORE`] after the ego left it, if the ego enters it within [`YIELD_AFTER`] after the other
+//! left, or if the other brakes for the ego there.
+
+use super::ego::EgoAlong;
+use super::junction::Rival;
+use super::report::{Finding, Violation};
+use super::{Rule, YIELD_AFTER, YIELD_BEFORE};
+use crate::scenario::{ObstacleRole, ObstacleType, Participant};
+use nearmiss_base::geometry::{Point, angle_between};
+
+/// The rules of this file.
+const RULES: [Rule; 3] = [Rule::RightBeforeLeft, Rule::Priority, Rule::LeftTurn];
+
+/// A vehicle whose middle is farther beside that of a lane is not on it, metres; nor is one that points elsewhere.
+pub const BESIDE: f64 = 1.75;
+pub const ALONG: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Braking for the ego: at least so much (m/s², a_br) no farther than this before the area (m, d_br).
+const BRAKING: f64 = -1.0;
+const BRAKING_WITHIN: f64 = 15.0;
+
+/// A vehicle that is on a lane along its way, at some steps.
+struct Visit {
+    /// Steps in the area of conflict, first and last.
+    inside: (i64, i64),
+    /// Steps at which it brakes shortly before it.
+    brakes: Vec<i64>,
+}
+
+pub(super) fn findings(ego: &EgoAlong<'_>) -> Vec<Finding> {
+    if ego.scene.scenario.network.intersections.is_empty() {
+        let why = "the map names no intersections";
+        return RULES.map(|rule| Finding::undecided(rule, why)).into();
+    }
+    let mut applied: [Option<Vec<Violation>>; 3] = [None, None, None];
+    for passage in &ego.regulations.passages {
+        if !ego.comes_near(passage.line, OCCASION) {
+            continue;
+        }
+        // While the lights change between on and off, those at the line count.
+        let entry = ego
+            .passes(passage.line)
+            .map_or(0, |place| ego.moments[place].step);
+        let lit = passage.lights && ego.regulations.is_lit(passage, entry);
+        for rival in &passage.rivals {
+            let Some(rule) = rival.rule(lit) else {
+                continue;
+            };
+            let Some(place) = RULES.iter().position(|r| *r == rule) else {
+                continue;
+            };
+            let found = applied[place].get_or_insert_with(Vec::new);
+            found.extend(endangered(ego, rival));
+        }
+    }
+    let none = "the map has no lane on the route that has priority by this rule";
+    let mut findings = Vec::new();
+    for (rule, violations) in RULES.into_iter().zip(applied) {
+        findings.push(match violations {
+            None => Finding::not_applicable(rule, none),
+            Some(mut violations) => {
+                violations.sort_by_key(|v| (v.from, v.obstacle));
+                // One vehicle may be on two lanes that overlap.
+                violations.dedup_by_key(|v| (v.from, v.obstacle));
+                Finding::applied(rule, violations)
+            }
+        });
+    }
+    findings
+}
+
+/// An ego that never comes nearer to an intersection has no occasion there, metres.
+const OCCASION: f64 = 30.0;
+
+fn endangered(ego: &EgoAlong<'_>, rival: &Rival) -> Vec<Violation> {
+    let (from, to) = rival.conflict.own;
+    let inside = |place: &usize| ego.moments[*place].front > from && ego.moments[*place].rear < to;
+    let mut places = (0..ego.moments.len()).filter(inside);
+    let Some(first) = places.next() else {
+        return Vec::new();
+    };
+    // An ego that begins there has not decided to be there.
+    if first == 0 {
+        return Vec::new();
+    }
+    let last = places.next_back().unwrap_or(first);
+    let (enters, leaves) = (ego.moments[first].step, ego.moments[last].step);
+    let ends = last + 1 == ego.moments.len();
+    let middle = ego.path.pose_at(f64::midpoint(from, to)).position;
+    let others = ego.scene.participants();
+    let moving = others.filter(|other| other.obstacle.role == ObstacleRole::Dynamic);
+    let vehicles = moving.filter(|other| other.obstacle.kind != ObstacleType::Pedestrian);
+    let found = vehicles.filter_map(|other| {
+        let visit = visit(ego, rival, &middle, &other)?;
+        let dt = ego.dt();
+        let (arrives, gone) = visit.inside;
+        let missing = if enters <= arrives {
+            let gap = (arrives - leaves) as f64 * dt;
+            let caused = visit
+                .brakes
+                .iter()
+                .any(|step| (enters..=leaves).contains(step));
+            // A drive that ends in the area is there at least as long as it lasts.
+            let missing = YIELD_BEFORE - gap;
+            if caused { missing.max(dt) } else { missing }
+        } else {
+            YIELD_AFTER - (enters - gone) as f64 * dt
+        };
+        let counts = missing > ROUNDING && !(ends && arrives > leaves);
+        counts.then_some((other.obstacle.id, missing))
+    });
+    let moment = &ego.moments[first];
+    let violations = found.map(|(obstacle, amount)| Violation {
+        from: enters,
+        until: leaves,
+        at: moment.position,
+        lanelet: ego.lanelet(moment),
+        obstacle: Some(obstacle),
+        amount,
+    });
+    violations.collect()
+}
+
+/// Rounding of sums of steps, seconds.
+const ROUNDING: f64 = 1e-6;
+
+/// A vehicle farther from the area of conflict than this at all steps does not visit it, metres.
+const FAR: f64 = 60.0;
+
+fn visit(
+    ego: &EgoAlong<'_>,
+    rival: &Rival,
+    middle: &Point,
+    other: &Participant<'_>,
+) -> Option<Visit> {
+    let (length, _) = other.footprint.shape().size();
+    let mut inside: Option<(i64, i64)> = None;
+    let mut brakes = Vec::new();
+    for (step, motion) in other.obstacle.track().iter() {
+        if (motion.pose.position - middle).norm() > FAR {
+            continue;
+        }
+        let on = rival.centre.project(&motion.pose.position);
+        let along = rival.centre.pose_at(on.s).heading;
+        let turn = angle_between(along, motion.pose.heading);
+        if on.d.abs() > BESIDE || turn.abs() > ALONG {
+            continue;
+        }
+        let (front, rear) = (on.s + length / 2.0, on.s - length / 2.0);
+        let (from, to) = rival.conflict.other;
+        if front > from && rear < to {
+            let known = inside.get_or_insert((step, step));
+            known.1 = step;
+        } else if front <= from && from - front <= BRAKING_WITHIN && motion.acceleration <= BRAKING
+        {
+            brakes.push(step);
+        }
+    }
+    // What it does before or after the drive does not count.
+    let steps = ego.scene.steps();
+    let inside = inside.filter(|(from, _)| steps.contains(from))?;
+    Some(Visit { inside, brakes })
+}

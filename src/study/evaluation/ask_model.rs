@@ -1,0 +1,259 @@
+//! Asks a language model: one request, or with tools rounds of calls and results until it answers.
+
+use futures_util::StreamExt;
+
+use super::answer::MissingVerdict;
+use super::answer_outcome::{read_from, stopped_short, too_long, unless_cut, weighed, word};
+use super::judges::ModelJudge;
+use super::price_words::stated;
+use super::question::Question;
+use super::request::request;
+use super::run_case::{Asking, Event};
+use super::tool_rounds;
+use nearmiss_ask::llm::{self, Chunk, Finish, Request, Secrets, Token, ToolTurn, Usage};
+use nearmiss_store::StoreError;
+
+/// How one request ended.
+#[derive(Default)]
+struct TurnEnd {
+    /// Why there may be no answer.
+    failure: Option<MissingVerdict>,
+    /// The budget did not allow it to be sent.
+    over_budget: Option<String>,
+    /// The calls that it ended in.
+    turn: Option<ToolTurn>,
+    /// The tokens of the answer, where they were asked for.
+    tokens: Vec<Token>,
+    /// Its usage, where the server told it.
+    usage: Option<Usage>,
+    /// Whether the server may want money for it.
+    sent: bool,
+    /// The server did not take the request as it was.
+    refused: bool,
+}
+
+impl Asking {
+    /// Why the budget allowed nothing to be sent, where that is so.
+    pub(super) async fn model(
+        &mut self,
+        question: &Question,
+        model: &ModelJudge,
+        on_event: &mut impl FnMut(Event),
+    ) -> Option<String> {
+        let mut request = request(question, model);
+        let weigh = llm::gives_log_probabilities(&model.endpoint, &request);
+        let mut paid = false;
+        let (failure, over_budget, tokens) = loop {
+            self.turn = [self.answer.text.len(), self.answer.reasoning.len()];
+            if let (Some(tools), Some(limits)) = (&mut request.tools, model.parameters.tools) {
+                tools.rounds.clone_from(&self.answer.tool_rounds);
+                tools.may_call = tool_rounds::may_call(&tools.rounds, &limits);
+            }
+            let mut end = self.turn(&request, model, on_event).await;
+            self.consume(&end, paid);
+            if end.refused && !paid && !self.answer.tool_rounds.is_empty() {
+                match self.begin_anew(on_event) {
+                    None => continue,
+                    Some(why) => break (Some(MissingVerdict::NoAnswer(why)), None, Vec::new()),
+                }
+            }
+            let round = self.answer.tool_rounds.len() + 1;
+            if let Some(failure) = end.failure.take_if(|_| paid) {
+                // Rounds before this one were paid, so that something was sent.
+                end.failure = Some(match failure {
+                    MissingVerdict::NotSent(why) | MissingVerdict::NoAnswer(why) => {
+                        MissingVerdict::NoAnswer(format!("in tool round {round}: {why}"))
+                    }
+                    other => other,
+                });
+                end.over_budget = None;
+            }
+            paid |= end.sent;
+            let (Some(turn), Some(limits)) = (end.turn.take(), model.parameters.tools) else {
+                break (end.failure, end.over_budget, end.tokens);
+            };
+            if !request.tools.as_ref().is_some_and(|tools| tools.may_call) {
+                let why = MissingVerdict::NotInAnswer(tool_rounds::beyond(&limits));
+                break (Some(why), None, Vec::new());
+            }
+            if let Some(why) = self.round(question, turn, &limits, on_event) {
+                break (Some(MissingVerdict::NoAnswer(why)), None, Vec::new());
+            }
+        };
+        let task = question.case.task;
+        let secrets = Secrets::sent(&model.client, &model.endpoint);
+        let read = read_from(task, &self.answer, self.turn, failure);
+        let in_words = question.picture.is_none() && self.answer.tool_rounds.is_empty();
+        self.answer.judged = unless_cut(
+            read.without(&secrets),
+            self.answer.consumed.input_tokens,
+            in_words.then(|| question.tokens()),
+        );
+        if weigh && !weighed(task, &tokens, &mut self.answer.judged) {
+            let note = match tokens.is_empty() {
+                true => "the server sent no log probabilities",
+                false => "the log probabilities do not show the token of the verdict",
+            };
+            on_event(Event::Chunk(Chunk::Note(note.into())));
+        }
+        over_budget
+    }
+
+    /// Leaves out the rounds of an earlier run, with which the server takes no request: each later run would fail as this
+    /// one did. Why that failed, where it did.
+    fn begin_anew(&mut self, on_event: &mut impl FnMut(Event)) -> Option<String> {
+        self.answer.tool_rounds.clear();
+        if let Some((store, run)) = &self.store
+            && let Err(why) = store.keep_rounds(*run, "[]")
+        {
+            return Some(format!("the tool calls cannot be stored: {why}"));
+        }
+        let note =
+            "the server does not take the tool calls of the earlier run; asking from the beginning";
+        on_event(Event::Chunk(Chunk::Note(note.into())));
+        None
+    }
+
+    /// Answers the calls of a turn and keeps both before anything else is paid. Why that failed, where it did.
+    fn round(
+        &mut self,
+        question: &Question,
+        turn: ToolTurn,
+        limits: &llm::ToolLimits,
+        on_event: &mut impl FnMut(Event),
+    ) -> Option<String> {
+        let made = tool_rounds::calls(&self.answer.tool_rounds);
+        let round = tool_rounds::answered(question, turn, made, limits);
+        self.answer.tool_rounds.push(round.clone());
+        if self.answer.text.len() > self.turn[0] {
+            self.piece(Chunk::Text("\n\n".into()));
+        }
+        if let Some((store, run)) = &self.store {
+            // What the run can cost at most covers all rounds already.
+            let json = serde_json::to_string(&self.answer.tool_rounds);
+            let kept = json
+                .map_err(StoreError::from)
+                .and_then(|json| store.keep_rounds(*run, &json));
+            if let Err(why) = kept {
+                return Some(format!("the tool calls cannot be stored: {why}"));
+            }
+        }
+        on_event(Event::Tools(Box::new(round)));
+        if !tool_rounds::may_call(&self.answer.tool_rounds, limits) {
+            let note = format!(
+                "{}, the most allowed; the model answers without tools",
+                tool_rounds::words(&self.answer.tool_rounds, "tool call"),
+            );
+            on_event(Event::Chunk(Chunk::Note(note)));
+        }
+        None
+    }
+
+    /// Adds what a request consumed to what those before it did; unknown costs stay unknown.
+    fn consume(&mut self, end: &TurnEnd, paid: bool) {
+        let all = &mut self.answer.consumed;
+        let usage = end.usage.unwrap_or_default();
+        let add = |sum: &mut Option<u64>, more: Option<u64>| {
+            *sum = match (paid, end.sent, more) {
+                (false, _, more) => more,
+                // A request that never left uses nothing.
+                (true, false, None) => *sum,
+                // What one of them did not tell is not known of all.
+                (true, _, more) => sum.zip(more).map(|(a, b)| a.saturating_add(b)),
+            };
+        };
+        add(&mut all.input_tokens, usage.input_tokens);
+        add(&mut all.output_tokens, usage.output_tokens);
+        add(&mut all.reasoning_tokens, usage.reasoning_tokens);
+        add(&mut all.cached_tokens, usage.cached_tokens);
+        let usd = usage.cost.map(|cost| cost.usd);
+        all.cost_usd = match (paid, end.sent, usd) {
+            (false, _, usd) => usd,
+            // A request that never left costs nothing.
+            (true, false, None) => all.cost_usd,
+            (true, _, usd) => all.cost_usd.zip(usd).map(|(a, b)| a + b),
+        };
+    }
+
+    /// One request, and its answer as it arrives.
+    async fn turn(
+        &mut self,
+        request: &Request,
+        model: &ModelJudge,
+        on_event: &mut impl FnMut(Event),
+    ) -> TurnEnd {
+        let mut end = TurnEnd::default();
+        let mut chunks = llm::stream(&model.client, model.endpoint.clone(), request.clone());
+        let (mut retried, mut begun) = (false, false);
+        loop {
+            let due = tokio::time::sleep_until(self.recorder.due());
+            let chunk = tokio::select! {
+                // What is there is taken before it is written, so that much is written at once.
+                biased;
+                chunk = chunks.next() => chunk,
+                () = due => {
+                    self.recorder.flush_due(on_event);
+                    continue;
+                }
+            };
+            let Some(chunk) = chunk else { break };
+            match chunk {
+                Ok(note @ Chunk::Note(_)) => on_event(Event::Chunk(note)),
+                Ok(Chunk::Started { model }) => {
+                    (begun, end.sent) = (true, true);
+                    // Of several turns the first name that is another one than was asked for counts.
+                    let returned = &mut self.answer.model_returned;
+                    let asked = Some(request.model.as_str());
+                    if returned.is_none() || returned.as_deref() == asked {
+                        *returned = model.clone().or(returned.take());
+                    }
+                    on_event(Event::Chunk(Chunk::Started { model }));
+                }
+                Ok(piece @ (Chunk::Reasoning(_) | Chunk::Text(_))) => self.piece(piece),
+                Ok(Chunk::ToolCalls(turn)) => end.turn = Some(turn),
+                Ok(Chunk::LogProbabilities(given)) => end.tokens = given,
+                Ok(Chunk::Usage(usage)) => {
+                    end.usage = Some(usage);
+                    let returned = self.answer.model_returned.as_deref();
+                    let source = usage.cost.map(|cost| stated(cost.source, model, returned));
+                    self.answer.price_source = source;
+                }
+                Ok(retrying @ Chunk::Retrying { .. }) => {
+                    retried = true;
+                    on_event(Event::Chunk(retrying));
+                }
+                Ok(Chunk::Finished(finish)) => {
+                    let called = finish == Finish::ToolCalls && request.tools.is_some();
+                    end.failure = stopped_short(&finish).filter(|_| !called);
+                    if finish == Finish::TooLong {
+                        on_event(Event::Chunk(Chunk::Note(too_long())));
+                    }
+                    self.answer.finish = Some(word(&finish));
+                    // Nothing follows, and the end is written at once, together with what waits.
+                    break;
+                }
+                Err(error) => {
+                    end.refused = matches!(error, llm::Error::BadRequest { .. });
+                    if let Some(barrier) = error.barrier().filter(|_| !begun) {
+                        on_event(Event::Barred(barrier));
+                    }
+                    if matches!(error, llm::Error::Budget { .. }) && !retried && !begun {
+                        end.over_budget = Some(error.to_string());
+                    }
+                    end.failure = Some(match error.before_sending() && !retried {
+                        true => MissingVerdict::NotSent(error.to_string()),
+                        false => {
+                            end.sent = true;
+                            MissingVerdict::NoAnswer(error.to_string())
+                        }
+                    });
+                }
+            }
+            self.recorder.flush_due(on_event);
+        }
+        if request.tools.is_none() {
+            end.turn = None;
+        }
+        end
+    }
+}

@@ -1,0 +1,384 @@
+//! Tests of matrix order, shards, and later additions.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::*;
+use crate::evaluation::{Label, Lead, PromptConfig, Protocol};
+use nearmiss_ask::llm::Effort;
+use nearmiss_ask::prompts::{Pack, Techniques};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::description::{EgoAxes, Form, Frame};
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::MeasureList;
+use nearmiss_scene::scenario::Transform;
+use nearmiss_scene::verdict::Task;
+
+pub(super) fn techniques(words: &str) -> Techniques {
+    Techniques::parse(words).unwrap()
+}
+
+pub(super) fn matrix() -> Matrix {
+    Matrix {
+        tasks: vec![Task::Collision, Task::Safety],
+        frames: vec![Frame::Ego, Frame::Cartesian],
+        techniques: vec![techniques("base"), techniques("cp+cot")],
+        models: vec!["lab/a".into(), judge::MODEL.into()],
+        samples: 3,
+        more_leads: Vec::new(),
+        transforms: Vec::new(),
+        axes: Default::default(),
+        request: RequestSettings::default(),
+    }
+}
+
+fn words(way: &PromptConfig) -> String {
+    let frame = way.frame.map_or("-", Frame::name);
+    let techniques = way.techniques.map_or("-".into(), |t| t.to_string());
+    format!("{} {frame} {techniques} {}", way.task.name(), way.model)
+}
+
+#[test]
+fn ways_come_in_the_order_they_were_named_and_the_judge_once_for_each_task() {
+    let ways = matrix().ways();
+    let said: Vec<String> = ways.iter().map(words).collect();
+    let wanted = [
+        "collision ego base lab/a",
+        "collision - - reference/geometry",
+        "collision ego cp+cot lab/a",
+        "collision cartesian base lab/a",
+        "collision cartesian cp+cot lab/a",
+        "safety ego base lab/a",
+        "safety - - reference/geometry",
+        "safety ego cp+cot lab/a",
+        "safety cartesian base lab/a",
+        "safety cartesian cp+cot lab/a",
+    ];
+    assert_eq!(said, wanted);
+    let samples: u32 = ways.iter().map(|way| matrix().samples_of(way)).sum();
+    assert_eq!(samples, 8 * 3 + 2, "the judge always says the same");
+}
+
+#[test]
+fn leads_and_changes_are_asked_beside_the_original_not_of_each_other() {
+    let mut matrix = matrix();
+    matrix.request.lead = Some(Lead::Seconds(0.5));
+    matrix.more_leads = vec![Lead::Seconds(1.0)];
+    matrix.transforms = vec![Transform::Mirror];
+    let variants = |task| {
+        let ways = matrix.ways();
+        let way = ways.iter().find(|way| way.task == task).unwrap();
+        let words = matrix.variants(way).into_iter().map(|v| v.words());
+        words.collect::<Vec<_>>()
+    };
+    let word = |word: &str| Some(word.to_string());
+    let wanted = [
+        (word("0.5"), None),
+        (word("1"), None),
+        (word("0.5"), word("mirror")),
+    ];
+    assert_eq!(variants(Task::Safety), wanted);
+    let wanted = [(None, None), (None, word("mirror"))];
+    assert_eq!(variants(Task::Collision), wanted, "no leads");
+}
+
+#[test]
+fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
+    let mut more = matrix();
+    more.extend(&MatrixAdditions {
+        models: vec!["lab/a".into(), "lab/b".into()],
+        techniques: vec![techniques("cot+cp")],
+        samples: Some(2),
+        ..MatrixAdditions::default()
+    });
+    assert_eq!(more.models, ["lab/a", judge::MODEL, "lab/b"]);
+    assert_eq!(more.techniques, matrix().techniques);
+    assert_eq!(more.samples, 3, "samples are not taken away");
+    more.extend(&MatrixAdditions {
+        techniques: vec![techniques("all")],
+        samples: Some(5),
+        ..MatrixAdditions::default()
+    });
+    assert_eq!((more.techniques.len(), more.samples), (3, 5));
+    let (before, after) = (matrix().ways(), more.ways());
+    assert!(before.iter().all(|way| after.contains(way)));
+    assert_eq!(after.len(), 2 * (2 * 3 * 2 + 1));
+}
+
+#[test]
+fn leads_and_changes_are_added_beside_the_first_lead() {
+    let mut more = matrix();
+    more.request.lead = Some(Lead::Seconds(0.5));
+    let added = MatrixAdditions {
+        leads: vec![Lead::Seconds(0.5), Lead::Seconds(1.0), Lead::Seconds(1.0)],
+        transforms: vec![Transform::Mirror, Transform::Mirror],
+        ..MatrixAdditions::default()
+    };
+    more.extend(&added);
+    more.extend(&added);
+    assert_eq!(more.more_leads, [Lead::Seconds(1.0)]);
+    assert_eq!(more.transforms, [Transform::Mirror]);
+    assert!(added.any() && !MatrixAdditions::default().any());
+}
+
+#[test]
+fn shards_have_every_scenario_once_whatever_the_order() {
+    let names: Vec<String> = (0..500).map(|n| format!("DEU_Town-{n}_1_T-1")).collect();
+    for of in [1, 2, 7, 16] {
+        let mut owners: BTreeMap<&str, Vec<u32>> = BTreeMap::new();
+        for number in 1..=of {
+            let shard: Shard = format!("{number}/{of}").parse().unwrap();
+            for name in names.iter().rev().filter(|name| shard.has(name)) {
+                owners.entry(name).or_default().push(number);
+            }
+        }
+        assert_eq!(owners.len(), names.len(), "all of them");
+        assert!(owners.values().all(|owners| owners.len() == 1), "each once");
+        let first = owners.values().filter(|owners| owners[0] == 1).count();
+        assert!(
+            first > 500 / of as usize / 2,
+            "about as many each: {first} of 1/{of}"
+        );
+    }
+    // By `printf ZAM_A-1 | sha256sum`: the first eight bytes are odd or even.
+    assert!(
+        "1/2".parse::<Shard>().unwrap().has("ZAM_A-1")
+            != "2/2".parse::<Shard>().unwrap().has("ZAM_A-1")
+    );
+    for wrong in ["0/2", "3/2", "1", "1/0", "a/b", "-1/2"] {
+        assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn a_spec_comes_back_from_the_store_as_it_was() {
+    let request = RequestSettings {
+        history: Some(7),
+        radius: Some(25.5),
+        lead: Some(Lead::Seconds(1.5)),
+        within: Some(2.5),
+        every_scenario: true,
+        protocol: Protocol::Paper,
+        temperature: Some(0.0),
+        max_tokens: Some(900),
+        effort: Some(Effort::Low),
+        log_probabilities: true,
+        tools: Some(nearmiss_ask::llm::ToolLimits {
+            rounds: 3,
+            calls: 9,
+        }),
+        form: Some(Form::Prose),
+        stride: Some(2),
+        road: Some(true),
+        axes: Some(EgoAxes::Lane),
+        measures: MeasureList::parse("thw,ttc").ok(),
+        pack: Pack::Paper,
+        seed: Some(7),
+    };
+    for truth in [
+        TruthSource::Geometry,
+        TruthSource::Layout,
+        TruthSource::Files(vec!["/t.csv".into()]),
+    ] {
+        let spec = Spec {
+            title: None,
+            paths: vec![PathBuf::from("/data"), PathBuf::from("ZAM_CutIn-1_1_T-1")],
+            matrix: Matrix {
+                request,
+                ..matrix()
+            },
+            truth,
+            templates: BTreeMap::from([("collision-ego.md".into(), "ab".into())]),
+            thresholds: vec!["risk 1 distance = 3 m".into()],
+            base_url: Some("http://127.0.0.1:1".into()),
+            ego: EgoSelection::Beside,
+            drafts: BTreeMap::new(),
+            comparison: Default::default(),
+            subset: Default::default(),
+            drawn_from: vec!["/data/a.xml".into()],
+        };
+        let json = spec.to_json();
+        assert!(
+            ["more_leads", "transforms", "ego\":", "drafts", "comparison"]
+                .iter()
+                .all(|name| !json.contains(name)),
+            "as older versions wrote it"
+        );
+        assert_eq!(Spec::from_json(&json), Ok(spec.clone()));
+        let mut varied = spec;
+        varied.matrix.more_leads = vec![Lead::Paper, Lead::Seconds(0.5)];
+        varied.matrix.transforms = vec![Transform::Mirror, Transform::Move(1000.0, -500.0)];
+        varied.ego = EgoSelection::File {
+            path: "/data/ego.csv".into(),
+            planning_problem: Some(3),
+        };
+        varied.comparison.baseline = Some("lab/x".into());
+        varied.comparison.primary = Some(("lab/x".into(), "lab/y".into()));
+        varied.drafts = BTreeMap::from([("collision-ego.md".into(), "my text".into())]);
+        assert_eq!(Spec::from_json(&varied.to_json()), Ok(varied));
+    }
+    let error = Spec::from_json("{}").unwrap_err().to_string();
+    assert!(error.contains("start a new batch"), "{error}");
+}
+
+#[test]
+fn a_changed_template_is_noticed() {
+    let library = nearmiss_ask::prompts::Library::load(None);
+    let thresholds = nearmiss_scene::metrics::Thresholds::shipped();
+    let mut spec = Spec {
+        title: None,
+        paths: Vec::new(),
+        matrix: matrix(),
+        truth: TruthSource::Geometry,
+        templates: Spec::templates_of(&matrix(), &library),
+        thresholds: Vec::new(),
+        base_url: None,
+        ego: EgoSelection::Beside,
+        drafts: BTreeMap::new(),
+        comparison: Default::default(),
+        subset: Default::default(),
+        drawn_from: Vec::new(),
+    };
+    assert_eq!(spec.templates.len(), 4, "two tasks, two frames");
+    assert_eq!(spec.still(&library, thresholds), Ok(()));
+    spec.templates
+        .insert("collision-ego.md".into(), "0".repeat(64));
+    let error = spec.still(&library, thresholds).unwrap_err().to_string();
+    for words in [
+        "template collision-ego.md",
+        "(000000000000…)",
+        "`nearmiss prompts show collision-ego.md`",
+        "or start a new batch",
+    ] {
+        assert!(error.contains(words), "{words}: {error}");
+    }
+}
+
+#[test]
+fn a_draft_is_part_of_its_batch() {
+    let library = nearmiss_ask::prompts::Library::load(None);
+    let file = "collision-ego.md";
+    let shipped = nearmiss_ask::prompts::Library::shipped(file).unwrap();
+    let drafts = BTreeMap::from([(
+        file.to_string(),
+        shipped.replace("Did the", "Be brief. Did the"),
+    )]);
+    let mut spec = Spec {
+        title: None,
+        paths: Vec::new(),
+        matrix: matrix(),
+        truth: TruthSource::Geometry,
+        templates: BTreeMap::new(),
+        thresholds: Vec::new(),
+        base_url: None,
+        ego: EgoSelection::Beside,
+        drafts,
+        comparison: Default::default(),
+        subset: Default::default(),
+        drawn_from: Vec::new(),
+    };
+    spec.templates = Spec::templates_of(&spec.matrix, &spec.library(&library).unwrap());
+    assert_ne!(spec.templates, Spec::templates_of(&spec.matrix, &library));
+    let thresholds = nearmiss_scene::metrics::Thresholds::shipped();
+    assert_eq!(spec.still(&library, thresholds), Ok(()));
+    let builder = spec
+        .builder(&library, Arc::new(thresholds.clone()))
+        .unwrap();
+    let (entry, way) = (&nearmiss_formats::bundled()[0], &spec.matrix.ways()[0]);
+    let question = builder.question(entry, way, &Variant::default(), None);
+    let question = question.unwrap();
+    assert!(question.prompt.user.contains("Be brief. Did the"));
+    assert_eq!(question.template_hash, spec.templates[file]);
+    spec.drafts.insert(file.into(), "no front matter".into());
+    let error = spec.still(&library, thresholds).unwrap_err().to_string();
+    assert!(error.contains(file), "{error}");
+}
+
+#[test]
+fn what_templates_decide_is_told_in_numbers() {
+    let library = nearmiss_ask::prompts::Library::load(None);
+    let mut spec = Spec {
+        title: None,
+        paths: Vec::new(),
+        matrix: matrix(),
+        truth: TruthSource::Geometry,
+        templates: Spec::templates_of(&matrix(), &library),
+        thresholds: Vec::new(),
+        base_url: None,
+        ego: EgoSelection::Beside,
+        drafts: BTreeMap::new(),
+        comparison: Default::default(),
+        subset: Default::default(),
+        drawn_from: Vec::new(),
+    };
+    let described = spec.described(&library).unwrap();
+    assert_eq!(described.history, [10], "as the paper");
+    let radius = described.radius[0];
+    assert!(described.radius.len() == 1 && radius > 0.0, "{described:?}");
+    let asked = spec.asked(Some(&described));
+    assert_eq!(
+        (&asked["history"], &asked["radius"]),
+        (&10.into(), &radius.into())
+    );
+    assert_eq!(
+        asked["of_templates"],
+        serde_json::json!(["history", "radius"])
+    );
+    let words = spec.asked_words(Some(&described));
+    assert!(
+        words.contains("steps in a window 10 (from the templates)"),
+        "{words}"
+    );
+    // What the batch says itself is no matter of the templates.
+    spec.matrix.request.history = Some(5);
+    let described = spec.described(&library).unwrap();
+    let asked = spec.asked(Some(&described));
+    assert_eq!(
+        (&asked["history"], &asked["of_templates"]),
+        (&5.into(), &serde_json::json!(["radius"]))
+    );
+    let words = spec.asked_words(Some(&described));
+    assert!(words.contains("steps in a window 5, radius"), "{words}");
+    // Other templates would tell other numbers.
+    spec.templates
+        .insert("collision-ego.md".into(), "0".repeat(64));
+    assert_eq!(spec.described(&library), None);
+    assert!(spec.asked(None)["radius"].is_null());
+    assert!(spec.asked_words(None).contains("from the templates, which"));
+}
+
+#[test]
+fn folders_say_which_half_and_annotations_whom() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("Results/LLM/Scenario_Collision/ego");
+    std::fs::create_dir_all(&folder).unwrap();
+    let csv = "Scenario_Name,Obstacle_ID\nA,30308\nC,none\n";
+    std::fs::write(folder.join("annotations.csv"), csv).unwrap();
+    let entry = |path: &str| Entry::of_file(&root.path().join("Scenarios").join(path));
+    let entries = [
+        entry("collision_scenarios/A.xml"),
+        entry("collision_scenarios/deep/B.xml"),
+        entry("collision_scenarios/C.xml"),
+        entry("normal_scenarios/D.xml"),
+        Entry::of_file(Path::new("elsewhere/E.xml")),
+    ];
+    assert_eq!(TruthSource::usual(&entries), TruthSource::Layout);
+    assert_eq!(TruthSource::usual(&entries[4..]), TruthSource::Geometry);
+    let (truth, doubts) = Truth::open(&TruthSource::Layout, &entries).unwrap();
+    let found: Vec<_> = entries
+        .iter()
+        .map(|entry| truth.label(entry, None))
+        .collect();
+    let wanted = [
+        Some(Label::Collision(Some(30308))),
+        Some(Label::Collision(None)),
+        Some(Label::Collision(None)),
+        Some(Label::Safe),
+        None,
+    ];
+    assert_eq!(found, wanted);
+    assert_eq!(doubts.len(), 1, "{doubts:?}");
+    assert!(doubts[0].starts_with("C: "), "{doubts:?}");
+}

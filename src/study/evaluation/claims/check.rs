@@ -1,0 +1,390 @@
+//! Checks claims against the geometry.
+
+use super::{Claim, ClaimedValue, Quantity, Side, Subject, excuse};
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::metrics::{Contact, Encounter, Relation, measure, paper};
+use nearmiss_scene::scenario::Participant;
+
+/// Tolerance between a stated number and the true one, for display; see [`check`].
+pub const TOLERANCES: &str = "half of the last stated digit, 0.05 of the unit or 2 %, whichever is largest; 10 % if stated as approximate";
+
+/// The geometry a claim was checked against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ClaimBasis {
+    /// Exact bodies of real size.
+    Exact,
+    /// The distance between the centres: all that a Cartesian description lets one compute.
+    Centres,
+    /// The convention of the paper, which recorded answers were told in.
+    Paper,
+}
+
+impl ClaimBasis {
+    /// Its description.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Exact => "exact bodies",
+            Self::Centres => "between centres",
+            Self::Paper => "in the paper's convention",
+        }
+    }
+}
+
+/// Result of checking a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Judgement {
+    /// It does.
+    Right,
+    /// It does not.
+    Wrong,
+    /// It cannot be told; why.
+    Unknown(&'static str),
+}
+
+/// A claim with the truth beside it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckedClaim {
+    /// The claim.
+    pub claim: Claim,
+    /// The step it was checked at.
+    pub step: i64,
+    /// The true value, in the quantity's unit; `None` if there is no such number.
+    pub truth: Option<f64>,
+    /// The true state, described.
+    pub is: String,
+    /// The geometry it was checked against; for a wrong claim, the exact bodies.
+    pub basis: ClaimBasis,
+    /// Whether it holds.
+    pub judgement: Judgement,
+}
+
+impl CheckedClaim {
+    /// The stated value with its unit.
+    #[must_use]
+    pub fn says(&self) -> String {
+        match self.claim.stated {
+            ClaimedValue::Number {
+                value, decimals, ..
+            } => {
+                if value.is_infinite() {
+                    return "never".into();
+                }
+                format!(
+                    "{value:.*} {}",
+                    usize::from(decimals),
+                    self.claim.quantity.unit()
+                )
+            }
+            ClaimedValue::Side(side) => side.to_string(),
+            ClaimedValue::Contact => "contact".into(),
+        }
+    }
+
+    /// As one line: `30308 says 3.2 m, is 7.9 m (distance, step 14)`.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let basis = match self.basis {
+            ClaimBasis::Exact => String::new(),
+            other => format!(", {}", other.words()),
+        };
+        let why = match self.judgement {
+            Judgement::Unknown(why) => format!("; {why}"),
+            _ => String::new(),
+        };
+        format!(
+            "{} says {}, is {} ({}, step {}{basis}{why})",
+            self.claim.obstacle,
+            self.says(),
+            self.is,
+            self.claim.quantity.name(),
+            self.step,
+        )
+    }
+}
+
+/// Holds a claim against the geometry of the step that it names, or of the last one that was described.
+///
+/// It is right where it is within [`TOLERANCES`] of the number of the exact bodies, or of what it may have been told
+/// instead: the distance between the centres, or the number in the paper's convention. Which of them is
+/// [`CheckedClaim::basis`]. A number without a sign may be a magnitude. A value that was true at an earlier step of the
+/// window, where no step is named, is neither right nor wrong, nor is one that may mean something else.
+#[must_use]
+pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
+    let step = claim.step.unwrap_or_else(|| subject.present());
+    let mut checked = at(&claim, subject, step);
+    if checked.judgement == Judgement::Wrong
+        && let Some(why) = excuse::excuse(&claim, subject, step)
+    {
+        checked.judgement = Judgement::Unknown(why);
+    }
+    if checked.judgement == Judgement::Wrong && claim.step.is_none() {
+        let window = subject.steps();
+        let earlier = window.steps().filter(|s| *s != step);
+        if subject.window.is_none() {
+            checked.judgement = Judgement::Unknown("the described steps are unknown");
+        } else if earlier
+            .into_iter()
+            .any(|s| at(&claim, subject, s).judgement == Judgement::Right)
+        {
+            checked.judgement = Judgement::Unknown("true at an earlier step");
+        }
+    }
+    checked
+}
+
+pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClaim {
+    let scene = subject.scene;
+    let participant = scene
+        .participants()
+        .find(|p| p.obstacle.id == claim.obstacle);
+    let encounter = participant
+        .as_ref()
+        .and_then(|p| Encounter::at(scene, p, step));
+    let mut checked = CheckedClaim {
+        step,
+        truth: None,
+        is: "not there".into(),
+        basis: ClaimBasis::Exact,
+        judgement: Judgement::Unknown("ego or obstacle absent at that step"),
+        claim: claim.clone(),
+    };
+    let (Some(participant), Some(encounter)) = (participant, encounter) else {
+        return checked;
+    };
+    let sample = scene.ego.recorded.iter().find(|s| s.step == step);
+    let written = sample.and_then(|sample| sample.heading);
+    match claim.stated {
+        ClaimedValue::Number {
+            value,
+            decimals,
+            rough,
+            magnitude,
+        } => {
+            let fits = |truth: f64| {
+                let told = if magnitude && value >= 0.0 {
+                    truth.abs()
+                } else {
+                    truth
+                };
+                let share = if rough { 0.1 } else { 0.02 };
+                let digit = 0.5 * 10_f64.powi(-i32::from(decimals));
+                (told - value).abs() <= digit.max(0.05).max(share * truth.abs()) + 1e-9
+            };
+            if value.is_infinite() {
+                let none = |values: &[f64]| !values.iter().any(|t| t.is_finite());
+                let of_bodies = exact(claim.quantity, &encounter);
+                let mut told = told(&encounter, written);
+                told.retain(|told| none(&of_paper(claim.quantity, told).collect::<Vec<_>>()));
+                checked.truth = of_bodies.first().copied();
+                checked.is = match checked.truth {
+                    Some(truth) => format!("{truth:.1} {}", claim.quantity.unit()),
+                    None => "none: never reached".into(),
+                };
+                checked.judgement = match (none(&of_bodies), told.is_empty()) {
+                    (true, _) => Judgement::Right,
+                    (false, false) => {
+                        checked.basis = ClaimBasis::Paper;
+                        Judgement::Right
+                    }
+                    (false, true) => Judgement::Wrong,
+                };
+                return checked;
+            }
+            let exact = exact(claim.quantity, &encounter);
+            let shown = exact
+                .iter()
+                .copied()
+                .find(|t| fits(*t))
+                .or_else(|| exact.first().copied());
+            checked.truth = shown;
+            checked.is = match shown {
+                Some(truth) => format!(
+                    "{:.*} {}",
+                    usize::from(decimals.max(1)),
+                    truth + 0.0,
+                    claim.quantity.unit()
+                ),
+                None => "none: never reached".into(),
+            };
+            checked.judgement = if shown.is_some_and(fits) {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+            if checked.judgement == Judgement::Wrong {
+                let told = others(claim.quantity, &encounter, written);
+                if let Some((basis, truth)) = told.into_iter().find(|(_, truth)| fits(*truth)) {
+                    checked.basis = basis;
+                    checked.truth = Some(truth);
+                    checked.is = format!(
+                        "{:.*} {}",
+                        usize::from(decimals.max(1)),
+                        truth + 0.0,
+                        claim.quantity.unit()
+                    );
+                    checked.judgement = Judgement::Right;
+                }
+            }
+        }
+        ClaimedValue::Side(side) => {
+            let relation = encounter.relation();
+            checked.is = relation.direction.name().to_lowercase();
+            checked.judgement = judge_side(side, &relation, &encounter);
+            let stands = encounter.ego.velocity.abs() < STANDING;
+            if checked.judgement == Judgement::Wrong && stands {
+                // The heading of a standing ego may have been described as its recording writes it.
+                let agrees = |told: &paper::Relation| {
+                    let fits =
+                        |said: Option<bool>, apart: f64| said.is_none_or(|s| (apart > 0.0) == s);
+                    fits(side.front, told.d_long) && fits(side.left, told.d_lat)
+                };
+                if told(&encounter, written).iter().any(agrees) {
+                    checked.basis = ClaimBasis::Paper;
+                    checked.judgement = Judgement::Right;
+                }
+            }
+        }
+        ClaimedValue::Contact => {
+            let touches = encounter.contact().is_some();
+            checked.judgement = if touches {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            };
+            checked.is = contact(subject, &participant, touches);
+            if !touches
+                && told(&encounter, written)
+                    .iter()
+                    .any(|r| r.adjusted_d_long == 0.0 && r.adjusted_d_lat == 0.0)
+            {
+                checked.basis = ClaimBasis::Paper;
+                checked.judgement = Judgement::Right;
+            }
+        }
+    }
+    checked
+}
+
+/// The numbers of the exact bodies that the quantity can mean, the usual one first.
+fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
+    let relation = encounter.relation();
+    let ttc = || measure("ttc").and_then(|m| m.of(encounter).value());
+    let one = |value: Option<f64>| value.into_iter().collect();
+    match quantity {
+        Quantity::Distance => vec![encounter.distance()],
+        Quantity::GapLong => vec![relation.gap_long],
+        Quantity::GapLat => vec![relation.gap_lat],
+        Quantity::Ttc => [ttc(), relation.time_long(), relation.time_lat()]
+            .into_iter()
+            .flatten()
+            .collect(),
+        Quantity::TtcLong => one(relation.time_long()),
+        Quantity::TtcLat => one(relation.time_lat()),
+        Quantity::VelocityLong => vec![relation.velocity.x],
+        Quantity::VelocityLat => vec![relation.velocity.y],
+        Quantity::AccelerationLong => vec![relation.acceleration.x],
+        Quantity::AccelerationLat => vec![relation.acceleration.y],
+        Quantity::Speed => vec![encounter.other.velocity.abs()],
+        Quantity::Acceleration => vec![encounter.other.acceleration],
+        Quantity::Side | Quantity::Contact => Vec::new(),
+    }
+}
+
+/// Other values that the answer may have been given instead of the exact number.
+fn others(
+    quantity: Quantity,
+    encounter: &Encounter<'_>,
+    written: Option<f64>,
+) -> Vec<(ClaimBasis, f64)> {
+    let centre: Point = encounter.ego.pose.to_local(&encounter.other.pose.position);
+    let velocity = encounter.relation().velocity;
+    let closing = |apart: f64, velocity: f64| {
+        (apart * velocity < 0.0).then(|| (ClaimBasis::Centres, -apart / velocity))
+    };
+    let times = |all: &[Option<(ClaimBasis, f64)>]| all.iter().copied().flatten().collect();
+    let mut all: Vec<(ClaimBasis, f64)> = match quantity {
+        Quantity::Distance => vec![(ClaimBasis::Centres, centre.coords.norm())],
+        Quantity::GapLong => vec![(ClaimBasis::Centres, centre.x)],
+        Quantity::GapLat => vec![(ClaimBasis::Centres, centre.y)],
+        Quantity::Ttc => times(&[closing(centre.x, velocity.x), closing(centre.y, velocity.y)]),
+        Quantity::TtcLong => times(&[closing(centre.x, velocity.x)]),
+        Quantity::TtcLat => times(&[closing(centre.y, velocity.y)]),
+        _ => Vec::new(),
+    };
+    for told in told(encounter, written) {
+        all.extend(of_paper(quantity, &told).map(|value| (ClaimBasis::Paper, value)));
+    }
+    all
+}
+
+/// The numbers that the paper's convention gives for a quantity.
+fn of_paper(quantity: Quantity, told: &paper::Relation) -> impl Iterator<Item = f64> {
+    let values = match quantity {
+        Quantity::GapLong => vec![Some(told.adjusted_d_long)],
+        Quantity::GapLat => vec![Some(told.adjusted_d_lat)],
+        Quantity::Distance => vec![Some(told.adjusted_d_long.hypot(told.adjusted_d_lat))],
+        Quantity::TtcLong => vec![told.ttc_long],
+        Quantity::TtcLat => vec![told.ttc_lat],
+        Quantity::Ttc => vec![told.ttc_long, told.ttc_lat],
+        Quantity::VelocityLong => vec![Some(told.v_rel_long)],
+        Quantity::VelocityLat => vec![Some(told.v_rel_lat)],
+        Quantity::AccelerationLong => vec![Some(told.a_rel_long)],
+        Quantity::AccelerationLat => vec![Some(told.a_rel_lat)],
+        _ => Vec::new(),
+    };
+    values.into_iter().flatten()
+}
+
+/// Below this speed a heading is not told from motion, m/s.
+pub(super) const STANDING: f64 = 0.1;
+
+/// The relation as the paper's tables have it: with the ego's heading, and with the one that its recording writes, which
+/// turns at random where it stands.
+fn told(encounter: &Encounter<'_>, written: Option<f64>) -> Vec<paper::Relation> {
+    let mut egos = vec![*encounter.ego];
+    if let Some(heading) = written {
+        let mut as_written = *encounter.ego;
+        as_written.pose.heading = heading;
+        egos.push(as_written);
+    }
+    egos.iter()
+        .filter_map(|ego| paper::Relation::new(ego, encounter.other))
+        .map(paper::Relation::rounded)
+        .collect()
+}
+
+/// Where bodies overlap along an axis, the centres decide, and only for, not against.
+fn judge_side(side: Side, relation: &Relation, encounter: &Encounter<'_>) -> Judgement {
+    let centre = encounter.ego.pose.to_local(&encounter.other.pose.position);
+    let holds = |said: Option<bool>, gap: f64, centre: f64| match said {
+        None => Judgement::Right,
+        Some(positive) if gap != 0.0 => {
+            if (gap > 0.0) == positive {
+                Judgement::Right
+            } else {
+                Judgement::Wrong
+            }
+        }
+        Some(positive) if (centre > 0.0) == positive => Judgement::Right,
+        Some(_) => Judgement::Unknown("bodies overlap along this axis"),
+    };
+    let along = holds(side.front, relation.gap_long, centre.x);
+    let across = holds(side.left, relation.gap_lat, centre.y);
+    match (along, across) {
+        (Judgement::Wrong, _) | (_, Judgement::Wrong) => Judgement::Wrong,
+        (Judgement::Unknown(why), _) | (_, Judgement::Unknown(why)) => Judgement::Unknown(why),
+        _ => Judgement::Right,
+    }
+}
+
+/// When the bodies do touch.
+fn contact(subject: &Subject<'_>, participant: &Participant<'_>, now: bool) -> String {
+    if now {
+        return "contact".into();
+    }
+    match Contact::first(subject.scene, participant) {
+        Some(contact) => format!("first contact at step {}", contact.step),
+        None => "no contact at any step".into(),
+    }
+}

@@ -1,0 +1,231 @@
+//! Claims about obstacles in the free text of an answer, extracted and checked against the geometry.
+//!
+//! Only unambiguous claims are extracted: an obstacle, a measure that is named or clear from the unit, and a value with
+//! its unit; no bounds, ranges, suppositions or steps of a calculation. What is not extracted is not called right.
+
+mod axis;
+mod check;
+mod context;
+mod count;
+mod excuse;
+mod find;
+mod mentions;
+mod number;
+mod phrases;
+mod place;
+mod sentence;
+mod times;
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+pub use check::{CheckedClaim, ClaimBasis, Judgement, TOLERANCES, check};
+pub use count::{CHECK, count, counted, shown_text};
+
+use nearmiss_scene::description::has_relative_times;
+use nearmiss_scene::scenario::{Scene, Window};
+
+/// The quantity a claim states about an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Distance to the ego, metres.
+    Distance,
+    /// Free distance along the ego's heading, metres.
+    GapLong,
+    /// Free distance across it, metres.
+    GapLat,
+    /// Time to collision, seconds; which one is not said.
+    Ttc,
+    /// Time to close the gap along the ego's heading, seconds.
+    TtcLong,
+    /// Time to close the gap across it, seconds.
+    TtcLat,
+    /// Velocity minus the ego's along its heading, m/s.
+    VelocityLong,
+    /// Velocity minus the ego's across its heading, m/s.
+    VelocityLat,
+    /// Acceleration minus the ego's along its heading, m/s².
+    AccelerationLong,
+    /// Acceleration minus the ego's across its heading, m/s².
+    AccelerationLat,
+    /// Its own speed, m/s.
+    Speed,
+    /// Its own acceleration, m/s².
+    Acceleration,
+    /// Where it is, seen from the ego.
+    Side,
+    /// That it touches the ego at a step.
+    Contact,
+}
+
+impl Quantity {
+    /// Its name for people.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Distance => "distance",
+            Self::GapLong => "gap longitudinal",
+            Self::GapLat => "gap lateral",
+            Self::Ttc => "TTC",
+            Self::TtcLong => "TTC longitudinal",
+            Self::TtcLat => "TTC lateral",
+            Self::VelocityLong => "relative velocity longitudinal",
+            Self::VelocityLat => "relative velocity lateral",
+            Self::AccelerationLong => "relative acceleration longitudinal",
+            Self::AccelerationLat => "relative acceleration lateral",
+            Self::Speed => "speed",
+            Self::Acceleration => "acceleration",
+            Self::Side => "direction",
+            Self::Contact => "contact",
+        }
+    }
+
+    /// Its unit; empty for what is no number.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Distance | Self::GapLong | Self::GapLat => "m",
+            Self::Ttc | Self::TtcLong | Self::TtcLat => "s",
+            Self::VelocityLong | Self::VelocityLat | Self::Speed => "m/s",
+            Self::AccelerationLong | Self::AccelerationLat | Self::Acceleration => "m/s²",
+            Self::Side | Self::Contact => "",
+        }
+    }
+}
+
+/// Claimed position of an obstacle: along the ego's heading, across it, or both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Side {
+    /// In front (true) or behind (false), if that is said.
+    pub front: Option<bool>,
+    /// Left (true) or right (false), if that is said.
+    pub left: Option<bool>,
+}
+
+impl std::fmt::Display for Side {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match (self.front, self.left) {
+            (Some(true), None) => "in front",
+            (Some(false), None) => "behind",
+            (None, Some(true)) => "left",
+            (None, Some(false)) => "right",
+            (Some(true), Some(true)) => "front left",
+            (Some(true), Some(false)) => "front right",
+            (Some(false), Some(true)) => "rear left",
+            (Some(false), Some(false)) => "rear right",
+            (None, None) => "nowhere",
+        })
+    }
+}
+
+/// The claimed value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ClaimedValue {
+    /// A number in the quantity's unit.
+    Number {
+        /// The number.
+        value: f64,
+        /// Digits behind the point.
+        decimals: u8,
+        /// Whether it is said to be rough.
+        rough: bool,
+        /// Whether it is a magnitude: a closing speed, a braking.
+        magnitude: bool,
+    },
+    /// A place.
+    Side(Side),
+    /// That the bodies touch.
+    Contact,
+}
+
+/// A claim about an obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Claim {
+    /// Where its value stands in the text, bytes.
+    pub span: Range<usize>,
+    /// Which obstacle.
+    pub obstacle: i64,
+    /// Whether its own sentence names the obstacle, not only what it stands under.
+    pub named: bool,
+    /// The claimed quantity.
+    pub quantity: Quantity,
+    /// The claimed value.
+    pub stated: ClaimedValue,
+    /// The time step that is named; `None` if none is.
+    pub step: Option<i64>,
+}
+
+/// What the times in an answer count from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum TimeOrigin {
+    /// Time step 0 of the recording; steps are named, too.
+    #[default]
+    Recording,
+    /// The end of the described window: earlier times are negative.
+    WindowEnd,
+}
+
+impl TimeOrigin {
+    /// Of answers to these messages, or to this description.
+    #[must_use]
+    pub fn of(messages: &str) -> Self {
+        match has_relative_times(messages) {
+            true => Self::WindowEnd,
+            false => Self::Recording,
+        }
+    }
+}
+
+/// The scene a text is about.
+#[derive(Debug, Clone)]
+pub struct Subject<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// What its times count from.
+    pub times: TimeOrigin,
+    /// First and last step that were described; `None` if that is not known.
+    pub window: Option<(i64, i64)>,
+}
+
+impl Subject<'_> {
+    /// The step that is meant where none is named: the last of the window, else of the recording.
+    #[must_use]
+    pub fn present(&self) -> i64 {
+        self.window.map_or(self.scene.last_step(), |(_, last)| last)
+    }
+
+    /// The window, or one step where it is not known.
+    fn steps(&self) -> Window {
+        let (first, last) = self.window.unwrap_or((self.present(), self.present()));
+        let history = usize::try_from(last.saturating_sub(first)).unwrap_or(0) + 1;
+        Window::ending_at(self.scene, last, history)
+    }
+}
+
+/// The claims in a text, in its order.
+#[must_use]
+pub fn find(text: &str, subject: &Subject<'_>) -> Vec<Claim> {
+    let all = &subject.scene.scenario.obstacles;
+    let ids: BTreeSet<i64> = all.iter().map(|o| o.id).collect();
+    let world = find::MentionContext {
+        ids: &ids,
+        ego: subject.scene.ego.id,
+        dt: subject.scene.scenario.dt(),
+        steps: subject.scene.steps(),
+        now: match (subject.times, subject.window) {
+            (TimeOrigin::WindowEnd, Some((_, last))) => Some(last),
+            _ => None,
+        },
+    };
+    find::claims(text, &world)
+}
+
+/// The claims in a text, each checked against the geometry.
+#[must_use]
+pub fn checked(text: &str, subject: &Subject<'_>) -> Vec<CheckedClaim> {
+    let claims = find(text, subject);
+    claims.into_iter().map(|c| check(c, subject)).collect()
+}
+
+#[cfg(test)]
+mod tests;

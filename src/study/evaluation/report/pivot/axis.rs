@@ -1,0 +1,205 @@
+//! What tells answers apart: the axes of tables, and the values that they have.
+
+use serde::{Deserialize, Serialize};
+
+use super::super::names::{NONE, technique};
+use crate::evaluation::{AnswerCase, Lead, tools_word};
+use nearmiss_ask::llm::Parameters;
+use nearmiss_base::system::unknown;
+
+/// An axis of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Axis {
+    /// The model, `provider/model`.
+    Model,
+    /// The combination of prompting techniques.
+    Techniques,
+    /// The frame of the description.
+    Frame,
+    /// The task.
+    Task,
+    /// The version of the template.
+    Template,
+    /// Where windows of the safety task end.
+    Lead,
+    /// What was changed about the scene.
+    Transform,
+    /// How much the model was to reason.
+    Effort,
+    /// The sampling temperature.
+    Temperature,
+    /// The form of the description.
+    Form,
+    /// Steps between described ones.
+    Stride,
+    /// The seed of the sampling.
+    Seed,
+    /// Whether the model could call tools.
+    Tools,
+    /// Which of several answers to the same question, from 1.
+    Sample,
+    /// The country that the scenario's name begins with.
+    Country,
+}
+
+/// A value of an axis; they are ordered as tables have them.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct AxisValue {
+    rank: i64,
+    /// The value in words.
+    pub text: String,
+}
+
+impl Axis {
+    /// Every one.
+    pub const ALL: [Self; 15] = [
+        Self::Model,
+        Self::Techniques,
+        Self::Frame,
+        Self::Task,
+        Self::Template,
+        Self::Lead,
+        Self::Transform,
+        Self::Effort,
+        Self::Temperature,
+        Self::Form,
+        Self::Stride,
+        Self::Seed,
+        Self::Tools,
+        Self::Sample,
+        Self::Country,
+    ];
+
+    /// Those in which two ways of asking can differ.
+    pub(super) const OF_QUESTIONS: [Self; 12] = [
+        Self::Model,
+        Self::Techniques,
+        Self::Frame,
+        Self::Template,
+        Self::Lead,
+        Self::Transform,
+        Self::Effort,
+        Self::Temperature,
+        Self::Form,
+        Self::Stride,
+        Self::Seed,
+        Self::Tools,
+    ];
+
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Model => "model",
+            Self::Techniques => "techniques",
+            Self::Frame => "frame",
+            Self::Task => "task",
+            Self::Template => "template",
+            Self::Lead => "lead",
+            Self::Transform => "transform",
+            Self::Effort => "effort",
+            Self::Temperature => "temperature",
+            Self::Form => "form",
+            Self::Stride => "stride",
+            Self::Seed => "seed",
+            Self::Tools => "tools",
+            Self::Sample => "sample",
+            Self::Country => "country",
+        }
+    }
+
+    /// The one that this word is for.
+    ///
+    /// # Errors
+    /// There is none: with those that it may mean.
+    pub fn parse(word: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|axis| axis.name() == word);
+        found.ok_or_else(|| unknown("axis", word, Self::ALL.map(Self::name)))
+    }
+
+    /// The value of an answer; `parameters` are those that were sent, where they are known.
+    #[must_use]
+    pub fn value(self, case: &AnswerCase<'_>, parameters: Option<&Parameters>) -> AxisValue {
+        let way = &case.scored.way;
+        // What a judge without a prompt has no value of stands last.
+        let last = || AxisValue {
+            rank: i64::MAX,
+            text: NONE.into(),
+        };
+        let word = |rank, text: String| AxisValue { rank, text };
+        match self {
+            Self::Model => word(0, way.model.clone()),
+            Self::Task => word(0, way.task.name().into()),
+            Self::Frame => way
+                .frame
+                .map_or_else(last, |frame| word(0, frame.name().into())),
+            Self::Techniques => way.techniques.map_or_else(last, |used| {
+                let names = used.to_string();
+                let count = names.split('+').filter(|name| *name != "base").count();
+                word(i64::try_from(count).unwrap_or(0), technique(used))
+            }),
+            Self::Template => (way.template.as_ref()).map_or_else(last, |t| word(0, t.to_string())),
+            Self::Lead => match (case.lead, case.lead_words()) {
+                (Some(Lead::Seconds(seconds)), Some(words)) => {
+                    word((seconds * 1000.0) as i64, words)
+                }
+                (_, Some(words)) => word(-1, words),
+                _ => last(),
+            },
+            Self::Transform => match case.transform() {
+                Some(transform) => word(1, transform.to_string()),
+                None => word(0, "none".into()),
+            },
+            Self::Effort => {
+                // A question that was not sent has the value of its way.
+                let sent = way
+                    .settings
+                    .effort
+                    .or(parameters.and_then(|sent| sent.effort));
+                match sent {
+                    Some(effort) => word(effort as i64, effort.name().into()),
+                    None if parameters.is_some() => word(-1, "default".into()),
+                    None => last(),
+                }
+            }
+            Self::Temperature => {
+                let sent = parameters.and_then(|sent| sent.temperature);
+                match way.settings.temperature.or(sent) {
+                    Some(t) => word((t * 1e6) as i64, t.to_string()),
+                    None if parameters.is_some() => word(-1, "default".into()),
+                    None => last(),
+                }
+            }
+            Self::Form => (way.settings.form).map_or_else(last, |form| word(0, form.name().into())),
+            Self::Stride => (way.settings.stride).map_or_else(last, |stride| {
+                word(
+                    i64::try_from(stride).unwrap_or(i64::MAX),
+                    stride.to_string(),
+                )
+            }),
+            Self::Seed => (way.settings.seed).map_or_else(last, |seed| {
+                word(i64::try_from(seed).unwrap_or(i64::MAX), seed.to_string())
+            }),
+            Self::Tools => {
+                let sent = parameters.map(|sent| sent.tools.is_some());
+                match way.settings.tools.or(sent) {
+                    Some(on) => word(i64::from(on), tools_word(on).into()),
+                    None => last(),
+                }
+            }
+            Self::Sample => {
+                let number = i64::from(case.scored.sample) + 1;
+                word(number, number.to_string())
+            }
+            Self::Country => {
+                let code = case.scenario().split('_').next().unwrap_or_default();
+                let is_code = code.len() == 3 && code.bytes().all(|b| b.is_ascii_uppercase());
+                match is_code {
+                    true => word(0, code.into()),
+                    false => last(),
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! What the cells of a table over axes measure.
+
+use serde::{Deserialize, Serialize};
+
+use super::super::Cell;
+use crate::evaluation::statistics::Interval;
+use nearmiss_base::system::unknown;
+
+/// A measure of answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// The share of the questions asked that it is right about: no verdict is not right.
+    #[default]
+    RightOfAll,
+    /// The harmonic mean of precision and recall.
+    F1,
+    /// Of those called dangerous, the share that is.
+    Precision,
+    /// Of those that are dangerous, the share that is called so.
+    Recall,
+    /// Of those that are safe, the share that is called so.
+    Specificity,
+    /// The share of right verdicts.
+    Accuracy,
+    /// Of the dangerous windows, the share of which a critical obstacle is named.
+    NamingRecall,
+    /// Of the obstacles named, the share that is critical.
+    NamingPrecision,
+    /// Median time of an answer, seconds.
+    #[serde(rename = "seconds_median")]
+    Seconds,
+    /// What all answers cost, US dollars.
+    #[serde(rename = "cost_usd")]
+    Cost,
+}
+
+impl Measure {
+    /// Every one.
+    pub const ALL: [Self; 10] = [
+        Self::RightOfAll,
+        Self::F1,
+        Self::Precision,
+        Self::Recall,
+        Self::Specificity,
+        Self::Accuracy,
+        Self::NamingRecall,
+        Self::NamingPrecision,
+        Self::Seconds,
+        Self::Cost,
+    ];
+
+    /// The word for it, as JSON and CSV of reports name it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RightOfAll => "right_of_all",
+            Self::F1 => "f1",
+            Self::Precision => "precision",
+            Self::Recall => "recall",
+            Self::Specificity => "specificity",
+            Self::Accuracy => "accuracy",
+            Self::NamingRecall => "naming_recall",
+            Self::NamingPrecision => "naming_precision",
+            Self::Seconds => "seconds_median",
+            Self::Cost => "cost_usd",
+        }
+    }
+
+    /// How captions name it.
+    #[must_use]
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::RightOfAll => "Right of all asked",
+            Self::F1 => "F1",
+            Self::Precision => "Precision",
+            Self::Recall => "Recall",
+            Self::Specificity => "Specificity",
+            Self::Accuracy => "Accuracy",
+            Self::NamingRecall => "Recall of named obstacles",
+            Self::NamingPrecision => "Precision of named obstacles",
+            Self::Seconds => "Median seconds of an answer",
+            Self::Cost => "US dollars",
+        }
+    }
+
+    /// The one that this word is for.
+    ///
+    /// # Errors
+    /// There is none: with those that it may mean.
+    pub fn parse(word: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|measure| measure.name() == word);
+        found.ok_or_else(|| unknown("measure", word, Self::ALL.map(Self::name)))
+    }
+
+    /// Its value of counted answers.
+    #[must_use]
+    pub fn value(self, cell: &Cell) -> Option<f64> {
+        match self {
+            Self::RightOfAll => cell.right_of_all(),
+            Self::F1 => cell.f1(),
+            Self::Precision => cell.precision(),
+            Self::Recall => cell.confusion.recall(),
+            Self::Specificity => cell.confusion.specificity(),
+            Self::Accuracy => cell.confusion.accuracy(),
+            Self::NamingRecall => cell.naming.recall(),
+            Self::NamingPrecision => cell.naming.precision(),
+            Self::Seconds => cell.consumption.median_s,
+            Self::Cost => cell.consumption.spending.cost(),
+        }
+    }
+
+    /// The interval of 95 % of its value; times and costs have none.
+    #[must_use]
+    pub fn interval(self, cell: &Cell) -> Option<Interval> {
+        let (shares, naming) = (&cell.intervals, &cell.naming_intervals);
+        match self {
+            Self::RightOfAll => shares.right,
+            Self::F1 => shares.f1,
+            Self::Precision => shares.precision,
+            Self::Recall => shares.recall,
+            Self::Specificity => shares.specificity,
+            Self::Accuracy => shares.accuracy,
+            Self::NamingRecall => naming.recall,
+            Self::NamingPrecision => naming.precision,
+            Self::Seconds | Self::Cost => None,
+        }
+    }
+}

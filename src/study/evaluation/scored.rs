@@ -1,0 +1,205 @@
+//! Answers with their ground truth: the input of every figure in a report.
+
+use super::answer::NOT_SENT;
+use super::{Attempt, AxisValues, Cluster, Confusion, Label, Spending, TemplateVersion};
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::{Task, Verdict};
+use nearmiss_store::{ClaimCounts, Consumed, RunId};
+
+/// A prompt configuration: a row of a table.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PromptConfig {
+    /// The task.
+    pub task: Task,
+    /// The frame of the description; `None` for a judge without a prompt.
+    pub frame: Option<Frame>,
+    /// The prompting techniques; `None` for a judge without a prompt.
+    pub techniques: Option<Techniques>,
+    /// Who is asked, as `provider/model`.
+    pub model: String,
+    /// The values of the axes of its batch.
+    pub settings: AxisValues,
+    /// The version of the prompt template; `None` for a judge without a prompt, for imported answers, and in plans,
+    /// whose templates the batch pins.
+    pub template: Option<TemplateVersion>,
+}
+
+/// Status of a question.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AnswerStatus {
+    /// A verdict was read.
+    Verdict(Verdict),
+    /// An answer came, and no verdict could be read in it: why.
+    Unparsed(String),
+    /// It was asked, and no whole answer came: why.
+    Failed(String),
+    /// It was not asked, or not yet, or its answer is still with a provider: why.
+    Unasked(String),
+}
+
+impl AnswerStatus {
+    /// The verdict, where one was read.
+    #[must_use]
+    pub fn verdict(&self) -> Option<&Verdict> {
+        match self {
+            Self::Verdict(verdict) => Some(verdict),
+            Self::Unparsed(_) | Self::Failed(_) | Self::Unasked(_) => None,
+        }
+    }
+}
+
+/// An answer, or its absence, for one scenario.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scored {
+    /// Name of the scenario, without folders and ending.
+    pub scenario: String,
+    /// How it was asked.
+    pub way: PromptConfig,
+    /// Which of several answers to the same question, from 0.
+    pub sample: u32,
+    /// Its label; `None` if unknown. Of a question about a drawn window, that of the window.
+    pub truth: Option<Label>,
+    /// The obstacles that are truly critical; empty where there are none or they are not known.
+    pub critical: Vec<i64>,
+    /// Its status.
+    pub status: AnswerStatus,
+    /// The built-in judge's verdict on the same question, where it was worked out.
+    pub reference: Option<Verdict>,
+    /// First and last time step of its window, where one scenario may have several; `None` where the question is
+    /// about the whole recording, or was not asked.
+    pub window: Option<(i64, i64)>,
+    /// Time, tokens and cost.
+    pub consumed: Consumed,
+    /// The most that it can have cost, US dollars, where that was known when it was asked.
+    pub most_usd: Option<f64>,
+    /// Other attempts at the same question, in whose place this one counts: they were paid for, too.
+    pub superseded: Vec<Attempt>,
+    /// The run in the store.
+    pub run: Option<RunId>,
+    /// Its claims about obstacles, where they were checked.
+    pub claims: ClaimCounts,
+    /// What its unit of intervals and comparisons is.
+    pub cluster: Cluster,
+}
+
+impl Scored {
+    /// The unit of intervals and comparisons that it is of.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        self.cluster.of(&self.scenario)
+    }
+
+    /// Whether it says yes; `None` if it holds no verdict. Which obstacles it names is counted apart: see
+    /// [`super::Naming`].
+    #[must_use]
+    pub fn positive(&self) -> Option<bool> {
+        self.status.verdict().map(|verdict| verdict.dangerous)
+    }
+
+    /// Whether it is right: what was asked and has no verdict is not. Nothing without a truth, and of what was not asked.
+    #[must_use]
+    pub fn is_right(&self) -> Option<bool> {
+        let truth = self.is_collision()?;
+        match &self.status {
+            AnswerStatus::Verdict(verdict) => Some(verdict.dangerous == truth),
+            AnswerStatus::Unparsed(_) | AnswerStatus::Failed(_) => Some(false),
+            AnswerStatus::Unasked(_) => None,
+        }
+    }
+
+    /// Makes a yes of the safety task that does not name the obstacle that collides a no, as the paper counts; nothing
+    /// where that obstacle is not known.
+    pub fn require_naming(&mut self) {
+        if let (Task::Safety, AnswerStatus::Verdict(verdict)) = (self.way.task, &mut self.status) {
+            let named = verdict.danger();
+            let known = !self.critical.is_empty();
+            verdict.dangerous &= !known || named.iter().any(|id| self.critical.contains(id));
+        }
+    }
+
+    /// Sets what is true: the label, and the obstacles that are truly critical.
+    pub fn tell(&mut self, truth: Option<(Label, Vec<i64>)>) {
+        let (label, critical) = truth.unzip();
+        self.truth = label;
+        self.critical = critical.unwrap_or_default();
+    }
+
+    /// The answer of a built-in predictor, which is asked without a prompt.
+    #[must_use]
+    pub fn built_in(scenario: &str, model: &str, truth: Option<Label>, verdict: Verdict) -> Self {
+        Self {
+            scenario: scenario.into(),
+            way: PromptConfig {
+                task: verdict.task,
+                frame: None,
+                techniques: None,
+                model: model.into(),
+                settings: AxisValues::default(),
+                template: None,
+            },
+            sample: 0,
+            truth,
+            critical: truth.map(Label::critical).unwrap_or_default(),
+            status: AnswerStatus::Verdict(verdict),
+            reference: None,
+            window: None,
+            consumed: Consumed::default(),
+            most_usd: None,
+            superseded: Vec::new(),
+            run: None,
+            claims: ClaimCounts::default(),
+            cluster: Cluster::default(),
+        }
+    }
+
+    /// What was spent on the question, all attempts together. The built-in judge, and what was not sent, cost nothing,
+    /// which is known.
+    #[must_use]
+    pub fn spending(&self) -> Spending {
+        let mut sum = Spending::default();
+        let free = self.way.model == judge::MODEL || self.was_not_sent();
+        if self.was_asked() {
+            let cost = self.consumed.cost_usd.or(free.then_some(0.0));
+            sum.add(cost, self.most_usd);
+        }
+        for attempt in &self.superseded {
+            sum.add(attempt.consumed.cost_usd, attempt.most_usd);
+        }
+        sum
+    }
+
+    /// Whether there is a request behind it: what was cancelled or interrupted had one.
+    fn was_asked(&self) -> bool {
+        !matches!(self.status, AnswerStatus::Unasked(_)) || self.run.is_some()
+    }
+
+    /// Whether it is a failure without a request.
+    fn was_not_sent(&self) -> bool {
+        matches!(&self.status, AnswerStatus::Failed(why) if why.starts_with(NOT_SENT))
+    }
+
+    /// Whether it is true that it collides.
+    #[must_use]
+    pub fn is_collision(&self) -> Option<bool> {
+        self.truth.map(|label| label.collides())
+    }
+}
+
+impl Confusion {
+    /// Counts the answers for which both `yes` and the truth are known.
+    #[must_use]
+    pub fn from_scored<'a>(
+        scored: impl IntoIterator<Item = &'a Scored>,
+        yes: impl Fn(&Scored) -> Option<bool>,
+    ) -> Self {
+        let mut counts = Self::default();
+        for one in scored {
+            if let (Some(yes), Some(truth)) = (yes(one), one.is_collision()) {
+                counts.count(yes, truth);
+            }
+        }
+        counts
+    }
+}

@@ -1,0 +1,220 @@
+//! The template variables of a case.
+
+use serde::Serialize;
+
+use super::attacker_values::{AttackerValues, LimitValues};
+use super::generating::unchanged_name;
+use super::question::Case;
+use nearmiss_ask::prompts;
+use nearmiss_scene::description::{Form, GIVE, STANDS_FAR, measure_column};
+use nearmiss_scene::metrics::{Danger, MEASURES, Measure, RiskLevel, Thresholds};
+use nearmiss_scene::scenario::Transform;
+
+/// The values of a case.
+#[derive(Debug, Serialize)]
+pub(super) struct Values<'a> {
+    task: &'static str,
+    frame: &'static str,
+    cp: bool,
+    cot: bool,
+    icl: bool,
+    description: &'a str,
+    /// `prose` or `compact`.
+    form: &'static str,
+    /// Along what the ego frame measures: `heading` or `lane`.
+    axes: &'static str,
+    /// Whether the Cartesian frame describes the road.
+    road: bool,
+    /// The chosen measures of the metrics frame; empty for its usual ones.
+    measures: Vec<MeasureValues>,
+    /// Whether the description says that bodies touch.
+    contact: bool,
+    /// Seconds after the window within which a contact is critical.
+    horizon: f64,
+    /// Seconds between two time steps.
+    dt: f64,
+    /// Seconds between two described steps.
+    spacing: f64,
+    radius: f64,
+    /// Seconds within which obstacles beyond the radius can reach the ego that are described; none where none are.
+    reach: Option<f64>,
+    /// How far off velocities may be for that, m/s.
+    give: f64,
+    /// Metres beyond which what always stands is described once.
+    far: f64,
+    ego: i64,
+    /// The obstacle that is described; none where all are.
+    obstacle: Option<i64>,
+    scenario: &'a str,
+    window: WindowValues,
+    risk_levels: &'a [RiskLevel],
+    /// Critical values of measures.
+    thresholds: Vec<ThresholdValues>,
+    /// Those of the measures that the metrics frame describes.
+    critical: Vec<ThresholdValues>,
+    limits: LimitValues,
+    /// What the obstacle that is described can do; none where all are described, or where it does not move by itself.
+    attacker: Option<AttackerValues>,
+    /// Reaction time of the good driver who has to avoid the attack, seconds.
+    reaction: f64,
+    /// The answer's form in readable JSON, and a line for each of its keys, both told from its schema.
+    answer_form: String,
+    answer_keys: String,
+    /// The schema itself.
+    answer_schema: String,
+}
+
+#[derive(Debug, Serialize)]
+struct WindowValues {
+    first: i64,
+    last: i64,
+    /// Steps in the window, described or not.
+    steps: i64,
+    /// Steps that are described.
+    described: usize,
+    seconds: f64,
+    /// Seconds since time step 0 of the first described step and of the last, as the trajectory frame counts them.
+    from: f64,
+    until: f64,
+}
+
+/// A measure of the metrics frame, as its list in the prompt has it.
+#[derive(Debug, Serialize)]
+struct MeasureValues {
+    id: &'static str,
+    name: &'static str,
+    unit: &'static str,
+    /// What it is called in the description: the column of a table, the name in sentences.
+    column: String,
+    /// `low` or `high`; none where neither side is dangerous.
+    dangerous: Option<&'static str>,
+    source: &'static str,
+}
+
+impl MeasureValues {
+    fn of(measure: &'static Measure, form: Form) -> Self {
+        let column = match form {
+            Form::Compact => measure_column(measure),
+            Form::Prose => measure.name.to_string(),
+        };
+        Self {
+            id: measure.id,
+            name: measure.name,
+            unit: measure.unit,
+            column,
+            dangerous: match measure.danger {
+                Danger::Low => Some("low"),
+                Danger::High => Some("high"),
+                Danger::Neutral => None,
+            },
+            source: measure.source,
+        }
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct ThresholdValues {
+    measure: &'static str,
+    /// Whether values from it on are critical, not those up to it.
+    from: bool,
+    name: &'static str,
+    value: f64,
+    unit: &'static str,
+    level: String,
+    source: String,
+}
+
+impl<'a> Values<'a> {
+    pub fn new(case: &'a Case, description: &'a str, schema: &serde_json::Value) -> Self {
+        let (first, last) = (case.window.first(), case.window.last());
+        let steps = last - first + 1;
+        let described = case.options.steps(&case.window);
+        let dt = case.scene.scenario.dt();
+        let limits = &case.thresholds.limits;
+        let attacker = AttackerValues::of(case);
+        let chosen = case.options.measures;
+        let told = chosen.map_or(USUAL_CRITICAL.to_vec(), |chosen| chosen.ids());
+        let chosen = chosen.into_iter().flat_map(|chosen| chosen.iter());
+        Self {
+            task: case.task.name(),
+            frame: case.frame.name(),
+            cp: case.techniques.cp,
+            cot: case.techniques.cot,
+            icl: case.techniques.icl,
+            description,
+            form: case.options.form.name(),
+            axes: case.options.axes.name(),
+            road: case.options.road,
+            measures: chosen
+                .map(|measure| MeasureValues::of(measure, case.options.form))
+                .collect(),
+            contact: case.options.contact,
+            horizon: plain(case.horizon),
+            dt,
+            spacing: plain(dt * case.options.spacing(&case.window) as f64),
+            radius: case.options.radius,
+            reach: case.options.reach.map(plain),
+            give: GIVE,
+            far: STANDS_FAR,
+            ego: case.scene.ego.id,
+            obstacle: case.options.obstacle,
+            // That a scene was changed is for the store, not for a model.
+            scenario: Transform::of_name(unchanged_name(&case.name)).0,
+            window: WindowValues {
+                first,
+                last,
+                steps,
+                described: described.len(),
+                seconds: plain(steps as f64 * dt),
+                from: plain(
+                    case.scene
+                        .time_of(described.first().copied().unwrap_or(last)),
+                ),
+                until: plain(case.scene.time_of(last)),
+            },
+            risk_levels: &case.thresholds.risk.levels,
+            thresholds: critical(&case.thresholds, None),
+            critical: critical(&case.thresholds, Some(&told)),
+            limits: match &attacker {
+                Some(able) => able.limits(),
+                None => LimitValues {
+                    acceleration: limits.kick_down,
+                    deceleration: limits.full_braking,
+                    lateral: limits.evasion,
+                    curvature: limits.tightest,
+                },
+            },
+            attacker,
+            reaction: plain(case.attack.delay),
+            answer_form: prompts::answer_form(schema),
+            answer_keys: prompts::answer_keys(schema),
+            answer_schema: schema.to_string(),
+        }
+    }
+}
+
+/// The measures of the usual metrics frame whose critical values its prompt names.
+const USUAL_CRITICAL: [&str; 3] = ["ttc", "time_gap", "drac"];
+
+fn critical(thresholds: &Thresholds, of: Option<&[&str]>) -> Vec<ThresholdValues> {
+    let wanted = |measure: &&Measure| of.is_none_or(|ids| ids.contains(&measure.id));
+    let of = MEASURES.iter().filter(wanted).flat_map(|measure| {
+        thresholds
+            .for_measure(measure.id)
+            .map(|threshold| ThresholdValues {
+                measure: measure.id,
+                from: measure.danger == Danger::High,
+                name: measure.name,
+                value: threshold.value,
+                unit: measure.unit,
+                level: threshold.name.clone(),
+                source: threshold.source.clone(),
+            })
+    });
+    of.collect()
+}
+
+/// Without the dust of binary fractions.
+pub(super) fn plain(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}

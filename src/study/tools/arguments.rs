@@ -1,0 +1,182 @@
+//! Arguments of tools: what is expected, and reading what a model wrote.
+
+use serde_json::{Map, Value};
+
+/// Kinds of argument.
+#[derive(Debug, Clone, Copy)]
+pub enum ArgumentKind {
+    /// A number between two bounds, ends included.
+    Number(f64, f64),
+    /// The id of an obstacle.
+    Obstacle,
+    /// The id of an obstacle, or 0 for the ego.
+    Participant,
+    /// One of some words.
+    Word(fn() -> Vec<&'static str>),
+}
+
+/// An argument of a tool.
+#[derive(Debug, Clone, Copy)]
+pub struct Argument {
+    /// Its name.
+    pub name: &'static str,
+    /// What is expected.
+    pub kind: ArgumentKind,
+    /// Its unit; empty for ids and words.
+    pub unit: &'static str,
+    /// Whether it may not be left out.
+    pub required: bool,
+    /// What it means, and what holds where it is left out.
+    pub about: &'static str,
+}
+
+/// Why a call has no result, in words that the model reads.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct ToolError(String);
+
+impl ToolError {
+    /// An error with this message.
+    pub(super) fn new(message: impl Into<String>) -> Self {
+        Self(message.into())
+    }
+}
+
+/// The arguments of one call, checked.
+#[derive(Debug, Clone, Default)]
+pub struct Arguments(Map<String, Value>);
+
+/// Most bytes that arguments may have: the tools need far fewer.
+const LONGEST: usize = 16 << 10;
+
+impl Arguments {
+    /// Reads a JSON object; nothing, as models write it for tools without required arguments, is an empty one.
+    ///
+    /// # Errors
+    /// It is no object, or an argument is unknown, missing, or not as expected.
+    pub fn parse(text: &str, expected: &[Argument]) -> Result<Self, ToolError> {
+        if text.len() > LONGEST {
+            return Err(ToolError::new(format!(
+                "the arguments have {} bytes; at most {LONGEST} are read",
+                text.len()
+            )));
+        }
+        let text = match text.trim() {
+            "" => "{}",
+            text => text,
+        };
+        let value: Value = serde_json::from_str(text)
+            .map_err(|why| ToolError::new(format!("the arguments are no JSON: {why}")))?;
+        Self::of(value, expected)
+    }
+
+    /// Takes over a JSON value.
+    ///
+    /// # Errors
+    /// As [`Self::parse`].
+    pub fn of(value: Value, expected: &[Argument]) -> Result<Self, ToolError> {
+        let mut map = match value {
+            Value::Object(map) => map,
+            Value::Null => Map::new(),
+            _ => return Err(ToolError::new("the arguments are no JSON object")),
+        };
+        // Some models write null for what they leave out.
+        map.retain(|_, value| !value.is_null());
+        let names = || expected.iter().map(|argument| argument.name);
+        for name in map.keys() {
+            if !names().any(|known| known == name) {
+                let name: String = name.chars().take(64).collect();
+                return Err(ToolError::new(match names().next() {
+                    Some(_) => nearmiss_base::system::unknown("argument", &name, names()),
+                    None => format!("unknown argument `{name}`; this tool has none"),
+                }));
+            }
+        }
+        for argument in expected {
+            match map.get_mut(argument.name) {
+                Some(value) => argument.check(value)?,
+                None if argument.required => {
+                    return Err(ToolError::new(format!(
+                        "argument `{}` is missing: {}",
+                        argument.name, argument.about
+                    )));
+                }
+                None => {}
+            }
+        }
+        Ok(Self(map))
+    }
+
+    /// A number.
+    #[must_use]
+    pub fn number(&self, name: &str) -> Option<f64> {
+        self.0.get(name)?.as_f64()
+    }
+
+    /// An id.
+    #[must_use]
+    pub fn id(&self, name: &str) -> Option<i64> {
+        self.0.get(name)?.as_i64()
+    }
+
+    /// A word.
+    #[must_use]
+    pub fn word(&self, name: &str) -> Option<&str> {
+        self.0.get(name)?.as_str()
+    }
+}
+
+impl Argument {
+    /// Whether a value is as expected; ids written as text become numbers, as they are in descriptions.
+    fn check(&self, value: &mut Value) -> Result<(), ToolError> {
+        let wrong = |what: String| {
+            let got: String = value.to_string().chars().take(80).collect();
+            Err(ToolError::new(format!(
+                "argument `{}` is {got}; expected {what}",
+                self.name
+            )))
+        };
+        match self.kind {
+            ArgumentKind::Number(least, most) => match value.as_f64() {
+                Some(number) if (least..=most).contains(&number) => Ok(()),
+                _ => wrong(format!("a number from {least} to {most}{}", self.in_unit())),
+            },
+            ArgumentKind::Obstacle | ArgumentKind::Participant => {
+                if let Some(id) = id_of(value, matches!(self.kind, ArgumentKind::Participant)) {
+                    *value = id.into();
+                    return Ok(());
+                }
+                wrong(match self.kind {
+                    ArgumentKind::Obstacle => "the id of an obstacle, such as 304".into(),
+                    _ => "the id of an obstacle, or 0 for the ego".into(),
+                })
+            }
+            ArgumentKind::Word(words) => match value.as_str() {
+                Some(word) if words().contains(&word) => Ok(()),
+                _ => wrong(format!("one of {}", words().join(", "))),
+            },
+        }
+    }
+
+    fn in_unit(&self) -> String {
+        match self.unit {
+            "" => String::new(),
+            unit => format!(" {unit}"),
+        }
+    }
+}
+
+/// An id as a number, as a whole float, or as text; `ego` is 0 where the ego may be meant.
+fn id_of(value: &Value, ego: bool) -> Option<i64> {
+    match value {
+        Value::Number(number) => number.as_i64().or_else(|| {
+            let whole = number
+                .as_f64()
+                .filter(|n| n.fract() == 0.0 && n.abs() < 9e15)?;
+            Some(whole as i64)
+        }),
+        Value::String(text) if ego && text.trim() == "ego" => Some(0),
+        Value::String(text) => text.trim().parse().ok(),
+        _ => None,
+    }
+}

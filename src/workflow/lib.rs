@@ -1,0 +1,104 @@
+//! What the program does, shared by command line and workbench: a request, events on the way, an outcome.
+//!
+//! - [`find`]: the scenarios in files and folders, and the windows of long recordings
+//! - [`open`]: a scenario with its ego, optionally with a changed scene
+//! - [`ask`]: one question to a model, its answer stored before it is shown
+//! - [`batch`]: many questions, stored before they are asked, and resumable
+//! - [`Experiment`]: a batch written down in a file, for others to repeat
+//! - [`pack`], [`unpack`]: a batch with its answers as one file, for other machines
+//! - [`Selector`]: the scenarios that a filter of the list lets through
+//! - [`Sentence`]: words that become a filter
+//! - [`compare_versions`]: the stored answers to two versions of a prompt, scenario by scenario
+//! - [`prepare`]: the planner drives the ego of a planning problem
+//! - [`Monitor`]: a judge beside the planner, whose warnings may brake
+//! - [`VariantOrigin`]: the original of a saved variant, and [`VariantRecord`]: what its manifest says
+//! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
+//! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
+//! - [`search_index`]: the windows of an index that a filter lets through
+//! - [`answer_page`]: the answers of a report with their texts, claims and pictures
+//! - [`count_claims`]: the claims of stored answers that were not checked yet
+//! - [`TruthSearch`]: what is true about stored answers
+//! - [`tune`]: better templates from wrong answers of a dev split
+//! - [`journal`]: what a job over many files has finished, so that a run that was killed continues
+//!
+//! Computations run on the calling thread and call `on_event` there. They end early when their
+//! [`Cancel`](nearmiss_drive::planner::Cancel) is set, even inside a planning cycle, and then have no outcome. Work that waits
+//! for a server is a future: dropping it cancels the request.
+
+mod answer_page;
+mod ask;
+mod asked_as;
+pub mod batch;
+mod bundle;
+mod claims;
+mod corpus_index;
+mod experiment;
+mod generate;
+mod index_search;
+pub mod journal;
+mod listing;
+mod monitor;
+mod open;
+mod original;
+mod plan;
+mod planner_failure;
+mod scenario_filter;
+mod sentence;
+mod simulator_export;
+mod stored_question;
+mod truth;
+pub mod tune;
+mod variant_record;
+mod verify_variant;
+mod versions;
+mod wish;
+
+pub use answer_page::answer_page;
+pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
+pub use asked_as::asked_as;
+pub use bundle::{
+    BUNDLE_FORMAT, BundleError, Manifest, Member, PackRequest, Packed, PackedScenario,
+    UnpackRequest, Unpacked, pack, read_manifest, stored_bundle, unpack,
+};
+pub use claims::{count_claims, files_of_batches, is_unchecked};
+pub use corpus_index::{index_parts, read_index};
+pub use experiment::{
+    EXPERIMENT_KEYS, Experiment, ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentKey,
+    ExperimentProgress, FolderOfExperiments, PreparedExperiment, WayProgress, WriteExperimentError,
+    experiment_among, experiment_schema, experiments_in, hashes_in, hashes_of, is_experiment_file,
+    name_of, reasons_of, selected,
+};
+pub use generate::{
+    AttackSource, AttackWriter, GenerateEvent, GenerateRequest, Generation, ModelWriter, generate,
+};
+pub use index_search::{
+    FoundWindow, FoundWindows, IndexSearch, SearchError, checked_filter, search_index,
+};
+pub use listing::{INDEX_RADIUS, find, find_in_pieces};
+pub use monitor::{
+    Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
+};
+pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_of};
+pub use original::{Attacker, VariantOrigin};
+pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
+pub use planner_failure::PlannerFailure;
+pub use scenario_filter::{
+    Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
+    TERMS, Tally, Verdicts, WordMatch, country_of, nearest,
+};
+pub use sentence::{NotUnderstood, Sentence};
+pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
+pub use stored_question::StoredQuestion;
+pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
+pub use variant_record::{VariantRecord, good_driver_words};
+pub use verify_variant::{VariantProofs, VerifiedCertificate, is_unchanged, verify_variant};
+pub use wish::{ReadWish, read_wish};
+
+pub use versions::{
+    ComparedAnswers, SideTotals, VersionChange, VersionComparison, VersionSource, VersionTotals,
+    compare_versions,
+};
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;
