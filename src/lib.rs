@@ -75,7 +75,6 @@
 //! | axes of a batch: effort, temperature, form, … | `study/evaluation/axes.rs` |
 //! | dev and test: which scenario is where, what is locked | `study/evaluation/batch/split.rs`, `test_split.rs`; looks: `store/split.rs`; single answers: `cli/locked.rs` |
 //! | parts of a batch become one | `store/intake.rs`; of bundles `workflow/bundle/unpack.rs` |
-//! | Slurm scripts | `cli/slurm/`: the command that is run in parts, and the text |
 //! | filter of the scenario list | `workflow/scenario_filter/`; as it is typed: `tui/model/list/filtering.rs` |
 //! | pictures for models | what is on them and how they are read: `scene/description/picture.rs`; drawn by `render/storyboard.rs`, on demand: `study/evaluation/picture.rs`; sent: `ask/llm/dialect/images.rs`; kept: `store/images.rs` |
 //! | answers stored before they are shown | `study/evaluation/stream_recorder.rs` |

@@ -144,8 +144,6 @@ mod shards;
 #[cfg(unix)]
 #[path = "cli/simulators.rs"]
 mod simulators;
-#[path = "cli/slurm.rs"]
-mod slurm;
 #[path = "cli/splits.rs"]
 mod splits;
 #[path = "cli/stored.rs"]

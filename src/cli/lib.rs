@@ -47,7 +47,6 @@ mod row_file;
 mod runs;
 mod sample;
 mod side_files;
-mod slurm;
 mod span;
 mod templates;
 mod themes_and_keys;
@@ -122,8 +121,6 @@ pub enum Command {
     Experiment(experiment::ExperimentArguments),
     /// Improve a prompt template from wrong answers of an experiment's dev split.
     Tune(tune::Tune),
-    /// Write Slurm scripts that run a command in parts on a cluster.
-    Slurm(slurm::Slurm),
     /// List, collect and cancel provider batches (those of `evaluate`: `evaluate --list`).
     Batches(batches::Batches),
     /// Report the accuracy of stored or recorded answers.
@@ -225,7 +222,6 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Evaluate(arguments) => evaluate::run(arguments),
         Command::Experiment(arguments) => experiment::run(arguments),
         Command::Tune(arguments) => tune::run(arguments),
-        Command::Slurm(arguments) => slurm::run(arguments),
         Command::Batches(arguments) => batches::run(arguments),
         Command::Report(arguments) => report::run(arguments),
         Command::Runs(arguments) => runs::run(arguments),

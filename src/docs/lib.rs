@@ -85,7 +85,7 @@ topics! {
         "Thousands of scenarios: parts for several machines, continuing, an index, samples";
     finding, "finding", "finding.md", ["find"],
         "Windows of an index by a sentence: its words, and the filter language";
-    clusters, "clusters", "clusters.md", ["slurm"],
+    clusters, "clusters", "clusters.md", [],
         "Slurm job arrays, and parts of an experiment asked by several persons";
     store, "store", "store.md", ["runs", "ratings", "export", "import"],
         "Every run: nothing is paid for twice; search, export, SQL";

@@ -178,7 +178,7 @@ fn every_command_line_in_the_manual_parses() {
         for line in lines(&text) {
             let line: Vec<String> = line
                 .iter()
-                .map(|word| word.replace("$part/$SLURM_ARRAY_TASK_COUNT", "1/4"))
+                .map(|word| word.replace("$SLURM_ARRAY_TASK_ID/$SLURM_ARRAY_TASK_COUNT", "1/4"))
                 .collect();
             if let Err(error) = Arguments::try_parse_from(&line)
                 && error.use_stderr()

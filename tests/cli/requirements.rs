@@ -1,4 +1,4 @@
-//! Requirements for continuous integration: exit status, reasons, JUnit XML, annotations, and a bundle as baseline.
+//! Requirements for continuous integration: exit status, reasons, JUnit XML, and a bundle as baseline.
 
 use super::support::program::Home;
 use super::{BUNDLED, CUT_IN};
@@ -22,11 +22,9 @@ fn what_is_not_met_ends_with_status_1_and_says_why() {
         "reference/geometry: n >= 1000",
         "--junit",
         "j.xml",
-        "--github",
     ]);
     unmet.status(1).says(&[
         "not met: n >= 1000 (safety · reference/geometry): n is ",
-        "::error title=nearmiss::not met: n >= 1000",
         "1 of 2 requirements not met",
     ]);
     let junit = std::fs::read_to_string(home.files().join("j.xml")).unwrap();

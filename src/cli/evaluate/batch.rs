@@ -95,7 +95,7 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &mut BatchP
     let options = &arguments.batch;
     plan.ask_part(options.split).map_err(Failure::input)?;
     let plan = &*plan;
-    if let (Some(shard), 0) = (options.shard, plan.scenarios()) {
+    if let (Some(shard), 0, false) = (options.shard, plan.scenarios(), plan.is_stored()) {
         output::say(&format!("nearmiss: part {shard} has no scenarios"));
         return empty_part(arguments, context, plan);
     }

@@ -24,7 +24,7 @@ pub use dry_run::{DryRunDocument, make as questions_of};
 pub use listed::ListedDocument;
 pub use options::part_of_split;
 pub use running::runtime;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::doubts::doubts;
 use super::open::{found, not_opened, task};
@@ -40,7 +40,6 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::windows::WITHIN;
 use nearmiss_study::evaluation::{Candidate, Labelled, Lead};
 use nearmiss_workflow::batch::{BatchError, BuiltInAnswers, BuiltInEvent, BuiltInRequest};
-use nearmiss_workflow::experiment_among;
 use truth::{Truth, truth};
 
 /// Arguments of `evaluate`.
@@ -127,36 +126,6 @@ impl Evaluate {
             )));
         }
         Ok(ego)
-    }
-
-    /// The experiment file that is asked part by part.
-    ///
-    /// # Errors
-    /// A part that is started again would not go on, or nothing is asked.
-    pub fn in_parts(&self) -> Result<&Path, String> {
-        let options = &self.batch;
-        let asks_nothing = [
-            (options.dry_run, "--dry-run"),
-            (options.questions, "--questions"),
-            (options.leaks, "--leaks"),
-            (options.list, "--list"),
-            (options.write_experiment.is_some(), "--write-experiment"),
-        ];
-        if let Some((_, option)) = asks_nothing.iter().find(|(is_given, _)| *is_given) {
-            return Err(format!("`nearmiss evaluate …`: {option} asks nothing"));
-        }
-        if options.batch {
-            return Err(
-                "`nearmiss evaluate …`: --batch waits for the provider, not for nodes; submit it here".into(),
-            );
-        }
-        match experiment_among(&self.paths) {
-            Ok(Some(file)) => Ok(file),
-            Ok(None) => Err("`nearmiss evaluate …`: parts need an experiment file, so that each can go on: add \
-                 `--write-experiment study.toml` to write one, then run `nearmiss slurm … -- evaluate study.toml`"
-                .into()),
-            Err(why) => Err(why),
-        }
     }
 
     /// How the result is written.

@@ -171,7 +171,7 @@ pub struct Options {
 }
 
 /// Options that hold a requirement against answers.
-const NEED_ANSWERS: [&str; 4] = ["require", "baseline_bundle", "junit", "github"];
+const NEED_ANSWERS: [&str; 3] = ["require", "baseline_bundle", "junit"];
 
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

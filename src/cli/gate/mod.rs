@@ -30,9 +30,6 @@ pub struct Gate {
     /// JUnit XML file to write, replaced if it exists: a test case for each requirement and way.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Say what is not met as annotations of GitHub Actions, too.
-    #[arg(long)]
-    github: bool,
 }
 
 fn margin(text: &str) -> Result<f64, String> {
@@ -48,10 +45,7 @@ type ScoredPart = (Option<SplitPart>, Vec<Scored>);
 impl Gate {
     /// Whether anything is required.
     pub fn any(&self) -> bool {
-        !self.require.is_empty()
-            || self.baseline_bundle.is_some()
-            || self.junit.is_some()
-            || self.github
+        !self.require.is_empty() || self.baseline_bundle.is_some() || self.junit.is_some()
     }
 
     /// Whether a batch is needed.
@@ -105,9 +99,6 @@ impl Gate {
         let unmet: Vec<&Check> = checks.iter().filter(|check| !check.is_met).collect();
         for check in &unmet {
             output::say(&format!("nearmiss: {check}"));
-            if self.github {
-                output::say(&annotation(check));
-            }
         }
         match unmet.len() {
             0 => Ok(()),
@@ -207,14 +198,4 @@ pub fn both(first: Outcome, second: Outcome) -> Outcome {
         }
         (first, second) => first.and(second),
     }
-}
-
-/// A line that GitHub Actions shows beside the job.
-fn annotation(check: &Check) -> String {
-    let words = check.to_string();
-    let words = words
-        .replace('%', "%25")
-        .replace('\r', "%0D")
-        .replace('\n', "%0A");
-    format!("::error title=nearmiss::{words}")
 }

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::notes::Notes;
+use super::schema_check::departures;
 use super::trajectory::TrajectoryAnswer;
 use super::values::Object;
 use super::{AttackerChoice, CriticalObstacle, ObstacleRisk, Task, Verdict};
@@ -155,26 +156,26 @@ pub fn schema(task: Task) -> serde_json::Value {
 /// Keys that are asked for and that older answers do not have.
 const LATER: [&str; 2] = ["critical_obstacles", "probability"];
 
-/// The schema of a task, ready to check answers.
-fn validator(task: Task) -> Option<&'static jsonschema::Validator> {
-    static ALL: OnceLock<Vec<(Task, Option<jsonschema::Validator>)>> = OnceLock::new();
+/// The schema of a task, as answers are held against it.
+fn kept_schema(task: Task) -> &'static serde_json::Value {
+    static ALL: OnceLock<Vec<(Task, serde_json::Value)>> = OnceLock::new();
     let all = ALL.get_or_init(|| {
         let make = |task| {
             let mut schema = schema(task);
             if let Some(required) = schema["required"].as_array_mut() {
                 required.retain(|key| !LATER.iter().any(|later| key == later));
             }
-            (task, jsonschema::draft202012::new(&schema).ok())
+            (task, schema)
         };
         Task::ALL.map(make).into()
     });
-    let (_, validator) = all.iter().find(|(t, _)| *t == task)?;
-    validator.as_ref()
+    let found = all.iter().find(|(t, _)| *t == task);
+    found.map_or(&serde_json::Value::Null, |(_, schema)| schema)
 }
 
 /// Whether an answer keeps to the schema of its task.
 pub(super) fn is_valid(task: Task, answer: &serde_json::Value) -> bool {
-    validator(task).is_some_and(|v| v.is_valid(answer))
+    departures(kept_schema(task), answer).is_empty()
 }
 
 /// Most violations that are named.
@@ -183,22 +184,15 @@ const MOST: usize = 3;
 /// Names where an answer departs from the schema of its task.
 pub(super) fn violations(task: Task, answer: &Object, notes: &mut Notes) {
     let value = serde_json::Value::Object(answer.clone());
-    let Some(validator) = validator(task) else {
-        return;
-    };
-    for error in validator.iter_errors(&value).take(MOST) {
-        let place = error.instance_path().to_string();
-        let place = if place.is_empty() {
-            "the object"
-        } else {
-            &place
+    for (place, what) in departures(kept_schema(task), &value).into_iter().take(MOST) {
+        let place = match place.is_empty() {
+            true => "the object",
+            false => &place,
         };
-        // Without the values themselves, which may be long.
-        notes.add(format!("against the schema, {place}: {}", error.masked()));
+        notes.add(format!("against the schema, {place}: {what}"));
     }
 }
 
-/// Makes every property required, as strict structured output needs it.
 fn require_all(value: &mut serde_json::Value) {
     match value {
         serde_json::Value::Object(map) => {
@@ -250,9 +244,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_schema_can_be_checked_and_is_portable() {
+    fn every_schema_is_portable() {
         for task in Task::ALL {
-            assert!(validator(task).is_some(), "{task:?}");
             let text = schema(task).to_string();
             assert!(!text.contains("$ref") && !text.contains("oneOf"), "{text}");
         }

@@ -13,6 +13,7 @@ mod naming;
 mod notes;
 mod parse;
 mod parsed_answer;
+mod schema_check;
 mod trajectory;
 mod values;
 
