@@ -101,8 +101,8 @@
 //! effects, `tui::tasks` works them off and sends messages back, and `tui::views` draws the model without changing it.
 //! What opens over the main screen is a `tui::screens::Screen`: its state, keys, drawing and footer are one file.
 //!
-//! What must hold is told by the tests: `tests/architecture.rs` the rules above, `tests/cli.rs` the commands,
-//! `tests/terminal.rs` the workbench in a real terminal, `tests/measures.rs` and `tests/paper.rs` the numbers.
+//! What must hold is told by the tests: `tests/architecture/` the rules above, `tests/cli/` the commands,
+//! `tests/terminal/` the workbench in a real terminal, `tests/domain/` the numbers.
 //! `CONTRIBUTING.md` lists the files to touch for common changes.
 
 pub use nearmiss_ask::{llm, prompts};

@@ -155,7 +155,9 @@ fn duckdb_and_polars_read_the_parts_as_one_table() {
         .args(["-c", "import duckdb, polars"])
         .output();
     if !there.is_ok_and(|ended| ended.status.success()) {
-        println!("skipped: {python} has no duckdb and polars (NEARMISS_TABLES_PYTHON)");
+        crate::support::program::skipped(&format!(
+            "{python} has no duckdb and polars (NEARMISS_TABLES_PYTHON)"
+        ));
         return;
     }
     let home = Home::new();

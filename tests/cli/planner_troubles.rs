@@ -263,7 +263,7 @@ fn minimal() -> Option<PathBuf> {
     let mut python = Command::new("python3");
     let there = python.arg("--version").stdout(Stdio::null()).status();
     if !there.is_ok_and(|status| status.success()) {
-        eprintln!("skipped: no python3");
+        crate::support::program::skipped("no python3");
         return None;
     }
     Some(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/planners/minimal.py"))

@@ -353,7 +353,7 @@ fn python() -> Option<PathBuf> {
         .stdout(Stdio::null())
         .status();
     if !there.is_ok_and(|status| status.success()) {
-        eprintln!("skipped: no python3");
+        crate::support::program::skipped("no python3");
         return None;
     }
     Some(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/planners"))

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use super::support::program::Home;
 
-#[path = "../recordings/nuplan_file.rs"]
+#[path = "../hostile/recordings/nuplan_file.rs"]
 #[allow(dead_code, clippy::unwrap_used)]
 mod nuplan_file;
 
@@ -214,7 +214,7 @@ fn the_samples_are_what_their_files_hold() {
         ("argoverse", "argoverse2", "parquet"),
     ] {
         let Some(file) = first_file(&shared.join("data").join(below), end) else {
-            println!("skipped: no .{end} below {}", shared.display());
+            crate::support::program::skipped(&format!("no .{end} below {}", shared.display()));
             continue;
         };
         let home = Home::new();
@@ -233,14 +233,14 @@ fn the_samples_are_what_their_files_hold() {
             .arg(into)
             .output()
         else {
-            println!("skipped: no {python}; set NEARMISS_LOADERS_PYTHON");
+            crate::support::program::skipped(&format!("no {python}; set NEARMISS_LOADERS_PYTHON"));
             return;
         };
         let said = String::from_utf8_lossy(&ended.stdout).into_owned();
         match ended.status.code() {
             Some(0) => println!("{kind}: {said}"),
             // As the script says.
-            Some(3) => println!("skipped: {kind}: {said}"),
+            Some(3) => crate::support::program::skipped(&format!("{kind}: {said}")),
             _ => panic!("{kind}: {said}{}", String::from_utf8_lossy(&ended.stderr)),
         }
     }

@@ -45,7 +45,7 @@ impl Browser {
     /// Starts Chromium with a window of this size; `None`, and a word about it, where there is none.
     pub fn start(width: u32, height: u32) -> Option<Self> {
         let Some(program) = program() else {
-            println!("skipped: no Chromium on PATH ({})", NAMES.join(", "));
+            super::program::skipped(&format!("no Chromium on PATH ({})", NAMES.join(", ")));
             return None;
         };
         let folder = tempfile::tempdir().unwrap();

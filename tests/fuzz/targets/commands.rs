@@ -8,9 +8,9 @@ use clap::Parser;
 use libfuzzer_sys::fuzz_target;
 use nearmiss::{cli, tui};
 
-#[path = "../../mutated/commands.rs"]
+#[path = "../../hostile/mutated/commands.rs"]
 mod commands;
-#[path = "../../mutated/small.rs"]
+#[path = "../../hostile/mutated/small.rs"]
 #[allow(dead_code)]
 mod small;
 

@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 
-#[path = "../../recordings/one_entry.rs"]
+#[path = "../../hostile/recordings/one_entry.rs"]
 mod one_entry;
 
 fuzz_target!(|bytes: &[u8]| {

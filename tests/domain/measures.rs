@@ -1,0 +1,12 @@
+//! Measures: published values, and that no measure depends on where, which way and when a scene is.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod contacts;
+mod definitions;
+mod expected;
+mod invariance;
+mod random;
+mod scenes;
+mod severity;
+mod thresholds;
+mod transform;

@@ -1,0 +1,12 @@
+//! Trajectories that a vehicle can drive: the check itself, and the planner's drives held against it.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+#[path = "road/built.rs"]
+#[allow(dead_code)]
+mod built;
+mod drivability;
+mod driven;
+mod ends;
+mod feasibility;
+mod inputs;
+use crate::support;
