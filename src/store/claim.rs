@@ -153,14 +153,6 @@ impl Store {
         Ok(found.optional()?)
     }
 
-    /// The newest whole answer to the request with this key and sample number.
-    ///
-    /// # Errors
-    /// SQLite refused.
-    pub fn answer_with_key(&self, key: &Key, sample: u32) -> Result<Option<Run>, StoreError> {
-        answered(&self.lock(), key.as_str(), sample)
-    }
-
     /// Renews the claim on a run whose answer is arriving.
     ///
     /// # Errors

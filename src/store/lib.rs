@@ -1,6 +1,5 @@
 //! The store: every run in SQLite, chunk by chunk as it arrives; nothing is lost, nothing is asked twice.
 
-mod asked_templates;
 mod attempts;
 mod batch_record;
 mod batches;
@@ -41,7 +40,6 @@ mod unstored;
 mod verdicts;
 mod write;
 
-pub use asked_templates::{AskedTemplate, SameQuestion};
 pub use attempts::{QuestionRun, SUPERSEDED};
 pub use batch_record::Record;
 pub use batches::{Batch, BatchId, Progress};

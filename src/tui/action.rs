@@ -186,14 +186,6 @@ pub enum Action {
     PasteCopied,
     SelectAll,
     Accept,
-    CompareVersions,
-    FirstVersion,
-    SecondVersion,
-    SwapVersions,
-    ChangeVersion,
-    AskVersions,
-    OpenVersions,
-    NextChange,
     SavedViews,
     RawAnswer,
     UnfoldJson,
@@ -252,8 +244,6 @@ pub enum Scope {
     Results,
     /// On the coverage map of an index.
     Coverage,
-    /// On the screen of two versions of a prompt.
-    Versions,
     /// On the screen of an experiment.
     Experiment,
     /// In the template editor, where keys write and nothing else holds.
@@ -264,7 +254,7 @@ pub enum Scope {
 
 impl Scope {
     /// Every scope with its name in keymap files and its description.
-    pub const ALL: [(Self, &'static str, &'static str); 14] = [
+    pub const ALL: [(Self, &'static str, &'static str); 13] = [
         (Self::Global, "global", "everywhere"),
         (Self::Scenarios, "scenarios", "in the list of scenarios"),
         (Self::Map, "map", "on the map"),
@@ -275,11 +265,6 @@ impl Scope {
         (Self::Jobs, "tasks", "in the list of tasks"),
         (Self::Results, "results", "on the screen of results"),
         (Self::Coverage, "coverage", "on the coverage map"),
-        (
-            Self::Versions,
-            "versions",
-            "on the screen of two prompt versions",
-        ),
         (
             Self::Experiment,
             "experiment",
@@ -309,7 +294,6 @@ impl Scope {
                 | Self::Jobs
                 | Self::Results
                 | Self::Coverage
-                | Self::Versions
                 | Self::Experiment
                 | Self::Editor
                 | Self::Compare

@@ -32,7 +32,6 @@ mod setting_words;
 mod sizes;
 mod timeline;
 mod values;
-mod versions;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -79,7 +78,6 @@ pub use results::{COLUMNS as RESULTS_COLUMNS, ResultsDrawn, ResultsView};
 pub use sizes::{Arrangement, Border, Edge, PaneShares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
-pub use versions::{PromptVersion, VersionKind, VersionsView};
 
 use super::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope};
 use super::clock::Clock;
@@ -198,8 +196,6 @@ pub struct Model {
     pub jobs: Jobs,
     /// Results of all stored answers.
     pub results: ResultsView,
-    /// Two versions of the prompt over many scenarios.
-    pub versions: VersionsView,
     /// The experiment that is shown or asked.
     pub experiment: ExperimentView,
     /// How long the program has been running; the loop sets it.
@@ -289,7 +285,6 @@ impl Model {
             },
             jobs: Jobs::default(),
             results: ResultsView::default(),
-            versions: VersionsView::default(),
             experiment: ExperimentView::default(),
             uptime: Duration::ZERO,
             screens: Screens::default(),

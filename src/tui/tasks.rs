@@ -15,7 +15,6 @@ pub mod results;
 mod scenarios;
 mod scenes;
 mod templates;
-mod versions;
 
 use std::path::Path;
 use std::sync::Arc;

@@ -8,7 +8,6 @@
 //! - [`pack`], [`unpack`]: a batch with its answers as one file, for other machines
 //! - [`Selector`]: the scenarios that a filter of the list lets through
 //! - [`Sentence`]: words that become a filter
-//! - [`compare_versions`]: the stored answers to two versions of a prompt, scenario by scenario
 //! - [`prepare`]: the planner drives the ego of a planning problem
 //! - [`Monitor`]: a judge beside the planner, whose warnings may brake
 //! - [`VariantOrigin`]: the original of a saved variant, and [`VariantRecord`]: what its manifest says
@@ -50,7 +49,6 @@ mod truth;
 pub mod tune;
 mod variant_record;
 mod verify_variant;
-mod versions;
 mod wish;
 
 pub use answer_page::answer_page;
@@ -93,11 +91,6 @@ pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
 pub use variant_record::{VariantRecord, good_driver_words};
 pub use verify_variant::{VariantProofs, VerifiedCertificate, is_unchanged, verify_variant};
 pub use wish::{ReadWish, read_wish};
-
-pub use versions::{
-    ComparedAnswers, SideTotals, VersionChange, VersionComparison, VersionSource, VersionTotals,
-    compare_versions,
-};
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

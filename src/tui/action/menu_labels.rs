@@ -17,7 +17,6 @@ pub fn menu_label(entry: &Entry) -> &'static str {
         RereadTemplates => "reread templates",
         CloseAnswer => "remove the shown answer",
         AskMarked => "ask about many scenarios",
-        CompareVersions => "compare two prompt versions",
         ChooseTemplate => "choose a template",
         OutsideEditor => "edit in $EDITOR",
         RawAnswer => "answers as sent or rendered",

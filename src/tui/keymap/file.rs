@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::lookup::Binding;
 use super::{Chord, Keymap, Preset};
-use crate::action::{ACTIONS, Scope};
+use crate::action::{ACTIONS, Action, Scope};
 use crate::user_file::all_visible;
 use nearmiss_base::system::{TomlText, nearest, shown_value};
 use nearmiss_settings::TextFile;
@@ -48,6 +48,7 @@ impl Keymap {
         let mut map = Self::from_preset(preset(&mut file, &table));
         change(&mut file, &mut map, &table);
         give_way(&mut map);
+        map.notes.extend(skipped(&map, &table));
         for collision in collisions(&map) {
             let words = collision.words(&file);
             file.mistake(&collision.said.unwrap_or_default(), words);
@@ -112,7 +113,7 @@ fn preset(file: &mut TomlText<'_>, table: &DeTable<'_>) -> Preset {
 fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
     for (key, value) in table {
         let name = key.get_ref().as_ref();
-        if name == "preset" {
+        if name == "preset" || name == REMOVED_TABLE {
             continue;
         }
         let Some((scope, ..)) = Scope::ALL.iter().find(|(_, scope, _)| *scope == name) else {
@@ -128,6 +129,9 @@ fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
             continue;
         };
         for (id, keys) in actions {
+            if id.get_ref() == REMOVED_ACTION {
+                continue;
+            }
             let Some(place) = place(*scope, id.get_ref()) else {
                 let words = format!(
                     "unknown action `{name}.{}`{}",
@@ -142,6 +146,34 @@ fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
             map.rebind(place, keys);
         }
     }
+}
+
+/// The table and the action of the screen of two prompt versions, which is gone. Files that `nearmiss keys --print` wrote
+/// before have both: the other keys of these files go on to hold.
+const REMOVED_TABLE: &str = "versions";
+const REMOVED_ACTION: &str = "compare-versions";
+
+/// A note on the lines for the screen that is gone, where the file has some.
+fn skipped(map: &Keymap, table: &DeTable<'_>) -> Option<String> {
+    let has_action = |value: &Spanned<DeValue<'_>>| {
+        let actions = value.get_ref().as_table();
+        actions.is_some_and(|actions| actions.contains_key(REMOVED_ACTION))
+    };
+    let lines = table.iter().filter_map(|(key, value)| {
+        let name = key.get_ref();
+        match name == REMOVED_TABLE {
+            true => Some(format!("[{name}]")),
+            false => has_action(value).then(|| format!("{name}.{REMOVED_ACTION}")),
+        }
+    });
+    let lines: Vec<String> = lines.collect();
+    (!lines.is_empty()).then(|| {
+        format!(
+            "keymap.toml: the screen of prompt versions is gone, remove {}; {} has a row for each version",
+            lines.join(", "),
+            map.key_of(Action::Results)
+        )
+    })
 }
 
 /// Names of actions in earlier versions, with those of today.
@@ -264,7 +296,6 @@ pub fn collisions(map: &Keymap) -> Vec<Collision> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::action::Action;
     use crate::keymap::KeyMeaning;
 
     fn mistakes(text: &str) -> Vec<String> {
@@ -329,6 +360,22 @@ mod tests {
             assert!(mistake.starts_with(start), "{mistake}");
         }
         assert!(self::mistakes("a = \n")[0].starts_with("keymap.toml:1: "));
+    }
+
+    #[test]
+    fn keys_of_the_removed_screen_are_skipped_with_a_note() {
+        let text = "[global]\ncompare-versions = [\"space a b\"]\nplay = \"f5\"\n\
+                    [editor]\ncompare-versions = [\"alt-c\", \"f7\"]\n\
+                    [versions]\nopen-versions = [\"enter\"]\nup = [\"up\"]\n";
+        let map = Keymap::parse("keymap.toml", text).unwrap();
+        assert_eq!(map.key_of(Action::Play), "F5");
+        let note = "keymap.toml: the screen of prompt versions is gone, remove editor.compare-versions, \
+                    global.compare-versions, [versions]; Space o r has a row for each version";
+        assert_eq!(map.notes, [note]);
+        // Nor is what is wrong elsewhere in such a file passed over.
+        let wrong = mistakes(&format!("{text}[map]\nopen-versions = \"f9\"\n"));
+        assert_eq!(wrong.len(), 1, "{wrong:#?}");
+        assert!(wrong[0].contains("unknown action `map.open-versions`"));
     }
 
     #[test]

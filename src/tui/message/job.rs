@@ -7,14 +7,13 @@ use super::experiment::{
     CountedExperiment, ExperimentBatch, ExperimentNews, ExperimentQuery, ExperimentWritten,
     ItemChange, NewExperiment,
 };
-use super::runs::{Batch, BatchAnswer, ComparedVersions, Counts, VersionSide};
+use super::runs::{Batch, BatchAnswer, Counts};
 use crate::loaded::{GenerationOutcome, GenerationProgress, Opened, VariantRequest};
 use nearmiss_ask::llm::ToolLimits;
 use nearmiss_drive::planner::Forecast;
 use nearmiss_formats::Entry;
 use nearmiss_scene::corpus::CorpusIndex;
 use nearmiss_scene::scenario::Transform;
-use nearmiss_store::{Run, RunId};
 use nearmiss_study::evaluation::{Answer, Event, Question};
 
 /// Numbers the jobs; an event of one that has ended is dropped.
@@ -43,10 +42,6 @@ pub enum JobRequest {
     Generate(Box<VariantRequest>),
     /// Prepare all questions of a batch to know what they take; nothing is asked.
     Estimate(Arc<Batch>),
-    /// Look up the answers to two versions of a prompt, and what asking the others would take.
-    Versions(Arc<[VersionSide; 2]>),
-    /// Read two runs, to show them side by side.
-    Pair([RunId; 2]),
     /// Ask the questions of the batch that was estimated under the same id.
     Batch(Arc<Batch>),
     /// Read an experiment file and prepare its questions to know what they take; nothing is asked.
@@ -70,10 +65,6 @@ pub enum JobEvent {
     Generate(Update<GenerationProgress, GenerationOutcome>),
     /// The estimate of a batch, as far as known.
     Estimate(Update<Counts, Counts>),
-    /// Questions of both versions so far; then the answers.
-    Versions(Update<usize, Box<ComparedVersions>>),
-    /// The two runs; those that are gone are missing.
-    Pair(Update<(), Vec<Run>>),
     /// Asking the questions of a batch.
     Batch(Update<BatchProgress, ()>),
     /// What an experiment file says, then what it would ask.

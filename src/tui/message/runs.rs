@@ -8,10 +8,10 @@ use nearmiss_formats::Entry;
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::Task;
-use nearmiss_store::{AskedTemplate, Edge, Filter, Page, Run, RunId};
+use nearmiss_store::{Edge, Filter, Page, Run, RunId};
 use nearmiss_study::evaluation::batch::{AnswerSet, CountingChoice, Estimate, RequestSettings};
 use nearmiss_study::evaluation::{Answer, Results};
-use nearmiss_workflow::{TruthChoice, VersionComparison};
+use nearmiss_workflow::TruthChoice;
 
 /// Numbers the lists of runs that are asked for; what an old one gives is dropped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -142,24 +142,6 @@ pub struct Batch {
     pub model: String,
     /// About which scenarios.
     pub entries: Vec<Entry>,
-}
-
-/// One of two versions of a prompt that are compared.
-#[derive(Debug)]
-pub struct VersionSide {
-    /// The questions that it makes.
-    pub batch: Arc<Batch>,
-    /// The hash of its template, where its text is not known.
-    pub hash: Option<String>,
-}
-
-/// The answers to two versions of a prompt, and the versions that the model was asked with.
-#[derive(Debug)]
-pub struct ComparedVersions {
-    /// The answers.
-    pub comparison: VersionComparison,
-    /// The versions, the last one used first.
-    pub asked: Vec<AskedTemplate>,
 }
 
 /// The estimate of a batch before it is asked.

@@ -29,7 +29,6 @@ pub mod templates;
 pub mod themes;
 pub mod values;
 pub mod variant;
-pub mod versions;
 pub mod wish;
 
 use std::any::Any;

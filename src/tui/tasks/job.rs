@@ -106,8 +106,6 @@ impl Tasks {
             }
             JobRequest::Generate(request) => self.generate(id, request),
             JobRequest::Estimate(batch) => self.estimate(id, batch),
-            JobRequest::Versions(sides) => self.compare_versions(id, sides),
-            JobRequest::Pair(runs) => self.pair(id, runs),
             JobRequest::Batch(_) => self.begin(id),
             JobRequest::Experiment(query) => self.read_experiment(id, *query),
             JobRequest::ExperimentBatch(_) => self.begin_experiment(id),

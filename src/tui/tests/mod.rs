@@ -66,7 +66,6 @@ mod undo;
 mod values;
 mod variant_fixtures;
 mod variant_small;
-mod versions;
 mod views;
 mod written;
 mod written_nothing;

@@ -8,7 +8,7 @@ use super::super::session::restore;
 use super::{
     answers, batch, claims, clock, compare, editing, experiment, filter, index, jobs, jumps, list,
     making, map, obstacles, open_current, panes, planning, plot, rating, screens as on_screen,
-    second, task, timeline, versions, views,
+    second, task, timeline, views,
 };
 use nearmiss_scene::scenario::EgoSource;
 
@@ -114,9 +114,6 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         Accept if model.experiment.confirming => return experiment::run(model),
         RunExperiment | StopExperiment | ExperimentResults | EditExperiment | ExperimentText
         | ExperimentPart | RereadExperiment => return experiment::perform(model, action),
-        CompareVersions => return versions::open(model),
-        ChangeVersion | AskVersions | OpenVersions | FirstVersion | SecondVersion
-        | SwapVersions | NextChange => return versions::perform(model, action),
         CancelJob | CancelAllJobs => return jobs::perform(model, action),
         // The others open a screen, or are done by the one on top.
         _ => {}

@@ -71,11 +71,20 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
             ..batch.request.drawn(&[batch.task])
         };
     }
-    propose_batch(model, batch)
+    let batch = Arc::new(batch);
+    let id = JobId(model.new_id());
+    model.card = Some(Card {
+        id,
+        batch: Arc::clone(&batch),
+        counts: Counts::default(),
+        marked: model.marks.count(&model.list) > 0,
+    });
+    model.screens.open(BatchScreen);
+    vec![Effect::Start(id, JobRequest::Estimate(batch))]
 }
 
-/// A batch about these scenarios, asked as the workbench would ask, each about the window at its end: whichever others
-/// are asked about, the question is the same. `draft` is a template that is not saved.
+/// A batch about these scenarios, asked as the workbench would ask, each about the window at its end. `draft` is a
+/// template that is not saved.
 pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, String)>) -> Batch {
     let decided = model.decided();
     let config = &model.config;
@@ -110,20 +119,6 @@ pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, Strin
         model: model.model.clone(),
         entries,
     }
-}
-
-/// Shows what a batch would take, and begins to count it.
-pub fn propose_batch(model: &mut Model, batch: Batch) -> Vec<Effect> {
-    let batch = Arc::new(batch);
-    let id = JobId(model.new_id());
-    model.card = Some(Card {
-        id,
-        batch: Arc::clone(&batch),
-        counts: Counts::default(),
-        marked: model.marks.count(&model.list) > 0,
-    });
-    model.screens.open(BatchScreen);
-    vec![Effect::Start(id, JobRequest::Estimate(batch))]
 }
 
 /// The estimate of the batch on the card, as far as known.

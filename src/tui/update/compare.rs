@@ -28,11 +28,6 @@ pub fn open(model: &mut Model) {
         let why = model.without_ego();
         return model.say(format!("nothing to compare: {why}"));
     }
-    open_on(model, shown);
-}
-
-/// Opens the screen on these answers.
-pub fn open_on(model: &mut Model, shown: Vec<ShownAnswer>) {
     model.compare.open = true;
     model.compare.blind = None;
     model.compare.focus = 0;

@@ -6,7 +6,7 @@ use super::super::action::Action;
 use super::super::message::runs::BatchAnswer;
 use super::super::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
 use super::super::model::{Column, Job, JobKind, JobState, Model};
-use super::{answers, batch, experiment, index, making, planning, versions};
+use super::{answers, batch, experiment, index, making, planning};
 use nearmiss_ask::llm::Chunk;
 use nearmiss_ask::prompts::estimate_tokens;
 use nearmiss_base::system::shown_path;
@@ -86,11 +86,9 @@ fn started(id: JobId, request: &JobRequest, now: Duration) -> Option<Job> {
             (JobKind::Plan, title, 1)
         }
         JobRequest::Generate(request) => return Some(making::job(id, request, now)),
-        JobRequest::Estimate(_)
-        | JobRequest::Versions(_)
-        | JobRequest::Pair(_)
-        | JobRequest::Experiment(_)
-        | JobRequest::WriteExperiment(_) => return None,
+        JobRequest::Estimate(_) | JobRequest::Experiment(_) | JobRequest::WriteExperiment(_) => {
+            return None;
+        }
         JobRequest::ExperimentBatch(batch) => {
             let title = format!("experiment {}", batch.name);
             (JobKind::Batch, title, batch.questions)
@@ -152,7 +150,6 @@ pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
             stopping
         }
         None if model.card.as_ref().is_some_and(|card| card.id == id) => false,
-        None if model.versions.owns(id) => false,
         None if model.experiment.owns(id) => false,
         None => return Vec::new(),
     };
@@ -171,8 +168,6 @@ pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
         JobEvent::Experiment(update) => experiment::on_read(model, update),
         JobEvent::ExperimentWritten(update) => return experiment::written(model, update),
         JobEvent::Index(update) => index::on_update(model, id, update),
-        JobEvent::Versions(update) => return versions::found(model, update),
-        JobEvent::Pair(update) => return versions::read(model, update),
     }
     Vec::new()
 }
@@ -183,11 +178,7 @@ fn note_event(job: &mut Job, event: &JobEvent, now: Duration) {
         JobEvent::Question(update) => note_question(job, update, now),
         JobEvent::Plan(update) => planning::note(job, update, now),
         JobEvent::Generate(update) => making::note(job, update, now),
-        JobEvent::Estimate(_)
-        | JobEvent::Versions(_)
-        | JobEvent::Pair(_)
-        | JobEvent::Experiment(_)
-        | JobEvent::ExperimentWritten(_) => {}
+        JobEvent::Estimate(_) | JobEvent::Experiment(_) | JobEvent::ExperimentWritten(_) => {}
         JobEvent::Batch(update) => note_batch(job, update, now),
         JobEvent::Index(update) => index::note(job, update, now),
     }

@@ -33,7 +33,6 @@ mod second;
 mod task;
 mod timeline;
 mod values;
-mod versions;
 mod views;
 
 pub use actions::perform;
@@ -68,9 +67,6 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     settle(model);
     effects.extend(request_missing(model));
     jobs::note_requested(model, &effects);
-    let more = versions::follow(model);
-    jobs::note_requested(model, &more);
-    effects.extend(more);
     effects.extend(restore::remember(model));
     effects
 }
@@ -149,7 +145,6 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
                 }
                 timeline::arrived(model);
                 compare::arrived(model);
-                versions::arrived(model);
             }
             Vec::new()
         }

@@ -107,7 +107,7 @@ pub fn after_stored(model: &mut Model, column: Column) {
 }
 
 /// Shows an answer of the store; the same run stands there once.
-pub fn put(model: &mut Model, answer: Answer) {
+fn put(model: &mut Model, answer: Answer) {
     let run = answer.run;
     let same = |c: &Column| c.answer().and_then(|a| a.run) == run;
     model.answers.columns.retain(|column| !same(column));

@@ -9,7 +9,6 @@ use super::super::bench::{answer, no_verdict};
 use super::super::drive_fixtures::planned;
 use super::super::history_store::FIRST;
 use super::super::variant_fixtures::generated;
-use super::super::versions;
 use super::super::written::unwritten;
 use super::experiments;
 use super::world::{CLAIMS, HOSTILE};
@@ -78,14 +77,6 @@ pub fn job(id: JobId, request: JobRequest, n: usize) -> Vec<Msg> {
         JobRequest::Generate(request) => generate(*request, n),
         JobRequest::Estimate(batch) => vec![estimate(&batch, n)],
         JobRequest::Batch(batch) => ask(&batch, n),
-        JobRequest::Versions(sides) => {
-            let ended = match n % 5 {
-                0 => Err(HOSTILE.into()),
-                _ => Ok(versions::found(&sides, Some(HOSTILE), n)),
-            };
-            let all = [Update::Progress(n), Update::Ended(ended)];
-            all.into_iter().map(JobEvent::Versions).collect()
-        }
         JobRequest::Experiment(_) => experiments::read(n),
         JobRequest::ExperimentBatch(_) => experiments::ask(n),
         JobRequest::WriteExperiment(new) => vec![experiments::write(new.file, n)],
@@ -97,10 +88,6 @@ pub fn job(id: JobId, request: JobRequest, n: usize) -> Vec<Msg> {
             let all = [Update::Progress((n as u64, 100)), Update::Ended(ended)];
             all.into_iter().map(JobEvent::Index).collect()
         }
-        JobRequest::Pair(_) => vec![JobEvent::Pair(match n % 2 {
-            0 => Update::Ended(Err(HOSTILE.into())),
-            _ => Update::Ended(Ok(Vec::new())),
-        })],
     };
     events
         .into_iter()
