@@ -85,7 +85,7 @@ mod tests {
     use serde_json::json;
 
     /// Keywords that are checked, or say nothing about validity.
-    const KNOWN: [&str; 11] = [
+    const KNOWN: [&str; 12] = [
         "type",
         "enum",
         "minimum",
@@ -97,6 +97,7 @@ mod tests {
         "title",
         "description",
         "format",
+        "default",
     ];
 
     fn keywords(schema: &Value, found: &mut Vec<String>) {

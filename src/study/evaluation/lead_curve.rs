@@ -176,7 +176,7 @@ mod tests {
             .iter()
             .map(|p| (p.named.hits, p.named.of))
             .collect();
-        assert_eq!(named, [(1, 1), (0, 1), (1, 2), (0, 2)]);
+        assert_eq!(named, [(1, 1), (0, 1), (1, 1), (0, 2)]);
         let alarms: Vec<_> = curve.points.iter().map(|p| p.false_alarms).collect();
         let alarms: Vec<_> = alarms.iter().map(|s| (s.hits, s.of)).collect();
         assert_eq!(alarms, [(0, 0), (0, 0), (1, 2), (0, 0)]);
