@@ -1,5 +1,6 @@
 //! `mcp`: jobs run aside, say how long they take, and end when they are cancelled.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -9,11 +10,30 @@ use super::support::dialects::{saying, script};
 use super::support::program::Home;
 use super::support::server::Server;
 
+/// A scenario in which a search tries every motion: its only obstacle is too far behind to reach the ego.
+const FAR: &str = "Far.xml";
+
+/// A server of that scenario.
+fn start(home: &Home) -> Client {
+    let shipped = |ending: &str| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
+        std::fs::read_to_string(folder.join(format!("{CUT_IN}.{ending}"))).unwrap()
+    };
+    let text = shipped("xml");
+    let end = "</dynamicObstacle>";
+    let others = |part: &&str| !part.contains("<dynamicObstacle") || part.contains("id=\"303\"");
+    let (head, all) = text.split_at(text.find("<dynamicObstacle").unwrap());
+    let far: String = all.split_inclusive(end).filter(others).collect();
+    home.write(format!("in/{FAR}"), format!("{head}{far}"));
+    home.write("in/Far.ego_trajectory.csv", shipped("ego_trajectory.csv"));
+    Client::start(home, &["in"])
+}
+
 /// Sends a search that takes long.
 fn begin(client: &mut Client, id: &str, token: &Value) {
     client.send(
         &json!({"jsonrpc": "2.0", "id": id, "method": "tools/call", "params": {
-        "name": "generate", "arguments": {"scenario": CUT_IN, "candidates": 100_000},
+        "name": "generate", "arguments": {"scenario": FAR, "candidates": 100_000},
         "_meta": {"progressToken": token}}})
         .to_string(),
     );
@@ -43,7 +63,7 @@ fn ping(client: &mut Client) -> Vec<Value> {
 #[test]
 fn a_cancelled_job_says_no_more_and_gives_its_place_back() {
     let home = Home::new();
-    let mut client = Client::start(&home, &[]);
+    let mut client = start(&home);
     for id in ["a", "b", "c", "d"] {
         begin(&mut client, id, &json!(id));
     }
@@ -122,7 +142,7 @@ fn children(of: u32) -> Vec<u32> {
 #[test]
 fn jobs_end_with_a_server_that_is_terminated() {
     let home = Home::new();
-    let mut client = Client::start(&home, &[]);
+    let mut client = start(&home);
     begin(&mut client, "a", &json!("a"));
     assert_eq!(client.next()["params"]["progressToken"], "a");
     let jobs = children(client.child.id());
@@ -153,7 +173,7 @@ fn jobs_end_with_a_server_that_is_terminated() {
 #[test]
 fn progress_is_told_only_by_tokens_of_the_protocol() {
     let home = Home::new();
-    let mut client = Client::start(&home, &[]);
+    let mut client = start(&home);
     for (id, token) in [("a", json!(1.5)), ("b", json!({"x": 1})), ("c", json!(7))] {
         begin(&mut client, id, &token);
     }
