@@ -1,7 +1,7 @@
 //! Pictures: figures of scenes, plots and screens as SVG, PNG and GIF, without another program.
 //!
 //! What is seen of a map is worked out once, in the world's coordinates and with roles for colours: a
-//! [`scene`](crate::scene), which figures and the workbench draw. A figure is a list of things to draw, in
+//! [`scene`], which figures and the workbench draw. A figure is a list of things to draw, in
 //! points; every format is written from that list.
 
 mod animation;

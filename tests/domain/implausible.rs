@@ -3,8 +3,7 @@
 
 mod egos;
 #[allow(dead_code, reason = "shared with the tests of protobuf")]
-#[path = "protobuf/encode.rs"]
-mod encode;
+use crate::protobuf::encode;
 mod encodings;
 mod rows;
 mod valid;

@@ -1,9 +1,7 @@
 //! Trajectories that a vehicle can drive: the check itself, and the planner's drives held against it.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "road/built.rs"]
-#[allow(dead_code)]
-mod built;
+use crate::road::built;
 mod drivability;
 mod driven;
 mod ends;

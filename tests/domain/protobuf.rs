@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 #[path = "protobuf/encode.rs"]
-mod encode;
+pub mod encode;
 mod hostile;
 mod rich;
 

@@ -1,7 +1,7 @@
 //! The road as a graph: lanelets under things, lanes, routes, the drivable area, on built and on real maps.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-mod built;
+pub mod built;
 mod lanes;
 mod published;
 mod relations;

@@ -1,9 +1,7 @@
 //! What the built-in judge says about safety: built scenes, the future, and the published scenarios.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-#[path = "road/built.rs"]
-#[allow(dead_code)]
-mod built;
+use crate::road::built;
 mod future;
 mod hostile;
 mod published;

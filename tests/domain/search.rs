@@ -7,9 +7,7 @@ use std::path::{Path, PathBuf};
 use nearmiss::formats::{LibraryError, PassedOverReason, SearchResults, find};
 use tempfile::{TempDir, tempdir};
 
-#[path = "../support/program.rs"]
-#[allow(dead_code)]
-mod program;
+use crate::support::program;
 
 const ROOT: &str = "<commonRoad timeStepSize=\"0.1\" commonRoadVersion=\"2020a\">";
 

@@ -3,11 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod alike;
-#[path = "measures/random.rs"]
-mod random;
+use crate::measures::random;
 mod rich;
-#[path = "measures/scenes.rs"]
-mod scenes;
+use crate::measures::scenes;
 mod verdicts;
 
 use nearmiss::formats::bundled;

@@ -1,6 +1,6 @@
 //! Batches: a matrix of prompt configurations over many scenarios, and the results of their stored answers.
 //!
-//! [`nearmiss_workflow::batch`] asks them.
+//! `nearmiss_workflow::batch` asks them.
 
 mod agreement;
 mod answer_set;
