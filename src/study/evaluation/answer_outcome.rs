@@ -111,12 +111,15 @@ fn after_thinking(text: &str) -> &str {
         return text;
     }
     let plain = text.to_ascii_lowercase();
-    let last = |tag: &str| Some((plain.rfind(&tag.to_ascii_lowercase())?, tag.len()));
-    let ends = THINKING_TAGS.iter().filter_map(|(_, close)| last(close));
-    let said = ends.map(|(at, length)| at + length).max().unwrap_or(0);
-    let begins = THINKING_TAGS.iter().filter_map(|(open, _)| last(open));
-    let stays = begins.map(|(at, _)| at).filter(|at| *at >= said).min();
-    &text[said..stays.unwrap_or(text.len())]
+    let ends = THINKING_TAGS.iter().filter_map(|(_, close)| {
+        let tag = close.to_ascii_lowercase();
+        Some(plain.rfind(&tag)? + tag.len())
+    });
+    let said = ends.max().unwrap_or(0);
+    let begins = THINKING_TAGS.iter();
+    let begins = begins.filter_map(|(open, _)| plain[said..].find(&open.to_ascii_lowercase()));
+    let end = begins.min().map_or(text.len(), |at| said + at);
+    &text[said..end]
 }
 
 /// Adds to a verdict what the log probabilities of its tokens say. Whether they say it, or are about no verdict.
@@ -182,6 +185,7 @@ mod tests {
             ("draft</Think> yes", " yes"),
             ("first <THINK>no, yes", "first "),
             ("<think>a</think>b <scratchpad>c", "b "),
+            ("a <think>yes, <think>no", "a "),
             ("{\"a\": \"<think>\"}", "{\"a\": \"<think>\"}"),
             ("plain", "plain"),
         ] {
