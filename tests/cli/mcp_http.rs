@@ -6,7 +6,7 @@ use std::process::{Child, Stdio};
 
 use serde_json::{Value, json};
 
-use super::mcp::CUT_IN;
+use super::mcp_jobs::{FAR, write_far};
 use super::support::program::Home;
 
 const TOKEN: &str = "Bearer 0123456789abcdef";
@@ -34,10 +34,11 @@ impl Answer {
 }
 
 impl Http {
-    fn start(home: &Home) -> Self {
+    fn start(home: &Home, folders: &[&str]) -> Self {
         let mut command = home.command();
         command
             .args(["mcp", "--http", "127.0.0.1:0"])
+            .args(folders)
             .env("NEARMISS_MCP_TOKEN", "0123456789abcdef");
         let mut child = command
             .stdout(Stdio::null())
@@ -125,14 +126,15 @@ fn request(id: u64, method: &str, params: Value) -> Value {
 #[test]
 fn sessions_call_tools_and_jobs_stream_their_progress() {
     let home = Home::new();
-    let server = Http::start(&home);
+    write_far(&home);
+    let server = Http::start(&home, &["in"]);
     let session = server.begin();
     let other = server.begin();
     assert_ne!(session, other);
     let call = request(
         1,
         "tools/call",
-        json!({"name": "inspect", "arguments": {"scenario": CUT_IN}}),
+        json!({"name": "inspect", "arguments": {"scenario": FAR}}),
     );
     let answer = server.post(Some(&session), &call);
     assert_eq!(
@@ -144,7 +146,7 @@ fn sessions_call_tools_and_jobs_stream_their_progress() {
     let job = request(
         2,
         "tools/call",
-        json!({"name": "generate", "arguments": {"scenario": CUT_IN, "candidates": 100_000}, "_meta": {"progressToken": 1}}),
+        json!({"name": "generate", "arguments": {"scenario": FAR, "candidates": 100_000}, "_meta": {"progressToken": 1}}),
     );
     let streamed = std::thread::scope(|scope| {
         let job = scope.spawn(|| server.post(Some(&session), &job));
@@ -167,7 +169,7 @@ fn sessions_call_tools_and_jobs_stream_their_progress() {
     let render = request(
         3,
         "tools/call",
-        json!({"name": "render", "arguments": {"scenario": CUT_IN, "at": 5}}),
+        json!({"name": "render", "arguments": {"scenario": FAR, "at": 5}}),
     );
     assert!(
         server
@@ -187,7 +189,7 @@ fn sessions_call_tools_and_jobs_stream_their_progress() {
 #[test]
 fn who_has_no_token_or_comes_from_a_page_is_refused() {
     let home = Home::new();
-    let server = Http::start(&home);
+    let server = Http::start(&home, &[]);
     let message = request(1, "ping", json!({})).to_string();
     let good = [
         ("Authorization", TOKEN),
@@ -246,7 +248,7 @@ fn who_has_no_token_or_comes_from_a_page_is_refused() {
 #[test]
 fn connections_that_say_nothing_shut_nobody_out() {
     let home = Home::new();
-    let server = Http::start(&home);
+    let server = Http::start(&home, &[]);
     let begun = std::time::Instant::now();
     let silent: Vec<TcpStream> = (0..100)
         .map(|_| TcpStream::connect(&server.address).unwrap())

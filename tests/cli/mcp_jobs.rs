@@ -11,10 +11,10 @@ use super::support::program::Home;
 use super::support::server::Server;
 
 /// A scenario in which a search tries every motion: its only obstacle is too far behind to reach the ego.
-const FAR: &str = "Far.xml";
+pub const FAR: &str = "Far.xml";
 
-/// A server of that scenario.
-fn start(home: &Home) -> Client {
+/// Writes that scenario and its ego into the folder `in`.
+pub fn write_far(home: &Home) {
     let shipped = |ending: &str| {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
         std::fs::read_to_string(folder.join(format!("{CUT_IN}.{ending}"))).unwrap()
@@ -26,6 +26,11 @@ fn start(home: &Home) -> Client {
     let far: String = all.split_inclusive(end).filter(others).collect();
     home.write(format!("in/{FAR}"), format!("{head}{far}"));
     home.write("in/Far.ego_trajectory.csv", shipped("ego_trajectory.csv"));
+}
+
+/// A server of that scenario.
+fn start(home: &Home) -> Client {
+    write_far(home);
     Client::start(home, &["in"])
 }
 
