@@ -160,9 +160,10 @@ async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool)
                     }
                     failed = true;
                     // A network that is gone comes back; a key that is missing does not.
-                    match may_pass(&error) {
-                        true => still.push(batch),
-                        false => hopeless = true,
+                    if may_pass(&error) {
+                        still.push(batch)
+                    } else {
+                        hopeless = true
                     }
                 }
                 Err(error) => return Err(Failure::input(error)),
@@ -170,11 +171,12 @@ async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool)
         }
         wanted = still;
         if !wait || wanted.is_empty() {
-            return match failed || hopeless {
-                true => Err(Failure::finding(
+            return if failed || hopeless {
+                Err(Failure::finding(
                     "some batches could not be collected; try again",
-                )),
-                false => Ok(()),
+                ))
+            } else {
+                Ok(())
             };
         }
         tokio::time::sleep(pause).await;
@@ -201,11 +203,12 @@ async fn cancel(store: &Arc<Store>, batch: ProviderBatch) -> Outcome {
     let id = batch.id;
     let model = model(&batch, &Client::new())?;
     let asked = remote::cancel(id, &model, store).await;
-    output::say(&match asked.map_err(Failure::input)? {
-        true => format!(
+    output::say(&if asked.map_err(Failure::input)? {
+        format!(
             "batch {id}: asked the provider to stop; `nearmiss batches collect {id}` fetches the answers so far"
-        ),
-        false => format!("batch {id}: already finished"),
+        )
+    } else {
+        format!("batch {id}: already finished")
     });
     Ok(())
 }
@@ -216,12 +219,11 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
         output::say(&format!("batch {id}: already finished"));
         return Ok(());
     }
-    let done = match force {
-        true => remote::give_up_unasked(id, "given up without asking the provider", store),
-        false => {
-            let model = model(&batch, &Client::new())?;
-            remote::give_up(id, &model, store).await
-        }
+    let done = if force {
+        remote::give_up_unasked(id, "given up without asking the provider", store)
+    } else {
+        let model = model(&batch, &Client::new())?;
+        remote::give_up(id, &model, store).await
     };
     let done = done.map_err(|error| match error {
         error @ RemoteError::Provider(_) => Failure::input(format!(
@@ -236,9 +238,10 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
                 .iter()
                 .map(|batch| format!("`nearmiss evaluate --resume {batch}`"))
                 .collect();
-            let again = match again.is_empty() {
-                true => String::new(),
-                false => format!(": {}", again.join(", ")),
+            let again = if again.is_empty() {
+                String::new()
+            } else {
+                format!(": {}", again.join(", "))
             };
             format!(
                 "batch {id}: given up; {questions} questions can be asked again{again}; you may pay twice for those already answered"

@@ -157,9 +157,10 @@ fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
             spans: described.spans,
         })?;
     } else if drawn != Some(Written::Text) {
-        let heading = match named {
-            true => format!("# {}\n", output::visible(&entry.display())),
-            false => String::new(),
+        let heading = if named {
+            format!("# {}\n", output::visible(&entry.display()))
+        } else {
+            String::new()
         };
         output::text(&(heading + &described.text))?;
     }

@@ -324,12 +324,11 @@ fn table(document: &FindDocument, found: &FoundWindows) -> String {
 }
 
 fn write(arguments: &Find, document: &FindDocument, text: &str) -> Outcome {
-    let text = match arguments.json {
-        true => {
-            let document = json::Output::document(document).map_err(Failure::input)?;
-            output::json_line(&document)?
-        }
-        false => text.to_string(),
+    let text = if arguments.json {
+        let document = json::Output::document(document).map_err(Failure::input)?;
+        output::json_line(&document)?
+    } else {
+        text.to_string()
     };
     match arguments.output.file() {
         None => output::text(&text),

@@ -75,12 +75,11 @@ pub fn run(arguments: &Models) -> Outcome {
 /// Keeps the prices of a table beside the configuration file.
 fn update(source: &str, config_file: &Path) -> Outcome {
     let today = jiff::Zoned::now().date();
-    let table = match source.contains("://") {
-        true => {
-            let runtime = runtime()?;
-            runtime.block_on(PriceTable::at_address(&Client::new(), source, today))
-        }
-        false => PriceTable::in_file(Path::new(source), today),
+    let table = if source.contains("://") {
+        let runtime = runtime()?;
+        runtime.block_on(PriceTable::at_address(&Client::new(), source, today))
+    } else {
+        PriceTable::in_file(Path::new(source), today)
     };
     let file = PriceTable::file(config_file);
     let table = table.map_err(|why| Failure::input(format!("{why}; no price is changed")))?;
@@ -205,9 +204,10 @@ fn table(listed: &[ModelListing], found: &[Discovered], today: Date) -> String {
         };
         let price = model.pricing.as_ref().map(|pricing| {
             let price = &pricing.price;
-            match pricing.is_free() {
-                true => "free".to_string(),
-                false => format!("{}, {}", price.input, price.output),
+            if pricing.is_free() {
+                "free".to_string()
+            } else {
+                format!("{}, {}", price.input, price.output)
             }
         });
         let end = model.retirement.as_ref();

@@ -131,9 +131,10 @@ pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
 /// What is said of a path that does not exist and could have been meant as a command.
 fn as_command(path: &Path, message: String) -> String {
     let is_word = path.components().count() == 1 && path.extension().is_none();
-    match is_word {
-        true => message.replacen("no such file or", "no such file, command or", 1),
-        false => message,
+    if is_word {
+        message.replacen("no such file or", "no such file, command or", 1)
+    } else {
+        message
     }
 }
 

@@ -159,9 +159,10 @@ impl Page<'_> {
 /// A name as a key of the file.
 fn quoted(name: &str) -> String {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-    match name.chars().all(bare) {
-        true => name.into(),
-        false => Value::String(name.into()).to_string(),
+    if name.chars().all(bare) {
+        name.into()
+    } else {
+        Value::String(name.into()).to_string()
     }
 }
 

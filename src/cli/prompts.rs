@@ -112,9 +112,10 @@ pub fn run(arguments: &Prompts) -> Outcome {
 
 /// The file that a name means, with its text in use.
 fn known<'l>(library: &'l Library, name: &str) -> Result<(String, &'l str), Failure> {
-    let file = match name.ends_with(".md") {
-        true => name.to_string(),
-        false => format!("{name}.md"),
+    let file = if name.ends_with(".md") {
+        name.to_string()
+    } else {
+        format!("{name}.md")
     };
     match library.source(&file) {
         Some((text, _)) => Ok((file, text)),

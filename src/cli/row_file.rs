@@ -79,9 +79,10 @@ impl Labels {
 
     /// The label of a scenario.
     pub fn of(&self, name: &str, file: &str) -> String {
-        match self.shared.contains(name) && !file.is_empty() {
-            true => output::visible(file),
-            false => name.to_string(),
+        if self.shared.contains(name) && !file.is_empty() {
+            output::visible(file)
+        } else {
+            name.to_string()
         }
     }
 

@@ -239,11 +239,12 @@ fn show(store: &Store, id: RunId, json: bool, unlock: Unlock) -> Outcome {
 
 /// Refuses a run of a test split that is not complete.
 fn refuse_locked(store: &Store, id: RunId, unlock: Unlock) -> Outcome {
-    match unlock.locked(store, [id])?.has(id) {
-        true => Err(Failure::input(format!(
+    if unlock.locked(store, [id])?.has(id) {
+        Err(Failure::input(format!(
             "run {id} is of a test split that is not complete; --unlock shows it and records the look"
-        ))),
-        false => Ok(()),
+        )))
+    } else {
+        Ok(())
     }
 }
 

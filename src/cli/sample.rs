@@ -120,9 +120,10 @@ pub fn run(arguments: &Sample) -> Outcome {
             output::counted(lines.len(), "window")
         ));
     }
-    let format = match arguments.json {
-        true => Format::Json,
-        false => arguments.format,
+    let format = if arguments.json {
+        Format::Json
+    } else {
+        arguments.format
     };
     let text = match format {
         Format::Table => table(&lines),

@@ -16,8 +16,9 @@ pub fn templates(folders: &Folders) -> Result<Library, Failure> {
         output::say(&format!("nearmiss: {problem}"));
     }
     let all: Vec<String> = stop.iter().map(ToString::to_string).collect();
-    match all.is_empty() {
-        true => Ok(library),
-        false => Err(Failure::input(all.join("\n"))),
+    if all.is_empty() {
+        Ok(library)
+    } else {
+        Err(Failure::input(all.join("\n")))
     }
 }

@@ -120,11 +120,11 @@ fn theme_lines(name: Option<&str>, folder: &Path) -> Outcome {
 pub fn keys(arguments: &Keys, workbench: &Workbench) -> Outcome {
     let folders = Folders::find().map_err(Failure::input)?;
     let preset = arguments.preset.as_deref();
-    let written = match arguments.json {
-        true => (workbench.key_bindings)(&folders.keymap(), preset)
-            .map(|bindings| bindings.iter().try_for_each(output::document)),
-        false => (workbench.keys)(&folders.keymap(), preset, arguments.print)
-            .map(|text| output::text(&text)),
+    let written = if arguments.json {
+        (workbench.key_bindings)(&folders.keymap(), preset)
+            .map(|bindings| bindings.iter().try_for_each(output::document))
+    } else {
+        (workbench.keys)(&folders.keymap(), preset, arguments.print).map(|text| output::text(&text))
     };
     match written {
         Ok(outcome) => outcome,

@@ -79,9 +79,10 @@ pub fn without_terminal(paths: &[PathBuf], ego: &EgoSelection) -> Outcome {
 
 /// Why the workbench cannot open.
 fn no_screen() -> &'static str {
-    match dumb() {
-        true => "this terminal cannot move its cursor (TERM=dumb)",
-        false => "no terminal here",
+    if dumb() {
+        "this terminal cannot move its cursor (TERM=dumb)"
+    } else {
+        "no terminal here"
     }
 }
 

@@ -175,9 +175,10 @@ fn contours(c: char, bold: bool) -> Vec<Contour> {
                     // Two corners across from each other belong together where the middle is inside.
                     let across = inside[(i + 2) % 4] && back == i && !inside[(i + 3) % 4];
                     let middle = corners.iter().map(|(x, y)| value(*x, *y)).sum::<f32>() / 4.0;
-                    let to = match across && middle > INSIDE {
-                        true => edges[(i + 1) % 4],
-                        false => edges[(back + 3) % 4],
+                    let to = if across && middle > INSIDE {
+                        edges[(i + 1) % 4]
+                    } else {
+                        edges[(back + 3) % 4]
                     };
                     let from = edges[i];
                     next.entry(from).or_default().push(to);

@@ -116,14 +116,15 @@ impl Palette {
     /// colours of the paper, or of a dark one.
     #[must_use]
     pub fn themed(theme: &ThemeFile) -> Self {
-        let base = match theme.dark {
-            true => Self {
+        let base = if theme.dark {
+            Self {
                 background: Color::hex(0x15181d),
                 text: Color::hex(0xd5d8de),
                 dim: Color::hex(0x7f8794),
                 ..PAPER
-            },
-            false => PAPER,
+            }
+        } else {
+            PAPER
         };
         let or = |role: ThemeColor, otherwise: Color| match role {
             ThemeColor::Rgb(red, green, blue) => Color::rgb(red, green, blue),

@@ -190,9 +190,10 @@ fn letters(text: &Text) -> Option<(Path, f32)> {
     let size = text.size as f32;
     let mut builder = PathBuilder::new();
     let mut x = 0.0;
-    let words: Cow<'_, str> = match text.words.contains('…') && text.pitch.is_none() {
-        true => text.words.replace('…', "...").into(),
-        false => text.words.as_str().into(),
+    let words: Cow<'_, str> = if text.words.contains('…') && text.pitch.is_none() {
+        text.words.replace('…', "...").into()
+    } else {
+        text.words.as_str().into()
     };
     for c in words.chars() {
         let glyph = glyphs::glyph(c, text.bold);

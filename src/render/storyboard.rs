@@ -153,12 +153,13 @@ impl Storyboard<'_> {
         let mut steps = std::iter::once(step).chain(later.filter(|s| *s > step));
         let ego = steps.find_map(|step| self.scene.ego.track.at(step));
         let pose = ego.map_or(Pose::new(0.0, 0.0, 0.0), |motion| motion.pose);
-        match self.north_up {
-            true => Pose {
+        if self.north_up {
+            Pose {
                 heading: std::f64::consts::FRAC_PI_2,
                 ..pose
-            },
-            false => pose,
+            }
+        } else {
+            pose
         }
     }
 
@@ -320,9 +321,10 @@ fn arrow(body: &Body<'_>) -> Option<Overlay> {
         return None;
     }
     let ahead: Vector = velocity * seconds;
-    let front = match body.motion.velocity >= 0.0 {
-        true => body.point(body.along.1, 0.0),
-        false => body.point(body.along.0, 0.0),
+    let front = if body.motion.velocity >= 0.0 {
+        body.point(body.along.1, 0.0)
+    } else {
+        body.point(body.along.0, 0.0)
     };
     let tip = front + ahead;
     let along = velocity / speed;

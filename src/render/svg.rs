@@ -91,13 +91,10 @@ impl Out {
     fn words(&mut self, text: &Text) {
         let (x, y) = (number(text.at.0), number(text.at.1));
         let mut attributes = format!(r#" font-size="{}""#, number(text.size));
-        match text.upwards {
-            true => {
-                let _ = write!(attributes, r#" transform="translate({x} {y}) rotate(-90)""#);
-            }
-            false => {
-                let _ = write!(attributes, r#" x="{x}" y="{y}""#);
-            }
+        if text.upwards {
+            let _ = write!(attributes, r#" transform="translate({x} {y}) rotate(-90)""#);
+        } else {
+            let _ = write!(attributes, r#" x="{x}" y="{y}""#);
         }
         match text.anchor {
             Anchor::Start => {}
@@ -134,12 +131,13 @@ impl Out {
 pub(super) const HALO: f64 = 0.3;
 
 fn paint(what: &str, color: Color) -> String {
-    match color.opacity < 1.0 {
-        true => format!(
+    if color.opacity < 1.0 {
+        format!(
             r#"{what}="{color}" {what}-opacity="{}""#,
             number(color.opacity)
-        ),
-        false => format!(r#"{what}="{color}""#),
+        )
+    } else {
+        format!(r#"{what}="{color}""#)
     }
 }
 

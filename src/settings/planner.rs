@@ -274,12 +274,13 @@ pub(super) fn wrong(section: &Table) -> Vec<(Vec<String>, String)> {
                 }));
             }
             value => {
-                let words = match TABLES.contains(&name.as_str()) {
-                    true => Some(format!(
+                let words = if TABLES.contains(&name.as_str()) {
+                    Some(format!(
                         "planner.{name} = {}: expected a table: [planner.{name}]",
                         shown(value)
-                    )),
-                    false => wrong_value(name, value),
+                    ))
+                } else {
+                    wrong_value(name, value)
                 };
                 found.extend(words.map(|words| (vec![name.clone()], words)));
             }

@@ -50,9 +50,10 @@ impl Tags {
     /// The file is damaged (it stays as it is then) or cannot be written.
     pub fn change(path: &Path, scenario: &str, tags: Vec<String>) -> Result<Self, String> {
         let mut all = Self::read(path)?;
-        match tags.is_empty() {
-            true => drop(all.of.remove(scenario)),
-            false => drop(all.of.insert(scenario.to_string(), tags)),
+        if tags.is_empty() {
+            drop(all.of.remove(scenario))
+        } else {
+            drop(all.of.insert(scenario.to_string(), tags))
         }
         let wrong = |why: String| format!("{}: {why}", path.display());
         let text = toml::to_string(&all.of).map_err(|error| wrong(error.to_string()))?;

@@ -37,9 +37,10 @@ impl Record {
         }
         let kind: Kind = serde_json::from_str(line)?;
         if let Some(form) = kind.nearmiss_image {
-            return match form > images::FORM {
-                true => Err(RecordError::Newer(form, images::FORM)),
-                false => StoredImage::from_record(line).map(|one| Self::Image(Box::new(one))),
+            return if form > images::FORM {
+                Err(RecordError::Newer(form, images::FORM))
+            } else {
+                StoredImage::from_record(line).map(|one| Self::Image(Box::new(one)))
             };
         }
         let Some(form) = kind.nearmiss_batch.or(kind.nearmiss_question) else {

@@ -97,9 +97,10 @@ pub enum StoreError {
 
 /// What to do where the store cannot be used.
 fn advice(disk_is_full: bool) -> &'static str {
-    match disk_is_full {
-        true => "free some space, or set NEARMISS_DATA to a folder on another disk",
-        false => "move it away, or set NEARMISS_DATA to another folder",
+    if disk_is_full {
+        "free some space, or set NEARMISS_DATA to a folder on another disk"
+    } else {
+        "move it away, or set NEARMISS_DATA to another folder"
     }
 }
 

@@ -64,9 +64,12 @@ impl Log {
             drop(state);
             let done = File::options().write(true).open(&self.file);
             let done = done.and_then(|file| file.sync_data());
-            let done = done.and_then(|()| match named {
-                true => Ok(()),
-                false => sync_folder(&self.file),
+            let done = done.and_then(|()| {
+                if named {
+                    Ok(())
+                } else {
+                    sync_folder(&self.file)
+                }
             });
             state = self.lock();
             state.busy = false;

@@ -60,15 +60,16 @@ impl StoredImage {
             .map_err(|_| RecordError::Image)?;
         let digest = Sha256::digest(&bytes);
         let sha256: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        match sha256 == line.sha256 {
-            true => Ok(Self {
+        if sha256 == line.sha256 {
+            Ok(Self {
                 sha256,
                 media_type: line.media_type,
                 width: line.width,
                 height: line.height,
                 bytes: bytes.into(),
-            }),
-            false => Err(RecordError::Image),
+            })
+        } else {
+            Err(RecordError::Image)
         }
     }
 }

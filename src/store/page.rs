@@ -79,12 +79,13 @@ impl Store {
             // The index of words gives its rows by number. By time it would have to look at every match first.
             by_words,
         } = filter.condition(|word| self.models_with(&connection, word))?;
-        let (place, order) = match by_words {
-            true => ("runs_text.rowid", ["runs_text.rowid"].as_slice()),
-            false => (
+        let (place, order) = if by_words {
+            ("runs_text.rowid", ["runs_text.rowid"].as_slice())
+        } else {
+            (
                 "(created_ms, runs.id)",
                 ["created_ms", "runs.id"].as_slice(),
-            ),
+            )
         };
         let (cursor, sign, older) = match edge {
             Edge::Newest => (None, "", true),

@@ -174,9 +174,10 @@ impl Run {
             Origin::Recorded => own.is_none(),
             _ => own == run.key,
         };
-        match fits && has_key == run.key.is_some() {
-            true => Ok(run),
-            false => Err(RecordError::Key),
+        if fits && has_key == run.key.is_some() {
+            Ok(run)
+        } else {
+            Err(RecordError::Key)
         }
     }
 }

@@ -43,9 +43,10 @@ impl<'a> RecordIntake<'a> {
             Record::Run(run) => {
                 self.runs.push(*run);
                 self.bytes += bytes;
-                match self.runs.len() >= PART.0 || self.bytes >= PART.1 {
-                    true => self.add(),
-                    false => Ok(()),
+                if self.runs.len() >= PART.0 || self.bytes >= PART.1 {
+                    self.add()
+                } else {
+                    Ok(())
                 }
             }
         }

@@ -76,9 +76,10 @@ impl Store {
             if changed == 1 {
                 return Ok(());
             }
-            Err(match is_known(transaction, run)? {
-                true => StoreError::Pinned(run),
-                false => StoreError::NoRun(run),
+            Err(if is_known(transaction, run)? {
+                StoreError::Pinned(run)
+            } else {
+                StoreError::NoRun(run)
             })
         })
     }

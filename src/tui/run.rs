@@ -173,9 +173,10 @@ impl Loop {
         for effect in update(&mut self.model, Msg::Terminate) {
             self.tasks.perform(effect);
         }
-        match terminal::is_gone(&error) {
-            true => Ok(()),
-            false => Err(error),
+        if terminal::is_gone(&error) {
+            Ok(())
+        } else {
+            Err(error)
         }
     }
 

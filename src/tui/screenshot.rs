@@ -107,10 +107,7 @@ pub fn paint(model: &Model) -> Result<Screen, String> {
     let drawn = terminal.draw(|frame| views::draw(frame, model));
     model.drawn.draw_for_picture(false);
     drawn.map_err(|e| e.to_string())?;
-    let palette = match model.theme.dark {
-        true => "dark",
-        false => "light",
-    };
+    let palette = if model.theme.dark { "dark" } else { "light" };
     let mut palette = Palette::named(palette, std::path::Path::new(""))?;
     palette.background = ink(model.theme.background).unwrap_or(palette.background);
     Ok(cells(terminal.backend().buffer(), &palette))

@@ -65,9 +65,10 @@ pub fn answer_page(
             run.origin == Origin::Recorded,
         );
         for hash in run.question.image_hashes() {
-            let found = match page.knows_sent(&hash) {
-                true => None,
-                false => store.image(&hash)?,
+            let found = if page.knows_sent(&hash) {
+                None
+            } else {
+                store.image(&hash)?
             };
             page.add_sent(place, &hash, found.as_ref());
         }

@@ -18,9 +18,10 @@ use nearmiss_store::{Origin, StoredVerdict};
 pub fn index_parts(folder: &Path) -> Result<Vec<PathBuf>, IndexError> {
     let parts = part_files(folder);
     // Before its first part is there, an index is one all the same.
-    match is_being_written(folder) {
-        true => Err(IndexError::BeingWritten(folder.to_path_buf())),
-        false => parts,
+    if is_being_written(folder) {
+        Err(IndexError::BeingWritten(folder.to_path_buf()))
+    } else {
+        parts
     }
 }
 
@@ -52,9 +53,10 @@ pub fn read_index(
     let asked = AskedWindows::of(answers);
     let mut progress = |rows, all| {
         on_rows(rows, all);
-        match cancel.is_asked() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        if cancel.is_asked() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
         }
     };
     CorpusIndex::read(

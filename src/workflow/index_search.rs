@@ -159,9 +159,10 @@ pub fn search_index(
                 windows: 1,
                 asked: 0,
                 example: WindowPlace {
-                    ego: match recorded {
-                        true => WindowEgo::Recorded,
-                        false => WindowEgo::Obstacle(ego_id),
+                    ego: if recorded {
+                        WindowEgo::Recorded
+                    } else {
+                        WindowEgo::Obstacle(ego_id)
                     },
                     ego_id,
                     obstacle: row.integer(2),
@@ -176,9 +177,10 @@ pub fn search_index(
                 on_rows(rows);
             }
             // A row may have a scenario read.
-            Ok(match cancel.is_asked() {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
+            Ok(if cancel.is_asked() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
             })
         })?;
         if done.is_break() {

@@ -41,8 +41,9 @@ fn worst_windows(recording: &LongRecording) -> Vec<String> {
         Thresholds::shipped(),
     );
     let windows = recording.windows(moments.iter().map(|m| (m.ego, m.moment.step)));
-    match windows.is_empty() {
-        true => recording.beginnings(),
-        false => windows,
+    if windows.is_empty() {
+        recording.beginnings()
+    } else {
+        windows
     }
 }

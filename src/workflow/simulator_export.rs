@@ -47,9 +47,12 @@ pub fn export_to_simulator(
     cancel: &Cancel,
 ) -> Result<Option<(Arc<Scenario>, Exported)>, String> {
     let entry = request.entry;
-    let named = |error: String| match error.starts_with(&entry.display()) {
-        true => error,
-        false => format!("{}: {error}", entry.display()),
+    let named = |error: String| {
+        if error.starts_with(&entry.display()) {
+            error
+        } else {
+            format!("{}: {error}", entry.display())
+        }
     };
     let selection = match request.ego {
         SimulatedEgo::Follows(selection) => selection,

@@ -91,9 +91,10 @@ pub fn batch_labels(store: &Store) -> Result<BatchLabels, StoreError> {
         .collect();
     let mut labels = BatchLabels::default();
     for one in store.truths()? {
-        let label = match one.collides {
-            true => Label::Collision(one.obstacle),
-            false => Label::Safe,
+        let label = if one.collides {
+            Label::Collision(one.obstacle)
+        } else {
+            Label::Safe
         };
         let batch = one.batch.to_string();
         let source = sources.get(&batch);
@@ -131,9 +132,10 @@ impl TruthSearch<'_> {
         let layout = self.layout();
         let labelled =
             !layout.is_empty() || self.outcomes.iter().any(|one| told.contains_key(&one.run));
-        let mut choices = match labelled {
-            true => vec![Usual, Labels, Recorded],
-            false => vec![Usual, Recorded, Judge],
+        let mut choices = if labelled {
+            vec![Usual, Labels, Recorded]
+        } else {
+            vec![Usual, Recorded, Judge]
         };
         choices.extend([RiskConvention::Exact, RiskConvention::Paper].map(Score));
         let mut truth = Truth {
@@ -200,15 +202,16 @@ impl TruthSearch<'_> {
         let found: Vec<_> = wanted
             .into_par_iter()
             .flat_map_iter(|(files, asked)| {
-                let found = match stop.load(Ordering::Relaxed) {
-                    true => Vec::new(),
-                    false => match choice {
+                let found = if stop.load(Ordering::Relaxed) {
+                    Vec::new()
+                } else {
+                    match choice {
                         TruthChoice::Judge => self.verdicts(&files, &asked),
                         TruthChoice::Score(convention) => {
                             self.scores(convention, &files, &asked, known)
                         }
                         _ => self.recorded(&files, &asked),
-                    },
+                    }
                 };
                 on_progress(done.fetch_add(1, Ordering::Relaxed) + 1, of);
                 found

@@ -123,8 +123,9 @@ pub fn is_unchanged(path: &Path, hash: &str) -> Result<(), String> {
     let named = |words: &str| format!("{}: {words}", path.display());
     let bytes = system::read_file(path, system::LARGEST);
     let bytes = bytes.map_err(|e| named(&system::words(&e)))?;
-    match ContentHash::digest(&bytes).to_string() == hash {
-        true => Ok(()),
-        false => Err(named("it was changed after generation")),
+    if ContentHash::digest(&bytes).to_string() == hash {
+        Ok(())
+    } else {
+        Err(named("it was changed after generation"))
     }
 }

@@ -20,9 +20,10 @@ fn said(request: &Recorded) -> String {
         sum.wrapping_mul(31).wrapping_add(u32::from(*byte))
     });
     let yes = sum.count_ones() % 2 == 0;
-    let key = match String::from_utf8_lossy(&request.body).contains("safety_critical") {
-        true => "safety_critical",
-        false => "collision",
+    let key = if String::from_utf8_lossy(&request.body).contains("safety_critical") {
+        "safety_critical"
+    } else {
+        "collision"
     };
     json!({ key: yes, "obstacles": [], "justification": format!("answer {sum}.") }).to_string()
 }

@@ -25,9 +25,10 @@ const HARD_BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
 /// Says yes to the first question and no to all others.
 async fn yes_first() -> Server {
     Server::answering(|number, request| {
-        let key = match String::from_utf8_lossy(&request.body).contains("safety_critical") {
-            true => "safety_critical",
-            false => "collision",
+        let key = if String::from_utf8_lossy(&request.body).contains("safety_critical") {
+            "safety_critical"
+        } else {
+            "collision"
         };
         let yes = number == 0;
         let text = format!(r#"{{"{key}": {yes}, "obstacles": [], "justification": "so"}}"#);

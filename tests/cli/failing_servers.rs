@@ -119,9 +119,10 @@ async fn a_server_that_refuses_bounds_gets_the_schema_without_and_one_that_refus
     ] {
         let server = Server::answering(move |_, request| {
             let has = String::from_utf8_lossy(&request.body).contains(refused);
-            Some(match has {
-                true => Script::json(400, r#"{"error": {"message": "unsupported json_schema"}}"#),
-                false => telling(SAYS),
+            Some(if has {
+                Script::json(400, r#"{"error": {"message": "unsupported json_schema"}}"#)
+            } else {
+                telling(SAYS)
             })
         });
         let server = server.await;
@@ -176,9 +177,10 @@ async fn a_model_that_is_refused_is_asked_once_and_the_others_of_its_server_go_o
         (403, "after 5 questions in a row", 5),
     ] {
         let server = Server::answering(move |_, request| {
-            Some(match request.json()["model"] == "bad" {
-                true => Script::json(status, r#"{"error": {"message": "not you"}}"#),
-                false => telling(SAYS),
+            Some(if request.json()["model"] == "bad" {
+                Script::json(status, r#"{"error": {"message": "not you"}}"#)
+            } else {
+                telling(SAYS)
             })
         })
         .await;

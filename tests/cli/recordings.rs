@@ -252,8 +252,11 @@ fn first_file(folder: &Path, end: &str) -> Option<PathBuf> {
         .map(|f| f.path())
         .collect();
     paths.sort();
-    paths.into_iter().find_map(|path| match path.is_dir() {
-        true => first_file(&path, end),
-        false => path.extension().is_some_and(|e| e == end).then_some(path),
+    paths.into_iter().find_map(|path| {
+        if path.is_dir() {
+            first_file(&path, end)
+        } else {
+            path.extension().is_some_and(|e| e == end).then_some(path)
+        }
     })
 }

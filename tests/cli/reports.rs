@@ -19,9 +19,10 @@ fn run(home: &Home, arguments: &[&str]) -> Ended {
 pub async fn half_of_them() -> Server {
     let said = |request: &Recorded| {
         let sum: u32 = request.body.iter().map(|byte| u32::from(*byte)).sum();
-        let key = match String::from_utf8_lossy(&request.body).contains("safety_critical") {
-            true => "safety_critical",
-            false => "collision",
+        let key = if String::from_utf8_lossy(&request.body).contains("safety_critical") {
+            "safety_critical"
+        } else {
+            "collision"
         };
         json!({ key: sum.is_multiple_of(2), "obstacles": [], "justification": "so" }).to_string()
     };

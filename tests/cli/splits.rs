@@ -156,9 +156,10 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
     let is_broken = std::sync::Arc::clone(&broken);
     let server = Server::answering(move |number, _| {
         let fails = number >= 3 && is_broken.load(std::sync::atomic::Ordering::SeqCst);
-        Some(match fails {
-            true => Script::json(400, "{\"error\":{\"message\":\"no\"}}"),
-            false => telling(SAYS),
+        Some(if fails {
+            Script::json(400, "{\"error\":{\"message\":\"no\"}}")
+        } else {
+            telling(SAYS)
         })
     })
     .await;

@@ -250,9 +250,10 @@ async fn with_and_without_tools_are_an_axis() {
     let server = Server::answering(move |_, request: &Recorded| {
         let body = request.json();
         let had = body.to_string().contains("tool_call_id");
-        Some(script(dialect).send(match may_call(&body) && !had {
-            true => calling(dialect, &[("c", "list_obstacles", "{}")]),
-            false => saying(dialect, VERDICT),
+        Some(script(dialect).send(if may_call(&body) && !had {
+            calling(dialect, &[("c", "list_obstacles", "{}")])
+        } else {
+            saying(dialect, VERDICT)
         }))
     })
     .await;
@@ -305,9 +306,10 @@ async fn with_and_without_tools_are_an_axis() {
 async fn models_whose_chat_refuses_tools_are_asked_by_responses() {
     let home = Home::new();
     let server = Server::answering(|number, request: &Recorded| {
-        let dialect = match request.path.ends_with("/responses") {
-            true => Dialect::OpenAiResponses,
-            false => Dialect::OpenAiChat,
+        let dialect = if request.path.ends_with("/responses") {
+            Dialect::OpenAiResponses
+        } else {
+            Dialect::OpenAiChat
         };
         let calls = [("call_a", "list_obstacles", "{}")];
         let body = match number {

@@ -48,11 +48,10 @@ fn home(url: &str) -> Home {
             0 => "ZAM_HardBraking-1_1_T-1",
             _ => "ZAM_CutIn-1_1_T-1",
         };
-        let text = match is_test(number) {
-            true => "<?xml version=\"1.0\"?><commonRoad commonRoadVersion=\"2020a\" broken".into(),
-            false => {
-                bundled_xml(of).replace("Obstacle id=\"3", &format!("Obstacle id=\"{number}3"))
-            }
+        let text = if is_test(number) {
+            "<?xml version=\"1.0\"?><commonRoad commonRoadVersion=\"2020a\" broken".into()
+        } else {
+            bundled_xml(of).replace("Obstacle id=\"3", &format!("Obstacle id=\"{number}3"))
         };
         let file = format!("s/{}", name(number));
         home.write(format!("{file}.xml"), text);
@@ -188,9 +187,10 @@ fn id(user: &str) -> usize {
 }
 
 fn played(request: &Recorded, takes_hints: bool) -> Option<Script> {
-    Some(match is_reflection(request) {
-        true => proposed(request),
-        false => judged(request, takes_hints),
+    Some(if is_reflection(request) {
+        proposed(request)
+    } else {
+        judged(request, takes_hints)
     })
 }
 
@@ -453,9 +453,10 @@ async fn a_server_that_refuses_ends_a_tune_which_goes_on_later() {
     let refuses = Arc::new(AtomicBool::new(true));
     let is_refusing = Arc::clone(&refuses);
     let server = Server::answering(move |_, request| {
-        match is_reflection(request) && is_refusing.load(Ordering::SeqCst) {
-            true => Some(Script::json(401, "{\"error\":{\"message\":\"no key\"}}")),
-            false => played(request, true),
+        if is_reflection(request) && is_refusing.load(Ordering::SeqCst) {
+            Some(Script::json(401, "{\"error\":{\"message\":\"no key\"}}"))
+        } else {
+            played(request, true)
         }
     })
     .await;

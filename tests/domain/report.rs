@@ -76,9 +76,10 @@ fn the_papers_recorded_answers_are_counted_as_expected() {
         let collision = name.starts_with("collision");
         let yes = wanted["flagged"];
         let no = wanted["parsed"] - yes;
-        let counts = match collision {
-            true => [yes, 0, no, 0],
-            false => [0, yes, 0, no],
+        let counts = if collision {
+            [yes, 0, no, 0]
+        } else {
+            [0, yes, 0, no]
         };
         let unparsed = wanted["answers"] - wanted["parsed"];
         let keys = ["tp", "fp", "fn", "tn", "unparsed"];

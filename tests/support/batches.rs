@@ -282,9 +282,10 @@ impl World {
             return reply(200, lines);
         };
         let part: String = lines.split_inclusive('\n').take(kept).collect();
-        let length = match told {
-            true => format!("Content-Length: {}\r\n", lines.len()),
-            false => String::new(),
+        let length = if told {
+            format!("Content-Length: {}\r\n", lines.len())
+        } else {
+            String::new()
         };
         format!("HTTP/1.1 200 X\r\n{length}Connection: close\r\n\r\n{part}").into_bytes()
     }

@@ -286,13 +286,12 @@ async fn a_cancelled_or_expired_batch_gives_what_it_has() {
                     Dialect::Gemini => state == "cancelled",
                     _ => fate == Fate::Cancelled,
                 };
-                match cancelled {
-                    true => assert_eq!(run.ending.state, RunState::Cancelled),
-                    false => {
-                        assert_eq!(run.ending.state, RunState::Failed);
-                        let error = run.ending.error.as_deref().unwrap();
-                        assert!(error.contains("expired"), "{error}");
-                    }
+                if cancelled {
+                    assert_eq!(run.ending.state, RunState::Cancelled)
+                } else {
+                    assert_eq!(run.ending.state, RunState::Failed);
+                    let error = run.ending.error.as_deref().unwrap();
+                    assert!(error.contains("expired"), "{error}");
                 }
             }
             // What has no answer can be asked again.

@@ -135,10 +135,7 @@ fn builder(connect: Duration, direct: bool) -> reqwest::ClientBuilder {
         .user_agent(concat!("nearmiss/", env!("CARGO_PKG_VERSION")))
         .connect_timeout(connect)
         .redirect(reqwest::redirect::Policy::none());
-    match direct {
-        true => builder.no_proxy(),
-        false => builder,
-    }
+    if direct { builder.no_proxy() } else { builder }
 }
 
 // Written by hand because reqwest's own would print proxies, which may hold passwords.

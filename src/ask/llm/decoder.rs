@@ -145,11 +145,12 @@ impl Decoder {
     }
 
     fn bounded(&self, document: &str) -> Result<(), Error> {
-        match is_bounded(document.as_bytes(), MOST_VALUES) {
-            true => Ok(()),
-            false => Err(self
+        if is_bounded(document.as_bytes(), MOST_VALUES) {
+            Ok(())
+        } else {
+            Err(self
                 .answer
-                .malformed(format!("a document of more than {MOST_VALUES} values"))),
+                .malformed(format!("a document of more than {MOST_VALUES} values")))
         }
     }
 }

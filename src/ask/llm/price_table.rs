@@ -81,9 +81,10 @@ impl PriceTable {
             providers,
             left_out,
         };
-        match table.to_toml().len() as u64 > system::LARGEST_TEXT {
-            true => Err("more prices than a file of 1 MiB holds".into()),
-            false => Ok(table),
+        if table.to_toml().len() as u64 > system::LARGEST_TEXT {
+            Err("more prices than a file of 1 MiB holds".into())
+        } else {
+            Ok(table)
         }
     }
 

@@ -90,9 +90,10 @@ pub async fn reach(
                 return reached(place, is_here, Reachability::NotAsked);
             }
             // A proxy has no business with this machine.
-            let (client, patience) = match is_here {
-                true => (client_here, HERE),
-                false => (client_elsewhere, ELSEWHERE),
+            let (client, patience) = if is_here {
+                (client_here, HERE)
+            } else {
+                (client_elsewhere, ELSEWHERE)
             };
             let reach = match list(&client, &endpoint, patience).await {
                 Ok(served) => Reachability::Serves(served.names.len()),

@@ -197,9 +197,10 @@ impl Provider {
             ..Endpoint::new(name, dialect.protocol().base_url(&url))
         };
         // All servers that people run themselves take a form of the answer; small models give none without.
-        let usual = match endpoint.is_here() {
-            true => ResponseFormat::JsonSchema,
-            false => ResponseFormat::Off,
+        let usual = if endpoint.is_here() {
+            ResponseFormat::JsonSchema
+        } else {
+            ResponseFormat::Off
         };
         endpoint.response_format = format.or(self.response_format).unwrap_or(usual);
         // A server here that wants a key may forward to one that is paid.

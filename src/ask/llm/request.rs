@@ -65,9 +65,10 @@ pub struct Schema {
 impl Schema {
     /// The document as it is sent.
     pub(super) fn sent(&self) -> serde_json::Value {
-        match self.is_bounded {
-            true => bounded(&self.schema),
-            false => portable(&self.schema),
+        if self.is_bounded {
+            bounded(&self.schema)
+        } else {
+            portable(&self.schema)
         }
     }
 }

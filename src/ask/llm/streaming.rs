@@ -293,9 +293,10 @@ impl StreamingRequest {
             let schema = self.request.schema.as_ref();
             let is_bounded = self.endpoint.response_format == ResponseFormat::JsonSchema
                 && schema.is_some_and(|schema| schema.is_bounded);
-            return Some(match is_bounded {
-                true => Dispensable::Bounds,
-                false => Dispensable::Form,
+            return Some(if is_bounded {
+                Dispensable::Bounds
+            } else {
+                Dispensable::Form
             });
         }
         let has_options = self.endpoint.quirks.stream_options;

@@ -90,9 +90,10 @@ impl ToolTurn {
         let echo = self.echo.into_iter().filter_map(|part| {
             let text = part.to_string();
             let cleared = clear(text.clone());
-            match cleared == text {
-                true => Some(part),
-                false => serde_json::from_str(&cleared).ok(),
+            if cleared == text {
+                Some(part)
+            } else {
+                serde_json::from_str(&cleared).ok()
             }
         });
         Self {

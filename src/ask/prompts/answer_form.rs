@@ -58,9 +58,10 @@ fn form(schema: &Value, depth: usize) -> String {
         Some(types) if !types.is_empty() => {
             let words = types.iter().filter(|t| **t != "null");
             let words: Vec<String> = words.map(|t| word(t, schema)).collect();
-            match words.is_empty() {
-                true => "null".into(),
-                false => or_null(schema, format!("<{}>", words.join(" or "))),
+            if words.is_empty() {
+                "null".into()
+            } else {
+                or_null(schema, format!("<{}>", words.join(" or ")))
             }
         }
         _ => schema.to_string(),

@@ -65,9 +65,10 @@ fn half_plane(ring: &[Point], axis: usize, edge: f64, sign: f64) -> Vec<Point> {
     for (a, b) in before.zip(ring) {
         if holds(a) != holds(b) {
             // From the nearer end, to lose few digits.
-            let (near, far) = match (a[axis] - edge).abs() < (b[axis] - edge).abs() {
-                true => (a, b),
-                false => (b, a),
+            let (near, far) = if (a[axis] - edge).abs() < (b[axis] - edge).abs() {
+                (a, b)
+            } else {
+                (b, a)
             };
             let mut cut = near + (far - near) * ((edge - near[axis]) / (far[axis] - near[axis]));
             cut[axis] = edge;

@@ -53,12 +53,13 @@ impl<'a> Way<'a> {
     pub fn at(&self, share: f64) -> Placed<'a> {
         let near = if share < 0.5 { &self.from } else { &self.to };
         let pose = self.from.pose.towards(&self.to.pose, share);
-        near.footprint.at(match self.flips() {
-            true => Pose {
+        near.footprint.at(if self.flips() {
+            Pose {
                 heading: near.pose.heading,
                 ..pose
-            },
-            false => pose,
+            }
+        } else {
+            pose
         })
     }
 
@@ -112,9 +113,10 @@ impl<'a> Way<'a> {
         let between = other.from.pose.position - self.from.pose.position;
         let moved = other.moved() - self.moved();
         let length = moved.norm_squared();
-        let share = match length > 0.0 {
-            true => (-between.dot(&moved) / length).clamp(0.0, 1.0),
-            false => 0.0,
+        let share = if length > 0.0 {
+            (-between.dot(&moved) / length).clamp(0.0, 1.0)
+        } else {
+            0.0
         };
         (between + moved * share).norm() <= self.reach() + other.reach()
     }
@@ -147,16 +149,18 @@ struct Gap {
 
 impl<'a> Pair<'a> {
     fn of(a: &Way<'a>, b: &Way<'a>) -> Vec<Self> {
-        let halves: &[(f64, f64)] = match a.changes() || b.changes() {
-            true => &[(0.0, 0.5), (0.5, 1.0)],
-            false => &[(0.0, 1.0)],
+        let halves: &[(f64, f64)] = if a.changes() || b.changes() {
+            &[(0.0, 0.5), (0.5, 1.0)]
+        } else {
+            &[(0.0, 1.0)]
         };
         let origin = a.from.pose.position.coords;
         let stretch = |&(from, to): &(f64, f64)| {
             let start = [a, b].map(|way| {
-                let heading = match way.flips() {
-                    true => way.at(from).pose.heading,
-                    false => way.from.pose.heading,
+                let heading = if way.flips() {
+                    way.at(from).pose.heading
+                } else {
+                    way.from.pose.heading
                 };
                 let position = way.from.pose.position - origin;
                 Pose { position, heading }
@@ -281,9 +285,10 @@ impl<'a> Pair<'a> {
 impl Gap {
     /// For this share of the way from here on, the two are apart.
     fn free(&self) -> f64 {
-        match self.slope.0 < 0.0 {
-            true => self.metres / -self.slope.0,
-            false => f64::INFINITY,
+        if self.slope.0 < 0.0 {
+            self.metres / -self.slope.0
+        } else {
+            f64::INFINITY
         }
     }
 }

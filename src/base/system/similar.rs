@@ -19,9 +19,10 @@ pub fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
         let name = name.to_lowercase();
         let contained = wanted.chars().count() >= SHORTEST && name.contains(&wanted);
         let alike = strsim::jaro_winkler(&wanted, &name);
-        match contained {
-            true => alike.max(CONTAINED),
-            false => alike,
+        if contained {
+            alike.max(CONTAINED)
+        } else {
+            alike
         }
     };
     let mut found: Vec<(f64, &str)> = known

@@ -87,9 +87,10 @@ impl PartialFile {
             }
             Written::Unnamed(file) => file,
         };
-        let linked = match overwrite {
-            false => link(&file, target),
-            true => link_over(&file, &self.prefix, target),
+        let linked = if overwrite {
+            link_over(&file, &self.prefix, target)
+        } else {
+            link(&file, target)
         };
         match linked {
             // There is no /proc, or the file system knows no links.
@@ -116,9 +117,10 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 fn persist(file: NamedTempFile, target: &Path, overwrite: bool) -> Result<()> {
-    let persisted = match overwrite {
-        true => file.persist(target),
-        false => file.persist_noclobber(target),
+    let persisted = if overwrite {
+        file.persist(target)
+    } else {
+        file.persist_noclobber(target)
     };
     persisted.map(drop).map_err(|error| error.error)
 }

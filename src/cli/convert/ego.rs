@@ -27,9 +27,10 @@ pub fn recording(entry: &Entry, scenario: &Scenario) -> Result<Option<Vec<u8>>, 
     if is_usual && let Some(bytes) = as_it_is(entry, scenario, &ego) {
         return Ok(Some(bytes));
     }
-    let written = match is_usual {
-        true => write_recording(ego.id, &ego.track),
-        false => write_sized_recording(ego.id, &ego.track, size),
+    let written = if is_usual {
+        write_recording(ego.id, &ego.track)
+    } else {
+        write_sized_recording(ego.id, &ego.track, size)
     };
     // Writing goes to memory.
     Ok(written.ok())

@@ -70,16 +70,18 @@ pub fn run(arguments: &Convert) -> Outcome {
             if for_simulators { "xosc" } else { "xml" }
         )));
     }
-    let settings = match for_simulators {
-        true => format!("openscenario {}", arguments.simulator.settings()),
-        false => format!("schema {}", arguments.schema),
+    let settings = if for_simulators {
+        format!("openscenario {}", arguments.simulator.settings())
+    } else {
+        format!("schema {}", arguments.schema)
     };
     let finished = arguments
         .many
         .finished_files("convert", folder, (settings, BTreeMap::new()))?;
-    let ego = match for_simulators {
-        true => Some(arguments.simulator.ego(&entries)?),
-        false => None,
+    let ego = if for_simulators {
+        Some(arguments.simulator.ego(&entries)?)
+    } else {
+        None
     };
     // Before anything is written, so that no file is left half written.
     let stop = interrupted(true);

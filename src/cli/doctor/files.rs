@@ -20,11 +20,10 @@ pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {
         .map(|mistake| Finding::problem("config", mistake, todo))
         .collect();
     if said.is_empty() {
-        let words = match path.exists() {
-            true => {
-                format!("{shown} is valid; `nearmiss --print-config` shows the values in force")
-            }
-            false => format!("defaults (no {shown})"),
+        let words = if path.exists() {
+            format!("{shown} is valid; `nearmiss --print-config` shows the values in force")
+        } else {
+            format!("defaults (no {shown})")
         };
         said.push(Finding::ok("config", words));
     }
@@ -90,9 +89,10 @@ pub fn look(folders: &Folders, config: &Config, workbench: &Workbench) -> Vec<Fi
 }
 
 fn own_or_shipped(area: &'static str, path: &Path, shipped: &str) -> Finding {
-    match path.exists() {
-        true => Finding::ok(area, format!("{} is valid", path.display())),
-        false => Finding::ok(area, format!("{shipped} (no {})", path.display())),
+    if path.exists() {
+        Finding::ok(area, format!("{} is valid", path.display()))
+    } else {
+        Finding::ok(area, format!("{shipped} (no {})", path.display()))
     }
 }
 
@@ -107,9 +107,10 @@ fn folder(what: &str, path: &Path, variable: &str) -> Finding {
         let there = Path::new(".");
         return written(what, there, &format!("{shown} ({from})"), variable);
     };
-    let words = match there == path {
-        true => format!("{shown} ({from})"),
-        false => format!("{shown} ({from}): created on first use"),
+    let words = if there == path {
+        format!("{shown} ({from})")
+    } else {
+        format!("{shown} ({from}): created on first use")
     };
     if !there.is_dir() {
         let file = there.display();

@@ -145,9 +145,10 @@ pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
 }
 
 fn program() -> Finding {
-    let build = match cfg!(debug_assertions) {
-        true => "a debug build: slow; `cargo build --release` makes a fast one",
-        false => "a release build",
+    let build = if cfg!(debug_assertions) {
+        "a debug build: slow; `cargo build --release` makes a fast one"
+    } else {
+        "a release build"
     };
     let version = env!("CARGO_PKG_VERSION");
     let (system, machine) = (std::env::consts::OS, std::env::consts::ARCH);

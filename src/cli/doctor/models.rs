@@ -67,9 +67,10 @@ fn line(reached: &ProviderStatus, chosen: bool, online: bool) -> Finding {
         KeyState::Command(command) => format!("key from {command} (not run)"),
         KeyState::Missing(names) => {
             let words = format!("{place}: no key in {names}");
-            return match wanted {
-                true => Finding::warning(AREA, words, format!("set {names} to ask it")),
-                false => Finding::ok(AREA, words),
+            return if wanted {
+                Finding::warning(AREA, words, format!("set {names} to ask it"))
+            } else {
+                Finding::ok(AREA, words)
             };
         }
     };

@@ -10,19 +10,20 @@ pub fn look(config: &Config) -> Vec<Finding> {
     let planners = config.external_planners().into_iter();
     let all = planners.map(|(name, options)| {
         let program = options.command.first().map_or("", String::as_str);
-        match is_program(program) {
-            true => Finding::ok(
+        if is_program(program) {
+            Finding::ok(
                 AREA,
                 format!(
                     "{name}: {}; `nearmiss plan SCENARIO --planner {name}` starts it",
                     options.command.join(" ")
                 ),
-            ),
-            false => Finding::problem(
+            )
+        } else {
+            Finding::problem(
                 AREA,
                 format!("{name}: no program {program}"),
                 format!("install it, or set `command` of [planner.{name}] to where it is"),
-            ),
+            )
         }
     });
     all.collect()

@@ -87,13 +87,14 @@ fn locale(terminal: &Terminal, said: &dyn Fn(&str) -> Option<String>) -> Finding
         .iter()
         .find_map(|name| Some(format!("{name} is `{}`", said(name)?)));
     let locale = locale.unwrap_or_else(|| "no locale is set".into());
-    match terminal.unicode {
-        true => Finding::ok(AREA, format!("Unicode ({locale})")),
-        false => Finding::warning(
+    if terminal.unicode {
+        Finding::ok(AREA, format!("Unicode ({locale})"))
+    } else {
+        Finding::warning(
             AREA,
             format!("ASCII only ({locale})"),
             "set LANG to a UTF-8 locale, or `glyphs = \"unicode\"` in config.toml if the font has Braille",
-        ),
+        )
     }
 }
 

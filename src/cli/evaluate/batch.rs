@@ -110,9 +110,10 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &mut BatchP
     if options.questions || options.leaks {
         let asked = |item: &&NewItem| plan.part.is_none() || item.split == plan.part;
         let items: Vec<NewItem> = dry_run.items.iter().filter(asked).cloned().collect();
-        return match options.questions {
-            true => question_lines(&items),
-            false => leaks::write(&items, json(arguments)),
+        return if options.questions {
+            question_lines(&items)
+        } else {
+            leaks::write(&items, json(arguments))
         };
     }
     let runtime = running::runtime()?;
@@ -152,10 +153,11 @@ pub fn carry_out(arguments: &Evaluate, context: &BatchContext, plan: &mut BatchP
         &dry_run,
         (options.batch, options.retry, table),
     );
-    match options.batch {
+    if options.batch {
         // Answers come later.
-        true => asked,
-        false => options.gate.after(asked, &context.store, id),
+        asked
+    } else {
+        options.gate.after(asked, &context.store, id)
     }
 }
 
@@ -166,9 +168,10 @@ fn empty_part(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan) ->
         let written = plan.write(&context.store, &DryRun::default());
         written.map_err(Failure::input)?;
     }
-    match json(arguments) {
-        true => output::json(&Rows::from_scored(&[]).document(None)),
-        false => Ok(()),
+    if json(arguments) {
+        output::json(&Rows::from_scored(&[]).document(None))
+    } else {
+        Ok(())
     }
 }
 
@@ -211,13 +214,15 @@ fn matrix(arguments: &Evaluate, context: &BatchContext) -> Result<Matrix, Failur
     let mut leads = each_once(arguments.lead.iter().copied()).into_iter();
     let lead = leads.next();
     let changes = options.transform.iter().flat_map(|changes| &changes.0);
-    let frames = match options.frame.is_empty() {
-        true => vec![default_frame(&context.library, tasks[0])],
-        false => options.frame.clone(),
+    let frames = if options.frame.is_empty() {
+        vec![default_frame(&context.library, tasks[0])]
+    } else {
+        options.frame.clone()
     };
-    let techniques = match options.techniques.is_empty() {
-        true => vec![Techniques::ALL],
-        false => options.techniques.clone(),
+    let techniques = if options.techniques.is_empty() {
+        vec![Techniques::ALL]
+    } else {
+        options.techniques.clone()
     };
     let history = arguments.history.map(|steps| steps as usize);
     let usual = config.effort.as_deref().and_then(Effort::parse);

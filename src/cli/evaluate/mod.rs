@@ -130,17 +130,19 @@ impl Evaluate {
 
     /// How the result is written.
     fn format(&self) -> Format {
-        match self.batch.json {
-            true => Format::Json,
-            false => self.format,
+        if self.batch.json {
+            Format::Json
+        } else {
+            self.format
         }
     }
 
     /// The tasks.
     fn tasks(&self) -> Vec<Task> {
-        match self.task.is_empty() {
-            true => vec![Task::Safety],
-            false => self.task.clone(),
+        if self.task.is_empty() {
+            vec![Task::Safety]
+        } else {
+            self.task.clone()
         }
     }
 

@@ -63,12 +63,13 @@ pub fn ask(
             output::say(&format!("nearmiss: batch {}: {words}", batch.id));
         }
     }
-    let items = match submits {
-        true => match submit::submit(runtime, run, items)? {
+    let items = if submits {
+        match submit::submit(runtime, run, items)? {
             submit::Left::Nothing => return Ok(()),
             submit::Left::Own(items) => items,
-        },
-        false => items,
+        }
+    } else {
+        items
     };
     let ask = |items| {
         let paused = runtime.block_on(until_interrupted(run, items))?;
@@ -167,13 +168,15 @@ fn unanswered(
         return Ok(());
     }
     say_reasons(&open);
-    let again = match open.iter().any(|item| Selection::Open.has(item.state)) {
-        true => format!("`nearmiss evaluate --resume {id}` asks them again"),
-        false => format!("`nearmiss evaluate --resume {id} --retry-failed` asks them again"),
+    let again = if open.iter().any(|item| Selection::Open.has(item.state)) {
+        format!("`nearmiss evaluate --resume {id}` asks them again")
+    } else {
+        format!("`nearmiss evaluate --resume {id} --retry-failed` asks them again")
     };
-    let askable = match never.is_empty() {
-        true => "",
-        false => " that can be asked",
+    let askable = if never.is_empty() {
+        ""
+    } else {
+        " that can be asked"
     };
     Err(Failure::finding(format!(
         "of {}{askable}, {} without a complete answer; {again}",

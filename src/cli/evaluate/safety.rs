@@ -22,9 +22,10 @@ pub(super) fn run(arguments: &Evaluate, candidates: Vec<Candidate>, about: About
     let truth = about.0;
     let (folders, _) = configuration()?;
     let setting = Setting {
-        leads: match arguments.lead.is_empty() {
-            true => LEADS.to_vec(),
-            false => arguments.lead.clone(),
+        leads: if arguments.lead.is_empty() {
+            LEADS.to_vec()
+        } else {
+            arguments.lead.clone()
         },
         history: arguments.history.unwrap_or(10) as usize,
         within: arguments.within()?,

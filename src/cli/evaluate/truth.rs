@@ -34,12 +34,11 @@ impl Truth {
 
     /// Describes the ground truth for people.
     pub fn words(&self) -> String {
-        match self.is_geometry() {
-            true => {
-                "exact geometry of the recordings: bodies touch at a recorded step or between two"
-                    .into()
-            }
-            false => output::visible(&self.source.words()),
+        if self.is_geometry() {
+            "exact geometry of the recordings: bodies touch at a recorded step or between two"
+                .into()
+        } else {
+            output::visible(&self.source.words())
         }
     }
 

@@ -75,9 +75,10 @@ impl Varied {
                     flipped.of.to_string(),
                     flipped.hits.to_string(),
                     share(flipped.value()),
-                    match flipped.of == 0 && row.same_words > 0 {
-                        true => "same words".into(),
-                        false => interval(flipped),
+                    if flipped.of == 0 && row.same_words > 0 {
+                        "same words".into()
+                    } else {
+                        interval(flipped)
                     },
                     row.renamed.hits.to_string(),
                     row.without_verdict.to_string(),

@@ -173,9 +173,10 @@ pub fn run(
     let rules = options.rules();
     locked.say("exports");
     runs.retain(|run| !locked.has(run.run));
-    let sources = match options.truth.is_empty() {
-        true => [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec(),
-        false => options.truth.clone(),
+    let sources = if options.truth.is_empty() {
+        [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec()
+    } else {
+        options.truth.clone()
     };
     let unchecked = claims::complete(store, &mut runs, claims::files(&sources))?;
     let known = truth::truth(&sources, store, &runs)?;

@@ -85,10 +85,11 @@ pub fn run(arguments: &Export) -> Outcome {
     };
     format.check(file)?;
     arguments.spreadsheet.check(format == output::Format::Csv)?;
-    let store = match arguments.unlock.is_given() {
+    let store = if arguments.unlock.is_given() {
         // A look is recorded.
-        true => store()?,
-        false => store_to_read()?,
+        store()?
+    } else {
+        store_to_read()?
     };
     let filter = arguments
         .filters
@@ -195,9 +196,10 @@ fn images(store: &Store, run: &Run, shown: &mut BTreeSet<String>) -> Result<Vec<
 
 /// Writes examples for fine-tuning.
 fn chats(arguments: &Export) -> Outcome {
-    let store = match arguments.unlock.is_given() {
-        true => store()?,
-        false => store_to_read()?,
+    let store = if arguments.unlock.is_given() {
+        store()?
+    } else {
+        store_to_read()?
     };
     let filter = arguments
         .filters

@@ -17,12 +17,13 @@ pub fn xml(checks: &[Check]) -> String {
     for check in checks {
         let (class, name) = (escaped(&check.way), escaped(&check.requirement));
         let found = escaped(&check.found);
-        text += &match check.is_met {
-            true => format!("    <testcase classname=\"{class}\" name=\"{name}\"/>\n"),
-            false => format!(
+        text += &if check.is_met {
+            format!("    <testcase classname=\"{class}\" name=\"{name}\"/>\n")
+        } else {
+            format!(
                 "    <testcase classname=\"{class}\" name=\"{name}\">\n      <failure message=\"{found}\"/>\n    \
                  </testcase>\n"
-            ),
+            )
         };
     }
     text + "  </testsuite>\n</testsuites>\n"

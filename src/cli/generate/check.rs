@@ -106,9 +106,10 @@ pub fn run(
     let variant_entry = Entry::of_argument(&resolved(variant)?);
     let changed = variant_entry.read().map_err(Failure::input)?;
     let is_commonroad = changed.header.other_format.is_none();
-    let gate = Gate::new(&original).rounded_to(match is_commonroad {
-        true => ROUNDING,
-        false => SIMULATOR_ROUNDING,
+    let gate = Gate::new(&original).rounded_to(if is_commonroad {
+        ROUNDING
+    } else {
+        SIMULATOR_ROUNDING
     });
     let made = VariantOrigin::of(&variant_entry).and_then(|origin| origin.style);
     let (style, whence) = match (style, made) {
@@ -205,11 +206,12 @@ pub fn run(
     if !found.passed() {
         return Err(Failure::finding("the variant does not pass the gate"));
     }
-    match proofs.is_none_or(|proofs| proofs.hold()) {
-        true => Ok(()),
-        false => Err(Failure::finding(
+    if proofs.is_none_or(|proofs| proofs.hold()) {
+        Ok(())
+    } else {
+        Err(Failure::finding(
             "the manifest beside the variant does not hold",
-        )),
+        ))
     }
 }
 

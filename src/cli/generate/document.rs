@@ -177,9 +177,10 @@ pub fn said(authored: &Authored) -> Vec<String> {
     let disagree = (tally.len() > 1).then(|| {
         let votes = tally.iter().map(|(id, votes)| format!("{id} ({votes})"));
         let votes: Vec<String> = votes.collect();
-        let tie = match authored.choice.tied.is_empty() {
-            true => "",
-            false => "; a tie, decided by the reference ranking",
+        let tie = if authored.choice.tied.is_empty() {
+            ""
+        } else {
+            "; a tie, decided by the reference ranking"
         };
         format!("votes for the attacker: {}{tie}", votes.join(", "))
     });

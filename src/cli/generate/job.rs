@@ -42,9 +42,10 @@ impl Job<'_> {
             Err(error) => {
                 self.summary.missed(&error);
                 output::say(&format!("nearmiss: {error}"));
-                match self.json {
-                    true => self.show(&output::json_line(&crate::plan::missing(entry, &error))?),
-                    false => Ok(ControlFlow::Continue(())),
+                if self.json {
+                    self.show(&output::json_line(&crate::plan::missing(entry, &error))?)
+                } else {
+                    Ok(ControlFlow::Continue(()))
                 }
             }
         }
@@ -66,18 +67,20 @@ impl Job<'_> {
     /// Counts a line and writes it.
     fn tell(&mut self, line: &Line) -> Result<ControlFlow<()>, Failure> {
         self.summary.count(&line.figures);
-        let text = match self.json {
-            true => output::json_line(&line.document)?,
-            false => self.table.row(&line.figures),
+        let text = if self.json {
+            output::json_line(&line.document)?
+        } else {
+            self.table.row(&line.figures)
         };
         self.show(&text)
     }
 
     /// After standard output is closed, only files are worth going on for.
     fn show(&self, text: &str) -> Result<ControlFlow<()>, Failure> {
-        Ok(match output::heard(text)? || self.unheard {
-            true => ControlFlow::Continue(()),
-            false => ControlFlow::Break(()),
+        Ok(if output::heard(text)? || self.unheard {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
         })
     }
 

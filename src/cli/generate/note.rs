@@ -21,9 +21,10 @@ impl Generated {
             let named = self.settings["attacker"].as_array().into_iter().flatten();
             let named: Vec<i64> = named.filter_map(Value::as_i64).collect();
             let wish = self.settings["wish"].as_str();
-            let why = match stopped {
-                true => "the model gave no motion".into(),
-                false => self.workshop.why_untried(&named, wish),
+            let why = if stopped {
+                "the model gave no motion".into()
+            } else {
+                self.workshop.why_untried(&named, wish)
             };
             notes.push(why);
         }

@@ -101,10 +101,11 @@ impl EarlierRun {
             n => format!("; and {n} more"),
         };
         let prompts = differences.iter().any(|one| one.starts_with(PROMPTS));
-        let todo = match prompts {
+        let todo = if prompts {
             // No option brings back the prompts of another version.
-            true => "keep it as it is in another folder, or drop it",
-            false => "with the options of that run it is reused",
+            "keep it as it is in another folder, or drop it"
+        } else {
+            "with the options of that run it is reused"
         };
         Some(format!(
             "variant {} is not reused, its settings differ: {}{more}; a new one is generated; {todo}",

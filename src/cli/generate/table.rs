@@ -53,13 +53,14 @@ impl Table {
         }
         let score = |score: Option<u8>| score.map_or("-".into(), |s| s.to_string());
         let made = figures.attacker.is_some();
-        let risk = match made {
-            true => format!(
+        let risk = if made {
+            format!(
                 "{} → {}",
                 score(figures.min_risk_before),
                 score(figures.min_risk_after)
-            ),
-            false => "-".into(),
+            )
+        } else {
+            "-".into()
         };
         let avoidable = match figures.latest() {
             _ if !figures.outcome.is_effective() || figures.avoidable.is_none() => "-".into(),
@@ -70,9 +71,10 @@ impl Table {
             format!("{:+.1}", likelihoods.attacker - likelihoods.recorded)
         });
         let ids: Vec<String> = figures.ids().iter().map(i64::to_string).collect();
-        let attackers = match ids.is_empty() {
-            true => "-".into(),
-            false => ids.join("+"),
+        let attackers = if ids.is_empty() {
+            "-".into()
+        } else {
+            ids.join("+")
         };
         let written = figures.id.as_deref().map(output::visible);
         let taken_over = figures.taken_over.then(|| "reused".into());

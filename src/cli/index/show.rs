@@ -57,9 +57,10 @@ pub fn run(arguments: &Show) -> Outcome {
     if let Some(path) = &arguments.figure {
         draw(&coverage, path, arguments.overwrite)?;
     }
-    match arguments.json {
-        true => output::document(&document(&coverage)),
-        false => output::text(&text(&coverage)),
+    if arguments.json {
+        output::document(&document(&coverage))
+    } else {
+        output::text(&text(&coverage))
     }
 }
 

@@ -130,9 +130,10 @@ impl FolderLine {
 
     /// What can be typed for it: of one scenario in a file its address, as its name alone would not do.
     fn typed(&self, labels: &Labels) -> String {
-        match self.file.contains('#') {
-            true => self.file.clone(),
-            false => labels.of(&self.scenario, &self.file),
+        if self.file.contains('#') {
+            self.file.clone()
+        } else {
+            labels.of(&self.scenario, &self.file)
         }
     }
 

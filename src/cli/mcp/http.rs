@@ -194,10 +194,11 @@ impl Face {
         };
         if body.len() as u64 > LONGEST {
             let id = id_of(&body, std::io::empty());
-            return match id.is_null() {
-                true => long(&id),
+            return if id.is_null() {
+                long(&id)
+            } else {
                 // Clients of before look for an answer in what succeeds alone.
-                false => json(StatusCode::OK, &RpcError::too_long().answer(&id)),
+                json(StatusCode::OK, &RpcError::too_long().answer(&id))
             };
         }
         let Ok(message) = serde_json::from_slice::<Value>(&body) else {
@@ -284,12 +285,11 @@ fn is_host_here(host: &str) -> bool {
     if !(port.is_empty() || port.strip_prefix(':').is_some_and(is_port)) {
         return false;
     }
-    match host.starts_with('[') {
-        true => name.parse::<Ipv6Addr>().is_ok_and(|ip| ip.is_loopback()),
-        false => {
-            name.eq_ignore_ascii_case("localhost")
-                || name.parse::<Ipv4Addr>().is_ok_and(|ip| ip.is_loopback())
-        }
+    if host.starts_with('[') {
+        name.parse::<Ipv6Addr>().is_ok_and(|ip| ip.is_loopback())
+    } else {
+        name.eq_ignore_ascii_case("localhost")
+            || name.parse::<Ipv4Addr>().is_ok_and(|ip| ip.is_loopback())
     }
 }
 

@@ -201,9 +201,10 @@ pub fn run(job: &Job, scenario: &str, words: &[String], aside: &Aside<'_>) -> Jo
             });
         }
     };
-    match given.len() as u64 > LONGEST {
-        true => JobEnd::Failed(format!("the result has more than {LONGEST} bytes")),
-        false => JobEnd::Done(given),
+    if given.len() as u64 > LONGEST {
+        JobEnd::Failed(format!("the result has more than {LONGEST} bytes"))
+    } else {
+        JobEnd::Done(given)
     }
 }
 

@@ -64,9 +64,10 @@ pub fn id_of(message: &[u8], rest: impl Read) -> Value {
     let mut id = Value::Null;
     // What is wrong elsewhere is told otherwise.
     let _ = serde_json::Deserializer::from_reader(message).deserialize_map(Id(&mut id));
-    match id.is_string() || id.is_number() {
-        true => id,
-        false => Value::Null,
+    if id.is_string() || id.is_number() {
+        id
+    } else {
+        Value::Null
     }
 }
 

@@ -197,9 +197,10 @@ fn make(
     };
     let request = request(folder, many, false, &options, thresholds);
     let made = write(request, entries, aside.cancel, measure).map_err(words)?;
-    match made.interrupted {
-        true => Err(TAKEN_BACK.into()),
-        false => Ok(made.failed),
+    if made.interrupted {
+        Err(TAKEN_BACK.into())
+    } else {
+        Ok(made.failed)
     }
 }
 

@@ -57,9 +57,10 @@ fn loopback(text: &str) -> Result<SocketAddr, String> {
     let address: SocketAddr = text
         .parse()
         .map_err(|_| "expected an address with a port, such as 127.0.0.1:8000")?;
-    match address.ip().is_loopback() {
-        true => Ok(address),
-        false => Err("only addresses of this machine are served, such as 127.0.0.1:8000".into()),
+    if address.ip().is_loopback() {
+        Ok(address)
+    } else {
+        Err("only addresses of this machine are served, such as 127.0.0.1:8000".into())
     }
 }
 

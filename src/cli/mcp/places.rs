@@ -47,10 +47,7 @@ impl NotOpened {
                 let possible = scenario.possible_egos();
                 let some: Vec<String> = possible.iter().take(SHOWN).map(i64::to_string).collect();
                 let more = if possible.len() > SHOWN { ", …" } else { "" };
-                let ids = match some.is_empty() {
-                    true => String::new(),
-                    false => format!(": {}{more}", some.join(", ")),
-                };
+                let ids = if some.is_empty() { String::new() } else { format!(": {}{more}", some.join(", ")) };
                 format!("{why}; give `ego`, the id of an obstacle{ids}")
             }
             Self::Unreadable(why) => why.clone(),
@@ -70,12 +67,13 @@ impl Places {
         let root = |folder: &PathBuf| {
             let resolved = folder.canonicalize();
             let resolved = resolved.map_err(|why| format!("{}: {why}", shown_path(folder)))?;
-            match resolved.is_dir() {
-                true => Ok(resolved),
-                false => Err(format!(
+            if resolved.is_dir() {
+                Ok(resolved)
+            } else {
+                Err(format!(
                     "{} is no folder; name the folder that scenarios may be opened from",
                     shown_path(folder)
-                )),
+                ))
             }
         };
         Ok(Self {
@@ -91,12 +89,13 @@ impl Places {
     pub fn words(&self) -> String {
         let roots = self.roots.iter().map(|root| shown_path(root));
         let roots: Vec<String> = roots.collect();
-        match roots.is_empty() {
-            true => "clients may open the bundled scenarios".into(),
-            false => format!(
+        if roots.is_empty() {
+            "clients may open the bundled scenarios".into()
+        } else {
+            format!(
                 "clients may open scenarios below {} and the bundled ones",
                 roots.join(", ")
-            ),
+            )
         }
     }
 
@@ -124,9 +123,10 @@ impl Places {
         };
         let earlier = &self.roots[..place];
         // Of the same path below two folders, the later one has the number of its folder before it.
-        match earlier.iter().any(|root| root.join(below).exists()) {
-            true => format!("{}:{}", place + 1, below.display()),
-            false => below.display().to_string(),
+        if earlier.iter().any(|root| root.join(below).exists()) {
+            format!("{}:{}", place + 1, below.display())
+        } else {
+            below.display().to_string()
         }
     }
 

@@ -68,11 +68,12 @@ pub fn page(
 /// # Errors
 /// The request has a cursor.
 pub fn no_cursor(parameters: &Value) -> Result<(), RpcError> {
-    match parameters["cursor"].is_null() {
-        true => Ok(()),
-        false => Err(RpcError::parameters(
+    if parameters["cursor"].is_null() {
+        Ok(())
+    } else {
+        Err(RpcError::parameters(
             "`cursor`: this list has only one page",
-        )),
+        ))
     }
 }
 

@@ -213,9 +213,10 @@ impl Work {
                     purse.put_back(usd);
                 }
                 let why = jobs::told(self.job, &of.places.told(&why));
-                Some(match self.job.is_tool() {
-                    true => Ok(failed(&why)),
-                    false => Err(RpcError::parameters(why)),
+                Some(if self.job.is_tool() {
+                    Ok(failed(&why))
+                } else {
+                    Err(RpcError::parameters(why))
                 })
             }
             JobEnd::Cancelled => None,

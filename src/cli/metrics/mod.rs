@@ -204,9 +204,10 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
     table
         .json_values
         .push(("provenance", in_a_line(&provenance)));
-    match arguments.reasons {
-        true => table.with_reasons(),
-        false => table,
+    if arguments.reasons {
+        table.with_reasons()
+    } else {
+        table
     }
 }
 

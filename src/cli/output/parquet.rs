@@ -81,9 +81,10 @@ fn schema(table: &Table) -> Result<TypePtr, ParquetError> {
             Kind::Number | Kind::Float => (PhysicalType::DOUBLE, None),
             Kind::Truth => (PhysicalType::BOOLEAN, None),
         };
-        let repetition = match column.optional {
-            true => Repetition::OPTIONAL,
-            false => Repetition::REQUIRED,
+        let repetition = if column.optional {
+            Repetition::OPTIONAL
+        } else {
+            Repetition::REQUIRED
         };
         let builder = Type::primitive_type_builder(&column.name, physical)
             .with_repetition(repetition)

@@ -13,19 +13,21 @@ pub struct ForSpreadsheet {
 impl ForSpreadsheet {
     /// Refuses it for other formats, and where nothing is written.
     pub fn check(self, is_csv: bool) -> Outcome {
-        match self.for_spreadsheet && !is_csv {
-            true => Err(Failure::input(
+        if self.for_spreadsheet && !is_csv {
+            Err(Failure::input(
                 "--for-spreadsheet is for CSV alone; choose it as the format",
-            )),
-            false => Ok(()),
+            ))
+        } else {
+            Ok(())
         }
     }
 
     /// CSV as it was asked for.
     pub fn applied(self, csv: Vec<u8>) -> Vec<u8> {
-        match self.for_spreadsheet {
-            true => without_formulas(&csv),
-            false => csv,
+        if self.for_spreadsheet {
+            without_formulas(&csv)
+        } else {
+            csv
         }
     }
 }
@@ -38,9 +40,12 @@ fn without_formulas(csv: &[u8]) -> Vec<u8> {
         .flexible(true)
         .from_writer(Vec::new());
     for record in reader.into_byte_records().flatten() {
-        let cells = record.iter().map(|cell| match is_formula(cell) {
-            true => [b"'", cell].concat(),
-            false => cell.to_vec(),
+        let cells = record.iter().map(|cell| {
+            if is_formula(cell) {
+                [b"'", cell].concat()
+            } else {
+                cell.to_vec()
+            }
         });
         // Writing to memory does not fail.
         let _ = writer.write_record(cells);

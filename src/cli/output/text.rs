@@ -87,9 +87,10 @@ pub fn lines<const N: usize>(
     let aligned: [Align; N] = std::array::from_fn(|place| {
         let widths = rows.iter().map(|row| columns(&visible(&row[place])));
         let width = widths.max().unwrap_or(0);
-        match right.contains(&place) {
-            true => Align::Right(width),
-            false => Align::Left(width),
+        if right.contains(&place) {
+            Align::Right(width)
+        } else {
+            Align::Left(width)
         }
     });
     rows.iter().map(move |row| line("  ", &aligned, row))

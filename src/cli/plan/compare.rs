@@ -141,14 +141,16 @@ impl Comparison {
     fn labels(&self) -> [String; 2] {
         let labels = [0, 1].map(|place| {
             let name: &String = &self.names[place];
-            match name.chars().count() > LABEL {
-                true => { name.chars() }.take(LABEL - 1).chain(['…']).collect(),
-                false => name.clone(),
+            if name.chars().count() > LABEL {
+                { name.chars() }.take(LABEL - 1).chain(['…']).collect()
+            } else {
+                name.clone()
             }
         });
-        match labels[0] == labels[1] {
-            true => ["first".into(), "second".into()],
-            false => labels,
+        if labels[0] == labels[1] {
+            ["first".into(), "second".into()]
+        } else {
+            labels
         }
     }
 
@@ -190,9 +192,10 @@ impl Comparison {
             Err(error) => {
                 self.missed += 1;
                 output::say(&format!("nearmiss: {error}"));
-                return match self.json {
-                    true => show(&document::missing(entry, &error)),
-                    false => Ok(()),
+                return if self.json {
+                    show(&document::missing(entry, &error))
+                } else {
+                    Ok(())
                 };
             }
         };
@@ -247,9 +250,10 @@ impl Comparison {
             if difference.is_rule && none || difference.is_share {
                 continue;
             }
-            let words = match difference.is_rule {
-                true => format!("breaks {}", difference.words),
-                false => difference.words.to_string(),
+            let words = if difference.is_rule {
+                format!("breaks {}", difference.words)
+            } else {
+                difference.words.to_string()
             };
             let decimals = difference.decimals;
             let number = |value: Option<f64>| {

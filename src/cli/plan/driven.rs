@@ -105,9 +105,12 @@ pub fn drive(
     let external = planner.and_then(|planner| planner.external.clone());
     let prepared = request(entry, problem, settings);
     let prepared = prepared.map(|prepared| prepared.driven_by(external));
-    let prepared = prepared.map(|prepared| match counts {
-        true => prepared,
-        false => prepared.only_best(),
+    let prepared = prepared.map(|prepared| {
+        if counts {
+            prepared
+        } else {
+            prepared.only_best()
+        }
     });
     let is_recorded = planner.is_some_and(|planner| planner.is_recorded);
     let planned = prepared.and_then(|prepared| match monitor {

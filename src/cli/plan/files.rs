@@ -206,9 +206,10 @@ impl Files {
     /// The file that a scenario's ego goes to.
     fn ego_of(&self, entry: &Entry) -> Option<PathBuf> {
         let path = file_of(self.output.as_deref())?;
-        Some(match path.is_dir() {
-            true => path.join(&entry.name).join("ego_trajectory.csv"),
-            false => path.to_path_buf(),
+        Some(if path.is_dir() {
+            path.join(&entry.name).join("ego_trajectory.csv")
+        } else {
+            path.to_path_buf()
         })
     }
 
@@ -349,14 +350,15 @@ impl Files {
         let solution = solution.map_err(wrong)?;
         let solved = solution.problems.iter();
         let how = solved.map(|s| format!("{}_{}", s.vehicle_id(), s.cost));
-        let path = match path.is_dir() {
-            true => path.join(format!(
+        let path = if path.is_dir() {
+            path.join(format!(
                 "solution_{}_{}_{}.xml",
                 how.collect::<Vec<_>>().join("_"),
                 entry.name,
                 header.version
-            )),
-            false => path.to_path_buf(),
+            ))
+        } else {
+            path.to_path_buf()
         };
         let bytes = commonroad::write_solution(&solution).map_err(wrong)?;
         self.save(&path, &bytes)?;

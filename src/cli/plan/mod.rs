@@ -266,9 +266,10 @@ impl Job<'_> {
                 if self.entries.len() == 1 && !is_finding {
                     return Err(Failure::input(error));
                 }
-                match is_finding {
-                    true => self.missed.finding += 1,
-                    false => self.missed.input += 1,
+                if is_finding {
+                    self.missed.finding += 1
+                } else {
+                    self.missed.input += 1
                 }
                 output::say(&format!("nearmiss: {error}"));
                 return Ok(self.next_one());

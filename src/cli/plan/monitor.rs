@@ -263,12 +263,13 @@ impl MonitorSetup {
             }
             std::ops::ControlFlow::Continue(())
         });
-        match counted == entries.len() {
-            true => Ok(all),
-            false => Err(Failure {
+        if counted == entries.len() {
+            Ok(all)
+        } else {
+            Err(Failure {
                 message: "interrupted before anything was sent".into(),
                 status: INTERRUPTED,
-            }),
+            })
         }
     }
 

@@ -29,9 +29,10 @@ pub fn cells(report: &Value) -> [String; 7] {
     };
     let braked = report["braked_seconds"].as_f64();
     // Drives of earlier versions have the measured latency alone.
-    let latency = match report["latency_in_force_seconds"].is_null() {
-        true => "median_latency_seconds",
-        false => "latency_in_force_seconds",
+    let latency = if report["latency_in_force_seconds"].is_null() {
+        "median_latency_seconds"
+    } else {
+        "latency_in_force_seconds"
     };
     [
         warnings,

@@ -20,9 +20,10 @@ pub fn named_rightly(flag: &str, path: &Path) -> Result<(), Failure> {
 
 /// Tries to make a file at a place, or in it where it is a folder; nothing stays behind.
 pub fn writable(flag: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
-    let tried = match path.is_dir() {
-        true => NewFile::begin(&path.join(".nearmiss"), true),
-        false => NewFile::begin(path, overwrite),
+    let tried = if path.is_dir() {
+        NewFile::begin(&path.join(".nearmiss"), true)
+    } else {
+        NewFile::begin(path, overwrite)
     };
     tried.map(drop).map_err(|error| match error {
         SaveError::Exists(_) => refused(&error),

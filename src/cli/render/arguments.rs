@@ -193,13 +193,14 @@ fn size(text: &str) -> Result<Size, String> {
         1.0
     };
     let fits = |n: f64| MILLIMETRES.contains(&(n * factor));
-    match fits(width) && height.is_none_or(fits) {
-        true => Ok(Size {
+    if fits(width) && height.is_none_or(fits) {
+        Ok(Size {
             width,
             height,
             unit,
-        }),
-        false => Err(wrong()),
+        })
+    } else {
+        Err(wrong())
     }
 }
 

@@ -88,9 +88,10 @@ impl Drive {
         if step >= self.steps().end - 1 {
             let obstacles = self.gaps.obstacles().iter();
             let contacts = obstacles.filter_map(|id| self.gaps.contact(*id));
-            words += match { contacts }.any(|contact| contact.step <= shown) {
-                true => " · contact",
-                false => " · no contact",
+            words += if { contacts }.any(|contact| contact.step <= shown) {
+                " · contact"
+            } else {
+                " · no contact"
             };
         }
         words

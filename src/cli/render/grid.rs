@@ -63,9 +63,10 @@ impl Job<'_> {
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
         let variant = Drawn::new(entry, self.open(entry)?)?;
-        let original = match arguments.case_study || arguments.with_original {
-            true => Some(self.original(entry)?),
-            false => None,
+        let original = if arguments.case_study || arguments.with_original {
+            Some(self.original(entry)?)
+        } else {
+            None
         };
         let above = match &original {
             Some(original) => Some(Drawn::new(&original.entry, scene_beside(&original.entry)?)?),
@@ -172,9 +173,10 @@ impl Job<'_> {
             Some(_) => "original, recorded ego",
             None => "original, without ego",
         };
-        let below = match self.arguments.ego.is_beside() {
-            true => "variant, planned ego",
-            false => "variant, chosen ego",
+        let below = if self.arguments.ego.is_beside() {
+            "variant, planned ego"
+        } else {
+            "variant, chosen ego"
         };
         [above, below]
     }
@@ -267,16 +269,18 @@ fn fits(shape: GridShape, rows: usize, steps: usize, doubled: bool) -> Result<()
     if steps == room {
         return Ok(());
     }
-    let panels = match doubled {
-        true => format!(
+    let panels = if doubled {
+        format!(
             "{} panels, half of them of the original",
             shape.rows * shape.columns
-        ),
-        false => format!("{room} panels"),
+        )
+    } else {
+        format!("{room} panels")
     };
-    let study = match doubled && shape.rows == 2 {
-        true => ", or let --case-study choose them",
-        false => "",
+    let study = if doubled && shape.rows == 2 {
+        ", or let --case-study choose them"
+    } else {
+        ""
     };
     Err(format!(
         "--grid {shape} has {panels}, so it needs {}, but there {}; name as many with --at{study}, or choose another grid",

@@ -355,9 +355,10 @@ impl Job<'_> {
             }
         });
         outcome?;
-        match next == steps.len() {
-            true => Ok(()),
-            false => Err(stopped()),
+        if next == steps.len() {
+            Ok(())
+        } else {
+            Err(stopped())
         }
     }
 }

@@ -55,20 +55,21 @@ impl Original {
         })?;
         let entry = entry(original)?;
         let scenario = entry.read().map_err(Failure::input)?;
-        match origin.is_of(&scenario) {
-            true => Ok(Self {
+        if origin.is_of(&scenario) {
+            Ok(Self {
                 entry,
                 scenario,
                 origin,
-            }),
-            false => Err(Failure::input(format!(
+            })
+        } else {
+            Err(Failure::input(format!(
                 "--original {}: its SHA-256 is {}, but {} was generated from {} with {}",
                 original.display(),
                 scenario.hash,
                 variant.display(),
                 output::visible(&origin.id),
                 output::visible(&origin.sha256)
-            ))),
+            )))
         }
     }
 

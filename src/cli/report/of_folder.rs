@@ -45,9 +45,10 @@ const NAMED: usize = 20;
 /// Recorded answers, what they are in words, and how many files could not be read.
 fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
     if !paper::is_laid_out(folder) {
-        let what = match folder.is_dir() {
-            true => "it has no recorded answers",
-            false => "no such folder",
+        let what = if folder.is_dir() {
+            "it has no recorded answers"
+        } else {
+            "no such folder"
         };
         return Err(Failure::input(format!(
             "{}: {what}; a folder of recorded answers has `Results/output_validation` or \
@@ -75,12 +76,13 @@ fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
         .collect();
     unlabelled.sort_unstable();
     unlabelled.dedup();
-    let without = match unlabelled.is_empty() {
-        true => String::new(),
-        false => format!(
+    let without = if unlabelled.is_empty() {
+        String::new()
+    } else {
+        format!(
             " Without an annotation, so their answers are neither right nor wrong: {}.",
             unlabelled.join(", ")
-        ),
+        )
     };
     let note = format!(
         "{answers} recorded answers, compared with the annotations{}. The models are those of the paper's scripts; none was asked now.",

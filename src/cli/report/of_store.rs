@@ -17,9 +17,10 @@ use nearmiss_study::evaluation::{
 /// The report of the runs that the filters choose, for a format: tables for programs have no place for notes.
 pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Failure> {
     let has_notes = !matches!(format, Format::Csv | Format::Parquet | Format::Json);
-    let sources = match arguments.truth.is_empty() {
-        true => [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec(),
-        false => arguments.truth.clone(),
+    let sources = if arguments.truth.is_empty() {
+        [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec()
+    } else {
+        arguments.truth.clone()
     };
     let filter = arguments.filters.filter(None);
     let last = match filter.batch.as_deref() {
@@ -178,9 +179,10 @@ fn notices(stored: &Stored) -> Vec<String> {
             .take(3)
             .map(String::as_str)
             .collect();
-        let more = match stored.unlabelled.len() > some.len() {
-            true => ", …",
-            false => "",
+        let more = if stored.unlabelled.len() > some.len() {
+            ", …"
+        } else {
+            ""
         };
         notices.push(format!(
             "no ground truth for {} about {} ({}{more}); --truth takes labels or a folder of scenarios",
@@ -203,9 +205,10 @@ fn reread(store: &Store, runs: &mut [Run]) -> Result<(), Failure> {
         let rounds = tool_rounds::stored(stored.tool_rounds.as_deref());
         let answer = tool_rounds::last_turn(&rounds, &stored.answer, |turn| &turn.text);
         // A model that puts everything into its reasoning has still answered.
-        let whole = match answer.trim().is_empty() {
-            true => tool_rounds::last_turn(&rounds, &stored.reasoning, |turn| &turn.thought),
-            false => answer,
+        let whole = if answer.trim().is_empty() {
+            tool_rounds::last_turn(&rounds, &stored.reasoning, |turn| &turn.thought)
+        } else {
+            answer
         };
         if whole.trim().is_empty() {
             continue;

@@ -88,9 +88,10 @@ fn kind<'a>(name: &str, values: impl Iterator<Item = &'a Value>) -> Kind {
             Some(_) => Some(Kind::Text),
         };
     }
-    found.unwrap_or(match WORDS.contains(&name) {
-        true => Kind::Text,
-        false => Kind::Float,
+    found.unwrap_or(if WORDS.contains(&name) {
+        Kind::Text
+    } else {
+        Kind::Float
     })
 }
 

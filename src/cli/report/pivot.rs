@@ -44,9 +44,10 @@ impl PivotOptions {
             rows,
             columns: self.columns,
             measure: self.measure(),
-            against: match self.ablation {
-                true => Some("base".into()),
-                false => self.against.clone(),
+            against: if self.ablation {
+                Some("base".into())
+            } else {
+                self.against.clone()
             },
         })
     }

@@ -127,9 +127,10 @@ pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<Stri
             words.push(output::visible(&source.display().to_string()));
         }
     }
-    Ok(match words.is_empty() {
-        true => "none; no batch has a truth for these answers".into(),
-        false => words.join(", then "),
+    Ok(if words.is_empty() {
+        "none; no batch has a truth for these answers".into()
+    } else {
+        words.join(", then ")
     })
 }
 

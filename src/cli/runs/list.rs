@@ -122,9 +122,12 @@ pub struct RunLine<'a> {
 impl<'a> RunLine<'a> {
     /// Of a run.
     pub(super) fn of(run: &'a Summary) -> Self {
-        let state = answer_state(run).map(|state| match run.superseded {
-            true => AnswerState::Superseded,
-            false => state,
+        let state = answer_state(run).map(|state| {
+            if run.superseded {
+                AnswerState::Superseded
+            } else {
+                state
+            }
         });
         Self {
             run,

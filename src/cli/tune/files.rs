@@ -49,12 +49,13 @@ fn place(name: &str, folders: &Folders) -> Result<(String, PathBuf), Failure> {
         )));
     }
     let path = folders.prompts().join(&file);
-    match path.exists() {
-        true => Err(Failure::input(format!(
+    if path.exists() {
+        Err(Failure::input(format!(
             "--save: {} exists; choose another name",
             path.display()
-        ))),
-        false => Ok((file, path)),
+        )))
+    } else {
+        Ok((file, path))
     }
 }
 
@@ -96,19 +97,20 @@ pub fn save(tuned: &Tuned<'_>, outcome: &TuneOutcome, folders: &Folders) -> Outc
     let library = validate(Library::load(Some(&folder)));
     let stem = file.trim_end_matches(".md");
     let front = &tuned.plan.template.front;
-    output::say(&match library.in_use(&file) {
-        true => format!(
+    output::say(&if library.in_use(&file) {
+        format!(
             "nearmiss: wrote {}; it is used for task {} in frame {} from now on",
             path.display(),
             front.task,
             front.frame
-        ),
-        false => format!(
+        )
+    } else {
+        format!(
             "nearmiss: wrote {}; `nearmiss prompts use {stem}` uses it for task {} in frame {}",
             path.display(),
             front.task,
             front.frame
-        ),
+        )
     });
     Ok(())
 }

@@ -174,9 +174,10 @@ pub fn run(arguments: &Tune) -> Outcome {
         pinned: !experiment.templates.is_empty(),
     };
     files::write(&tuned, &outcome)?;
-    match arguments.json {
-        true => output::document(&TuneDocument::new(&tuned, &outcome))?,
-        false => output::text(&output::visible(&words::result(&tuned, &outcome)))?,
+    if arguments.json {
+        output::document(&TuneDocument::new(&tuned, &outcome))?
+    } else {
+        output::text(&output::visible(&words::result(&tuned, &outcome)))?
     }
     files::save(&tuned, &outcome, &context.folders)?;
     words::end(&tuned, &outcome);

@@ -58,8 +58,5 @@ impl Stages {
 }
 
 fn or_dash(text: &str) -> &str {
-    match text.is_empty() {
-        true => "–",
-        false => text,
-    }
+    if text.is_empty() { "–" } else { text }
 }

@@ -261,9 +261,10 @@ impl Attack {
         let Some(effect) = &self.effect else {
             return UNTRIED + self.rehearsal.cost();
         };
-        let hopeless = match self.survivable == Some(false) || self.is_idle() {
-            true => HOPELESS,
-            false => 0.0,
+        let hopeless = if self.survivable == Some(false) || self.is_idle() {
+            HOPELESS
+        } else {
+            0.0
         };
         hopeless
             + match effect.consequence {

@@ -47,9 +47,10 @@ impl EvasiveManoeuvre {
         let most = self.grip * SHARE * limits.acceleration / (v * v).max(1.0);
         let most = most.min(SHARE * limits.curvature());
         // A standing vehicle does not steer.
-        let wanted = match v > 0.0 {
-            true => self.curvature(at, guide, hint, most)?,
-            false => at.curvature,
+        let wanted = if v > 0.0 {
+            self.curvature(at, guide, hint, most)?
+        } else {
+            at.curvature
         };
         let angle = limits.steering_of(at.curvature);
         let fastest = SHARE * limits.steering_rate;

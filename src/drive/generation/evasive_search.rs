@@ -62,9 +62,10 @@ impl<'a> Search<'a> {
         let moving = obstacles.filter(|o| o.role == ObstacleRole::Dynamic);
         let gone = moving.map(|o| {
             let end = o.track().steps().end - 1;
-            match effect.is_attacker(o.id) {
-                true => end.saturating_add(after),
-                false => end,
+            if effect.is_attacker(o.id) {
+                end.saturating_add(after)
+            } else {
+                end
             }
         });
         let gone = gone.max().unwrap_or(effect.from);

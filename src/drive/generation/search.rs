@@ -228,10 +228,7 @@ impl Search<'_> {
         let live: Vec<usize> = { all.clone() }
             .filter(|&arm| self.asked[arm] < FUTILE || passed(arm))
             .collect();
-        match live.is_empty() {
-            true => all.collect(),
-            false => live,
-        }
+        if live.is_empty() { all.collect() } else { live }
     }
 
     /// Draws motions, and keeps those that pass the gate; says whether to continue.
@@ -343,9 +340,12 @@ impl Search<'_> {
                 .collect();
             let (grounds, places) = (self.grounds, &self.places);
             let stop = self.stop;
-            let work = chosen.into_par_iter().map(|tried| match stop() {
-                true => 0,
-                false => grounds[places[tried.arm]].drive_coarsely(&mut tried.attack),
+            let work = chosen.into_par_iter().map(|tried| {
+                if stop() {
+                    0
+                } else {
+                    grounds[places[tried.arm]].drive_coarsely(&mut tried.attack)
+                }
             });
             self.found.work += work.sum::<usize>();
             if !watch(self.found.so_far(self.attacks())) {
@@ -357,9 +357,10 @@ impl Search<'_> {
 
     /// Looks whether a good driver survives what the ego did not, the most dangerous first.
     fn look(&mut self, delay: f64) {
-        let most = match self.hopeless() >= HOPELESS {
-            true => OF_HOPELESS,
-            false => LOOKED_AT,
+        let most = if self.hopeless() >= HOPELESS {
+            OF_HOPELESS
+        } else {
+            LOOKED_AT
         };
         let mut effective: Vec<&mut Trial> = { self.tried.iter_mut() }
             .filter(|t| t.attack.has_effect() && t.attack.survivable.is_none())

@@ -68,9 +68,10 @@ pub(super) fn search(
             best.take(workshop, chosen, effort.delay);
         }
         let more = best.rank(effort.delay) < Rank::Collision && attackers < effort.together;
-        bases = match goes_on && more {
-            true => Base::most_promising(workshop, &found.attacks),
-            false => Vec::new(),
+        bases = if goes_on && more {
+            Base::most_promising(workshop, &found.attacks)
+        } else {
+            Vec::new()
         };
         best.found.merge(found);
         if bases.is_empty() {

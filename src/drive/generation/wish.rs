@@ -144,9 +144,12 @@ impl AllowedAttacks<'_> {
 
 impl std::fmt::Display for Wish {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let or = |words: Vec<&str>, what: &str| match words.is_empty() {
-            true => what.to_string(),
-            false => words.join(" or "),
+        let or = |words: Vec<&str>, what: &str| {
+            if words.is_empty() {
+                what.to_string()
+            } else {
+                words.join(" or ")
+            }
         };
         let actors = self.actors.iter().map(|kind| kind.name()).collect();
         let kinds = self.manoeuvres.iter().map(|kind| kind.name()).collect();

@@ -92,9 +92,10 @@ impl Broken {
     /// How far it is beyond its limit, as a multiple of that.
     #[must_use]
     pub fn excess(&self) -> f64 {
-        match self.value.is_nan() {
-            true => f64::INFINITY,
-            false => self.value / self.most.max(f64::MIN_POSITIVE),
+        if self.value.is_nan() {
+            f64::INFINITY
+        } else {
+            self.value / self.most.max(f64::MIN_POSITIVE)
         }
     }
 }

@@ -108,9 +108,10 @@ impl Lateral {
             return None;
         };
         let t = t + elapsed;
-        Some(match t >= *duration {
-            true => [*target, 0.0, 0.0],
-            false => across.at(t),
+        Some(if t >= *duration {
+            [*target, 0.0, 0.0]
+        } else {
+            across.at(t)
         })
     }
 

@@ -50,16 +50,18 @@ impl std::fmt::Display for Collision {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (ego, other) = (self.ego.name(), self.other.name());
         write!(f, "{} ", self.with)?;
-        match self.between {
-            true => write!(f, "between steps {} and {}", self.step - 1, self.step)?,
-            false => write!(f, "at step {}", self.step)?,
+        if self.between {
+            write!(f, "between steps {} and {}", self.step - 1, self.step)?
+        } else {
+            write!(f, "at step {}", self.step)?
         }
-        match self.is_possible {
-            true => write!(
+        if self.is_possible {
+            write!(
                 f,
                 ", a possible contact: the ego's {ego} with its predicted occupancy"
-            ),
-            false => write!(f, ": the ego's {ego}, the other's {other}"),
+            )
+        } else {
+            write!(f, ": the ego's {ego}, the other's {other}")
         }
     }
 }

@@ -163,9 +163,10 @@ fn encoding_of(bytes: &[u8], is_utf8: bool) -> Result<&'static Encoding, String>
     })?;
     let marked = bytes.starts_with(MARK_IN_UTF_8);
     let by_chance = !known.is_single_byte();
-    Ok(match marked || is_utf8 && !by_chance {
-        true => UTF_8,
-        false => known,
+    Ok(if marked || is_utf8 && !by_chance {
+        UTF_8
+    } else {
+        known
     })
 }
 

@@ -30,9 +30,10 @@ pub(super) fn state<'a>(
             "position" => state.position = position(xml, child)?,
             name => match StateField::parse(name) {
                 Some(field) => {
-                    let value = match builder::is_needed(field) {
-                        true => quantity(xml, child)?,
-                        false => optional_quantity(xml, child)?,
+                    let value = if builder::is_needed(field) {
+                        quantity(xml, child)?
+                    } else {
+                        optional_quantity(xml, child)?
                     };
                     builder::set_quantity(&mut state, field, value);
                 }

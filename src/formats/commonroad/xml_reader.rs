@@ -35,9 +35,10 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
     let mut header = header(&xml, root)?;
     xml.known_attributes = Some(known_attributes);
     let is_old = before_2018b::is_meant(&header.version);
-    xml.times = match is_old {
-        true => TimeScale::in_seconds(header.time_step_size),
-        false => TimeScale::in_steps(header.time_step_size),
+    xml.times = if is_old {
+        TimeScale::in_seconds(header.time_step_size)
+    } else {
+        TimeScale::in_steps(header.time_step_size)
     };
     // Versions up to 2018b keep the tags in one attribute.
     let words = header.attributes.remove("tags").unwrap_or_default();

@@ -54,13 +54,15 @@ impl PlannerDrives {
     /// The same without the folders and commands of this machine.
     #[must_use]
     pub fn portable(&self) -> Self {
-        let planner = match self.command.is_empty() {
-            true => self.planner.clone(),
-            false => self.name().into(),
+        let planner = if self.command.is_empty() {
+            self.planner.clone()
+        } else {
+            self.name().into()
         };
-        let planner = match planner.contains(['/', '\\']) {
-            true => "a command".into(),
-            false => planner,
+        let planner = if planner.contains(['/', '\\']) {
+            "a command".into()
+        } else {
+            planner
         };
         Self {
             planner,

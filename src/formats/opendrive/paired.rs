@@ -160,9 +160,10 @@ fn square(across: &Vector, driven: Vector) -> f64 {
         return driving;
     }
     let square = (-across.x).atan2(across.y);
-    match angle_between(driving, square).abs() < 1.4 {
-        true => square,
-        false => driving,
+    if angle_between(driving, square).abs() < 1.4 {
+        square
+    } else {
+        driving
     }
 }
 

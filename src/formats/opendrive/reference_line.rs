@@ -23,9 +23,10 @@ fn square_to(left: &Point, right: &Point, driven: Vector) -> f64 {
     }
     let square = (-across.x).atan2(across.y);
     // A line across that is nearly along the road tells nothing.
-    match angle_between(driving, square).abs() < MOST_SKEWED {
-        true => square,
-        false => driving,
+    if angle_between(driving, square).abs() < MOST_SKEWED {
+        square
+    } else {
+        driving
     }
 }
 
@@ -71,9 +72,10 @@ fn smooth(line: &Polyline, s: f64, how: Laying) -> Vector {
         (s + how.shortest).min(line.length()),
     );
     let across = line.pose_at(high).position - line.pose_at(low).position;
-    match across.norm() > 1e-9 {
-        true => across,
-        false => line.pose_at(s).forward(),
+    if across.norm() > 1e-9 {
+        across
+    } else {
+        line.pose_at(s).forward()
     }
 }
 

@@ -139,9 +139,10 @@ fn road(
     let places = road.road.lanelets.iter();
     let lanelets: Vec<&Lanelet> = places.map(|place| &network.lanelets[*place]).collect();
     let ids: Vec<String> = lanelets.iter().map(|l| l.id.to_string()).collect();
-    let name = match road.is_cut {
-        true => format!("into lanelet {}", ids.join(" ")),
-        false => format!("lanelet {}", ids.join(" ")),
+    let name = if road.is_cut {
+        format!("into lanelet {}", ids.join(" "))
+    } else {
+        format!("lanelet {}", ids.join(" "))
     };
     let junction = road.junction.map_or("-1".into(), |id| id.to_string());
     let attributes = attributes![
@@ -327,9 +328,10 @@ fn lane(
             place: road.road.lanelets[place],
             deviation: road.road.deviation,
         };
-        let user_data = match road.is_cut {
-            true => vec![(PART_OF, lanelet.id.to_string())],
-            false => kept().written(),
+        let user_data = if road.is_cut {
+            vec![(PART_OF, lanelet.id.to_string())]
+        } else {
+            kept().written()
         };
         user_data.into_iter().try_for_each(|(code, value)| {
             out.empty("userData", &attributes!["code" = code, "value" = value])

@@ -321,9 +321,10 @@ fn written(stretch: &[(i64, Motion)]) -> Vec<Pose> {
         let before = i.checked_sub(1).and_then(|i| stretch.get(i));
         // The first one stays, as everything is told from it.
         let apart = before.is_some() && turns_in_place(before);
-        all.push(match apart && i % 2 == 1 {
-            true => nudged(&pose, NUDGE),
-            false => pose,
+        all.push(if apart && i % 2 == 1 {
+            nudged(&pose, NUDGE)
+        } else {
+            pose
         });
     }
     all

@@ -159,9 +159,10 @@ fn parts(report: &Report, track: RecordedTrack) -> Result<ObstacleParts, ReadErr
     let later: Vec<State> = states.collect();
     Ok(ObstacleParts {
         id: track.id,
-        role: match track.is_static {
-            true => ObstacleRole::Static,
-            false => ObstacleRole::Dynamic,
+        role: if track.is_static {
+            ObstacleRole::Static
+        } else {
+            ObstacleRole::Dynamic
         },
         kind: track.kind,
         footprint,

@@ -87,9 +87,10 @@ pub fn other(name: &str, text: &str) -> Option<Kind> {
         return Some(json(text));
     }
     if is(".yaml") || is(".yml") {
-        let what = match text.contains("OpenSCENARIO:") {
-            true => "a scenario of TIER IV in YAML",
-            false => "a YAML file",
+        let what = if text.contains("OpenSCENARIO:") {
+            "a scenario of TIER IV in YAML"
+        } else {
+            "a YAML file"
         };
         return Some(Kind::other(what));
     }

@@ -42,9 +42,10 @@ impl Blocks {
         let known = is(&["kitty", "foot", "wezterm", "alacritty", "contour", "iterm"]);
         // VTE (GNOME Terminal and others) draws sextants since 0.62, Windows Terminal since 1.22, which WT_SESSION does
         // not tell.
-        match known || vte >= 6200 {
-            true => Self::Sextants,
-            false => Self::Quadrants,
+        if known || vte >= 6200 {
+            Self::Sextants
+        } else {
+            Self::Quadrants
         }
     }
 

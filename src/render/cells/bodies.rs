@@ -170,13 +170,12 @@ fn keep_apart(drawn: &mut [Drawn<'_>]) {
             if a.distance(&b) <= 0.0 {
                 continue;
             }
-            match 2 * touching.len() <= lower.parts.count() {
-                true => lower.parts.without(&touching),
-                false => {
-                    let touching = upper.parts.touching(&lower.parts);
-                    if 2 * touching.len() <= upper.parts.count() {
-                        upper.parts.without(&touching);
-                    }
+            if 2 * touching.len() <= lower.parts.count() {
+                lower.parts.without(&touching)
+            } else {
+                let touching = upper.parts.touching(&lower.parts);
+                if 2 * touching.len() <= upper.parts.count() {
+                    upper.parts.without(&touching);
                 }
             }
         }
@@ -209,9 +208,10 @@ impl Heading {
     pub fn new(look: &Appearance<'_>, view: &CellView, body: &Body<'_>) -> Self {
         let length = body.length();
         let is_car = (CARS.0..CARS.1).contains(&length);
-        let (length, reach) = match is_car {
-            true => (CAR, CAR),
-            false => (length, 2.0 * body.footprint.reach()),
+        let (length, reach) = if is_car {
+            (CAR, CAR)
+        } else {
+            (length, 2.0 * body.footprint.reach())
         };
         if reach < ARROW * view.dot {
             return Self::Alone;

@@ -148,14 +148,15 @@ impl<'a> Canvas<'a> {
     /// An empty one for an area of cells; where the style has backgrounds, of the colour `ground`.
     pub fn new(view: &'a CellView, area: Rect, style: MapStyle, ground: Color) -> Self {
         let (columns, rows) = (usize::from(area.width), usize::from(area.height));
-        let empty = match style.has_backgrounds() {
-            true => Dot {
+        let empty = if style.has_backgrounds() {
+            Dot {
                 layer: GROUND,
                 color: ground,
                 faint: false,
                 shaded: false,
-            },
-            false => EMPTY,
+            }
+        } else {
+            EMPTY
         };
         Self {
             view,
@@ -279,17 +280,16 @@ impl<'a> Canvas<'a> {
     /// A line that stays unbroken to the eye: as wide as a dot of an area where bodies have backgrounds, else two fine
     /// ones.
     pub fn thick(&mut self, from: (f64, f64), to: (f64, f64), color: Color) {
-        match self.style.has_backgrounds() {
-            true => self.bar(from, to, color),
-            false => {
-                let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-                let length = dx.hypot(dy);
-                self.line(from, to, color);
-                if length > 0.0 && length.is_finite() {
-                    let by = (-dy / length * self.view.dot, dx / length * self.view.dot);
-                    let aside = |(x, y): (f64, f64)| (x + by.0, y + by.1);
-                    self.line(aside(from), aside(to), color);
-                }
+        if self.style.has_backgrounds() {
+            self.bar(from, to, color)
+        } else {
+            let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+            let length = dx.hypot(dy);
+            self.line(from, to, color);
+            if length > 0.0 && length.is_finite() {
+                let by = (-dy / length * self.view.dot, dx / length * self.view.dot);
+                let aside = |(x, y): (f64, f64)| (x + by.0, y + by.1);
+                self.line(aside(from), aside(to), color);
             }
         }
     }

@@ -114,9 +114,10 @@ fn filled(style: MapStyle, areas: &[Dot]) -> Option<Glyph> {
         mask | usize::from(is_front(dot)) << i
     });
     if style == MapStyle::Ascii {
-        let symbol = match mask.count_ones() as usize * 2 >= areas.len() {
-            true => '#',
-            false => '+',
+        let symbol = if mask.count_ones() as usize * 2 >= areas.len() {
+            '#'
+        } else {
+            '+'
         };
         return Some(Glyph {
             symbol,

@@ -134,9 +134,10 @@ fn walk(view: &CellView, line: &[Point], on: f64, off: f64, mut with: impl FnMut
                 break;
             }
             next = first + dash + 1.0;
-            match end <= done + length {
-                true => with(at(start), at(end)),
-                false => open = Some((at(start), end)),
+            if end <= done + length {
+                with(at(start), at(end))
+            } else {
+                open = Some((at(start), end))
             }
         }
         done += length;

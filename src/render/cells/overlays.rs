@@ -30,13 +30,12 @@ pub fn draw(canvas: &mut Canvas<'_>, look: &Appearance<'_>, overlays: &[Overlay]
                 if !view.sees_any(rings.iter().flatten()) {
                     continue;
                 }
-                match faint {
-                    false => outlines(canvas, view, rings, color),
-                    true => {
-                        for corner in rings.iter().flatten() {
-                            canvas.point(view.at(corner), color);
-                        }
+                if *faint {
+                    for corner in rings.iter().flatten() {
+                        canvas.point(view.at(corner), color);
                     }
+                } else {
+                    outlines(canvas, view, rings, color)
                 }
             }
         }

@@ -73,11 +73,10 @@ pub fn tinted(
 ) {
     for ring in rings {
         let corners: Vec<(f64, f64)> = ring.iter().map(|p| view.at(p)).collect();
-        match look.style.has_backgrounds() {
-            true => {
-                canvas.area(&corners, mix(look.theme.map_road, color, TINT));
-            }
-            false => canvas.scatter(&corners, color),
+        if look.style.has_backgrounds() {
+            canvas.area(&corners, mix(look.theme.map_road, color, TINT));
+        } else {
+            canvas.scatter(&corners, color)
         }
     }
 }

@@ -116,9 +116,10 @@ pub fn markings(
 ) {
     canvas.faint(true);
     if look.markings && view.dot <= DIRECTIONS {
-        let color = match look.style.has_backgrounds() {
-            true => mix(look.theme.map_road, look.theme.map_marking, 0.3),
-            false => look.theme.lane_dashed,
+        let color = if look.style.has_backgrounds() {
+            mix(look.theme.map_road, look.theme.map_marking, 0.3)
+        } else {
+            look.theme.lane_dashed
         };
         for arrow in scene.surfaces.iter().flat_map(|s| &s.arrows) {
             direction(canvas, view, arrow, color);
@@ -126,9 +127,10 @@ pub fn markings(
     }
     // Later strokes colour the cell: what is painted comes last of all.
     for border in scene.borders.iter().rev() {
-        match look.markings {
-            true => marking(canvas, view, border, look),
-            false => stroke(canvas, view, &border.points, look.theme.lane_dashed),
+        if look.markings {
+            marking(canvas, view, border, look)
+        } else {
+            stroke(canvas, view, &border.points, look.theme.lane_dashed)
         }
     }
     canvas.faint(false);
@@ -177,9 +179,10 @@ fn painted(
     look: &Appearance<'_>,
 ) {
     let theme = look.theme;
-    let (solid, broken) = match look.style.has_backgrounds() {
-        true => (theme.map_marking, theme.map_marking),
-        false => (theme.lane, theme.lane_dashed),
+    let (solid, broken) = if look.style.has_backgrounds() {
+        (theme.map_marking, theme.map_marking)
+    } else {
+        (theme.lane, theme.lane_dashed)
     };
     // Dashes that would run together are a lighter line.
     let merged = mix(theme.map_road, theme.map_marking, 0.45);

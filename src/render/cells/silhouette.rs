@@ -163,10 +163,7 @@ impl Silhouette {
                 let beside = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
                 let beside = beside.iter().filter(|(x, y)| before.has(*x, *y)).count();
                 let part = &mut self.set[row * self.columns + column];
-                *part = match *part {
-                    true => beside > 1,
-                    false => beside > 2,
-                };
+                *part = if *part { beside > 1 } else { beside > 2 };
             }
         }
     }

@@ -18,9 +18,10 @@ pub fn draw(canvas: &mut Canvas<'_>, look: &Appearance<'_>, scene: &MapScene<'_>
         let thick = trail.owner == Owner::Ego || trail.highlighted.is_some();
         for pair in trail.past.windows(2) {
             let ends = [pair[0].1.pose.position, pair[1].1.pose.position];
-            match thick {
-                true => canvas.thick(view.at(&ends[0]), view.at(&ends[1]), past),
-                false => stroke(canvas, view, &ends, past),
+            if thick {
+                canvas.thick(view.at(&ends[0]), view.at(&ends[1]), past)
+            } else {
+                stroke(canvas, view, &ends, past)
             }
         }
         for (_, motion) in trail.future.iter().step_by(2) {

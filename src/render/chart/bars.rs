@@ -97,9 +97,10 @@ impl BarChart {
             width: area.width * value.clamp(0.0, 1.0),
             height: 9.0,
         };
-        match bar.apart {
-            true => picture.rectangle(&shape, None, Some(Stroke::new(palette.ego, 0.9))),
-            false => picture.rectangle(&shape, Some(palette.ego), None),
+        if bar.apart {
+            picture.rectangle(&shape, None, Some(Stroke::new(palette.ego, 0.9)))
+        } else {
+            picture.rectangle(&shape, Some(palette.ego), None)
         }
         let mut number = format!("{value:.2}");
         if let Some((low, high)) = bar.interval {

@@ -43,9 +43,10 @@ fn interval(picture: &mut Picture, from: Spot, to: Spot, color: Color) {
     let across = from.1 == to.1;
     picture.line(&[from, to], stroke.clone());
     for (x, y) in [from, to] {
-        let end = match across {
-            true => [(x, y - CAP), (x, y + CAP)],
-            false => [(x - CAP, y), (x + CAP, y)],
+        let end = if across {
+            [(x, y - CAP), (x, y + CAP)]
+        } else {
+            [(x - CAP, y), (x + CAP, y)]
         };
         picture.line(&end, stroke.clone());
     }

@@ -16,9 +16,10 @@ struct Label {
 
 pub fn draw(map: &Map<'_>, picture: &mut Picture, taken: &[Area], contacts: &[Area]) {
     let word = |(mark, contact): (&Area, &Contact)| Label {
-        words: match contact.is_possible {
-            true => "possible contact".into(),
-            false => "contact".into(),
+        words: if contact.is_possible {
+            "possible contact".into()
+        } else {
+            "contact".into()
         },
         color: map.palette.danger,
         bold: true,

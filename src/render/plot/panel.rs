@@ -168,9 +168,10 @@ impl<'a> Panel<'a> {
 
     fn curve(&self, picture: &mut Picture, curve: &Curve) {
         for run in &curve.runs {
-            let run = match self.measure.is_ordinal() {
-                true => steps(run),
-                false => run.clone(),
+            let run = if self.measure.is_ordinal() {
+                steps(run)
+            } else {
+                run.clone()
             };
             let points: Vec<Spot> = run.into_iter().map(|point| self.spot(point)).collect();
             if let [only] = points[..] {
@@ -232,8 +233,9 @@ const CONTACT_WORDS: &str = "contact";
 /// Its name with its unit, or its short one where that is too long.
 fn axis_name(measure: &Measure, size: f64, room: f64) -> String {
     let name = measure.axis_name(measure.name);
-    match Text::width(&name, size) <= room {
-        true => name,
-        false => measure.axis_name(measure.id),
+    if Text::width(&name, size) <= room {
+        name
+    } else {
+        measure.axis_name(measure.id)
     }
 }

@@ -238,9 +238,10 @@ impl<'a> MapScene<'a> {
         for body in &self.bodies {
             let attacker = self.is_attacker(body.owner).then_some(usize::MAX - 1);
             let place = body.highlighted.or(attacker);
-            let far = match self.measured {
-                true => body.distance,
-                false => Some((body.center() - middle).norm()),
+            let far = if self.measured {
+                body.distance
+            } else {
+                Some((body.center() - middle).norm())
             };
             if place.is_some() || far.is_some() {
                 let far = far.unwrap_or(f64::MAX);

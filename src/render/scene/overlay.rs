@@ -83,9 +83,10 @@ fn of_attacker(request: &MapRequest<'_>, place: usize, both: &Variation<'_>) -> 
         Overlay::path(Role::Recorded, LineStyle::Dashed, way(both.recorded)),
         Overlay::path(attacker, LineStyle::Thick, way(both.changed)),
     ];
-    let (role, other, word) = match both.shows_changed {
-        true => (Role::Recorded, both.recorded, "recorded"),
-        false => (attacker, both.changed, "changed"),
+    let (role, other, word) = if both.shows_changed {
+        (Role::Recorded, both.recorded, "recorded")
+    } else {
+        (attacker, both.changed, "changed")
     };
     if let Some(placed) = other.placed_at(request.step)
         && request.step > both.from

@@ -272,9 +272,10 @@ impl Reading {
         let (name, hash) = (row.text(0)?, row.text(2)?);
         let (ego_id, recorded) = (row.integer(1), row.text(3)? == "recorded");
         let place = WindowPlace {
-            ego: match recorded {
-                true => WindowEgo::Recorded,
-                false => WindowEgo::Obstacle(ego_id),
+            ego: if recorded {
+                WindowEgo::Recorded
+            } else {
+                WindowEgo::Obstacle(ego_id)
             },
             ego_id,
             obstacle: row.integer(2),

@@ -138,9 +138,10 @@ impl PairMotion<'_> {
             (Lane::Merging, l) if in_line(l) && after.x > 0.0 => Manoeuvre::Merging,
             (f, l) if !in_line(f) && in_line(l) => {
                 let came = self.to_first_lane.is_some_and(in_line);
-                match came && after.x > 0.0 {
-                    true => Manoeuvre::CutIn,
-                    false => Manoeuvre::LaneChange,
+                if came && after.x > 0.0 {
+                    Manoeuvre::CutIn
+                } else {
+                    Manoeuvre::LaneChange
                 }
             }
             (_, l) if in_line(l) && after.x > 0.0 => Manoeuvre::Following,

@@ -86,9 +86,10 @@ pub fn part_files(folder: &Path) -> Result<Vec<PathBuf>, IndexError> {
         let files = listed(&partition)?.into_iter();
         found.extend(files.filter(|file| file.extension().is_some_and(|x| x == "parquet")));
     }
-    match found.is_empty() {
-        true => Err(IndexError::NoIndex(folder.to_path_buf())),
-        false => Ok(found),
+    if found.is_empty() {
+        Err(IndexError::NoIndex(folder.to_path_buf()))
+    } else {
+        Ok(found)
     }
 }
 
@@ -199,12 +200,13 @@ impl Part {
         };
         match known(VERSION) {
             Some(version) if version == env!("CARGO_PKG_VERSION") => {
-                match known(SEVERITIES).is_some_and(|names| names == SEVERITY_NAMES.join(",")) {
-                    true => Ok(Self {
+                if known(SEVERITIES).is_some_and(|names| names == SEVERITY_NAMES.join(",")) {
+                    Ok(Self {
                         path: path.to_path_buf(),
                         reader,
-                    }),
-                    false => Err(IndexError::OtherSeverities(path.to_path_buf())),
+                    })
+                } else {
+                    Err(IndexError::OtherSeverities(path.to_path_buf()))
                 }
             }
             Some(version) => Err(IndexError::OtherVersion {
@@ -316,12 +318,13 @@ impl Part {
             let column = schema.column(place);
             let plain =
                 column.max_def_level() == i16::from(optional) && column.max_rep_level() == 0;
-            match plain && column.physical_type() == kind {
-                true => Ok(place),
-                false => Err(foreign(
+            if plain && column.physical_type() == kind {
+                Ok(place)
+            } else {
+                Err(foreign(
                     &self.path,
                     format!("its column {name} has another type"),
-                )),
+                ))
             }
         };
         names.iter().map(place).collect()

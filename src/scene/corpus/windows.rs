@@ -233,9 +233,10 @@ impl<'s> EgoWindows<'_, 's> {
             (heading(from, first), heading(to, last))
         };
         let own = wide(track, first, last);
-        let their = match stands {
-            true => (theirs[0].pose.heading, theirs[1].pose.heading),
-            false => wide(other.obstacle.track(), first, last),
+        let their = if stands {
+            (theirs[0].pose.heading, theirs[1].pose.heading)
+        } else {
+            wide(other.obstacle.track(), first, last)
         };
         Some(Manoeuvre::of(&PairMotion {
             ego,

@@ -215,18 +215,20 @@ fn compact(w: &mut Writer, near: &Near<'_>) {
 
 /// The words for the direction of a neighbour.
 fn direction(beside: Adjacent) -> &'static str {
-    match beside.same_direction {
-        true => " in the same direction",
-        false => " in the opposite direction",
+    if beside.same_direction {
+        " in the same direction"
+    } else {
+        " in the opposite direction"
     }
 }
 
 /// The kinds of road that a lanelet is part of, `unknown` for none.
 fn kinds(lanelet: &Lanelet, between: &str) -> String {
     let names: Vec<&str> = lanelet.types.iter().map(|kind| kind.name()).collect();
-    match names.is_empty() {
-        true => "unknown".into(),
-        false => names.join(between),
+    if names.is_empty() {
+        "unknown".into()
+    } else {
+        names.join(between)
     }
 }
 

@@ -32,9 +32,10 @@ pub fn picture_moments(
     options: &Options,
 ) -> Vec<PictureMoment> {
     let few = Options {
-        radius: match frame.is_of_one_obstacle() {
-            true => f64::INFINITY,
-            false => options.radius,
+        radius: if frame.is_of_one_obstacle() {
+            f64::INFINITY
+        } else {
+            options.radius
         },
         reach: None,
         ..few(options)
@@ -89,9 +90,10 @@ pub(super) fn describe(
             .time(moment.step, dt);
     }
     w.words(" s; the last panel is a close-up of the last of them. The ego, blue, is in the middle of each panel");
-    w.words(match frame.is_on_the_map() {
-        true => "; the x axis of the map points to the right, the y axis up.\n",
-        false => " and heads up.\n",
+    w.words(if frame.is_on_the_map() {
+        "; the x axis of the map points to the right, the y axis up.\n"
+    } else {
+        " and heads up.\n"
     });
     w.words(
         "Bodies have their real sizes and headings, and an arrow head inside at their front. A bar shows the scale, which is the same in all panels but the close-up. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 0.5 s at its present velocity.\n",

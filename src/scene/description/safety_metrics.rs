@@ -199,10 +199,7 @@ impl Measured<'_, '_> {
 fn measures(w: &mut Writer, said_of: &[Said], encounter: &Encounter<'_>) {
     for (place, one) in said_of.iter().enumerate() {
         // The two times to close gaps belong together.
-        let between = match one.continues {
-            true => ", ",
-            false => "; ",
-        };
+        let between = if one.continues { ", " } else { "; " };
         w.words(if place == 0 { "; " } else { between })
             .words(&one.before);
         match read(w, one.id, encounter) {

@@ -54,9 +54,10 @@ impl Cell {
 
 /// The line of titles of rows that begin with [`begin`].
 pub(super) fn titles(w: &mut Writer, columns: &[&[Column]]) {
-    let first = match w.is_relative() {
-        true => "t [s],who",
-        false => "step,t [s],who",
+    let first = if w.is_relative() {
+        "t [s],who"
+    } else {
+        "step,t [s],who"
     };
     titles_after(w, first, columns);
 }

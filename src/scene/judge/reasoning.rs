@@ -15,14 +15,15 @@ pub(super) fn moment(scene: &Scene, step: i64) -> String {
 
 /// `at step 143 (14.3 s)`, or `between steps 3 and 4, at 1.75 s`.
 pub(super) fn touching(scene: &Scene, contact: &Contact) -> String {
-    match contact.overlaps {
-        true => format!("at {}", moment(scene, contact.step)),
-        false => format!(
+    if contact.overlaps {
+        format!("at {}", moment(scene, contact.step))
+    } else {
+        format!(
             "between steps {} and {}, at {:.2} s",
             contact.step - 1,
             contact.step,
             contact.time
-        ),
+        )
     }
 }
 

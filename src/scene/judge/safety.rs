@@ -34,9 +34,12 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
     let mut found = findings(scene, &criterion, &past, prospects, thresholds);
     // The critical ones first, by their probabilities; then the others, by their risk.
     found.sort_by(|a, b| {
-        let score = |f: &Finding| match f.critical {
-            true => None,
-            false => Some(f.entry.risk_score),
+        let score = |f: &Finding| {
+            if f.critical {
+                None
+            } else {
+                Some(f.entry.risk_score)
+            }
         };
         let probability = |f: &Finding| f.prospect.probability;
         score(a)

@@ -37,9 +37,10 @@ impl Contact {
     /// What it is called: one with a region is possible.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        match self.is_possible {
-            true => "possible contact",
-            false => "contact",
+        if self.is_possible {
+            "possible contact"
+        } else {
+            "contact"
         }
     }
 

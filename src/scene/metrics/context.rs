@@ -175,9 +175,10 @@ impl<'s> Context<'s> {
     /// The recorded motions of another: all of them, or where nothing after a window may be known those in it.
     pub(super) fn motions(&self, participant: usize) -> &'s [(i64, Motion)] {
         let track = self.participants[participant].obstacle.track();
-        match self.ends {
-            true => track.during(&(self.steps.start..=self.steps.end - 1)),
-            false => track.during(&(i64::MIN..=i64::MAX)),
+        if self.ends {
+            track.during(&(self.steps.start..=self.steps.end - 1))
+        } else {
+            track.during(&(i64::MIN..=i64::MAX))
         }
     }
 

@@ -111,9 +111,10 @@ impl Measure {
     /// Word for the most dangerous value. Of levels it is not "min": the lowest risk score is the highest danger.
     #[must_use]
     pub fn extreme(&self) -> &'static str {
-        match self.is_ordinal() {
-            true => "worst",
-            false => self.danger.extreme(),
+        if self.is_ordinal() {
+            "worst"
+        } else {
+            self.danger.extreme()
         }
     }
 

@@ -38,11 +38,11 @@ pub fn family(id: &str) -> &str {
         .match_indices('_')
         .nth(1)
         .map_or(rest.len(), |(at, _)| at);
-    match is_valid(&rest[..end]) {
-        true => &rest[..end],
-        false => id
-            .rsplit_once("-track-")
-            .map_or(id, |(recording, _)| recording),
+    if is_valid(&rest[..end]) {
+        &rest[..end]
+    } else {
+        id.rsplit_once("-track-")
+            .map_or(id, |(recording, _)| recording)
     }
 }
 

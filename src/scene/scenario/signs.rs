@@ -154,9 +154,10 @@ impl Sign {
     /// A speed (m/s) as the sign tells it, with its unit.
     #[must_use]
     pub fn speed_shown(&self, speed: f64) -> (f64, &'static str) {
-        match self.in_miles() {
-            true => (speed * 2.236_936, "mph"),
-            false => (speed * 3.6, "km/h"),
+        if self.in_miles() {
+            (speed * 2.236_936, "mph")
+        } else {
+            (speed * 3.6, "km/h")
         }
     }
 }

@@ -247,9 +247,10 @@ fn light_lines(
             .filter(|light| is_for(light, turn) && leaves)
             .cloned()
             .collect();
-        let s = match inside && lanelet.stop_line.is_none() {
-            true => stretch.from,
-            false => stretch.line,
+        let s = if inside && lanelet.stop_line.is_none() {
+            stretch.from
+        } else {
+            stretch.line
         };
         let known = |line: &LightLine| {
             (line.s - s).abs() < ONE

@@ -114,9 +114,10 @@ impl RuleReport {
 impl Finding {
     /// Of a rule that applied.
     pub(super) fn applied(rule: Rule, violations: Vec<Violation>) -> Self {
-        let status = match violations.is_empty() {
-            true => RuleStatus::Obeyed,
-            false => RuleStatus::Broken,
+        let status = if violations.is_empty() {
+            RuleStatus::Obeyed
+        } else {
+            RuleStatus::Broken
         };
         Self {
             rule,

@@ -19,8 +19,9 @@ pub(super) fn finding(ego: &EgoAlong<'_>) -> Finding {
         let over = moment.velocity - limit.speed;
         (over > TOLERANCE).then_some((over, None))
     });
-    match limited {
-        true => Finding::applied(Rule::SpeedLimit, violations),
-        false => Finding::not_applicable(Rule::SpeedLimit, "no limit on the lanes driven"),
+    if limited {
+        Finding::applied(Rule::SpeedLimit, violations)
+    } else {
+        Finding::not_applicable(Rule::SpeedLimit, "no limit on the lanes driven")
     }
 }

@@ -185,9 +185,10 @@ const MOST: usize = 3;
 pub(super) fn violations(task: Task, answer: &Object, notes: &mut Notes) {
     let value = serde_json::Value::Object(answer.clone());
     for (place, what) in departures(kept_schema(task), &value).into_iter().take(MOST) {
-        let place = match place.is_empty() {
-            true => "the object",
-            false => &place,
+        let place = if place.is_empty() {
+            "the object"
+        } else {
+            &place
         };
         notes.add(format!("against the schema, {place}: {what}"));
     }

@@ -83,9 +83,10 @@ pub fn annotations(root: &Path) -> (Labels, Vec<Problem>) {
 /// `Results` below `root`, or `root` where there is no such folder.
 pub(crate) fn results_folder(root: &Path) -> PathBuf {
     let results = root.join("Results");
-    match results.is_dir() {
-        true => results,
-        false => root.to_path_buf(),
+    if results.is_dir() {
+        results
+    } else {
+        root.to_path_buf()
     }
 }
 

@@ -262,9 +262,10 @@ impl Answer {
 
     /// An answer that the server ended is not whole, whatever can be read from it, and one that says nothing neither.
     fn whole(&self) -> RunState {
-        match self.is_whole() {
-            true => RunState::Answered,
-            false => RunState::Truncated,
+        if self.is_whole() {
+            RunState::Answered
+        } else {
+            RunState::Truncated
         }
     }
 
@@ -294,9 +295,10 @@ pub(crate) fn reading(how: &ParseQuality) -> String {
 /// What the times in a model's answer to these messages, or to this description, count from. The built-in judge does not
 /// read them, and speaks of the recording.
 pub(super) fn times(model: &str, messages: &str) -> TimeOrigin {
-    match model == judge::MODEL {
-        true => TimeOrigin::Recording,
-        false => TimeOrigin::of(messages),
+    if model == judge::MODEL {
+        TimeOrigin::Recording
+    } else {
+        TimeOrigin::of(messages)
     }
 }
 

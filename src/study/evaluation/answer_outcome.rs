@@ -19,9 +19,10 @@ pub(super) fn read_from(
 ) -> JudgeOutcome {
     let last = answer.text.get(from[0]..).unwrap_or_default();
     // A model that puts everything into its reasoning has still answered.
-    let whole = match last.trim().is_empty() {
-        true => answer.reasoning.get(from[1]..).unwrap_or_default(),
-        false => after_thinking(last),
+    let whole = if last.trim().is_empty() {
+        answer.reasoning.get(from[1]..).unwrap_or_default()
+    } else {
+        after_thinking(last)
     };
     let finish = answer.finish.as_deref();
     let is_cut = finish.is_some_and(|word| is_cut(word) || DECLINED.contains(&word));

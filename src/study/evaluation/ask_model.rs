@@ -90,9 +90,10 @@ impl Asking {
             in_words.then(|| question.tokens()),
         );
         if weigh && !weighed(task, &tokens, &mut self.answer.judged) {
-            let note = match tokens.is_empty() {
-                true => "the server sent no log probabilities",
-                false => "the log probabilities do not show the token of the verdict",
+            let note = if tokens.is_empty() {
+                "the server sent no log probabilities"
+            } else {
+                "the log probabilities do not show the token of the verdict"
             };
             on_event(Event::Chunk(Chunk::Note(note.into())));
         }
@@ -240,12 +241,11 @@ impl Asking {
                     if matches!(error, llm::Error::Budget { .. }) && !retried && !begun {
                         end.over_budget = Some(error.to_string());
                     }
-                    end.failure = Some(match error.before_sending() && !retried {
-                        true => MissingVerdict::NotSent(error.to_string()),
-                        false => {
-                            end.sent = true;
-                            MissingVerdict::NoAnswer(error.to_string())
-                        }
+                    end.failure = Some(if error.before_sending() && !retried {
+                        MissingVerdict::NotSent(error.to_string())
+                    } else {
+                        end.sent = true;
+                        MissingVerdict::NoAnswer(error.to_string())
                     });
                 }
             }

@@ -185,9 +185,12 @@ impl Regression {
 
     /// Each value less its mean, in standard deviations; 0 of what never differs.
     fn standardised(&self, surface: &[f64; SURFACE.len()]) -> [f64; SURFACE.len()] {
-        std::array::from_fn(|at| match self.deviation[at] > 0.0 {
-            true => (surface[at] - self.mean[at]) / self.deviation[at],
-            false => 0.0,
+        std::array::from_fn(|at| {
+            if self.deviation[at] > 0.0 {
+                (surface[at] - self.mean[at]) / self.deviation[at]
+            } else {
+                0.0
+            }
         })
     }
 

@@ -43,9 +43,10 @@ impl TemplateVersion {
             return None;
         }
         let is_draft = version.is_none() && shipped(file) != Some(hash);
-        let name = match is_draft {
-            true => DRAFT,
-            false => file.strip_suffix(".md").unwrap_or(file),
+        let name = if is_draft {
+            DRAFT
+        } else {
+            file.strip_suffix(".md").unwrap_or(file)
         };
         Some(Self {
             name: name.into(),

@@ -130,9 +130,10 @@ impl Provenance {
         });
         if !self.models.is_empty() {
             let models = self.models.iter().map(|(asked, returned)| {
-                let returned = match returned.is_empty() {
-                    true => "not named by the server".into(),
-                    false => returned.join(", "),
+                let returned = if returned.is_empty() {
+                    "not named by the server".into()
+                } else {
+                    returned.join(", ")
                 };
                 format!("{asked} ({returned})")
             });
@@ -155,9 +156,10 @@ impl Provenance {
             ));
         }
         if let (Some(changes), Some(hash)) = (&self.thresholds, &self.thresholds_sha256) {
-            parts.push(match changes.is_empty() {
-                true => "shipped thresholds".into(),
-                false => format!("thresholds {} ({})", short(hash), changes.join(", ")),
+            parts.push(if changes.is_empty() {
+                "shipped thresholds".into()
+            } else {
+                format!("thresholds {} ({})", short(hash), changes.join(", "))
             });
         }
         format!("Provenance: {}.", parts.join("; "))

@@ -240,9 +240,10 @@ pub fn template(
             task,
             frame,
             pack: library.pack(),
-            known: match frames.is_empty() {
-                true => "none".into(),
-                false => frames.join(", "),
+            known: if frames.is_empty() {
+                "none".into()
+            } else {
+                frames.join(", ")
             },
         }
     })

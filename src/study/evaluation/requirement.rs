@@ -203,9 +203,10 @@ impl Requirement {
             return format!("{} has no value", self.metric);
         };
         let ends = interval.and_then(|ends| Some((ends.get(0)?.as_f64()?, ends.get(1)?.as_f64()?)));
-        let value = match value.fract() == 0.0 && value.abs() >= 2.0 {
-            true => format!("{value}"),
-            false => format!("{value:.4}"),
+        let value = if value.fract() == 0.0 && value.abs() >= 2.0 {
+            format!("{value}")
+        } else {
+            format!("{value:.4}")
         };
         match ends {
             Some((low, high)) => format!("{} is {value} [{low:.4}, {high:.4}]", self.metric),

@@ -330,9 +330,12 @@ mod tests {
             token_probability: None,
             unknown: Vec::new(),
         };
-        let label = |collides| match collides {
-            true => Label::Collision(None),
-            false => Label::Safe,
+        let label = |collides| {
+            if collides {
+                Label::Collision(None)
+            } else {
+                Label::Safe
+            }
         };
         let mut scored = Scored::built_in(scenario, "m/x", truth.map(label), verdict);
         scored.status = status;

@@ -137,9 +137,10 @@ pub async fn run(
             return Err(why.into());
         }
         let rounds = &asking.answer.tool_rounds;
-        let rounds = match rounds.is_empty() {
-            true => None,
-            false => Some(serde_json::to_string(rounds).map_err(StoreError::from)?),
+        let rounds = if rounds.is_empty() {
+            None
+        } else {
+            Some(serde_json::to_string(rounds).map_err(StoreError::from)?)
         };
         let unstored = store.set_aside((*id, run), texts, (&ending, rounds), why);
         on_event(Event::NotStored(unstored.to_string()));

@@ -111,9 +111,12 @@ impl StreamRecorder {
 fn pieces(joined: &[(bool, String)]) -> Vec<AnswerPiece<'_>> {
     joined
         .iter()
-        .map(|(reasoning, text)| match reasoning {
-            true => AnswerPiece::Reasoning(text),
-            false => AnswerPiece::Answer(text),
+        .map(|(reasoning, text)| {
+            if *reasoning {
+                AnswerPiece::Reasoning(text)
+            } else {
+                AnswerPiece::Answer(text)
+            }
         })
         .collect()
 }

@@ -104,9 +104,10 @@ fn result(view: &WindowView<'_>, call: &ToolCall) -> String {
     match tools::call(view, &call.name, &call.arguments) {
         Ok(value) => {
             let text = value.to_string();
-            match text.len() > LONGEST_RESULT {
-                true => error("the result is too long; ask for less of it"),
-                false => text,
+            if text.len() > LONGEST_RESULT {
+                error("the result is too long; ask for less of it")
+            } else {
+                text
             }
         }
         Err(why) => error(&why.to_string()),
@@ -263,9 +264,12 @@ mod tests {
                 arguments: "9".repeat(2000),
             };
             let made = calls(&all);
-            let results = (0..count).map(|place| match made + place < limits.calls {
-                true => "x".repeat(LONGEST_RESULT),
-                false => over_limit(limits),
+            let results = (0..count).map(|place| {
+                if made + place < limits.calls {
+                    "x".repeat(LONGEST_RESULT)
+                } else {
+                    over_limit(limits)
+                }
             });
             let results = results.collect();
             let turn = ToolTurn {

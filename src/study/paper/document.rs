@@ -78,12 +78,13 @@ impl Paper {
             Some(format!("{} in {} as in {table}", name(row), row.table))
         });
         let again: Vec<String> = again.collect();
-        let again = match again.is_empty() {
-            true => String::new(),
-            false => format!(
+        let again = if again.is_empty() {
+            String::new()
+        } else {
+            format!(
                 " Rows in two tables are counted once: {}.",
                 again.join("; ")
-            ),
+            )
         };
         let count = |finding| parts.iter().filter(|p| p.finding == finding).count();
         [

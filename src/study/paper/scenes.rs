@@ -87,9 +87,10 @@ impl Opened {
 
 /// The label of a half of the data.
 pub(super) fn label_of_half(collision: bool) -> Label {
-    match collision {
-        true => Label::Collision(None),
-        false => Label::Safe,
+    if collision {
+        Label::Collision(None)
+    } else {
+        Label::Safe
     }
 }
 

@@ -216,9 +216,12 @@ impl Paper {
 
 impl Part {
     fn of(collision: bool, published: &Confusion, recorded: Option<&Confusion>) -> Self {
-        let half = |c: &Confusion| match collision {
-            true => (c.true_positives, c.positives()),
-            false => (c.false_positives, c.negatives()),
+        let half = |c: &Confusion| {
+            if collision {
+                (c.true_positives, c.positives())
+            } else {
+                (c.false_positives, c.negatives())
+            }
         };
         let (published, recorded) = (half(published), recorded.map_or((0, 0), half));
         let p = match recorded.1 {

@@ -111,9 +111,10 @@ pub fn slower(scene: &Scene, now: i64) -> Scene {
     let track = &scene.ego.track;
     let mut ego = scene.ego.clone();
     let sample = |step: i64| {
-        let (place, half) = match step > now {
-            true => (now + (step - now) / 2, (step - now) % 2 == 1),
-            false => (step, false),
+        let (place, half) = if step > now {
+            (now + (step - now) / 2, (step - now) % 2 == 1)
+        } else {
+            (step, false)
         };
         let here = track.at(place)?;
         let next = track.at(place + i64::from(half))?;

@@ -103,9 +103,10 @@ impl<'s> WindowView<'s> {
                 if ids.len() < self.there.len() {
                     ids.push("…".into());
                 }
-                let known = match ids.is_empty() {
-                    true => "it has none".to_string(),
-                    false => format!("it has {}", ids.join(", ")),
+                let known = if ids.is_empty() {
+                    "it has none".to_string()
+                } else {
+                    format!("it has {}", ids.join(", "))
                 };
                 ToolError::new(format!("no obstacle {id} in the described window; {known}"))
             })

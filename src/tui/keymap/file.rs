@@ -161,9 +161,10 @@ fn skipped(map: &Keymap, table: &DeTable<'_>) -> Option<String> {
     };
     let lines = table.iter().filter_map(|(key, value)| {
         let name = key.get_ref();
-        match name == REMOVED_TABLE {
-            true => Some(format!("[{name}]")),
-            false => has_action(value).then(|| format!("{name}.{REMOVED_ACTION}")),
+        if name == REMOVED_TABLE {
+            Some(format!("[{name}]"))
+        } else {
+            has_action(value).then(|| format!("{name}.{REMOVED_ACTION}"))
         }
     });
     let lines: Vec<String> = lines.collect();

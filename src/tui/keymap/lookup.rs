@@ -165,9 +165,10 @@ impl Keymap {
             let title = title_of(&binding.keys.0[..=keys.len()]);
             all.push(NextKey {
                 key: rest[0],
-                words: match ends {
-                    true => menu_label(binding.entry()),
-                    false => title.unwrap_or("more"),
+                words: if ends {
+                    menu_label(binding.entry())
+                } else {
+                    title.unwrap_or("more")
                 },
                 leads_on: !ends,
                 action: ends.then_some(binding.entry().action),

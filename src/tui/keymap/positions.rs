@@ -41,9 +41,10 @@ pub fn latin(key: Key) -> Option<Key> {
             .map(|(_, key)| key)
     })?;
     let shifted = || SHIFTED.iter().find(|(plain, _)| *plain == there);
-    let code = match lower == typed {
-        true => there,
-        false => shifted().map_or(there.to_ascii_uppercase(), |(_, upper)| *upper),
+    let code = if lower == typed {
+        there
+    } else {
+        shifted().map_or(there.to_ascii_uppercase(), |(_, upper)| *upper)
     };
     Some(Key {
         code: Code::Char(code),

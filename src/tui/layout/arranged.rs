@@ -97,26 +97,29 @@ impl Arranged {
             whole.height
         };
         let size = shares.cells(cut.edge, total, cut.usual, cut.limits);
-        let constraints = match cut.before {
-            true => [Constraint::Length(size), Constraint::Min(0)],
-            false => [Constraint::Min(0), Constraint::Length(size)],
+        let constraints = if cut.before {
+            [Constraint::Length(size), Constraint::Min(0)]
+        } else {
+            [Constraint::Min(0), Constraint::Length(size)]
         };
-        let layout = match cut.upright {
-            true => Layout::horizontal(constraints),
-            false => Layout::vertical(constraints),
+        let layout = if cut.upright {
+            Layout::horizontal(constraints)
+        } else {
+            Layout::vertical(constraints)
         };
         let [first, second] = layout.areas(area);
-        let strip = match cut.upright {
-            true => Rect {
+        let strip = if cut.upright {
+            Rect {
                 x: second.x.saturating_sub(1),
                 width: 2,
                 ..area
-            },
-            false => Rect {
+            }
+        } else {
+            Rect {
                 y: second.y.saturating_sub(1),
                 height: 2,
                 ..area
-            },
+            }
         };
         self.borders.push(Border {
             edge: cut.edge,
@@ -246,9 +249,10 @@ impl Arranged {
                 let limits = (LOWEST, rest.height.saturating_sub(LOW + LOW));
                 panes.push((Pane::Timeline, below(&mut rest, Edge::Timeline, 5, limits)));
             }
-            let map = match more {
-                true => body.height * 2 / 5,
-                false => (body.height / 2).min(9),
+            let map = if more {
+                body.height * 2 / 5
+            } else {
+                (body.height / 2).min(9)
             };
             let limits = (LOW, rest.height.saturating_sub(LOW));
             panes.push((Pane::Map, below(&mut rest, Edge::List, map, limits)));
@@ -340,22 +344,21 @@ impl Arranged {
         usual: (u16, u16),
     ) {
         let all = area.height >= usual.0 + LOWEST + LOW;
-        let (upper, plot) = match all {
-            true => {
-                let rest = area.height.saturating_sub(LOWEST);
-                let limits = (LOWEST, rest.saturating_sub(LOW));
-                let verdict = shares.cells(Edge::Verdict, body.height, usual.0, limits);
-                let cut = Cut {
-                    edge: Edge::Plot,
-                    upright: false,
-                    before: false,
-                    usual: usual.1,
-                    limits: (LOW, rest.saturating_sub(verdict)),
-                };
-                let [upper, plot] = self.cut(area, body, shares, arrangement, cut);
-                (upper, Some(plot))
-            }
-            false => (area, None),
+        let (upper, plot) = if all {
+            let rest = area.height.saturating_sub(LOWEST);
+            let limits = (LOWEST, rest.saturating_sub(LOW));
+            let verdict = shares.cells(Edge::Verdict, body.height, usual.0, limits);
+            let cut = Cut {
+                edge: Edge::Plot,
+                upright: false,
+                before: false,
+                usual: usual.1,
+                limits: (LOW, rest.saturating_sub(verdict)),
+            };
+            let [upper, plot] = self.cut(area, body, shares, arrangement, cut);
+            (upper, Some(plot))
+        } else {
+            (area, None)
         };
         let second = match (plot, focus) {
             (None, Pane::Plot) => Pane::Plot,

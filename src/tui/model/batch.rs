@@ -34,9 +34,10 @@ impl MarkedScenarios {
     /// How many scenarios of the list are marked, whatever the filter.
     #[must_use]
     pub fn count(&self, list: &List) -> usize {
-        match self.0.is_empty() {
-            true => 0,
-            false => list.rows.iter().filter(|row| self.has(&row.entry)).count(),
+        if self.0.is_empty() {
+            0
+        } else {
+            list.rows.iter().filter(|row| self.has(&row.entry)).count()
         }
     }
 

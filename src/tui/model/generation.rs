@@ -247,9 +247,10 @@ fn writing_words(at: &AuthoringProgress, whole: bool) -> String {
     if at.grades.1 > 0 {
         return format!("model: grades motion {}/{}", at.grades.0, at.grades.1);
     }
-    let mut words = match at.driving {
-        true => format!("driving against motion {}/{}", at.begun, at.of),
-        false => format!("model: writes motion {}/{}", at.begun, at.of),
+    let mut words = if at.driving {
+        format!("driving against motion {}/{}", at.begun, at.of)
+    } else {
+        format!("model: writes motion {}/{}", at.begun, at.of)
     };
     if whole {
         if at.retry > 0 {

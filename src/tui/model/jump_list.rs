@@ -40,9 +40,10 @@ impl JumpList {
 
     /// The place before the last jump, or after it, in exchange for the present one.
     pub fn turn(&mut self, back: bool, now: Option<Place>) -> Option<Place> {
-        let (from, to) = match back {
-            true => (&mut self.back, &mut self.forward),
-            false => (&mut self.forward, &mut self.back),
+        let (from, to) = if back {
+            (&mut self.back, &mut self.forward)
+        } else {
+            (&mut self.forward, &mut self.back)
         };
         // A jump that led nowhere is none.
         while from.last().is_some_and(|place| Some(place) == now.as_ref()) {

@@ -308,11 +308,12 @@ impl List {
         let is_head = |line: &Line| matches!(line, Line::Head(_));
         let is_place = |line: &Line| matches!(line, Line::Scenario(p, _) if Some(*p) == place);
         let find = |what: &dyn Fn(&Line) -> bool| self.lines.iter().position(what);
-        let same = match on_head {
-            true => find(&|line| is_head(line) && in_group(line)),
-            false => find(&|line| is_place(line) && in_group(line))
+        let same = if on_head {
+            find(&|line| is_head(line) && in_group(line))
+        } else {
+            find(&|line| is_place(line) && in_group(line))
                 .or_else(|| find(&is_place))
-                .or_else(|| find(&|line| is_head(line) && in_group(line))),
+                .or_else(|| find(&|line| is_head(line) && in_group(line)))
         };
         let first = find(&|line| !is_head(line)).unwrap_or(0);
         self.selected = same.filter(|_| keep).unwrap_or(first);
@@ -336,9 +337,10 @@ impl List {
                 self.order
                     .compare(self.turned, &self.rows[a.1], &self.rows[b.1])
             };
-            match by_match {
-                true => b.0.cmp(&a.0).then_with(by_order),
-                false => by_order(),
+            if by_match {
+                b.0.cmp(&a.0).then_with(by_order)
+            } else {
+                by_order()
             }
         });
         (scored.into_iter().map(|(_, place)| place).collect(), how)

@@ -270,9 +270,10 @@ impl PromptPane {
     pub fn unkept_drafts(&mut self) -> Vec<(String, Option<String>)> {
         let files = std::mem::take(&mut self.unkept);
         let draft = |file: String| {
-            let text = match file == self.file {
-                true => self.draft().map(|(_, text)| text),
-                false => self.drafts.get(&file).cloned(),
+            let text = if file == self.file {
+                self.draft().map(|(_, text)| text)
+            } else {
+                self.drafts.get(&file).cloned()
             };
             (file, text)
         };

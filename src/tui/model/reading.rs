@@ -30,9 +30,10 @@ impl Model {
     /// Shows answers as they were sent, or rendered again.
     pub fn toggle_raw(&mut self) {
         self.reading.raw = !self.reading.raw;
-        self.say(match self.reading.raw {
-            true => "answers as sent",
-            false => "answers rendered as Markdown",
+        self.say(if self.reading.raw {
+            "answers as sent"
+        } else {
+            "answers rendered as Markdown"
         });
     }
 

@@ -110,9 +110,10 @@ impl Border {
     /// Where the border would be if it were taken from one position of the screen to another.
     #[must_use]
     pub fn dragged(&self, from: Position, to: Position) -> u16 {
-        let by = match self.upright {
-            true => i32::from(to.x) - i32::from(from.x),
-            false => i32::from(to.y) - i32::from(from.y),
+        let by = if self.upright {
+            i32::from(to.x) - i32::from(from.x)
+        } else {
+            i32::from(to.y) - i32::from(from.y)
         };
         self.moved(if self.before { by } else { -by })
     }

@@ -53,9 +53,10 @@ pub fn prepare(
     let asked = asked.and_then(|asking| asking.join().ok());
     let mut background = asked.unwrap_or_else(|| background::of_environment(env));
     let map = MapChoice::of_config(config.map.as_deref());
-    let encoder = match pixels::is_worth_asking(map, env) {
-        true => Encoder::ask(background::PATIENCE),
-        false => None,
+    let encoder = if pixels::is_worth_asking(map, env) {
+        Encoder::ask(background::PATIENCE)
+    } else {
+        None
     };
     // An answer may still come.
     background.late |= encoder.is_none() && pixels::is_worth_asking(map, env);

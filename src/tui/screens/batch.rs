@@ -163,9 +163,10 @@ fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
     }
     let estimate = &counts.estimate;
     let own = batch.model == judge::MODEL;
-    let who = match own {
-        true => format!("{} ({})", judge::NAME, judge::MODEL),
-        false => batch.model.clone(),
+    let who = if own {
+        format!("{} ({})", judge::NAME, judge::MODEL)
+    } else {
+        batch.model.clone()
     };
     row("model", who, bold);
     let how = format!(
@@ -215,9 +216,10 @@ fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
     let there = format!("{}, free", estimate.stored);
     row("in store", there, Style::new());
     let name = if own { "answers" } else { "requests" };
-    let asks = match own {
-        true => format!("{}, on this machine", estimate.free),
-        false => format!("{}, {} at once", estimate.requests, counts.at_once),
+    let asks = if own {
+        format!("{}, on this machine", estimate.free)
+    } else {
+        format!("{}, {} at once", estimate.requests, counts.at_once)
     };
     let asks = match batch.request.tools.filter(|_| !own) {
         Some(limits) => format!("{asks}; each with up to {} rounds of tools", limits.rounds),
@@ -227,9 +229,10 @@ fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
     if !own {
         let tokens = format!("about {} in the questions", thousands(estimate.tokens));
         row("tokens", tokens, Style::new());
-        let price = match model.prompt.prices.is_free(&batch.model) {
-            true => "free: a server on this machine".to_string(),
-            false => estimate.price(),
+        let price = if model.prompt.prices.is_free(&batch.model) {
+            "free: a server on this machine".to_string()
+        } else {
+            estimate.price()
         };
         row("price", price, bold);
         for bound in &estimate.bounds {

@@ -191,9 +191,10 @@ fn external(lines: &mut Lines, process: &ExternalReport, theme: &Theme) {
         "planner",
         &visible(&format!("{} {}", process.name, process.version)),
     );
-    let words = match process.predictions {
-        true => "sent",
-        false => "not asked for",
+    let words = if process.predictions {
+        "sent"
+    } else {
+        "not asked for"
     };
     lines.say("predictions", words);
     let style = Style::new().fg(theme.danger);

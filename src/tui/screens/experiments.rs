@@ -108,25 +108,22 @@ impl Screen for ExperimentsScreen {
     fn follow(&mut self, model: &mut Model) -> Vec<Effect> {
         let last = self.rows(model).len().saturating_sub(1);
         self.picker.selected = self.picker.selected.min(last);
-        match self.naming {
-            true => Vec::new(),
-            false => self.list(),
-        }
+        if self.naming { Vec::new() } else { self.list() }
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-        let title = match self.naming {
-            true => "new experiment: name of the file",
-            false => "experiments",
+        let title = if self.naming {
+            "new experiment: name of the file"
+        } else {
+            "experiments"
         };
         let inner = window::window(frame, screen, model, title, (100, 22));
         let here = &model.recall.here;
-        let rows: Vec<(String, String)> = match self.naming {
-            true => Vec::new(),
-            false => {
-                let rows = self.rows(model).into_iter();
-                rows.map(|row| words(&row, here, model)).collect()
-            }
+        let rows: Vec<(String, String)> = if self.naming {
+            Vec::new()
+        } else {
+            let rows = self.rows(model).into_iter();
+            rows.map(|row| words(&row, here, model)).collect()
         };
         if self.naming {
             let typed = picker::typed(model, &self.picker, 0, usize::from(inner.width));

@@ -142,9 +142,10 @@ fn row(model: &Model, job: &Job, chosen: bool, width: u16, widths: [usize; 4]) -
         Span::raw(pad(&job.title, rest)),
         Span::styled(format!(" {facts}"), Style::new().fg(theme.dim)),
     ]);
-    match chosen {
-        true => theme.select(line),
-        false => line.style(theme.base()),
+    if chosen {
+        theme.select(line)
+    } else {
+        line.style(theme.base())
     }
 }
 
@@ -206,9 +207,10 @@ fn whole(job: &Job) -> String {
         .why
         .as_ref()
         .map_or(String::new(), |why| format!("; first failure: {why}"));
-    let text = match said.is_empty() {
-        true => job.title.clone(),
-        false => format!("{}: {said}{why}", job.title),
+    let text = if said.is_empty() {
+        job.title.clone()
+    } else {
+        format!("{}: {said}{why}", job.title)
     };
     fit(&visible(&text), 600)
 }

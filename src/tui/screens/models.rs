@@ -37,9 +37,10 @@ impl Choice for Models {
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
-        let title = match self.ask {
-            true => "ask another model",
-            false => "model",
+        let title = if self.ask {
+            "ask another model"
+        } else {
+            "model"
         };
         let inner = window::window(frame, screen, model, title, (100, 20));
         let shown = models_shown(model, picker);

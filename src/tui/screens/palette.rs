@@ -113,9 +113,10 @@ fn row(model: &Model, entry: &Entry, selected: bool, width: usize) -> Vec<Line<'
             Span::raw(pad(&words, room)),
             Span::styled(format!("{}{}", " ".repeat(GAP), pad(keys, columns)), key),
         ]);
-        lines.push(match selected {
-            true => model.theme.select(line),
-            false => line,
+        lines.push(if selected {
+            model.theme.select(line)
+        } else {
+            line
         });
     }
     lines

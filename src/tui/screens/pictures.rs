@@ -78,12 +78,13 @@ impl Choice for Pictures {
 fn look(model: &Model, kind: PictureKind) -> Look {
     let (columns, _) = model.drawn.map_size();
     let width = (model.camera.cell * f64::from(columns)).max(2.0);
-    let seen = match model.camera.follow {
-        true => MapExtent::Ego { width },
-        false => MapExtent::Around {
+    let seen = if model.camera.follow {
+        MapExtent::Ego { width }
+    } else {
+        MapExtent::Around {
             center: model.camera.center,
             width,
-        },
+        }
     };
     let ego = model.scene().map(|scene| scene.ego.id);
     let mut obstacles: Vec<i64> = model.picked.into_iter().collect();

@@ -106,11 +106,12 @@ impl Screen for SourceScreen {
         let shown = numbered.map(|(row, ((number, _), line))| {
             let here = picked == Some(from + row);
             let sign = if here { "▸" } else { " " };
-            let style = match here {
-                true => Style::new()
+            let style = if here {
+                Style::new()
                     .fg(model.theme.picked)
-                    .add_modifier(Modifier::BOLD),
-                false => dim,
+                    .add_modifier(Modifier::BOLD)
+            } else {
+                dim
             };
             let mut whole = Line::from(Span::styled(format!("{sign}{number:>digits$} "), style));
             whole.spans.extend(line.spans);

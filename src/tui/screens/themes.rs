@@ -46,9 +46,10 @@ impl Choice for Themes {
             Ok(theme) => {
                 model.theme = theme;
                 model.look.chosen.clone_from(&name);
-                let how_long = match model.recall.on {
-                    true => "for this session",
-                    false => "until you quit",
+                let how_long = if model.recall.on {
+                    "for this session"
+                } else {
+                    "until you quit"
                 };
                 model.say(format!(
                     "theme {name} {how_long}; to keep it, set `theme = {name:?}` in {}",

@@ -232,9 +232,10 @@ fn counted(
 ) -> CountedExperiment {
     let estimate = &dry_run.estimate;
     // A batch whose questions are all answered has none to make.
-    let lines = match plan.is_stored() && plan.scenarios() == 0 {
-        true => Vec::new(),
-        false => dry_run.lines(&refused, usd),
+    let lines = if plan.is_stored() && plan.scenarios() == 0 {
+        Vec::new()
+    } else {
+        dry_run.lines(&refused, usd)
     };
     CountedExperiment {
         progress: stored.progress,
@@ -331,9 +332,10 @@ fn truth_words(experiment: &Experiment) -> String {
 
 /// A path of a file; names of bundled scenarios are as they are.
 fn shown(path: &Path) -> String {
-    match path.is_absolute() {
-        true => nearmiss_base::system::shown_path(path),
-        false => path.display().to_string(),
+    if path.is_absolute() {
+        nearmiss_base::system::shown_path(path)
+    } else {
+        path.display().to_string()
     }
 }
 

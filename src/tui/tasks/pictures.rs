@@ -87,27 +87,24 @@ pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
     }
     // Bytes first: a picture that cannot be drawn takes no name.
     let mut bytes = Vec::new();
-    match moves {
-        true => {
-            let steps: Vec<i64> = figure.steps().collect();
-            let frame = |i: usize| Ok(figure.at(steps[i]));
-            animate(
-                &mut bytes,
-                steps.len(),
-                job.scenario.dt(),
-                dpi,
-                frame,
-                &held.stop,
-            )
+    if moves {
+        let steps: Vec<i64> = figure.steps().collect();
+        let frame = |i: usize| Ok(figure.at(steps[i]));
+        animate(
+            &mut bytes,
+            steps.len(),
+            job.scenario.dt(),
+            dpi,
+            frame,
+            &held.stop,
+        )
+        .map_err(|e| e.to_string())?;
+    } else {
+        let picture = still.unwrap_or_else(|| figure.at(job.step));
+        bytes = job
+            .format
+            .encode(&picture, dpi)
             .map_err(|e| e.to_string())?;
-        }
-        false => {
-            let picture = still.unwrap_or_else(|| figure.at(job.step));
-            bytes = job
-                .format
-                .encode(&picture, dpi)
-                .map_err(|e| e.to_string())?;
-        }
     }
     save_new(folder, &stem, job.format.name(), &bytes)
 }

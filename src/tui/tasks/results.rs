@@ -134,9 +134,10 @@ fn read(
         thresholds: &judging.thresholds,
     };
     let (mut truth, truths) = search.known(store, query.truth)?;
-    let choice = match truths.contains(&query.truth) {
-        true => query.truth,
-        false => TruthChoice::Usual,
+    let choice = if truths.contains(&query.truth) {
+        query.truth
+    } else {
+        TruthChoice::Usual
     };
     if choice != query.truth {
         (truth, _) = search.known(store, choice)?;
@@ -157,9 +158,10 @@ fn read(
     let is_own = matches!(counting, AnswerSet::Batch(..)) && choice == TruthChoice::Usual;
     let count = |truth: &Truth| match counting {
         AnswerSet::Batch(batch, part) => {
-            let by_run: HashMap<_, _> = match is_own {
-                true => HashMap::new(),
-                false => outcomes.iter().map(|one| (one.run, one)).collect(),
+            let by_run: HashMap<_, _> = if is_own {
+                HashMap::new()
+            } else {
+                outcomes.iter().map(|one| (one.run, one)).collect()
             };
             let other = |scored: &Scored| {
                 let outcome = by_run.get(&scored.run?)?;

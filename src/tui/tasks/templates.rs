@@ -27,19 +27,21 @@ pub fn set_aside(path: &Path, draft: Option<&str>) -> std::io::Result<String> {
     }
     if let Some(draft) = draft {
         // Beside a saved one it gets a separate name.
-        let to = match kept.is_empty() {
-            true => saved,
-            false => path.with_extension("draft.md.bak"),
+        let to = if kept.is_empty() {
+            saved
+        } else {
+            path.with_extension("draft.md.bak")
         };
         Folders::write(&to, draft)?;
         kept.push(to.display().to_string());
     }
-    Ok(match kept.is_empty() {
-        true => "the shipped template is in use".into(),
-        false => format!(
+    Ok(if kept.is_empty() {
+        "the shipped template is in use".into()
+    } else {
+        format!(
             "the shipped template is in use; yours is kept as {}",
             kept.join(", your draft as ")
-        ),
+        )
     })
 }
 

@@ -46,9 +46,10 @@ pub(super) fn toasts(model: &Model) -> String {
 /// Opens a file and waits until it is counted, or cannot be.
 pub(super) async fn open(whole: &mut Whole, file: &Path) {
     whole.model.experiment.chosen = Some(file.to_path_buf());
-    whole.press(match whole.model.screens.is_top::<ExperimentScreen>() {
-        true => "o",
-        false => "space o e",
+    whole.press(if whole.model.screens.is_top::<ExperimentScreen>() {
+        "o"
+    } else {
+        "space o e"
     });
     counted(whole).await;
 }

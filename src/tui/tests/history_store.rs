@@ -32,14 +32,8 @@ impl Fixture {
             sample: 0,
             batch: None,
             scenario: scenario.into(),
-            scenario_hash: Some(match ours {
-                true => opened.scenario.hash.to_string(),
-                false => format!("not the hash of {scenario}"),
-            }),
-            ego: match ours {
-                true => opened.scene.as_ref().unwrap().ego.to_string(),
-                false => "1".into(),
-            },
+            scenario_hash: Some(if ours { opened.scenario.hash.to_string() } else { format!("not the hash of {scenario}") }),
+            ego: if ours { opened.scene.as_ref().unwrap().ego.to_string() } else { "1".into() },
             task: Task::Safety,
             frame: "cartesian".into(),
             techniques: "cp".into(),

@@ -12,18 +12,15 @@ async fn server() -> Server {
         let body = request.json();
         let messages = body["messages"].as_array().unwrap();
         let told = messages.iter().any(|message| message["role"] == "tool");
-        let message = match body.get("tools").is_some() && !told {
-            true => json!({
+        let message = if body.get("tools").is_some() && !told { json!({
                 "role": "assistant", "content": null, "tool_calls": [{
                     "id": "c", "type": "function",
                     "function": {"name": "list_obstacles", "arguments": "{}"},
                 }],
-            }),
-            false => json!({
+            }) } else { json!({
                 "role": "assistant",
                 "content": r#"{"collision": false, "obstacles": [], "justification": "so"}"#,
-            }),
-        };
+            }) };
         let turn = json!({
             "model": "small", "choices": [{"index": 0, "message": message, "finish_reason": "stop"}],
             "usage": {"prompt_tokens": 100, "completion_tokens": 10},

@@ -24,9 +24,12 @@ pub fn preview(
     depth: Option<ColorDepth>,
 ) -> Result<String, String> {
     let styled = depth.is_some();
-    let shown = |line: &Line<'_>| match styled {
-        true => ansi::line(line),
-        false => line.to_string(),
+    let shown = |line: &Line<'_>| {
+        if styled {
+            ansi::line(line)
+        } else {
+            line.to_string()
+        }
     };
     let depth = depth.unwrap_or(ColorDepth::None);
     let lines = match name {

@@ -270,9 +270,10 @@ pub fn edited(model: &mut Model, file: &PathBuf, result: Result<String, String>)
         model.complain(why);
         model.experiment.shows_text = true;
     }
-    match model.experiment.file.as_ref() == Some(file) {
-        true => read_again(model),
-        false => Vec::new(),
+    if model.experiment.file.as_ref() == Some(file) {
+        read_again(model)
+    } else {
+        Vec::new()
     }
 }
 

@@ -82,13 +82,15 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 /// The sentence that is typed becomes its filter, which is still being typed: it is used as it stands then.
 fn translate(model: &mut Model) -> Vec<Effect> {
     let read = Sentence::read(model.list.sentence().unwrap_or_default());
-    let left_out = match read.filter.is_empty() {
-        true => Some("nothing of this is a filter: `nearmiss help finding` lists the words".into()),
-        false => read.left_out(|words| visible(words).into_owned()),
+    let left_out = if read.filter.is_empty() {
+        Some("nothing of this is a filter: `nearmiss help finding` lists the words".into())
+    } else {
+        read.left_out(|words| visible(words).into_owned())
     };
-    let effects = match read.filter.is_empty() {
-        true => Vec::new(),
-        false => typed(model, read.filter),
+    let effects = if read.filter.is_empty() {
+        Vec::new()
+    } else {
+        typed(model, read.filter)
     };
     if let Some(filtering) = &mut model.list.filtering {
         filtering.left_out = left_out;
@@ -143,9 +145,10 @@ pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
         return Vec::new();
     };
     *left -= seconds;
-    match *left <= 0.0 {
-        true => open_match(model),
-        false => Vec::new(),
+    if *left <= 0.0 {
+        open_match(model)
+    } else {
+        Vec::new()
     }
 }
 

@@ -35,13 +35,15 @@ pub fn go(model: &mut Model, back: bool) -> Vec<Effect> {
     for _ in 0..model.look.times() {
         let now = here(model);
         let Some(place) = model.jumps.turn(back, now) else {
-            let key = model.look.key(match back {
-                true => Action::PlaceForward,
-                false => Action::PlaceBack,
+            let key = model.look.key(if back {
+                Action::PlaceForward
+            } else {
+                Action::PlaceBack
             });
-            model.say(match back {
-                true => format!("no earlier place; {key} goes forward"),
-                false => format!("no later place; {key} goes back"),
+            model.say(if back {
+                format!("no earlier place; {key} goes forward")
+            } else {
+                format!("no later place; {key} goes back")
             });
             break;
         };

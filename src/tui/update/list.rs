@@ -130,9 +130,10 @@ pub fn recount(model: &Model, name: &str) -> Vec<Effect> {
     let entries: Vec<_> = of_name
         .map(|(place, row)| (place, row.entry.clone()))
         .collect();
-    match entries.is_empty() {
-        true => Vec::new(),
-        false => vec![Effect::Recount(entries)],
+    if entries.is_empty() {
+        Vec::new()
+    } else {
+        vec![Effect::Recount(entries)]
     }
 }
 

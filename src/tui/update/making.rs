@@ -58,9 +58,10 @@ fn generate_with(model: &mut Model, written: bool) -> Vec<Effect> {
         ));
         return Vec::new();
     }
-    match written {
-        true => writing::begin(model, Some(id)),
-        false => generate(model, Some(id)),
+    if written {
+        writing::begin(model, Some(id))
+    } else {
+        generate(model, Some(id))
     }
 }
 
@@ -203,9 +204,10 @@ pub fn stop_left(model: &mut Model) -> Vec<Effect> {
     }
     let leaves =
         |search: &Search| model.opened.is_none() || model.list.opened != Some(search.place);
-    match model.maker.under_way.as_ref().is_some_and(leaves) {
-        true => stop(model),
-        false => Vec::new(),
+    if model.maker.under_way.as_ref().is_some_and(leaves) {
+        stop(model)
+    } else {
+        Vec::new()
     }
 }
 
@@ -285,9 +287,10 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
         return Vec::new();
     };
     let made = kept.made.clone();
-    let mut opened = match changed {
-        true => kept.variant.clone(),
-        false => kept.original.clone(),
+    let mut opened = if changed {
+        kept.variant.clone()
+    } else {
+        kept.original.clone()
     };
     opened.variant = Some(VariantShown {
         made: made.clone(),

@@ -48,9 +48,10 @@ fn border(model: &Model, area: Rect, upright: bool) -> Option<(Border, bool)> {
         };
         borders.iter().find(touches).copied()
     };
-    let (near, far) = match upright {
-        true => (area.x, area.right()),
-        false => (area.y, area.bottom()),
+    let (near, far) = if upright {
+        (area.x, area.right())
+    } else {
+        (area.y, area.bottom())
     };
     let alone = || {
         let map = model.drawn.area(Pane::Map)?;

@@ -196,9 +196,10 @@ pub fn request(model: &mut Model) -> Vec<Effect> {
     let leaves = |drive: &RunningDrive| {
         model.opening.is_some() || model.opened.is_none() || model.list.opened != Some(drive.place)
     };
-    let effects = match model.driver.under_way.as_ref().is_some_and(leaves) {
-        true => stop(model),
-        false => Vec::new(),
+    let effects = if model.driver.under_way.as_ref().is_some_and(leaves) {
+        stop(model)
+    } else {
+        Vec::new()
     };
     let open = model.opened.as_ref().map(|o| o.scenario.hash);
     if model.opening.is_none() && model.driver.declined != open {

@@ -29,9 +29,10 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if let Some(effects) = offer(model, action) {
         return effects;
     }
-    match model.takes(action) {
-        true => actions::perform(model, action),
-        false => Vec::new(),
+    if model.takes(action) {
+        actions::perform(model, action)
+    } else {
+        Vec::new()
     }
 }
 

@@ -34,12 +34,11 @@ fn certificate(model: &mut Model) {
             .opened
             .as_deref()
             .is_some_and(|opened| opened.saved.is_some());
-        return model.say(match shows || saved {
-            true => "no good driver survives this variant, so there is no certificate".into(),
-            false => {
-                let key = model.look.key(Action::Generate);
-                format!("only a variant has a certificate; {key} makes the scenario dangerous")
-            }
+        return model.say(if shows || saved {
+            "no good driver survives this variant, so there is no certificate".into()
+        } else {
+            let key = model.look.key(Action::Generate);
+            format!("only a variant has a certificate; {key} makes the scenario dangerous")
         });
     }
     let shown = model.map.second.on && model.map.second.certificate;
@@ -49,9 +48,10 @@ fn certificate(model: &mut Model) {
     }
     let words = moment_words(model);
     let key = model.look.key(Action::CertificateMap);
-    model.say(match shown {
-        true => format!("second map: {words}"),
-        false => format!("second map: {words}; {key} shows the original again"),
+    model.say(if shown {
+        format!("second map: {words}")
+    } else {
+        format!("second map: {words}; {key} shows the original again")
     });
 }
 
@@ -142,14 +142,11 @@ pub fn drawn(model: &mut Model) {
     if !model.drawn.is_cramped() || std::mem::replace(&mut model.map.second.told, true) {
         return;
     }
-    let words = match model.zoomed && model.focus == Pane::Map {
-        true => "the terminal is too small for two maps".into(),
-        false => {
-            let key = model.look.key(Action::Zoom);
-            format!(
-                "the pane is too small for two maps; {key} on the map gives it the whole screen"
-            )
-        }
+    let words = if model.zoomed && model.focus == Pane::Map {
+        "the terminal is too small for two maps".into()
+    } else {
+        let key = model.look.key(Action::Zoom);
+        format!("the pane is too small for two maps; {key} on the map gives it the whole screen")
     };
     model.say(words);
 }

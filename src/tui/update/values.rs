@@ -38,9 +38,10 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
     model.list.forget_values();
     effects.extend(model.list.ranking());
     if let Some(place) = model.list.opened {
-        effects.extend(match model.planned().is_some() {
-            true => planning::again(model, place),
-            false => open_again(model, place, model.taken),
+        effects.extend(if model.planned().is_some() {
+            planning::again(model, place)
+        } else {
+            open_again(model, place, model.taken)
         });
     }
     effects

@@ -64,9 +64,10 @@ fn hints(model: &Model, width: u16) -> (Vec<Hint>, Vec<Hint>) {
         // The way back is needed only here.
         hints.extend(hint_of(model, Action::RecordedEgo));
     }
-    match model.clock.playing {
-        true => hints.extend(playing(model)),
-        false => hints.extend(of_pane(model)),
+    if model.clock.playing {
+        hints.extend(playing(model))
+    } else {
+        hints.extend(of_pane(model))
     }
     let last: Vec<Hint> = menu(model)
         .into_iter()

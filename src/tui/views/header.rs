@@ -130,9 +130,10 @@ fn asked(model: &Model, width: u16) -> String {
     if variant.is_none() {
         return forms.pop().unwrap_or_default();
     }
-    match running.is_empty() {
-        true => String::new(),
-        false => format!("{} ", running.join(" · ")),
+    if running.is_empty() {
+        String::new()
+    } else {
+        format!("{} ", running.join(" · "))
     }
 }
 
@@ -142,9 +143,10 @@ fn has_own_ego(model: &Model, opened: &Opened) -> bool {
 }
 
 fn which(shown: &VariantShown) -> &'static str {
-    match shown.changed {
-        true => "variant · ",
-        false => "original · ",
+    if shown.changed {
+        "variant · "
+    } else {
+        "original · "
     }
 }
 
@@ -255,9 +257,10 @@ fn ego(opened: &Opened, width: u16) -> String {
                     .scene
                     .as_ref()
                     .map_or(0.0, |s| s.time_of(s.last_step()));
-                match width >= NARROW {
-                    true => format!("ego planned until {until:.1} s, {error}"),
-                    false => format!("ego planned until {until:.1} s"),
+                if width >= NARROW {
+                    format!("ego planned until {until:.1} s, {error}")
+                } else {
+                    format!("ego planned until {until:.1} s")
                 }
             }
             Some(outcome) if width >= NARROW => {

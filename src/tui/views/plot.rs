@@ -120,10 +120,7 @@ fn lines(f: &mut Frame<'_>, axes: &Axes, curves: &[Curve], levels: bool) {
         .paint(|ctx| {
             for curve in curves {
                 for run in &curve.runs {
-                    let run = match levels {
-                        true => steps(run),
-                        false => run.clone(),
-                    };
+                    let run = if levels { steps(run) } else { run.clone() };
                     let dots: Vec<_> = run.iter().map(|point| axes.dots(*point)).collect();
                     stroke(ctx, &dots, curve.dash, curve.color);
                 }
@@ -135,9 +132,10 @@ fn lines(f: &mut Frame<'_>, axes: &Axes, curves: &[Curve], levels: bool) {
 /// The measure, its most dangerous value now, the most dangerous of all, and who is picked: the most telling first.
 fn title(model: &Model, opened: &Opened, series: &Series) -> Vec<Vec<Span<'static>>> {
     let (theme, measure) = (&model.theme, model.plot.measure);
-    let name = match measure.is_ordinal() {
-        true => measure.axis_name(measure.id),
-        false => measure.id.to_string(),
+    let name = if measure.is_ordinal() {
+        measure.axis_name(measure.id)
+    } else {
+        measure.id.to_string()
     };
     let mut parts = vec![vec![Span::raw(name)]];
     let colored = |value: f64| match measure.id {
@@ -246,9 +244,12 @@ fn legend(f: &mut Frame<'_>, area: Rect, model: &Model, curves: &[Curve], unname
     // Lines the user chose are named first, even without values.
     let chosen = curves.iter().filter(|c| c.chosen);
     let all = curves.iter().filter(|c| !c.chosen && !c.runs.is_empty());
-    let named = chosen.chain(all).map(|c| match c.runs.is_empty() {
-        true => (format!("{} –", c.name), theme.dim),
-        false => (format!("{} {}", c.dash.sign(), c.name), c.color),
+    let named = chosen.chain(all).map(|c| {
+        if c.runs.is_empty() {
+            (format!("{} –", c.name), theme.dim)
+        } else {
+            (format!("{} {}", c.dash.sign(), c.name), c.color)
+        }
     });
     let thresholds = unnamed.iter().map(|threshold| {
         let words = marks::words(threshold, model.plot.measure.unit);

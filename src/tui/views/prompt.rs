@@ -174,10 +174,7 @@ fn error(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
     let Some(error) = &model.prompt.error else {
         return area;
     };
-    let rest = match model.prompt.held {
-        true => "",
-        false => BROKEN,
-    };
+    let rest = if model.prompt.held { "" } else { BROKEN };
     let words = format!("! {error}{rest}");
     let words = Paragraph::new(visible(&words).into_owned())
         .style(Style::new().fg(model.theme.danger))

@@ -82,9 +82,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         };
         let mut whole = Line::from(sign);
         whole.spans.extend(line.spans);
-        match chosen {
-            true => model.theme.select(whole.style(model.theme.base())),
-            false => whole.style(model.theme.base()),
+        if chosen {
+            model.theme.select(whole.style(model.theme.base()))
+        } else {
+            whole.style(model.theme.base())
         }
     });
     f.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
@@ -98,9 +99,10 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     let list = &model.list;
     let all = list.rows.len();
     let searching = if list.found || all == 0 { "" } else { "…" };
-    let mut title = match list.filter.is_empty() {
-        true => format!("scenarios {all}{searching}"),
-        false => format!("scenarios {}/{all}{searching}", list.visible.len()),
+    let mut title = if list.filter.is_empty() {
+        format!("scenarios {all}{searching}")
+    } else {
+        format!("scenarios {}/{all}{searching}", list.visible.len())
     };
     let mut add = |words: String| {
         if title.width() + words.width() <= room {
@@ -160,9 +162,10 @@ fn filter(f: &mut Frame<'_>, inner: &mut Rect, model: &Model) {
     let width = usize::from(inner.width);
     let style = Style::new().fg(model.theme.accent);
     let typed = fit_end(&list.filter, width.saturating_sub(2));
-    let typed = match selected {
-        true => Span::styled(typed, style.add_modifier(Modifier::REVERSED)),
-        false => Span::styled(typed, style),
+    let typed = if selected {
+        Span::styled(typed, style.add_modifier(Modifier::REVERSED))
+    } else {
+        Span::styled(typed, style)
     };
     let slash = Span::styled("/", style);
     f.render_widget(
@@ -199,12 +202,13 @@ fn headings(columns: &[Column], width: usize) -> Line<'static> {
 fn placed(cell: Span<'static>, column: Column) -> Span<'static> {
     let width = column.width() - 1;
     let words = cell.content.as_ref();
-    let text = match column.is_number() {
-        true => format!(
+    let text = if column.is_number() {
+        format!(
             " {}{words}",
             " ".repeat(width.saturating_sub(words.width()))
-        ),
-        false => format!(" {}", pad(words, width)),
+        )
+    } else {
+        format!(" {}", pad(words, width))
     };
     Span::styled(text, cell.style)
 }
@@ -280,9 +284,10 @@ fn skipped(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let width = usize::from(area.width).saturating_sub(4);
     let key = model.look.key(Action::About);
     let words = format!("{count} skipped: {key}");
-    let words = match words.width() <= width {
-        true => format!(" {words} "),
-        false => format!(" {} ", fit(&format!("{count} skipped"), width)),
+    let words = if words.width() <= width {
+        format!(" {words} ")
+    } else {
+        format!(" {} ", fit(&format!("{count} skipped"), width))
     };
     let below = Rect {
         x: area.x + 1,

@@ -29,9 +29,10 @@ pub fn message(model: &Model, columns: u16) -> Option<(&Toast, u16)> {
     let mut shown = model.toasts.iter().filter(|toast| told(model, toast));
     let toast = shown.rfind(in_a_line)?;
     let taken = width(toast).saturating_add(2);
-    Some(match columns.saturating_sub(taken) < KEYS {
-        true => (toast, columns),
-        false => (toast, taken),
+    Some(if columns.saturating_sub(taken) < KEYS {
+        (toast, columns)
+    } else {
+        (toast, taken)
     })
 }
 

@@ -71,9 +71,10 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         y: screen.y + 1,
         ..below
     };
-    let area = match hides_selection(frame.buffer_mut(), below) {
-        true => above,
-        false => below,
+    let area = if hides_selection(frame.buffer_mut(), below) {
+        above
+    } else {
+        below
     };
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
     let block = Block::bordered()

@@ -33,33 +33,30 @@ pub fn divide(
     let thick = matches!(look.kind, BorderType::Thick);
     let upright = line.width < line.height;
     // From border to border.
-    let (whole, signs, title_at) = match upright {
-        true => {
-            let whole = Rect {
-                y: area.y,
-                height: area.height,
-                ..line
-            };
-            let signs = if thick {
-                ["┯", "│", "┷"]
-            } else {
-                ["┬", "│", "┴"]
-            };
-            (whole, signs, (line.x + 1, area.y))
-        }
-        false => {
-            let whole = Rect {
-                x: area.x,
-                width: area.width,
-                ..line
-            };
-            let signs = if thick {
-                ["┠", "─", "┨"]
-            } else {
-                ["├", "─", "┤"]
-            };
-            (whole, signs, (area.x + 1, line.y))
-        }
+    let (whole, signs, title_at) = if upright {
+        let whole = Rect {
+            y: area.y,
+            height: area.height,
+            ..line
+        };
+        let signs = if thick {
+            ["┯", "│", "┷"]
+        } else {
+            ["┬", "│", "┴"]
+        };
+        (whole, signs, (line.x + 1, area.y))
+    } else {
+        let whole = Rect {
+            x: area.x,
+            width: area.width,
+            ..line
+        };
+        let signs = if thick {
+            ["┠", "─", "┨"]
+        } else {
+            ["├", "─", "┤"]
+        };
+        (whole, signs, (area.x + 1, line.y))
     };
     let count = whole.positions().count();
     let buffer = frame.buffer_mut();
@@ -88,17 +85,18 @@ struct FrameLook {
 fn look(model: &Model, pane: Pane) -> FrameLook {
     let theme = &model.theme;
     // Beside answers that are compared, the map only shows.
-    match model.focus == pane && model.screens.is_empty() && !model.compare.open {
-        true => FrameLook {
+    if model.focus == pane && model.screens.is_empty() && !model.compare.open {
+        FrameLook {
             title: Style::new().fg(theme.accent).add_modifier(Modifier::BOLD),
             border: Style::new().fg(theme.border_focused),
             kind: BorderType::Thick,
-        },
-        false => FrameLook {
+        }
+    } else {
+        FrameLook {
             title: Style::new().fg(theme.title),
             border: Style::new().fg(theme.border),
             kind: BorderType::Plain,
-        },
+        }
     }
 }
 

@@ -183,10 +183,11 @@ impl Reading {
         for line in self.text[from..].split_inclusive('\n') {
             let to = from + ended(line).len();
             let words = &self.text[from..to];
-            let kind = match line.ends_with('\n') {
-                true => self.outline.next(words),
+            let kind = if line.ends_with('\n') {
+                self.outline.next(words)
+            } else {
                 // It may go on.
-                false => self.outline.clone().next(words),
+                self.outline.clone().next(words)
             };
             let placed = Placed {
                 from,

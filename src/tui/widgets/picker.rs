@@ -53,9 +53,10 @@ pub fn draw(
         });
     }
     if rows.is_empty() {
-        let words = match picker.text.is_empty() {
-            true => "  none yet",
-            false => "  nothing matches",
+        let words = if picker.text.is_empty() {
+            "  none yet"
+        } else {
+            "  nothing matches"
         };
         lines.push(Line::styled(words, Style::new().fg(theme.dim)));
     }
@@ -81,9 +82,10 @@ fn beside(left: &str, right: &str, width: usize) -> String {
     let room = width.saturating_sub(left.width() + 1);
     // A word of it always has its place.
     let room = room.max(right.width().min(width / 4));
-    match room < right.width().min(LEAST) {
-        true => String::new(),
-        false => whole_parts(right.split(" · "), room),
+    if room < right.width().min(LEAST) {
+        String::new()
+    } else {
+        whole_parts(right.split(" · "), room)
     }
 }
 

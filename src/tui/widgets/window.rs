@@ -165,10 +165,7 @@ pub fn margin(frame: &mut Frame<'_>, screen: Rect, area: Rect, model: &Model) {
         ..screen
     };
     // A window at the right edge leaves the border of the pane beside it.
-    let columns = match area.right() == screen.right() {
-        true => 1,
-        false => 2,
-    };
+    let columns = if area.right() == screen.right() { 1 } else { 2 };
     let wide = Rect {
         x: area.x.saturating_sub(columns),
         y: area.y.saturating_sub(1),

@@ -77,8 +77,9 @@ impl DryRun {
 #[must_use]
 pub fn is_enough(usd: f64, estimate: &Estimate) -> Option<bool> {
     let known = estimate.unbounded == 0 && estimate.unpriced == 0;
-    match estimate.usd > usd {
-        true => Some(false),
-        false => known.then_some(true),
+    if estimate.usd > usd {
+        Some(false)
+    } else {
+        known.then_some(true)
     }
 }

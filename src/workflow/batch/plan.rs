@@ -98,9 +98,10 @@ impl BatchRequest {
         let truth = self.truth.clone();
         let truth = truth.unwrap_or_else(|| TruthSource::usual(&self.entries));
         let paths = self.paths.iter().map(|path| {
-            match matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
-                true => Ok(path.clone()),
-                false => absolute(path),
+            if matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
+                Ok(path.clone())
+            } else {
+                absolute(path)
             }
         });
         let mut spec = Spec {
@@ -115,9 +116,10 @@ impl BatchRequest {
             drafts: self.drafts.clone(),
             comparison: self.comparison.clone(),
             subset: self.subset.clone(),
-            drawn_from: match self.matrix.draws_windows() {
-                true => self.entries.iter().map(path_of).collect(),
-                false => Vec::new(),
+            drawn_from: if self.matrix.draws_windows() {
+                self.entries.iter().map(path_of).collect()
+            } else {
+                Vec::new()
             },
         };
         spec.templates = Spec::templates_of(&spec.matrix, &spec.library(library)?);

@@ -118,9 +118,10 @@ impl ResumeRequest {
         let mut windows = BatchWindows::of_items(&items).map_err(BatchError::Question)?;
         let mut left_out = None;
         if extended {
-            let drawn_from: Vec<&str> = match spec.drawn_from.is_empty() {
-                true => paths(&items),
-                false => spec.drawn_from.iter().map(String::as_str).collect(),
+            let drawn_from: Vec<&str> = if spec.drawn_from.is_empty() {
+                paths(&items)
+            } else {
+                spec.drawn_from.iter().map(String::as_str).collect()
             };
             let entries: Vec<Entry> = drawn_from.into_iter().map(entry).collect();
             // Files with labels may be gone; then what the questions say is what is known.

@@ -139,9 +139,10 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
         ));
     }
     members.push((member, Content::File(file)));
-    let ratings = match request.with_ratings {
-        true => ratings(store, &runs)?,
-        false => Vec::new(),
+    let ratings = if request.with_ratings {
+        ratings(store, &runs)?
+    } else {
+        Vec::new()
     };
     if !ratings.is_empty() {
         members.push(of_bytes(
@@ -241,9 +242,12 @@ fn experiment(
     portable: &Spec,
     items: &[Item],
 ) -> Result<String, BundleError> {
-    let below = |folder: &str, path: &PathBuf| match is_bundled(&path.display().to_string()) {
-        true => path.clone(),
-        false => Path::new(folder).join(path),
+    let below = |folder: &str, path: &PathBuf| {
+        if is_bundled(&path.display().to_string()) {
+            path.clone()
+        } else {
+            Path::new(folder).join(path)
+        }
     };
     let experiment = Experiment {
         title: portable.title.clone(),

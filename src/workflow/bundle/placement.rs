@@ -71,9 +71,10 @@ impl Placement {
         let path = Path::new(path);
         let here = self.roots.iter().filter_map(|(name, root)| {
             let rest = path.strip_prefix(name).ok()?;
-            Some(match rest.as_os_str().is_empty() {
-                true => root.clone(),
-                false => root.join(rest),
+            Some(if rest.as_os_str().is_empty() {
+                root.clone()
+            } else {
+                root.join(rest)
             })
         });
         here.into_iter()

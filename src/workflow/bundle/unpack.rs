@@ -188,9 +188,10 @@ fn check(
     let mut path = request.into.join(name);
     if path.symlink_metadata().is_ok() {
         let there = system::read_file(&path, system::LARGEST);
-        match there.is_ok_and(|bytes| hash(&bytes) == member.sha256) {
-            true => checked.there += 1,
-            false => return Err(BundleError::InTheWay(path)),
+        if there.is_ok_and(|bytes| hash(&bytes) == member.sha256) {
+            checked.there += 1
+        } else {
+            return Err(BundleError::InTheWay(path));
         }
     } else {
         checked.staged.add(name, content)?;

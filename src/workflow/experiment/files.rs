@@ -37,9 +37,10 @@ const LARGEST: u64 = 1 << 20;
 /// # Errors
 /// The folder cannot be read: which, and why.
 pub fn experiments_in(folder: &Path) -> Result<FolderOfExperiments, String> {
-    let here = match folder.as_os_str().is_empty() {
-        true => Path::new("."),
-        false => folder,
+    let here = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
     };
     let entries = here.read_dir();
     let entries =

@@ -174,9 +174,10 @@ impl Experiment {
         if let Err(why) = asked.check_size() {
             reading.mistake("models", &why);
         } else if let Some(name) = unknown_name(&experiment) {
-            let key = match experiment.comparison.baseline.as_ref() == Some(&name) {
-                true => "baseline",
-                false => "compare",
+            let key = if experiment.comparison.baseline.as_ref() == Some(&name) {
+                "baseline"
+            } else {
+                "compare"
             };
             reading.mistake(
                 key,
@@ -245,9 +246,10 @@ fn beyond(leads: &[Lead], within: f64) -> Option<Lead> {
 /// A path of a file: names of bundled scenarios stay as they are.
 fn place(folder: &Path, path: &str) -> PathBuf {
     let path = Path::new(path);
-    match matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
-        true => path.to_path_buf(),
-        false => folder.join(path),
+    if matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
+        path.to_path_buf()
+    } else {
+        folder.join(path)
     }
 }
 
@@ -292,9 +294,10 @@ fn unknown_name(experiment: &Experiment) -> Option<String> {
 
 /// Each once, or the default where there are none.
 fn or<T: PartialEq>(values: Vec<T>, default: T) -> Vec<T> {
-    match values.is_empty() {
-        true => vec![default],
-        false => each_once(values),
+    if values.is_empty() {
+        vec![default]
+    } else {
+        each_once(values)
     }
 }
 

@@ -113,9 +113,10 @@ impl Header {
                 others.map(|name| format!("{name} {}, now {}", of(then, name), of(self, name))),
             );
         }
-        match found.is_empty() {
-            true => String::new(),
-            false => format!(" ({})", found.join("; ")),
+        if found.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", found.join("; "))
         }
     }
 }

@@ -212,12 +212,11 @@ impl PreparedPlan {
                         }
                     }
                 }
-                match monitor.brake && in_force(&answers, step) {
-                    true => {
-                        braked.push(step);
-                        Control::Brake
-                    }
-                    false => Control::Follow,
+                if monitor.brake && in_force(&answers, step) {
+                    braked.push(step);
+                    Control::Brake
+                } else {
+                    Control::Follow
                 }
             })?;
         if let Some(error) = failed {

@@ -200,9 +200,10 @@ impl Facts {
                     .verdict
                     .dangerous
             });
-            match one.dangerous == truth {
-                true => tally.agree += 1,
-                false => tally.differ += 1,
+            if one.dangerous == truth {
+                tally.agree += 1
+            } else {
+                tally.differ += 1
             }
         }
     }

@@ -56,9 +56,12 @@ impl Words {
         let (case, form) = (CaseMatching::Ignore, Normalization::Smart);
         // A leading `'` asks for a part; `^`, `!` and a `$` at the end say already how to match.
         let plain = |word: &str| !word.starts_with(['\'', '^', '!', '\\']) && !word.ends_with('$');
-        let parts = words.iter().map(|word| match plain(word) {
-            true => format!("'{word}"),
-            false => (*word).to_string(),
+        let parts = words.iter().map(|word| {
+            if plain(word) {
+                format!("'{word}")
+            } else {
+                (*word).to_string()
+            }
         });
         let parts: Vec<String> = parts.collect();
         Self {
@@ -229,9 +232,10 @@ impl Filter {
         let words = self.words.pattern(how);
         let mut score = words.score(text, &mut matching.matcher)?;
         for (codes, word) in &self.countries {
-            score += match codes.contains(&row.country()) {
-                true => OF_COUNTRY,
-                false => word.pattern(how).score(text, &mut matching.matcher)?,
+            score += if codes.contains(&row.country()) {
+                OF_COUNTRY
+            } else {
+                word.pattern(how).score(text, &mut matching.matcher)?
             };
         }
         Some(score)

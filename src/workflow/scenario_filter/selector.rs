@@ -43,9 +43,10 @@ impl Selector {
                 "`{term}` depends on your stored answers or tags, so others would ask about other scenarios"
             ));
         }
-        match filter.filters() {
-            true => Ok(Self(filter)),
-            false => Err("expected a filter such as tag:cut_in".into()),
+        if filter.filters() {
+            Ok(Self(filter))
+        } else {
+            Err("expected a filter such as tag:cut_in".into())
         }
     }
 
@@ -77,9 +78,10 @@ impl Selector {
         let kept: Vec<Entry> = kept
             .filter_map(|(entry, selected)| selected.then_some(entry))
             .collect();
-        match kept.is_empty() {
-            true => Err(format!("the filter lets none of {all} scenarios through")),
-            false => Ok(kept),
+        if kept.is_empty() {
+            Err(format!("the filter lets none of {all} scenarios through"))
+        } else {
+            Ok(kept)
         }
     }
 }

@@ -273,9 +273,10 @@ impl TunePlan {
     /// What gains are over: maps, where the parts have whole ones.
     #[must_use]
     pub fn cluster(&self) -> Cluster {
-        match self.division.by_map {
-            true => Cluster::Map,
-            false => Cluster::Scenario,
+        if self.division.by_map {
+            Cluster::Map
+        } else {
+            Cluster::Scenario
         }
     }
 

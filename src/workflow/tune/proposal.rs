@@ -51,9 +51,10 @@ impl Proposal {
                 lenient().ok_or_else(|| format!("the answer is not the JSON asked for: {error}"))?
             }
         };
-        match found.template.trim().is_empty() {
-            true => Err("the answer has no template".into()),
-            false => Ok(found),
+        if found.template.trim().is_empty() {
+            Err("the answer has no template".into())
+        } else {
+            Ok(found)
         }
     }
 }

@@ -122,8 +122,9 @@ impl Reflector {
 
 /// What an answer says; one that was cut off says no whole template.
 fn read(found: Reflection) -> Result<String, String> {
-    match found.finish == CUT_OFF {
-        true => Err("the answer ran into the token limit".into()),
-        false => Ok(found.answer),
+    if found.finish == CUT_OFF {
+        Err("the answer ran into the token limit".into())
+    } else {
+        Ok(found.answer)
     }
 }

@@ -165,9 +165,10 @@ fn labelled_claims_are_found_and_decided_as_people_do() {
             window: run.question.window,
         };
         let found = checked(&run.answer, &subject);
-        let tally = match answer < FIRST {
-            true => &mut first,
-            false => &mut added,
+        let tally = if answer < FIRST {
+            &mut first
+        } else {
+            &mut added
         };
         let mut taken = vec![false; found.len()];
         for label in labels.iter().filter(|label| label.answer == answer) {

@@ -351,10 +351,7 @@ fn who_turns_passes_through_nobody_unnoticed() {
     let standing = |id: i64, at: (f64, f64), length: f64, turns: bool| {
         let state = |step: i64| State {
             position: Some(Position::Point(Point::new(at.0, at.1))),
-            orientation: Some(Quantity::Exact(match turns && step >= 5 {
-                true => UP,
-                false => 0.0,
-            })),
+            orientation: Some(Quantity::Exact(if turns && step >= 5 { UP } else { 0.0 })),
             velocity: Some(Quantity::Exact(0.0)),
             ..State::at(Steps::exact(step))
         };

@@ -253,9 +253,10 @@ fn who_brakes_to_a_stand_before_the_way_is_on_no_course() {
         "{found:?}"
     );
     // With the same speed at first and no braking until it is near, it is on one.
-    let late = |t: f64| match t < 0.5 {
-        true => [6.0 * t, 6.0, 0.0],
-        false => {
+    let late = |t: f64| {
+        if t < 0.5 {
+            [6.0 * t, 6.0, 0.0]
+        } else {
             let [way, speed, acceleration] = until(t - 0.5, 6.0, -3.0, 0.0);
             [3.0 + way, speed, acceleration]
         }

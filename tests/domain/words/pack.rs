@@ -42,9 +42,10 @@ fn every_combination_has_its_parts_in_the_papers_order() {
 #[test]
 fn its_examples_are_read_as_a_yes_and_a_no() {
     for file in of_pack(Pack::Paper) {
-        let task = match file.contains("collision") {
-            true => Task::Collision,
-            false => Task::Safety,
+        let task = if file.contains("collision") {
+            Task::Collision
+        } else {
+            Task::Safety
         };
         let system = filled(&file, 4, Form::Prose).system;
         let answers = system.lines().filter(|l| l.starts_with("{\"Coll"));

@@ -104,9 +104,10 @@ fn every_number_of_a_name(rng: &mut Rng, text: &mut String) {
     let name = NAMES[rng.usize(..NAMES.len())];
     let markup = Markup::of(text);
     let inside = markup.named(text, name);
-    let (factor, offset) = match rng.bool() {
-        true => (FACTORS[rng.usize(..FACTORS.len())], 0.0),
-        false => (1.0, [1.0, 1e6, 1e9, 1e14][rng.usize(..4)]),
+    let (factor, offset) = if rng.bool() {
+        (FACTORS[rng.usize(..FACTORS.len())], 0.0)
+    } else {
+        (1.0, [1.0, 1e6, 1e9, 1e14][rng.usize(..4)])
     };
     for place in markup.numbers.iter().rev() {
         let hit = inside

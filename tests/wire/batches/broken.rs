@@ -121,12 +121,13 @@ async fn a_crash_between_two_results_takes_none_twice() {
                 world.in_a_file = true;
             }
             let short = bench.collect(id).await.unwrap_err();
-            match told {
-                true => assert!(matches!(short, RemoteError::Provider(_)), "{short}"),
-                false => assert!(
+            if told {
+                assert!(matches!(short, RemoteError::Provider(_)), "{short}")
+            } else {
+                assert!(
                     matches!(short, RemoteError::Short { given: 2, .. }),
                     "{short}"
-                ),
+                )
             }
             let running =
                 |states: &[RunState]| states.iter().filter(|s| **s == RunState::Running).count();

@@ -55,9 +55,10 @@ impl BatchApi for AnthropicBatches {
             return Ok(Match::No);
         }
         let is_over = self.status(calls, batch.clone())?.state.is_over();
-        Ok(match is_over {
-            true => Match::ByResults(id),
-            false => Match::Perhaps(id),
+        Ok(if is_over {
+            Match::ByResults(id)
+        } else {
+            Match::Perhaps(id)
         })
     }
 

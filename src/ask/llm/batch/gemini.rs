@@ -68,9 +68,10 @@ impl BatchApi for GeminiBatches {
         let shown = batch
             .pointer("/metadata/displayName")
             .and_then(Value::as_str);
-        match shown == Some(&name(mark.tag)) {
-            true => calls.id(batch, self.id_field()).map(Match::Yes),
-            false => Ok(Match::No),
+        if shown == Some(&name(mark.tag)) {
+            calls.id(batch, self.id_field()).map(Match::Yes)
+        } else {
+            Ok(Match::No)
         }
     }
 

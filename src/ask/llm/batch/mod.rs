@@ -291,9 +291,10 @@ impl Batches {
                 break;
             }
         }
-        Ok(match perhaps.is_empty() {
-            true => Lookup::Nothing,
-            false => Lookup::Perhaps(perhaps),
+        Ok(if perhaps.is_empty() {
+            Lookup::Nothing
+        } else {
+            Lookup::Perhaps(perhaps)
         })
     }
 

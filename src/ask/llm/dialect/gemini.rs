@@ -134,15 +134,15 @@ fn round(round: &ToolRound) -> [Value; 2] {
         parts.push(json!({"text": text}));
     }
     parts.extend(echo.iter().cloned());
-    match echo.iter().any(|part| part.get("functionCall").is_some()) {
-        true => {}
-        false => {
-            parts.extend(
-                round.turn.calls.iter().map(
-                    |call| json!({"functionCall": {"name": call.name, "args": call.object()}}),
-                ),
-            )
-        }
+    if echo.iter().any(|part| part.get("functionCall").is_some()) {
+    } else {
+        parts.extend(
+            round
+                .turn
+                .calls
+                .iter()
+                .map(|call| json!({"functionCall": {"name": call.name, "args": call.object()}})),
+        )
     }
     let results = round.pairs().map(|(call, result)| {
         let result: Value = serde_json::from_str(result).unwrap_or_else(|_| json!(result));

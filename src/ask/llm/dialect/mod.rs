@@ -115,9 +115,10 @@ pub(super) trait WireProtocol: Sync {
         let versioned = last
             .strip_prefix('v')
             .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
-        let version = match root.len() < base.len() || versioned {
-            true => "",
-            false => self.version(root),
+        let version = if root.len() < base.len() || versioned {
+            ""
+        } else {
+            self.version(root)
         };
         format!("{root}{version}{method}")
     }

@@ -48,9 +48,10 @@ impl WireProtocol for Protocol {
         out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
         if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
             // OpenAI's reasoning models refuse the old name; most other servers know no other.
-            let name = match quirks.max_completion_tokens {
-                true => "max_completion_tokens",
-                false => "max_tokens",
+            let name = if quirks.max_completion_tokens {
+                "max_completion_tokens"
+            } else {
+                "max_tokens"
             };
             out.put(name, json!(limit));
         }

@@ -55,9 +55,10 @@ pub fn read(text: &str) -> Result<(&'static str, Providers, usize), String> {
             );
         }
     };
-    match read.providers.is_empty() {
-        true => Err("no price of a provider that `nearmiss models` lists is in it".into()),
-        false => Ok((form, read.providers, read.left_out)),
+    if read.providers.is_empty() {
+        Err("no price of a provider that `nearmiss models` lists is in it".into())
+    } else {
+        Ok((form, read.providers, read.left_out))
     }
 }
 

@@ -167,9 +167,10 @@ fn entity(rest: &[u8]) -> Meaning {
             return Meaning::Character(name.len() + 1, meant);
         }
     }
-    match NAMES.iter().any(|(name, _)| name.starts_with(rest)) {
-        true => Meaning::Unfinished,
-        false => Meaning::Itself,
+    if NAMES.iter().any(|(name, _)| name.starts_with(rest)) {
+        Meaning::Unfinished
+    } else {
+        Meaning::Itself
     }
 }
 
@@ -223,9 +224,10 @@ fn char_of(value: u32) -> char {
 pub(super) fn taken_back(text: &[u8], kinds: &[u8]) -> Vec<u8> {
     let (mut meant, mut rest) = (Vec::new(), text);
     while let [first, after @ ..] = rest {
-        let meaning = match kinds.contains(first) {
-            true => meaning(rest),
-            false => Meaning::Itself,
+        let meaning = if kinds.contains(first) {
+            meaning(rest)
+        } else {
+            Meaning::Itself
         };
         rest = match meaning {
             Meaning::Itself | Meaning::Unfinished => {

@@ -109,9 +109,10 @@ fn times(budget: &Budget, left: &Value, right: &Value) -> Result<Value, Error> {
     let all = items.len().saturating_mul(count);
     budget.pay((all as u64).saturating_mul(24))?;
     let all: Vec<Value> = items.iter().cycle().take(all).cloned().collect();
-    Ok(match what.is_tuple() {
-        true => Value::from(Tuple::from(all)),
-        false => Value::from(all),
+    Ok(if what.is_tuple() {
+        Value::from(Tuple::from(all))
+    } else {
+        Value::from(all)
     })
 }
 
@@ -134,9 +135,12 @@ fn product(left: &Value, right: &Value) -> Result<Value, Error> {
             .ok_or_else(|| refused(format!("unable to calculate {left} * {right}")))?;
         return Ok(i64::try_from(product).map_or_else(|_| Value::from(product), Value::from));
     }
-    let float = |value: &Value| match whole(value) {
-        true => i128::try_from(value.clone()).map(|whole| whole as f64),
-        false => f64::try_from(value.clone()),
+    let float = |value: &Value| {
+        if whole(value) {
+            i128::try_from(value.clone()).map(|whole| whole as f64)
+        } else {
+            f64::try_from(value.clone())
+        }
     };
     Ok(Value::from(float(left)? * float(right)?))
 }

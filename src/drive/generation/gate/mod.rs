@@ -151,9 +151,10 @@ impl<'a> Gate<'a> {
                 }
             }
         }
-        match refused.is_empty() {
-            true => Ok(passed),
-            false => Err(refused),
+        if refused.is_empty() {
+            Ok(passed)
+        } else {
+            Err(refused)
         }
     }
 

@@ -26,9 +26,10 @@ pub(super) fn draw(
     (0..count)
         .map(|i| {
             if elite.is_empty() || random.f64() < EXPLORE {
-                let arm = live[match first {
-                    true => i % live.len(),
-                    false => random.usize(..live.len()),
+                let arm = live[if first {
+                    i % live.len()
+                } else {
+                    random.usize(..live.len())
                 }];
                 return (arm, arms[arm].sample(random));
             }

@@ -18,9 +18,10 @@ pub(super) fn answer(line: &str) -> Result<Answer, Fault> {
     let object = serde_json::from_str::<Value>(&with_quoted_infinities(line));
     let object = object.ok().filter(Value::is_object);
     let Some(object) = object else {
-        let details = match line.trim_start().starts_with('{') {
-            true => format!("no JSON: {error}: {}", shown(line)),
-            false => format!("{error}: {}; logs belong on standard error", shown(line)),
+        let details = if line.trim_start().starts_with('{') {
+            format!("no JSON: {error}: {}", shown(line))
+        } else {
+            format!("{error}: {}; logs belong on standard error", shown(line))
         };
         return Err(Fault::new(PlannerFault::Nonsense, details));
     };
@@ -39,9 +40,10 @@ pub(super) fn ready(line: &str) -> Result<Ready, Fault> {
         .and_then(|value| value.get("protocol")?.as_u64());
     let spoken = u64::from(OLDEST_PROTOCOL)..=u64::from(PROTOCOL);
     if let Some(version) = said.filter(|version| !spoken.contains(version)) {
-        let ours = match OLDEST_PROTOCOL == PROTOCOL {
-            true => PROTOCOL.to_string(),
-            false => format!("{OLDEST_PROTOCOL} to {PROTOCOL}"),
+        let ours = if OLDEST_PROTOCOL == PROTOCOL {
+            PROTOCOL.to_string()
+        } else {
+            format!("{OLDEST_PROTOCOL} to {PROTOCOL}")
         };
         let details = format!("version {version}; nearmiss speaks {ours}");
         return Err(Fault::new(PlannerFault::WrongVersion, details));
@@ -215,9 +217,10 @@ fn wrong(path: &str, value: Option<&Value>, expected: &str) -> Wrong {
 /// A value as it may be shown beside its path.
 fn excerpt(value: &Value) -> String {
     let text = shown(&value.to_string());
-    match text.chars().count() > EXCERPT {
-        true => text.chars().take(EXCERPT).chain(['…']).collect(),
-        false => text,
+    if text.chars().count() > EXCERPT {
+        text.chars().take(EXCERPT).chain(['…']).collect()
+    } else {
+        text
     }
 }
 
@@ -234,9 +237,10 @@ fn with_quoted_infinities(line: &str) -> String {
     let mut out = String::with_capacity(line.len());
     let (mut word, mut inside, mut escaped) = (String::new(), false, false);
     let end = |word: &mut String, out: &mut String| {
-        match is_infinite(word) {
-            true => *out += &format!("\"{word}\""),
-            false => *out += word,
+        if is_infinite(word) {
+            *out += &format!("\"{word}\"")
+        } else {
+            *out += word
         }
         word.clear();
     };

@@ -94,13 +94,12 @@ impl<'a> Session<'a> {
     /// Gives the process back or ends it; what became of the drive.
     pub fn end(mut self) -> ExternalReport {
         if let Some((mut process, ready)) = self.running.take() {
-            self.report.stderr = match ready.reusable && process.is_waiting() {
-                true => {
-                    let written = process.stderr();
-                    self.planner.put_back(process);
-                    written
-                }
-                false => process.end(bye()),
+            self.report.stderr = if ready.reusable && process.is_waiting() {
+                let written = process.stderr();
+                self.planner.put_back(process);
+                written
+            } else {
+                process.end(bye())
             };
         }
         self.report
@@ -307,9 +306,10 @@ fn of_step(trajectory: &Trajectory, step: i64) -> Result<(), Fault> {
     }
     let details = format!("it is for step {}, asked was step {step}", trajectory.step);
     // One more answer to an earlier request, or one to none.
-    let fault = match trajectory.step < step {
-        true => PlannerFault::Flood,
-        false => PlannerFault::Nonsense,
+    let fault = if trajectory.step < step {
+        PlannerFault::Flood
+    } else {
+        PlannerFault::Nonsense
     };
     Err(Fault::new(fault, details))
 }

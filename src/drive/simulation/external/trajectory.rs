@@ -125,9 +125,10 @@ impl Reader<'_> {
             }
             let next = (place + 1).min(times.len() - 1);
             let span = times[next] - times[place];
-            let share = match span > 0.0 {
-                true => ((t - times[place]) / span).clamp(0.0, 1.0),
-                false => 0.0,
+            let share = if span > 0.0 {
+                ((t - times[place]) / span).clamp(0.0, 1.0)
+            } else {
+                0.0
             };
             Sampled::between(
                 (&planned[place], &poses[place]),

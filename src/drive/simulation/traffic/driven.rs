@@ -61,9 +61,10 @@ impl Rollout {
             return None;
         }
         let mut reactions = self.traffic.reactions.iter();
-        Some(match reactions.any(|r| r.obstacle == collision.with) {
-            true => HitFromBehind::Reacting,
-            false => HitFromBehind::Unaware,
+        Some(if reactions.any(|r| r.obstacle == collision.with) {
+            HitFromBehind::Reacting
+        } else {
+            HitFromBehind::Unaware
         })
     }
 }

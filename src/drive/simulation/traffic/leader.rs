@@ -142,9 +142,10 @@ impl<'a, F: Fn(f64) -> Pose> Ahead<'a, F> {
     /// Whether the other body reaches a crossing first and is not gone in time, and one can still stop.
     fn waits_for(&self, other: Option<usize>, crossing: &Crossing) -> bool {
         let arrival = self.arrival(crossing.entry);
-        let before = match (crossing.first - arrival).abs() < TIE {
-            true => other.is_none_or(|other| other < self.place),
-            false => crossing.first < arrival,
+        let before = if (crossing.first - arrival).abs() < TIE {
+            other.is_none_or(|other| other < self.place)
+        } else {
+            crossing.first < arrival
         };
         let stops = self.speed * self.speed / (2.0 * self.braking) <= crossing.entry;
         before && stops && arrival <= crossing.last + CLEARANCE
@@ -169,9 +170,10 @@ impl<'a, F: Fn(f64) -> Pose> Ahead<'a, F> {
         let (mut free, mut taken) = (before as f64 * SPACING, found as f64 * SPACING);
         for _ in 0..4 {
             let middle = f64::midpoint(free, taken);
-            match touch(&self.footprint.at((self.pose)(middle)), &body) {
-                true => taken = middle,
-                false => free = middle,
+            if touch(&self.footprint.at((self.pose)(middle)), &body) {
+                taken = middle
+            } else {
+                free = middle
             }
         }
         Some((free, self.poses[found]))

@@ -82,9 +82,10 @@ impl Reacting {
             .chain(waiting);
         let wanted = leaders.fold(free, |least, leader| {
             let towards = free - self.idm.interaction(self.v, leader.gap, leader.speed);
-            let towards = match leader.gentle {
-                true => towards.max(-self.idm.deceleration),
-                false => towards,
+            let towards = if leader.gentle {
+                towards.max(-self.idm.deceleration)
+            } else {
+                towards
             };
             least.min(towards)
         });

@@ -57,9 +57,10 @@ impl Follower<'_> {
         if apart > reach + HORIZON * (fastest + other.speed.abs()) {
             return false;
         }
-        let ways = match other.acceleration < -BRAKE_LIGHTS {
-            true => &[Expected::Steady, Expected::Braking][..],
-            false => &[Expected::Steady][..],
+        let ways = if other.acceleration < -BRAKE_LIGHTS {
+            &[Expected::Steady, Expected::Braking][..]
+        } else {
+            &[Expected::Steady][..]
         };
         ways.iter().any(|expected| {
             self.runs_into(footprint, other, *expected)

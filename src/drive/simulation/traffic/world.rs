@@ -110,9 +110,10 @@ impl<'a> Reactive<'a> {
                 continue;
             };
             reacting.go_on(acceleration, dt);
-            let motions = match reacting.is_gone() {
-                true => reacting.motions[..reacting.motions.len() - 1].to_vec(),
-                false => reacting.foreseen(self.told, dt),
+            let motions = if reacting.is_gone() {
+                reacting.motions[..reacting.motions.len() - 1].to_vec()
+            } else {
+                reacting.foreseen(self.told, dt)
             };
             let obstacle = &self.scenario.obstacles[place];
             if let Some(departed) = obstacle.departing(&motions, dt) {

@@ -92,9 +92,10 @@ pub fn optional_quantity(
 ) -> Result<Option<Quantity>, ReadError> {
     let numbers = || [exact, start, end].into_iter().flatten();
     if let Some(odd) = numbers().find(|v| v.is_nan() || v.abs() > LARGEST_NUMBER) {
-        at.warn(match odd.is_finite() {
-            true => format!("`{odd:e}` is implausible; left out"),
-            false => format!("`{odd}` is not a finite number; left out"),
+        at.warn(if odd.is_finite() {
+            format!("`{odd:e}` is implausible; left out")
+        } else {
+            format!("`{odd}` is not a finite number; left out")
         });
         return Ok(None);
     }

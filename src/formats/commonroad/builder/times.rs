@@ -110,21 +110,19 @@ impl TimeScale {
             return Err(at.fail(format!("the interval from {from} to {to} is empty")));
         }
         let latest = LATEST_STEP as f64;
-        let first = match self.steps_in(from) < -latest {
-            true => {
-                let message = format!("starts at {from}; taken as open, from step -{LATEST_STEP}");
-                at.note(Severity::Note, message);
-                Ok(-LATEST_STEP)
-            }
-            false => self.end(from, f64::ceil),
+        let first = if self.steps_in(from) < -latest {
+            let message = format!("starts at {from}; taken as open, from step -{LATEST_STEP}");
+            at.note(Severity::Note, message);
+            Ok(-LATEST_STEP)
+        } else {
+            self.end(from, f64::ceil)
         };
-        let last = match self.steps_in(to) > latest {
-            true => {
-                let message = format!("ends at {to}; taken as open, to step {LATEST_STEP}");
-                at.note(Severity::Note, message);
-                Ok(LATEST_STEP)
-            }
-            false => self.end(to, f64::floor),
+        let last = if self.steps_in(to) > latest {
+            let message = format!("ends at {to}; taken as open, to step {LATEST_STEP}");
+            at.note(Severity::Note, message);
+            Ok(LATEST_STEP)
+        } else {
+            self.end(to, f64::floor)
         };
         let (from_step, to_step) = (
             first.map_err(|message| at.fail(message))?,
@@ -145,24 +143,27 @@ impl TimeScale {
     fn end(&self, number: f64, inside: fn(f64) -> f64) -> Result<i64, String> {
         let steps = self.steps_in(number);
         let is_between = (steps - steps.round()).abs() > self.tolerance(steps);
-        match self.is_seconds && is_between && steps.abs() <= LATEST_STEP as f64 {
-            true => Ok(inside(steps) as i64),
-            false => self.step(number),
+        if self.is_seconds && is_between && steps.abs() <= LATEST_STEP as f64 {
+            Ok(inside(steps) as i64)
+        } else {
+            self.step(number)
         }
     }
 
     fn steps_in(&self, number: f64) -> f64 {
-        match self.is_seconds {
-            true => number / self.step,
-            false => number,
+        if self.is_seconds {
+            number / self.step
+        } else {
+            number
         }
     }
 
     fn tolerance(&self, steps: f64) -> f64 {
         let (decimals, each, most) = DECIMALS;
-        match self.is_seconds {
-            true => (decimals + each * steps.abs()).min(most),
-            false => ROUNDING,
+        if self.is_seconds {
+            (decimals + each * steps.abs()).min(most)
+        } else {
+            ROUNDING
         }
     }
 }

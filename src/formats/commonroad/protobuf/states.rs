@@ -15,9 +15,10 @@ pub(super) fn state(at: &FieldPath<'_>, bytes: &[u8]) -> Result<State, ReadError
     for (field, value) in quantities(&message) {
         if let Some(value) = value {
             let place = at.field(field.name());
-            let value = match is_needed(field) {
-                true => place.quantity(value)?,
-                false => place.optional_quantity(value)?,
+            let value = if is_needed(field) {
+                place.quantity(value)?
+            } else {
+                place.optional_quantity(value)?
             };
             set_quantity(&mut state, field, value);
         }

@@ -251,9 +251,10 @@ impl Archive {
             }
             // The one on the right is the right one.
             let along = left[left.len() - 1] - left[0];
-            let (left, right) = match along.perp(&(right[0] - left[0])) > 0.0 {
-                true => (right, left),
-                false => (left, right),
+            let (left, right) = if along.perp(&(right[0] - left[0])) > 0.0 {
+                (right, left)
+            } else {
+                (left, right)
             };
             let (left, right) = matched(left, right);
             map.lanelets
@@ -339,9 +340,10 @@ fn beside_each_other(
             let (other, id) = (by_id.get(&said)?, *ids.get(&said)?);
             let same_direction = same_way(&own, middles.get(&id)?);
             // Both name each other, on the side that the way of driving tells.
-            let back = match left == same_direction {
-                true => other.right_neighbor_id,
-                false => other.left_neighbor_id,
+            let back = if left == same_direction {
+                other.right_neighbor_id
+            } else {
+                other.left_neighbor_id
             };
             (back == Some(segment.id)).then_some(Adjacent { id, same_direction })
         };

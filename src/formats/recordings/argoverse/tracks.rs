@@ -39,9 +39,10 @@ impl NamedTrack {
 
     /// The track under an id of the scenario.
     pub fn recorded(self, id: i64, recorder: (f64, f64)) -> RecordedTrack {
-        let (length, width) = match self.is_recorder() {
-            true => recorder,
-            false => sizes::usual(self.kind),
+        let (length, width) = if self.is_recorder() {
+            recorder
+        } else {
+            sizes::usual(self.kind)
         };
         RecordedTrack {
             shape: None,
@@ -78,9 +79,12 @@ pub fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
         if step.fract() != 0.0 || step.abs() > LATEST_STEP as f64 {
             return Err(at().fail(format!("`timestep` is {step}")));
         }
-        let plain = |value: f64| match value.abs() < 1e6 {
-            true => Ok(value),
-            false => at().number(value),
+        let plain = |value: f64| {
+            if value.abs() < 1e6 {
+                Ok(value)
+            } else {
+                at().number(value)
+            }
         };
         let heading = plain(headings[row])?;
         let velocity = match &velocities {
@@ -124,9 +128,10 @@ fn at_point<'r>(
     y: f64,
     at: impl Fn() -> crate::recordings::report::At<'r>,
 ) -> Result<nearmiss_base::geometry::Point, ReadError> {
-    match x.abs() < 1e6 && y.abs() < 1e6 {
-        true => Ok(nearmiss_base::geometry::Point::new(x, y)),
-        false => at().point(x, y),
+    if x.abs() < 1e6 && y.abs() < 1e6 {
+        Ok(nearmiss_base::geometry::Point::new(x, y))
+    } else {
+        at().point(x, y)
     }
 }
 

@@ -132,9 +132,10 @@ impl Row {
     }
 
     fn heading(&self, track: &TrackMeta) -> f64 {
-        match self.heading.is_nan() {
-            true => track.heading,
-            false => self.heading,
+        if self.heading.is_nan() {
+            track.heading
+        } else {
+            self.heading
         }
     }
 
@@ -223,9 +224,10 @@ pub fn each(
             match columns::number(text, separator) {
                 Some((value, comma)) => {
                     commas.set(commas.get() + usize::from(comma));
-                    match value.abs() < 1e6 {
-                        true => Ok(value),
-                        false => at(name).number(value),
+                    if value.abs() < 1e6 {
+                        Ok(value)
+                    } else {
+                        at(name).number(value)
                     }
                 }
                 None => Err(at(name).fail(format!(

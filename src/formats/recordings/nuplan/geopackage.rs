@@ -66,30 +66,34 @@ impl Reader<'_> {
 
     fn whole(&mut self) -> Result<u32, String> {
         let bytes = self.take()?;
-        Ok(match self.little {
-            true => u32::from_le_bytes(bytes),
-            false => u32::from_be_bytes(bytes),
+        Ok(if self.little {
+            u32::from_le_bytes(bytes)
+        } else {
+            u32::from_be_bytes(bytes)
         })
     }
 
     fn number(&mut self) -> Result<f64, String> {
         let bytes = self.take()?;
-        let number = match self.little {
-            true => f64::from_le_bytes(bytes),
-            false => f64::from_be_bytes(bytes),
+        let number = if self.little {
+            f64::from_le_bytes(bytes)
+        } else {
+            f64::from_be_bytes(bytes)
         };
-        match number.is_finite() {
-            true => Ok(number),
-            false => Err(format!("a coordinate is {number}")),
+        if number.is_finite() {
+            Ok(number)
+        } else {
+            Err(format!("a coordinate is {number}"))
         }
     }
 
     /// How many things of at least so many bytes follow.
     fn count(&mut self, each: usize) -> Result<usize, String> {
         let count = self.whole()? as usize;
-        match count <= self.bytes.len() / each {
-            true => Ok(count),
-            false => Err(format!("{count} parts, but the geometry ends early")),
+        if count <= self.bytes.len() / each {
+            Ok(count)
+        } else {
+            Err(format!("{count} parts, but the geometry ends early"))
         }
     }
 

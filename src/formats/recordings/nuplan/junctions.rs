@@ -62,9 +62,10 @@ pub fn lights(
         let ring = stop.map(|stop| cut.ring(&stop.ring));
         let mut told: Vec<OfLane> = Vec::new();
         for (lane, cycle) in &connectors {
-            let direction = match is_whole && connectors.iter().all(|(_, other)| other == cycle) {
-                true => TrafficDirection::All,
-                false => direction(cut, lane),
+            let direction = if is_whole && connectors.iter().all(|(_, other)| other == cycle) {
+                TrafficDirection::All
+            } else {
+                direction(cut, lane)
             };
             if !told
                 .iter()

@@ -137,9 +137,10 @@ impl<'m> Cut<'m> {
             heights: Vec::new(),
             marking,
         };
-        let (kind, user) = match lane.is_for_bicycles {
-            true => (LaneletType::BicycleLane, RoadUser::Bicycle),
-            false => (LaneletType::Urban, RoadUser::Vehicle),
+        let (kind, user) = if lane.is_for_bicycles {
+            (LaneletType::BicycleLane, RoadUser::Bicycle)
+        } else {
+            (LaneletType::Urban, RoadUser::Vehicle)
         };
         let lanelet = Lanelet {
             left: bound(left_points, left.1),
@@ -231,9 +232,10 @@ impl<'m> Cut<'m> {
             if !Bounds::from_points(&ring).is_some_and(|bounds| bounds.overlaps(around)) {
                 continue;
             }
-            let own = match seen.insert(*id) {
-                true => ids.keep(*id),
-                false => ids.fresh(),
+            let own = if seen.insert(*id) {
+                ids.keep(*id)
+            } else {
+                ids.fresh()
             };
             match crossing::of_ring(own, &ring) {
                 Some(lanelet) => crossings.push(lanelet),

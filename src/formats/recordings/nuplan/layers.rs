@@ -113,9 +113,10 @@ impl<'d> Reader<'d> {
         let has = |name: &str| database.has(name);
         let tables = database.tables();
         if !has("lanes_polygons") || !has("meta") {
-            let message = match tables.is_empty() {
-                true => "not a map of nuPlan: a file without tables".into(),
-                false => format!("not a map of nuPlan: its tables are {}", named(tables)),
+            let message = if tables.is_empty() {
+                "not a map of nuPlan: a file without tables".into()
+            } else {
+                format!("not a map of nuPlan: its tables are {}", named(tables))
             };
             return Err(database.fail(message));
         }
@@ -183,9 +184,10 @@ impl<'d> Reader<'d> {
             layers,
         } = self;
         database.each(table, columns, &mut |row| {
-            let parts = match row.is_empty(1) {
-                true => Vec::new(),
-                false => shape(row, systems, *projected, layers.zone)?,
+            let parts = if row.is_empty(1) {
+                Vec::new()
+            } else {
+                shape(row, systems, *projected, layers.zone)?
             };
             layers.size += 64 + parts.iter().map(|part| 16 * part.len()).sum::<usize>();
             take(layers, row, parts)

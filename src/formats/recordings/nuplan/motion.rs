@@ -27,9 +27,10 @@ const MOVES: f64 = 1.0;
 /// The place of a point in a scenario.
 fn place(log: &Log, (x, y): (f64, f64), row: &Record<'_>) -> Result<Point, ReadError> {
     let (x, y) = (x - log.origin.0, y - log.origin.1);
-    match x.abs() < 1e6 && y.abs() < 1e6 {
-        true => Ok(Point::new(x, y)),
-        false => row.at(1).point(x, y),
+    if x.abs() < 1e6 && y.abs() < 1e6 {
+        Ok(Point::new(x, y))
+    } else {
+        row.at(1).point(x, y)
     }
 }
 

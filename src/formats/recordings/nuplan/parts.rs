@@ -116,9 +116,10 @@ fn scene(said: &str, log: &Log, report: &Report) -> Result<Part, ReadError> {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
-        let message = match names.is_empty() {
-            true => format!("no scene `{said}`; it has none"),
-            false => format!("no scene `{said}`; it has {}{more}", names.join(", ")),
+        let message = if names.is_empty() {
+            format!("no scene `{said}`; it has none")
+        } else {
+            format!("no scene `{said}`; it has {}{more}", names.join(", "))
         };
         return Err(report.fail(message));
     };

@@ -51,17 +51,19 @@ impl Record<'_> {
             ValueRef::Real(value) => value,
             other => return Err(self.wrong(column, other, "a number")),
         };
-        match value.abs() < 1e6 {
-            true => Ok(value),
-            false => self.at(column).number(value),
+        if value.abs() < 1e6 {
+            Ok(value)
+        } else {
+            self.at(column).number(value)
         }
     }
 
     /// A number, where there is one.
     pub fn optional_number(&self, column: usize) -> Result<Option<f64>, ReadError> {
-        match self.is_empty(column) {
-            true => Ok(None),
-            false => self.number(column).map(Some),
+        if self.is_empty(column) {
+            Ok(None)
+        } else {
+            self.number(column).map(Some)
         }
     }
 
@@ -116,9 +118,10 @@ impl Record<'_> {
 
     /// The key of a row, where there is one.
     pub fn optional_token(&self, column: usize) -> Result<Option<Token>, ReadError> {
-        match self.is_empty(column) {
-            true => Ok(None),
-            false => self.token(column).map(Some),
+        if self.is_empty(column) {
+            Ok(None)
+        } else {
+            self.token(column).map(Some)
         }
     }
 

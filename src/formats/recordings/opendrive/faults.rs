@@ -67,9 +67,10 @@ fn length(road: &Road) -> Option<String> {
     if missing.abs() <= GAP {
         return None;
     }
-    let does = match missing > 0.0 {
-        true => "the last piece goes on to its end",
-        false => "what is behind its end is left out",
+    let does = if missing > 0.0 {
+        "the last piece goes on to its end"
+    } else {
+        "what is behind its end is left out"
     };
     let length = road.length;
     Some(format!(

@@ -259,13 +259,15 @@ fn neighbours(roads: &[Road], places: &HashMap<Key, usize>, map: &mut Map) {
                     })
                 };
                 // Seen along the road; the other way round for those that drive against it.
-                match road.is_along(&pair[0]) {
-                    true => map.lanelets[a].adjacent_right = beside(right),
-                    false => map.lanelets[a].adjacent_left = beside(right),
+                if road.is_along(&pair[0]) {
+                    map.lanelets[a].adjacent_right = beside(right)
+                } else {
+                    map.lanelets[a].adjacent_left = beside(right)
                 }
-                match road.is_along(&pair[1]) {
-                    true => map.lanelets[b].adjacent_left = beside(left),
-                    false => map.lanelets[b].adjacent_right = beside(left),
+                if road.is_along(&pair[1]) {
+                    map.lanelets[b].adjacent_left = beside(left)
+                } else {
+                    map.lanelets[b].adjacent_right = beside(left)
                 }
             }
         }

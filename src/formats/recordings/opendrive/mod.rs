@@ -73,15 +73,16 @@ pub fn read(
     let lanelets::Lanes { map, lights, kept } =
         lanelets::lanelets(&roads, &connections, report, ids);
     account(&root, file, report);
-    report.note(match kept.is_some() {
-        true => "lanelets as they were exported, from the user data of the lanes".into(),
-        false => format!(
+    report.note(if kept.is_some() {
+        "lanelets as they were exported, from the user data of the lanes".into()
+    } else {
+        format!(
             "lanes of {} are lanelets whose borders have points within {TOLERANCE} m of them",
             match roads.len() {
                 1 => "1 road".into(),
                 n => format!("{n} roads"),
             }
-        ),
+        )
     });
     Ok(Network {
         map,

@@ -187,9 +187,10 @@ impl Node {
             let telling = unread.filter(|a| !a.tells_nothing());
             all.extend(telling.map(|a| (format!("{}@{}", node.name, a.name), node.line)));
             for child in node.children.iter().rev() {
-                match child.is_read.get() || groups.contains(&child.name.as_str()) {
-                    true => open.push(child),
-                    false => all.push((format!("{}/{}", node.name, child.name), child.line)),
+                if child.is_read.get() || groups.contains(&child.name.as_str()) {
+                    open.push(child)
+                } else {
+                    all.push((format!("{}/{}", node.name, child.name), child.line))
                 }
             }
         }

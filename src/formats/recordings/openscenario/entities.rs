@@ -174,9 +174,10 @@ impl Entity {
 
     /// Where its track is: the middle of its body, or the position that its shape is told from.
     pub fn position(&self, pose: &Pose) -> Point {
-        match self.center == Point::origin() || self.shape.is_some() {
-            true => pose.position,
-            false => pose.to_world(&self.center),
+        if self.center == Point::origin() || self.shape.is_some() {
+            pose.position
+        } else {
+            pose.to_world(&self.center)
         }
     }
 }

@@ -64,9 +64,10 @@ impl Motions {
     pub fn is_there(&self, time: f64, dt: f64) -> bool {
         let came = Self::done(&self.appears, time, dt);
         let went = Self::done(&self.vanishes, time, dt);
-        match self.is_late {
-            true => came > went,
-            false => came >= went,
+        if self.is_late {
+            came > went
+        } else {
+            came >= went
         }
     }
 

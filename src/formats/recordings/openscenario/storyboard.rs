@@ -196,9 +196,10 @@ impl Reader<'_> {
 
     fn depends(&mut self, private: &Node, actor: &str) {
         let motion = self.all.entry(actor.to_string()).or_default();
-        match is_harmless(private) {
-            true => motion.is_controlled |= activates(private),
-            false => motion.other = Some(moves_by(private)),
+        if is_harmless(private) {
+            motion.is_controlled |= activates(private)
+        } else {
+            motion.other = Some(moves_by(private))
         }
     }
 
@@ -245,9 +246,10 @@ impl Reader<'_> {
             .all
             .entry(action.needed("entityRef")?.to_string())
             .or_default();
-        let does = match action.has("AddEntityAction") {
-            true => "appears",
-            false => "vanishes",
+        let does = if action.has("AddEntityAction") {
+            "appears"
+        } else {
+            "vanishes"
         };
         motion.other = Some(format!("{does} when something else happens"));
         Ok(())

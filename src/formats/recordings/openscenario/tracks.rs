@@ -162,9 +162,10 @@ impl Course<'_> {
             && speeds
                 .as_ref()
                 .is_some_and(|all| all.len() == on_its_way.len());
-        let poses = match is_told {
-            true => on_its_way,
-            false => poses(&|time| motion.is_there(time, dt)),
+        let poses = if is_told {
+            on_its_way
+        } else {
+            poses(&|time| motion.is_there(time, dt))
         };
         for (name, values) in [(VELOCITIES, &speeds), (ACCELERATIONS, &accelerations)] {
             let count = values.as_ref().map_or(0, Vec::len);

@@ -45,22 +45,23 @@ impl Followed {
         };
         let ways: Vec<Option<f64>> = told.windows(2).map(|p| along(&p[0], &p[1])).collect();
         let first = told.first()?;
-        let mut held = match first.has_heading {
-            true => first.pose.heading,
-            false => ways
-                .iter()
+        let mut held = if first.has_heading {
+            first.pose.heading
+        } else {
+            ways.iter()
                 .flatten()
                 .next()
                 .copied()
-                .unwrap_or(first.pose.heading),
+                .unwrap_or(first.pose.heading)
         };
         let mut vertices = Vec::with_capacity(told.len());
         for (i, vertex) in told.iter().enumerate() {
             let before = i.checked_sub(1).and_then(|b| ways[b]).unwrap_or(held);
             let behind = ways.get(i).copied().flatten().unwrap_or(before);
-            let headings = match vertex.has_heading {
-                true => [vertex.pose.heading; 2],
-                false => [before, behind],
+            let headings = if vertex.has_heading {
+                [vertex.pose.heading; 2]
+            } else {
+                [before, behind]
             };
             held = headings[1];
             vertices.push(Vertex {
@@ -108,9 +109,10 @@ impl Followed {
         let Some(to) = self.vertices.get(next) else {
             return Some(pose(from.position, from.headings[0]));
         };
-        let share = match time - from.time < SAME_TIME {
-            true => 0.0,
-            false => (time - from.time) / (to.time - from.time),
+        let share = if time - from.time < SAME_TIME {
+            0.0
+        } else {
+            (time - from.time) / (to.time - from.time)
         };
         let turn = angle_between(from.headings[1], to.headings[0]);
         Some(pose(

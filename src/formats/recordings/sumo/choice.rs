@@ -37,13 +37,14 @@ pub fn net(
         }),
         [only] => {
             let net = net::read(only)?;
-            match used.is_empty() || used.iter().any(|edge| net.edges.contains(edge)) {
-                true => Ok(Some((only.clone(), net))),
-                false => none(format!(
+            if used.is_empty() || used.iter().any(|edge| net.edges.contains(edge)) {
+                Ok(Some((only.clone(), net)))
+            } else {
+                none(format!(
                     "{}, the only one beside it, has none of its edges, such as `{}`",
                     files::in_words(&nets),
                     used.first().map_or("", String::as_str)
-                )),
+                ))
             }
         }
         several => {

@@ -118,9 +118,10 @@ fn lanelets(lanes: &[NetLane], connections: &[Connection], ids: &mut Ids) -> Nam
         if lane.internal {
             lanelet.types.push(LaneletType::Intersection);
         }
-        match lane.crossing || lane.users == [RoadUser::Pedestrian] {
-            true => lanelet.users_bidirectional = vec![RoadUser::Pedestrian],
-            false => lanelet.users_one_way = lane.users.clone(),
+        if lane.crossing || lane.users == [RoadUser::Pedestrian] {
+            lanelet.users_bidirectional = vec![RoadUser::Pedestrian]
+        } else {
+            lanelet.users_one_way = lane.users.clone()
         }
         let limit = lane
             .speed

@@ -86,9 +86,10 @@ fn read(path: &Path) -> Result<Arc<(Recorded, HashedBeginning)>, ReadError> {
     RECORDINGS.get(&[path], || {
         let bytes = system::read_file(path, system::LARGEST);
         let bytes = bytes.map_err(|e| ReadError::io(&file, &e))?;
-        let recorded = match fcd_csv::begins(&bytes) {
-            true => fcd_csv::read(&bytes, &file)?,
-            false => fcd_xml::read(&bytes, &file)?,
+        let recorded = if fcd_csv::begins(&bytes) {
+            fcd_csv::read(&bytes, &file)?
+        } else {
+            fcd_xml::read(&bytes, &file)?
         };
         let size = recorded.size();
         Ok(((recorded, HashedBeginning::of(&bytes)), size))

@@ -94,9 +94,10 @@ impl Swept {
         let stands = |stay: &Stay| other.meets(&stay.body, &bounds(&stay.body));
         let first = (0..self.stays.len()).find_map(|place| {
             let stay = other.met_near(&self.stays[place])?;
-            match stands(stay) {
-                true => Some(stay.from),
-                false => self.met_on(place, other, false),
+            if stands(stay) {
+                Some(stay.from)
+            } else {
+                self.met_on(place, other, false)
             }
         })?;
         let last = (0..self.stays.len()).rev().find_map(|place| {

@@ -199,9 +199,10 @@ pub(super) fn meet(
         ..
     } = *encounter.other;
     let stop = velocity * velocity / (2.0 * acceleration.abs());
-    match course.crosses && velocity * acceleration < 0.0 {
-        true => meet_within(ego, other, encounter, (step, stop)),
-        false => Some(course),
+    if course.crosses && velocity * acceleration < 0.0 {
+        meet_within(ego, other, encounter, (step, stop))
+    } else {
+        Some(course)
     }
 }
 
@@ -241,11 +242,10 @@ fn meet_within(
             let (was, is) = (places((t - LOOKS.0).max(0.0))?, (a, b));
             let moved = (is.1.position - was.1.position) - (is.0.position - was.0.position);
             let passed = t - (t - LOOKS.0).max(0.0);
-            let closing_speed = match passed > 0.0 {
-                true => moved.norm() / passed,
-                false => {
-                    (encounter.other.velocity_vector() - encounter.ego.velocity_vector()).norm()
-                }
+            let closing_speed = if passed > 0.0 {
+                moved.norm() / passed
+            } else {
+                (encounter.other.velocity_vector() - encounter.ego.velocity_vector()).norm()
             };
             return Some(Course {
                 seconds: t,

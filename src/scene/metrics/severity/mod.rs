@@ -137,9 +137,10 @@ impl PairMoments<'_, '_> {
                 is_possible: contact.is_possible,
             };
             // Bodies that touch before regions that do, which have no speed.
-            let order = match contact.is_possible {
-                true => contact.time,
-                false => -contact.closing_speed,
+            let order = if contact.is_possible {
+                contact.time
+            } else {
+                -contact.closing_speed
             };
             return Some(moment((step, Grade::Contact, order, hazard)));
         }
@@ -179,9 +180,10 @@ impl PairMoments<'_, '_> {
         self.passes.get_or_init(|| {
             let pair = &self.pair;
             let other = pair.context.participants()[pair.participant].obstacle;
-            match other.is_set_based() {
-                true => Vec::new(),
-                false => pass::passes(pair),
+            if other.is_set_based() {
+                Vec::new()
+            } else {
+                pass::passes(pair)
             }
         })
     }
@@ -264,9 +266,10 @@ impl PairPaths<'_, '_> {
             return false;
         };
         let closing = ego.velocity.x - other.velocity.x;
-        let closes = match other.rear >= ego.front {
-            true => closing > 0.0,
-            false => ego.rear >= other.front && closing < 0.0,
+        let closes = if other.rear >= ego.front {
+            closing > 0.0
+        } else {
+            ego.rear >= other.front && closing < 0.0
         };
         closes && ego.clearance(&other) == 0.0
     }

@@ -53,9 +53,10 @@ impl fmt::Display for Hazard {
             Self::Contact { closing_speed, .. } => write!(f, "contact at {closing_speed:.1} m/s"),
             Self::Course { seconds, braking } => {
                 write!(f, "contact in {seconds:.1} s as they go; ")?;
-                match *braking <= HARDEST {
-                    true => write!(f, "avoided with {braking:.1} m/s² after a reaction"),
-                    false => write!(f, "no braking avoids it"),
+                if *braking <= HARDEST {
+                    write!(f, "avoided with {braking:.1} m/s² after a reaction")
+                } else {
+                    write!(f, "no braking avoids it")
                 }
             }
             Self::Crossing {

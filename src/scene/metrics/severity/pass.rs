@@ -84,9 +84,10 @@ fn cut_ins(pair: &PairPaths<'_, '_>) -> Vec<Graded> {
         }
         let metres = encounter.distance();
         let between = other.pose.position - ego.pose.position;
-        let behind = match between.dot(&ego.pose.forward()) > 0.0 {
-            true => encounter.ego,
-            false => encounter.other,
+        let behind = if between.dot(&ego.pose.forward()) > 0.0 {
+            encounter.ego
+        } else {
+            encounter.other
         };
         let seconds = metres / behind.velocity.abs();
         if let Some(grade) = grade(seconds, metres) {

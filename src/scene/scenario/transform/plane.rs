@@ -79,9 +79,10 @@ impl Plane {
 
     /// A heading in the world; one that stays is not touched.
     pub fn heading(&self, heading: f64) -> f64 {
-        match self.angle == 0.0 {
-            true => self.side(heading),
-            false => normalize_angle(self.side(heading) + self.angle),
+        if self.angle == 0.0 {
+            self.side(heading)
+        } else {
+            normalize_angle(self.side(heading) + self.angle)
         }
     }
 
@@ -168,9 +169,10 @@ impl Plane {
 
     /// A body of something that is itself turned and shifted.
     pub fn footprint(&self, footprint: &Footprint) -> Footprint {
-        match self.mirrored {
-            true => again(footprint, Footprint::new(self.body(footprint.shape()))),
-            false => footprint.clone(),
+        if self.mirrored {
+            again(footprint, Footprint::new(self.body(footprint.shape())))
+        } else {
+            footprint.clone()
         }
     }
 

@@ -12,9 +12,10 @@ impl Plane {
             network.lanelets.iter().map(|l| self.lanelet(l)).collect(),
             network.signs.iter().map(|s| self.sign(s)).collect(),
             network.lights.iter().map(|l| self.light(l)).collect(),
-            match self.mirrored {
-                true => network.intersections.iter().map(mirrored).collect(),
-                false => network.intersections.clone(),
+            if self.mirrored {
+                network.intersections.iter().map(mirrored).collect()
+            } else {
+                network.intersections.clone()
             },
         )
     }
@@ -89,9 +90,10 @@ impl Plane {
         };
         TrafficLight {
             position: light.position.map(|p| self.point(&p)),
-            direction: match self.mirrored {
-                true => light.direction.map(direction),
-                false => light.direction,
+            direction: if self.mirrored {
+                light.direction.map(direction)
+            } else {
+                light.direction
             },
             ..light.clone()
         }

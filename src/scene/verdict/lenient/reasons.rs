@@ -43,9 +43,10 @@ pub fn reasons_first(answer: &str) -> Option<ReasonedAnswer> {
     }
     let after = answer[reader.at()..].trim_start();
     let after = after.strip_prefix(',').unwrap_or(after);
-    let rest = match after.is_empty() {
-        true => String::new(),
-        false => format!("{}{{{after}", &answer[..brace]),
+    let rest = if after.is_empty() {
+        String::new()
+    } else {
+        format!("{}{{{after}", &answer[..brace])
     };
     Some(ReasonedAnswer { reasons, rest })
 }

@@ -198,9 +198,10 @@ pub fn counted(
             }
             protocol.count(&mut scored);
             // The way of a question is written for its row alone.
-            let way = match ways.contains_key(&scored.way) {
-                true => ways.get_mut(&scored.way),
-                false => Some(ways.entry(scored.way.clone()).or_default()),
+            let way = if ways.contains_key(&scored.way) {
+                ways.get_mut(&scored.way)
+            } else {
+                Some(ways.entry(scored.way.clone()).or_default())
             };
             unasked += usize::from(way.is_some_and(|way| !way.take(&scored)));
         }

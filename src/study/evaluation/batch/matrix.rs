@@ -179,9 +179,10 @@ impl Matrix {
                                 frame: in_words.then_some(frame),
                                 techniques: in_words.then_some(techniques),
                                 model: model.clone(),
-                                settings: match in_words {
-                                    true => *settings,
-                                    false => AxisValues::default(),
+                                settings: if in_words {
+                                    *settings
+                                } else {
+                                    AxisValues::default()
                                 },
                                 template: None,
                             };
@@ -206,9 +207,10 @@ impl Matrix {
     /// How many answers are wanted of a way of asking: the built-in judge always says the same.
     #[must_use]
     pub fn samples_of(&self, way: &PromptConfig) -> u32 {
-        match way.model == judge::MODEL {
-            true => 1,
-            false => self.samples,
+        if way.model == judge::MODEL {
+            1
+        } else {
+            self.samples
         }
     }
 

@@ -51,9 +51,10 @@ impl Spec {
         let mut below: Vec<(usize, PathBuf)> = Vec::new();
         for (root, name) in self.paths.iter().zip(named) {
             if let Ok(rest) = path.strip_prefix(root) {
-                let whole = match rest.as_os_str().is_empty() {
-                    true => name,
-                    false => name.join(rest),
+                let whole = if rest.as_os_str().is_empty() {
+                    name
+                } else {
+                    name.join(rest)
                 };
                 below.push((root.components().count(), whole));
             }

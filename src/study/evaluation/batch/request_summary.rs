@@ -90,9 +90,10 @@ impl Spec {
             return "windows of the paper, a yes of the safety task counts if it names the obstacle of the collision"
                 .into();
         }
-        let matched = match request.every_scenario {
-            true => "matched windows and one of every other safe scenario",
-            false => "matched windows",
+        let matched = if request.every_scenario {
+            "matched windows and one of every other safe scenario"
+        } else {
+            "matched windows"
         };
         match (request.within, request.lead) {
             (Some(horizon), Some(lead)) => {
@@ -215,8 +216,11 @@ fn one_or_all<T: Serialize>(values: &[T]) -> Value {
 fn joined<T: ToString>(values: &[T], of_templates: bool) -> Option<String> {
     let all: Vec<String> = values.iter().map(T::to_string).collect();
     let words = all.join(" or ");
-    (!all.is_empty()).then(|| match of_templates {
-        true => format!("{words} (from the templates)"),
-        false => words,
+    (!all.is_empty()).then(|| {
+        if of_templates {
+            format!("{words} (from the templates)")
+        } else {
+            words
+        }
     })
 }

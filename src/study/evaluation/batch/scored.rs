@@ -105,9 +105,10 @@ pub fn answers_of_part(
     let without = |(variant, scored): &(Variant, Scored)| {
         scored.way.task == Task::Safety && *variant == Variant::default()
     };
-    let first = match all.iter().any(without) {
-        true => None,
-        false => all.iter().find_map(|(variant, _)| variant.lead),
+    let first = if all.iter().any(without) {
+        None
+    } else {
+        all.iter().find_map(|(variant, _)| variant.lead)
     };
     let several = all
         .iter()
@@ -393,8 +394,11 @@ pub fn way_of(asked: &NewItem) -> Result<PromptConfig, String> {
 /// The ground truth stored by the batch.
 #[must_use]
 pub fn label_of(asked: &NewItem) -> Option<Label> {
-    asked.collides.map(|collides| match collides {
-        true => Label::Collision(asked.obstacle),
-        false => Label::Safe,
+    asked.collides.map(|collides| {
+        if collides {
+            Label::Collision(asked.obstacle)
+        } else {
+            Label::Safe
+        }
     })
 }

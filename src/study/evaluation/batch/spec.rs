@@ -89,12 +89,13 @@ impl Spec {
             return self.truth.words_of_recordings();
         }
         let words = self.words_of_windows();
-        let more = match tasks.contains(&Task::Recording) {
-            true => format!(
+        let more = if tasks.contains(&Task::Recording) {
+            format!(
                 "; of recordings as a whole, {}",
                 self.truth.words_of_recordings()
-            ),
-            false => String::new(),
+            )
+        } else {
+            String::new()
         };
         format!("{words}{more}")
     }

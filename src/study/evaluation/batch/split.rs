@@ -38,9 +38,10 @@ impl Split {
     pub fn part(&self, scenario: &str) -> SplitPart {
         let text = format!("{}:{}", self.seed, benchmark_id::family(scenario));
         // A number from 0 to below 1, evenly spread.
-        match (spread(&text) as f64 / 2_f64.powi(64)) < self.test {
-            true => SplitPart::Test,
-            false => SplitPart::Dev,
+        if (spread(&text) as f64 / 2_f64.powi(64)) < self.test {
+            SplitPart::Test
+        } else {
+            SplitPart::Dev
         }
     }
 

@@ -92,9 +92,10 @@ impl TestSplit {
     /// The parts whose figures may be shown.
     #[must_use]
     pub fn shown(&self) -> &'static [SplitPart] {
-        match self.is_locked() {
-            true => &[SplitPart::Dev],
-            false => &[SplitPart::Dev, SplitPart::Test],
+        if self.is_locked() {
+            &[SplitPart::Dev]
+        } else {
+            &[SplitPart::Dev, SplitPart::Test]
         }
     }
 

@@ -76,9 +76,10 @@ impl TruthSource {
     /// Where the truth is from by default: the folders, if a scenario lies in one of them, else the geometry.
     #[must_use]
     pub fn usual(entries: &[Entry]) -> Self {
-        match entries.iter().any(|entry| half(entry).is_some()) {
-            true => Self::Layout,
-            false => Self::Geometry,
+        if entries.iter().any(|entry| half(entry).is_some()) {
+            Self::Layout
+        } else {
+            Self::Geometry
         }
     }
 

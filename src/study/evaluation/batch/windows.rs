@@ -243,9 +243,10 @@ fn slots(matrix: &Matrix, way: &PromptConfig) -> Vec<(Slot, Moment)> {
 /// How many safe scenarios have no window, and why.
 fn left_out(scenarios: usize, request: &RequestSettings) -> Option<String> {
     let horizon = request.within?;
-    let unlike = match request.every_scenario {
-        true => "",
-        false => ", or unlike the dangerous windows",
+    let unlike = if request.every_scenario {
+        ""
+    } else {
+        ", or unlike the dangerous windows"
     };
     let are = match scenarios {
         0 => return None,

@@ -35,9 +35,10 @@ pub fn shown_text(reasoning: &str, answer: &str, raw: bool) -> String {
 /// An answer with the reasons that its JSON begins with before that JSON, as text.
 fn readable(answer: &str) -> Option<String> {
     let ReasonedAnswer { reasons, rest } = reasons_first(answer)?;
-    Some(match rest.is_empty() {
-        true => reasons,
-        false => format!("{reasons}\n\n{rest}"),
+    Some(if rest.is_empty() {
+        reasons
+    } else {
+        format!("{reasons}\n\n{rest}")
     })
 }
 

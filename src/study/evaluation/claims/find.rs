@@ -159,9 +159,10 @@ fn sentence(
                 above.sentence = one.id;
             }
             let alone = before.is_none() && above.names_no_obstacle() || above.fixed() == one.id;
-            let part = match is_distance_to(&lower, one) {
-                true => whole,
-                false => one.span.end..text.len(),
+            let part = if is_distance_to(&lower, one) {
+                whole
+            } else {
+                one.span.end..text.len()
             };
             one.id.filter(|_| alone).map(|id| (id, part))
         }

@@ -169,9 +169,10 @@ impl TimeOrigin {
     /// Of answers to these messages, or to this description.
     #[must_use]
     pub fn of(messages: &str) -> Self {
-        match has_relative_times(messages) {
-            true => Self::WindowEnd,
-            false => Self::Recording,
+        if has_relative_times(messages) {
+            Self::WindowEnd
+        } else {
+            Self::Recording
         }
     }
 }

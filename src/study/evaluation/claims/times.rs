@@ -61,9 +61,10 @@ pub fn times(
         && has_word(lower, "now")
     {
         let elsewhere = ["until now", "from now", "up to now", "by now"];
-        when = match elsewhere.iter().any(|words| lower.contains(words)) {
-            true => MentionedTime::Unclear,
-            false => MentionedTime::Step(now),
+        when = if elsewhere.iter().any(|words| lower.contains(words)) {
+            MentionedTime::Unclear
+        } else {
+            MentionedTime::Step(now)
         };
     }
     (places, when)

@@ -306,15 +306,16 @@ impl AuthorSession<'_> {
     fn can_be_chosen(&self, id: i64, field: &Field, ranked: &[Candidate]) -> Result<(), Refusal> {
         self.can_attack(id, ranked)?;
         let within = field.within;
-        match field
+        if field
             .steps
             .iter()
             .any(|step| self.is_near(id, *step, within))
         {
-            true => Ok(()),
-            false => Err(Refusal::answer(format!(
+            Ok(())
+        } else {
+            Err(Refusal::answer(format!(
                 "obstacle {id} is not within {within} m ahead of the ego or beside it at any described time"
-            ))),
+            )))
         }
     }
 

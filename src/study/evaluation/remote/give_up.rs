@@ -60,15 +60,14 @@ pub fn give_up_unasked(
         let run = store.run(handed.run)?;
         batches.extend(run.and_then(|run| run.question.batch));
     }
-    let questions = match batch.state.is_open() {
-        true => {
-            let rest = Ending {
-                error: Some(GIVEN_UP.into()),
-                ..Ending::bare(RunState::Failed)
-            };
-            store.close_provider_batch(id, ProviderBatchState::Failed, Some(why), &rest)?
-        }
-        false => 0,
+    let questions = if batch.state.is_open() {
+        let rest = Ending {
+            error: Some(GIVEN_UP.into()),
+            ..Ending::bare(RunState::Failed)
+        };
+        store.close_provider_batch(id, ProviderBatchState::Failed, Some(why), &rest)?
+    } else {
+        0
     };
     Ok(GivenUp::Freed {
         questions,

@@ -62,9 +62,12 @@ impl Report {
         let tasks = cells
             .windows(2)
             .any(|pair| pair[0].way.task != pair[1].way.task);
-        let name = |cell: &Cell| match tasks {
-            true => format!("{} · {}", cell.way.task.name(), names::way(&cell.way)),
-            false => names::way(&cell.way),
+        let name = |cell: &Cell| {
+            if tasks {
+                format!("{} · {}", cell.way.task.name(), names::way(&cell.way))
+            } else {
+                names::way(&cell.way)
+            }
         };
         match figure {
             ReportFigure::Bars => {

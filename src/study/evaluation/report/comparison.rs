@@ -91,9 +91,10 @@ impl Comparison {
             // Of models those that are asked in the same way; ways may differ in more than one thing.
             let models =
                 *first == a.model && *second == b.model || *first == b.model && *second == a.model;
-            let differs = match models {
-                true => comparable(a, b),
-                false => Some(comparable(a, b).unwrap_or("several")),
+            let differs = if models {
+                comparable(a, b)
+            } else {
+                Some(comparable(a, b).unwrap_or("several"))
             };
             if let Some(differs) = differs {
                 if fits(a, b) {
@@ -129,9 +130,10 @@ pub(crate) fn is_called(way: &PromptConfig, name: &str) -> bool {
 /// model.
 fn comparable(a: &PromptConfig, b: &PromptConfig) -> Option<&'static str> {
     let is_judge = |way: &PromptConfig| way.model == judge::MODEL;
-    match is_judge(a) != is_judge(b) {
-        true => Some("model"),
-        false => difference(a, b),
+    if is_judge(a) != is_judge(b) {
+        Some("model")
+    } else {
+        difference(a, b)
     }
 }
 

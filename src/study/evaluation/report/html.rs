@@ -13,13 +13,15 @@ impl Document {
     #[must_use]
     pub fn html(&self, answers: &AnswerPage) -> String {
         let title = escaped(&self.title);
-        let style = match answers.is_empty() {
-            true => format!("\n{STYLE}"),
-            false => format!("\n{STYLE}{ANSWERS_STYLE}"),
+        let style = if answers.is_empty() {
+            format!("\n{STYLE}")
+        } else {
+            format!("\n{STYLE}{ANSWERS_STYLE}")
         };
-        let script = match answers.is_empty() {
-            true => "'none'".to_string(),
-            false => format!("'{}'", AnswerPage::script_hash()),
+        let script = if answers.is_empty() {
+            "'none'".to_string()
+        } else {
+            format!("'{}'", AnswerPage::script_hash())
         };
         let policy = format!(
             "default-src 'none'; style-src '{}'; script-src {script}; img-src data:; base-uri 'none'; form-action 'none'",
@@ -56,9 +58,10 @@ impl Document {
 
 /// A figure, with its caption if it has one.
 fn html_of(figure: &Figure) -> String {
-    let caption = match figure.caption.is_empty() {
-        true => String::new(),
-        false => format!("<figcaption>{}</figcaption>\n", escaped(&figure.caption)),
+    let caption = if figure.caption.is_empty() {
+        String::new()
+    } else {
+        format!("<figcaption>{}</figcaption>\n", escaped(&figure.caption))
     };
     format!("<figure>\n{}{caption}</figure>\n", figure.svg)
 }

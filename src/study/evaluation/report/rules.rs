@@ -39,9 +39,10 @@ pub(super) fn table(task: Task, rules: &[RuleScore]) -> Option<Table> {
 
 /// What the rules are.
 fn methods(rules: &[RuleScore]) -> String {
-    let chosen = match rules.iter().any(|rule| rule.is_fitted) {
-        true => "the best ones of the dev part",
-        false => "the usual ones, as the batch has no split",
+    let chosen = if rules.iter().any(|rule| rule.is_fitted) {
+        "the best ones of the dev part"
+    } else {
+        "the usual ones, as the batch has no split"
     };
     format!(
         "Rules see the measures of the window and no model: a distance of 0.00 is written in the ego and metrics frames where \

@@ -270,12 +270,13 @@ fn way(outcome: &Outcome, settings: Option<&String>) -> Option<PromptConfig> {
         .transpose()
         .ok()?;
     let is_judge = outcome.model == judge::MODEL;
-    let (frame, techniques) = match is_judge {
-        true => (None, None),
-        false => (
+    let (frame, techniques) = if is_judge {
+        (None, None)
+    } else {
+        (
             Some(Frame::parse(&outcome.frame)?),
             Some(Techniques::parse(&outcome.techniques).ok()?),
-        ),
+        )
     };
     Some(PromptConfig {
         task: outcome.task,

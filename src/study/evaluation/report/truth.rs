@@ -147,9 +147,10 @@ impl Truth {
             else {
                 continue;
             };
-            let label = match verdict.dangerous {
-                true => Label::Collision(verdict.obstacles.first().map(|o| o.id)),
-                false => Label::Safe,
+            let label = if verdict.dangerous {
+                Label::Collision(verdict.obstacles.first().map(|o| o.id))
+            } else {
+                Label::Safe
             };
             let (known, critical) = match outcome.task {
                 Task::Recording => (&mut self.risks, verdict.danger()),

@@ -132,9 +132,10 @@ impl Varied {
             cells.push(row.transform.to_string());
             cells.push(row.flipped.of.to_string());
             cells.push(row.flipped.hits.to_string());
-            cells.push(match row.flipped.of == 0 && row.same_words > 0 {
-                true => "same words".into(),
-                false => share(&row.flipped),
+            cells.push(if row.flipped.of == 0 && row.same_words > 0 {
+                "same words".into()
+            } else {
+                share(&row.flipped)
             });
             let counts = [row.renamed.hits, row.without_verdict, row.same_words];
             cells.extend(counts.map(|n| n.to_string()));

@@ -129,9 +129,10 @@ impl<'a> Ballot<'a> {
             .max();
         // An answer without a verdict is not right; a sample that is not asked yet is no answer.
         let right = self.questions.values().filter_map(|votes| {
-            let (right, wrong) = match votes.truth? {
-                true => (votes.yes, votes.no),
-                false => (votes.no, votes.yes),
+            let (right, wrong) = if votes.truth? {
+                (votes.yes, votes.no)
+            } else {
+                (votes.no, votes.yes)
             };
             Some((right, wrong + votes.silent))
         });

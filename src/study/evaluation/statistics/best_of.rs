@@ -90,9 +90,10 @@ pub fn gains(
         .collect();
     let gain = |k: usize| {
         let difference = found[k]?;
-        let half = match exchanges_nothing(&candidates[k]) {
-            true => 0.0,
-            false => width * deviation[k],
+        let half = if exchanges_nothing(&candidates[k]) {
+            0.0
+        } else {
+            width * deviation[k]
         };
         let own = difference.abs() / deviation[k] - 1e-9;
         let as_large = exchanged.iter().filter(|far| **far >= own).count();
@@ -118,9 +119,10 @@ fn difference(
     let mut sums = [Confusion::default(); 2];
     for place in places {
         let [base, candidate] = &one[place];
-        let (first, second) = match swapped[place] {
-            true => (candidate, base),
-            false => (base, candidate),
+        let (first, second) = if swapped[place] {
+            (candidate, base)
+        } else {
+            (base, candidate)
         };
         sums[0].add(first);
         sums[1].add(second);

@@ -55,9 +55,10 @@ impl PairedTest {
         let n = differences.len() as f64;
         let discordant: Vec<f64> = differences.iter().copied().filter(|d| *d != 0.0).collect();
         let exact = discordant.len() <= EXACT_UP_TO;
-        let p = match exact {
-            true => all_signs(&discordant),
-            false => drawn_signs(&discordant),
+        let p = if exact {
+            all_signs(&discordant)
+        } else {
+            drawn_signs(&discordant)
         };
         let squares: f64 = differences.iter().map(|d| d * d).sum();
         let detectable = (Z + Z_POWER) * (squares / n / n).sqrt();

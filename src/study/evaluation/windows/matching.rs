@@ -94,9 +94,10 @@ pub(super) fn matched(targets: &[Candidate], sources: &[Source]) -> Vec<Match> {
         let columns = if unused.is_empty() { &every } else { &unused };
         let round = assigned(&open, columns, |target, source| {
             let taken: Vec<Candidate> = windows_of(&found, source);
-            match taken.is_empty() {
-                true => first[target][source],
-                false => nearest(targets, target, &sources[source], &taken),
+            if taken.is_empty() {
+                first[target][source]
+            } else {
+                nearest(targets, target, &sources[source], &taken)
             }
         });
         if round.is_empty() {
@@ -164,9 +165,12 @@ fn assigned(
     } else {
         (targets, sources)
     };
-    let place = |a: usize, b: usize| match turned {
-        true => (long[b], short[a]),
-        false => (short[a], long[b]),
+    let place = |a: usize, b: usize| {
+        if turned {
+            (long[b], short[a])
+        } else {
+            (short[a], long[b])
+        }
     };
     let cells = (0..short.len()).map(|a| {
         let row = (0..long.len()).map(|b| {

@@ -75,13 +75,11 @@ impl Sampling {
         order.sort_by(|&a, &b| recordings[a].name().cmp(recordings[b].name()));
         let dangerous = |&at: &usize| self.dangerous(at, &recordings[at]);
         let dangerous: Vec<SampledWindow> = order.iter().filter_map(dangerous).collect();
-        let mut drawn: Vec<SampledWindow> = match order.iter().any(|&at| recordings[at].collides())
-        {
-            true => self.like(&dangerous, &order, recordings),
-            false => {
-                let any = |&at: &usize| self.any(at, &recordings[at]);
-                order.iter().filter_map(any).collect()
-            }
+        let mut drawn: Vec<SampledWindow> = if order.iter().any(|&at| recordings[at].collides()) {
+            self.like(&dangerous, &order, recordings)
+        } else {
+            let any = |&at: &usize| self.any(at, &recordings[at]);
+            order.iter().filter_map(any).collect()
         };
         if self.every_recording {
             let others = self.others(&drawn, &dangerous, &order, recordings);

@@ -170,9 +170,10 @@ impl Recording {
         let supposed = self.contact.filter(|_| self.touches.is_empty());
         let critical = self.touched(&span);
         let dangerous = !critical.is_empty() || supposed.is_some_and(|step| span.contains(&step));
-        match dangerous && self.collides() {
-            true => self.named(critical),
-            false => (Label::Safe, Vec::new()),
+        if dangerous && self.collides() {
+            self.named(critical)
+        } else {
+            (Label::Safe, Vec::new())
         }
     }
 

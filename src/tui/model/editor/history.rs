@@ -102,9 +102,10 @@ impl History {
     /// A step back or forward from `now`.
     pub fn step(&mut self, back: bool, now: Before) -> Option<Before> {
         self.run = None;
-        let (from, to) = match back {
-            true => (&mut self.back, &mut self.forward),
-            false => (&mut self.forward, &mut self.back),
+        let (from, to) = if back {
+            (&mut self.back, &mut self.forward)
+        } else {
+            (&mut self.forward, &mut self.back)
         };
         let before = from.pop()?;
         to.push(now);

@@ -86,9 +86,10 @@ impl Editor {
         }
         let shown = &parts[part];
         // The end of a wrapped row is the beginning of the next one.
-        let last = match part + 1 < parts.len() {
-            true => shown.end.saturating_sub(1).max(shown.start),
-            false => shown.end,
+        let last = if part + 1 < parts.len() {
+            shown.end.saturating_sub(1).max(shown.start)
+        } else {
+            shown.end
         };
         let to = (shown.start + across).min(last);
         self.go(row, to, select);

@@ -120,9 +120,10 @@ fn now(lines: &mut Lines, opened: &Opened, obstacle: &Obstacle, step: i64) {
     let lanelets = opened.scenario.network.lanelets_at(&motion.pose.position);
     lines.say(
         "lanelets",
-        match lanelets.is_empty() {
-            true => "none under its centre".into(),
-            false => joined(lanelets.iter().map(i64::to_string)),
+        if lanelets.is_empty() {
+            "none under its centre".into()
+        } else {
+            joined(lanelets.iter().map(i64::to_string))
         },
     );
     lines.say("signals", signals(obstacle, step));

@@ -153,10 +153,7 @@ impl<'a> Moment<'a> {
         let what = self
             .variations
             .shows_changed()
-            .map(|changed| match changed {
-                true => "variant",
-                false => "original",
-            });
+            .map(|changed| if changed { "variant" } else { "original" });
         match (self.reason, what) {
             (Reason::Clock, what) => what.unwrap_or("map").into(),
             (Reason::Contact, _) => "contact".into(),
@@ -174,12 +171,13 @@ impl<'a> Moment<'a> {
 fn beside(opened: &Opened, step: i64) -> (i64, Reason) {
     let second = (1.0 / opened.scenario.dt()).round().max(1.0) as i64;
     let steps = opened.steps();
-    match step > steps.start {
-        true => (step.saturating_sub(second).max(steps.start), Reason::Before),
-        false => (
+    if step > steps.start {
+        (step.saturating_sub(second).max(steps.start), Reason::Before)
+    } else {
+        (
             step.saturating_add(second).min(steps.end - 1),
             Reason::After,
-        ),
+        )
     }
 }
 
@@ -269,9 +267,10 @@ impl Model {
         let kept = self.maker.find(hash, change)?;
         // Another search may have replaced it meanwhile.
         let same = std::sync::Arc::ptr_eq(&kept.made, &shown.made);
-        let other = match shown.changed {
-            true => &kept.original,
-            false => &kept.variant,
+        let other = if shown.changed {
+            &kept.original
+        } else {
+            &kept.variant
         };
         same.then(|| (&**other, kept.made.variations(!shown.changed)))
     }

@@ -271,9 +271,10 @@ fn draw_cell(
         let chosen = state.inside == Some(place);
         let words = window_words(index, worst, width.saturating_sub(2));
         let line = Line::from(format!("{}{words}", if chosen { "▸ " } else { "  " }));
-        lines.push(match chosen {
-            true => theme.select(line),
-            false => line.style(theme.base()),
+        lines.push(if chosen {
+            theme.select(line)
+        } else {
+            line.style(theme.base())
         });
     }
     frame.render_widget(Paragraph::new(lines), area);

@@ -189,9 +189,10 @@ impl CoverageScreen {
                 model.focus = Pane::Scenarios;
                 let listed = model.list.visible.len();
                 let words = model.list.index_share().words();
-                let words = match words.is_empty() {
-                    true => String::new(),
-                    false => format!("; of the list, {words}"),
+                let words = if words.is_empty() {
+                    String::new()
+                } else {
+                    format!("; of the list, {words}")
                 };
                 let all = model.list.rows.len();
                 model.say(format!("/{filter}: {listed} of {all} scenarios{words}"));
@@ -215,9 +216,10 @@ impl CoverageScreen {
                 .rows
                 .iter()
                 .any(|row| row.entry.name == scenario.name);
-            let words = match changed {
-                true => "is in the list with other contents than in the index",
-                false => "is not in the list; start nearmiss with the folder that it is in",
+            let words = if changed {
+                "is in the list with other contents than in the index"
+            } else {
+                "is not in the list; start nearmiss with the folder that it is in"
             };
             model.say(format!("{} {words}", scenario.name));
             return Step::stay();

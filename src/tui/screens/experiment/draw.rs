@@ -69,9 +69,10 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
     } else {
         let inner = window::window_at(frame, body, model, &title);
         let page = Page::new(model, inner.width);
-        let mut text = match view.shows_text {
-            true => Text::default(),
-            false => page.state(),
+        let mut text = if view.shows_text {
+            Text::default()
+        } else {
+            page.state()
         };
         if !text.lines.is_empty() {
             text.push_line(Line::default());
@@ -333,9 +334,10 @@ impl<'a> Page<'a> {
 
     fn way(&self, way: &WayProgress, names_task: bool, room: usize) -> Line<'static> {
         let name = name_of(&way.way);
-        let name = match names_task {
-            true => format!("{} · {name}", way.way.task.name()),
-            false => name,
+        let name = if names_task {
+            format!("{} · {name}", way.way.task.name())
+        } else {
+            name
         };
         let numbers = [way.answered, way.failed, way.open, way.all()];
         let numbers = numbers.map(|number| match number {

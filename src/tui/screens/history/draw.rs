@@ -95,10 +95,11 @@ fn search(frame: &mut Frame<'_>, area: Rect, model: &Model) {
         None => None,
     };
     if let Some((words, color)) = note {
-        let words = match words.width() <= left {
-            true => words.to_string(),
+        let words = if words.width() <= left {
+            words.to_string()
+        } else {
             // Of names, whole ones.
-            false => whole_words(words, left),
+            whole_words(words, left)
         };
         line.push_span(Span::styled(format!("  {words}"), color));
     }
@@ -119,9 +120,10 @@ fn whole_words(words: &str, room: usize) -> String {
 
 fn pane(frame: &mut Frame<'_>, area: Rect, model: &Model, title: String, focused: bool) -> Rect {
     let theme = &model.theme;
-    let (color, kind) = match focused {
-        true => (theme.border_focused, BorderType::Thick),
-        false => (theme.border, BorderType::Plain),
+    let (color, kind) = if focused {
+        (theme.border_focused, BorderType::Thick)
+    } else {
+        (theme.border, BorderType::Plain)
     };
     let block = Block::bordered()
         .border_type(kind)
@@ -281,9 +283,10 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths
             Style::new().fg(theme.accent),
         ),
     ]);
-    match chosen {
-        true => theme.select(line),
-        false => line.style(theme.base()),
+    if chosen {
+        theme.select(line)
+    } else {
+        line.style(theme.base())
     }
 }
 

@@ -48,9 +48,10 @@ pub fn act(model: &mut Model, action: Action) -> Step {
     match action {
         Action::NoteRun => model.history.typing = Some(InputPurpose::Note(id, run.notes)),
         Action::CopyRun => {
-            let text = match run.reasoning.is_empty() {
-                true => run.answer,
-                false => format!("{}\n\n{}", run.reasoning, run.answer),
+            let text = if run.reasoning.is_empty() {
+                run.answer
+            } else {
+                format!("{}\n\n{}", run.reasoning, run.answer)
             };
             model.say(format!("{} characters copied", text.chars().count()));
             return Step::Stay(vec![Effect::Copy(text)]);

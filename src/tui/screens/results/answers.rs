@@ -44,9 +44,10 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
     let lines = shown.map(|(place, answer)| {
         let chosen = place == selected;
         let line = line(model, answer, chosen, (usize::from(list.width), tail));
-        match chosen {
-            true => model.theme.select(line),
-            false => line.style(model.theme.base()),
+        if chosen {
+            model.theme.select(line)
+        } else {
+            line.style(model.theme.base())
         }
     });
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), list);

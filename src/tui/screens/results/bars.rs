@@ -72,9 +72,10 @@ fn bar(model: &Model, place: usize, width: usize) -> Line<'static> {
     let whole = format!(" {number}  {ends}  {right} of {asked}");
     let techniques = row.way.techniques.map_or("–".into(), |t| t.to_string());
     let room = |tail: &str| width.saturating_sub(2 + 11 + tail.width()).min(BAR.0);
-    let tail = match room(&whole) < BAR.1 {
-        true => format!(" {number}"),
-        false => whole,
+    let tail = if room(&whole) < BAR.1 {
+        format!(" {number}")
+    } else {
+        whole
     };
     let room = room(&tail);
     let cell = |share: f64| (share * room as f64).round() as usize;

@@ -38,9 +38,10 @@ pub fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, selected: usize) -
     let line = |(place, offer): (usize, &CountingChoice)| {
         let chosen = place == selected;
         let line = line(model, offer, chosen, usize::from(list.width));
-        match chosen {
-            true => theme.select(line),
-            false => line.style(theme.base()),
+        if chosen {
+            theme.select(line)
+        } else {
+            line.style(theme.base())
         }
     };
     frame.render_widget(Paragraph::new(shown.map(line).collect::<Vec<_>>()), list);
@@ -72,9 +73,10 @@ fn line(model: &Model, offer: &CountingChoice, chosen: bool, width: usize) -> Li
             thousands(all)
         ),
     };
-    let sign = match model.results.counting == Some(offer.counting) {
-        true => "*",
-        false => " ",
+    let sign = if model.results.counting == Some(offer.counting) {
+        "*"
+    } else {
+        " "
     };
     let head = format!(
         "{sign} {}",

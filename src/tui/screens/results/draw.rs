@@ -73,9 +73,10 @@ fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
 fn title_in(results: &ResultsView, width: u16) -> String {
     let whole = title(results);
     let truth = format!(" · truth: {}", visible(&results.truth_words()));
-    match whole.width() + CORNERS > usize::from(width) {
-        true => whole.replacen(&truth, "", 1),
-        false => whole,
+    if whole.width() + CORNERS > usize::from(width) {
+        whole.replacen(&truth, "", 1)
+    } else {
+        whole
     }
 }
 
@@ -85,13 +86,15 @@ fn title(results: &ResultsView) -> String {
     let counting = results
         .counting
         .map_or(String::new(), |c| format!("{c} · "));
-    let truth = match results.rows.is_empty() {
-        true => String::new(),
-        false => format!(" · truth: {}", visible(&results.truth_words())),
+    let truth = if results.rows.is_empty() {
+        String::new()
+    } else {
+        format!(" · truth: {}", visible(&results.truth_words()))
     };
-    let reading = match results.reading && results.judging.is_none() {
-        true => " …",
-        false => "",
+    let reading = if results.reading && results.judging.is_none() {
+        " …"
+    } else {
+        ""
     };
     let answers = match count {
         1 => "1 answer".into(),

@@ -134,9 +134,12 @@ fn cells(row: &Results, judging: bool) -> Vec<String> {
     let all = std::iter::once(row.answers.len().to_string());
     let all = all.chain(counts).chain(shares);
     all.zip(OF_TRUTH)
-        .map(|(cell, of_truth)| match judging && of_truth {
-            true => "…".into(),
-            false => cell,
+        .map(|(cell, of_truth)| {
+            if judging && of_truth {
+                "…".into()
+            } else {
+                cell
+            }
         })
         .collect()
 }
@@ -257,9 +260,10 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Re
             });
         }
         let line = Line::from(spans);
-        lines.push(match chosen {
-            true => theme.select(line),
-            false => line.style(theme.base()),
+        lines.push(if chosen {
+            theme.select(line)
+        } else {
+            line.style(theme.base())
         });
     }
     frame.render_widget(Paragraph::new(lines), inner);
@@ -305,9 +309,10 @@ fn number(
     cell: &str,
     (width, picked): (usize, bool),
 ) -> Span<'static> {
-    let words = match picked {
-        true => format!("[{cell}]"),
-        false => format!("{cell} "),
+    let words = if picked {
+        format!("[{cell}]")
+    } else {
+        format!("{cell} ")
     };
     let style = match cell {
         _ if picked => Style::new().add_modifier(Modifier::BOLD),

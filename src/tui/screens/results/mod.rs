@@ -117,9 +117,10 @@ fn change_truth(model: &mut Model) -> Vec<Effect> {
 fn export(model: &mut Model) -> Vec<Effect> {
     let results = &model.results;
     if results.rows.is_empty() || results.reading {
-        let why = match results.reading {
-            true => "still counting; export when it is done",
-            false => "nothing to export",
+        let why = if results.reading {
+            "still counting; export when it is done"
+        } else {
+            "nothing to export"
         };
         model.say(why);
         return Vec::new();
@@ -220,10 +221,7 @@ fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
             (results.selected, results.column) = (row, column);
         }
     }
-    match again {
-        true => enter(model),
-        false => Vec::new(),
-    }
+    if again { enter(model) } else { Vec::new() }
 }
 
 /// Handles the store's answers.

@@ -35,9 +35,10 @@ pub struct ValuesScreen {
 
 impl Screen for ValuesScreen {
     fn on_action(&mut self, _model: &mut Model, action: Action) -> Step {
-        match moves_scene(action) {
-            true => Step::Perform(action),
-            false => Step::Ignored,
+        if moves_scene(action) {
+            Step::Perform(action)
+        } else {
+            Step::Ignored
         }
     }
 

@@ -85,10 +85,11 @@ fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
                 (true, true) => "behind",
                 (true, false) => return format!("{id} {:.2} m/s²", c.acceleration),
             };
-            match wide {
-                true => format!("{id} {:.2} m/s², {why}", c.acceleration),
+            if wide {
+                format!("{id} {:.2} m/s², {why}", c.acceleration)
+            } else {
                 // Why it comes after those that need more.
-                false => format!("{id} {why}"),
+                format!("{id} {why}")
             }
         };
         let right = reference.get(place).map_or(String::new(), right);
@@ -114,9 +115,10 @@ fn votes(choice: &Choice) -> String {
     if void > 0 {
         words.push(format!("{void} rejected"));
     }
-    let tie = match choice.tied.is_empty() {
-        true => "",
-        false => "; a tie, decided by the reference",
+    let tie = if choice.tied.is_empty() {
+        ""
+    } else {
+        "; a tie, decided by the reference"
     };
     format!("{}{tie}", words.join(", "))
 }
@@ -139,9 +141,10 @@ fn chosen(choice: &Choice, stopped: Option<&str>) -> String {
     let refused = choice.proposal.as_ref().and_then(|p| p.refused.as_ref());
     let why = refused.map_or(String::new(), |why| {
         let why = why.to_string();
-        match stopped.is_some_and(|stopped| why.contains(stopped)) {
-            true => "; the model did not answer".into(),
-            false => format!("; the model's choice was rejected: {why}"),
+        if stopped.is_some_and(|stopped| why.contains(stopped)) {
+            "; the model did not answer".into()
+        } else {
+            format!("; the model's choice was rejected: {why}")
         }
     });
     let why = { choice.not_asked() }.map_or(why, |why| format!("; {why}"));

@@ -153,9 +153,10 @@ fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
     }
     lines.say("others", "as recorded; only the ego reacts");
     let key = model.look.key(Action::SwitchVariant);
-    let (now, other) = match shown.changed {
-        true => ("the variant", "original"),
-        false => ("the original", "variant"),
+    let (now, other) = if shown.changed {
+        ("the variant", "original")
+    } else {
+        ("the original", "variant")
     };
     lines.say("shown", &format!("{now}; {key} the {other}"));
 }

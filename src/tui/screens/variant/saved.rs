@@ -30,12 +30,11 @@ pub fn text(model: &Model, saved: &SavedVariant, width: usize) -> Text<'static> 
     }
     for (delay, avoided, how) in &record.reactions {
         let name = format!("{delay} s");
-        match avoided {
-            true => lines.say(&name, &format!("yes: {how}")),
-            false => {
-                let style = Style::new().fg(model.theme.warning);
-                lines.say_in(&name, &format!("no: {how}"), style);
-            }
+        if *avoided {
+            lines.say(&name, &format!("yes: {how}"))
+        } else {
+            let style = Style::new().fg(model.theme.warning);
+            lines.say_in(&name, &format!("no: {how}"), style);
         }
     }
     for (name, words) in &record.good_driver {

@@ -179,9 +179,10 @@ pub fn unwritten(model: &mut Model, words: String, wrote: Arc<Authorship>) {
     }
     let key = model.look.key(Action::VariantPanel);
     let words = format!("{words}; {key} details");
-    match wrote.failed() {
-        true => model.complain(words),
-        false => model.announce(words),
+    if wrote.failed() {
+        model.complain(words)
+    } else {
+        model.announce(words)
     }
 }
 

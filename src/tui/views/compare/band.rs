@@ -69,9 +69,12 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .map_or(0, |p| p.saturating_sub(rows / 2))
         .min(order.len().saturating_sub(rows));
     let mut text = Text::default();
-    let mark = |line: Line<'static>, place| match picked == Some(place) {
-        true => line.style(Style::new().add_modifier(Modifier::REVERSED)),
-        false => line,
+    let mark = |line: Line<'static>, place| {
+        if picked == Some(place) {
+            line.style(Style::new().add_modifier(Modifier::REVERSED))
+        } else {
+            line
+        }
     };
     for (lines, &place) in whole.into_iter().zip(&order).filter(|_| fits) {
         text.extend(lines.into_iter().map(|line| mark(line, place)));

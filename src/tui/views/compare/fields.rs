@@ -149,9 +149,10 @@ fn probability(verdict: Option<&Verdict>, hides: bool) -> String {
     let tokens = verdict.and_then(|v| v.token_probability).filter(|_| !hides);
     let tokens = tokens.map(|p| format!("{p:.2} by tokens"));
     let all: Vec<String> = stated.into_iter().chain(tokens).collect();
-    match all.is_empty() {
-        true => "–".into(),
-        false => all.join(", "),
+    if all.is_empty() {
+        "–".into()
+    } else {
+        all.join(", ")
     }
 }
 

@@ -69,9 +69,10 @@ fn place(opened: &Opened, goal: &Goal, view: &CellView) -> Option<Point> {
 fn seconds(goal: &Goal, dt: f64) -> String {
     let seconds = |step: i64| step as f64 * dt;
     let (from, to) = (seconds(goal.time.from), seconds(goal.time.to));
-    match goal.time.from == goal.time.to {
-        true => format!("{from:.1} s"),
-        false => format!("{from:.1}-{to:.1} s"),
+    if goal.time.from == goal.time.to {
+        format!("{from:.1} s")
+    } else {
+        format!("{from:.1}-{to:.1} s")
     }
 }
 
@@ -87,9 +88,10 @@ pub fn words(goal: &Goal, dt: f64) -> String {
     }
     let (from, to) = (goal.time.from, goal.time.to);
     let seconds = seconds(goal, dt);
-    words.push(match from == to {
-        true => format!("step {from} ({seconds})"),
-        false => format!("steps {from}-{to} ({seconds})"),
+    words.push(if from == to {
+        format!("step {from} ({seconds})")
+    } else {
+        format!("steps {from}-{to} ({seconds})")
     });
     if let Some(speed) = goal.velocity {
         words.push(match speed {

@@ -23,9 +23,12 @@ pub fn fan<'a>(model: &Model, moment: &Moment<'a>) -> impl Iterator<Item = Overl
         .flat_map(|cycle| cycle.fan.lines());
     let rejected = model.map.layers.rejected;
     let lines = lines.filter(move |(_, drivable)| *drivable || rejected);
-    lines.map(|(line, drivable)| match drivable {
-        true => Overlay::path(Role::Feasible, LineStyle::Solid, line),
-        false => Overlay::path(Role::Rejected, LineStyle::Dotted, line),
+    lines.map(|(line, drivable)| {
+        if drivable {
+            Overlay::path(Role::Feasible, LineStyle::Solid, line)
+        } else {
+            Overlay::path(Role::Rejected, LineStyle::Dotted, line)
+        }
     })
 }
 

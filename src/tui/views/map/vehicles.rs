@@ -34,13 +34,15 @@ pub fn arrows(
             style = style.add_modifier(Modifier::BOLD);
         }
         let pose = body.motion.pose;
-        let middle = match body.stands {
-            true => pose.position,
-            false => body.point(body.part(0.5), 0.0),
+        let middle = if body.stands {
+            pose.position
+        } else {
+            body.point(body.part(0.5), 0.0)
         };
-        let glyph = match body.stands {
-            true => "▪",
-            false => heading_arrow(&view.turned(&pose.forward())),
+        let glyph = if body.stands {
+            "▪"
+        } else {
+            heading_arrow(&view.turned(&pose.forward()))
         };
         board.put(view.at(&middle), glyph, style);
     }

@@ -54,9 +54,10 @@ impl Upwards {
     /// The axis of risk scores, always whole: all six numbers where each can have a row.
     pub fn of_risk(area: Rect) -> Self {
         let room = rows(area);
-        match usize::from(room) < MOST {
-            true => Self::even(Ticks::ends(0.0, 5.0), room),
-            false => Self::even(Ticks::around(0.0, 5.0, MOST), room),
+        if usize::from(room) < MOST {
+            Self::even(Ticks::ends(0.0, 5.0), room)
+        } else {
+            Self::even(Ticks::around(0.0, 5.0, MOST), room)
         }
     }
 

@@ -58,9 +58,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let (first, last) = model.clock.range();
     let (from, to) = (first as f64 * dt, last as f64 * dt);
     let levels = what == Drives::Risk;
-    let upwards = match levels {
-        true => Upwards::of_risk(inner),
-        false => Upwards::fitting(inner, |most| Ticks::around(low, high, most)),
+    let upwards = if levels {
+        Upwards::of_risk(inner)
+    } else {
+        Upwards::fitting(inner, |most| Ticks::around(low, high, most))
     };
     let window = super::window(model, dt);
     let drawn = Drawn {

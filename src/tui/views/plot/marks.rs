@@ -85,9 +85,10 @@ pub fn window(f: &mut Frame<'_>, axes: &Axes, area: Rect, window: Option<Range>,
     let Some((from, to)) = window.filter(|_| axes.plot.height > 0) else {
         return;
     };
-    let y = match axes.plot.y > area.y {
-        true => axes.plot.y - 1,
-        false => axes.plot.y,
+    let y = if axes.plot.y > area.y {
+        axes.plot.y - 1
+    } else {
+        axes.plot.y
     };
     let buffer = f.buffer_mut();
     for (time, sign) in [(from, '['), (to, ']')] {

@@ -17,9 +17,10 @@ pub fn text(model: &Model) -> Text<'static> {
     let prompt = &model.prompt;
     let mut text = Text::default();
     let overridden: Vec<&str> = model.library.overridden().collect();
-    let saved = match overridden.is_empty() {
-        true => "no saved overrides".to_string(),
-        false => format!("saved overrides: {}", overridden.join(", ")),
+    let saved = if overridden.is_empty() {
+        "no saved overrides".to_string()
+    } else {
+        format!("saved overrides: {}", overridden.join(", "))
     };
     text.push_line(Line::styled(visible(&saved).into_owned(), dim));
     let drafts = prompt.drafted();

@@ -146,9 +146,10 @@ fn lines_of<'e>(
 /// Works the styles out again, if text or colours changed.
 fn highlighted(editor: &Editor, model: &Model, first: usize, last: usize) {
     let heavy = editor.text().len() > HEAVY;
-    let (from, to) = match heavy {
-        true => (first.saturating_sub(BEFORE), last),
-        false => (0, editor.line_count()),
+    let (from, to) = if heavy {
+        (first.saturating_sub(BEFORE), last)
+    } else {
+        (0, editor.line_count())
     };
     let mut hasher = DefaultHasher::new();
     // A theme's file may be changed meanwhile: its name does not stand for its colours.
@@ -188,9 +189,10 @@ impl Marks {
             .map_or(0..0, |(a, b)| {
                 let from = if a.row < row { 0 } else { a.col };
                 let to = if b.row > row { line.len() + 1 } else { b.col };
-                match a.row <= row && row <= b.row {
-                    true => from..to,
-                    false => 0..0,
+                if a.row <= row && row <= b.row {
+                    from..to
+                } else {
+                    0..0
                 }
             });
         let found = match &model.prompt.entry {

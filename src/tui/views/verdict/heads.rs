@@ -64,9 +64,10 @@ fn short(id: &str, letters: usize, width: usize) -> String {
     match id.split_once('/') {
         Some((provider, model)) if id.width() > width => {
             let some: String = provider.chars().take(letters).collect();
-            match some.is_empty() {
-                true => fit_middle(model, width),
-                false => fit_middle(&format!("{some}/{model}"), width),
+            if some.is_empty() {
+                fit_middle(model, width)
+            } else {
+                fit_middle(&format!("{some}/{model}"), width)
             }
         }
         _ => fit(id, width),

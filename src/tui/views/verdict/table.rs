@@ -277,9 +277,10 @@ impl<'a> Table<'a> {
                 other => other.replace("cp+cot+icl", "all"),
             };
             let room = self.width.saturating_sub(1);
-            let words = match words.width() > room {
-                true => words.replace("+tools", "+t"),
-                false => words,
+            let words = if words.width() > room {
+                words.replace("+tools", "+t")
+            } else {
+                words
             };
             let style = Style::new().fg(self.model.theme.dim);
             self.cell(row, &fit_middle(&words, room), style);

@@ -90,9 +90,12 @@ pub fn alone(line: &str, theme: &Theme) -> Vec<Piece> {
         let rule = vec!["─"; sides.len()].join("─┼─");
         return vec![Piece::sign(rule, dim)];
     }
-    let drawn = |piece: Piece| match piece.at.is_none() && piece.span.content == BETWEEN {
-        true => Piece::sign(LINE, dim),
-        false => piece,
+    let drawn = |piece: Piece| {
+        if piece.at.is_none() && piece.span.content == BETWEEN {
+            Piece::sign(LINE, dim)
+        } else {
+            piece
+        }
     };
     pieces(line, theme).into_iter().map(drawn).collect()
 }

@@ -101,9 +101,10 @@ fn difference(
             Some(share(*votes)? - share(*other)?)
         });
         let pairs: Vec<f64> = pairs.collect();
-        match pairs.is_empty() {
-            true => left_out += 1,
-            false => differences.push(pairs.iter().sum::<f64>() / pairs.len() as f64),
+        if pairs.is_empty() {
+            left_out += 1
+        } else {
+            differences.push(pairs.iter().sum::<f64>() / pairs.len() as f64)
         }
     }
     Some(Difference {

@@ -195,9 +195,10 @@ impl Axis {
             Self::Country => {
                 let code = case.scenario().split('_').next().unwrap_or_default();
                 let is_code = code.len() == 3 && code.bytes().all(|b| b.is_ascii_uppercase());
-                match is_code {
-                    true => word(0, code.into()),
-                    false => last(),
+                if is_code {
+                    word(0, code.into())
+                } else {
+                    last()
                 }
             }
         }

@@ -52,9 +52,10 @@ impl AskedFacts {
         };
         let mut parts = Vec::new();
         if let Some((first, last)) = self.asked_ms.and_then(|(a, b)| Some((day(a)?, day(b)?))) {
-            parts.push(match first == last {
-                true => format!("asked {first}"),
-                false => format!("asked {first} to {last}"),
+            parts.push(if first == last {
+                format!("asked {first}")
+            } else {
+                format!("asked {first} to {last}")
             });
         }
         let models = self.returned.iter().map(|(model, names)| {

@@ -133,9 +133,10 @@ impl Pivot {
             self.request.measure,
             Measure::RightOfAll | Measure::Seconds | Measure::Cost
         );
-        match of_all || answered == one.cell.n {
-            true => one.cell.n.to_string(),
-            false => format!("{answered} of {}", one.cell.n),
+        if of_all || answered == one.cell.n {
+            one.cell.n.to_string()
+        } else {
+            format!("{answered} of {}", one.cell.n)
         }
     }
 
@@ -221,13 +222,13 @@ impl Pivot {
     pub fn rows(&self) -> Vec<Value> {
         let mut lines = Vec::new();
         for part in &self.parts {
-            let objects: Vec<Value> = match self.request.against.is_some() {
-                true => part
-                    .differences
+            let objects: Vec<Value> = if self.request.against.is_some() {
+                part.differences
                     .iter()
                     .map(|one| self.difference(one))
-                    .collect(),
-                false => part.cells.iter().map(|one| self.cell(one)).collect(),
+                    .collect()
+            } else {
+                part.cells.iter().map(|one| self.cell(one)).collect()
             };
             for object in objects {
                 let mut line = json!({ "task": part.task.map(|task| task.name()) });
