@@ -242,9 +242,10 @@ fn rows(rating: &Rating) -> impl Iterator<Item = Row> {
             answer.model.clone().into(),
             answer.prompt.clone().into(),
             Cell::Truth(rating.choice == Choice::Best(place)),
-            match answer.wrong {
-                true => reason.to_string().into(),
-                false => Cell::None(""),
+            if answer.wrong {
+                reason.to_string().into()
+            } else {
+                Cell::None("")
             },
         ]
     })

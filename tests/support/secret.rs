@@ -28,9 +28,12 @@ pub fn forms(secret: &str) -> Vec<String> {
         secret.to_uppercase(),
         upper.to_lowercase(),
         each(secret, 2, percent),
-        each(secret, 1, |c| match c.is_ascii_alphanumeric() {
-            true => c.to_string(),
-            false => percent(c),
+        each(secret, 1, |c| {
+            if c.is_ascii_alphanumeric() {
+                c.to_string()
+            } else {
+                percent(c)
+            }
         }),
         upper.replace('%', "%25"),
         upper,

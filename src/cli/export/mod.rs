@@ -226,9 +226,10 @@ fn chats(arguments: &Export) -> Outcome {
 /// A run as it is exported: what the store has of it, and the state of its answer as reports count it.
 pub fn record(run: &Run, superseded: bool) -> Value {
     let mut record = run.to_record();
-    record["answer_state"] = json!(match superseded {
-        true => AnswerState::Superseded,
-        false => AnswerState::of(run),
+    record["answer_state"] = json!(if superseded {
+        AnswerState::Superseded
+    } else {
+        AnswerState::of(run)
     });
     record
 }

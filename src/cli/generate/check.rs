@@ -178,11 +178,9 @@ pub fn run(
                         output::counted(passed.steps, "step"),
                         passed.exempt,
                         100.0 * passed.friction,
-                        match passed.friction >= 1.005 {
-                            // The check solves for the inputs of the vehicle, which rounded states say roughly.
-                            true => ", as estimated from rounded states; the drivability check passes",
-                            false => "",
-                        },
+                        if passed.friction >= 1.005 { 
+// The check solves for the inputs of the vehicle, which rounded states say roughly.
+                            ", as estimated from rounded states; the drivability check passes" } else { "" },
                     ));
                     if let Some(gone) = Gone::of(one, &original) {
                         words.push_str(&format!("  NOTE: obstacle {id} {gone}\n"));

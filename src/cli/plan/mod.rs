@@ -363,9 +363,10 @@ impl Job<'_> {
             return Err(Failure {
                 message: format!(
                     "interrupted after {done} of {all} scenarios; their files are kept{}",
-                    match self.arguments.files.resumes() {
-                        true => "; the same command continues",
-                        false => "",
+                    if self.arguments.files.resumes() {
+                        "; the same command continues"
+                    } else {
+                        ""
                     }
                 ),
                 status: INTERRUPTED,

@@ -86,9 +86,10 @@ fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
     };
     let note = format!(
         "{answers} recorded answers, compared with the annotations{}. The models are those of the paper's scripts; none was asked now.",
-        match judged {
-            true => " and with the built-in judge (reference/geometry), which read the scenarios",
-            false => "; the scenarios are missing, so the built-in judge could not be asked",
+        if judged {
+            " and with the built-in judge (reference/geometry), which read the scenarios"
+        } else {
+            "; the scenarios are missing, so the built-in judge could not be asked"
         }
     ) + &without;
     let about = ReportSubject {

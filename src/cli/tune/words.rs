@@ -172,13 +172,15 @@ pub fn gain(outcome: &TuneOutcome) -> String {
         "{title} {:+.3} (95 % {:+.3} … {:+.3}, p = {:.4}), candidate {}, {of}",
         gain.difference, gain.interval.low, gain.interval.high, gain.p, best.number
     );
-    match outcome.found {
-        true => format!("Gain: {words}."),
-        false if !outcome.can_tell() => format!(
+    if outcome.found {
+        format!("Gain: {words}.")
+    } else if !outcome.can_tell() {
+        format!(
             "No gain found: {words}. {} are too few to tell a gain from chance; 10 are needed.",
             counted(outcome.units, &outcome.cluster.to_string())
-        ),
-        false => format!("No gain found: {words}. That may be chance."),
+        )
+    } else {
+        format!("No gain found: {words}. That may be chance.")
     }
 }
 

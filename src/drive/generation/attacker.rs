@@ -68,13 +68,14 @@ pub fn why_none(stage: &AttackContext<'_>, among: &[i64]) -> Option<&'static str
     let ranked = rank(stage).into_iter().filter(|c| may(c.obstacle));
     let reach: Vec<bool> = ranked.map(|c| c.reaches).collect();
     let obstacles = &stage.scenario.obstacles;
-    match reach.contains(&true) {
-        true => None,
-        false if !reach.is_empty() => Some("the ego is reached only in reverse"),
-        false if obstacles.iter().any(|o| may(o.id) && moves(stage, o)) => {
-            Some("none has been there for 0.5 s when the ego drives 2 m/s or faster")
-        }
-        false => Some("none moves by itself"),
+    if reach.contains(&true) {
+        None
+    } else if !reach.is_empty() {
+        Some("the ego is reached only in reverse")
+    } else if obstacles.iter().any(|o| may(o.id) && moves(stage, o)) {
+        Some("none has been there for 0.5 s when the ego drives 2 m/s or faster")
+    } else {
+        Some("none moves by itself")
     }
 }
 

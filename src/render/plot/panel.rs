@@ -25,18 +25,18 @@ impl<'a> Panel<'a> {
         let curves = plot.curves(measure);
         let thresholds: Vec<_> = plot.thresholds.for_measure(measure.id).collect();
         let most = (area.height / (1.9 * plot.letters)).clamp(2.0, 6.0) as usize;
-        let upwards = match measure.is_ordinal() {
+        let upwards = if !measure.is_ordinal() {
+            let points = curves.iter().flat_map(|c| c.runs.iter().flatten());
+            let near = thresholds.iter().map(|t| t.value).chain([0.0]);
+            let range = value_range(points.map(|p| p.1), near);
+            range.map_or(Ticks::ends(0.0, 1.0), |(low, high)| {
+                Ticks::around(low, high, most)
+            })
+        } else if area.height >= 5.0 * 1.1 * plot.letters {
             // All six where numbers have room, one below the other.
-            true if area.height >= 5.0 * 1.1 * plot.letters => Ticks::around(0.0, 5.0, 6),
-            true => Ticks::ends(0.0, 5.0),
-            false => {
-                let points = curves.iter().flat_map(|c| c.runs.iter().flatten());
-                let near = thresholds.iter().map(|t| t.value).chain([0.0]);
-                let range = value_range(points.map(|p| p.1), near);
-                range.map_or(Ticks::ends(0.0, 1.0), |(low, high)| {
-                    Ticks::around(low, high, most)
-                })
-            }
+            Ticks::around(0.0, 5.0, 6)
+        } else {
+            Ticks::ends(0.0, 5.0)
         };
         Self {
             plot,

@@ -14,12 +14,14 @@ pub(super) fn describe_motion(w: &Writer, seen: &Seen, contact: bool) -> String 
     let gap_lat = sign(w.written("gap_lat", seen.relation.gap_lat));
     if (gap_long, gap_lat) == (0, 0) {
         let moves = moves(v_long, v_lat);
-        return match seen.distance == 0.0 {
-            true if contact && seen.direction == Direction::Contact => "It touches the ego.".into(),
-            true => format!("Seen from the ego it moves {moves}."),
-            false => format!(
+        return if seen.distance != 0.0 {
+            format!(
                 "It overlaps the ego's extent in both directions without touching; seen from the ego it moves {moves}."
-            ),
+            )
+        } else if contact && seen.direction == Direction::Contact {
+            "It touches the ego.".into()
+        } else {
+            format!("Seen from the ego it moves {moves}.")
         };
     }
     let long = match (gap_long, v_long) {

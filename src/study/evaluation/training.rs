@@ -262,21 +262,21 @@ impl ExampleRules {
 
 impl Turn {
     fn new(message: Message, pictures: &Pictures) -> Result<Self, NoExample> {
-        let content = match message.images.is_empty() {
-            true => Content::Words(message.content),
-            false if message.role != Role::User => return Err(NoExample::PictureForm),
-            false => {
-                let shown = message.images.iter().map(|image| {
-                    let found = pictures.get(&image.sha256).ok_or(NoExample::NoPicture)?;
-                    Part::picture(found)
-                });
-                let mut parts: Vec<Part> = shown.collect::<Result<_, _>>()?;
-                // As it is sent.
-                parts.push(Part::Text {
-                    text: message.content,
-                });
-                Content::Parts(parts)
-            }
+        let content = if message.images.is_empty() {
+            Content::Words(message.content)
+        } else if message.role != Role::User {
+            return Err(NoExample::PictureForm);
+        } else {
+            let shown = message.images.iter().map(|image| {
+                let found = pictures.get(&image.sha256).ok_or(NoExample::NoPicture)?;
+                Part::picture(found)
+            });
+            let mut parts: Vec<Part> = shown.collect::<Result<_, _>>()?;
+            // As it is sent.
+            parts.push(Part::Text {
+                text: message.content,
+            });
+            Content::Parts(parts)
         };
         Ok(Self {
             role: message.role,

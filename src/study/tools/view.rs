@@ -163,11 +163,14 @@ impl<'s> WindowView<'s> {
 /// A number as results have it, rounded to thousandths; only a true 0 becomes 0, since a distance of 0 is a contact.
 pub(super) fn number(value: f64) -> Value {
     let rounded = (value * 1e3).round() / 1e3;
-    match rounded == 0.0 {
-        true if value > 0.0 => json!(0.001),
-        true if value < 0.0 => json!(-0.001),
-        true => json!(0.0),
-        false => json!(rounded),
+    if rounded != 0.0 {
+        json!(rounded)
+    } else if value > 0.0 {
+        json!(0.001)
+    } else if value < 0.0 {
+        json!(-0.001)
+    } else {
+        json!(0.0)
     }
 }
 

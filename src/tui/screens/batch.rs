@@ -43,10 +43,12 @@ impl Screen for BatchScreen {
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let Some(card) = &model.card else { return };
-        let title = match card.is_counted() {
-            true if blocked(card).is_some() => "ask many · nothing can be asked",
-            true => "ask many",
-            false => "ask many · counting…",
+        let title = if !card.is_counted() {
+            "ask many · counting…"
+        } else if blocked(card).is_some() {
+            "ask many · nothing can be asked"
+        } else {
+            "ask many"
         };
         let text = text(model, card, window::width_in(screen, COLUMNS));
         let height = u16::try_from(text.lines.len() + 2).unwrap_or(u16::MAX);

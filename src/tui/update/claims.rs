@@ -72,12 +72,12 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize>
     let document = model.document(shown)?;
     let claims = model.claims.get(document.key);
     if claims.is_empty() {
-        model.say(match document.whole {
-            true if model.claims.is_known(document.key) => {
-                "no claims about obstacles were found in this answer"
-            }
-            true => "checking the claims of this answer…",
-            false => "the answer is still streaming",
+        model.say(if !document.whole {
+            "the answer is still streaming"
+        } else if model.claims.is_known(document.key) {
+            "no claims about obstacles were found in this answer"
+        } else {
+            "checking the claims of this answer…"
         });
         return None;
     }

@@ -176,10 +176,12 @@ const WIDE: u16 = 140;
 /// The model in short.
 fn asked_model(model: &Model, width: u16) -> String {
     let most = if width < NARROW { 24 } else { 40 };
-    match model.model == judge::MODEL {
-        true if width < NARROW => "built-in".into(),
-        true => judge::NAME.into(),
-        false => fit(&model.model, most),
+    if model.model != judge::MODEL {
+        fit(&model.model, most)
+    } else if width < NARROW {
+        "built-in".into()
+    } else {
+        judge::NAME.into()
     }
 }
 

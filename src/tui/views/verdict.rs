@@ -44,18 +44,20 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         );
         // Inside the corners, with a space on both sides.
         let left = usize::from(area.width).saturating_sub(4 + title.width());
-        let hints = match seen_now.len() == all {
-            true if all == 1 => [String::new(), String::new(), String::new()],
-            true => [
-                format!(" · {keys} select answer"),
-                format!(" · {keys}"),
-                String::new(),
-            ],
-            false => [
+        let hints = if seen_now.len() != all {
+            [
                 format!(" · answers {first}–{last} of {all}, {keys} others"),
                 format!(" · {first}–{last}/{all} {keys}"),
                 format!(" · {first}–{last} of {all}"),
-            ],
+            ]
+        } else if all == 1 {
+            [String::new(), String::new(), String::new()]
+        } else {
+            [
+                format!(" · {keys} select answer"),
+                format!(" · {keys}"),
+                String::new(),
+            ]
         };
         let hint = hints
             .into_iter()

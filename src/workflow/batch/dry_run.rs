@@ -122,10 +122,11 @@ impl DryRun {
             let key = item.key.as_ref().map(|key| (key.clone(), item.sample));
             let to_send = size.as_ref().is_some_and(|size| !size.stored);
             let is_repeated = || key.is_some_and(|key| !self.keys.insert(key));
-            match asked {
-                true if to_send && is_repeated() => self.estimate.repeated += 1,
-                true => self.estimate.add(size, item.unaskable.as_deref()),
-                false => {}
+            if !asked {
+            } else if to_send && is_repeated() {
+                self.estimate.repeated += 1
+            } else {
+                self.estimate.add(size, item.unaskable.as_deref())
             }
             self.items.push(item);
         }

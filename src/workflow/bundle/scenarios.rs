@@ -71,10 +71,12 @@ fn of_entry(entry: &Entry, file: &Path) -> Vec<(PathBuf, PathBuf)> {
     }
     if let Some(recording) = find_recording(file) {
         let own = name(&recording);
-        let place = match own.to_string_lossy().ends_with("ego_trajectory.csv") {
-            true => PathBuf::from(format!("{}.ego_trajectory.csv", entry.name)),
-            false if recording.parent() == file.parent() => own,
-            false => Path::new(&entry.name).join(own),
+        let place = if own.to_string_lossy().ends_with("ego_trajectory.csv") {
+            PathBuf::from(format!("{}.ego_trajectory.csv", entry.name))
+        } else if recording.parent() == file.parent() {
+            own
+        } else {
+            Path::new(&entry.name).join(own)
         };
         found.push((place, recording));
     }

@@ -53,10 +53,10 @@ pub fn experiments_in(folder: &Path) -> Result<FolderOfExperiments, String> {
             continue;
         }
         let path = folder.join(name);
-        match path.is_dir() {
-            true => found.folders.push(path),
-            false if is_experiment_file(&path) => candidates.push(path),
-            false => {}
+        if path.is_dir() {
+            found.folders.push(path)
+        } else if is_experiment_file(&path) {
+            candidates.push(path)
         }
     }
     found.folders.sort();

@@ -47,9 +47,12 @@ fn whole_forms(secret: &str) -> Vec<String> {
         secret.to_ascii_uppercase(),
         each(secret, 1, percent),
         each(secret, 1, percent).to_lowercase(),
-        each(secret, 1, |c| match c.is_ascii_alphanumeric() {
-            true => c.to_string(),
-            false => percent(c),
+        each(secret, 1, |c| {
+            if c.is_ascii_alphanumeric() {
+                c.to_string()
+            } else {
+                percent(c)
+            }
         }),
         each(&each(secret, 1, percent), 3, percent),
         each(secret, 1, json),

@@ -136,13 +136,13 @@ impl Database {
             // Names of columns are those of this program.
             // `rowid` is one that every table has.
             parts.push(
-                match name == "rowid" || known.iter().any(|n| n.eq_ignore_ascii_case(name)) {
-                    true => format!("\"{name}\""),
-                    false if name.len() < column.len() => "NULL".into(),
-                    false => {
-                        let message = format!("no column `{name}`; it has {}", named(&known));
-                        return Err(self.table(table).fail(message));
-                    }
+                if name == "rowid" || known.iter().any(|n| n.eq_ignore_ascii_case(name)) {
+                    format!("\"{name}\"")
+                } else if name.len() < column.len() {
+                    "NULL".into()
+                } else {
+                    let message = format!("no column `{name}`; it has {}", named(&known));
+                    return Err(self.table(table).fail(message));
                 },
             );
         }

@@ -88,9 +88,10 @@ fn line(model: &Model, offer: &CountingChoice, chosen: bool, width: usize) -> Li
         Span::raw(if chosen { "▸ " } else { "  " }),
         Span::raw(head),
         Span::styled(tail, dim),
-        Span::raw(match left < LEAST {
-            true => String::new(),
-            false => fit(&visible(&offer.truth), left),
+        Span::raw(if left < LEAST {
+            String::new()
+        } else {
+            fit(&visible(&offer.truth), left)
         }),
     ])
 }
