@@ -159,8 +159,10 @@ async fn answer(mut stream: TcpStream, seen: &Seen) -> std::io::Result<()> {
             }
         };
         let text = String::from_utf8_lossy(&bytes[..head]).to_lowercase();
-        let length = text.split("content-length:").nth(1);
-        let length = length.and_then(|rest| rest.lines().next()?.trim().parse().ok());
+        let length = text
+            .split("content-length:")
+            .nth(1)
+            .and_then(|rest| rest.lines().next()?.trim().parse().ok());
         let all = head + length.unwrap_or(0_usize);
         while bytes.len() < all {
             if stream.read_buf(&mut bytes).await? == 0 {

@@ -206,8 +206,9 @@ fn opened(criterion: &mut Criterion, name: &str, store: &Store, runs: i64) {
 }
 
 fn all(criterion: &mut Criterion) {
-    let runs = std::env::var("NEARMISS_RUNS").ok();
-    let runs = runs.map_or(RUNS, |n| n.parse().expect("NEARMISS_RUNS is a number"));
+    let runs = std::env::var("NEARMISS_RUNS")
+        .ok()
+        .map_or(RUNS, |n| n.parse().expect("NEARMISS_RUNS is a number"));
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("runs.sqlite");
     let store = filled(&path, runs);

@@ -126,8 +126,7 @@ fn planned(criterion: &mut Criterion) {
         let scenario = entry.read();
         scenario.is_ok_and(|scenario| !scenario.planning_problems.is_empty())
     };
-    let bundled = bundled();
-    let bundled = bundled.into_iter().filter(|e| e.name.contains("CutIn"));
+    let bundled = bundled().into_iter().filter(|e| e.name.contains("CutIn"));
     for entry in scenarios().into_iter().chain(bundled).filter(drives) {
         let mut group = criterion.benchmark_group(format!("planned {}", entry.name));
         group.sample_size(30);
@@ -248,8 +247,8 @@ fn pixels(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("pixels {}", entry.name));
         group.sample_size(20);
         // Beside the map there are its frame, the timeline, and a line above and below.
-        let stage = Stage::open(&entry, (SIZE.0 + 2, SIZE.1 + 12));
-        let mut stage = stage.unwrap_or_else(|error| panic!("{}: {error}", entry.display()));
+        let mut stage = Stage::open(&entry, (SIZE.0 + 2, SIZE.1 + 12))
+            .unwrap_or_else(|error| panic!("{}: {error}", entry.display()));
         stage.press("tab z");
         let mut n = 0;
         group.bench_function("cells", |b| b.iter(|| step(&mut stage, &mut n)));

@@ -117,8 +117,11 @@ pub fn budget(text: &str) -> Result<f64, String> {
 pub fn run(arguments: &Ask) -> Outcome {
     let (folders, config) = configuration()?;
     let question = arguments.asked.question(&folders, &config)?;
-    let model = arguments.model.as_deref().or(config.model.as_deref());
-    let model = model.unwrap_or(judge::MODEL);
+    let model = arguments
+        .model
+        .as_deref()
+        .or(config.model.as_deref())
+        .unwrap_or(judge::MODEL);
     let bound = budget::resolve(arguments.budget, &config, &folders);
     let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
     if arguments.dry_run {

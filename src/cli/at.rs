@@ -63,8 +63,10 @@ impl FromStr for At {
         if let Ok(step) = word.parse() {
             return Ok(Self::Step(step));
         }
-        let seconds = word.strip_suffix('s').and_then(|s| s.trim().parse().ok());
-        let seconds = seconds.filter(|s: &f64| s.is_finite());
+        let seconds = word
+            .strip_suffix('s')
+            .and_then(|s| s.trim().parse().ok())
+            .filter(|s: &f64| s.is_finite());
         seconds
             .map(Self::Seconds)
             .ok_or_else(|| "expected a time step (32), seconds (3.2s), worst or worst:risk".into())

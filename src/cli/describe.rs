@@ -129,8 +129,8 @@ fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
         .span
         .window(&scene, &thresholds, None, decided.history)?;
     let context = Context::under(&scene, &thresholds);
-    let described = description::describe_in(&context, arguments.frame, &window, &decided.options);
-    let described = described.map_err(|error| Failure::input(advised(&error)))?;
+    let described = description::describe_in(&context, arguments.frame, &window, &decided.options)
+        .map_err(|error| Failure::input(advised(&error)))?;
     let picture = ScenePicture::new(&scene, arguments.frame, &window, &decided.options);
     let tokens =
         estimate_tokens(&described.text) + picture.as_ref().map_or(0, ScenePicture::tokens);
@@ -189,8 +189,10 @@ impl Describe {
         else {
             return Ok(None);
         };
-        let ending = file.extension().and_then(|ending| ending.to_str());
-        let ending = ending.map(str::to_ascii_lowercase);
+        let ending = file
+            .extension()
+            .and_then(|ending| ending.to_str())
+            .map(str::to_ascii_lowercase);
         let (bytes, written) = match (ending.as_deref(), picture) {
             (Some("png"), Some(picture)) => (picture.image().bytes.to_vec(), Written::Picture),
             (Some("svg"), Some(picture)) => {

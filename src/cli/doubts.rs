@@ -6,15 +6,17 @@ use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Participant, Scenario, Sc
 /// Warnings about a scenario and its ego.
 pub fn doubts(entry: &Entry, scene: &Scene) -> Vec<String> {
     let ego = &scene.ego;
-    let doubts = ego.diagnostics.iter();
-    let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
-    let doubts = doubts.map(|doubt| {
-        let line = match doubt.line {
-            0 => String::new(),
-            line => format!("line {line}: "),
-        };
-        format!("nearmiss: ego {}: {line}{}", ego.source, doubt.message)
-    });
+    let doubts = ego
+        .diagnostics
+        .iter()
+        .filter(|doubt| doubt.severity == Severity::Warning)
+        .map(|doubt| {
+            let line = match doubt.line {
+                0 => String::new(),
+                line => format!("line {line}: "),
+            };
+            format!("nearmiss: ego {}: {line}{}", ego.source, doubt.message)
+        });
     let scenario = &scene.scenario;
     doubts
         .chain(without_lanes(entry, scenario))

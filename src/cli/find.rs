@@ -188,8 +188,9 @@ pub fn search(
     let store = folders.and_then(|folders| Store::open_to_read(&folders.store()).ok());
     let answers = store
         .map(|store| store.verdicts(judge::MODEL, None))
-        .transpose();
-    let answers = answers.map_err(Failure::input)?.unwrap_or_default();
+        .transpose()
+        .map_err(Failure::input)?
+        .unwrap_or_default();
     let request = IndexSearch {
         folder,
         filter,

@@ -98,13 +98,15 @@ fn listen_on() {
 /// not tell, that may be so for SIGHUP.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
-    let ignored = std::fs::read_to_string("/proc/self/status").ok();
-    let ignored = ignored.as_deref().and_then(|status| {
-        let mask = status
-            .lines()
-            .find_map(|line| line.strip_prefix("SigIgn:"))?;
-        u64::from_str_radix(mask.trim(), 16).ok()
-    });
+    let ignored = std::fs::read_to_string("/proc/self/status")
+        .ok()
+        .as_deref()
+        .and_then(|status| {
+            let mask = status
+                .lines()
+                .find_map(|line| line.strip_prefix("SigIgn:"))?;
+            u64::from_str_radix(mask.trim(), 16).ok()
+        });
     match ignored {
         Some(mask) => mask >> (signal - 1) & 1 == 1,
         None => signal == signal_hook::consts::SIGHUP,

@@ -170,8 +170,9 @@ pub fn arguments() -> Arguments {
         // It would advise to pass a mistyped option as a file: `-- -o`.
         error.remove(ContextKind::Suggested);
         let said = error.render().to_string();
-        let plain = said.replace("invalid digit found in string", NO_NUMBER);
-        let plain = plain.replace("cannot parse integer from empty string", NO_NUMBER);
+        let plain = said
+            .replace("invalid digit found in string", NO_NUMBER)
+            .replace("cannot parse integer from empty string", NO_NUMBER);
         if !error.use_stderr() {
             std::process::exit(printed(&error).map_or_else(
                 |failure| {

@@ -140,8 +140,8 @@ impl FinishedFiles {
         let noted = self
             .note_of(file)
             .and_then(|note| std::fs::read_to_string(note).ok());
-        let is = system::read_file(file, system::LARGEST);
-        let is = is.map(|bytes| ContentHash::digest(&bytes).to_string());
+        let is = system::read_file(file, system::LARGEST)
+            .map(|bytes| ContentHash::digest(&bytes).to_string());
         matches!((noted, is), (Some(noted), Ok(is)) if noted.trim() == is)
     }
 

@@ -59,8 +59,9 @@ pub fn run(arguments: &Models) -> Outcome {
     }
     let today = jiff::Zoned::now().date();
     let listed = registry.models(&environment, today);
-    let shown = new(&listed, &found).filter(|d| arguments.all || !d.is_no_chat());
-    let shown = shown.filter_map(|d| registry.known(&d.id, &environment, today));
+    let shown = new(&listed, &found)
+        .filter(|d| arguments.all || !d.is_no_chat())
+        .filter_map(|d| registry.known(&d.id, &environment, today));
     let shown: Vec<ModelListing> = shown.collect();
     let listed = [listed, shown].concat();
     if arguments.json {

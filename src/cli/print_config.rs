@@ -186,7 +186,8 @@ fn inline(value: &Value) -> String {
 
 /// The variable that the user's name is from.
 fn user_variable() -> Option<&'static str> {
-    let names = ["USER", "LOGNAME", "USERNAME"].into_iter();
-    let mut names = names.filter(|name| std::env::var(name).is_ok_and(|n| !n.trim().is_empty()));
+    let mut names = ["USER", "LOGNAME", "USERNAME"]
+        .into_iter()
+        .filter(|name| std::env::var(name).is_ok_and(|n| !n.trim().is_empty()));
     names.next()
 }

@@ -48,8 +48,8 @@ impl QuestionArguments {
     /// The question, ready to be sent.
     pub fn question(&self, folders: &Folders, config: &Config) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
-        let library = validate(Library::load(Some(&folders.prompts())));
-        let library = library.with_pack(self.pack.unwrap_or_default());
+        let library = validate(Library::load(Some(&folders.prompts())))
+            .with_pack(self.pack.unwrap_or_default());
         let frame = self
             .frame
             .unwrap_or_else(|| default_frame(&library, self.task));

@@ -126,8 +126,7 @@ mod tests {
 
     #[test]
     fn files_of_one_name_are_called_by_their_paths() {
-        let entries = ["a/x.xml", "b/x.xml", "b/y.xml"];
-        let entries = entries.map(|path| Entry::of_file(Path::new(path)));
+        let entries = ["a/x.xml", "b/x.xml", "b/y.xml"].map(|path| Entry::of_file(Path::new(path)));
         let labels = Labels::new(&entries);
         let label = |entry: &Entry| labels.of(&entry.name, &entry.display());
         assert_eq!(entries.each_ref().map(label), ["a/x.xml", "b/x.xml", "y"]);

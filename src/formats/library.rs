@@ -194,8 +194,10 @@ impl Entry {
         {
             hash = scenario.hash;
         }
-        let ego = find_recording(path).map(|ego| system::read_file(&ego, system::LARGEST));
-        let ego = ego.transpose()?.unwrap_or_default();
+        let ego = find_recording(path)
+            .map(|ego| system::read_file(&ego, system::LARGEST))
+            .transpose()?
+            .unwrap_or_default();
         Ok(ContentHash::of_parts([
             hash.to_string().as_bytes(),
             b"\n",

@@ -88,8 +88,12 @@ fn instead(path: &Path, bundled: &[String]) -> String {
     else {
         return available(&path.to_string_lossy(), bundled.iter().map(String::as_str));
     };
-    let files = folder.read_dir().into_iter().flatten().flatten();
-    let files = files.map(|file| file.file_name().to_string_lossy().into_owned());
+    let files = folder
+        .read_dir()
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|file| file.file_name().to_string_lossy().into_owned());
     let files: Vec<String> = files.take(MOST_FILES).collect();
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     did_you_mean(&name, files.iter().map(String::as_str))

@@ -220,8 +220,9 @@ impl FigureGrid<'_> {
             let (subject, figure) = (row.figure.subject(), row.figure);
             row.steps.iter().flat_map(move |&step| {
                 let ego = subject.scene.and_then(|scene| scene.ego.track.at(step));
-                let pointed_out = figure.obstacles().iter();
-                let pointed_out = pointed_out
+                let pointed_out = figure
+                    .obstacles()
+                    .iter()
                     .filter_map(move |id| subject.scenario.obstacle(*id)?.track().at(step));
                 ego.into_iter().chain(pointed_out)
             })

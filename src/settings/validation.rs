@@ -15,12 +15,14 @@ pub fn mistakes(text: &str) -> Vec<Mistake> {
     };
     let lines = KeyLines::new(text);
     let section = table.get("planner").and_then(Value::as_table);
-    let inner = section.map_or_else(Vec::new, planner::wrong).into_iter();
-    let inner = inner.map(|(path, words)| {
-        let path = std::iter::once("planner").chain(path.iter().map(String::as_str));
-        let line = lines.line(&path.collect::<Vec<_>>());
-        Mistake { line, words }
-    });
+    let inner = section
+        .map_or_else(Vec::new, planner::wrong)
+        .into_iter()
+        .map(|(path, words)| {
+            let path = std::iter::once("planner").chain(path.iter().map(String::as_str));
+            let line = lines.line(&path.collect::<Vec<_>>());
+            Mistake { line, words }
+        });
     let mut found: Vec<Mistake> = inner.collect();
     found.extend(table.into_iter().filter_map(|(key, value)| {
         let words = wrong(&key, value)?;

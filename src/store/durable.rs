@@ -62,15 +62,17 @@ impl Log {
             let (written, named) = (state.written, state.named);
             state.busy = true;
             drop(state);
-            let done = File::options().write(true).open(&self.file);
-            let done = done.and_then(|file| file.sync_data());
-            let done = done.and_then(|()| {
-                if named {
-                    Ok(())
-                } else {
-                    sync_folder(&self.file)
-                }
-            });
+            let done = File::options()
+                .write(true)
+                .open(&self.file)
+                .and_then(|file| file.sync_data())
+                .and_then(|()| {
+                    if named {
+                        Ok(())
+                    } else {
+                        sync_folder(&self.file)
+                    }
+                });
             state = self.lock();
             state.busy = false;
             if done.is_ok() {

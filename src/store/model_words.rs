@@ -28,8 +28,9 @@ impl Store {
         if let Some(newest) = newest.filter(|newest| *newest > known.read_to) {
             let sql = "SELECT DISTINCT model FROM runs WHERE id > ?1 AND id <= ?2";
             let mut statement = connection.prepare_cached(sql)?;
-            let ids = statement.query_map((known.read_to, newest), |row| row.get(0))?;
-            let ids = ids.collect::<Result<Vec<String>, _>>()?;
+            let ids = statement
+                .query_map((known.read_to, newest), |row| row.get(0))?
+                .collect::<Result<Vec<String>, _>>()?;
             known.ids.extend(ids);
             known.read_to = newest;
         }

@@ -194,8 +194,8 @@ impl Stage {
             settings: &default_planning(),
         };
         let (thresholds, cancel) = (&self.model.thresholds, Cancel::default());
-        let opened = Opened::planned(&request, thresholds, &cancel, &mut |_, _| {})?;
-        let opened = opened.ok_or("planning was stopped")?;
+        let opened = Opened::planned(&request, thresholds, &cancel, &mut |_, _| {})?
+            .ok_or("planning was stopped")?;
         self.send(Msg::Job(
             id,
             JobEvent::Plan(Update::Ended(Ok(Box::new(opened)))),
@@ -225,11 +225,13 @@ impl Stage {
         };
         let keys = ["space", "o", "r"].map(Key::parse).into_iter().flatten();
         let asks: Vec<Effect> = keys.flat_map(|key| self.send(Msg::Key(key))).collect();
-        let ask = asks.into_iter().find_map(|effect| match effect {
-            Effect::Results(ask @ ResultsCommand::Read(..)) => Some(ask),
-            _ => None,
-        });
-        let ask = ask.unwrap_or_else(|| panic!("the screen of results is open already"));
+        let ask = asks
+            .into_iter()
+            .find_map(|effect| match effect {
+                Effect::Results(ask @ ResultsCommand::Read(..)) => Some(ask),
+                _ => None,
+            })
+            .unwrap_or_else(|| panic!("the screen of results is open already"));
         let going = AtomicBool::new(false);
         let (sender, receiver) = std::sync::mpsc::channel();
         std::thread::scope(|scope| {

@@ -260,8 +260,13 @@ mod tests {
     #[test]
     fn sixel_shows_the_colours_of_the_picture() {
         let sent = sent(ProtocolType::Sixel);
-        let body = sent.split("\x1bP").nth(1).unwrap();
-        let body = body.split("\x1b\\").next().unwrap();
+        let body = sent
+            .split("\x1bP")
+            .nth(1)
+            .unwrap()
+            .split("\x1b\\")
+            .next()
+            .unwrap();
         // Raster attributes: 40 × 40 pixels. Colours are percent: 100 is 255.
         assert!(body.contains(";40;40"), "{body}");
         assert!(

@@ -38,8 +38,7 @@ impl Stamps {
     /// Takes them. To be done before the files are read, so that no change is missed.
     #[must_use]
     pub fn read(folders: &Folders) -> Self {
-        let files = std::fs::read_dir(folders.themes());
-        let files = files
+        let files = std::fs::read_dir(folders.themes())
             .into_iter()
             .flatten()
             .flatten()

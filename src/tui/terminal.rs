@@ -62,8 +62,7 @@ impl Screen {
     /// # Errors
     /// The terminal is gone.
     pub fn draw(&mut self, draw: impl FnOnce(&mut ratatui::Frame<'_>)) -> io::Result<()> {
-        let terminal = self.terminal.as_mut();
-        let terminal = terminal.ok_or(io::ErrorKind::NotConnected)?;
+        let terminal = self.terminal.as_mut().ok_or(io::ErrorKind::NotConnected)?;
         execute!(stdout(), BeginSynchronizedUpdate)?;
         let drawn = terminal.draw(draw).map(|_| ());
         execute!(stdout(), EndSynchronizedUpdate)?;

@@ -113,8 +113,9 @@ impl Models {
 impl Server<'_> {
     /// Replaces a provider's own server by this one.
     pub fn overlay(&self, providers: &mut toml::Table, provider: &str) {
-        let entry = providers.entry(provider);
-        let entry = entry.or_insert_with(|| toml::Table::new().into());
+        let entry = providers
+            .entry(provider)
+            .or_insert_with(|| toml::Table::new().into());
         let Some(table) = entry.as_table_mut() else {
             return;
         };
@@ -173,7 +174,7 @@ pub async fn ask(
             not_stored = Some(why.clone());
         }
         on_event(event);
-    });
-    let answer = answer.await?;
+    })
+    .await?;
     Ok(AskOutcome { answer, not_stored })
 }

@@ -162,8 +162,10 @@ pub fn generate(
 
 /// Whether an obstacle that was named can attack at all.
 fn can_attack(prepared: &PreparedPlan, id: i64) -> Result<(), PlanError> {
-    let obstacle = prepared.scenario.obstacle(id);
-    let obstacle = obstacle.ok_or_else(|| prepared.mismatch(&format!("no obstacle {id}")))?;
+    let obstacle = prepared
+        .scenario
+        .obstacle(id)
+        .ok_or_else(|| prepared.mismatch(&format!("no obstacle {id}")))?;
     if obstacle.role != ObstacleRole::Dynamic
         || Capability::for_obstacle(obstacle, AttackStyle::Limit).is_none()
     {

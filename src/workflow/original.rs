@@ -67,8 +67,9 @@ impl VariantOrigin {
             return None;
         }
         let original = &said["original"];
-        let places = [&original["file"], &said["made"]["line"]["file"]];
-        let places = places.into_iter().filter_map(|place| place.as_str());
+        let places = [&original["file"], &said["made"]["line"]["file"]]
+            .into_iter()
+            .filter_map(|place| place.as_str());
         let attacker = said["attacker"].as_i64()?;
         Some(Self {
             id: original["benchmark_id"].as_str()?.into(),
@@ -97,12 +98,15 @@ impl VariantOrigin {
     #[must_use]
     pub fn certificate(&self, delay: Option<f64>) -> Option<(f64, PathBuf)> {
         let folder = self.variant.parent().unwrap_or(Path::new(""));
-        let all = self.certificates.iter().rev();
-        let mut all = all.filter_map(|(seconds, name)| {
-            // A name that leads elsewhere is none.
-            let name = Path::new(name).file_name()?;
-            Some((seconds.parse::<f64>().ok()?, folder.join(name)))
-        });
+        let mut all = self
+            .certificates
+            .iter()
+            .rev()
+            .filter_map(|(seconds, name)| {
+                // A name that leads elsewhere is none.
+                let name = Path::new(name).file_name()?;
+                Some((seconds.parse::<f64>().ok()?, folder.join(name)))
+            });
         all.find(|(seconds, _)| delay.is_none_or(|delay| delay == *seconds))
     }
 
@@ -172,16 +176,21 @@ impl VariantOrigin {
 
     /// The name of its file; an id that leads into other folders has none.
     fn file(&self) -> PathBuf {
-        let name = Path::new(&self.id).file_name().unwrap_or_default();
-        let mut name = name.to_os_string();
+        let mut name = Path::new(&self.id)
+            .file_name()
+            .unwrap_or_default()
+            .to_os_string();
         name.push(".xml");
         name.into()
     }
 }
 
 fn hashes(said: &Value) -> Vec<(String, String)> {
-    let all = said["sha256"].as_object().into_iter().flatten();
-    let all = all.map(|(name, hash)| (name.clone(), hash.as_str().unwrap_or_default().to_owned()));
+    let all = said["sha256"]
+        .as_object()
+        .into_iter()
+        .flatten()
+        .map(|(name, hash)| (name.clone(), hash.as_str().unwrap_or_default().to_owned()));
     all.collect()
 }
 

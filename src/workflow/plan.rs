@@ -209,8 +209,8 @@ impl PreparedPlan {
         scenario: &Scenario,
         cancel: &Cancel,
     ) -> Result<Driver, DriveError> {
-        let driver = Driver::new(scenario, self.problem(), &self.settings)?;
-        let driver = driver.beside(self.recorded_ego().cloned());
+        let driver = Driver::new(scenario, self.problem(), &self.settings)?
+            .beside(self.recorded_ego().cloned());
         Ok(driver.cancelled_by(cancel).driven_by(self.planner.clone()))
     }
 
@@ -268,8 +268,9 @@ impl PreparedPlan {
             };
             return Err(self.nothing(&format!("no recorded ego to compare with{why}")));
         };
-        let driver = self.driver(&self.scenario, cancel);
-        let driver = driver.map_err(|error| self.nothing(&error))?;
+        let driver = self
+            .driver(&self.scenario, cancel)
+            .map_err(|error| self.nothing(&error))?;
         let drive = driver.along(&self.scenario, &scene.ego.track);
         Ok(PlanOutcome {
             prepared: self,
@@ -295,8 +296,9 @@ impl PreparedPlan {
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Result<Option<PlanOutcome>, PlanError> {
         let driver = self.driver(&self.scenario, cancel);
-        let drive = driver.map(|driver| self.drive_with(&driver, &self.scenario, cancel, on_event));
-        let drive = drive.map_err(|error| self.nothing(&error))?;
+        let drive = driver
+            .map(|driver| self.drive_with(&driver, &self.scenario, cancel, on_event))
+            .map_err(|error| self.nothing(&error))?;
         Ok(drive.map(|drive| PlanOutcome {
             prepared: self,
             drive,

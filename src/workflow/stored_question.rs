@@ -43,8 +43,10 @@ impl StoredQuestion<'_> {
     #[must_use]
     pub fn scene(&self, entry: &Entry, ego: &EgoSelection) -> Option<Arc<Scene>> {
         let (_, transform) = Transform::of_name(self.scenario);
-        let taken = self.ego.and_then(obstacle_taken);
-        let taken = taken.map(EgoSelection::Obstacle);
+        let taken = self
+            .ego
+            .and_then(obstacle_taken)
+            .map(EgoSelection::Obstacle);
         let request = OpenRequest {
             entry,
             ego: taken.as_ref().unwrap_or(ego),

@@ -174,8 +174,7 @@ impl TruthSearch<'_> {
 
     /// The built-in judge's stored verdicts, the newest of each question.
     fn judged(&self) -> HashMap<QuestionKey, Verdict> {
-        let runs = self.outcomes.iter();
-        let runs = runs.filter(|one| one.model == judge::MODEL);
+        let runs = self.outcomes.iter().filter(|one| one.model == judge::MODEL);
         let verdict = |one: &Outcome| {
             let verdict = serde_json::from_str(one.verdict.as_deref()?).ok()?;
             Some((QuestionKey::from(one), verdict))

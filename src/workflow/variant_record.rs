@@ -40,17 +40,20 @@ impl VariantRecord {
                 score("min_risk_after")
             )
         };
-        let attackers = manifest["attackers"].as_array().into_iter().flatten();
-        let attackers = attackers.map(|one| {
-            let mut words = format!("{}, {}", word(&one["manoeuvre"]), risk(one));
-            if let Some(distance) = one["min_distance"].as_f64() {
-                words.push_str(&format!(", {distance:.2} m at least"));
-            }
-            if let Some(without) = one["outcome_without"].as_str() {
-                words.push_str(&format!("; without it {}", spoken(without)));
-            }
-            (one["id"].to_string(), words)
-        });
+        let attackers = manifest["attackers"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .map(|one| {
+                let mut words = format!("{}, {}", word(&one["manoeuvre"]), risk(one));
+                if let Some(distance) = one["min_distance"].as_f64() {
+                    words.push_str(&format!(", {distance:.2} m at least"));
+                }
+                if let Some(without) = one["outcome_without"].as_str() {
+                    words.push_str(&format!("; without it {}", spoken(without)));
+                }
+                (one["id"].to_string(), words)
+            });
         let all = manifest["avoidable"].as_object().into_iter().flatten();
         let mut reactions: Vec<(String, bool, String)> = all
             .map(|(delay, one)| {
@@ -60,8 +63,11 @@ impl VariantRecord {
             })
             .collect();
         reactions.sort();
-        let latest = reactions.iter().rev().find(|(_, avoided, _)| *avoided);
-        let latest = latest.map(|(delay, _, _)| &manifest["avoidable"][delay]);
+        let latest = reactions
+            .iter()
+            .rev()
+            .find(|(_, avoided, _)| *avoided)
+            .map(|(delay, _, _)| &manifest["avoidable"][delay]);
         Self {
             program: word(&manifest["program"]),
             by: word(&manifest["by"]),

@@ -102,13 +102,14 @@ fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, St
         open,
         problem: origin.problem,
         settings: &settings,
-    });
-    let prepared = prepared.map_err(|error| error.to_string())?;
+    })
+    .map_err(|error| error.to_string())?;
     let Some(scene) = &prepared.recorded else {
         return Err("no drive in it".into());
     };
-    let driver = prepared.driver(&prepared.scenario, &Cancel::default());
-    let driver = driver.map_err(|error| error.to_string())?;
+    let driver = prepared
+        .driver(&prepared.scenario, &Cancel::default())
+        .map_err(|error| error.to_string())?;
     match driver.fault_of(&prepared.scenario, &scene.ego.track) {
         Some(fault) => Err(fault.to_string()),
         None => Ok(scene.ego.track.steps().count()),
@@ -121,8 +122,7 @@ fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, St
 /// It is not, or cannot be read.
 pub fn is_unchanged(path: &Path, hash: &str) -> Result<(), String> {
     let named = |words: &str| format!("{}: {words}", path.display());
-    let bytes = system::read_file(path, system::LARGEST);
-    let bytes = bytes.map_err(|e| named(&system::words(&e)))?;
+    let bytes = system::read_file(path, system::LARGEST).map_err(|e| named(&system::words(&e)))?;
     if ContentHash::digest(&bytes).to_string() == hash {
         Ok(())
     } else {

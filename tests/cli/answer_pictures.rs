@@ -90,8 +90,10 @@ fn a_browser_shows_the_picture_that_a_model_was_sent() {
     }
     let seen = shown.iter().filter(|value| **value == json!([2, true]));
     assert_eq!(seen.count(), 2, "{shown:?}");
-    let missing = shown.iter().filter_map(|value| value.as_str());
-    let missing = missing.filter(|text| text.contains("The store does not have the picture"));
+    let missing = shown
+        .iter()
+        .filter_map(|value| value.as_str())
+        .filter(|text| text.contains("The store does not have the picture"));
     assert_eq!(missing.count(), 1, "{shown:?}");
     let complaints = browser.complaints(&file);
     assert!(complaints.is_empty(), "{complaints:#?}");

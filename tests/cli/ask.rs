@@ -127,8 +127,7 @@ fn what_the_judge_does_not_look_at_is_said() {
     let home = Home::new();
     let ask = |more: &[&str]| home.run(&[&["ask", CUT_IN], more].concat()).status(0);
     assert_eq!(ask(&[]).stderr, "");
-    let ended = ask(&["--at", "30"]);
-    let ended = ended.says(&["all recorded steps", "--at"]);
+    let ended = ask(&["--at", "30"]).says(&["all recorded steps", "--at"]);
     assert!(ended.stdout.starts_with("verdict "), "{}", ended.stdout);
     ask(&["--history", "3"]).says(&["all recorded steps", "--history"]);
     assert_eq!(ask(&["--at", "30", "--task", "safety"]).stderr, "");

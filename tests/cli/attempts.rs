@@ -58,11 +58,13 @@ async fn server(better: Arc<AtomicBool>) -> Server {
             return Some(ended(SAYS, "stop", 10));
         }
         let mut seen = seen.lock().unwrap();
-        let place = seen.iter().position(|body| *body == request.body);
-        let place = place.unwrap_or_else(|| {
-            seen.push(request.body.clone());
-            seen.len() - 1
-        });
+        let place = seen
+            .iter()
+            .position(|body| *body == request.body)
+            .unwrap_or_else(|| {
+                seen.push(request.body.clone());
+                seen.len() - 1
+            });
         Some(at_first(place))
     })
     .await
@@ -80,8 +82,9 @@ fn home(url: &str) -> Home {
 
 /// The cell of all answers.
 fn whole(home: &Home, arguments: &[&str]) -> Value {
-    let report = run(home, &[&["report", "--json"], arguments].concat());
-    let report = report.status(0).json();
+    let report = run(home, &[&["report", "--json"], arguments].concat())
+        .status(0)
+        .json();
     let cells = report["cells"].as_array().unwrap();
     let all = cells.iter().find(|cell| cell["label"] == "all");
     all.unwrap().clone()
@@ -92,13 +95,15 @@ const COUNTS: [&str; 7] = ["tp", "fp", "fn", "tn", "unparsed", "failed", "unaske
 /// Counts and costs, dollars in millionths.
 fn figures(cell: &Value) -> BTreeMap<String, i64> {
     let costs = ["cost_usd", "cost_unknown_most_usd"];
-    let counts = COUNTS.iter().chain(&[
-        "cost_unknown",
-        "superseded",
-        "input_tokens",
-        "output_tokens",
-    ]);
-    let counts = counts.map(|name| (name.to_string(), cell[*name].as_i64().unwrap_or(0)));
+    let counts = COUNTS
+        .iter()
+        .chain(&[
+            "cost_unknown",
+            "superseded",
+            "input_tokens",
+            "output_tokens",
+        ])
+        .map(|name| (name.to_string(), cell[*name].as_i64().unwrap_or(0)));
     let micro = |name: &&str| (cell[*name].as_f64().unwrap_or(0.0) * 1e6).round() as i64;
     let costs = costs.iter().map(|name| (name.to_string(), micro(name)));
     counts.chain(costs).collect()

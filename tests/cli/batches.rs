@@ -253,11 +253,13 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
         .says(&["no batch b9", "--list"]);
 
     // Another truth changes the table without asking.
-    let truth = home.write(
-        "truth.csv",
-        format!("scenario,label\n{CUT_IN},yes\n{HARD_BRAKING},no\n"),
-    );
-    let truth = truth.display().to_string();
+    let truth = home
+        .write(
+            "truth.csv",
+            format!("scenario,label\n{CUT_IN},yes\n{HARD_BRAKING},no\n"),
+        )
+        .display()
+        .to_string();
     let turned = run(
         &home,
         &["evaluate", "--resume", "b1", "--truth", &truth, "--json"],
@@ -308,8 +310,9 @@ async fn a_batch_may_ask_again_by_itself() {
         "--json",
     ];
     let arguments = [&["evaluate"], &names[..4], &options[..]].concat();
-    let ended = run(&home, &arguments).status(0);
-    let ended = ended.says(&["b1: 2 questions without a verdict asked again"]);
+    let ended = run(&home, &arguments)
+        .status(0)
+        .says(&["b1: 2 questions without a verdict asked again"]);
     assert_eq!(total(&cells(&ended), &["failed", "unparsed"]), 0);
     assert_eq!(total(&cells(&ended), &["n"]), 4);
     // Nothing is asked a third time.
@@ -323,8 +326,9 @@ async fn failed_and_unparsed_answers_are_counted_and_asked_again() {
     let names = BUNDLED.map(|(name, _)| name);
     let options = ["--model", "lab/tiny", "--concurrency", "1", "--json"];
     let arguments = [&["evaluate"], &names[..4], &options[..]].concat();
-    let ended = run(&home, &arguments).status(1);
-    let ended = ended.says(&["of 4 questions, 1 without a complete answer", "--resume b1"]);
+    let ended = run(&home, &arguments)
+        .status(1)
+        .says(&["of 4 questions, 1 without a complete answer", "--resume b1"]);
     let cell = &cells(&ended)[0];
     let of = |name: &str| cell[name].as_u64().unwrap();
     assert_eq!((of("n"), of("failed"), of("unparsed")), (4, 1, 1));
@@ -369,8 +373,9 @@ async fn interrupted_and_resumed(signal: &str) {
         .status();
     assert!(sent.unwrap().success());
     let output = tokio::task::block_in_place(|| child.wait_with_output()).unwrap();
-    let ended = Ended::of(&output).status(130);
-    let ended = ended.says(&["interrupted", "`nearmiss evaluate --resume b1`"]);
+    let ended = Ended::of(&output)
+        .status(130)
+        .says(&["interrupted", "`nearmiss evaluate --resume b1`"]);
     assert_eq!(ended.stdout, "");
     assert_eq!(server.requests().len(), 2, "nothing more was begun");
     assert!(

@@ -116,11 +116,14 @@ pub fn opened(bundle: &Path) -> (Vec<u8>, Vec<String>) {
         .read_to_end(&mut bytes)
         .unwrap();
     let mut tar = tar::Archive::new(bytes.as_slice());
-    let names = tar.entries().unwrap().map(|entry| {
-        let entry = entry.unwrap();
-        entry.path().unwrap().display().to_string()
-    });
-    let names = names.collect();
+    let names = tar
+        .entries()
+        .unwrap()
+        .map(|entry| {
+            let entry = entry.unwrap();
+            entry.path().unwrap().display().to_string()
+        })
+        .collect();
     (bytes, names)
 }
 
@@ -234,8 +237,9 @@ async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_chang
     run(&home, &["experiment", "unpack", "e.nearmiss"]).status(0);
     assert_eq!(rows(&home), before, "where it was packed");
 
-    let show = run(&home, &["experiment", "show", "e.nearmiss", "--json"]);
-    let show = show.status(0).json();
+    let show = run(&home, &["experiment", "show", "e.nearmiss", "--json"])
+        .status(0)
+        .json();
     assert_eq!(show["provenance"]["batch"], "b1");
     let included = |one: &Value| one["included"].as_bool().unwrap();
     let scenarios = show["scenarios"].as_array().unwrap();

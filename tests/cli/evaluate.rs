@@ -99,11 +99,13 @@ fn csv_and_json_hold_the_same_counts() {
 #[test]
 fn labels_take_the_place_of_the_geometry() {
     let home = Home::new();
-    let truth = home.write(
-        "t.csv",
-        format!("Scenario_Name,Obstacle_ID\n{CUT_IN},301\n"),
-    );
-    let truth = truth.display().to_string();
+    let truth = home
+        .write(
+            "t.csv",
+            format!("Scenario_Name,Obstacle_ID\n{CUT_IN},301\n"),
+        )
+        .display()
+        .to_string();
     let run = |more: &[&str]| {
         let all = [
             &["evaluate", CUT_IN, "--truth", &truth, "--format", "json"],
@@ -304,8 +306,9 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     for words in ["mirror", "flips", "to the collision", "0.500"] {
         assert!(table.contains(words), "{words}: {table}");
     }
-    let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last"]));
-    let report = report.status(0).stdout;
+    let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last"]))
+        .status(0)
+        .stdout;
     assert!(
         report.contains("2 questions") && report.contains("4 more"),
         "{report}"
@@ -313,8 +316,9 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     for words in ["Transformed scenes and leads", "| mirror ", "Said yes"] {
         assert!(report.contains(words), "{words}: {report}");
     }
-    let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last", "--json"]));
-    let report = report.status(0).json();
+    let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last", "--json"]))
+        .status(0)
+        .json();
     assert_eq!(report["lead"], document["lead"]);
     assert_eq!(report["invariance"], document["invariance"]);
     // Of the store as a whole the same questions are counted as of the batch.

@@ -28,8 +28,11 @@ fn a_yes_is_a_yes_and_whom_it_names_is_counted_apart() {
             "reference/geometry",
         ];
         let all = [&all[..], &["--lead", "0.1", "--truth", &truth]].concat();
-        let alone = home.run(&[&all[..], &["--format", "json"]].concat());
-        let alone = alone.status(0).json()["judges"][0]["leads"][0].clone();
+        let alone = home
+            .run(&[&all[..], &["--format", "json"]].concat())
+            .status(0)
+            .json()["judges"][0]["leads"][0]
+            .clone();
         let batch = home
             .run(&[&all[..], &["--samples", "1", "--json"]].concat())
             .status(0)
@@ -187,8 +190,10 @@ async fn what_a_batch_is_stays_and_another_truth_is_said() {
     resume(&["--model", "lab/b"])
         .status(2)
         .says(&["use --add-model"]);
-    let truth = home.write("truth.csv", format!("scenario,label\n{CUT_IN},yes\n"));
-    let truth = truth.display().to_string();
+    let truth = home
+        .write("truth.csv", format!("scenario,label\n{CUT_IN},yes\n"))
+        .display()
+        .to_string();
     resume(&["--truth", &truth]).status(1).says(&[
         "b1: the truth is from now on: labels from ",
         "it was: exact geometry",

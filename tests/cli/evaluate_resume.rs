@@ -68,8 +68,9 @@ async fn leads_and_changes_that_are_added_come_to_the_same_as_when_they_are_ther
  {
     let whole = yes_first().await;
     let home = home_with(whole.base_url());
-    let wanted = begin(&home, &["--lead", "0.5,1", "--transform", "mirror"]);
-    let wanted = wanted.status(0).json();
+    let wanted = begin(&home, &["--lead", "0.5,1", "--transform", "mirror"])
+        .status(0)
+        .json();
     assert_eq!(whole.requests().len(), 5);
 
     let server = yes_first().await;
@@ -190,8 +191,10 @@ fn of_earlier_version(home: &Home) {
     };
     let thresholds = Arc::new(Thresholds::shipped().clone());
     let (library, cancel) = (Library::load(None), Cancel::default());
-    let plan = request.plan(&library, &thresholds, &cancel, &mut |_| {});
-    let plan = plan.unwrap().unwrap();
+    let plan = request
+        .plan(&library, &thresholds, &cancel, &mut |_| {})
+        .unwrap()
+        .unwrap();
     let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
     let judges = Judges::from([("reference/geometry".into(), Judge::Reference)]);
     let dry_run = plan.dry_run(&judges, &store, &cancel, &mut |_| {});
@@ -283,11 +286,13 @@ async fn labels_that_cannot_be_of_the_scenario_are_refused_with_their_line() {
     let server = yes_first().await;
     let home = home_with(server.base_url());
     let plain = begin(&home, &[]).status(0).json();
-    let wrong = home.write(
-        "wrong.csv",
-        format!("scenario,obstacle_id\n{HARD_BRAKING},none\n{CUT_IN},4711\n"),
-    );
-    let wrong = wrong.display().to_string();
+    let wrong = home
+        .write(
+            "wrong.csv",
+            format!("scenario,obstacle_id\n{HARD_BRAKING},none\n{CUT_IN},4711\n"),
+        )
+        .display()
+        .to_string();
     let words = [
         "wrong.csv, line 3: ",
         CUT_IN,
@@ -308,8 +313,10 @@ async fn labels_that_cannot_be_of_the_scenario_are_refused_with_their_line() {
     run(&home, &["evaluate", CUT_IN, "--truth", &truth])
         .status(0)
         .says(&["the truth names 7 scenarios that are not among these, such as ZAM_"]);
-    let word = home.write("word.csv", format!("scenario,label\n{CUT_IN},perhaps\n"));
-    let word = word.display().to_string();
+    let word = home
+        .write("word.csv", format!("scenario,label\n{CUT_IN},perhaps\n"))
+        .display()
+        .to_string();
     run(&home, &["evaluate", CUT_IN, "--truth", &word])
         .status(2)
         .says(&["line 2: `perhaps` is not a label; use one of"]);

@@ -40,10 +40,14 @@ fn flags_and_their_file_give_the_same_table_and_a_second_run_goes_on() {
     }
     // Nothing was asked.
     nothing_is_stored(&home);
-    let flagged = home.run(&[&FLAGS[..], &["--json"]].concat());
-    let flagged = flagged.status(0).stdout;
-    let again = home.run(&["evaluate", "e.toml", "--json"]);
-    let again = again.status(0).says(&["going on with b1"]);
+    let flagged = home
+        .run(&[&FLAGS[..], &["--json"]].concat())
+        .status(0)
+        .stdout;
+    let again = home
+        .run(&["evaluate", "e.toml", "--json"])
+        .status(0)
+        .says(&["going on with b1"]);
     assert_eq!(again.stdout, flagged, "the file asks what the flags asked");
     // Another folder, another home, without the flags.
     let other = Home::new();

@@ -46,8 +46,11 @@ fn files() -> Vec<(&'static str, String)> {
 fn every_command_ends_with_a_sentence_whatever_is_missing() {
     let home = Home::new();
     for (name, xml) in files() {
-        let id = xml.split("<dynamicObstacle id=\"").nth(1);
-        let id = id.and_then(|rest| rest.split('"').next()).unwrap_or("1");
+        let id = xml
+            .split("<dynamicObstacle id=\"")
+            .nth(1)
+            .and_then(|rest| rest.split('"').next())
+            .unwrap_or("1");
         let ego = ["--ego", id];
         home.write(name, &xml);
         let commands: [&[&str]; 12] = [

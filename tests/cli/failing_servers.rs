@@ -79,8 +79,10 @@ async fn what_a_server_cut_has_no_verdict_in_any_report() {
     let usage =
         r#"data: {"choices": [], "usage": {"prompt_tokens": 1024, "completion_tokens": 9}}"#;
     let cut = move |_: usize, _: &Recorded| {
-        let said = Script::chunked_events().chunk(delta(SAYS)).chunk(FINISH);
-        let said = said.chunk(format!("{usage}\n\n"));
+        let said = Script::chunked_events()
+            .chunk(delta(SAYS))
+            .chunk(FINISH)
+            .chunk(format!("{usage}\n\n"));
         Some(said.chunk("data: [DONE]\n\n").end_of_chunks())
     };
     let server = Server::answering(cut).await;
@@ -124,8 +126,8 @@ async fn a_server_that_refuses_bounds_gets_the_schema_without_and_one_that_refus
             } else {
                 telling(SAYS)
             })
-        });
-        let server = server.await;
+        })
+        .await;
         let home = Home::new();
         configure(&home, server.base_url(), &nowhere());
         let asked = ["ask", CUT_IN, "--model", "lab/a", "--task", "collision"];
@@ -153,13 +155,12 @@ async fn a_server_that_closes_each_connection_counts_as_none_and_one_that_does_s
     let rough = Server::answering(|number, _| match number % 5 {
         4 => Some(telling(SAYS)),
         _ => Some(Script::silent()),
-    });
-    let rough = rough.await;
+    })
+    .await;
     let mute = Server::answering(|_, _| Some(Script::silent())).await;
     let home = Home::new();
     configure(&home, rough.base_url(), mute.base_url());
-    let ended = run(&home, "lab/a,other/a").status(1);
-    let ended = ended.says(&[
+    let ended = run(&home, "lab/a,other/a").status(1).says(&[
         "other: not asked further after 5 questions",
         "11 questions stay open",
     ]);

@@ -20,15 +20,18 @@ fn a_sentence_finds_what_its_filter_and_the_table_of_the_index_say() {
         .says(&[
             "not understood, left out: fog",
             "filter: manoeuvre:cut_in,crossing",
-        ]);
-    let found = found.json();
+        ])
+        .json();
     assert_eq!(found["not_understood"][0], "fog");
     let show = home
         .run(&["index", "show", "index", "--json"])
         .status(0)
         .json();
-    let rows = show["coverage"].as_array().unwrap().iter();
-    let rows = rows.filter(|row| row["manoeuvre"] == "cut_in" || row["manoeuvre"] == "crossing");
+    let rows = show["coverage"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|row| row["manoeuvre"] == "cut_in" || row["manoeuvre"] == "crossing");
     let counts = rows.flat_map(|row| row["counts"].as_array().unwrap());
     let count: u64 = counts.map(|n| n.as_u64().unwrap()).sum();
     assert!(count > 0);

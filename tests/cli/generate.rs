@@ -112,14 +112,16 @@ fn what_others_made_is_held_against_the_gate() {
     let moved: f64 = tail[y..end].parse::<f64>().unwrap() + 8.0;
     let jumped = format!("{head}{}{moved}{}", &tail[..y], &tail[end..]);
     home.write("jumped.xml", &jumped);
-    let found = home.run(&[
-        "generate",
-        "original.xml",
-        "--check",
-        "jumped.xml",
-        "--json",
-    ]);
-    let found = found.status(1).json();
+    let found = home
+        .run(&[
+            "generate",
+            "original.xml",
+            "--check",
+            "jumped.xml",
+            "--json",
+        ])
+        .status(1)
+        .json();
     let one = &found["changed"][0];
     let reasons: Vec<&str> = { one["rejected"].as_array().unwrap().iter() }
         .map(|r| r["reason"].as_str().unwrap())
@@ -192,8 +194,9 @@ fn a_wish_is_read_shown_and_held_to() {
         let ended = with(wish).status(2);
         assert!(ended.stderr.contains(said), "{wish}: {}", ended.stderr);
     }
-    let read = home.run(&["generate", CUT_IN, "--wish", "a van brakes", "--dry-run"]);
-    let read = read.status(0);
+    let read = home
+        .run(&["generate", CUT_IN, "--wish", "a van brakes", "--dry-run"])
+        .status(0);
     assert!(
         read.stderr.contains("wish: car, hard-brake"),
         "{}",
@@ -269,8 +272,7 @@ async fn a_failing_server_is_no_rejected_motion() {
     let server = Server::start(scripts).await;
     let url = server.base_url().to_owned();
     let told = by_model(&url, &["--samples", "2", "--retries", "1", "--json"]);
-    let ended = tokio::task::block_in_place(|| home.run(&told));
-    let ended = ended
+    let ended = tokio::task::block_in_place(|| home.run(&told))
         .status(1)
         .says(&["answer 1, try 1: failed: ", "stopped: "]);
     let said = ended.json();

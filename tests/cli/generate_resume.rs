@@ -53,8 +53,7 @@ fn what_an_earlier_run_has_made_is_taken_over_and_not_attacked() {
     home.write("all/notes.json", "[]");
     let twice = with(&["--report", "r.json"]).status(2);
     twice.says(&["r.json", "--resume"]);
-    let ended = with(&["--report", "r.json", "--resume"]);
-    let ended = ended.says(&[
+    let ended = with(&["--report", "r.json", "--resume"]).says(&[
         "1 variant of earlier runs is skipped",
         "notes.json: not reused",
         "planning problem",
@@ -84,8 +83,9 @@ fn what_an_earlier_run_has_made_is_taken_over_and_not_attacked() {
     let mut changed = std::fs::read_to_string(&variant).unwrap();
     changed.push('\n');
     std::fs::write(&variant, changed).unwrap();
-    let ended = home.run(&[&one[..], &FEW[..], &["--resume"]].concat());
-    let ended = ended.says(&["changed after generation"]);
+    let ended = home
+        .run(&[&one[..], &FEW[..], &["--resume"]].concat())
+        .says(&["changed after generation"]);
     assert_eq!(ended.json()["taken_over"], false);
 }
 
@@ -125,8 +125,7 @@ fn an_interrupt_keeps_and_tells_what_is_finished() {
         std::thread::sleep(Duration::from_millis(10));
     }
     super::long_jobs::interrupt(&child);
-    let ended = Ended::of(&child.wait_with_output().unwrap());
-    let ended = ended
+    let ended = Ended::of(&child.wait_with_output().unwrap())
         .status(130)
         .says(&["interrupted after", "of 40", "--resume"]);
     let told = lines(&ended);

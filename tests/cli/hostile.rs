@@ -75,8 +75,9 @@ async fn control_characters_of_a_server_are_shown() {
 fn control_characters_of_a_file_are_shown() {
     let home = Home::new();
     let good = bundled_xml(CUT_IN);
-    let named = good.replacen("benchmarkID=\"", &format!("benchmarkID=\"{EVIL}"), 1);
-    let named = named.replacen("author=\"", &format!("author=\"{EVIL}"), 1);
+    let named = good
+        .replacen("benchmarkID=\"", &format!("benchmarkID=\"{EVIL}"), 1)
+        .replacen("author=\"", &format!("author=\"{EVIL}"), 1);
     home.write("named.xml", named);
     home.write("named.ego_trajectory.csv", bundled_ego(CUT_IN));
     home.write("value.xml", good.replacen("<x>", &format!("<x>{EVIL}"), 1));

@@ -118,8 +118,8 @@ fn signs_and_lights_are_printed_with_who_refers_to_them() {
         "lanelets": [1], "stop_lines": [1],
     });
     holds(light, expected);
-    let phases = [("red", 7), ("redYellow", 2), ("green", 9), ("yellow", 1)];
-    let phases = phases.map(|(color, duration)| json!({ "duration": duration, "color": color }));
+    let phases = [("red", 7), ("redYellow", 2), ("green", 9), ("yellow", 1)]
+        .map(|(color, duration)| json!({ "duration": duration, "color": color }));
     assert_eq!(light["cycle"], json!(phases));
 }
 
@@ -343,8 +343,10 @@ fn what_a_list_shows_can_be_typed() {
     let home = Home::new();
     home.write("cars/fcd.xml", floating_cars());
     let list = home.run(&["inspect", "cars"]).status(0).stdout;
-    let shown = list.split_whitespace().find(|word| word.contains('#'));
-    let shown = shown.unwrap_or_else(|| panic!("{list}"));
+    let shown = list
+        .split_whitespace()
+        .find(|word| word.contains('#'))
+        .unwrap_or_else(|| panic!("{list}"));
     assert!(shown.starts_with("cars/fcd.xml#track="), "{shown}");
     home.run(&["inspect", shown]).status(0);
     let lines = home.run(&["inspect", "cars", "--json"]).status(0).stdout;

@@ -291,8 +291,8 @@ async fn a_server_that_says_nothing_does_not_keep_a_command() {
             let arguments = [command, CUT_IN, "--model", "lab/tiny"];
             let child = home.start(&arguments);
             let asked = || home.rows("SELECT id FROM runs").len() == 1;
-            let ended = tokio::task::block_in_place(|| interrupt(child, signal, asked));
-            let ended = ended.unwrap_or_else(|| panic!("{command} ended by itself"));
+            let ended = tokio::task::block_in_place(|| interrupt(child, signal, asked))
+                .unwrap_or_else(|| panic!("{command} ended by itself"));
             assert_eq!(ended.status, Some(130), "{command}: {}", ended.stderr);
             assert!(ended.took < LATEST, "{command} {signal}: {:?}", ended.took);
             assert!(ended.stderr.contains("interrupted"), "{}", ended.stderr);

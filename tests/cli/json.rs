@@ -65,8 +65,9 @@ fn read(home: &Home, file: &str) -> String {
 fn outputs(home: &Home) -> Vec<(&'static str, String)> {
     let variants = std::fs::read_dir(home.files().join("variants")).unwrap();
     let mut files = variants.map(|entry| entry.unwrap().path());
-    let variant = files.find(|path| path.extension().is_some_and(|x| x == "xml"));
-    let variant = variant.expect("a variant was made");
+    let variant = files
+        .find(|path| path.extension().is_some_and(|x| x == "xml"))
+        .expect("a variant was made");
     let batch = [
         "evaluate",
         CUT_IN,

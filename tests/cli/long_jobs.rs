@@ -26,8 +26,9 @@ fn an_interrupt_leaves_no_half_file() {
         std::thread::sleep(Duration::from_millis(2));
     }
     interrupt(&child);
-    let ended = Ended::of(&child.wait_with_output().unwrap());
-    let ended = ended.status(130).says(&["interrupted", "no file"]);
+    let ended = Ended::of(&child.wait_with_output().unwrap())
+        .status(130)
+        .says(&["interrupted", "no file"]);
     assert_eq!(ended.stdout, "");
     assert_eq!(names(&home.files()), before);
 }
@@ -39,10 +40,10 @@ fn writes_into(child: &std::process::Child, folder: &std::path::Path) -> bool {
         // Elsewhere it is a file beside the one to be.
         return names(folder).iter().any(|name| name.ends_with(".part"));
     };
-    let files = open
+    let mut files = open
         .flatten()
-        .filter_map(|fd| std::fs::read_link(fd.path()).ok());
-    let mut files = files.map(|file| file.to_string_lossy().into_owned());
+        .filter_map(|fd| std::fs::read_link(fd.path()).ok())
+        .map(|file| file.to_string_lossy().into_owned());
     files.any(|file| file.starts_with(&*folder.to_string_lossy()) && file.ends_with("(deleted)"))
 }
 

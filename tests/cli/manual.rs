@@ -19,8 +19,8 @@ fn read(name: &str) -> String {
 
 /// Every page: its name and text.
 fn pages() -> Vec<(String, String)> {
-    let others = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"];
-    let others = others.map(|name| (name.to_string(), read(name)));
+    let others =
+        ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|name| (name.to_string(), read(name)));
     let topics = TOPICS
         .iter()
         .map(|topic| (topic.name.to_string(), topic.text.to_string()));
@@ -81,11 +81,12 @@ fn every_topic_is_printed_and_listed() {
             topic.name
         );
     }
-    let files = std::fs::read_dir(root().join("src/docs")).unwrap();
-    let files = files.filter(|file| {
-        let path = file.as_ref().unwrap().path();
-        path.extension().is_some_and(|x| x == "md")
-    });
+    let files = std::fs::read_dir(root().join("src/docs"))
+        .unwrap()
+        .filter(|file| {
+            let path = file.as_ref().unwrap().path();
+            path.extension().is_some_and(|x| x == "md")
+        });
     assert_eq!(files.count(), TOPICS.len(), "a file is in no table");
 }
 
@@ -111,8 +112,7 @@ fn commands_keep_their_help() {
 #[test]
 fn what_there_is_not_is_refused_with_what_was_probably_meant() {
     let home = Home::new();
-    let ended = home.run(&["help", "mesures"]).status(2);
-    let ended = ended.says(&[
+    let ended = home.run(&["help", "mesures"]).status(2).says(&[
         "`mesures`",
         "did you mean `measures`?",
         "`nearmiss help` lists",

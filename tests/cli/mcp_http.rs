@@ -51,8 +51,9 @@ impl Http {
         let address = line
             .split("http://")
             .nth(1)
-            .and_then(|rest| rest.split('/').next());
-        let address = address.unwrap_or_else(|| panic!("{line}")).to_string();
+            .and_then(|rest| rest.split('/').next())
+            .unwrap_or_else(|| panic!("{line}"))
+            .to_string();
         line.clear();
         said.read_line(&mut line).unwrap();
         // A token of the user is not printed.

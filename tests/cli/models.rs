@@ -248,8 +248,9 @@ async fn names_that_are_none_are_left_out_and_told() {
     let server = Server::start(vec![Script::json(200, &list)]).await;
     let config = format!("[provider.lab]\nbase_url = \"{}\"\n", server.base_url());
     home.write(home.config().join("config.toml"), config);
-    let ended = tokio::task::block_in_place(|| home.run(&["models"])).status(0);
-    let ended = ended.says(&["lab: 2 names of its list are left out", "256 characters"]);
+    let ended = tokio::task::block_in_place(|| home.run(&["models"]))
+        .status(0)
+        .says(&["lab: 2 names of its list are left out", "256 characters"]);
     assert!(ended.stdout.contains(&format!("lab/{} ", names[2])));
     assert!(!ended.stdout.contains("yyy") && !ended.stdout.contains("xxx"));
 }
@@ -261,8 +262,10 @@ fn a_wrong_entry_or_file_is_named() {
         home.config().join(".env"),
         "OPENAI_API_KEY=x\nsk-geheim allein\n",
     );
-    let ended = home.run(&["models", "--offline"]).status(0);
-    let ended = ended.says(&[".env: line 2 is not NAME=value"]);
+    let ended = home
+        .run(&["models", "--offline"])
+        .status(0)
+        .says(&[".env: line 2 is not NAME=value"]);
     assert!(!ended.stderr.contains("geheim") && ended.stdout.contains("OPENAI_API_KEY in "));
     let wrong = "[provider.lab]\nkey = \"sk-geheim\"\n";
     home.write(home.config().join("config.toml"), wrong);
@@ -451,8 +454,9 @@ async fn the_budget_of_the_configuration_holds_unless_the_option_says_another() 
     ask(&little, &["--max-tokens", "100"])
         .status(2)
         .says(&["raise the budget", said]);
-    let ended = ask(&little, &["--max-tokens", "100", "--budget", "0.04"]).status(2);
-    let ended = ended.says(&["budget of $0.0400"]);
+    let ended = ask(&little, &["--max-tokens", "100", "--budget", "0.04"])
+        .status(2)
+        .says(&["budget of $0.0400"]);
     assert!(!ended.stderr.contains("config.toml:2"), "{}", ended.stderr);
     assert!(server.requests().is_empty(), "nothing was sent");
     ask(&little, &["--max-tokens", "100", "--budget", "5"]).status(0);

@@ -66,8 +66,9 @@ async fn an_address_that_cannot_be_reached_is_an_attempt() {
     let home = Home::new();
     let ask = ["ask", CUT_IN, "--model", "x/tiny", "--base-url"];
     let at = |url: &str| run(&home, &[&ask[..], &[url]].concat());
-    let ended = at("http://127.0.0.1:9").status(1);
-    let ended = ended.says(&["no answer: cannot reach x", "(run 1)"]);
+    let ended = at("http://127.0.0.1:9")
+        .status(1)
+        .says(&["no answer: cannot reach x", "(run 1)"]);
     assert!(
         !ended.stderr.contains("nothing was sent"),
         "{}",
@@ -75,8 +76,9 @@ async fn an_address_that_cannot_be_reached_is_an_attempt() {
     );
     let shown = run(&home, &["runs", "show", "1"]).status(0).stdout;
     assert!(shown.contains("cost          0 US dollars"), "{shown}");
-    let ended = at("127.0.0.1:4021").status(2);
-    let ended = ended.says(&["nothing was sent", "write it like http://127.0.0.1:4021"]);
+    let ended = at("127.0.0.1:4021")
+        .status(2)
+        .says(&["nothing was sent", "write it like http://127.0.0.1:4021"]);
     assert!(!ended.stderr.contains("relative"), "{}", ended.stderr);
     assert_eq!(home.runs().len(), 1);
 }
@@ -163,8 +165,9 @@ async fn what_is_done_to_runs_is_said() {
             .status(0)
             .says(&[words]);
     }
-    let ended = run(&home, &["runs", "show", "one"]).status(2);
-    let ended = ended.says(&["'one'", "expected a whole number"]);
+    let ended = run(&home, &["runs", "show", "one"])
+        .status(2)
+        .says(&["'one'", "expected a whole number"]);
     assert!(!ended.stderr.contains("digit"), "{}", ended.stderr);
     let counted = home.rows("SELECT sum(is_dangerous) AS n, count(*) AS all_of_them FROM answers");
     assert_eq!(counted[0]["n"].as_deref(), Some("0"));
@@ -185,8 +188,10 @@ async fn what_runs_here_is_listed_with_key_and_price() {
     let other = format!("[provider.other]\nbase_url = \"{url}\"\ndialect = \"anthropic\"\n");
     configure(&home, &format!("{lab}{other}"));
     let table = run(&home, &["models"]).status(0).stdout;
-    let row = table.lines().find(|l| l.starts_with("lab/tiny-2"));
-    let row = row.unwrap_or_else(|| panic!("{table}"));
+    let row = table
+        .lines()
+        .find(|l| l.starts_with("lab/tiny-2"))
+        .unwrap_or_else(|| panic!("{table}"));
     for words in ["missing: LAB_NOKEY", "100, 1000", "running here"] {
         assert!(row.contains(words), "{words}: {row}");
     }
@@ -197,8 +202,10 @@ async fn what_runs_here_is_listed_with_key_and_price() {
     let all = run(&home, &["models", "--all", "--json"]).status(0).stdout;
     let rows = all.lines().map(|line| serde_json::from_str(line).unwrap());
     let rows: Vec<serde_json::Value> = rows.collect();
-    let embed = rows.iter().find(|r| r["id"] == "lab/nomic-embed-text");
-    let embed = embed.unwrap_or_else(|| panic!("{all}"));
+    let embed = rows
+        .iter()
+        .find(|r| r["id"] == "lab/nomic-embed-text")
+        .unwrap_or_else(|| panic!("{all}"));
     assert_eq!(
         embed["key"],
         json!({"state": "missing", "source": "LAB_NOKEY"})
@@ -255,8 +262,9 @@ async fn log_probabilities_are_kept_with_the_verdict_and_counted_in_reports() {
         &format!("log_probabilities = true\n[provider.lab]\nbase_url = \"{url}\"\n"),
     );
     let near = |value: &serde_json::Value| (value.as_f64().unwrap() - 0.9).abs() < 1e-9;
-    let document = run(&home, &["ask", CUT_IN, "--model", "lab/tiny", "--json"]);
-    let document = document.status(0).json();
+    let document = run(&home, &["ask", CUT_IN, "--model", "lab/tiny", "--json"])
+        .status(0)
+        .json();
     let verdict = &document["verdict"];
     assert_eq!(verdict["probability"], 0.6);
     assert!(near(&verdict["token_probability"]), "{verdict}");
@@ -269,8 +277,9 @@ async fn log_probabilities_are_kept_with_the_verdict_and_counted_in_reports() {
         .status(0)
         .json();
     assert!(near(&shown["verdict"]["token_probability"]), "{shown}");
-    let report = run(&home, &["report", "--reread", "--format", "json"]);
-    let report = report.status(0).json();
+    let report = run(&home, &["report", "--reread", "--format", "json"])
+        .status(0)
+        .json();
     let cell = &report["cells"].as_array().unwrap().last().unwrap();
     assert_eq!(cell["token_calibration"]["n"], 1, "{cell}");
     assert_eq!(cell["calibration"]["from_stated"], 1);

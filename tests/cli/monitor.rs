@@ -137,8 +137,10 @@ async fn answers_of_a_model_count_from_their_arrival_and_are_paid_for_once() {
         (&json!(4), 0)
     );
 
-    let first = planned(&["--json"]).status(0);
-    let first = first.says(&["lab/tiny: 4 questions"]).json();
+    let first = planned(&["--json"])
+        .status(0)
+        .says(&["lab/tiny: 4 questions"])
+        .json();
     let monitor = &first["monitor"];
     assert_eq!(server.requests().len(), 4);
     let answers = monitor["answers"].as_array().unwrap();

@@ -197,8 +197,10 @@ fn what_cannot_be_written_is_said() {
     home.run(&["describe", CUT_IN, "--frame", "pictures"])
         .status(2)
         .says(&["picture"]);
-    let document = home.run(&["describe", CUT_IN, "--frame", "picture", "--json"]);
-    let document = document.status(0).json();
+    let document = home
+        .run(&["describe", CUT_IN, "--frame", "picture", "--json"])
+        .status(0)
+        .json();
     assert_eq!(document["picture"]["height"], 768);
     assert_eq!(document["picture"]["sha256"].as_str().unwrap().len(), 64);
     // The options of the words go with the words, beside a picture too.

@@ -387,8 +387,7 @@ fn nothing_is_driven_beyond_the_horizon() {
     let told = ["plan", TURN, "--horizon", "2", "--replan"];
     let refused = home.run(&[&told[..], &["21"]].concat()).status(2);
     refused.says(&["horizon of 2 s has 20 steps of 0.1 s; use at most --replan 20"]);
-    let most = home.run(&[&told[..], &["20", "--json"]].concat());
-    let most = most.json();
+    let most = home.run(&[&told[..], &["20", "--json"]].concat()).json();
     assert_eq!(most["replan"], 20);
     assert!(most["note"].is_null());
 }
@@ -446,20 +445,21 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
         (&of_file["horizon"], &of_file["prediction"]),
         (&2.0.into(), &"constant-velocity".into())
     );
-    let said = home.run(&[
-        "plan",
-        TURN,
-        "--json",
-        "--horizon",
-        "3.5",
-        "--replan",
-        "3",
-        "--vehicle",
-        "3",
-        "--prediction",
-        "lane",
-    ]);
-    let said = said.json();
+    let said = home
+        .run(&[
+            "plan",
+            TURN,
+            "--json",
+            "--horizon",
+            "3.5",
+            "--replan",
+            "3",
+            "--vehicle",
+            "3",
+            "--prediction",
+            "lane",
+        ])
+        .json();
     assert_eq!(
         (&said["horizon"], &said["prediction"]),
         (&3.5.into(), &"lane".into())
@@ -529,8 +529,7 @@ fn an_interrupt_ends_with_the_part_that_is_done() {
     std::io::Read::read_exact(child.stdout.as_mut().unwrap(), &mut first).unwrap();
     assert_eq!(&first, b"scenario");
     super::long_jobs::interrupt(&child);
-    let ended = Ended::of(&child.wait_with_output().unwrap());
-    let ended = ended
+    let ended = Ended::of(&child.wait_with_output().unwrap())
         .status(130)
         .says(&["interrupted after ", " of 40 scenarios"]);
     let rows = ended.stdout.lines().filter(|line| line.starts_with('s'));

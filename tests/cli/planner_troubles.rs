@@ -210,8 +210,8 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
     let differences = drives[2]["differences"].as_array().unwrap();
     let beyond = differences
         .iter()
-        .find(|one| one["figure"] == "undrivable_drives");
-    let beyond = beyond.unwrap();
+        .find(|one| one["figure"] == "undrivable_drives")
+        .unwrap();
     // Recordings are not held to the limits of the vehicle, so there is nothing to compare.
     assert!(beyond["first"].is_number() && beyond["second"].is_null());
     assert_eq!(

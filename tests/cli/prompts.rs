@@ -60,8 +60,9 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
         "safety",
         "--frame",
         "cartesian",
-    ]);
-    let paper = paper.status(0).stdout;
+    ])
+    .status(0)
+    .stdout;
     assert!(paper.contains("HighRiskObstacle") && paper.contains("left border"));
     let none = run(&["--pack", "paper", "--task", "attacker"]).status(2);
     assert!(none.stderr.contains("of the pack paper"), "{}", none.stderr);
@@ -72,8 +73,9 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
         "thw,btn",
         "--techniques",
         "cp",
-    ]);
-    let chosen = chosen.status(0).stdout;
+    ])
+    .status(0)
+    .stdout;
     assert!(
         chosen.contains("- btn: brake-threat number; high values"),
         "{chosen}"
@@ -304,8 +306,7 @@ fn a_templates_defaults_hold_until_the_user_says_otherwise() {
     let with = MINE.replace(
         "frame = \"ego\"\n",
         "frame = \"ego\"\n[defaults]\nhistory = 4\nstride = 2\nprecision = 1\ntechniques = \"cp\"\n",
-    );
-    let with = with.replace(
+    ).replace(
         "Be mine.",
         "Be mine.{% if cp %} CP{% endif %}{% if cot %} COT{% endif %}",
     );

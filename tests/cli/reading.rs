@@ -39,8 +39,11 @@ fn inspect_says_what_is_in_a_scenario() {
         ] {
             assert!(ended.stdout.contains(word), "{word}: {}", ended.stdout);
         }
-        let route = ended.stdout.lines().find(|l| l.starts_with("  route"));
-        let route = route.expect("a line for the planning problem");
+        let route = ended
+            .stdout
+            .lines()
+            .find(|l| l.starts_with("  route"))
+            .expect("a line for the planning problem");
         assert!(
             route.contains("lanelets ") && route.ends_with(" m"),
             "{route}"
@@ -524,8 +527,10 @@ fn completions_and_the_manual_page_are_printed() {
 fn a_mistyped_name_means_the_nearest_scenario() {
     let home = Home::new();
     for command in ["inspect", "metrics"] {
-        let near = home.run(&[command, "ZAM_Cutin-1_1_T1"]).status(2);
-        let near = near.says(&["no such file", CUT_IN]);
+        let near = home
+            .run(&[command, "ZAM_Cutin-1_1_T1"])
+            .status(2)
+            .says(&["no such file", CUT_IN]);
         assert!(!near.stderr.contains("ZAM_Merge"), "{}", near.stderr);
         home.run(&[command, "nowhere.xml"])
             .status(2)

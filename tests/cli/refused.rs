@@ -78,8 +78,9 @@ async fn what_is_refused_is_no_run() {
     ];
     for (entry, more, words) in cases {
         configure(&home, &entry);
-        let ended = ask(&home, more, &[]).status(2);
-        let ended = ended.says(&["nothing was sent", words]);
+        let ended = ask(&home, more, &[])
+            .status(2)
+            .says(&["nothing was sent", words]);
         assert!(!ended.stderr.contains("geheim"), "{}", ended.stderr);
         let again = ask(&home, &[&["--no-store"], more].concat(), &[]);
         again.status(2).says(&[words]);

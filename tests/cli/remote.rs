@@ -192,8 +192,8 @@ async fn an_answer_without_a_verdict_is_kept_and_shown() {
 async fn fails(script: Script, words: &[&str]) {
     let home = Home::new();
     let server = Server::start(vec![script.clone(), script.clone(), script]).await;
-    let ended = ask(&home, server.base_url(), &["--json"]).status(1);
-    let ended = ended
+    let ended = ask(&home, server.base_url(), &["--json"])
+        .status(1)
         .says(&["no answer", "lab", server.base_url()])
         .says(words);
     let document = ended.json();

@@ -94,13 +94,13 @@ fn without_an_ego_it_says_so() {
     home.write("alone.xml", super::bundled_xml("ZAM_RedLight-1_1_T-1"));
     let map = home
         .run(&["render", "alone.xml", "--what", "map"])
-        .status(0);
-    let map = map.says(&["alone.xml: drawn without an ego", "--ego ID|FILE"]);
+        .status(0)
+        .says(&["alone.xml: drawn without an ego", "--ego ID|FILE"]);
     assert!(!map.stdout.contains(">ego<"), "no ego is planned unasked");
     let screen = home
         .run(&["render", "alone.xml", "--what", "screen"])
-        .status(0);
-    let screen = screen.says(&["drawn without an ego"]);
+        .status(0)
+        .says(&["drawn without an ego"]);
     assert!(!screen.stdout.contains("planned"), "nor on the screen");
     for what in ["plot", "both"] {
         let refused = home.run(&["render", "alone.xml", "--what", what]).status(2);
@@ -137,8 +137,10 @@ fn several_pictures_make_the_folder_that_is_named() {
     home.run(&[&many[..], &["none"]].concat())
         .status(2)
         .says(&["--format works with any name, and makes this a folder"]);
-    let ended = home.run(&["render", scenario, "-o", "f.jpg"]).status(2);
-    let ended = ended.says(&["f.jpg", ".png"]);
+    let ended = home
+        .run(&["render", scenario, "-o", "f.jpg"])
+        .status(2)
+        .says(&["f.jpg", ".png"]);
     assert!(!ended.stderr.contains("folder"), "{}", ended.stderr);
 }
 
@@ -302,8 +304,13 @@ fn a_case_study_has_the_original_above_the_variant() {
         assert!(svg.contains(row), "{row}");
     }
     // From the first changed step to the contact, the last at the contact.
-    let steps = svg.split("steps=\"").nth(1).unwrap();
-    let steps = steps.split('"').next().unwrap();
+    let steps = svg
+        .split("steps=\"")
+        .nth(1)
+        .unwrap()
+        .split('"')
+        .next()
+        .unwrap();
     let (above, below) = steps.split_once("; ").unwrap();
     assert_eq!(above, below);
     assert!(above.starts_with("20, "), "{above}");

@@ -162,10 +162,16 @@ fn parquet(path: &Path) -> (Vec<Vec<String>>, Vec<String>, BTreeMap<String, Stri
         cells.collect()
     });
     let about = file.metadata().file_metadata();
-    let columns = about.schema_descr().columns().iter();
-    let columns = columns.map(|column| format!("{} {}", column.name(), column.physical_type()));
-    let entries = about.key_value_metadata().unwrap().iter();
-    let entries = entries.map(|entry| (entry.key.clone(), entry.value.clone().unwrap()));
+    let columns = about
+        .schema_descr()
+        .columns()
+        .iter()
+        .map(|column| format!("{} {}", column.name(), column.physical_type()));
+    let entries = about
+        .key_value_metadata()
+        .unwrap()
+        .iter()
+        .map(|entry| (entry.key.clone(), entry.value.clone().unwrap()));
     (rows.collect(), columns.collect(), entries.collect())
 }
 

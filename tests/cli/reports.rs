@@ -256,8 +256,12 @@ async fn the_report_and_the_results_screen_have_one_answer_to_what_is_true() {
                     .iter()
                     .all(|key| cell[*key] == row[*key])
         };
-        let cell = report["cells"].as_array().unwrap().iter().find(same);
-        let cell = cell.unwrap_or_else(|| panic!("{row} is not in {report}"));
+        let cell = report["cells"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(same)
+            .unwrap_or_else(|| panic!("{row} is not in {report}"));
         for key in ["n", "tp", "fp", "fn", "tn", "unlabelled", "f1"] {
             assert_eq!(cell[key], row[key], "{key} {row}");
         }

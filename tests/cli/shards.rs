@@ -201,8 +201,10 @@ fn until_done(home: &Home, arguments: &[&str], kills: u32, seed: u64) -> u32 {
 fn a_killed_run_continues_to_the_same_files() {
     let home = Home::new();
     pairs(&home, 200);
-    let kills = std::env::var("NEARMISS_KILLS").ok();
-    let kills = kills.and_then(|n| n.parse().ok()).unwrap_or(2);
+    let kills = std::env::var("NEARMISS_KILLS")
+        .ok()
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(2);
     for (command, form) in [
         ("metrics", &["--ego", "10", "--format", "parquet"][..]),
         ("index", &[][..]),

@@ -84,8 +84,10 @@ async fn each_value_of_an_axis_is_sent_and_has_its_row() {
     for wanted in [(0.0, 1), (0.0, 2), (0.7, 1), (0.7, 2)] {
         assert!(sent.contains(&wanted), "{wanted:?}: {sent:?}");
     }
-    let again = run(&home, &["evaluate", "e.toml", "--json"]);
-    let again = again.status(0).says(&["going on with b1"]).json();
+    let again = run(&home, &["evaluate", "e.toml", "--json"])
+        .status(0)
+        .says(&["going on with b1"])
+        .json();
     let cells = again["cells"].as_array().unwrap();
     assert_eq!(cells.len(), 5, "and the judge once");
     let report = run(&home, &["report", "--batch", "b1", "--json"])
@@ -190,8 +192,9 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
         dev.stdout
     );
     assert_eq!(server.requests().len(), 2);
-    let half = run(&home, &["evaluate", "e.toml", "--split", "test", "--json"]).status(1);
-    let half = half.json();
+    let half = run(&home, &["evaluate", "e.toml", "--split", "test", "--json"])
+        .status(1)
+        .json();
     let of = |cells: &serde_json::Value, part: &str| {
         let cells = cells["cells"].as_array().unwrap();
         cells.iter().filter(|cell| cell["split"] == part).count()
@@ -201,8 +204,7 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
     assert_eq!(half["splits"][1]["answered"], 1);
     // No format of a report has its figures, nor has that of all runs.
     for format in ["md", "latex", "csv", "json", "html"] {
-        let report = run(&home, &["report", "--batch", "b1", "--format", format]);
-        let report = report
+        let report = run(&home, &["report", "--batch", "b1", "--format", format])
             .status(0)
             .says(&["test split: 1 of 2 answered, locked"]);
         assert!(!report.stdout.contains("est split: 1 question"), "{format}");
@@ -228,8 +230,9 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
         .status(2)
         .says(&["test split: 1 of 2 answered, locked; --unlock"]);
     // A look is recorded, and told ever after.
-    let look = run(&home, &["report", "--batch", "b1", "--unlock", "--json"]).status(0);
-    let look = look.json();
+    let look = run(&home, &["report", "--batch", "b1", "--unlock", "--json"])
+        .status(0)
+        .json();
     assert!(of(&look, "test") > 0, "{look}");
     assert_eq!(look["splits"][1]["looks"], 1);
     let locked = run(&home, &["report", "--batch", "b1"]);
@@ -326,8 +329,10 @@ fn single_answers_are_left_out(home: &Home) {
         .says(&["left out"]);
     let all = home.rows("SELECT id FROM runs ORDER BY id");
     let dev: Vec<&serde_json::Value> = dev.iter().map(|run| &run["run"]).collect();
-    let locked = all.iter().filter_map(|row| row["id"].clone());
-    let locked = locked.filter(|id| !dev.iter().any(|run| run.to_string() == *id));
+    let locked = all
+        .iter()
+        .filter_map(|row| row["id"].clone())
+        .filter(|id| !dev.iter().any(|run| run.to_string() == *id));
     let locked: Vec<String> = locked.collect();
     assert_eq!((all.len(), locked.len()), (4, 2));
     run(home, &["runs", "show", &locked[0]])

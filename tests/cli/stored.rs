@@ -137,8 +137,7 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
         .replacen("\"temperature\"", "\"t\"", 1);
     let changed = bad.replacen("You are an expert", "You are no expert", 1);
     other.write("bad.jsonl", format!("hello\n\n{changed}{{}}\n"));
-    let ended = run(&other, &["import", "bad.jsonl"]).status(1);
-    let ended = ended.says(&[
+    let ended = run(&other, &["import", "bad.jsonl"]).status(1).says(&[
         "bad.jsonl:1:1: not a run: expected value",
         "bad.jsonl:3:",
         "was changed",
@@ -150,8 +149,7 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
     );
     // Line and column are those of the file, also where a record is spread over lines.
     other.write("spread.json", "{\"nearmiss_run\": 2,\n \"id\": oops}\n[\n");
-    let ended = run(&other, &["import", "spread.json"]).status(1);
-    let ended = ended.says(&[
+    let ended = run(&other, &["import", "spread.json"]).status(1).says(&[
         "spread.json:1:19: not a run: EOF",
         "spread.json:2:5: not a run: invalid type: string \"id\", expected a JSON object",
     ]);

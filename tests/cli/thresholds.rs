@@ -10,8 +10,12 @@ const WIDE: &str = "[[level]]\nscore = 4\ndistance = 80\ntime = 80\n";
 
 fn column(text: &str, name: &str) -> Vec<String> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let place = reader.headers().unwrap().iter().position(|h| h == name);
-    let place = place.unwrap_or_else(|| panic!("no column {name}"));
+    let place = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .position(|h| h == name)
+        .unwrap_or_else(|| panic!("no column {name}"));
     reader
         .records()
         .map(|row| row.unwrap()[place].to_string())
@@ -61,8 +65,9 @@ fn the_file_in_the_configuration_folder_changes_the_risk_and_says_so() {
     let other = other.to_str().unwrap();
     let named = home
         .run(&["metrics", CUT_IN, "--thresholds", other])
-        .status(0);
-    let named = named.says(&["other.toml"]).stdout;
+        .status(0)
+        .says(&["other.toml"])
+        .stdout;
     assert_eq!(column(&named, "risk"), before);
     assert_ne!(column(&named, "tet"), column(&shipped.stdout, "tet"));
 }

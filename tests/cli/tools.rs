@@ -237,8 +237,9 @@ async fn rounds_that_the_server_refuses_are_left_out() {
         .status(1)
         .says(&["no such call"]);
     assert_eq!(server.requests().len(), 2);
-    let ended = ask(&home, url, dialect, &[]).status(0);
-    let ended = ended.says(&["continuing after 1 round ", "asking from the beginning"]);
+    let ended = ask(&home, url, dialect, &[])
+        .status(0)
+        .says(&["continuing after 1 round ", "asking from the beginning"]);
     assert_eq!(ended.json()["dangerous"], false);
     assert_eq!(server.requests().len(), 4);
 }

@@ -15,8 +15,9 @@ fn the_picture_has_the_times_of_its_words_and_one_obstacle() {
     let usual = drawn(&home, CUT_IN, &asked(&["--at", "30"]));
     assert!(usual == drawn(&home, CUT_IN, &asked(&["--at", "30", "--radius", "1"])));
     assert!(usual != drawn(&home, CUT_IN, &asked(&["--at", "31"])));
-    let words = home.run(&[&["describe", CUT_IN][..], &asked(&["--at", "30"])].concat());
-    let words = words.status(0);
+    let words = home
+        .run(&[&["describe", CUT_IN][..], &asked(&["--at", "30"])].concat())
+        .status(0);
     for part in [
         "t = 2.20, 2.40, 2.60, 2.80, 3.00 s; the last panel",
         "shows only this one, with its id",

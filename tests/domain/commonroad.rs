@@ -210,8 +210,10 @@ fn version_2018b_and_what_refers_to_nothing() {
             "refers to 6",
         ),
     ] {
-        let said = scenario.diagnostics.iter();
-        let mut said = said.filter(|d| d.message.contains(what));
+        let mut said = scenario
+            .diagnostics
+            .iter()
+            .filter(|d| d.message.contains(what));
         let said = said
             .next()
             .unwrap_or_else(|| panic!("{what}: {:#?}", scenario.diagnostics));

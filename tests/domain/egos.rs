@@ -37,8 +37,10 @@ fn apart(a: &Track, b: &Track) -> (f64, f64, f64) {
 }
 
 fn warnings(ego: &Ego) -> Vec<&str> {
-    let warned = ego.diagnostics.iter();
-    let warned = warned.filter(|d| d.severity == Severity::Warning);
+    let warned = ego
+        .diagnostics
+        .iter()
+        .filter(|d| d.severity == Severity::Warning);
     warned.map(|d| d.message.as_str()).collect()
 }
 
@@ -172,8 +174,10 @@ fn columns_may_be_spelled_in_another_way_and_it_is_said() {
     let again = read_ego(text.as_bytes(), "f", &scenario, None).unwrap();
     assert_eq!(apart(&ego.track, &again.track).0, 0.0);
     assert_eq!(again.id, ego.id);
-    let said = again.diagnostics.iter();
-    let said = said.filter(|d| d.message.contains("taken as `"));
+    let said = again
+        .diagnostics
+        .iter()
+        .filter(|d| d.message.contains("taken as `"));
     assert_eq!(said.count(), 5, "{:?}", again.diagnostics);
 }
 

@@ -86,8 +86,9 @@ fn reactive(entry: &Entry) -> Reactive {
     let ego = entry.recorded_ego(&scenario).unwrap();
     let scene = ego.map(|ego| Arc::new(Scene::new(Arc::clone(&scenario), ego)));
     let problem = &scenario.planning_problems[0];
-    let driver = Driver::new(&scenario, problem, &default_planning()).unwrap();
-    let driver = driver.beside(scene);
+    let driver = Driver::new(&scenario, problem, &default_planning())
+        .unwrap()
+        .beside(scene);
     let recorded = driver.drive(&scenario, &driver.whole());
     let driver = driver.in_traffic(TrafficMode::Reactive);
     let drive = driver.drive(&scenario, &driver.whole());

@@ -52,8 +52,8 @@ fn published() -> Option<&'static [Published]> {
             let scenario = entry.read().unwrap_or_else(|error| panic!("{error}"));
             let ego = entry
                 .recorded_ego(&scenario)
-                .unwrap_or_else(|error| panic!("{error}"));
-            let ego = ego.unwrap_or_else(|| panic!("{}: no ego", entry.name));
+                .unwrap_or_else(|error| panic!("{error}"))
+                .unwrap_or_else(|| panic!("{}: no ego", entry.name));
             let collides = entry.group == "collision_scenarios";
             let scene = Scene::new(Arc::clone(&scenario), ego);
             Published {

@@ -29,8 +29,10 @@ fn both(folder: &TempDir) -> (Vec<String>, Vec<String>) {
         let inside = path.strip_prefix(folder.path()).unwrap();
         inside.display().to_string()
     };
-    let passed_over = found.passed_over.iter();
-    let passed_over = passed_over.map(|p| format!("{}: {}", shown(&p.path), p.why));
+    let passed_over = found
+        .passed_over
+        .iter()
+        .map(|p| format!("{}: {}", shown(&p.path), p.why));
     (names, passed_over.collect())
 }
 

@@ -19,8 +19,10 @@ fn trajectory(kind: TrajectoryKind) -> impl Strategy<Value = SolutionTrajectory>
     let steps = proptest::collection::btree_set(-50i64..1000, 1..6);
     (steps, proptest::collection::vec(values, 6)).prop_map(move |(steps, values)| {
         let steps: BTreeSet<i64> = steps;
-        let states = steps.into_iter().zip(values);
-        let states = states.map(|(step, values)| SolutionState { step, values });
+        let states = steps
+            .into_iter()
+            .zip(values)
+            .map(|(step, values)| SolutionState { step, values });
         SolutionTrajectory::new(kind, states.collect()).unwrap()
     })
 }

@@ -298,9 +298,11 @@ fn bundled_light(step: i64, rules: RuleMode) -> (Option<i64>, RuleReport) {
         .find(|e| e.name.contains("RedLight"))
         .unwrap();
     let offset = |steps: i64| format!("<timeOffset>{steps}</timeOffset>");
-    let xml = entry.source().unwrap();
-    // The first of the two lights with this offset is the ego's: red lasts until it begins.
-    let xml = xml.replacen(&offset(320), &offset(step), 1);
+    let xml = entry
+        .source()
+        .unwrap()
+        // The first of the two lights with this offset is the ego's: red lasts until it begins.
+        .replacen(&offset(320), &offset(step), 1);
     let scenario = std::sync::Arc::new(commonroad::read(xml.as_bytes(), "red.xml").unwrap());
     let settings = Settings {
         planner: planner::Settings {

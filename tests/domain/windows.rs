@@ -191,8 +191,10 @@ fn where_every_published_scenario_is_asked_about_little_is_given_away() {
     };
     let thresholds = Arc::new(Thresholds::shipped().clone());
     let (library, cancel) = (Library::load(None), Cancel::default());
-    let plan = request.plan(&library, &thresholds, &cancel, &mut |_| {});
-    let plan = plan.unwrap().unwrap();
+    let plan = request
+        .plan(&library, &thresholds, &cancel, &mut |_| {})
+        .unwrap()
+        .unwrap();
     let judges = Judges::from([(judge::MODEL.to_string(), Judge::Reference)]);
     let store = Store::in_memory().unwrap();
     let dry_run = plan.dry_run(&judges, &store, &cancel, &mut |_| {});

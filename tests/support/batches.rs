@@ -270,8 +270,9 @@ impl World {
 
     /// Results as lines, the last question first.
     fn results(&self, batch: &Batch, line: fn(&Self, Fate, &str) -> Value) -> String {
-        let places = (0..batch.items.len()).rev();
-        let places = places.filter(|p| self.fate(*p) != Fate::Forgotten);
+        let places = (0..batch.items.len())
+            .rev()
+            .filter(|p| self.fate(*p) != Fate::Forgotten);
         places
             .map(|p| line(self, self.fate(p), &batch.items[p].0).to_string() + "\n")
             .collect()
@@ -320,15 +321,17 @@ impl World {
 
     fn create_openai(&mut self, body: &Value) -> Value {
         let lines = self.files[body["input_file_id"].as_str().unwrap()].clone();
-        let items = lines.lines().map(|line| {
-            let line: Value = serde_json::from_str(line).unwrap();
-            assert_eq!(line["url"], body["endpoint"]);
-            (
-                line["custom_id"].as_str().unwrap().to_string(),
-                line["body"].clone(),
-            )
-        });
-        let items = items.collect();
+        let items = lines
+            .lines()
+            .map(|line| {
+                let line: Value = serde_json::from_str(line).unwrap();
+                assert_eq!(line["url"], body["endpoint"]);
+                (
+                    line["custom_id"].as_str().unwrap().to_string(),
+                    line["body"].clone(),
+                )
+            })
+            .collect();
         let id = format!("batch_{}", self.batches.len());
         let tag = body["metadata"]["nearmiss"].as_str().unwrap();
         let batch = self.push(id, tag, body["endpoint"].as_str().unwrap(), items);
@@ -407,9 +410,9 @@ impl World {
 
     fn create_anthropic(&mut self, body: &Value) -> Value {
         let requests = body["requests"].as_array().unwrap().iter();
-        let items =
-            requests.map(|r| (r["custom_id"].as_str().unwrap().into(), r["params"].clone()));
-        let items = items.collect();
+        let items = requests
+            .map(|r| (r["custom_id"].as_str().unwrap().into(), r["params"].clone()))
+            .collect();
         let id = format!("msgbatch_{}", self.batches.len());
         let batch = self.push(id, "", "", items);
         self.anthropic(&batch)
@@ -454,13 +457,16 @@ impl World {
     fn create_gemini(&mut self, body: &Value) -> Value {
         let batch = &body["batch"];
         let requests = batch["inputConfig"]["requests"]["requests"].as_array();
-        let items = requests.unwrap().iter().map(|r| {
-            (
-                r["metadata"]["key"].as_str().unwrap().into(),
-                r["request"].clone(),
-            )
-        });
-        let items = items.collect();
+        let items = requests
+            .unwrap()
+            .iter()
+            .map(|r| {
+                (
+                    r["metadata"]["key"].as_str().unwrap().into(),
+                    r["request"].clone(),
+                )
+            })
+            .collect();
         let id = format!("batches/b{}", self.batches.len());
         let tag = batch["displayName"].as_str().unwrap();
         let batch = self.push(id, tag, "", items);

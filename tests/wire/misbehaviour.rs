@@ -191,8 +191,8 @@ async fn play(chosen: impl Fn(usize) -> bool, ask: fn(&Row, &str)) {
     let server = Server::answering(move |_, request| {
         let number = request.path.split('/').nth(1)?.parse::<usize>().ok()?;
         scripts.get(number).cloned()
-    });
-    let server = server.await;
+    })
+    .await;
     let places = PLACES.get_or_init(|| Arc::new(Semaphore::new(AT_ONCE)));
     let mut going = Vec::new();
     for number in 0..rows.len() {

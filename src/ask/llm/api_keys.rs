@@ -139,8 +139,9 @@ pub fn without_secrets(text: &str, folders: &[&Path]) -> String {
     });
     let secrets = of_process
         .chain(of_files)
-        .map(|secret| secret.trim().to_string());
-    let secrets = secrets.filter(|secret| secret.len() >= SHORTEST).collect();
+        .map(|secret| secret.trim().to_string())
+        .filter(|secret| secret.len() >= SHORTEST)
+        .collect();
     Secrets::all_and(secrets).redact_cut(text)
 }
 

@@ -160,11 +160,11 @@ impl Error {
             300..=399 => {
                 let to = headers
                     .get(LOCATION)
-                    .and_then(|l| here.join(l.to_str().ok()?).ok());
-                let to = to.map_or_else(
-                    || "an address it does not name".to_owned(),
-                    |url| plain(&url),
-                );
+                    .and_then(|l| here.join(l.to_str().ok()?).ok())
+                    .map_or_else(
+                        || "an address it does not name".to_owned(),
+                        |url| plain(&url),
+                    );
                 Self::Redirected {
                     place,
                     status,

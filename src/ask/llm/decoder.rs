@@ -54,8 +54,8 @@ impl Decoder {
             return Ok(self.answer.take());
         }
         self.bounded(data)?;
-        let value = serde_json::from_str(data);
-        let value = value.or_else(|_| serde_json::from_str(&self.half.mend(data)));
+        let value =
+            serde_json::from_str(data).or_else(|_| serde_json::from_str(&self.half.mend(data)));
         let value: Value =
             value.map_err(|_| self.answer.malformed(format!("the event `{data}`")))?;
         if let Some(body) = ErrorBody::in_value(&value) {

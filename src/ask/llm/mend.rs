@@ -22,8 +22,10 @@ impl HalfCharacter {
                 rest = after;
                 continue;
             }
-            let unit = rest.strip_prefix("\\u").and_then(|hex| hex.get(..4));
-            let unit = unit.and_then(|hex| u16::from_str_radix(hex, 16).ok());
+            let unit = rest
+                .strip_prefix("\\u")
+                .and_then(|hex| hex.get(..4))
+                .and_then(|hex| u16::from_str_radix(hex, 16).ok());
             match (next, unit) {
                 (_, Some(unit)) if inside => {
                     self.take(unit, &mut mended);

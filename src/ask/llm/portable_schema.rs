@@ -86,18 +86,23 @@ fn reduced(schema: &Value, longest: Option<u64>) -> Value {
     if let Some(longest) = longest {
         bound(&mut kept, longest);
     }
-    let bounds = BOUNDS.iter().filter(|_| few.is_none());
-    let bounds = bounds.filter_map(|(key, word)| {
-        let bound = schema.get(*key)?;
-        let bound = bound
-            .as_str()
-            .map_or_else(|| bound.to_string(), str::to_owned);
-        Some(format!("{word} {bound}"))
-    });
+    let bounds = BOUNDS
+        .iter()
+        .filter(|_| few.is_none())
+        .filter_map(|(key, word)| {
+            let bound = schema.get(*key)?;
+            let bound = bound
+                .as_str()
+                .map_or_else(|| bound.to_string(), str::to_owned);
+            Some(format!("{word} {bound}"))
+        });
     let bounds: Vec<_> = bounds.collect();
     if !bounds.is_empty() {
-        let told = kept.get("description").and_then(Value::as_str);
-        let told = told.map(|d| format!("{d} ")).unwrap_or_default();
+        let told = kept
+            .get("description")
+            .and_then(Value::as_str)
+            .map(|d| format!("{d} "))
+            .unwrap_or_default();
         kept.insert(
             "description".into(),
             json!(format!("{told}({})", bounds.join(", "))),

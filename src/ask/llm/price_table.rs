@@ -51,8 +51,8 @@ impl PriceTable {
     pub fn in_file(path: &Path, today: Date) -> Result<Self, String> {
         let wrong = |why: String| format!("{}: {why}", system::shown_path(path));
         let text = system::read_text(path, LONGEST as u64).map_err(|e| wrong(system::words(&e)))?;
-        let written = std::fs::metadata(path).and_then(|found| found.modified());
-        let written = written
+        let written = std::fs::metadata(path)
+            .and_then(|found| found.modified())
             .ok()
             .and_then(|time| jiff::Timestamp::try_from(time).ok());
         let day = written.map_or(today, |time| time.to_zoned(TimeZone::system()).date());
@@ -224,8 +224,8 @@ async fn download(client: &Client, url: Url) -> Result<String, String> {
         let moved = response
             .headers()
             .get(LOCATION)
-            .and_then(|to| to.to_str().ok());
-        let moved = moved.unwrap_or("another address");
+            .and_then(|to| to.to_str().ok())
+            .unwrap_or("another address");
         return Err(format!(
             "moved to {moved}; pass that address if you trust it"
         ));

@@ -45,8 +45,11 @@ impl Discovered {
     /// Whether the model's name says that it answers no questions: it embeds, ranks, hears, speaks, draws or moderates.
     #[must_use]
     pub fn is_no_chat(&self) -> bool {
-        let name = self.id.split_once('/').map_or("", |(_, name)| name);
-        let name = name.to_ascii_lowercase();
+        let name = self
+            .id
+            .split_once('/')
+            .map_or("", |(_, name)| name)
+            .to_ascii_lowercase();
         let mut words = name.split(|c: char| !c.is_alphanumeric());
         let kinds = ["embed", "rerank", "whisper", "moderation"];
         name.contains("dall-e")
@@ -127,11 +130,12 @@ pub(super) async fn list(
     url.set_path(&path);
     endpoint.keeps_secrets()?;
     let timeouts = Deadlines::starting_now(endpoint.timeouts);
-    let http = client.http(endpoint, patience);
-    let http = http.map_err(|why| Error::Setup {
-        place: endpoint.place(),
-        why,
-    })?;
+    let http = client
+        .http(endpoint, patience)
+        .map_err(|why| Error::Setup {
+            place: endpoint.place(),
+            why,
+        })?;
     let mut request = http.get(url);
     for (name, value) in protocol.headers() {
         request = request.header(*name, *value);

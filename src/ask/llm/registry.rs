@@ -52,8 +52,11 @@ impl Registry {
     /// Lays an entry of the user's over what is there.
     pub(super) fn overlay(&mut self, name: &str, value: &toml::Value) -> Result<(), RegistryError> {
         let user: Provider = value.clone().try_into().map_err(|e: toml::de::Error| {
-            let message = e.to_string();
-            let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+            let message = e
+                .to_string()
+                .split_whitespace()
+                .collect::<Vec<_>>()
+                .join(" ");
             RegistryError::Entry {
                 name: name.to_string(),
                 message,
@@ -164,8 +167,10 @@ impl Provider {
                 message: "no base_url".into(),
             });
         };
-        let quirks = self.entries(model).map(|entry| entry.quirks);
-        let quirks = quirks.fold(StatedQuirks::default(), StatedQuirks::or);
+        let quirks = self
+            .entries(model)
+            .map(|entry| entry.quirks)
+            .fold(StatedQuirks::default(), StatedQuirks::or);
         let format = self.entries(model).find_map(|entry| entry.response_format);
         let seconds = |n: std::num::NonZeroU32| Duration::from_secs(u64::from(n.get()));
         let (timeouts, retry) = (Timeouts::default(), Retry::default());

@@ -167,9 +167,7 @@ fn the_end_of_a_model_is_told_in_time() {
     assert!(routed.contains("answered by gemini-3.8-flash"), "{routed}");
     let unsure = self::registry(
         "[lab]\nmodels = [{name = \"old\", routed = 2026-12-01, replacement = \"new\", unconfirmed = true}]",
-    );
-    let unsure = unsure.unwrap().retirement("lab/old").unwrap();
-    let unsure = unsure.warning("2026-12-24".parse().unwrap()).unwrap();
+    ).unwrap().retirement("lab/old").unwrap().warning("2026-12-24".parse().unwrap()).unwrap();
     assert!(unsure.ends_with("(unconfirmed)"), "{unsure}");
     assert!(
         warning("gemini/gemini-1.5-pro", "2026-11-20")

@@ -323,8 +323,10 @@ impl StreamingRequest {
 
     // Exclusive borrows, because shared ones of what is not `Sync` would tie the stream to one thread.
     async fn answer(&mut self, sending: &mut Sending) -> Result<Response, Error> {
-        let request = sending.http.post(sending.url.clone());
-        let request = request.headers(sending.headers.clone());
+        let request = sending
+            .http
+            .post(sending.url.clone())
+            .headers(sending.headers.clone());
         let sent = sending
             .patience
             .wait(request.body(sending.body.clone()).send())

@@ -132,8 +132,11 @@ impl ToolRound {
 
     /// Two bytes a token; a turn has no more tokens than an answer may have.
     fn bytes(&self, answer: Option<u32>) -> usize {
-        let calls = self.turn.calls.iter();
-        let calls = calls.map(|call| call.name.len() + call.arguments.len());
+        let calls = self
+            .turn
+            .calls
+            .iter()
+            .map(|call| call.name.len() + call.arguments.len());
         let echo = self.turn.echo.iter().map(|part| part.to_string().len());
         let turn = self.turn.text.len() + self.turn.thought.len();
         let turn = turn + calls.sum::<usize>() + echo.sum::<usize>();
@@ -152,8 +155,10 @@ impl Toolbox {
 
     /// Bytes that the tools and the rounds add to a request, roughly; `answer` is the most tokens of an answer.
     pub(super) fn bytes(&self, answer: Option<u32>) -> usize {
-        let specs = self.specs.iter();
-        let specs = specs.map(|s| s.name.len() + s.about.len() + s.schema.to_string().len() + 48);
+        let specs = self
+            .specs
+            .iter()
+            .map(|s| s.name.len() + s.about.len() + s.schema.to_string().len() + 48);
         specs.sum::<usize>()
             + self
                 .rounds

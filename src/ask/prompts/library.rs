@@ -83,8 +83,11 @@ impl Library {
             .map(|name| self.fragments[name].as_str());
         let texts: Vec<&str> = fragments.chain([template.source.as_str()]).collect();
         self.problems.iter().filter(move |problem| {
-            let name = problem.path.file_name().unwrap_or_default();
-            let name = name.to_string_lossy();
+            let name = problem
+                .path
+                .file_name()
+                .unwrap_or_default()
+                .to_string_lossy();
             // A fragment that is broken may be in use in no version.
             let quoted = [format!("\"{name}\""), format!("'{name}'")];
             let is_included = || {
@@ -118,8 +121,12 @@ impl Library {
     #[must_use]
     pub fn or_last_good(mut self, before: &Self) -> Self {
         for problem in &mut self.problems {
-            let file = problem.path.file_name().map(|n| n.to_string_lossy());
-            let file = file.unwrap_or_default().into_owned();
+            let file = problem
+                .path
+                .file_name()
+                .map(|n| n.to_string_lossy())
+                .unwrap_or_default()
+                .into_owned();
             let theirs = |origin: &&Origin| origin.path() == Some(&problem.path);
             if let Some((template, origin)) = before.templates.get(&file)
                 && theirs(&origin)
@@ -155,8 +162,10 @@ impl Library {
         paths.retain(|p| p.extension().is_some_and(|x| x == "md"));
         paths.sort();
         for path in paths {
-            let name = path.file_name().map(|n| n.to_string_lossy().into_owned());
-            let name = name.unwrap_or_default();
+            let name = path
+                .file_name()
+                .map(|n| n.to_string_lossy().into_owned())
+                .unwrap_or_default();
             let put = read(&path).and_then(|source| {
                 self.put(&name, &source, Origin::User(path.clone()))
                     .map_err(|e| e.to_string())

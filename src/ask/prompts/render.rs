@@ -39,9 +39,9 @@ pub(super) fn syntax(text: &str) -> Result<(), TemplateError> {
         let source = guard::guarded("", text)?;
         Environment::new().template_from_str(&source)?;
         Ok(())
-    });
-    let compiled = compiled.map_err(|error| no_thread("", &error));
-    let compiled = compiled.and_then(|done| done.map_err(|fault| describe("", &fault)));
+    })
+    .map_err(|error| no_thread("", &error))
+    .and_then(|done| done.map_err(|fault| describe("", &fault)));
     compiled.map_err(|RenderError { line, message, .. }| TemplateError::Wrong {
         line: line.unwrap_or(1),
         message,

@@ -146,8 +146,8 @@ mod tests {
     #[test]
     fn a_polygon_around_the_box_becomes_the_box() {
         for far in [20.0, 1e8, 1e20, 1e308] {
-            let ring = [(-far, -far), (far, -far), (far, far), (-far, far)];
-            let ring = ring.map(|(x, y)| Point::new(x, y));
+            let ring =
+                [(-far, -far), (far, -far), (far, far), (-far, far)].map(|(x, y)| Point::new(x, y));
             let cut = ring_within(&ring, &bounds());
             assert!((area(&cut) - 200.0).abs() < 1e-9, "{far}: {cut:?}");
         }

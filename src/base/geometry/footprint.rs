@@ -51,11 +51,13 @@ impl Footprint {
         shape.check()?;
         let mut parts = Vec::new();
         collect(&shape, &mut parts)?;
-        let inner_points = parts.iter().map(|(frame, part)| {
-            let middle = frame.transform_point(part.mass_properties(1.0).local_com);
-            Point::new(middle.x, middle.y)
-        });
-        let inner_points = inner_points.collect();
+        let inner_points = parts
+            .iter()
+            .map(|(frame, part)| {
+                let middle = frame.transform_point(part.mass_properties(1.0).local_com);
+                Point::new(middle.x, middle.y)
+            })
+            .collect();
         let collider = if parts.len() == 1 && parts[0].0 == math::Pose::identity() {
             parts.remove(0).1
         } else {
@@ -150,8 +152,9 @@ impl Placed<'_> {
             &convert::pose(&other.pose),
             &*other.footprint.collider,
             0.0,
-        );
-        let contact = contact.ok().flatten();
+        )
+        .ok()
+        .flatten();
         contact.map_or(0.0, |contact| (-contact.dist).max(0.0))
     }
 

@@ -132,8 +132,8 @@ mod tests {
             (4., -2.),
             (4., 4.),
             (0., 4.),
-        ];
-        let ring = ring.map(|(x, y)| Point::new(x, y));
+        ]
+        .map(|(x, y)| Point::new(x, y));
         assert!(contains(&ring, &Point::new(3.0, 1.0)) && contains(&ring, &Point::new(1.0, 1.0)));
         assert!(!contains(&ring, &Point::new(5.0, 3.0)));
     }

@@ -88,8 +88,9 @@ impl NewFile {
         if replaced.as_ref().is_some_and(|m| !m.is_file()) {
             return Err(SaveError::NotAFile(path.to_path_buf()));
         }
-        let name = path.file_name();
-        let name = name.ok_or_else(|| io(Error::new(ErrorKind::InvalidInput, "no file's name")))?;
+        let name = path
+            .file_name()
+            .ok_or_else(|| io(Error::new(ErrorKind::InvalidInput, "no file's name")))?;
         let folder = match target.parent() {
             Some(folder) if folder != Path::new("") => folder,
             _ => Path::new("."),

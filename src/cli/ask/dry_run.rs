@@ -48,8 +48,9 @@ pub fn run(question: &Question, judge: &Judge, bound: Option<&Bound>, as_json: b
         ("price", words),
     ];
     rows.extend(size.bound.map(|bound| ("counted", bound)));
-    let lines = rows.iter();
-    let lines = lines.map(|(name, value)| format!("{name:<9} {}\n", output::visible(value)));
+    let lines = rows
+        .iter()
+        .map(|(name, value)| format!("{name:<9} {}\n", output::visible(value)));
     output::text(&lines.collect::<String>()).and(refusal(forbidden))
 }
 

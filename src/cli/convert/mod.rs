@@ -233,8 +233,8 @@ impl Job<'_> {
             if may_hold && holds(path, bytes) {
                 continue;
             }
-            let file = NewFile::begin(path, self.arguments.overwrite);
-            let mut file = file.map_err(|e| refused(path, &e))?;
+            let mut file =
+                NewFile::begin(path, self.arguments.overwrite).map_err(|e| refused(path, &e))?;
             file.write_all(bytes)
                 .map_err(|e| Failure::system(path.display(), &e))?;
             begun.push((path, file));

@@ -168,10 +168,13 @@ pub fn convert(
     let Some((scenario, exported)) = exported else {
         return Ok(Converted::default());
     };
-    let read = in_short(&scenario.diagnostics).into_iter();
-    let read = read.map(|(_, said)| format!("{}: reading: {said}", entry.name));
-    let notes = exported.notes.iter();
-    let notes = notes.map(|note| format!("{}: {note}", entry.name));
+    let read = in_short(&scenario.diagnostics)
+        .into_iter()
+        .map(|(_, said)| format!("{}: reading: {said}", entry.name));
+    let notes = exported
+        .notes
+        .iter()
+        .map(|note| format!("{}: {note}", entry.name));
     let said = read.chain(notes).collect();
     Ok(Converted {
         // The roads first, so that a scenario is never there without them.

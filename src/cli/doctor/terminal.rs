@@ -62,8 +62,8 @@ fn size(terminal: &Terminal) -> Finding {
 fn colours(terminal: &Terminal, said: &dyn Fn(&str) -> Option<String>) -> Finding {
     let why = ["NO_COLOR", "COLORTERM", "TERM"]
         .iter()
-        .find_map(|name| Some(format!("{name} is `{}`", said(name)?)));
-    let why = why.unwrap_or_else(|| "no further hints".into());
+        .find_map(|name| Some(format!("{name} is `{}`", said(name)?)))
+        .unwrap_or_else(|| "no further hints".into());
     match terminal.colours {
         "true" => Finding::ok(AREA, format!("all colours ({why})")),
         "none" if said("NO_COLOR").is_some() => {
@@ -85,8 +85,8 @@ fn colours(terminal: &Terminal, said: &dyn Fn(&str) -> Option<String>) -> Findin
 fn locale(terminal: &Terminal, said: &dyn Fn(&str) -> Option<String>) -> Finding {
     let locale = ["LC_ALL", "LC_CTYPE", "LANG"]
         .iter()
-        .find_map(|name| Some(format!("{name} is `{}`", said(name)?)));
-    let locale = locale.unwrap_or_else(|| "no locale is set".into());
+        .find_map(|name| Some(format!("{name} is `{}`", said(name)?)))
+        .unwrap_or_else(|| "no locale is set".into());
     if terminal.unicode {
         Finding::ok(AREA, format!("Unicode ({locale})"))
     } else {

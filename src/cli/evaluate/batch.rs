@@ -66,8 +66,8 @@ fn begin(arguments: &Evaluate) -> Outcome {
         .declared
         .comparison(&ways.iter().collect::<Vec<_>>())?;
     let subset = options.subset();
-    let entries = selected(found(&arguments.paths)?, &subset, &context.thresholds);
-    let entries = entries.map_err(|why| Failure::input(format!("--{why}")))?;
+    let entries = selected(found(&arguments.paths)?, &subset, &context.thresholds)
+        .map_err(|why| Failure::input(format!("--{why}")))?;
     let request = BatchRequest {
         title: None,
         matrix,

@@ -15,13 +15,15 @@ use nearmiss_workflow::batch::{BatchPlan, DryRun, DryRunEvent, DryRunLine, is_en
 pub fn make(plan: &BatchPlan, judges: &Judges, store: &Store) -> Result<DryRun, Failure> {
     let progress = Progress::new(plan.scenarios(), "scenarios described", true);
     let mut shown = 0;
-    let dry_run = plan.dry_run(judges, store, &Cancel::default(), &mut |event| {
-        let DryRunEvent::Described { done, .. } = event;
-        (shown..done).for_each(|_| progress.step());
-        shown = done;
-    });
-    // Nothing cancels it: Ctrl-C ends the program.
-    let dry_run = dry_run.map_err(Failure::input)?.unwrap_or_default();
+    let dry_run = plan
+        .dry_run(judges, store, &Cancel::default(), &mut |event| {
+            let DryRunEvent::Described { done, .. } = event;
+            (shown..done).for_each(|_| progress.step());
+            shown = done;
+        })
+        // Nothing cancels it: Ctrl-C ends the program.
+        .map_err(Failure::input)?
+        .unwrap_or_default();
     drop(progress);
     say_each(&dry_run.doubts);
     if !dry_run.unlabelled.is_empty() {
@@ -120,13 +122,11 @@ pub fn write(
 ) -> Outcome {
     let estimate = &dry_run.estimate;
     if as_json {
-        let unaskable = estimate.why.iter();
-        let unaskable = unaskable.map(|(why, questions)| Unaskable {
+        let unaskable = estimate.why.iter().map(|(why, questions)| Unaskable {
             why,
             questions: *questions,
         });
-        let refused = refused.iter();
-        let refused = refused.map(|(model, why)| Refused { model, why });
+        let refused = refused.iter().map(|(model, why)| Refused { model, why });
         return output::document(&DryRunDocument {
             questions: estimate.questions(),
             requests: estimate.requests,

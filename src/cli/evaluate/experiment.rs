@@ -32,12 +32,13 @@ pub fn run(arguments: &Evaluate, file: &Path) -> Outcome {
     }
     let mut context = BatchContext::new()?;
     let text = TextFile::read(file).map_err(Failure::input)?.text;
-    let experiment = Experiment::from_toml(&text, file, &context.library);
-    let experiment = experiment.map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
+    let experiment = Experiment::from_toml(&text, file, &context.library)
+        .map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
     context.config.budget = experiment.budget.or(context.config.budget);
     let found = with_notes(experiment.find_scenarios().map_err(Failure::input)?);
-    let prepared = experiment.prepare(file, found, options.shard, context.of_experiment());
-    let prepared = prepared.map_err(Failure::input)?;
+    let prepared = experiment
+        .prepare(file, found, options.shard, context.of_experiment())
+        .map_err(Failure::input)?;
     match prepared.batch() {
         None if options.retry_failed => {
             return Err(Failure::input(format!(

@@ -270,26 +270,27 @@ fn built_in<T: Send>(
         task,
         thresholds,
     };
-    let answers = request.run(judge, |event| {
-        progress.step();
-        progress.suspend(|| match event {
-            BuiltInEvent::Judged {
-                entry,
-                scene,
-                doubt,
-            } => {
-                let of_label = doubt.map(|words| format!("nearmiss: {}: {words}", entry.name));
-                let doubts = doubts(entry, &scene).into_iter().chain(of_label);
-                doubts.for_each(|doubt| output::say(&doubt));
-            }
-            BuiltInEvent::LeftOut => {}
-            BuiltInEvent::NotScored { entry, why } => {
-                output::say(&format!("nearmiss: {}: {why}", entry.name));
-            }
-            BuiltInEvent::Failed(error) => not_opened(error).say(),
-        });
-    });
-    let answers = answers.map_err(|wrong| Failure::input(format!("--truth: {wrong}")))?;
+    let answers = request
+        .run(judge, |event| {
+            progress.step();
+            progress.suspend(|| match event {
+                BuiltInEvent::Judged {
+                    entry,
+                    scene,
+                    doubt,
+                } => {
+                    let of_label = doubt.map(|words| format!("nearmiss: {}: {words}", entry.name));
+                    let doubts = doubts(entry, &scene).into_iter().chain(of_label);
+                    doubts.for_each(|doubt| output::say(&doubt));
+                }
+                BuiltInEvent::LeftOut => {}
+                BuiltInEvent::NotScored { entry, why } => {
+                    output::say(&format!("nearmiss: {}: {why}", entry.name));
+                }
+                BuiltInEvent::Failed(error) => not_opened(error).say(),
+            });
+        })
+        .map_err(|wrong| Failure::input(format!("--truth: {wrong}")))?;
     drop(progress);
     if !answers.without_ego.is_empty() {
         output::say(&format!(

@@ -200,8 +200,9 @@ fn at_once(text: &str) -> Result<NonZeroU32, String> {
 pub struct Changes(pub Vec<Transform>);
 
 fn changes(text: &str) -> Result<Changes, String> {
-    let words = text.split(|c: char| c == ';' || c.is_whitespace());
-    let words = words.filter(|word| !word.is_empty());
+    let words = text
+        .split(|c: char| c == ';' || c.is_whitespace())
+        .filter(|word| !word.is_empty());
     let changes = words.map(|word| {
         let change = word.parse::<Transform>();
         change.map_err(|error| format!("{error}; several are separated by semicolons or spaces"))

@@ -137,8 +137,8 @@ fn unanswered(
     items.retain(|item| part.is_none() || item.asked.split == part);
     let unparsed = items
         .iter()
-        .filter(|item| counted(item) && Selection::Failed.asks_anew(item));
-    let unparsed = unparsed.count();
+        .filter(|item| counted(item) && Selection::Failed.asks_anew(item))
+        .count();
     if unparsed > 0 {
         let (answers, them) = match unparsed {
             1 => ("1 complete answer has".to_string(), "it"),

@@ -123,9 +123,10 @@ impl Counts {
 
     /// The scenarios with this truth and answer.
     fn scenarios(&self, truth: bool, said: bool) -> Vec<&str> {
-        let those = self.answers.iter();
-        let those =
-            those.filter(|one| (one.is_collision(), one.positive()) == (Some(truth), Some(said)));
+        let those = self
+            .answers
+            .iter()
+            .filter(|one| (one.is_collision(), one.positive()) == (Some(truth), Some(said)));
         those.map(|one| one.scenario.as_str()).collect()
     }
 }

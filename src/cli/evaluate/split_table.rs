@@ -15,10 +15,14 @@ pub fn show(store: &Store, id: BatchId, test: &TestSplit, table: Table) -> Outco
         let rows = Rows::from_scored(&answers.plain);
         Ok((*part, rows, Varied::from_answers(&answers)))
     };
-    let shown = test.shown().iter().map(of_part);
-    let shown = shown.collect::<Result<Vec<_>, Failure>>()?;
-    let dev = store.split_progress(id, SplitPart::Dev);
-    let dev = dev.map_err(Failure::input)?;
+    let shown = test
+        .shown()
+        .iter()
+        .map(of_part)
+        .collect::<Result<Vec<_>, Failure>>()?;
+    let dev = store
+        .split_progress(id, SplitPart::Dev)
+        .map_err(Failure::input)?;
     let looks = test.looks_words();
     if table.json {
         let documents = shown.iter().map(|(part, rows, varied)| {

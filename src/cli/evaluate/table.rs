@@ -114,8 +114,11 @@ impl Rows {
     /// For people.
     pub fn table(&self) -> String {
         let names = self.0.iter().map(|(_, c)| report::model_name(&c.way));
-        let width = names.map(|name| name.chars().count());
-        let width = width.max().unwrap_or(0).max("model".len());
+        let width = names
+            .map(|name| name.chars().count())
+            .max()
+            .unwrap_or(0)
+            .max("model".len());
         // Most batches have none of either; then there is no column of zeros.
         let unasked = self.0.iter().any(|(_, cell)| cell.unasked > 0);
         let unlabelled = self.0.iter().any(|(_, cell)| cell.unlabelled > 0);
@@ -161,9 +164,10 @@ impl Rows {
                 share(c.f1()),
                 share(cell.naming.recall()),
                 share(cell.naming.precision()),
-            ];
-            let figures = figures.into_iter().zip(columns);
-            let figures = figures.filter_map(|(figure, (.., shown))| shown.then_some(figure));
+            ]
+            .into_iter()
+            .zip(columns)
+            .filter_map(|(figure, (.., shown))| shown.then_some(figure));
             let cells: Vec<String> = way_cells(&cell.way).into_iter().chain(figures).collect();
             text += &output::line(" ", &aligned, &cells);
         }

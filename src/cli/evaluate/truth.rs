@@ -14,8 +14,7 @@ pub struct Truth {
 
 /// Reads what `--truth` names; what is doubtful about these scenarios is said.
 pub fn truth(paths: &[PathBuf], entries: &[Entry]) -> Result<Truth, Failure> {
-    let source = source(paths, |file| Ok(file.to_path_buf()))?;
-    let source = source.unwrap_or(TruthSource::Geometry);
+    let source = source(paths, |file| Ok(file.to_path_buf()))?.unwrap_or(TruthSource::Geometry);
     let (known, doubts) = batch::Truth::open(&source, entries).map_err(Failure::input)?;
     say_each(&doubts);
     Ok(Truth { source, known })

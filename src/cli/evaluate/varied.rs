@@ -57,11 +57,18 @@ impl Varied {
 
     /// For people; nothing where there is nothing of the kind.
     pub fn tables(&self) -> String {
-        let ways = self.0.invariance.iter().map(|row| &row.way);
-        let ways = ways.chain(self.0.leads.iter().map(|(_, way, _)| way));
+        let ways = self
+            .0
+            .invariance
+            .iter()
+            .map(|row| &row.way)
+            .chain(self.0.leads.iter().map(|(_, way, _)| way));
         let names = ways.map(report::model_name);
-        let width = names.map(|name| name.chars().count()).max();
-        let width = width.unwrap_or(0).max("model".len());
+        let width = names
+            .map(|name| name.chars().count())
+            .max()
+            .unwrap_or(0)
+            .max("model".len());
         let mut text = String::new();
         if !self.0.invariance.is_empty() {
             text += "\ntransformed scenes, whose answer should stay the same; flips: the verdict changed\n";

@@ -94,8 +94,8 @@ fn batch(
         return Ok((id, None));
     }
     let text = TextFile::read(file).map_err(Failure::input)?.text;
-    let experiment = Experiment::from_toml(&text, file, library);
-    let experiment = experiment.map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
+    let experiment = Experiment::from_toml(&text, file, library)
+        .map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
     let entries = found(&experiment.paths)?;
     let wrong = |why: String| Failure::input(format!("{}: {why}", file.display()));
     let mut request = experiment.request(entries, None, library).map_err(wrong)?;

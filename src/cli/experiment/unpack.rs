@@ -52,8 +52,8 @@ impl Unpack {
                     file.display()
                 ))
             })?;
-            let into = std::path::absolute(&into);
-            let into = into.map_err(|e| Failure::system(file.display(), &e))?;
+            let into =
+                std::path::absolute(&into).map_err(|e| Failure::system(file.display(), &e))?;
             if let Some((other, _)) = folders.iter().find(|(_, folder)| *folder == into) {
                 return Err(Failure::input(format!(
                     "{} and {} would be unpacked into the same folder; unpack them one by one with --into",
@@ -76,8 +76,10 @@ fn unpack_one(file: &Path, into: &Path, store: &Store, library: &Library) -> Out
     });
     let done = unpacked.map_err(Failure::input)?;
     let batch = done.batch;
-    let parts = store.batch(batch).map_err(Failure::input)?;
-    let parts = parts.and_then(|batch| batch.shard);
+    let parts = store
+        .batch(batch)
+        .map_err(Failure::input)?
+        .and_then(|batch| batch.shard);
     let parts = parts.map_or_else(String::new, |parts| format!(" (part {parts})"));
     output::say(&format!(
         "nearmiss: {batch}{parts}: {} and {} new, {} already in the store",

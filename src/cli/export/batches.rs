@@ -30,8 +30,11 @@ pub fn add_answers(
     numbers: &mut Vec<RunId>,
 ) -> Result<(), Failure> {
     for batch in batches {
-        let runs = store.question_runs(batch.id, 0, None);
-        let runs = runs.map_err(Failure::input)?.into_values().flatten();
+        let runs = store
+            .question_runs(batch.id, 0, None)
+            .map_err(Failure::input)?
+            .into_values()
+            .flatten();
         numbers.extend(runs.map(|run| run.run));
     }
     if !batches.is_empty() {

@@ -70,15 +70,16 @@ fn form(word: &str) -> Result<ReasoningForm, String> {
 impl ChatOptions {
     /// An option that is given, which other formats do not have.
     pub fn given(&self) -> Option<&'static str> {
-        let given = [
+        let mut given = [
             (!self.truth.is_empty(), "--truth"),
             (self.allow_wrong_claims.is_some(), "--allow-wrong-claims"),
             (self.validation.is_some(), "--validation"),
             (self.split_seed.is_some(), "--split-seed"),
             (self.reasoning.is_some(), "--reasoning"),
             (self.no_pictures, "--no-pictures"),
-        ];
-        let mut given = given.into_iter().filter(|(is_given, _)| *is_given);
+        ]
+        .into_iter()
+        .filter(|(is_given, _)| *is_given);
         given.next().map(|(_, name)| name)
     }
 
@@ -217,8 +218,9 @@ pub fn run(
             continue;
         };
         let pictures = pictures(store, &run)?;
-        let line = examples.line(&rules, &run, &pictures);
-        let line = line.map_err(Failure::input)?;
+        let line = examples
+            .line(&rules, &run, &pictures)
+            .map_err(Failure::input)?;
         if let Some(line) = line {
             let part = match rules.part(&outcome.scenario) {
                 SplitPart::Dev => &mut parts[0],
@@ -307,8 +309,7 @@ fn way(run: &Run) -> PromptConfig {
 
 fn save_manifest(mut file: NewFile, document: &ChatManifest) -> Outcome {
     let document = json::Output::document(document).map_err(Failure::input)?;
-    let text = serde_json::to_string_pretty(&json::versioned(document));
-    let text = text.map_err(Failure::input)?;
+    let text = serde_json::to_string_pretty(&json::versioned(document)).map_err(Failure::input)?;
     let done = file.write_all(format!("{}\n", escaped_json_lines(&text)).as_bytes());
     done.map_err(|error| Failure::system("manifest.json", &error))?;
     file.finish().map_err(Failure::input)
@@ -372,9 +373,10 @@ impl Part {
     }
 
     fn finish(self) -> Result<ChatFile, Failure> {
-        let whole = self.file.into_inner();
-        let whole =
-            whole.map_err(|error| Failure::system(self.path.display(), &error.into_error()))?;
+        let whole = self
+            .file
+            .into_inner()
+            .map_err(|error| Failure::system(self.path.display(), &error.into_error()))?;
         whole.finish().map_err(Failure::input)?;
         let name = self.path.file_name().unwrap_or_default();
         Ok(ChatFile {

@@ -170,8 +170,11 @@ fn open_questions(store: &Store, id: BatchId) -> Result<Option<Check>, Failure> 
         None => true,
     };
     let items = store.items(id).map_err(Failure::input)?;
-    let open = items.iter().filter(|item| item.state == ItemState::Waiting);
-    let open = open.filter(|item| is_shown(item.asked.split)).count();
+    let open = items
+        .iter()
+        .filter(|item| item.state == ItemState::Waiting)
+        .filter(|item| is_shown(item.asked.split))
+        .count();
     Ok((open > 0).then(|| Check {
         requirement: "every question asked".into(),
         way: id.to_string(),

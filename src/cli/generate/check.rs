@@ -138,8 +138,10 @@ pub fn run(
     if as_json {
         let motions = found.changed.iter().map(|one| {
             let wrong = one.verdict.as_ref().err();
-            let rejected = wrong.into_iter().flatten();
-            let rejected = rejected.map(|r| refusal(&r.clone().about(one.change.obstacle, None)));
+            let rejected = wrong
+                .into_iter()
+                .flatten()
+                .map(|r| refusal(&r.clone().about(one.change.obstacle, None)));
             let gone = Gone::of(one, &original);
             CheckedMotion {
                 obstacle: one.change.obstacle,
@@ -178,8 +180,8 @@ pub fn run(
                         output::counted(passed.steps, "step"),
                         passed.exempt,
                         100.0 * passed.friction,
-                        if passed.friction >= 1.005 { 
-// The check solves for the inputs of the vehicle, which rounded states say roughly.
+                        // The check solves for the inputs of the vehicle, which rounded states say roughly.
+                        if passed.friction >= 1.005 {
                             ", as estimated from rounded states; the drivability check passes" } else { "" },
                     ));
                     if let Some(gone) = Gone::of(one, &original) {

@@ -192,8 +192,7 @@ pub fn said(authored: &Authored) -> Vec<String> {
         .count();
     let void = (void > 0 && void < authored.choice.votes.len())
         .then(|| format!("{void} of {} votes rejected", authored.choice.votes.len()));
-    let differ = authored.agreement().filter(|agreement| !agreement.agrees);
-    let differ = differ.map(|agreement| {
+    let differ = authored.agreement().filter(|agreement| !agreement.agrees).map(|agreement| {
         format!(
             "best motion by the model's grades: answer {}, try {}; by the exact ranking: answer {}, try {}",
             agreement.model.sample + 1,

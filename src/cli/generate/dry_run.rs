@@ -55,8 +55,10 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
     let cancel = Cancel::from_flag(&stop);
     let width = entries
         .iter()
-        .map(|e| output::visible(&e.name).chars().count());
-    let width = width.max().unwrap_or(0).clamp("scenario".len(), 48);
+        .map(|e| output::visible(&e.name).chars().count())
+        .max()
+        .unwrap_or(0)
+        .clamp("scenario".len(), 48);
     let line = |name: &str, cells: [&str; 6]| {
         let columns = [
             Left(width),
@@ -134,12 +136,16 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
             failed += 1;
             continue;
         }
-        let found = counter.found.lock().ok().and_then(|found| *found);
-        // Nothing is asked where the ego is touched already.
-        let found = found.unwrap_or(Bound {
-            usd: Some(0.0),
-            ..Bound::default()
-        });
+        let found = counter
+            .found
+            .lock()
+            .ok()
+            .and_then(|found| *found)
+            // Nothing is asked where the ego is touched already.
+            .unwrap_or(Bound {
+                usd: Some(0.0),
+                ..Bound::default()
+            });
         output::text(&shown(&output::visible(&entry.name), &found))?;
         all = all.and(&found);
     }

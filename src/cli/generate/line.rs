@@ -227,8 +227,9 @@ impl Figures {
         let driver = self.good_driver.as_ref()?;
         let rules = (!driver.rules_broken.is_empty())
             .then(|| format!("breaks {}", driver.rules_broken.join(", ")));
-        let leaves = driver.leaves_roadway_step;
-        let leaves = leaves.map(|step| format!("leaves the lanelets of cars at step {step}"));
+        let leaves = driver
+            .leaves_roadway_step
+            .map(|step| format!("leaves the lanelets of cars at step {step}"));
         let both: Vec<String> = rules.into_iter().chain(leaves).collect();
         (!both.is_empty()).then(|| format!("the good driver {}", both.join(" and ")))
     }

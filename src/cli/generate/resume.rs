@@ -77,8 +77,11 @@ impl EarlierRun {
     ) -> Option<Line> {
         // As a file says it: digits that no file keeps make no difference.
         let settings: Value = serde_json::from_str(&settings.to_string()).ok()?;
-        let same = self.papers.get(&original.to_string())?.iter();
-        let mut same = same.filter(|papers| papers.differences(&settings).is_empty());
+        let mut same = self
+            .papers
+            .get(&original.to_string())?
+            .iter()
+            .filter(|papers| papers.differences(&settings).is_empty());
         let name = output::visible(&entry.name);
         let named = same.clone().find(|p| p.line.figures.scenario == name);
         let mut line = named.or_else(|| same.next())?.line.clone();
@@ -209,8 +212,9 @@ fn read(path: &Path) -> Result<FileKind, String> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let beside = |key: &str| file_beside(folder, &word(&papers[key], key)?);
     let (scenario, ego) = (beside("variant")?, beside("ego")?);
-    let hashes = papers["sha256"].as_object();
-    let hashes = hashes.ok_or("not a manifest of a variant: sha256 is missing")?;
+    let hashes = papers["sha256"]
+        .as_object()
+        .ok_or("not a manifest of a variant: sha256 is missing")?;
     if [&scenario, &ego]
         .iter()
         .any(|path| !hashes.contains_key(&file_name(path)))
@@ -309,8 +313,7 @@ fn file_name(path: &Path) -> String {
 /// It is not, or cannot be read.
 pub fn is_report(path: &Path) -> Result<(), String> {
     let named = |words: String| format!("{}: {words}", path.display());
-    let bytes = system::read_file(path, system::LARGEST);
-    let bytes = bytes.map_err(|e| named(system::words(&e)))?;
+    let bytes = system::read_file(path, system::LARGEST).map_err(|e| named(system::words(&e)))?;
     match serde_json::from_slice(&bytes) {
         Ok(document) if says_report(&document) => Ok(()),
         _ => Err(named(

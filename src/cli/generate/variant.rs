@@ -46,8 +46,10 @@ impl GenerateJob {
     pub fn said(&self, problem: i64) -> Value {
         let effort = &self.effort;
         // Attacks are always judged in recorded traffic.
-        let planning = PlannerKey::ALL.iter().filter(|key| key.id != "traffic");
-        let planning = planning.map(|key| (key.id, key.value(&self.settings)));
+        let planning = PlannerKey::ALL
+            .iter()
+            .filter(|key| key.id != "traffic")
+            .map(|key| (key.id, key.value(&self.settings)));
         let search = json!({
             "candidates": effort.candidates,
             "rounds": effort.rounds,

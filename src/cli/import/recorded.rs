@@ -17,10 +17,11 @@ const NAMED: usize = 20;
 
 /// Adds the recorded answers below a folder that are not in the store yet.
 pub fn import(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Failure> {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let now = now.map_or(0, |since| {
-        i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
-    });
+    let now = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| {
+            i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
+        });
     let (runs, problems) = paper::runs(root, now);
     // What is lost comes first.
     let (lost, others): (Vec<_>, Vec<_>) = problems.iter().partition(|p| p.loss == Loss::Unread);

@@ -21,8 +21,9 @@ pub fn is_one(path: &Path) -> bool {
 /// Adds the runs and batches of a store that are not in this one yet.
 pub fn import(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), Failure> {
     let other = Store::open_to_read(path).map_err(Failure::input)?;
-    let merged = store.merge(&other);
-    let merged = merged.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
+    let merged = store
+        .merge(&other)
+        .map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
     if merged.running > 0 {
         output::say(&format!(
             "nearmiss: {}: skipped {} still streaming there; import it again when complete",

@@ -155,8 +155,8 @@ pub fn run(arguments: &Index) -> Outcome {
     if let Some(Action::Show(show)) = &arguments.action {
         return show::run(show);
     }
-    let folder = output::file_of(arguments.output.as_deref());
-    let folder = folder.ok_or_else(|| Failure::input("-o needs a folder"))?;
+    let folder = output::file_of(arguments.output.as_deref())
+        .ok_or_else(|| Failure::input("-o needs a folder"))?;
     let thresholds = match Folders::find() {
         Ok(folders) => user_thresholds(&folders)?,
         Err(_) => Thresholds::shipped().clone(),

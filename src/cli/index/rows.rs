@@ -43,11 +43,15 @@ fn fixed() -> Vec<Column> {
 
 /// The table.
 pub fn table(options: &IndexOptions, thresholds: &Thresholds) -> Table {
-    let measures = options.measures.iter();
-    let measures = measures.map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
+    let measures = options
+        .measures
+        .iter()
+        .map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
     let mut table = Table::new("windows", fixed().into_iter().chain(measures).collect());
-    let columns = table.columns.iter();
-    let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
+    let columns = table
+        .columns
+        .iter()
+        .map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
     let changes = thresholds.changes();
     let changes: Value = changes.iter().map(ToString::to_string).collect();
     table.metadata = vec![
@@ -114,8 +118,10 @@ fn row(head: &[Cell; 3], scenario: &Scenario, window: &IndexedWindow, recorded: 
         SEVERITY_NAMES[usize::from(window.severity)].into(),
         Cell::Integer(window.worst_step),
     ];
-    let values = window.values.iter();
-    let values = values.map(|value| value.map_or(Cell::None(""), |v| Cell::finite(rounded(v))));
+    let values = window
+        .values
+        .iter()
+        .map(|value| value.map_or(Cell::None(""), |v| Cell::finite(rounded(v))));
     head.iter().cloned().chain(known).chain(values).collect()
 }
 

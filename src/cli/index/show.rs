@@ -114,16 +114,18 @@ fn text(coverage: &Coverage) -> String {
 }
 
 fn draw(coverage: &Coverage, path: &Path, overwrite: bool) -> Outcome {
-    let format = Format::of_file(path).filter(|format| *format != Format::Gif);
-    let format = format.ok_or_else(|| {
-        Failure::input(format!(
-            "--figure {}: name a file .svg or .png",
-            path.display()
-        ))
-    })?;
+    let format = Format::of_file(path)
+        .filter(|format| *format != Format::Gif)
+        .ok_or_else(|| {
+            Failure::input(format!(
+                "--figure {}: name a file .svg or .png",
+                path.display()
+            ))
+        })?;
     let picture = coverage_picture(coverage, &Palette::paper());
-    let bytes = format.encode(&picture, format.usual_dpi());
-    let bytes = bytes.map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
+    let bytes = format
+        .encode(&picture, format.usual_dpi())
+        .map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
     Target::begin(Some(path), overwrite)?.save(&bytes)?;
     output::say(&format!("nearmiss: wrote {}", path.display()));
     Ok(())

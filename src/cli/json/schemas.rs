@@ -22,8 +22,9 @@ fn read(text: &str) -> Map<String, Value> {
 /// The outputs that have a schema, with what they are.
 pub fn names() -> Vec<(String, String)> {
     let title = |schema: &Value| schema["title"].as_str().unwrap_or_default().to_string();
-    let outputs = read(OUTPUTS).into_iter();
-    let outputs = outputs.map(|(name, schema)| (name, title(&schema)));
+    let outputs = read(OUTPUTS)
+        .into_iter()
+        .map(|(name, schema)| (name, title(&schema)));
     let derived = DERIVED.iter().map(|d| (d.name.into(), d.title.into()));
     let mut all: Vec<(String, String)> = outputs.chain(derived).collect();
     all.sort();
@@ -63,10 +64,15 @@ fn of_type(derived: &Derived) -> Value {
         }
         properties.insert(key.clone(), meaning.into());
     }
-    let old_names = derived.old_names.iter();
-    let old_names = old_names.map(|(old, new)| (old.to_string(), format!("Use {new}.").into()));
-    let required = schema["required"].take();
-    let required = required.as_array().cloned().unwrap_or_default();
+    let old_names = derived
+        .old_names
+        .iter()
+        .map(|(old, new)| (old.to_string(), format!("Use {new}.").into()));
+    let required = schema["required"]
+        .take()
+        .as_array()
+        .cloned()
+        .unwrap_or_default();
     complete(
         derived.title.into(),
         properties,

@@ -340,8 +340,10 @@ pub fn tools(paid: bool) -> Value {
     let looks = LOOKS
         .iter()
         .map(|look| (look.name, look.about, look.options, false));
-    let jobs = JOBS.iter().filter(|job| paid || !job.paid);
-    let jobs = jobs.map(|job| (job.name, job.about, job.options, job.paid));
+    let jobs = JOBS
+        .iter()
+        .filter(|job| paid || !job.paid)
+        .map(|job| (job.name, job.about, job.options, job.paid));
     let listed = looks.chain(jobs).map(|(name, about, options, paid)| {
         let properties = options
             .iter()

@@ -31,8 +31,9 @@ impl Clients {
         let id = random()?;
         let mut known = self.known();
         if known.sessions.len() >= MOST {
-            let idle = { known.sessions.iter() }.position(|(_, session)| !works(session.number));
-            let idle = idle.ok_or("too many sessions; end one of them")?;
+            let idle = { known.sessions.iter() }
+                .position(|(_, session)| !works(session.number))
+                .ok_or("too many sessions; end one of them")?;
             known.sessions.remove(idle);
         }
         known.begun += 1;

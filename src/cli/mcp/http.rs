@@ -43,8 +43,9 @@ const SESSION: &str = "mcp-session-id";
 
 /// Serves clients until the program is interrupted; then jobs that still run are ended.
 pub async fn serve(server: Server, address: SocketAddr, token: Token) -> Outcome {
-    let listener = TcpListener::bind(address).await;
-    let listener = listener.map_err(|why| Failure::input(format!("{address}: {why}")))?;
+    let listener = TcpListener::bind(address)
+        .await
+        .map_err(|why| Failure::input(format!("{address}: {why}")))?;
     let address = listener.local_addr().map_err(Failure::input)?;
     output::say(&format!(
         "nearmiss: MCP server at http://{address}{PATH}; {}",
@@ -269,8 +270,9 @@ fn header<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
 
 /// Whether an origin is a page of this machine.
 fn is_origin_here(origin: &str) -> bool {
-    let host = origin.strip_prefix("http://");
-    let host = host.or_else(|| origin.strip_prefix("https://"));
+    let host = origin
+        .strip_prefix("http://")
+        .or_else(|| origin.strip_prefix("https://"));
     host.is_some_and(is_host_here)
 }
 

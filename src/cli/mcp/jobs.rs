@@ -79,8 +79,10 @@ fn word(option: &JobOption, value: &Value) -> Result<String, String> {
         (JobValue::Text, Value::String(text)) => (Some(text.clone()), String::new()),
         (JobValue::Text, _) => (None, "text".into()),
         (JobValue::Moment, value) => {
-            let text = value.as_str().map(str::to_string);
-            let text = text.or_else(|| value.as_i64().map(|step| step.to_string()));
+            let text = value
+                .as_str()
+                .map(str::to_string)
+                .or_else(|| value.as_i64().map(|step| step.to_string()));
             let expected = "a time step (32), seconds (\"3.2s\"), or worst";
             (text.filter(|text| is_moment(text)), expected.into())
         }
@@ -89,8 +91,10 @@ fn word(option: &JobOption, value: &Value) -> Result<String, String> {
             (given.map(str::to_string), words.join(" or "))
         }
         (JobValue::Whole(least, most), value) => {
-            let whole = value.as_i64().map(i128::from);
-            let whole = whole.or_else(|| value.as_u64().map(i128::from));
+            let whole = value
+                .as_i64()
+                .map(i128::from)
+                .or_else(|| value.as_u64().map(i128::from));
             let holds = |n: &i128| {
                 least.is_none_or(|least| *n >= least.into())
                     && most.is_none_or(|most| *n <= most.into())

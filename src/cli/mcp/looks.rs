@@ -142,8 +142,7 @@ pub fn find(server: &Server, arguments: &Value, aside: &Aside<'_>) -> Result<Val
     }
     let mut document = FindDocument::of(Some(sentence), &read).map_err(words)?;
     let entries = server.places.entries();
-    let index = server.index.lock();
-    let mut index = index.unwrap_or_else(PoisonError::into_inner);
+    let mut index = server.index.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = match &mut *index {
         Some(folder) => folder,
         none => none.insert(tempfile::tempdir().map_err(|why| why.to_string())?),

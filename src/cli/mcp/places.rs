@@ -65,8 +65,9 @@ impl Places {
     /// One does not exist, or is no folder.
     pub fn new(folders: &[PathBuf], maps: Option<&Path>) -> Result<Self, String> {
         let root = |folder: &PathBuf| {
-            let resolved = folder.canonicalize();
-            let resolved = resolved.map_err(|why| format!("{}: {why}", shown_path(folder)))?;
+            let resolved = folder
+                .canonicalize()
+                .map_err(|why| format!("{}: {why}", shown_path(folder)))?;
             if resolved.is_dir() {
                 Ok(resolved)
             } else {
@@ -227,8 +228,9 @@ impl Places {
             Err(why @ NotOpened::Outside(_)) => return Err(why.words()),
             Err(_) => None,
         };
-        let worst = Worst::all(&scenario, scene.as_deref(), thresholds);
-        let worst = worst.into_iter().next();
+        let worst = Worst::all(&scenario, scene.as_deref(), thresholds)
+            .into_iter()
+            .next();
         files.extend(recorded.as_deref().map(as_is));
         self.ranks.keep(place, files, worst.clone());
         Ok(worst)
@@ -274,8 +276,9 @@ impl Places {
         let selection = obstacle.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
         let (scene, files) = files_opened_by(|| scene_of(entry, scenario, &selection));
         let without = || Arc::clone(scenario);
-        let files = self.allowed(files);
-        let files = files.ok_or_else(|| NotOpened::Outside(Some(without())))?;
+        let files = self
+            .allowed(files)
+            .ok_or_else(|| NotOpened::Outside(Some(without())))?;
         let scene = scene.map_err(|why| match (self.told(&why.to_string()), obstacle) {
             (why, None) => NotOpened::NoEgo(why, without()),
             (why, Some(_)) => NotOpened::Unreadable(why),

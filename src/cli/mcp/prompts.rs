@@ -82,10 +82,10 @@ pub fn work(places: &Places, parameters: &Value) -> Result<Work, RpcError> {
             arguments[option.name] = number.into();
         }
     }
-    let words = jobs::words(PROMPT.options, &arguments);
-    let mut words = words.map_err(RpcError::parameters)?;
-    let entry = places.entry(arguments[SCENARIO.name].as_str().unwrap_or_default());
-    let entry = entry.map_err(RpcError::parameters)?;
+    let mut words = jobs::words(PROMPT.options, &arguments).map_err(RpcError::parameters)?;
+    let entry = places
+        .entry(arguments[SCENARIO.name].as_str().unwrap_or_default())
+        .map_err(RpcError::parameters)?;
     words.push(format!("--task={}", task.name()));
     words.push(format!("--frame={}", frame.name()));
     Ok(Work {

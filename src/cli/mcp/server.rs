@@ -352,8 +352,10 @@ impl Server {
         let scenario = arguments[SCENARIO.name].as_str().unwrap_or_default();
         let entry = self.places.entry(scenario).map_err(Refused::Result)?;
         let purse = self.purse.as_ref().filter(|_| job.paid);
-        let reserved = purse.map(|purse| purse.reserve(arguments)).transpose();
-        let reserved = reserved.map_err(Refused::Result)?;
+        let reserved = purse
+            .map(|purse| purse.reserve(arguments))
+            .transpose()
+            .map_err(Refused::Result)?;
         if let Some(usd) = reserved.filter(|_| arguments["budget"].is_null()) {
             words.push(format!("--budget={usd}"));
         }

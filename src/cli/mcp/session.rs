@@ -111,8 +111,9 @@ impl Jobs {
     /// Ends the jobs of a client, or of all, and takes back what waits for files.
     pub fn cancel_all(&self, session: Option<u64>) {
         for running in [self.running(), self.calls()] {
-            let meant = running.iter();
-            let meant = meant.filter(|((of, _), _)| session.is_none_or(|session| session == *of));
+            let meant = running
+                .iter()
+                .filter(|((of, _), _)| session.is_none_or(|session| session == *of));
             meant.for_each(|(_, cancel)| cancel.store(true, Ordering::SeqCst));
         }
     }

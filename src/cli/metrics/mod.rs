@@ -183,8 +183,10 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
         ("obstacle", "obstacle_id"),
         ("risk_score", "risk"),
     ];
-    let columns = table.columns.iter();
-    let columns = columns.map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
+    let columns = table
+        .columns
+        .iter()
+        .map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
     table.metadata = vec![
         ("version", env!("CARGO_PKG_VERSION").into()),
         ("convention", arguments.convention.name().into()),

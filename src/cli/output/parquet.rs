@@ -24,9 +24,10 @@ pub struct ParquetFile<W: Write + Send> {
 
 impl<W: Write + Send> ParquetFile<W> {
     pub fn new(out: W, table: &Table) -> io::Result<Self> {
-        let entries = table.metadata.iter();
-        let entries =
-            entries.map(|(key, value)| KeyValue::new(format!("nearmiss.{key}"), value.clone()));
+        let entries = table
+            .metadata
+            .iter()
+            .map(|(key, value)| KeyValue::new(format!("nearmiss.{key}"), value.clone()));
         let entries: Vec<KeyValue> = entries.collect();
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
@@ -74,24 +75,27 @@ impl<W: Write + Send> ParquetFile<W> {
 }
 
 fn schema(table: &Table) -> Result<TypePtr, ParquetError> {
-    let columns = table.columns.iter().map(|column| {
-        let (physical, logical) = match column.kind {
-            Kind::Text => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
-            Kind::Integer => (PhysicalType::INT64, None),
-            Kind::Number | Kind::Float => (PhysicalType::DOUBLE, None),
-            Kind::Truth => (PhysicalType::BOOLEAN, None),
-        };
-        let repetition = if column.optional {
-            Repetition::OPTIONAL
-        } else {
-            Repetition::REQUIRED
-        };
-        let builder = Type::primitive_type_builder(&column.name, physical)
-            .with_repetition(repetition)
-            .with_logical_type(logical);
-        builder.build().map(Arc::new)
-    });
-    let columns = columns.collect::<Result<Vec<_>, _>>()?;
+    let columns = table
+        .columns
+        .iter()
+        .map(|column| {
+            let (physical, logical) = match column.kind {
+                Kind::Text => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
+                Kind::Integer => (PhysicalType::INT64, None),
+                Kind::Number | Kind::Float => (PhysicalType::DOUBLE, None),
+                Kind::Truth => (PhysicalType::BOOLEAN, None),
+            };
+            let repetition = if column.optional {
+                Repetition::OPTIONAL
+            } else {
+                Repetition::REQUIRED
+            };
+            let builder = Type::primitive_type_builder(&column.name, physical)
+                .with_repetition(repetition)
+                .with_logical_type(logical);
+            builder.build().map(Arc::new)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
     let root = Type::group_type_builder(table.name).with_fields(columns);
     root.build().map(Arc::new)
 }

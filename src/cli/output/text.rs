@@ -48,8 +48,10 @@ pub fn json_rows(table: &Table, rows: &[Row]) -> Vec<u8> {
             };
             (column.name.to_string(), value)
         });
-        let more = table.json_values.iter();
-        let more = more.map(|(name, value)| (name.to_string(), value.clone()));
+        let more = table
+            .json_values
+            .iter()
+            .map(|(name, value)| (name.to_string(), value.clone()));
         let mut object = json::versioned(Value::Object(cells.chain(more).collect::<Map<_, _>>()));
         json::with_old_names(&mut object, table.json_keys);
         text += &object.to_string();

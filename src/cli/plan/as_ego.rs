@@ -160,9 +160,8 @@ impl Kept {
             why.iter().for_each(|why| output::say(why));
             return Ok(());
         }
-        let recording = write_recording(driven.problem, &driven.drive.track());
-        let recording =
-            recording.map_err(|error| Failure::input(format!("{}: {error}", driven.file)))?;
+        let recording = write_recording(driven.problem, &driven.drive.track())
+            .map_err(|error| Failure::input(format!("{}: {error}", driven.file)))?;
         let name = PlannerDrives::file_name(driven.scenario.hash);
         self.files.insert(name, recording);
         self.lines += &output::json_line(&document::document(driven))?;
@@ -185,8 +184,10 @@ impl Kept {
         };
         system::make_folder(folder).map_err(|error| failed(&system::words(&error)))?;
         let lines = (LINES.to_string(), self.lines.as_bytes());
-        let files = self.files.iter();
-        let files = files.map(|(name, bytes)| (name.clone(), bytes.as_slice()));
+        let files = self
+            .files
+            .iter()
+            .map(|(name, bytes)| (name.clone(), bytes.as_slice()));
         for (name, bytes) in files.chain([lines]) {
             let path = folder.join(name);
             if path.is_file() {

@@ -86,8 +86,9 @@ fn of(
     summed: bool,
     figure: &dyn Fn(&DrivenScenario) -> Option<f64>,
 ) -> Difference {
-    let both = pairs.iter();
-    let both = both.filter_map(|(one, two)| Some((figure(one)?, figure(two)?)));
+    let both = pairs
+        .iter()
+        .filter_map(|(one, two)| Some((figure(one)?, figure(two)?)));
     let both: Vec<(f64, f64)> = both.collect();
     let whole = |own: &dyn Fn(&Pair) -> Option<f64>, of_both: &dyn Fn(&(f64, f64)) -> f64| {
         let counts: Vec<f64> = pairs.iter().filter_map(own).collect();

@@ -21,8 +21,7 @@ pub fn document(driven: &DrivenScenario) -> Value {
         Outcome::Goal(place) => Some(place),
         _ => None,
     };
-    let braking = driven.emergencies();
-    let braking = braking.filter(|e| *e == Emergency::Braking);
+    let braking = driven.emergencies().filter(|e| *e == Emergency::Braking);
     let states = &driven.drive.states;
     let reactions = &driven.drive.traffic.reactions;
     let recorded = driven.recorded_rules.as_ref();

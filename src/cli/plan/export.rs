@@ -232,11 +232,12 @@ impl Export {
     /// The file cannot be written.
     pub fn finish(self) -> Outcome {
         let source = "nearmiss help planners";
-        let columns = COLUMNS.iter();
-        let columns =
-            columns.map(|(name, _, kind, unit)| Column::new(name, *kind, unit, source).optional());
-        let rules = RULES.iter();
-        let rules = rules.map(|(name, _)| Column::new(name, Kind::Text, "", source).optional());
+        let columns = COLUMNS
+            .iter()
+            .map(|(name, _, kind, unit)| Column::new(name, *kind, unit, source).optional());
+        let rules = RULES
+            .iter()
+            .map(|(name, _)| Column::new(name, Kind::Text, "", source).optional());
         let mut table = Table::new("drives", columns.chain(rules).collect());
         table.spreadsheet = self.spreadsheet;
         let rows = table.encode(self.format, self.rows);

@@ -166,8 +166,10 @@ impl Files {
         ] {
             path.map_or(Ok(()), |path| writable(flag, path, self.overwrite))?;
         }
-        let log = self.log.as_deref();
-        let log = log.map(|path| Target::begin(Some(path), self.overwrite));
+        let log = self
+            .log
+            .as_deref()
+            .map(|path| Target::begin(Some(path), self.overwrite));
         let settings = format!(
             "{settings} {:?} {} {}",
             self.solution, self.solution_model, self.with_scenario
@@ -291,8 +293,11 @@ impl Targets<'_> {
     ) -> Result<Vec<PathBuf>, Failure> {
         let mut written = Vec::new();
         if let Some(log) = &mut self.log {
-            let cycles = driven.drive.cycles.iter();
-            let cycles = cycles.map(|cycle| document::cycle(driven, cycle));
+            let cycles = driven
+                .drive
+                .cycles
+                .iter()
+                .map(|cycle| document::cycle(driven, cycle));
             for value in cycles.chain(document::standard_error(driven)) {
                 let line = output::json_line(&value)?;
                 log.write_all(line.as_bytes())
@@ -341,13 +346,15 @@ impl Files {
         let model = VehicleModel::parse(&self.solution_model.to_uppercase());
         let header = &driven.scenario.header;
         let wrong = |e| Failure::input(format!("{}: {e}", entry.display()));
-        let solution = driven.drive.solution(
-            header,
-            driven.problem,
-            model.unwrap_or(VehicleModel::Ks),
-            driven.settings.planner.vehicle,
-        );
-        let solution = solution.map_err(wrong)?;
+        let solution = driven
+            .drive
+            .solution(
+                header,
+                driven.problem,
+                model.unwrap_or(VehicleModel::Ks),
+                driven.settings.planner.vehicle,
+            )
+            .map_err(wrong)?;
         let solved = solution.problems.iter();
         let how = solved.map(|s| format!("{}_{}", s.vehicle_id(), s.cost));
         let path = if path.is_dir() {

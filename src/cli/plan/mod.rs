@@ -92,8 +92,11 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         return Ok(());
     }
     let problem = arguments.how.planning_problem;
-    let planners = arguments.planners.clone().and(arguments.against.as_deref());
-    let planners = planners.chosen(&config)?;
+    let planners = arguments
+        .planners
+        .clone()
+        .and(arguments.against.as_deref())
+        .chosen(&config)?;
     if planners.len() > 1 {
         return compare::run(arguments, &entries, &planners, &settings);
     }
@@ -113,8 +116,9 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         ),
     };
     // Runs of versions that knew no other traffic can be resumed.
-    let said = said.replace(", traffic: Recorded", "");
-    let said = said.replace(", rules: Off", "");
+    let said = said
+        .replace(", traffic: Recorded", "")
+        .replace(", rules: Off", "");
     let named = options::named(&settings, problem, external.map(|planner| &**planner));
     let targets = arguments
         .files

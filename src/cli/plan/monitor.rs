@@ -61,14 +61,12 @@ pub struct MonitorOptions {
 const EVERY: f64 = 1.0;
 
 fn interval(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok();
-    let seconds = seconds.filter(|s| (0.05..=60.0).contains(s));
+    let seconds = text.parse().ok().filter(|s| (0.05..=60.0).contains(s));
     seconds.ok_or_else(|| "expected 0.05 to 60 seconds".into())
 }
 
 fn latency(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok();
-    let seconds = seconds.filter(|s| (0.0..=60.0).contains(s));
+    let seconds = text.parse().ok().filter(|s| (0.0..=60.0).contains(s));
     seconds.ok_or_else(|| "expected 0 to 60 seconds".into())
 }
 

@@ -35,8 +35,7 @@ pub struct PlannerOptions {
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok();
-    let seconds = seconds.filter(|s| (0.001..=3600.0).contains(s));
+    let seconds = text.parse().ok().filter(|s| (0.001..=3600.0).contains(s));
     seconds.ok_or_else(|| "expected 0.001 to 3600 seconds".into())
 }
 

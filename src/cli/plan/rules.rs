@@ -12,8 +12,10 @@ pub fn document(report: &RuleReport, dt: f64) -> Vec<Value> {
 }
 
 fn of_finding(finding: &Finding, dt: f64) -> Value {
-    let violations = finding.violations.iter();
-    let violations = violations.map(|violation| of_violation(finding.rule, violation, dt));
+    let violations = finding
+        .violations
+        .iter()
+        .map(|violation| of_violation(finding.rule, violation, dt));
     json!({
         "rule": finding.rule.name(),
         "number": finding.rule.number(),

@@ -224,8 +224,8 @@ impl Table {
         let scenarios = if all == 1 { "scenario" } else { "scenarios" };
         self.overhead.sort_by(f64::total_cmp);
         let told = self.told.map_or(String::new(), |told| {
-            let overhead = median(&self.overhead);
-            let overhead = overhead.map_or(String::new(), |ms| format!("; overhead {ms:.2} ms"));
+            let overhead =
+                median(&self.overhead).map_or(String::new(), |ms| format!("; overhead {ms:.2} ms"));
             format!("planner {told}{overhead}\n")
         });
         let rules = self.rules.line().unwrap_or_default();

@@ -197,8 +197,10 @@ impl Job<'_> {
 
     /// The steps of a case study.
     fn case_steps(&self, variant: &Drawn, original: &Original) -> Result<Vec<i64>, String> {
-        let scene = variant.scene.as_deref();
-        let scene = scene.ok_or("--case-study needs the ego of the variant; --ego ID|FILE")?;
+        let scene = variant
+            .scene
+            .as_deref()
+            .ok_or("--case-study needs the ego of the variant; --ego ID|FILE")?;
         let from = original.origin.from().saturating_add(1);
         let attacker = original.origin.attacker;
         let until = nearest_approach(scene, attacker, from, &self.thresholds).ok_or_else(|| {

@@ -233,12 +233,13 @@ impl Job<'_> {
         let all = timeline.steps.clone();
         let worst = |by| worst_step(timeline.scene?, &self.thresholds, by);
         let at = self.arguments.at.iter();
-        let at = at.map(|at| at.step(&all, timeline.dt, worst));
-        let at = at.collect::<Result<Vec<i64>, Failure>>();
-        let at = at.map_err(|failure| Failure {
-            message: format!("{}: {}", entry.display(), failure.message),
-            ..failure
-        })?;
+        let at = at
+            .map(|at| at.step(&all, timeline.dt, worst))
+            .collect::<Result<Vec<i64>, Failure>>()
+            .map_err(|failure| Failure {
+                message: format!("{}: {}", entry.display(), failure.message),
+                ..failure
+            })?;
         let count = all.end.saturating_sub(all.start);
         if self.arguments.all && count > MOST_PICTURES {
             return Err(Failure::input(format!(

@@ -45,8 +45,11 @@ pub fn complete(
             "nearmiss: the counts of claims are not stored: {error}"
         ));
     }
-    let left = runs.iter().filter(|run| run.claims.known().is_none());
-    let left = left.filter(|run| is_unchecked(run)).count();
+    let left = runs
+        .iter()
+        .filter(|run| run.claims.known().is_none())
+        .filter(|run| is_unchecked(run))
+        .count();
     Ok((left > 0).then(|| {
         format!(
             "claims of {} not checked: their scenarios are not at hand; --truth FOLDER names them",

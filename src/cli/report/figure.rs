@@ -27,7 +27,8 @@ pub fn write(arguments: &ReportArguments, figure: ReportFigure, file: Option<&Pa
     };
     let named = |why: String| Failure::input(format!("--figure {}: {why}", figure.name()));
     let picture = picture.map_err(named)?;
-    let bytes = format.encode(&picture, format.usual_dpi());
-    let bytes = bytes.map_err(|error| named(error.to_string()))?;
+    let bytes = format
+        .encode(&picture, format.usual_dpi())
+        .map_err(|error| named(error.to_string()))?;
     Target::begin(file, arguments.overwrite)?.save(&bytes)
 }

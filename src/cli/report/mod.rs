@@ -187,8 +187,8 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     let pairs = arguments
         .pairs
         .as_deref()
-        .map(|name| Target::begin(file_of(Some(name)), arguments.overwrite));
-    let pairs = pairs.transpose()?;
+        .map(|name| Target::begin(file_of(Some(name)), arguments.overwrite))
+        .transpose()?;
     let provenance = made.provenance();
     match format {
         Format::Parquet => parquet::write((file, target), &made.rows(), provenance)?,

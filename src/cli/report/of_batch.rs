@@ -34,11 +34,13 @@ pub fn made(
     };
     let spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
     let test = TestSplit::of(store, &batch, arguments.unlock).map_err(Failure::input)?;
-    let words = test.as_ref().map(|test| {
-        let progress = std::iter::once(test.words());
-        progress.chain(test.looks_words()).collect::<Vec<String>>()
-    });
-    let words = words.unwrap_or_default();
+    let words = test
+        .as_ref()
+        .map(|test| {
+            let progress = std::iter::once(test.words());
+            progress.chain(test.looks_words()).collect::<Vec<String>>()
+        })
+        .unwrap_or_default();
     for words in &words {
         output::say(&format!("nearmiss: {words}"));
     }
@@ -89,8 +91,9 @@ pub fn made(
         let report = report(part)?.answers(page);
         return Ok(AnyReport::Report(Box::new(report)));
     };
-    let dev = store.split_progress(id, SplitPart::Dev);
-    let dev = dev.map_err(Failure::input)?;
+    let dev = store
+        .split_progress(id, SplitPart::Dev)
+        .map_err(Failure::input)?;
     let parts = parts.iter();
     let parts: Vec<(SplitPart, Part)> = parts
         .map(|one| Ok((*one, part(Some(*one))?)))
@@ -102,8 +105,11 @@ pub fn made(
             .iter()
             .flat_map(|(_, part)| part.items.clone())
             .collect();
-        let runs = parts.iter().flat_map(|(_, part)| &part.answers.plain);
-        let runs = runs.filter_map(|one| one.run).collect();
+        let runs = parts
+            .iter()
+            .flat_map(|(_, part)| &part.answers.plain)
+            .filter_map(|one| one.run)
+            .collect();
         Provenance::of_batch(store, (id, &spec.portable(), &items), &runs)
     };
     let reports = parts
@@ -200,8 +206,7 @@ fn read(
         .count();
     let never = items
         .iter()
-        .filter(|item| item.state == ItemState::Unaskable);
-    let never = never
+        .filter(|item| item.state == ItemState::Unaskable)
         .filter(|item| item.asked.transform.is_none())
         .count()
         .min(unasked);

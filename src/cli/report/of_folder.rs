@@ -26,16 +26,19 @@ pub fn made(
     scored.iter_mut().for_each(|one| one.cluster = cluster);
     if let Some(request) = arguments.pivot.request() {
         let cases = AnswerCase::all(&scored);
-        let pivot = Pivot::new(&cases, AskedFacts::default(), request);
-        let pivot = pivot.map_err(Failure::input)?.about(about);
+        let pivot = Pivot::new(&cases, AskedFacts::default(), request)
+            .map_err(Failure::input)?
+            .about(about);
         return Ok((AnyReport::Pivot(Box::new(pivot)), lost));
     }
     let page = match format {
         Format::Html => AnswerPage::new(&AnswerCase::all(&scored)),
         _ => AnswerPage::default(),
     };
-    let report = arguments.compared(&scored, &Comparison::default())?;
-    let report = report.about(about).answers(page);
+    let report = arguments
+        .compared(&scored, &Comparison::default())?
+        .about(about)
+        .answers(page);
     Ok((AnyReport::Report(Box::new(report)), lost))
 }
 

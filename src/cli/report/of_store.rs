@@ -155,8 +155,7 @@ fn notices(stored: &Stored) -> Vec<String> {
             stored.changed,
             "about transformed scenes; `nearmiss evaluate --resume ID` shows them",
         ),
-    ];
-    let left_out = left_out.into_iter().filter(|(count, _)| *count > 0);
+    ].into_iter().filter(|(count, _)| *count > 0);
     let mut notices: Vec<String> = left_out
         .map(|(count, what)| format!("skipped: {count} {what}"))
         .collect();

@@ -57,8 +57,7 @@ pub fn write(
             .collect()
     });
     let rows = table.encode(Format::Parquet, rows.collect());
-    let written = TableWriter::begin(target, Format::Parquet, &table);
-    let written = written.and_then(|mut writer| {
+    let written = TableWriter::begin(target, Format::Parquet, &table).and_then(|mut writer| {
         writer.write(rows)?;
         writer.finish()
     });

@@ -144,8 +144,11 @@ fn of_batches(stored: &Stored, store: &Store) -> Result<Option<String>, Failure>
     let mut parts = Vec::new();
     for (batch, answers) in stored.of_batches.iter().take(NAMED) {
         let id = batch.parse().ok();
-        let known = id.map(|id| store.batch(id)).transpose();
-        let known = known.map_err(Failure::input)?.flatten();
+        let known = id
+            .map(|id| store.batch(id))
+            .transpose()
+            .map_err(Failure::input)?
+            .flatten();
         let spec = known.and_then(|batch| Spec::from_json(&batch.spec).ok());
         let truth = spec.map_or_else(|| "its own".into(), |spec| spec.truth_words());
         parts.push(format!(

@@ -112,13 +112,12 @@ pub fn run(arguments: &Tune) -> Outcome {
     let context = BatchContext::new()?;
     files::check(arguments, &context.folders)?;
     let text = TextFile::read(file).map_err(Failure::input)?.text;
-    let experiment = Experiment::from_toml(&text, file, &context.library);
-    let experiment = experiment.map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
+    let experiment = Experiment::from_toml(&text, file, &context.library)
+        .map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
     let budget = arguments
         .budget
         .or(experiment.budget)
-        .or(context.config.budget);
-    let budget = budget.ok_or_else(|| {
+        .or(context.config.budget).ok_or_else(|| {
         Failure::input("no budget given: use --budget USD, or set `budget` in the experiment or in config.toml")
     })?;
     let found = with_notes(experiment.find_scenarios().map_err(Failure::input)?);
@@ -128,15 +127,16 @@ pub fn run(arguments: &Tune) -> Outcome {
         techniques: arguments.techniques,
         model: arguments.model.clone(),
     };
-    let request = experiment.tuned(&choice, file, found, context.of_experiment());
-    let request = request.map_err(Failure::input)?;
+    let request = experiment
+        .tuned(&choice, file, found, context.of_experiment())
+        .map_err(Failure::input)?;
     let test_scenarios = request.test_scenarios;
     let batch =
         planned(|cancel, on_event| request.plan(context.of_experiment(), cancel, on_event))?;
     let found = models::find(arguments, &context, &batch, budget)?;
     let dry_run = questions_of(&batch, &found.judges, &context.store)?;
-    let plan = TunePlan::new(&batch, &dry_run, &context.library, arguments.seed);
-    let plan = plan.map_err(|why| Failure::input(format!("{}: {why}", file.display())))?;
+    let plan = TunePlan::new(&batch, &dry_run, &context.library, arguments.seed)
+        .map_err(|why| Failure::input(format!("{}: {why}", file.display())))?;
     drop(batch);
     let settings = TuneSettings {
         rounds: arguments.rounds,

@@ -61,8 +61,11 @@ impl Change {
     /// Gives the obstacle its motion in a scenario, which stays as it is if that fails.
     pub(super) fn apply_to(&self, scenario: &mut Scenario) -> Result<(), ChangeError> {
         let id = self.obstacle;
-        let place = scenario.obstacles.iter().position(|o| o.id == id);
-        let place = place.ok_or(ChangeError::NoSuchObstacle(id))?;
+        let place = scenario
+            .obstacles
+            .iter()
+            .position(|o| o.id == id)
+            .ok_or(ChangeError::NoSuchObstacle(id))?;
         let changed = self.changed(&scenario.obstacles[place], scenario.dt())?;
         scenario.obstacles[place] = changed;
         Ok(())

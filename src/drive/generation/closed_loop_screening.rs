@@ -65,8 +65,9 @@ impl ClosedLoop {
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> Self {
         // Attacks are judged against recorded traffic.
-        let driver = driver.in_traffic(TrafficMode::Recorded);
-        let driver = driver.sharing_forecasts(&scenario);
+        let driver = driver
+            .in_traffic(TrafficMode::Recorded)
+            .sharing_forecasts(&scenario);
         let noted = driver.drive_noted_watched(&scenario, i64::MAX, watch);
         let scores = readings(&driver, &scenario, &noted.drive, "risk");
         let recorded = StagedDrive {
@@ -378,8 +379,10 @@ fn least(
         if contact.is_some_and(|contact| asked(contact.step)) {
             return Some(0.0);
         }
-        let readings = series.steps().zip(series.row(id, attacker));
-        let readings = readings.filter(|(step, _)| asked(*step));
+        let readings = series
+            .steps()
+            .zip(series.row(id, attacker))
+            .filter(|(step, _)| asked(*step));
         let values = readings.filter_map(|(_, reading)| reading.value());
         values.min_by(f64::total_cmp)
     }

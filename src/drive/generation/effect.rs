@@ -255,8 +255,9 @@ pub(super) fn comes_near(
         let was = attacker
             .before
             .iter()
-            .filter(|(step, _)| was_behind(id, *step) != Some(true));
-        let was = was.map(|(_, score)| *score).min();
+            .filter(|(step, _)| was_behind(id, *step) != Some(true))
+            .map(|(_, score)| *score)
+            .min();
         attacker.after.iter().any(|(step, score)| {
             *score <= NEAR_MISS
                 && was.is_none_or(|was| *score < was)

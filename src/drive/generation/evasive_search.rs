@@ -60,15 +60,17 @@ impl<'a> Search<'a> {
         let goal_from = contact.map_or(effect.from, |step| step.saturating_add(after));
         let obstacles = effect.scenario.obstacles.iter();
         let moving = obstacles.filter(|o| o.role == ObstacleRole::Dynamic);
-        let gone = moving.map(|o| {
-            let end = o.track().steps().end - 1;
-            if effect.is_attacker(o.id) {
-                end.saturating_add(after)
-            } else {
-                end
-            }
-        });
-        let gone = gone.max().unwrap_or(effect.from);
+        let gone = moving
+            .map(|o| {
+                let end = o.track().steps().end - 1;
+                if effect.is_attacker(o.id) {
+                    end.saturating_add(after)
+                } else {
+                    end
+                }
+            })
+            .max()
+            .unwrap_or(effect.from);
         Self {
             closed,
             scenario: &effect.scenario,

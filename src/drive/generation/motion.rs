@@ -24,8 +24,7 @@ pub fn of_manoeuvre(
     manoeuvre: &Manoeuvre,
     way: usize,
 ) -> Result<Change, Refusal> {
-    let plan = manoeuvre::plan(stage, obstacle, manoeuvre, way);
-    let plan = plan.map_err(|why| Refusal {
+    let plan = manoeuvre::plan(stage, obstacle, manoeuvre, way).map_err(|why| Refusal {
         step: Some(stage.step_at(manoeuvre.start)),
         ..Refusal::answer(why)
     })?;
@@ -57,8 +56,9 @@ pub fn follow(
     let able = moderate(able);
     let start = start(stage, obstacle, from, &now, &able);
     let states = track(&start, &plan.wanted, &able, stage.dt());
-    let motions = (from + 1..).zip(states.iter().skip(1));
-    let motions = motions.map(|(step, state)| (step, state.centre(&able.limits)));
+    let motions = (from + 1..)
+        .zip(states.iter().skip(1))
+        .map(|(step, state)| (step, state.centre(&able.limits)));
     Ok(Change {
         obstacle: id,
         motions: std::iter::once((from, now)).chain(motions).collect(),
@@ -87,8 +87,9 @@ fn start(
     let limits = &able.limits;
     let joint = Joint::at(obstacle.track(), step, able, stage.dt());
     let steering = joint.as_ref().and_then(|j| j.steering.clone());
-    let angle = steering.map_or(0.0, |range| middle(&range));
-    let angle = angle.clamp(-limits.steering, limits.steering);
+    let angle = steering
+        .map_or(0.0, |range| middle(&range))
+        .clamp(-limits.steering, limits.steering);
     let acceleration = joint.map_or(now.acceleration, |j| middle(&j.acceleration));
     VehicleState {
         acceleration: acceleration.clamp(-limits.acceleration, limits.acceleration),

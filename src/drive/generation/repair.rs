@@ -80,8 +80,9 @@ fn by_manoeuvre(
     let mut first = None;
     for way in 0..ways {
         let change = motion::of_manoeuvre(ground.stage, obstacle, manoeuvre, way);
-        let attack = change.map_err(|refusal| vec![refusal]);
-        let attack = attack.and_then(|change| passing(ground, manoeuvre, change));
+        let attack = change
+            .map_err(|refusal| vec![refusal])
+            .and_then(|change| passing(ground, manoeuvre, change));
         match attack {
             Ok(attack) => {
                 return Ok(AdmittedAttack {

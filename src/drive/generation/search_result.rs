@@ -68,8 +68,11 @@ impl SearchResult {
             .filter(|drive| matches!(drive.outcome, Outcome::PlannerError(_)))
             .collect();
         let first = failed.first()?;
-        let words = first.external.as_ref().and_then(|r| r.failure());
-        let words = words.unwrap_or_else(|| first.outcome.to_string());
+        let words = first
+            .external
+            .as_ref()
+            .and_then(|r| r.failure())
+            .unwrap_or_else(|| first.outcome.to_string());
         Some((failed.len(), words))
     }
 

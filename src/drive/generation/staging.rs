@@ -131,8 +131,9 @@ fn pass(
         .filter_map(|base| {
             let scenario = base.scenario(workshop);
             let others = base.others.as_ref().map(|(attack, drive)| (attack, drive));
-            let stage = workshop.stage_with((scenario, &base.ego), others)?;
-            let stage = stage.of_style(style);
+            let stage = workshop
+                .stage_with((scenario, &base.ego), others)?
+                .of_style(style);
             Some((stage, workshop.gate_with(scenario, &base.ego)))
         })
         .collect();

@@ -110,13 +110,17 @@ fn failure(drive: &Rollout) -> Option<Value> {
 
 /// What each attacker does, and how near it comes.
 fn attackers(variant: &Variant<'_>) -> Value {
-    let all = variant.effect.attackers.iter().zip(variant.asked);
-    let all = all.map(|(effect, motion)| {
-        let mut one = attacker(effect, motion);
-        one["risk_before"] = curve(&effect.before);
-        one["risk_after"] = curve(&effect.after);
-        one
-    });
+    let all = variant
+        .effect
+        .attackers
+        .iter()
+        .zip(variant.asked)
+        .map(|(effect, motion)| {
+            let mut one = attacker(effect, motion);
+            one["risk_before"] = curve(&effect.before);
+            one["risk_after"] = curve(&effect.after);
+            one
+        });
     all.collect()
 }
 

@@ -54,8 +54,7 @@ pub fn as_given(
     };
     let from = (first.time / dt - PART).ceil() as i64;
     let until = (last.time / dt + PART).floor() as i64;
-    let recorded = obstacle.track().at(from).copied();
-    let recorded = recorded.ok_or_else(|| {
+    let recorded = obstacle.track().at(from).copied().ok_or_else(|| {
         let reason = Reason::Obstacle(ChangeError::NotThere(id));
         vec![Refusal::at(from, reason)]
     })?;
@@ -227,8 +226,9 @@ fn beyond((h, a): (f64, Vector), (k, b): (f64, Vector)) -> Vector {
 
 /// Place and velocity on the curve at a time, which is between the first waypoint and the last but for rounding.
 fn at(knots: &[Knot], time: f64) -> (Point, Vector) {
-    let place = knots.partition_point(|knot| knot.time <= time);
-    let place = place.clamp(1, knots.len() - 1);
+    let place = knots
+        .partition_point(|knot| knot.time <= time)
+        .clamp(1, knots.len() - 1);
     let (a, b) = (&knots[place - 1], &knots[place]);
     let h = b.time - a.time;
     let x = ((time - a.time) / h).clamp(0.0, 1.0);

@@ -28,15 +28,18 @@ impl Planner<'_> {
         refinements: usize,
     ) -> Plan {
         self.last = None;
-        let latest = self.candidates.iter().filter_map(|c| match c.rejected {
-            Some((step, Rejection::Contact(_))) => Some((step, c)),
-            _ => None,
-        });
-        let latest = latest.max_by(|a, b| {
-            let dearer = b.1.cost.total().total_cmp(&a.1.cost.total());
-            a.0.cmp(&b.0).then(dearer)
-        });
-        let latest = latest.map(|(step, candidate)| (step, *candidate));
+        let latest = self
+            .candidates
+            .iter()
+            .filter_map(|c| match c.rejected {
+                Some((step, Rejection::Contact(_))) => Some((step, c)),
+                _ => None,
+            })
+            .max_by(|a, b| {
+                let dearer = b.1.cost.total().total_cmp(&a.1.cost.total());
+                a.0.cmp(&b.0).then(dearer)
+            })
+            .map(|(step, candidate)| (step, *candidate));
         // The mildest braking that touches no obstacle; if all do, the one that does so last.
         let mut braked: Option<(usize, Vec<VehicleState>)> = None;
         for share in BRAKING {

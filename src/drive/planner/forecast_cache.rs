@@ -97,19 +97,20 @@ impl ForecastCache {
         let mut predictor = Predictor::new(&past, model);
         let mut boxes = 0;
         let others = past.others().iter();
-        let cached = others.map(|seen| {
-            let mut found = Vec::new();
-            hypotheses(&mut predictor, seen, self.horizon, &mut |one| {
-                boxes += one.boxes.len();
-                found.push(one);
-            });
-            Cached {
-                who: seen.who,
-                past: seen.motions.to_vec(),
-                hypotheses: found,
-            }
-        });
-        let cached = cached.collect();
+        let cached = others
+            .map(|seen| {
+                let mut found = Vec::new();
+                hypotheses(&mut predictor, seen, self.horizon, &mut |one| {
+                    boxes += one.boxes.len();
+                    found.push(one);
+                });
+                Cached {
+                    who: seen.who,
+                    past: seen.motions.to_vec(),
+                    hypotheses: found,
+                }
+            })
+            .collect();
         let less = |room: usize| Some(room.saturating_sub(boxes));
         let relaxed = Ordering::Relaxed;
         // The closure always gives a value.

@@ -194,8 +194,13 @@ mod tests {
                 for duration in [1.5, 3.0, 4.0] {
                     let along = Polynomial::quartic(from, [end, 0.0], duration);
                     let mut stations = Vec::new();
-                    let laid = Profile::new(along, duration, 0.0);
-                    let laid = laid.lay(&path, &pace(from[1]), 40, 0.1, &mut stations);
+                    let laid = Profile::new(along, duration, 0.0).lay(
+                        &path,
+                        &pace(from[1]),
+                        40,
+                        0.1,
+                        &mut stations,
+                    );
                     let Some(profile) = laid else { continue };
                     let mut rest = Vec::new();
                     judge.least(&stations, &ways, &mut rest);

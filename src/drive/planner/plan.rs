@@ -179,8 +179,10 @@ impl<'a> Planner<'a> {
         self.hint = Some(along[0]);
         // The goal asks for the centre of the body.
         let centre = along[0] + self.limits.rear_to_centre;
-        let wanted = self.guide.wanted(centre, now.velocity, step, self.dt);
-        let wanted = wanted.min(self.guide.bends.speed(along[0] + now.velocity));
+        let wanted = self
+            .guide
+            .wanted(centre, now.velocity, step, self.dt)
+            .min(self.guide.bends.speed(along[0] + now.velocity));
         let (wanted, legal) = self.legal(wanted, centre, now.velocity);
         let stop = self.stop_ahead(now, along[0], step, traffic, wanted);
         let moved = Moved::from_state(now);
@@ -332,8 +334,10 @@ impl<'a> Planner<'a> {
         }
         let candidates = &self.candidates;
         self.order.clear();
-        let drivable = candidates.iter().enumerate();
-        let drivable = drivable.filter(|(_, c)| c.rejected.is_none());
+        let drivable = candidates
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| c.rejected.is_none());
         self.order
             .extend(drivable.map(|(place, c)| (c.cost.total(), place)));
         // Of equal ones the first, so that nothing depends on the order of sorting.

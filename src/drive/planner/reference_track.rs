@@ -93,18 +93,20 @@ impl ReferenceTrack {
             problem: problem.id,
         })?;
         let heading = problem.initial.orientation.map_or(0.0, |q| q.middle());
-        let route = graph.route_to(&Pose { position, heading }, &problem.goals);
-        let route = route.map_err(|source| ReferenceTrackError::NoRoute {
-            problem: problem.id,
-            source,
-        })?;
+        let route = graph
+            .route_to(&Pose { position, heading }, &problem.goals)
+            .map_err(|source| ReferenceTrackError::NoRoute {
+                problem: problem.id,
+                source,
+            })?;
         let (from, to) = (route.start - BEHIND, route.end + BEYOND);
         let path = smooth(&route.path, from, to).map_err(|source| ReferenceTrackError::NoPath {
             problem: problem.id,
             source,
         })?;
-        let start = path.project_near(&position, BEHIND, NEAR);
-        let start = start.map_or(BEHIND, |at| at.s);
+        let start = path
+            .project_near(&position, BEHIND, NEAR)
+            .map_or(BEHIND, |at| at.s);
         let velocity = problem.initial.velocity.map_or(0.0, |q| q.middle());
         let cruise = velocity.max(SLOWEST_CRUISE);
         let arrival = Arrival::new(scenario, problem, &route, &path);

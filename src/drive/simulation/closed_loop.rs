@@ -252,8 +252,8 @@ impl Driver {
     ) -> ResumableRollout {
         let (forecast, without) = (self.settings.forecast, self.settings.without);
         let mut world = World::new(self, scenario);
-        let planner = Planner::new(self.settings.planner, &self.guide, &self.road, self.dt);
-        let mut planner = planner.cancelled_by(&self.cancel);
+        let mut planner = Planner::new(self.settings.planner, &self.guide, &self.road, self.dt)
+            .cancelled_by(&self.cancel);
         if watch.is_none() {
             // The other candidates are not shown.
             planner = planner.only_best();
@@ -313,8 +313,8 @@ impl Driver {
                 }
                 None => {
                     let there = noted.drive.scenario_in(scenario);
-                    let forecaster = Forecaster::new(there, forecast, without);
-                    let forecaster = forecaster.cached(self.forecasts.as_deref());
+                    let forecaster =
+                        Forecaster::new(there, forecast, without).cached(self.forecasts.as_deref());
                     let traffic = forecaster.traffic(step, planner.steps());
                     let began = Instant::now();
                     let plan = planner.plan(&state, step, &traffic);

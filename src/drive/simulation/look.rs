@@ -49,9 +49,11 @@ impl<'a> Look<'a> {
         let motion = state.centre(driver.limits());
         let body = driver.road().body().at(motion.pose);
         let without = driver.settings().without;
-        let before = self.before.replace((step, motion.pose));
-        let before = before.filter(|(earlier, _)| earlier + 1 == step);
-        let before = before.map(|(_, pose)| pose);
+        let before = self
+            .before
+            .replace((step, motion.pose))
+            .filter(|(earlier, _)| earlier + 1 == step)
+            .map(|(_, pose)| pose);
         if let Some(collision) = Collision::first(scenario, &body, before, step, without) {
             return Some(Outcome::Collision(collision));
         }

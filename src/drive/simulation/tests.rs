@@ -97,8 +97,9 @@ fn a_cancelled_drive_ends_inside_a_cycle() {
             Instant::now()
         });
         let problem = &scenario.planning_problems[0];
-        let driver = Driver::new(&scenario, problem, &settings).unwrap();
-        let driver = driver.cancelled_by(&Cancel::from_flag(&flag));
+        let driver = Driver::new(&scenario, problem, &settings)
+            .unwrap()
+            .cancelled_by(&Cancel::from_flag(&flag));
         let driven = driver.drive(&scenario, &driver.whole());
         assert_eq!((driven.cycles.len(), driven.states.len()), (0, 1));
         asking.join().unwrap()

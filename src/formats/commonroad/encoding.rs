@@ -112,8 +112,10 @@ pub(crate) fn decoded<'a>(bytes: &'a [u8], file: &str) -> Result<Decoded<'a>, Re
         _ => {
             let (text, damaged) = encoding.decode_without_bom_handling(bytes);
             if damaged {
-                let before = text.split(char::REPLACEMENT_CHARACTER).next();
-                let before = before.unwrap_or_default();
+                let before = text
+                    .split(char::REPLACEMENT_CHARACTER)
+                    .next()
+                    .unwrap_or_default();
                 let message = format!(
                     "what is here is no character of {}, the file's encoding; the file is damaged or cut off",
                     encoding.name()
@@ -154,8 +156,7 @@ fn encoding_of(bytes: &[u8], is_utf8: bool) -> Result<&'static Encoding, String>
         // Its declaration can be read byte by byte, so it is none of these.
         return Ok(UTF_8);
     }
-    let known = Encoding::for_label_no_replacement(name.as_bytes());
-    let known = known.ok_or_else(|| {
+    let known = Encoding::for_label_no_replacement(name.as_bytes()).ok_or_else(|| {
         format!(
             "the declared encoding `{}` is not known; save the file as UTF-8",
             short(name)

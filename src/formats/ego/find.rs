@@ -100,8 +100,9 @@ fn solutions(folder: &Path) -> Arc<Vec<String>> {
         return Arc::clone(names);
     }
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let names = files.filter_map(|file| file.file_name().into_string().ok());
-    let names = names.filter(|name| name.starts_with(SOLUTION) && name.ends_with(XML));
+    let names = files
+        .filter_map(|file| file.file_name().into_string().ok())
+        .filter(|name| name.starts_with(SOLUTION) && name.ends_with(XML));
     let names = Arc::new(names.collect::<Vec<_>>());
     let settled = changed.filter(|time| time.elapsed().is_ok_and(|since| since > SETTLED));
     *listed = settled.map(|time| (folder.to_path_buf(), time, Arc::clone(&names)));

@@ -190,10 +190,9 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
                 value: shown(row.text(place)),
             }),
         };
-        let size =
-            size_columns.filter(|(l, w)| given(Some(*l)).is_some() && given(Some(*w)).is_some());
-        let size =
-            size.map(|(l, w)| Ok::<_, EgoError>((extent(l, "length")?, extent(w, "width")?)));
+        let size = size_columns
+            .filter(|(l, w)| given(Some(*l)).is_some() && given(Some(*w)).is_some())
+            .map(|(l, w)| Ok::<_, EgoError>((extent(l, "length")?, extent(w, "width")?)));
         rows.push(Row {
             line,
             id: id.transpose()?,

@@ -126,11 +126,12 @@ fn choose<'a>(
         return Ok(only);
     }
     let first = scenario.planning_problems.first();
-    let solved = first.and_then(|p| solution.problem(p.id));
-    let solved = solved.ok_or_else(|| EgoError::Several {
-        file: file.to_string(),
-        known: known(),
-    })?;
+    let solved = first
+        .and_then(|p| solution.problem(p.id))
+        .ok_or_else(|| EgoError::Several {
+            file: file.to_string(),
+            known: known(),
+        })?;
     let message = format!(
         "a cooperative solution of the planning problems {}; the vehicle of problem {} is the ego, the others are left out",
         known(),

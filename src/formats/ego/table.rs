@@ -54,8 +54,11 @@ impl<'a> Table<'a> {
             .trim(csv::Trim::All)
             .flexible(true)
             .from_reader(bytes);
-        let header = reader.byte_headers().map_err(|e| io(file, e))?;
-        let header = header.iter().map(String::from_utf8_lossy);
+        let header = reader
+            .byte_headers()
+            .map_err(|e| io(file, e))?
+            .iter()
+            .map(String::from_utf8_lossy);
         Ok(Self {
             header: header.map(std::borrow::Cow::into_owned).collect(),
             used: BTreeSet::new(),

@@ -83,8 +83,11 @@ pub fn link(network: &LaneletNetwork, roads: Vec<Road>) -> Roads {
         }
     }
     let (edges, apart) = edges(network, &roads, &lane_of);
-    let turning = network.intersections.iter().flat_map(|i| &i.incomings);
-    let turning = turning.flat_map(|i| [&i.right, &i.straight, &i.left].into_iter().flatten());
+    let turning = network
+        .intersections
+        .iter()
+        .flat_map(|i| &i.incomings)
+        .flat_map(|i| [&i.right, &i.straight, &i.left].into_iter().flatten());
     let inside: HashSet<usize> = turning
         .filter_map(|id| lane_of.get(id).map(|(road, ..)| *road))
         .collect();
@@ -201,9 +204,11 @@ fn junctions(network: &LaneletNetwork, graph: &Graph, lane_of: &Lanes) -> BTreeM
         same.push(all.iter().filter(touches).copied().collect());
     }
     for intersection in &network.intersections {
-        let roads = intersection.incomings.iter();
-        let roads = roads.flat_map(|i| [&i.right, &i.straight, &i.left].into_iter().flatten());
-        let roads = roads.filter_map(|id| lane_of.get(id).map(|(road, ..)| *road));
+        let roads = intersection
+            .incomings
+            .iter()
+            .flat_map(|i| [&i.right, &i.straight, &i.left].into_iter().flatten())
+            .filter_map(|id| lane_of.get(id).map(|(road, ..)| *road));
         let roads: HashSet<usize> = roads.filter(|r| graph.connecting.contains(r)).collect();
         let nodes = graph.nodes.iter().enumerate().filter(|(_, n)| {
             n.ending
@@ -213,8 +218,11 @@ fn junctions(network: &LaneletNetwork, graph: &Graph, lane_of: &Lanes) -> BTreeM
         });
         same.push(nodes.map(|(n, _)| n).collect());
     }
-    let cut = graph.nodes.iter().enumerate();
-    let cut = cut.filter(|(_, n)| n.mode == Mode::Cut);
+    let cut = graph
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(|(_, n)| n.mode == Mode::Cut);
     same.extend(cut.map(|(n, _)| vec![n]));
     for group in same {
         let Some(first) = group.iter().min().copied() else {

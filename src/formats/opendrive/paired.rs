@@ -81,8 +81,10 @@ pub fn crossing_squarely(left: &Polyline, right: &Polyline, place: f64) -> Optio
         let (a, b) = (l[i] - l[i - 1], r[i] - r[i - 1]);
         let end = unit(&l[i], &r[i])?;
         let turn = across.dot(&end).clamp(-1.0, 1.0).acos();
-        let count = (a.norm().max(b.norm()) / RUNGS.0).max(turn / RUNGS.1);
-        let count = count.ceil().clamp(1.0, MOST_RUNGS);
+        let count = (a.norm().max(b.norm()) / RUNGS.0)
+            .max(turn / RUNGS.1)
+            .ceil()
+            .clamp(1.0, MOST_RUNGS);
         for k in 1..=count as usize * FINER {
             let share = k as f64 / (count * FINER as f64);
             let (left, right) = (l[i - 1] + a * share, r[i - 1] + b * share);

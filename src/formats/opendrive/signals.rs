@@ -58,15 +58,21 @@ pub fn signal_keys(network: &LaneletNetwork) -> BTreeSet<SignalKey> {
         network.lanelets.iter().flat_map(ids).copied().collect()
     };
     let (on_signs, on_lights) = (holds(|l| &l.signs), holds(|l| &l.lights));
-    let signs = network.signs.iter().filter(|s| on_signs.contains(&s.id));
-    let signs = signs.flat_map(|sign| {
-        sign.elements.iter().enumerate().map(|(i, element)| {
-            let (kind, subtype) = number(element);
-            SignalKey::new(&sign_id(sign, i), &kind, &subtype)
-        })
-    });
-    let lights = network.lights.iter().filter(|l| on_lights.contains(&l.id));
-    let lights = lights.map(|l| SignalKey::new(&l.id.to_string(), LIGHT, NO_SUBTYPE));
+    let signs = network
+        .signs
+        .iter()
+        .filter(|s| on_signs.contains(&s.id))
+        .flat_map(|sign| {
+            sign.elements.iter().enumerate().map(|(i, element)| {
+                let (kind, subtype) = number(element);
+                SignalKey::new(&sign_id(sign, i), &kind, &subtype)
+            })
+        });
+    let lights = network
+        .lights
+        .iter()
+        .filter(|l| on_lights.contains(&l.id))
+        .map(|l| SignalKey::new(&l.id.to_string(), LIGHT, NO_SUBTYPE));
     let not_a_line = |key: &SignalKey| key.kind != STOP_LINE;
     signs.chain(lights).filter(not_a_line).collect()
 }

@@ -74,8 +74,11 @@ pub fn bytes(scenario: &Scenario, roads: &Roads) -> Result<Vec<u8>, WriteError> 
 
 /// The date of a scenario, or a fixed one: the same scenario gives the same bytes.
 pub fn date(scenario: &Scenario) -> String {
-    let date = scenario.header.attributes.get("date");
-    let date = date.map_or("", String::as_str);
+    let date = scenario
+        .header
+        .attributes
+        .get("date")
+        .map_or("", String::as_str);
     let plain = date.len() == 10
         && date.bytes().enumerate().all(|(i, b)| match i {
             4 | 7 => b == b'-',

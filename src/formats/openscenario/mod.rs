@@ -214,8 +214,11 @@ fn about(export: &Export<'_>, clock: Clock) -> Vec<(String, String)> {
         all.push(("commonroad_first_step".to_string(), first));
     }
     for name in ["affiliation", "source"] {
-        let value = scenario.header.attributes.get(name);
-        let value = value.filter(|v| !v.is_empty());
+        let value = scenario
+            .header
+            .attributes
+            .get(name)
+            .filter(|v| !v.is_empty());
         all.extend(value.map(|v| (format!("commonroad_{name}"), v.clone())));
     }
     if !scenario.tags.is_empty() {

@@ -145,8 +145,9 @@ pub fn assemble(
 fn parts(report: &Report, track: RecordedTrack) -> Result<ObstacleParts, ReadError> {
     let at = report.at(format!("track {}", track.id));
     let (length, width) = (at.size(track.length)?, at.size(track.width)?);
-    let shape = track.shape;
-    let shape = shape.unwrap_or_else(|| Shape::rectangle(length, width));
+    let shape = track
+        .shape
+        .unwrap_or_else(|| Shape::rectangle(length, width));
     let footprint = match Footprint::new(shape) {
         Ok(footprint) => Some(footprint),
         Err(error) => {
@@ -235,8 +236,10 @@ fn problem(own: &ObstacleParts) -> PlanningProblem {
 fn check_references(report: &Report, network: &LaneletNetwork) {
     let known = Targets::new(network);
     for lanelet in &network.lanelets {
-        let beside = [&lanelet.adjacent_left, &lanelet.adjacent_right];
-        let beside = beside.into_iter().flatten().map(|a| &a.id);
+        let beside = [&lanelet.adjacent_left, &lanelet.adjacent_right]
+            .into_iter()
+            .flatten()
+            .map(|a| &a.id);
         let all = lanelet.predecessors.iter().chain(&lanelet.successors);
         for id in all
             .chain(beside)

@@ -9,8 +9,11 @@ pub fn of(head: &[u8]) -> (u8, Vec<String>) {
     let line = head.split(|b| *b == b'\n').next().unwrap_or_default();
     let count = |separator: u8| line.iter().filter(|b| **b == separator).count();
     // Of as many the first one.
-    let separator = SEPARATORS.into_iter().rev().max_by_key(|s| count(*s));
-    let separator = separator.unwrap_or(b',');
+    let separator = SEPARATORS
+        .into_iter()
+        .rev()
+        .max_by_key(|s| count(*s))
+        .unwrap_or(b',');
     let line = String::from_utf8_lossy(line);
     let names = line.split(char::from(separator)).map(name);
     (separator, names.collect())

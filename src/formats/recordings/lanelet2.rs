@@ -43,8 +43,8 @@ pub fn read(
 fn tell_of_places(report: &Report, nodes: &HashMap<i64, Place>, origin: (f64, f64)) {
     let degrees = nodes
         .values()
-        .filter(|place| matches!(place, Place::Degrees(..)));
-    let degrees = degrees.count();
+        .filter(|place| matches!(place, Place::Degrees(..)))
+        .count();
     let metres = nodes.len() - degrees;
     if degrees > 0 && metres > 0 {
         report.at("").warn(format!(

@@ -76,8 +76,8 @@ impl<'a> Drawn<'a> {
             let (rear, front) = body.along;
             let middle = f64::midpoint(left, right);
             let inset = 0.3 * body.length().min(view.block(look.style));
-            let ends = [rear + inset, front - inset];
-            let ends = ends.map(|ahead| view.at(&body.point(ahead, middle)));
+            let ends =
+                [rear + inset, front - inset].map(|ahead| view.at(&body.point(ahead, middle)));
             canvas.add_line(&mut parts, ends[0], ends[1], by);
         } else {
             parts.smooth();
@@ -309,8 +309,8 @@ mod tests {
 
     #[test]
     fn a_body_is_cut_across() {
-        let ring = [(-2.0, -1.0), (2.0, -1.0), (2.0, 1.0), (-2.0, 1.0)];
-        let ring = ring.map(|(x, y)| Point::new(x, y));
+        let ring =
+            [(-2.0, -1.0), (2.0, -1.0), (2.0, 1.0), (-2.0, 1.0)].map(|(x, y)| Point::new(x, y));
         let front = cut(&ring, &Point::origin(), &Vector::x(), (1.0, f64::MAX));
         assert_eq!(front.len(), 4);
         assert!(front.iter().all(|p| p.x >= 1.0 && p.y.abs() <= 1.0));

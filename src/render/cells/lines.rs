@@ -157,8 +157,8 @@ mod tests {
         let view = CellView::new(Pose::new(0.0, 0.0, 0.0), (50.0, 50.0), (2.0, 4.0));
         for far in [1e3, 1e9, 1e15, 1e100, f64::MAX, f64::INFINITY, f64::NAN] {
             for from in [(-far, 0.0), (0.0, 0.0), (far, far)] {
-                let line = [from, (far, 0.0), (far, -far), (3.0, 4.0)];
-                let line = line.map(|(x, y)| Point::new(x, y));
+                let line =
+                    [from, (far, 0.0), (far, -far), (3.0, 4.0)].map(|(x, y)| Point::new(x, y));
                 let mut count = 0;
                 walk(&view, &line, 5.0, 4.0, |_, _| count += 1);
                 assert!(count < 200, "{count} dashes of {line:?}");

@@ -54,8 +54,10 @@ pub fn surfaces(
         return;
     }
     if look.markings {
-        let crossings = scene.surfaces.iter();
-        let crossings = crossings.filter(|s| s.kind == SurfaceKind::Crossing);
+        let crossings = scene
+            .surfaces
+            .iter()
+            .filter(|s| s.kind == SurfaceKind::Crossing);
         for (from, to) in crossings.flat_map(|s| across(view, s, 1.0)) {
             stroke(canvas, view, &[from, to], look.theme.crosswalk);
         }

@@ -160,8 +160,10 @@ impl Silhouette {
         for row in 0..self.rows {
             for column in 0..self.columns {
                 let (x, y) = (self.at.0 + column as i64, self.at.1 + row as i64);
-                let beside = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
-                let beside = beside.iter().filter(|(x, y)| before.has(*x, *y)).count();
+                let beside = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)]
+                    .iter()
+                    .filter(|(x, y)| before.has(*x, *y))
+                    .count();
                 let part = &mut self.set[row * self.columns + column];
                 *part = if *part { beside > 1 } else { beside > 2 };
             }
@@ -209,8 +211,8 @@ mod tests {
     /// A rectangle of so many parts, turned about its middle.
     fn body(at: Place, size: Place, turned: f64) -> Vec<Vec<Place>> {
         let (sin, cos) = turned.sin_cos();
-        let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)];
-        let corners = corners.map(|(x, y)| (x * size.0, y * size.1));
+        let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
+            .map(|(x, y)| (x * size.0, y * size.1));
         let turn = |(x, y): (f64, f64)| (at.0 + x * cos - y * sin, at.1 + x * sin + y * cos);
         vec![corners.map(turn).to_vec()]
     }

@@ -66,7 +66,7 @@ fn arrow(map: &Map<'_>, picture: &mut Picture, body: &Body<'_>, width: f64) {
         (tip - deep, half),
         (tip - 0.72 * deep, 0.0),
         (tip - deep, -half),
-    ];
-    let ring = ring.map(|(ahead, left)| map.view.at(&body.point(ahead, left)));
+    ]
+    .map(|(ahead, left)| map.view.at(&body.point(ahead, left)));
     picture.polygon(&ring, Some(map.palette.background.at(0.9)), None);
 }

@@ -71,8 +71,10 @@ fn wanted(map: &Map<'_>) -> Vec<Label> {
         label(name.into(), map.color(outline.role), false, &outline.rings)
     });
     let mut named = map.scene.named(NAMED).into_iter().peekable();
-    let ego = named.next_if(|body| body.owner == Owner::Ego);
-    let ego = ego.and_then(of_body).into_iter();
+    let ego = named
+        .next_if(|body| body.owner == Owner::Ego)
+        .and_then(of_body)
+        .into_iter();
     ego.chain(hollow).chain(named.filter_map(of_body)).collect()
 }
 
@@ -183,7 +185,8 @@ fn write(map: &Map<'_>, picture: &mut Picture, label: &Label, area: Area, lead: 
         picture.line(&[from, (x, y)], Stroke::new(map.palette.dim, 0.4));
     }
     let at = (area.x + area.width / 2.0, area.y + map.letters * 0.76);
-    let text = Text::new(at, label.words.clone(), map.letters, label.color).in_bold(label.bold);
-    let text = text.anchored(crate::display::Anchor::Middle);
+    let text = Text::new(at, label.words.clone(), map.letters, label.color)
+        .in_bold(label.bold)
+        .anchored(crate::display::Anchor::Middle);
     picture.text(text.with_halo(map.palette.background));
 }

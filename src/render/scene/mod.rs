@@ -266,8 +266,7 @@ impl<'a> MapRequest<'a> {
 
     fn lights(&self) -> Vec<Light> {
         let lights = self.subject.scenario.network.lights.iter();
-        let lights = lights.zip(&self.basemap.lights);
-        let lights = lights.filter_map(|(light, at)| {
+        let lights = lights.zip(&self.basemap.lights).filter_map(|(light, at)| {
             let at = at.filter(|at| self.viewport.sees_point(at))?;
             let color = light.color_at(self.step);
             Some(Light { at, color })
@@ -276,11 +275,16 @@ impl<'a> MapRequest<'a> {
     }
 
     fn signs(&self) -> Vec<Post<'a>> {
-        let signs = self.subject.scenario.network.signs.iter();
-        let signs = signs.filter_map(|sign| {
-            let at = sign.position.filter(|at| self.viewport.sees_point(at))?;
-            Some(Post { at, sign })
-        });
+        let signs = self
+            .subject
+            .scenario
+            .network
+            .signs
+            .iter()
+            .filter_map(|sign| {
+                let at = sign.position.filter(|at| self.viewport.sees_point(at))?;
+                Some(Post { at, sign })
+            });
         signs.collect()
     }
 }

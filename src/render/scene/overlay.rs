@@ -68,8 +68,7 @@ impl Overlay {
 /// The recorded motion of each attacker of a variant dashed, the changed one a thick line, and the body that is not driven in
 /// what is shown hollow, where the two are not in one place.
 pub(super) fn of_variation(request: &MapRequest<'_>) -> Vec<Overlay> {
-    let all = request.variations.iter();
-    let all = all.enumerate();
+    let all = request.variations.iter().enumerate();
     all.flat_map(|(place, both)| of_attacker(request, place, both))
         .collect()
 }

@@ -188,8 +188,9 @@ impl Surface {
         if !driven.contains(&self.kind) {
             return false;
         }
-        let middles = self.across(MIDDLES_APART, 0.5);
-        let middles = middles.map(|(left, right)| nalgebra::center(&left, &right));
+        let middles = self
+            .across(MIDDLES_APART, 0.5)
+            .map(|(left, right)| nalgebra::center(&left, &right));
         surfaces.are_crossed_by(&middles.collect::<Vec<_>>(), Some(self.lanelet))
     }
 
@@ -198,8 +199,9 @@ impl Surface {
         self.edges.iter().flat_map(move |edges| {
             let length = edges.0.length().max(edges.1.length());
             let count = (length / every).ceil().clamp(1.0, MOST_LINES);
-            let parts = (0..=count as usize).map(move |i| (i as f64 + first) / count);
-            let parts = parts.take_while(|part| *part <= 1.0);
+            let parts = (0..=count as usize)
+                .map(move |i| (i as f64 + first) / count)
+                .take_while(|part| *part <= 1.0);
             parts.map(|part| Self::line_at(edges, part))
         })
     }

@@ -128,8 +128,8 @@ fn write(picture: &mut Picture, letters: Option<(usize, usize, &Cell, String)>, 
         return;
     };
     let at = area(x, y, 1);
-    let text = Text::new((at.x, at.bottom() - BASE), words, LETTERS, cell.text);
-    let mut text = text.in_bold(cell.bold);
+    let mut text =
+        Text::new((at.x, at.bottom() - BASE), words, LETTERS, cell.text).in_bold(cell.bold);
     text.pitch = Some(CELL.0);
     picture.text(text);
 }

@@ -159,8 +159,9 @@ impl PartRow<'_> {
     /// It is none.
     pub fn severity(&self, column: usize) -> Result<u8, IndexError> {
         let number = self.integer(column);
-        let severity = u8::try_from(number).ok();
-        let severity = severity.filter(|one| usize::from(*one) < SEVERITY_NAMES.len());
+        let severity = u8::try_from(number)
+            .ok()
+            .filter(|one| usize::from(*one) < SEVERITY_NAMES.len());
         severity.ok_or_else(|| self.foreign(format!("severity {number} is not 0 to 5")))
     }
 
@@ -264,9 +265,11 @@ impl Part {
                     block.2.push(numbers(column).map_err(wrong)?);
                 }
                 let (texts, integers) = (&block.0[..], &block.1[..]);
-                let lengths = texts.iter().map(Vec::len);
-                let lengths = lengths.chain(integers.iter().map(Vec::len));
-                let mut lengths = lengths.chain(block.2.iter().map(Vec::len));
+                let mut lengths = texts
+                    .iter()
+                    .map(Vec::len)
+                    .chain(integers.iter().map(Vec::len))
+                    .chain(block.2.iter().map(Vec::len));
                 let length = lengths.next().unwrap_or(0);
                 if lengths.any(|other| other != length) {
                     let why = ParquetError::General("its columns have different lengths".into());

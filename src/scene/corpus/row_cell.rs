@@ -30,17 +30,20 @@ impl RowCell {
         severity: usize,
     ) -> Result<Self, IndexError> {
         let word = row.text(manoeuvre)?;
-        let manoeuvre = Manoeuvre::ALL.into_iter().find(|one| one.name() == word);
-        let manoeuvre = manoeuvre.ok_or_else(|| {
-            row.foreign(unknown(
-                "manoeuvre",
-                word,
-                Manoeuvre::ALL.map(Manoeuvre::name),
-            ))
-        })?;
+        let manoeuvre = Manoeuvre::ALL
+            .into_iter()
+            .find(|one| one.name() == word)
+            .ok_or_else(|| {
+                row.foreign(unknown(
+                    "manoeuvre",
+                    word,
+                    Manoeuvre::ALL.map(Manoeuvre::name),
+                ))
+            })?;
         let word = row.text(road)?;
-        let road = RoadType::ALL.into_iter().find(|one| one.name() == word);
-        let road = road
+        let road = RoadType::ALL
+            .into_iter()
+            .find(|one| one.name() == word)
             .ok_or_else(|| row.foreign(unknown("road", word, RoadType::ALL.map(RoadType::name))))?;
         let word = row.text(actor)?;
         let actor = ObstacleType::parse(word).ok_or_else(|| {

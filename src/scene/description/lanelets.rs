@@ -110,8 +110,9 @@ fn within<'n>(
 
 /// Metres from the nearest of `places` to a segment.
 fn to_segment(places: &[Point], pair: &[Point]) -> f64 {
-    let all = places.iter();
-    let all = all.map(|place| distance_to_segment(place, &pair[0], &pair[1]));
+    let all = places
+        .iter()
+        .map(|place| distance_to_segment(place, &pair[0], &pair[1]));
     all.fold(f64::INFINITY, f64::min)
 }
 

@@ -64,8 +64,9 @@ impl<'s> Lanes<'s> {
             before => {
                 let ours = network.lanelets_driven(&ego.pose);
                 let same = before.filter(|(_, lanelets, _)| *lanelets == ours);
-                let relations = same.map(|(.., relations)| relations);
-                let relations = relations.unwrap_or_else(|| Rc::new(network.lane_relations(&ours)));
+                let relations = same
+                    .map(|(.., relations)| relations)
+                    .unwrap_or_else(|| Rc::new(network.lane_relations(&ours)));
                 (ego.pose, ours, relations)
             }
         };

@@ -195,8 +195,10 @@ pub fn describe_in(
     options: &Options,
 ) -> Result<Description, DescriptionError> {
     let scene = context.scene();
-    let chosen = options.obstacle.map(|id| participant(scene, id));
-    let chosen = chosen.transpose()?;
+    let chosen = options
+        .obstacle
+        .map(|id| participant(scene, id))
+        .transpose()?;
     let mut writer = Writer::new(options.precision);
     let w = &mut writer;
     match frame.words() {

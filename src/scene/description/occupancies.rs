@@ -18,8 +18,11 @@ pub(super) fn describe(w: &mut Writer, context: &Context<'_>, window: &Window, o
             let is_region = encounter.is_with_occupancy();
             is_region.then(|| (encounter.distance(), step))
         };
-        let nearest = options.steps(window).into_iter().filter_map(near);
-        let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0));
+        let nearest = options
+            .steps(window)
+            .into_iter()
+            .filter_map(near)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
         let Some((distance, step)) = nearest.filter(|(d, _)| *d <= options.radius) else {
             continue;
         };

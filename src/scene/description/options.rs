@@ -177,10 +177,12 @@ impl Options {
             first == Some(p.obstacle.id) || self.reach.is_some_and(within)
         };
         let wanted = |p: &Participant<'_>| self.obstacle.is_none_or(|id| id == p.obstacle.id);
-        let present = scene.participants().filter(wanted);
-        // Those have neither heading nor velocity, and a sentence of their own.
-        let present = present.filter(|p| !p.obstacle.is_occupancy_at(step));
-        let present = present.filter_map(|p| Some((p, p.at(step)?)));
+        let present = scene
+            .participants()
+            .filter(wanted)
+            // Those have neither heading nor velocity, and a sentence of their own.
+            .filter(|p| !p.obstacle.is_occupancy_at(step))
+            .filter_map(|p| Some((p, p.at(step)?)));
         let mut near: Vec<_> = present
             .filter(|(p, m)| apart(ego, m) <= self.radius || reaches(p))
             .collect();

@@ -41,8 +41,10 @@ pub(super) fn nearest_moments<'a>(
     let mut moments: BTreeMap<i64, Vec<_>> = BTreeMap::new();
     for other in everyone {
         let distance = |step: i64| Some((Encounter::at(scene, other, step)?.distance(), step));
-        let nearest = window.steps().filter_map(distance);
-        let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0));
+        let nearest = window
+            .steps()
+            .filter_map(distance)
+            .min_by(|a, b| a.0.total_cmp(&b.0));
         // The motion outlives the encounter: it is the scene's.
         let motion = nearest.and_then(|(_, step)| Some((step, other.at(step)?)));
         if let Some((step, motion)) = motion {

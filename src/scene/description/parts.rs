@@ -58,8 +58,10 @@ pub(super) fn left_out(w: &mut Writer, scene: &Scene, window: &Window, told: &[P
     let is_told = |other: &Participant<'_>| told.iter().any(|t| t.obstacle.id == other.obstacle.id);
     let nearest = |other: Participant<'_>| {
         let both = |step| scene.ego.track.at(step).zip(other.at(step));
-        let distances = window.steps().filter_map(both);
-        let distances = distances.map(|(ego, there)| apart(ego, there));
+        let distances = window
+            .steps()
+            .filter_map(both)
+            .map(|(ego, there)| apart(ego, there));
         distances.min_by(f64::total_cmp)
     };
     let others = scene.participants().filter(|other| !is_told(other));

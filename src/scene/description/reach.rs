@@ -90,8 +90,9 @@ mod tests {
             };
             let growth = number(6.0).abs();
             let gap = |t: f64| (pair.between + pair.velocity * t).norm() - pair.bodies - growth * t;
-            let sampled = (0..=2000).map(|k| gap(2.0 * f64::from(k) / 2000.0));
-            let sampled = sampled.fold(f64::INFINITY, f64::min);
+            let sampled = (0..=2000)
+                .map(|k| gap(2.0 * f64::from(k) / 2000.0))
+                .fold(f64::INFINITY, f64::min);
             let least = pair.least(growth, 2.0);
             assert!((least - sampled).abs() < 0.05 && least <= sampled + 1e-9);
         }

@@ -87,8 +87,10 @@ impl Criterion {
             sides.prospect(self.horizon, ticks)
         };
         let mut found: Vec<_> = past.others().iter().filter(near).map(prospect).collect();
-        let sets = past.sets().iter();
-        let sets = sets.filter_map(|set| reached(set, ego, past.now(), &mine, self.horizon));
+        let sets = past
+            .sets()
+            .iter()
+            .filter_map(|set| reached(set, ego, past.now(), &mine, self.horizon));
         found.extend(
             sets.filter(|(distance, _)| radius.is_none_or(|r| *distance <= r))
                 .map(|(_, p)| p),

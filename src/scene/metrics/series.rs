@@ -158,8 +158,9 @@ impl Series {
         // Each obstacle's reading at the step: the rows are contiguous.
         let first = start.zip(place).map(|(start, place)| start + place);
         // Without obstacles there are no rows, whatever the step.
-        let readings = first.and_then(|first| self.readings.get(first..));
-        let readings = readings.unwrap_or_default();
+        let readings = first
+            .and_then(|first| self.readings.get(first..))
+            .unwrap_or_default();
         let column = readings.iter().step_by(length.max(1));
         let values = self.obstacles.iter().zip(column);
         values.filter_map(|(&id, reading)| Some((id, reading.value()?)))

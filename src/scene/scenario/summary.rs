@@ -137,11 +137,14 @@ pub fn in_short(diagnostics: &[Diagnostic]) -> Vec<(Severity, String)> {
     let words = |(first, more): (&&Diagnostic, usize)| (first.severity, told(first, more));
     let mut short: Vec<_> = groups.into_iter().map(words).collect();
     if !unused.is_empty() {
-        let kinds = unused.iter().map(|kind| match kind.line {
-            0 => format!("{} {}", kind.message, kind.element),
-            line => format!("{} {} (line {line})", kind.message, kind.element),
-        });
-        let kinds = kinds.collect::<Vec<_>>().join(", ");
+        let kinds = unused
+            .iter()
+            .map(|kind| match kind.line {
+                0 => format!("{} {}", kind.message, kind.element),
+                line => format!("{} {} (line {line})", kind.message, kind.element),
+            })
+            .collect::<Vec<_>>()
+            .join(", ");
         short.push((Severity::Unused, format!("{}: {kinds}", Severity::Unused)));
     }
     short

@@ -43,20 +43,24 @@ impl<'a> EgoAlong<'a> {
         let regulations = Regulations::along(network, &route, &route.path);
         let (length, _) = scene.ego.footprint.shape().size();
         let mut hint = route.start;
-        let moments = scene.ego.track.iter().filter_map(|(step, motion)| {
-            let position = motion.pose.position;
-            let at = route.path.project_near(&position, hint, HINT).ok()?;
-            hint = at.s;
-            Some(Moment {
-                step,
-                front: at.s + length / 2.0,
-                rear: at.s - length / 2.0,
-                velocity: motion.velocity,
-                acceleration: motion.acceleration,
-                position,
+        let moments = scene
+            .ego
+            .track
+            .iter()
+            .filter_map(|(step, motion)| {
+                let position = motion.pose.position;
+                let at = route.path.project_near(&position, hint, HINT).ok()?;
+                hint = at.s;
+                Some(Moment {
+                    step,
+                    front: at.s + length / 2.0,
+                    rear: at.s - length / 2.0,
+                    velocity: motion.velocity,
+                    acceleration: motion.acceleration,
+                    position,
+                })
             })
-        });
-        let moments = moments.collect();
+            .collect();
         Ok(Self {
             scene,
             regulations,

@@ -153,8 +153,10 @@ fn passage(
             own_lanelets.iter().filter_map(|id| network.lanelet(*id)),
         ),
     };
-    let others = intersection.incomings.iter();
-    let others = others.filter(|other| other.id != found.incoming.id);
+    let others = intersection
+        .incomings
+        .iter()
+        .filter(|other| other.id != found.incoming.id);
     let on_way = |id: i64| stretches.iter().any(|s| s.lanelet == id);
     let rivals = others.flat_map(|incoming| {
         ways(incoming)

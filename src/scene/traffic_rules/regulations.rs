@@ -145,12 +145,13 @@ fn stretches(
         let more = points[first..].iter().take_while(|p| inside(p)).count();
         let (from, to) = (first as f64 * SPACING, (first + more - 1) as f64 * SPACING);
         let along = driven.direction == Direction::Along;
-        let ends = ends_of(lanelet);
-        let ends = ends.map(|(a, b)| if along { (a, b) } else { (b, a) });
+        let ends = ends_of(lanelet).map(|(a, b)| if along { (a, b) } else { (b, a) });
         let begin = ends.and_then(|(begin, _)| near(path, &begin, from));
         let end = ends.and_then(|(_, end)| near(path, &end, to));
-        let line = lanelet.stop_line_ends().filter(|_| along);
-        let line = line.and_then(|(a, b)| near(path, &nalgebra::center(&a, &b), to));
+        let line = lanelet
+            .stop_line_ends()
+            .filter(|_| along)
+            .and_then(|(a, b)| near(path, &nalgebra::center(&a, &b), to));
         found.push(Stretch {
             lanelet: driven.lanelet,
             along,

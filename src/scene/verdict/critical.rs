@@ -92,8 +92,9 @@ fn entries(value: &Value, notes: &mut Notes) -> Vec<(Id, Option<f64>)> {
             }
             let by_id = |(key, value): (&String, &Value)| {
                 let id = values::id(&Value::String(key.clone()));
-                let inner = value.as_object();
-                let inner = inner.and_then(|o| values::get(o, &PROBABILITIES));
+                let inner = value
+                    .as_object()
+                    .and_then(|o| values::get(o, &PROBABILITIES));
                 (id, read(inner.unwrap_or(value), notes))
             };
             object.iter().map(by_id).collect()

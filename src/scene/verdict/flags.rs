@@ -20,8 +20,10 @@ impl Verdict {
         if self.dangerous && critical.is_some_and(<[_]>::is_empty) {
             found.push(format!("says {word} and calls no obstacle critical"));
         }
-        let likely = critical.unwrap_or_default().iter();
-        let mut likely = likely.filter(|one| one.probability.is_none_or(|p| p >= YES));
+        let mut likely = critical
+            .unwrap_or_default()
+            .iter()
+            .filter(|one| one.probability.is_none_or(|p| p >= YES));
         if let Some(one) = likely.next().filter(|_| !self.dangerous) {
             found.push(format!(
                 "says {word} and calls obstacle {} critical",

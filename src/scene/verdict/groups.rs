@@ -115,8 +115,9 @@ pub(super) fn entries(value: &Value) -> Vec<Entry> {
 }
 
 fn of_object(object: &Object) -> Vec<Entry> {
-    let reason = values::get(object, &REASONS).and_then(values::text);
-    let reason = reason.unwrap_or_default();
+    let reason = values::get(object, &REASONS)
+        .and_then(values::text)
+        .unwrap_or_default();
     let score = values::get(object, &SCORES).and_then(values::score);
     if let Some(ids) = values::get(object, &IDS) {
         let mut found = entries(ids);

@@ -44,8 +44,9 @@ pub(super) fn interpret(
     notes: &mut Notes,
 ) -> Result<Option<TrajectoryAnswer>, String> {
     let said = |value: &&Value| !values::is_nothing(value);
-    let points = values::find(object, &POINTS).filter(said);
-    let points = points.filter(|v| v.is_array() || v.is_object());
+    let points = values::find(object, &POINTS)
+        .filter(said)
+        .filter(|v| v.is_array() || v.is_object());
     let manoeuvre = values::find(object, &MANOEUVRES).filter(said);
     if points.is_none() && manoeuvre.is_none() {
         return Ok(None);
@@ -87,8 +88,8 @@ pub(super) fn waypoints(value: &Value, notes: &mut Notes) -> Result<Vec<Waypoint
             }
             notes.add("the keys of the waypoints were read as seconds");
             let read = object.iter().enumerate().map(|(place, (key, value))| {
-                let time = values::number(&Value::String(key.clone()));
-                let time = time.ok_or_else(|| number_of(place, "its key is not a time"))?;
+                let time = values::number(&Value::String(key.clone()))
+                    .ok_or_else(|| number_of(place, "its key is not a time"))?;
                 let inner = value
                     .as_object()
                     .ok_or_else(|| number_of(place, "is not an object"))?;
@@ -176,8 +177,10 @@ fn rows(items: &[Value], notes: &mut Notes) -> Result<Vec<WaypointAnswer>, Strin
 fn read_manoeuvre(value: &Value, around: &Object) -> Result<Manoeuvre, String> {
     let object = value.as_object().unwrap_or(around);
     let names = ["kind", "type", "name", "manoeuvre", "maneuver"];
-    let word = get(object, &names).or(Some(value)).and_then(Value::as_str);
-    let word = word.ok_or("the manoeuvre has no kind")?;
+    let word = get(object, &names)
+        .or(Some(value))
+        .and_then(Value::as_str)
+        .ok_or("the manoeuvre has no kind")?;
     let kind = kind(word).ok_or_else(|| {
         let known: Vec<_> = ManoeuvreKind::ALL.iter().map(|k| k.name()).collect();
         format!(

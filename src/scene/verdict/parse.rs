@@ -200,8 +200,10 @@ impl<'a> AnswerObjects<'a> {
         if overruled.is_some_and(|dangerous| dangerous != decision.dangerous) {
             notes.add("a fragment after the complete answer differs; the answer is used");
         }
-        let earlier = self.objects[..place].iter().rev();
-        let earlier = earlier.filter_map(|(_, o)| decision::read_decision(task, o).ok().flatten());
+        let earlier = self.objects[..place]
+            .iter()
+            .rev()
+            .filter_map(|(_, o)| decision::read_decision(task, o).ok().flatten());
         if let Some(strict) = strict_verdict(task, object) {
             if earlier
                 .take(1)

@@ -132,8 +132,10 @@ pub(super) fn number(value: &Value) -> Option<f64> {
 pub(super) fn score(value: &Value) -> Option<u8> {
     let number = number(value).or_else(|| {
         let text = value.as_str()?.trim().to_lowercase();
-        let level = LEVELS.iter().find(|(name, _)| text.starts_with(name));
-        let level = level.map(|(_, score)| f64::from(*score));
+        let level = LEVELS
+            .iter()
+            .find(|(name, _)| text.starts_with(name))
+            .map(|(_, score)| f64::from(*score));
         level.or_else(|| text.split([' ', '(', '/', ':']).next()?.parse().ok())
     })?;
     (0.0..=5.0).contains(&number).then(|| number.round() as u8)

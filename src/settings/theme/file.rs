@@ -202,8 +202,8 @@ impl Reading<'_> {
     fn role(&mut self, part: &str, role: &Spanned<impl AsRef<str>>, value: &Spanned<DeValue<'_>>) {
         let name = role.get_ref().as_ref();
         let Some(known) = ROLES.iter().find(|known| **known == name) else {
-            let meant = nearest(name, ROLES.iter().copied());
-            let meant = meant.map_or(String::new(), |role| format!("; did you mean `{role}`?"));
+            let meant = nearest(name, ROLES.iter().copied())
+                .map_or(String::new(), |role| format!("; did you mean `{role}`?"));
             let words = format!("unknown role `{part}.{name}`{meant}");
             return self.text.mistake(&role.span(), words);
         };

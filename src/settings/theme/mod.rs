@@ -46,8 +46,11 @@ impl ThemeColor {
     /// (`reset`, `terminal`).
     #[must_use]
     pub fn parse(word: &str) -> Option<Self> {
-        let name = word.to_lowercase().replace([' ', '-', '_'], "");
-        let name = name.replace("bright", "light").replace("grey", "gray");
+        let name = word
+            .to_lowercase()
+            .replace([' ', '-', '_'], "")
+            .replace("bright", "light")
+            .replace("grey", "gray");
         let name = match name.as_str() {
             "reset" | "none" | "terminal" => return Some(Self::Terminal),
             "silver" => "gray",

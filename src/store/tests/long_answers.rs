@@ -30,8 +30,9 @@ fn many_long_texts_are_shortened_more() {
         answered(&store, &question(), &text);
     }
     let question = question();
-    let runs = store.of_scenario("h", &question.scenario, question.task, 9);
-    let runs = runs.unwrap();
+    let runs = store
+        .of_scenario("h", &question.scenario, question.task, 9)
+        .unwrap();
     let bytes: usize = runs.iter().map(|run| run.answer.len()).sum();
     assert_eq!(runs.len(), 8);
     assert!(bytes < 5 * MOST_SHOWN, "{bytes}");

@@ -117,8 +117,9 @@ fn after_thinking(text: &str) -> &str {
         Some(plain.rfind(&tag)? + tag.len())
     });
     let said = ends.max().unwrap_or(0);
-    let begins = THINKING_TAGS.iter();
-    let begins = begins.filter_map(|(open, _)| plain[said..].find(&open.to_ascii_lowercase()));
+    let begins = THINKING_TAGS
+        .iter()
+        .filter_map(|(open, _)| plain[said..].find(&open.to_ascii_lowercase()));
     let end = begins.min().map_or(text.len(), |at| said + at);
     &text[said..end]
 }

@@ -37,8 +37,12 @@ impl ProbabilitySource {
 /// convention.
 #[must_use]
 pub fn probability(verdict: &Verdict) -> (f64, ProbabilitySource) {
-    let critical = verdict.critical.iter().flatten();
-    let critical = critical.filter_map(|c| c.probability).reduce(f64::max);
+    let critical = verdict
+        .critical
+        .iter()
+        .flatten()
+        .filter_map(|c| c.probability)
+        .reduce(f64::max);
     let score = || {
         // What the model wrote: the grade of a group is this program's reading.
         let scores = verdict.obstacles.iter().map(ObstacleRisk::stated_score);

@@ -254,8 +254,10 @@ async fn find(
         .map(|h| h.custom_id)
         .collect();
     // Two servers may give the same id.
-    let known = store.provider_batches()?.into_iter();
-    let known = known.filter(|other| other.address == batch.address);
+    let known = store
+        .provider_batches()?
+        .into_iter()
+        .filter(|other| other.address == batch.address);
     let others: Vec<String> = known.filter_map(|other| other.remote_id).collect();
     let since = Timestamp::from_millisecond(batch.submitted_ms).unwrap_or(Timestamp::UNIX_EPOCH);
     let mark = SubmissionMark {

@@ -42,8 +42,9 @@ fn described_ids(question: &Question) -> Vec<i64> {
         .description
         .split(|c: char| !c.is_ascii_digit() && c != '-');
     let words: HashSet<&str> = words.collect();
-    let there = scene.participants();
-    let there = there.filter(|other| window.steps().any(|step| other.at(step).is_some()));
+    let there = scene
+        .participants()
+        .filter(|other| window.steps().any(|step| other.at(step).is_some()));
     let ids = there.map(|other| other.obstacle.id);
     let known =
         ids.filter(|id| question.description.is_empty() || words.contains(id.to_string().as_str()));

@@ -154,8 +154,11 @@ impl Requirement {
             Some(name) => is_called(way, name),
             None => alone || way.model != judge::MODEL,
         };
-        let split = report.about.split.map(|part| format!("{part} · "));
-        let split = split.unwrap_or_default();
+        let split = report
+            .about
+            .split
+            .map(|part| format!("{part} · "))
+            .unwrap_or_default();
         let meant = report.whole().filter(|cell| is_meant(&cell.way));
         let checks: Vec<Check> = meant
             .map(|cell| {

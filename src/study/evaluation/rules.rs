@@ -150,8 +150,9 @@ fn asked<'a>(
 /// The threshold below which a yes is right most often, halfway between two values; nothing without two. Who has no value
 /// is never below it.
 fn best(asked: &[&Asked<'_>], value: fn(&WindowFacts) -> Option<f64>) -> Option<f64> {
-    let values = asked.iter();
-    let values = values.filter_map(|one| Some((value(one.facts)?, one.dangerous)));
+    let values = asked
+        .iter()
+        .filter_map(|one| Some((value(one.facts)?, one.dangerous)));
     let mut values: Vec<(f64, bool)> = values.collect();
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut gained = 0_i64;

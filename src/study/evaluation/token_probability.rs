@@ -37,12 +37,17 @@ fn at_token(tokens: &[Token], at: usize) -> Option<f64> {
     // Some tokens hold more than the value, such as a colon or a space before it.
     let lead = token.text.get(..at - start)?;
     let chosen = (&token.text, token.log_probability);
-    let others = token.alternatives.iter().map(|(text, log)| (text, *log));
-    let others = others.filter(|(text, _)| *text != chosen.0);
+    let others = token
+        .alternatives
+        .iter()
+        .map(|(text, log)| (text, *log))
+        .filter(|(text, _)| *text != chosen.0);
     let [mut yes, mut no] = [0.0, 0.0];
     for (text, log) in std::iter::once(chosen).chain(others) {
-        let value = text.strip_prefix(lead).unwrap_or(text);
-        let value = value.trim_start_matches(|c: char| !c.is_alphanumeric());
+        let value = text
+            .strip_prefix(lead)
+            .unwrap_or(text)
+            .trim_start_matches(|c: char| !c.is_alphanumeric());
         match decision(value) {
             Some(true) => yes += log.exp(),
             Some(false) => no += log.exp(),
@@ -74,8 +79,9 @@ fn decision(text: &str) -> Option<bool> {
 #[must_use]
 pub fn with_token_probability(mut verdict: Verdict, stored: Option<&str>) -> Verdict {
     let beside = ["token_probability", "unknown_obstacles"];
-    let stored = stored.filter(|json| beside.iter().any(|key| json.contains(key)));
-    let stored = stored.and_then(|json| serde_json::from_str::<Verdict>(json).ok());
+    let stored = stored
+        .filter(|json| beside.iter().any(|key| json.contains(key)))
+        .and_then(|json| serde_json::from_str::<Verdict>(json).ok());
     let same = stored.filter(|kept| kept.dangerous == verdict.dangerous);
     if let Some(kept) = same {
         verdict.token_probability = kept.token_probability;

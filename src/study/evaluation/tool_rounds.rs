@@ -51,13 +51,17 @@ pub fn answered(question: &Question, turn: ToolTurn, made: u32, limits: &ToolLim
     let case = &question.case;
     let view = WindowView::new(&case.scene, &case.thresholds, case.window);
     let left = limits.calls.saturating_sub(made) as usize;
-    let results = turn.calls.iter().enumerate().map(|(place, call)| {
-        if place >= left {
-            return over_limit(limits);
-        }
-        result(&view, call)
-    });
-    let results = results.collect();
+    let results = turn
+        .calls
+        .iter()
+        .enumerate()
+        .map(|(place, call)| {
+            if place >= left {
+                return over_limit(limits);
+            }
+            result(&view, call)
+        })
+        .collect();
     ToolRound { turn, results }
 }
 
@@ -264,14 +268,15 @@ mod tests {
                 arguments: "9".repeat(2000),
             };
             let made = calls(&all);
-            let results = (0..count).map(|place| {
-                if made + place < limits.calls {
-                    "x".repeat(LONGEST_RESULT)
-                } else {
-                    over_limit(limits)
-                }
-            });
-            let results = results.collect();
+            let results = (0..count)
+                .map(|place| {
+                    if made + place < limits.calls {
+                        "x".repeat(LONGEST_RESULT)
+                    } else {
+                        over_limit(limits)
+                    }
+                })
+                .collect();
             let turn = ToolTurn {
                 text: "t".repeat(3000),
                 thought: "t".repeat(3000),

@@ -195,8 +195,10 @@ impl ExampleRules {
         if outcome.model == judge::MODEL {
             return Some(NoExample::BuiltIn);
         }
-        let verdict = outcome.verdict.as_deref();
-        let verdict = verdict.and_then(|json| serde_json::from_str::<Verdict>(json).ok());
+        let verdict = outcome
+            .verdict
+            .as_deref()
+            .and_then(|json| serde_json::from_str::<Verdict>(json).ok());
         let Some(verdict) = verdict.filter(|_| outcome.state == RunState::Answered) else {
             return Some(NoExample::NoVerdict);
         };
@@ -224,8 +226,8 @@ impl ExampleRules {
     }
 
     fn example(&self, run: &Run, pictures: &Pictures) -> Result<Example, NoExample> {
-        let asked = serde_json::from_str::<Vec<Message>>(&run.question.messages);
-        let asked = asked.map_err(|_| NoExample::NoMessages)?;
+        let asked = serde_json::from_str::<Vec<Message>>(&run.question.messages)
+            .map_err(|_| NoExample::NoMessages)?;
         if !asked.iter().any(|message| message.role == Role::User) {
             return Err(NoExample::NoMessages);
         }

@@ -76,8 +76,9 @@ impl Opened {
     fn read(entry: &Entry) -> Result<Self, Problem> {
         let problem = |message: String| Problem::unread(entry.display(), message);
         let scenario = entry.read().map_err(|e| problem(e.to_string()))?;
-        let ego = entry.recorded_ego(&scenario);
-        let ego = ego.map_err(|e| problem(e.to_string()))?;
+        let ego = entry
+            .recorded_ego(&scenario)
+            .map_err(|e| problem(e.to_string()))?;
         Ok(Self {
             scene: ego.map(|ego| Scene::new(Arc::clone(&scenario), ego)),
             scenario,

@@ -144,8 +144,9 @@ fn without_future() -> Vec<&'static str> {
 fn measured(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
     let step = view.step(arguments.number("t"))?;
     let id = arguments.word("id").unwrap_or_default();
-    let measure = measure(id).filter(|m| !m.reads_ahead);
-    let measure = measure.ok_or_else(|| ToolError::new(format!("no measure `{id}`")))?;
+    let measure = measure(id)
+        .filter(|m| !m.reads_ahead)
+        .ok_or_else(|| ToolError::new(format!("no measure `{id}`")))?;
     let obstacle = arguments.id("obstacle").unwrap_or(0);
     let who = view.who(obstacle)?;
     let Who::Other(place, _) = who else {
@@ -166,8 +167,8 @@ fn measured(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolE
     let reading = view
         .context()
         .encounter(place, step)
-        .map(|encounter| measure.of(&encounter));
-    let reading = reading.ok_or_else(|| ToolError::new("the two are not there together"))?;
+        .map(|encounter| measure.of(&encounter))
+        .ok_or_else(|| ToolError::new("the two are not there together"))?;
     Ok(said(view.seconds(step), measure, reading))
 }
 

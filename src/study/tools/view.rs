@@ -43,8 +43,9 @@ impl<'s> WindowView<'s> {
     pub fn new(scene: &'s Scene, thresholds: &'s Thresholds, window: Window) -> Self {
         let context = Context::under(scene, thresholds).during(&window);
         let all = context.participants().iter().copied().enumerate();
-        let there = all.filter(|(_, p)| window.steps().any(|step| p.at(step).is_some()));
-        let there = there.collect();
+        let there = all
+            .filter(|(_, p)| window.steps().any(|step| p.at(step).is_some()))
+            .collect();
         Self {
             context,
             scene,

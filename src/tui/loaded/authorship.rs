@@ -103,8 +103,11 @@ impl Authorship {
                 "{model} found nothing dangerous: {passed} of its {answers} motions passed the gate, but the ego got away or was only hit from behind"
             );
         }
-        let last = authored.declined.last().and_then(|d| d.refusals.first());
-        let last = last.map_or(String::new(), |why| format!("; the last: {why}"));
+        let last = authored
+            .declined
+            .last()
+            .and_then(|d| d.refusals.first())
+            .map_or(String::new(), |why| format!("; the last: {why}"));
         format!("{model} found nothing dangerous: all of its {answers} answers were rejected{last}")
     }
 

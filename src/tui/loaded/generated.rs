@@ -66,8 +66,9 @@ impl Opened {
             problem: None,
             settings: how.settings,
         };
-        let prepared = prepare(&request).map_err(|error| error.to_string())?;
-        let prepared = prepared.driven_by(how.planner.clone());
+        let prepared = prepare(&request)
+            .map_err(|error| error.to_string())?
+            .driven_by(how.planner.clone());
         let effort = match how.source {
             AttackSource::Search(effort) => Effort {
                 seed: wanted.seed,
@@ -126,10 +127,13 @@ impl Opened {
                 None => GenerationOutcome::Nothing(nothing(&made.found, wanted)),
             }));
         };
-        let passed = workshop.gate().check_joint(&chosen.attack.change, None);
-        let passed = passed.map_err(|refusals| refusals[0].to_string())?;
-        let ranked = workshop.on(|ground| attacker::rank(ground.stage));
-        let ranked = ranked.map_err(|error| error.to_string())?;
+        let passed = workshop
+            .gate()
+            .check_joint(&chosen.attack.change, None)
+            .map_err(|refusals| refusals[0].to_string())?;
+        let ranked = workshop
+            .on(|ground| attacker::rank(ground.stage))
+            .map_err(|error| error.to_string())?;
         let original = {
             let drive = workshop.closed.baseline().drive();
             let mut planned = PlannedEgo::from_outcome(&prepared, drive, recorder.cycles);
@@ -213,8 +217,10 @@ impl VariantDisplay {
         found: &SearchResult,
         chosen: SelectedAttack,
     ) -> Result<GeneratedVariant, String> {
-        let author = self.authorship.as_ref();
-        let author = author.map(|wrote| wrote.authored.document(Some(&chosen.attack)));
+        let author = self
+            .authorship
+            .as_ref()
+            .map(|wrote| wrote.authored.document(Some(&chosen.attack)));
         let Attack {
             asked,
             change,

@@ -97,11 +97,13 @@ impl Opened {
         cancel: &Cancel,
         on_step: &mut dyn FnMut(usize, usize),
     ) -> Result<Option<Self>, String> {
-        let prepared = prepare(request).map_err(|error| error.to_string())?;
-        let prepared = prepared.driven_by(planner);
+        let prepared = prepare(request)
+            .map_err(|error| error.to_string())?
+            .driven_by(planner);
         let mut recorder = Recorder::new(&prepared);
-        let outcome = prepared.run(cancel, &mut |event| recorder.hear(&event, on_step));
-        let outcome = outcome.map_err(|error| error.to_string())?;
+        let outcome = prepared
+            .run(cancel, &mut |event| recorder.hear(&event, on_step))
+            .map_err(|error| error.to_string())?;
         Ok(outcome.map(|PlanOutcome { prepared, drive }| {
             let ego = drive.ego(prepared.problem(), &prepared.settings);
             let mut planned = PlannedEgo::from_outcome(&prepared, &drive, recorder.cycles);

@@ -168,10 +168,11 @@ impl GeneratedVariant {
             )))
         };
         let scenario = &self.effect.scenario;
-        let again = prepared.drive_in(scenario, cancel, &mut |event| {
-            recorder.hear(&event, &mut on_step);
-        });
-        let again = again.map_err(|error| error.to_string())?;
+        let again = prepared
+            .drive_in(scenario, cancel, &mut |event| {
+                recorder.hear(&event, &mut on_step);
+            })
+            .map_err(|error| error.to_string())?;
         Ok(again.map(|_| recorder.cycles))
     }
 
@@ -188,8 +189,8 @@ impl GeneratedVariant {
             self.variant().free_id(folder)
         };
         let mut scenario = self.variant().scenario(&id);
-        let bytes = commonroad::write(&scenario);
-        let bytes = bytes.map_err(|error| format!("the variant has no file: {error}"))?;
+        let bytes = commonroad::write(&scenario)
+            .map_err(|error| format!("the variant has no file: {error}"))?;
         scenario.hash = ContentHash::digest(&bytes);
         let scenario = Arc::new(scenario);
         let driver = self.closed.driver();

@@ -156,8 +156,8 @@ mod tests {
                 .origin("lab/small")
                 .contains("[[provider.lab.prices]]")
         );
-        let two = [(1000, Some(100)), (500, Some(0))];
-        let two = two.map(|(question, answer)| RequestTokens { question, answer });
+        let two = [(1000, Some(100)), (500, Some(0))]
+            .map(|(question, answer)| RequestTokens { question, answer });
         assert_eq!(prices.of_requests("lab/big", &two), "at most $0.0040");
     }
 }

@@ -75,8 +75,11 @@ impl Model {
         let differing = columns.filter_map(|(column, c)| {
             let verdict = c.answer()?.verdict()?;
             let truth = c.truth_or(Some(&reference.verdict))?;
-            let step = c.steps.map(|(_, last)| last);
-            let step = step.or(reference.decisive_step).unwrap_or(last);
+            let step = c
+                .steps
+                .map(|(_, last)| last)
+                .or(reference.decisive_step)
+                .unwrap_or(last);
             (verdict.dangerous != truth.dangerous).then_some(Disagreement { step, column })
         });
         let mut all: Vec<Disagreement> = differing.collect();

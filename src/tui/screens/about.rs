@@ -130,8 +130,8 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
     let ego = opened
         .scene
         .iter()
-        .flat_map(|s| in_short(&s.ego.diagnostics));
-    let ego = ego.map(|(severity, words)| (severity, format!("ego {words}")));
+        .flat_map(|s| in_short(&s.ego.diagnostics))
+        .map(|(severity, words)| (severity, format!("ego {words}")));
     let all: Vec<_> = ego.chain(in_short(&scenario.diagnostics)).collect();
     if all.is_empty() {
         text.push_line("  nothing");

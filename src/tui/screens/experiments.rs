@@ -222,11 +222,14 @@ impl ExperimentsScreen {
             name.to_lowercase().starts_with(&begin)
         };
         let here = &model.recall.here;
-        let files = listed.files.iter().filter(|file| begins(&file.path));
-        let files = files.map(|file| {
-            let title = file.title.clone().unwrap_or_default();
-            Row::File(here.join(&file.path), title)
-        });
+        let files = listed
+            .files
+            .iter()
+            .filter(|file| begins(&file.path))
+            .map(|file| {
+                let title = file.title.clone().unwrap_or_default();
+                Row::File(here.join(&file.path), title)
+            });
         let folders = listed.folders.iter().filter(|path| begins(path));
         files
             .chain(folders.map(|path| Row::Folder(path.clone())))

@@ -119,8 +119,13 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
     let mut add = |title: String, entries: &mut dyn Iterator<Item = &Entry>| {
         let mut rows = Vec::new();
         for entry in entries {
-            let keys = model.look.keymap.keys(entry).map(ToString::to_string);
-            let keys = keys.collect::<Vec<_>>().join("  ");
+            let keys = model
+                .look
+                .keymap
+                .keys(entry)
+                .map(ToString::to_string)
+                .collect::<Vec<_>>()
+                .join("  ");
             // Actions without keys are shown only when searched: the palette has them.
             let shown = !keys.is_empty() || !typed.is_empty();
             let other = synonyms_of(entry.action);
@@ -156,12 +161,13 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
     parts.insert(1.min(parts.len()), ("always".into(), rules));
     let terms = TERMS
         .iter()
-        .filter(|(term, words)| matches(&format!("{term} {words}")));
-    let terms = terms.map(|(term, words)| ((*term).to_string(), (*words).to_string()));
+        .filter(|(term, words)| matches(&format!("{term} {words}")))
+        .map(|(term, words)| ((*term).to_string(), (*words).to_string()));
     parts.push(("in the filter, beside words".into(), terms.collect()));
     let signs = |signs: &[(&str, &str)]| -> Vec<(String, String)> {
-        let signs = signs.iter();
-        let signs = signs.filter(|(sign, words)| matches(&format!("{sign} {words}")));
+        let signs = signs
+            .iter()
+            .filter(|(sign, words)| matches(&format!("{sign} {words}")));
         signs
             .map(|(sign, words)| ((*sign).to_string(), (*words).to_string()))
             .collect()

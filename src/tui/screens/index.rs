@@ -63,8 +63,9 @@ impl Screen for IndexScreen {
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let inner = window::window(frame, screen, model, "index of a corpus", (92, 12));
-        let rows = rows(model, &self.picker).into_iter();
-        let rows = rows.map(|row| (visible(&row.words).into_owned(), String::new()));
+        let rows = rows(model, &self.picker)
+            .into_iter()
+            .map(|row| (visible(&row.words).into_owned(), String::new()));
         picker::draw(frame, inner, model, &self.picker, &rows.collect::<Vec<_>>());
         if self.picker.text.trim().is_empty() {
             let hint = "type the folder of an index; `nearmiss index PATH… -o FOLDER` makes one";

@@ -56,8 +56,10 @@ impl Screen for JobsScreen {
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let jobs = &model.jobs;
         // The rows, an empty one, what is below, and the borders.
-        let height = u16::try_from(jobs.all.len()).unwrap_or(u16::MAX);
-        let height = height.saturating_add(BELOW + 3).clamp(12, 40);
+        let height = u16::try_from(jobs.all.len())
+            .unwrap_or(u16::MAX)
+            .saturating_add(BELOW + 3)
+            .clamp(12, 40);
         let inner = window::window(frame, screen, model, &title(model), (120, height));
         let dim = Style::new().fg(model.theme.dim);
         if jobs.all.is_empty() {
@@ -176,8 +178,12 @@ impl Facts {
 
     /// In columns as wide as all tasks need; what none of them has takes none.
     fn padded(&self, widths: [usize; 4]) -> String {
-        let columns = self.0.iter().zip(widths).filter(|(_, width)| *width > 0);
-        let columns = columns.map(|(fact, width)| pad_start(fact, width));
+        let columns = self
+            .0
+            .iter()
+            .zip(widths)
+            .filter(|(_, width)| *width > 0)
+            .map(|(fact, width)| pad_start(fact, width));
         columns.collect::<Vec<_>>().join("  ")
     }
 }

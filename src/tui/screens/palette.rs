@@ -93,8 +93,14 @@ fn row(model: &Model, entry: &Entry, selected: bool, width: usize) -> Vec<Line<'
         ..WIDE => (1, KEY),
         _ => (usize::MAX, KEYS),
     };
-    let keys = model.look.keymap.keys(entry).take(most);
-    let keys = keys.map(ToString::to_string).collect::<Vec<_>>().join("  ");
+    let keys = model
+        .look
+        .keymap
+        .keys(entry)
+        .take(most)
+        .map(ToString::to_string)
+        .collect::<Vec<_>>()
+        .join("  ");
     let room = width
         .saturating_sub(SIGN + NAME + GAP + columns + GAP)
         .max(16);

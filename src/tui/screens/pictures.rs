@@ -68,8 +68,9 @@ impl Choice for Pictures {
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
         let inner = window::window(frame, screen, model, "save a figure or picture", (64, 16));
-        let rows = pictures_shown(picker, model).into_iter();
-        let rows = rows.map(|offer| (offer.name.to_string(), offer.format.name().to_string()));
+        let rows = pictures_shown(picker, model)
+            .into_iter()
+            .map(|offer| (offer.name.to_string(), offer.format.name().to_string()));
         list::draw(frame, inner, model, picker, &rows.collect::<Vec<_>>());
     }
 }

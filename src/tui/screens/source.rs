@@ -121,8 +121,8 @@ impl Screen for SourceScreen {
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
-        let ends = [Action::Top, Action::Bottom];
-        let ends = ends.map(|action| model.look.keymap.key_in(action, Scope::Window));
+        let ends = [Action::Top, Action::Bottom]
+            .map(|action| model.look.keymap.key_in(action, Scope::Window));
         let ends = (ends.join(" "), "begin, end".to_string());
         let mut hints = vec![hints::scroll(model), hints::page(model), ends];
         hints.extend(hints::hint_of(model, Action::NextObstacle));

@@ -71,8 +71,9 @@ impl Screen for TagsScreen {
             .rows
             .iter()
             .find(|r| r.entry.name == self.scenario);
-        let of_file = row.and_then(|row| row.facts());
-        let of_file = of_file.map_or(String::new(), |facts| facts.tags.join(" "));
+        let of_file = row
+            .and_then(|row| row.facts())
+            .map_or(String::new(), |facts| facts.tags.join(" "));
         let in_use = model.list.tags.all().join(" ");
         for (what, tags) in [("in the file", of_file), ("used elsewhere", in_use)] {
             let tags = if tags.is_empty() { "none" } else { &tags };

@@ -34,8 +34,8 @@ pub fn read(folder: &Path) -> Vec<(String, Result<String, String>)> {
             .to_str()
             .filter(|n| n.ends_with(".md"))?
             .to_string();
-        let text = system::read_text(&path, system::LARGEST_TEXT);
-        let text = text.map_err(|e| format!("{}: {}", path.display(), system::words(&e)));
+        let text = system::read_text(&path, system::LARGEST_TEXT)
+            .map_err(|e| format!("{}: {}", path.display(), system::words(&e)));
         Some((name, text))
     };
     entries.filter_map(|e| read(e.path())).collect()

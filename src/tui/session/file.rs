@@ -17,8 +17,9 @@ const MOST: usize = 100;
 pub fn write(folder: &Path, session: &Session) -> Result<(), String> {
     let path = folder.join(Session::file_name(&session.paths));
     let new = !path.exists();
-    let text = session.text();
-    let text = text.map_err(|error| format!("{}: {error}", path.display()))?;
+    let text = session
+        .text()
+        .map_err(|error| format!("{}: {error}", path.display()))?;
     Folders::write(&path, &text)
         .map_err(|error| format!("{}: {}", path.display(), system::words(&error)))?;
     if new {

@@ -57,8 +57,11 @@ fn on(switch: bool) -> &'static str {
 
 /// The index that was chosen instead of the configured one.
 fn index_of(model: &Model) -> Option<Override> {
-    let configured = model.index.configured.as_deref();
-    let configured = configured.map(|folder| IndexChoice::text(Some(folder)));
+    let configured = model
+        .index
+        .configured
+        .as_deref()
+        .map(|folder| IndexChoice::text(Some(folder)));
     let chosen = IndexChoice::text(model.index.folder.as_deref());
     Override::chosen(&chosen, configured.as_ref(), "")
 }
@@ -118,8 +121,11 @@ pub fn restore(model: &mut Model, session: Session, ego_chosen: bool) {
         model.theme = theme;
         model.look.chosen = name;
     }
-    let configured = model.index.configured.as_deref();
-    let configured = configured.map(|folder| IndexChoice::text(Some(folder)));
+    let configured = model
+        .index
+        .configured
+        .as_deref()
+        .map(|folder| IndexChoice::text(Some(folder)));
     if let Some(folder) = chosen(&session.index, configured.as_ref()) {
         model.index.folder = (!folder.is_empty()).then(|| folder.into());
     }

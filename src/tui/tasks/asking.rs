@@ -46,8 +46,10 @@ impl Tasks {
                 },
             };
             let outcome = ask(request, |event| tell(Update::Progress(event)));
-            let outcome = outcome.await.map(|outcome| Box::new(outcome.answer));
-            let outcome = outcome.map_err(|error| error.to_string());
+            let outcome = outcome
+                .await
+                .map(|outcome| Box::new(outcome.answer))
+                .map_err(|error| error.to_string());
             tell(Update::Ended(outcome));
         });
         // Aborting the task closes the connection and writes the run down as cancelled.

@@ -257,24 +257,25 @@ impl Asking {
                 let named = BatchProgress::Named(run.id.to_string(), items.len());
                 tell(Update::Progress(named));
                 let mut judging = JoinSet::new();
-                let asked = Arc::new(run).ask(items, |ended| {
-                    let sender = sender.clone();
-                    if tells_changes && let Ok(way) = way_of(&ended.item.asked) {
-                        let change = ItemChange {
-                            way,
-                            before: ended.item.state,
-                            now: ended.state,
-                        };
-                        let changed = BatchProgress::Changed(Box::new(change));
-                        tell(Update::Progress(changed));
-                    }
-                    judging.spawn_blocking(move || {
-                        let answered = BatchProgress::Answered(outcome(ended));
-                        let event = JobEvent::Batch(Update::Progress(answered));
-                        let _ = sender.send(Msg::Job(id, event));
-                    });
-                });
-                let asked = asked.await;
+                let asked = Arc::new(run)
+                    .ask(items, |ended| {
+                        let sender = sender.clone();
+                        if tells_changes && let Ok(way) = way_of(&ended.item.asked) {
+                            let change = ItemChange {
+                                way,
+                                before: ended.item.state,
+                                now: ended.state,
+                            };
+                            let changed = BatchProgress::Changed(Box::new(change));
+                            tell(Update::Progress(changed));
+                        }
+                        judging.spawn_blocking(move || {
+                            let answered = BatchProgress::Answered(outcome(ended));
+                            let event = JobEvent::Batch(Update::Progress(answered));
+                            let _ = sender.send(Msg::Job(id, event));
+                        });
+                    })
+                    .await;
                 judging.join_all().await;
                 for paused in asked.iter().flatten() {
                     let _ = sender.send(Msg::Complaint(paused.words()));

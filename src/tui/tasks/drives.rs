@@ -23,8 +23,8 @@ pub fn write(job: &DriveFiles) -> Result<String, String> {
     let recording = write_recording(job.problem, track).map_err(|e| e.to_string())?;
     let scenario = &job.scene.scenario;
     let model = VehicleModel::Ks;
-    let solved = ProblemSolution::of_track(track, scenario.dt(), job.problem, model, job.vehicle);
-    let solved = solved.map_err(|e| e.to_string())?;
+    let solved = ProblemSolution::of_track(track, scenario.dt(), job.problem, model, job.vehicle)
+        .map_err(|e| e.to_string())?;
     let (vehicle, cost) = (solved.vehicle_id(), solved.cost.clone());
     let solution = Solution::of_problem(&scenario.header, solved);
     let solution = write_solution(&solution).map_err(|e| e.to_string())?;

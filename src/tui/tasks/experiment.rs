@@ -84,12 +84,13 @@ impl Reading {
         // As the command line has them.
         let library = validate(self.query.library.clone());
         let experiment = Experiment::from_toml(&text, file, &library);
-        let outline = experiment.as_ref().ok();
-        let outline = outline.map(|experiment| outline_of(experiment, &library));
+        let outline = experiment
+            .as_ref()
+            .ok()
+            .map(|experiment| outline_of(experiment, &library));
         tell(ExperimentNews::Read(Box::new((text, outline))));
         let experiment = experiment?;
-        let store = self.store.clone();
-        let store = store.ok_or("the store of runs is not open")?;
+        let store = self.store.clone().ok_or("the store of runs is not open")?;
         let context = ExperimentContext {
             library: &library,
             thresholds: &self.query.thresholds,
@@ -198,8 +199,11 @@ impl Stored {
         let unanswered = items.iter().filter(|item| unanswered.contains(&item.state));
         let reasons = reasons_of(unanswered);
         let batch = store.batch(id).map_err(words)?;
-        let test = batch.map(|batch| TestSplit::of(store, &batch, false));
-        let test = test.transpose().map_err(words)?.flatten();
+        let test = batch
+            .map(|batch| TestSplit::of(store, &batch, false))
+            .transpose()
+            .map_err(words)?
+            .flatten();
         let test = test.map(|test| [Some(test.words()), test.looks_words()]);
         let runs = Filter {
             batch: Some(id.to_string()),
@@ -349,8 +353,8 @@ fn write(new: &NewExperiment, ego: &EgoSelection) -> Result<ExperimentWritten, S
     let batch = &new.batch;
     let library = validate(batch.library.clone());
     let request = batch.request(ego);
-    let experiment = Experiment::of_request(request, None, &library, &batch.thresholds);
-    let experiment = experiment.map_err(|error| error.to_string())?;
+    let experiment = Experiment::of_request(request, None, &library, &batch.thresholds)
+        .map_err(|error| error.to_string())?;
     match experiment.write(&new.file, new.overwrite) {
         Ok(()) => Ok(ExperimentWritten::Written(new.file.clone())),
         Err(WriteExperimentError::Save(SaveError::Exists(_))) => {

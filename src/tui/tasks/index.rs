@@ -17,8 +17,10 @@ impl Tasks {
         let store = self.store.clone();
         self.run(id, JobEvent::Index, move |cancel, tell| {
             // Without a store nothing was asked.
-            let answers = store.map(|store| store.verdicts(judge::MODEL, None));
-            let answers = answers.transpose().map_err(|error| error.to_string())?;
+            let answers = store
+                .map(|store| store.verdicts(judge::MODEL, None))
+                .transpose()
+                .map_err(|error| error.to_string())?;
             let mut told = 0;
             let index = read_index(
                 &folder,
@@ -30,8 +32,8 @@ impl Tasks {
                         tell((rows, all));
                     }
                 },
-            );
-            let index = index.map_err(|error| error.to_string())?;
+            )
+            .map_err(|error| error.to_string())?;
             Ok(index.map(Arc::new))
         });
     }

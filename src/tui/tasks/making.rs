@@ -60,9 +60,9 @@ pub fn write(made: &GeneratedVariant, folder: Option<&Path>) -> Result<String, S
     let folder = folder.unwrap_or(Path::new("."));
     let variant = made.variant();
     let id = variant.free_id(folder);
-    let saved = variant.save(folder, &id, false);
-    let saved =
-        saved.map_err(|e| format!("{e}; `pictures` in config.toml names another folder"))?;
+    let saved = variant
+        .save(folder, &id, false)
+        .map_err(|e| format!("{e}; `pictures` in config.toml names another folder"))?;
     Ok(names(&saved))
 }
 

@@ -80,8 +80,8 @@ pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
         scenario: &job.scenario,
         scene: job.scene.as_deref(),
     };
-    let figure = Figure::new(subject, &job.name, job.look.clone(), &job.thresholds);
-    let mut figure = figure.map_err(|e| e.to_string())?;
+    let mut figure = Figure::new(subject, &job.name, job.look.clone(), &job.thresholds)
+        .map_err(|e| e.to_string())?;
     if let Some(shown) = &job.variant {
         figure = figure.with_variations(shown.variations());
     }

@@ -98,8 +98,7 @@ impl Queue {
 
     fn take(&self) -> Option<(usize, Entry, Work, u64)> {
         let mut waiting = self.lock();
-        let first = std::mem::take(&mut waiting.first);
-        let mut first = first.into_iter();
+        let mut first = std::mem::take(&mut waiting.first).into_iter();
         let urgent = first.find_map(|place| waiting.entries.remove_entry(&place));
         waiting.first = first.collect();
         let next = urgent.or_else(|| waiting.entries.pop_first());

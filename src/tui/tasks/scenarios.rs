@@ -112,7 +112,8 @@ fn stored(store: Option<&Store>, of: Option<(&str, &str)>) -> Result<Verdicts, S
     let Some(store) = store else {
         return Ok(Verdicts::default());
     };
-    let verdicts = store.verdicts(judge::MODEL, of);
-    let verdicts = verdicts.map_err(|e| format!("stored answers are not counted: {e}"))?;
+    let verdicts = store
+        .verdicts(judge::MODEL, of)
+        .map_err(|e| format!("stored answers are not counted: {e}"))?;
     Ok(verdicts.into())
 }

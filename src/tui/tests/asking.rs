@@ -80,9 +80,10 @@ impl Whole {
             folders,
             _folder: folder,
         };
-        let effects = start(&mut whole.model);
-        // Servers on this machine are not what this is about.
-        let effects = effects.into_iter().filter(|e| !matches!(e, Effect::Probe));
+        let effects = start(&mut whole.model)
+            // Servers on this machine are not what this is about.
+            .into_iter()
+            .filter(|e| !matches!(e, Effect::Probe));
         whole.perform(effects.collect());
         whole
     }
@@ -110,8 +111,9 @@ impl Whole {
         let begun = Instant::now();
         while !holds(&self.model) {
             let left = PATIENCE.saturating_sub(begun.elapsed());
-            let msg = tokio::time::timeout(left, self.news.recv()).await;
-            let msg = msg.unwrap_or_else(|_| panic!("{what}: {:?}", self.model.toasts));
+            let msg = tokio::time::timeout(left, self.news.recv())
+                .await
+                .unwrap_or_else(|_| panic!("{what}: {:?}", self.model.toasts));
             let effects = update(&mut self.model, msg.unwrap());
             self.perform(effects);
         }

@@ -15,8 +15,12 @@ fn titles(bench: &mut Bench) -> String {
 #[test]
 fn the_good_driver_stands_beside_the_planner_with_verdict_and_gap() {
     let mut bench = dangerous();
-    let survived = made(&bench).avoidability.certificates.iter().rev();
-    let survived = survived.filter(|(_, c)| c.avoidance().is_some());
+    let survived = made(&bench)
+        .avoidability
+        .certificates
+        .iter()
+        .rev()
+        .filter(|(_, c)| c.avoidance().is_some());
     let longest = survived.map(|(delay, _)| *delay).next();
     let Some(longest) = longest else {
         bench.press("space m g");

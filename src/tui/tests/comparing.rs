@@ -112,8 +112,8 @@ fn columns_are_told_apart_by_the_way_they_were_asked() {
         ("lab/b", "ego · cp"),
         ("lab/b", "ego · cot"),
         ("lab/b", "cartesian · cp+cot+icl"),
-    ];
-    let expected = expected.map(|(model, how)| (model.to_string(), how.to_string()));
+    ]
+    .map(|(model, how)| (model.to_string(), how.to_string()));
     assert_eq!(columns(&bench), expected);
     assert_eq!(bench.model.answers.shown, ShownAnswer::Column(0));
     let frame = bench.frame(80, 24);

@@ -113,8 +113,10 @@ pub(super) fn labelled() -> (Fixture, BatchId, RunId) {
         item("ZAM_Third-1_1_T-1", (true, None), None),
         item("ZAM_Waits-1_1_T-1", (true, None), None),
     ];
-    let batch = kept.store.begin_batch(&spec().to_json(), None, &items);
-    let batch = batch.unwrap();
+    let batch = kept
+        .store
+        .begin_batch(&spec().to_json(), None, &items)
+        .unwrap();
     for (place, run) in (0..).zip(runs) {
         let (store, state) = (&kept.store, ItemState::Answered);
         let set = store.set_item(batch, place, None, state, Some(run), None);

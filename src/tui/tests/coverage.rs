@@ -151,9 +151,14 @@ fn scenarios_are_known_by_their_contents_and_changed_ones_are_said() {
         format!("1 changed since, {} not in the index", all - 3)
     );
     // Under another name it is the same scenario.
-    let place = bench.model.list.rows.iter();
-    let place = place.map(|row| row.entry.name.clone());
-    let place = place.into_iter().position(|name| name.contains("CutIn"));
+    let place = bench
+        .model
+        .list
+        .rows
+        .iter()
+        .map(|row| row.entry.name.clone())
+        .into_iter()
+        .position(|name| name.contains("CutIn"));
     bench.model.list.rows[place.unwrap()].entry.name = "renamed".into();
     assert_eq!(filtered(&mut bench, "manoeuvre:cut_in"), ["renamed"]);
     // A scenario that is read later is looked up, too.

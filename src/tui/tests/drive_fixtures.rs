@@ -59,8 +59,8 @@ pub fn planned(entry: &Entry, forecast: Forecast) -> Result<Opened, String> {
         let settings = coarse(forecast);
         let thresholds = Thresholds::shipped();
         let request = request(entry, &settings);
-        let opened = Opened::planned(&request, thresholds, &Cancel::default(), &mut |_, _| {});
-        let mut opened = opened?.expect("it was not stopped");
+        let mut opened = Opened::planned(&request, thresholds, &Cancel::default(), &mut |_, _| {})?
+            .expect("it was not stopped");
         let planned = opened.planned.as_mut().unwrap();
         let planned = Arc::get_mut(planned).unwrap();
         for cycle in &mut planned.cycles {

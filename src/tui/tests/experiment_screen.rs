@@ -255,11 +255,14 @@ fn the_file_goes_to_the_editor_where_it_is_and_is_read_again() {
     let mut bench = opened(None);
     bench.effects.clear();
     bench.press("e");
-    let sent = bench.effects.drain(..).find_map(|effect| match effect {
-        Effect::EditOutside(sent) => Some(sent),
-        _ => None,
-    });
-    let sent = sent.unwrap();
+    let sent = bench
+        .effects
+        .drain(..)
+        .find_map(|effect| match effect {
+            Effect::EditOutside(sent) => Some(sent),
+            _ => None,
+        })
+        .unwrap();
     assert_eq!(sent.place.as_deref(), Some(Path::new("/labs/study.toml")));
     bench.send(Msg::EditedOutside(sent.clone(), Ok("models = 3".into())));
     tell(

@@ -79,13 +79,16 @@ fn bare() -> Vec<(&'static str, String)> {
 
 /// What the workbench asked the planner for is done at once.
 fn planned(bench: &mut Bench) {
-    let asks = bench.effects.iter().rev();
-    let mut asks = asks.filter_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Plan(entry, change, forecast)) => {
-            Some((*id, entry.clone(), *change, *forecast))
-        }
-        _ => None,
-    });
+    let mut asks = bench
+        .effects
+        .iter()
+        .rev()
+        .filter_map(|effect| match effect {
+            Effect::Start(id, JobRequest::Plan(entry, change, forecast)) => {
+                Some((*id, entry.clone(), *change, *forecast))
+            }
+            _ => None,
+        });
     let Some((id, entry, change, forecast)) = asks.next() else {
         return;
     };

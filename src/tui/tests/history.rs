@@ -117,19 +117,20 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
     );
     // The other earlier answers come beside it.
     let mut loads = kept.bench.effects.iter().rev();
-    let of = loads.find_map(|effect| match effect {
-        Effect::LoadStored(of) => Some(of.clone()),
-        _ => None,
-    });
-    let of = of.unwrap();
+    let of = loads
+        .find_map(|effect| match effect {
+            Effect::LoadStored(of) => Some(of.clone()),
+            _ => None,
+        })
+        .unwrap();
     let runs = kept
         .store
         .of_scenario(&of.scenario, &of.name, of.task, 9)
         .unwrap();
     let answers = runs
         .into_iter()
-        .map(nearmiss_study::evaluation::Answer::from);
-    let answers = answers.collect();
+        .map(nearmiss_study::evaluation::Answer::from)
+        .collect();
     kept.bench.send(Msg::Stored(of, answers));
     let model = &kept.bench.model;
     assert_eq!(model.answers.columns.len(), 2);

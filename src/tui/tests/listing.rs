@@ -116,10 +116,12 @@ fn matched_letters_are_marked() {
     let draw = |f: &mut ratatui::Frame<'_>| crate::views::draw(f, &bench.model);
     terminal.draw(draw).unwrap();
     let buffer = terminal.backend().buffer();
-    let row = (0..40).find(|&y| (0..20).any(|x| buffer[(x, y)].symbol() == "▸"));
-    let row = row.unwrap();
-    let marked = (0..24).map(|x| &buffer[(x, row)]);
-    let marked = marked.filter(|cell| cell.modifier.contains(Modifier::UNDERLINED));
+    let row = (0..40)
+        .find(|&y| (0..20).any(|x| buffer[(x, y)].symbol() == "▸"))
+        .unwrap();
+    let marked = (0..24)
+        .map(|x| &buffer[(x, row)])
+        .filter(|cell| cell.modifier.contains(Modifier::UNDERLINED));
     let letters: String = marked.map(|cell| cell.symbol()).collect();
     assert_eq!(letters.to_lowercase(), "cutin");
 }

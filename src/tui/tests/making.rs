@@ -16,8 +16,7 @@ use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Scenario};
 
 /// The searches that were asked for.
 pub fn asked(bench: &Bench) -> Vec<(JobId, VariantRequest)> {
-    let asks = bench.effects.iter();
-    let asks = asks.filter_map(|effect| match effect {
+    let asks = bench.effects.iter().filter_map(|effect| match effect {
         Effect::Start(id, JobRequest::Generate(wish)) => Some((*id, (**wish).clone())),
         _ => None,
     });
@@ -333,11 +332,14 @@ fn it_is_written_and_nothing_is_written_over() {
     let folder = tempfile::tempdir().unwrap();
     bench.model.config.pictures = Some(folder.path().into());
     bench.perform("save-variant");
-    let asks = bench.effects.iter().rev();
-    let mut asks = asks.filter_map(|effect| match effect {
-        Effect::SaveVariant(made, folder) => Some((made.clone(), folder.clone())),
-        _ => None,
-    });
+    let mut asks = bench
+        .effects
+        .iter()
+        .rev()
+        .filter_map(|effect| match effect {
+            Effect::SaveVariant(made, folder) => Some((made.clone(), folder.clone())),
+            _ => None,
+        });
     let (made, into) = asks.next().unwrap();
     assert_eq!(into.as_deref(), Some(folder.path()));
     let count = || std::fs::read_dir(folder.path()).unwrap().count();

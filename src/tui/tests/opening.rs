@@ -175,8 +175,10 @@ fn what_cannot_be_the_ego_changes_nothing_but_is_said() {
         .unwrap()
         .scenario
         .obstacles
-        .iter();
-    let parked = parked.map(|o| o.id).max().unwrap();
+        .iter()
+        .map(|o| o.id)
+        .max()
+        .unwrap();
     bench.model.picked = Some(parked + 1_000);
     bench.press("space e t");
     assert_eq!(bench.model.opened.as_ref().unwrap().name, name);

@@ -16,13 +16,16 @@ use nearmiss_workflow::{MissingEgo, PlanEvent, prepare};
 
 /// The drive that was asked for last.
 fn asked(bench: &Bench) -> (JobId, Entry, Forecast) {
-    let asks = bench.effects.iter().rev();
-    let mut asks = asks.filter_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Plan(entry, _, forecast)) => {
-            Some((*id, entry.clone(), *forecast))
-        }
-        _ => None,
-    });
+    let mut asks = bench
+        .effects
+        .iter()
+        .rev()
+        .filter_map(|effect| match effect {
+            Effect::Start(id, JobRequest::Plan(entry, _, forecast)) => {
+                Some((*id, entry.clone(), *forecast))
+            }
+            _ => None,
+        });
     asks.next().expect("planning was asked for")
 }
 

@@ -138,8 +138,10 @@ fn of_a_locked_test_split_the_progress_is_shown_and_when_complete_its_figures() 
         },
         ..spec()
     };
-    let batch = kept.store.begin_batch(&spec.to_json(), None, &items);
-    let batch = batch.unwrap();
+    let batch = kept
+        .store
+        .begin_batch(&spec.to_json(), None, &items)
+        .unwrap();
     let answered = |kept: &Fixture, place: u64, run| {
         let state = ItemState::Answered;
         let set = kept.store.set_item(batch, place, None, state, run, None);

@@ -134,8 +134,10 @@ fn answers_to_other_prompts_are_told_apart() {
     bench.send(Msg::Stored(of, vec![mine, answer("lab/a", true, 301)]));
     assert_eq!(bench.model.answers.columns.len(), 2);
     let frame = bench.frame(200, 60);
-    let row = frame.lines().find(|line| line.contains("prompt    "));
-    let row = row.unwrap_or_else(|| panic!("{frame}"));
+    let row = frame
+        .lines()
+        .find(|line| line.contains("prompt    "))
+        .unwrap_or_else(|| panic!("{frame}"));
     assert!(
         row.contains("mine 3fa2c1") && row.contains("shipped"),
         "{row}"

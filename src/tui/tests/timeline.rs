@@ -71,8 +71,9 @@ fn the_minimum_of_the_plotted_measure_is_of_the_picked_obstacle_or_of_all() {
         .unwrap()
         .headline
         .clone()
+        .unwrap()
+        .distance
         .unwrap();
-    let nearest = nearest.distance.unwrap();
     bench.model.picked = None;
     bench.press("g m");
     assert_eq!(bench.model.clock.step(), nearest.step);
@@ -82,8 +83,8 @@ fn the_minimum_of_the_plotted_measure_is_of_the_picked_obstacle_or_of_all() {
         .obstacles()
         .iter()
         .copied()
-        .find(|id| *id != nearest.obstacle);
-    let other = other.unwrap();
+        .find(|id| *id != nearest.obstacle)
+        .unwrap();
     let row: Vec<f64> = series
         .row("distance", other)
         .iter()

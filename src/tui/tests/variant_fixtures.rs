@@ -61,8 +61,8 @@ pub fn generated(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
         let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
         let (how, cancel) = (with(&settings), Cancel::default());
         let ego = EgoSelection::Beside;
-        let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {});
-        let mut made = made?.expect("it was not stopped");
+        let mut made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {})?
+            .expect("it was not stopped");
         in_12_ms(&mut made);
         Ok(made)
     };

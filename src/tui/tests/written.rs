@@ -205,8 +205,8 @@ fn written(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
         folder: Some("/nonexistent".into()),
         ..wish.clone()
     };
-    let made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {});
-    let mut made = made?.expect("it was not stopped");
+    let mut made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {})?
+        .expect("it was not stopped");
     in_12_ms(&mut made);
     Ok(made)
 }

@@ -35,8 +35,11 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         return Vec::new();
     }
     let Some(question) = model.prompt.question.clone() else {
-        let why = model.opened.as_ref().and_then(|o| o.no_ego.as_ref());
-        let why = why.map_or("no scenario is open".to_string(), ToString::to_string);
+        let why = model
+            .opened
+            .as_ref()
+            .and_then(|o| o.no_ego.as_ref())
+            .map_or("no scenario is open".to_string(), ToString::to_string);
         let (pick, take) = (
             model.look.key(Action::NextObstacle),
             model.look.key(Action::TakeAsEgo),

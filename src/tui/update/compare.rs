@@ -284,8 +284,8 @@ pub fn settle(model: &mut Model) {
             .shown
             .iter()
             .copied()
-            .filter(|s| there.contains(s));
-        let shown = shown.collect();
+            .filter(|s| there.contains(s))
+            .collect();
         model.compare.show(shown);
     }
 }

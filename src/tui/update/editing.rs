@@ -253,8 +253,11 @@ pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
         }
         let plain = text.replace("\r\n", "\n").replace('\r', "\n");
         let shown = visible(&plain);
-        let signs = shown.chars().zip(plain.chars()).filter(|(a, b)| a != b);
-        let signs = signs.count();
+        let signs = shown
+            .chars()
+            .zip(plain.chars())
+            .filter(|(a, b)| a != b)
+            .count();
         insert(model, &shown);
         if signs > 0 {
             model.say(format!("{signs} control characters pasted as symbols"));

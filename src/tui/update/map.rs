@@ -33,8 +33,9 @@ pub fn request(model: &mut Model) -> Vec<Computation> {
         (&mut model.map.second.foresight, then),
     ];
     let requests = both
-        .map(|(foresight, (scene, step))| foresight.request(scene.as_ref(), step, history, wanted));
-    let requests = requests.into_iter().flatten();
+        .map(|(foresight, (scene, step))| foresight.request(scene.as_ref(), step, history, wanted))
+        .into_iter()
+        .flatten();
     requests.map(Computation::Paths).collect()
 }
 
@@ -101,8 +102,8 @@ pub fn tape(model: &mut Model) {
         Action::PanDown,
         Action::PanUp,
         Action::PanRight,
-    ];
-    let keys = keys.map(|action| model.look.keymap.key_in(action, Scope::Map));
+    ]
+    .map(|action| model.look.keymap.key_in(action, Scope::Map));
     model.say(format!(
         "{} or dragging measures, {} takes the other end, {} puts it away",
         keys.join(" "),

@@ -53,8 +53,10 @@ fn worst_of(series: &Series, measure: &str, obstacle: i64) -> Option<(i64, f64)>
 
 /// Plays everything over and over, then the window as it is now, then no longer.
 pub fn turn_round(model: &mut Model) {
-    let window = model.window().map(|w| (w.first(), w.last()));
-    let window = window.filter(|(first, last)| first < last);
+    let window = model
+        .window()
+        .map(|w| (w.first(), w.last()))
+        .filter(|(first, last)| first < last);
     let (lap, words) = match (model.clock.lap(), window) {
         (PlayRange::Once, _) => (PlayRange::Whole, "loop: everything".to_string()),
         (PlayRange::Whole, Some((first, last))) => (
@@ -94,8 +96,10 @@ pub fn next_disagreement(model: &mut Model) -> Vec<Effect> {
         facts.is_some_and(|facts| facts.tally_of(task).differ > 0)
     };
     let places: Vec<usize> = places(model);
-    let after = places.iter().position(|&p| Some(p) == here);
-    let after = after.map_or(0, |at| at + 1);
+    let after = places
+        .iter()
+        .position(|&p| Some(p) == here)
+        .map_or(0, |at| at + 1);
     let round = places[after..].iter().chain(&places[..after]);
     let next = round.copied().find(|&p| differs(p) && Some(p) != here);
     match next {

@@ -123,8 +123,9 @@ fn too_few(model: &Model, wanted: usize) -> String {
         n => format!("{n} complete answers of models"),
     };
     let columns = model.answers.columns.iter();
-    let complete = columns.filter(|c| c.answer().is_some() && !c.failed());
-    let complete = complete.count();
+    let complete = columns
+        .filter(|c| c.answer().is_some() && !c.failed())
+        .count();
     let rated = match complete - model.to_rate().len().min(complete) {
         0 => String::new(),
         n if n == complete => ", all rated by you".into(),

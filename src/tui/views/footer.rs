@@ -73,9 +73,10 @@ fn hints(model: &Model, width: u16) -> (Vec<Hint>, Vec<Hint>) {
         .into_iter()
         .chain(hint_of(model, Action::Help))
         .collect();
-    let rest = entries(Scope::Global).into_iter();
-    let rest = rest.filter(|entry| !(model.clock.playing && entry.action == Action::Play));
-    let rest = rest.filter_map(|entry| hint_in(model, entry.action, Scope::Global));
+    let rest = entries(Scope::Global)
+        .into_iter()
+        .filter(|entry| !(model.clock.playing && entry.action == Action::Play))
+        .filter_map(|entry| hint_in(model, entry.action, Scope::Global));
     let mut rest = together(rest);
     rest.retain(|hint| !hints.contains(hint) && !last.contains(hint));
     hints.extend(rest);
@@ -160,8 +161,10 @@ fn counting(model: &Model, count: String, cancel: Hint) -> Vec<Hint> {
         ),
     ];
     let there = |&(place, ..): &(Scope, [Action; 2], &str)| place == scope || !scope.is_own();
-    let pairs = pairs.into_iter().filter(there);
-    let pairs = pairs.map(|(place, actions, words)| pair(model, place, actions, words));
+    let pairs = pairs
+        .into_iter()
+        .filter(there)
+        .map(|(place, actions, words)| pair(model, place, actions, words));
     hints.extend(pairs.filter(|(keys, _)| !keys.is_empty()));
     let top = model.look.keymap.key_in(Action::Top, scope);
     hints.extend((!top.is_empty()).then(|| (top, "line".to_string())));

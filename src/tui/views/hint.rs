@@ -58,8 +58,8 @@ pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, area: Option<Rect>, mode
             "worst moment",
         ),
         asks,
-    ];
-    let rows = rows.map(|(action, words, short)| (model.look.key(action), words, short));
+    ]
+    .map(|(action, words, short)| (model.look.key(action), words, short));
     let Some(area) = area else {
         return in_border(frame, *pane, model, &rows);
     };

@@ -105,8 +105,9 @@ fn events(model: &Model, opened: &Opened, series: &Series) -> Vec<Event> {
     let contact = contact.map(|contact| event(contact.step, 'X', contact.name(), theme.danger));
     let extreme = series.most_dangerous(measure.id);
     let extreme = extreme.map(|(step, _)| event(step, '▾', measure.extreme(), theme.text));
-    let worst = opened.worst_untouched();
-    let worst = worst.map(|moment| event(moment.step, '▼', "most severe", theme.text));
+    let worst = opened
+        .worst_untouched()
+        .map(|moment| event(moment.step, '▼', "most severe", theme.text));
     contact.into_iter().chain(worst).chain(extreme).collect()
 }
 

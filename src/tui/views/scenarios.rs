@@ -263,8 +263,9 @@ fn name(model: &Model, row: &Row, width: usize, matching: Option<&mut Matching>)
         .list
         .read
         .matched(&row.entry.name, model.list.matched, matching);
-    let mark = Style::new().fg(model.theme.accent);
-    let mark = mark.add_modifier(Modifier::UNDERLINED | Modifier::BOLD);
+    let mark = Style::new()
+        .fg(model.theme.accent)
+        .add_modifier(Modifier::UNDERLINED | Modifier::BOLD);
     let letters = whole.graphemes(true).enumerate().map(|(at, letter)| {
         let style = match matched.binary_search(&at) {
             Ok(_) => mark,
@@ -308,13 +309,17 @@ fn nothing(model: &Model) -> Option<String> {
     } else if list.rows.is_empty() {
         Some("no scenarios".into())
     } else if list.visible.is_empty() && list.known < list.rows.len() && list.read.needs_facts() {
-        let open = model.opened.as_ref();
-        let open = open.map_or(String::new(), |o| format!("; showing {}", o.name));
+        let open = model
+            .opened
+            .as_ref()
+            .map_or(String::new(), |o| format!("; showing {}", o.name));
         Some(format!("no match so far; still reading{open}"))
     } else if list.visible.is_empty() {
         let key = model.look.key(Action::Cancel);
-        let open = model.opened.as_ref();
-        let open = open.map_or(String::new(), |o| format!("; still showing {}", o.name));
+        let open = model
+            .opened
+            .as_ref()
+            .map_or(String::new(), |o| format!("; still showing {}", o.name));
         Some(format!("no match; {key} clears the filter{open}"))
     } else {
         None

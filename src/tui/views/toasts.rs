@@ -57,9 +57,12 @@ pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
         frame.render_widget(Block::new().style(model.theme.base()), area);
         frame.render_widget(words, area);
     }
-    let boxed = model.toasts.iter().rev();
-    let boxed = boxed.filter(|toast| told(model, toast));
-    let boxed = boxed.filter(|toast| line.is_none_or(|(shown, _)| !std::ptr::eq(shown, *toast)));
+    let boxed = model
+        .toasts
+        .iter()
+        .rev()
+        .filter(|toast| told(model, toast))
+        .filter(|toast| line.is_none_or(|(shown, _)| !std::ptr::eq(shown, *toast)));
     boxes(frame, place(parts, model), model, boxed.take(MOST));
 }
 

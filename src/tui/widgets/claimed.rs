@@ -106,8 +106,9 @@ pub fn counts(claims: &[CheckedClaim]) -> String {
     if !claims.is_empty() && right == claims.len() {
         return "all = right".into();
     }
-    let parts = [(right, "= right"), (wrong, "≠ wrong"), (unknown, "? open")];
-    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
+    let parts = [(right, "= right"), (wrong, "≠ wrong"), (unknown, "? open")]
+        .into_iter()
+        .filter(|(count, _)| *count > 0);
     let parts: Vec<String> = parts
         .map(|(count, word)| format!("{count} {word}"))
         .collect();
@@ -118,8 +119,9 @@ pub fn counts(claims: &[CheckedClaim]) -> String {
 #[must_use]
 pub fn short_counts(claims: &[CheckedClaim]) -> String {
     let (right, wrong, unknown) = counted(claims);
-    let parts = [(right, "="), (wrong, "≠"), (unknown, "?")];
-    let parts = parts.into_iter().filter(|(count, _)| *count > 0);
+    let parts = [(right, "="), (wrong, "≠"), (unknown, "?")]
+        .into_iter()
+        .filter(|(count, _)| *count > 0);
     let parts: Vec<String> = parts
         .map(|(count, sign)| format!("{count}{sign}"))
         .collect();

@@ -56,8 +56,9 @@ pub fn own_but(model: &Model, scope: Scope, idle: &[Action]) -> Vec<Hint> {
         let key = model.look.keymap.keys(entry).next()?;
         Some((key.to_string(), entry.short.to_string()))
     };
-    let shown = entries(scope).into_iter();
-    let shown = shown.filter(|entry| !idle.contains(&entry.action));
+    let shown = entries(scope)
+        .into_iter()
+        .filter(|entry| !idle.contains(&entry.action));
     let mut hints = together(shown.filter_map(key));
     hints.extend(hint_of(model, Action::Help));
     hints.push(close(model));
@@ -76,8 +77,8 @@ pub fn scroll(model: &Model) -> Hint {
 
 /// The keys that scroll a window by a page.
 pub fn page(model: &Model) -> Hint {
-    let keys = [Action::PageUp, Action::PageDown];
-    let keys = keys.map(|action| model.look.keymap.key_in(action, Scope::Window));
+    let keys = [Action::PageUp, Action::PageDown]
+        .map(|action| model.look.keymap.key_in(action, Scope::Window));
     (keys.join(" "), "a page".into())
 }
 

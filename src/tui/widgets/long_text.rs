@@ -202,8 +202,10 @@ impl Reading {
         self.claims.clear();
         for (place, checked) in marks.claims.iter().enumerate() {
             let span = &checked.claim.span;
-            let line = self.lines.partition_point(|l| l.from <= span.start);
-            let line = line.saturating_sub(1);
+            let line = self
+                .lines
+                .partition_point(|l| l.from <= span.start)
+                .saturating_sub(1);
             if self.lines.get(line).is_some_and(|l| span.end <= l.to) {
                 self.claims.push((line, place));
             }
@@ -325,15 +327,18 @@ impl Reading {
 
     /// The line that the JSON from a line on is folded to.
     fn fold(&self, at: usize, theme: &Theme) -> Line<'static> {
-        let more = self.lines[at + 1..].iter();
-        let more = more.take_while(|l| matches!(l.kind, Kind::Json(json) if json.before > 0));
+        let more = self.lines[at + 1..]
+            .iter()
+            .take_while(|l| matches!(l.kind, Kind::Json(json) if json.before > 0));
         let count = 1 + more.count();
         let later = self.lines[at + count..].iter();
         let last = !later.into_iter().any(|l| matches!(l.kind, Kind::Json(_)));
         let name = if last { "verdict JSON" } else { "JSON" };
         let lines = if count == 1 { "line" } else { "lines" };
-        let claims = self.claims.iter();
-        let claims = claims.filter(|(line, _)| (at..at + count).contains(line));
+        let claims = self
+            .claims
+            .iter()
+            .filter(|(line, _)| (at..at + count).contains(line));
         let claims = match claims.count() {
             0 => String::new(),
             1 => ", 1 claim".into(),

@@ -166,8 +166,10 @@ mod tests {
             }
         }
         let (_, pieces) = shown("is **very** near");
-        let bold = pieces.iter().find(|p| p.span.content == "very");
-        let bold = bold.map(|p| p.span.style.add_modifier.contains(Modifier::BOLD));
+        let bold = pieces
+            .iter()
+            .find(|p| p.span.content == "very")
+            .map(|p| p.span.style.add_modifier.contains(Modifier::BOLD));
         assert_eq!(bold, Some(true));
     }
 }

@@ -79,9 +79,10 @@ const LEAST: usize = 12;
 /// What stands at the right of a row: of its parts as many as fit whole beside the left one, which tells rows apart
 /// and is cut last.
 fn beside(left: &str, right: &str, width: usize) -> String {
-    let room = width.saturating_sub(left.width() + 1);
-    // A word of it always has its place.
-    let room = room.max(right.width().min(width / 4));
+    let room = width
+        .saturating_sub(left.width() + 1)
+        // A word of it always has its place.
+        .max(right.width().min(width / 4));
     if room < right.width().min(LEAST) {
         String::new()
     } else {

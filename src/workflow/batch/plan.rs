@@ -95,8 +95,10 @@ impl BatchRequest {
                 *path = absolute(path)?;
             }
         }
-        let truth = self.truth.clone();
-        let truth = truth.unwrap_or_else(|| TruthSource::usual(&self.entries));
+        let truth = self
+            .truth
+            .clone()
+            .unwrap_or_else(|| TruthSource::usual(&self.entries));
         let paths = self.paths.iter().map(|path| {
             if matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
                 Ok(path.clone())

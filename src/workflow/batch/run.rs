@@ -304,8 +304,8 @@ impl BatchRun {
             let entry = Entry::of_argument(Path::new(&asked.path));
             let way = way_of(&asked)?;
             builder.question(&entry, &way, &Variant::from_item(&asked)?, label_of(&asked))
-        });
-        let made = made.await;
+        })
+        .await;
         made.map_err(|error| format!("cannot be computed: {error}"))?
     }
 

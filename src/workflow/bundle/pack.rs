@@ -118,8 +118,8 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
         ));
     }
     for (name, path) in files {
-        let bytes = system::read_file(&path, system::LARGEST);
-        let bytes = bytes.map_err(|source| BundleError::io(&path, source))?;
+        let bytes = system::read_file(&path, system::LARGEST)
+            .map_err(|source| BundleError::io(&path, source))?;
         members.push((member(name, &bytes), Content::Path(path)));
     }
     let lines = BatchLines {
@@ -195,8 +195,9 @@ fn texts(
 ) -> Result<BTreeMap<String, String>, BundleError> {
     let mut texts = BTreeMap::new();
     texts.insert(EXPERIMENT.into(), experiment(request, portable, items)?);
-    let library = spec.library(request.library);
-    let library = library.map_err(|e| BundleError::Batch(e.to_string()))?;
+    let library = spec
+        .library(request.library)
+        .map_err(|e| BundleError::Batch(e.to_string()))?;
     for (file, pinned) in &spec.templates {
         let source = library.source(file).map(|(text, _)| text);
         let Some(source) = source.filter(|text| library.hash(text) == *pinned) else {

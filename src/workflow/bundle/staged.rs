@@ -28,8 +28,8 @@ impl Staged {
         let folder = tempfile::Builder::new()
             .prefix(".")
             .suffix(".part")
-            .tempdir_in(there);
-        let folder = folder.map_err(|source| BundleError::io(there, source))?;
+            .tempdir_in(there)
+            .map_err(|source| BundleError::io(there, source))?;
         Ok(Self {
             _unfinished: Unfinished::begin(folder.path()),
             folder,
@@ -62,8 +62,9 @@ impl Staged {
         let mut placed = Placed::default();
         for name in &self.names {
             let target = into.join(name);
-            let moved = { target.parent() }.map_or(Ok(()), |folder| placed.make_folder(folder));
-            let moved = moved.and_then(|()| move_to(&self.path(name), &target));
+            let moved = { target.parent() }
+                .map_or(Ok(()), |folder| placed.make_folder(folder))
+                .and_then(|()| move_to(&self.path(name), &target));
             if let Err(source) = moved {
                 placed.remove();
                 return Err(match source.kind() {

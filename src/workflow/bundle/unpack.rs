@@ -214,18 +214,20 @@ fn lines(
     let mut line = Vec::new();
     loop {
         line.clear();
-        let read = (&mut content).take(LONGEST).read_until(b'\n', &mut line);
-        let read = read.map_err(|source| BundleError::Io {
-            file: BATCH.into(),
-            source,
-        })?;
+        let read = (&mut content)
+            .take(LONGEST)
+            .read_until(b'\n', &mut line)
+            .map_err(|source| BundleError::Io {
+                file: BATCH.into(),
+                source,
+            })?;
         if read == 0 {
             return Ok(());
         }
         let text = std::str::from_utf8(&line).ok();
-        let text = text.and_then(|text| text.strip_suffix('\n'));
-        let text =
-            text.ok_or_else(|| BundleError::Batch("a line that is no text, or too long".into()))?;
+        let text = text
+            .and_then(|text| text.strip_suffix('\n'))
+            .ok_or_else(|| BundleError::Batch("a line that is no text, or too long".into()))?;
         each(text)?;
     }
 }

@@ -35,11 +35,14 @@ impl Experiment {
         if request.protocol != Protocol::default() {
             add("protocol", vec![request.protocol.name().to_string()]);
         }
-        let leads = request.lead.iter().chain(&matrix.more_leads);
-        let leads = leads.map(|lead| match lead {
-            Lead::Paper => "end".to_string(),
-            Lead::Seconds(seconds) => format!("{seconds} s"),
-        });
+        let leads = request
+            .lead
+            .iter()
+            .chain(&matrix.more_leads)
+            .map(|lead| match lead {
+                Lead::Paper => "end".to_string(),
+                Lead::Seconds(seconds) => format!("{seconds} s"),
+            });
         add("leads", leads.collect());
         add("transforms", words(&matrix.transforms, ToString::to_string));
         add(

@@ -141,8 +141,10 @@ impl<'a> Reading<'a> {
     /// Leads: seconds, or `end`.
     pub fn leads(&mut self, key: &'static str) -> Vec<Lead> {
         self.each(key, |value| {
-            let word = value.as_str().map(str::to_string);
-            let word = word.or_else(|| number(value).map(|seconds| seconds.to_string()))?;
+            let word = value
+                .as_str()
+                .map(str::to_string)
+                .or_else(|| number(value).map(|seconds| seconds.to_string()))?;
             Some(word.parse())
         })
     }

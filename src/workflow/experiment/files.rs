@@ -42,9 +42,9 @@ pub fn experiments_in(folder: &Path) -> Result<FolderOfExperiments, String> {
     } else {
         folder
     };
-    let entries = here.read_dir();
-    let entries =
-        entries.map_err(|error| format!("{}: {}", here.display(), system::words(&error)))?;
+    let entries = here
+        .read_dir()
+        .map_err(|error| format!("{}: {}", here.display(), system::words(&error)))?;
     let mut found = FolderOfExperiments::default();
     let mut candidates = Vec::new();
     for entry in entries.flatten().take(MOST) {

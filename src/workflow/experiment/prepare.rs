@@ -58,8 +58,11 @@ impl Experiment {
     /// # Errors
     /// A path is not there, or there is no scenario in any of them: in words.
     pub fn find_scenarios(&self) -> Result<SearchResults, String> {
-        let paths = self.paths.iter().map(|path| resolved(path));
-        let paths = paths.collect::<Result<Vec<_>, _>>()?;
+        let paths = self
+            .paths
+            .iter()
+            .map(|path| resolved(path))
+            .collect::<Result<Vec<_>, _>>()?;
         find(&paths).map_err(|error| error.to_string())
     }
 
@@ -77,10 +80,12 @@ impl Experiment {
     ) -> Result<PreparedExperiment, String> {
         let named = |why| format!("{}: {why}", file.display());
         let entries = selected(found, &self.subset, context.thresholds).map_err(named)?;
-        let request = self.request(entries, shard, context.library);
-        let mut request = request.map_err(named)?;
-        let batch = request.stored(context.store, context.library, context.thresholds);
-        let batch = batch.map_err(|error| error.to_string())?;
+        let mut request = self
+            .request(entries, shard, context.library)
+            .map_err(named)?;
+        let batch = request
+            .stored(context.store, context.library, context.thresholds)
+            .map_err(|error| error.to_string())?;
         Ok(PreparedExperiment { request, batch })
     }
 }

@@ -119,17 +119,20 @@ impl ExperimentProgress {
     }
 
     fn of_way(&mut self, way: &PromptConfig) -> &mut WayProgress {
-        let place = self.ways.iter().position(|known| known.way == *way);
-        let place = place.unwrap_or_else(|| {
-            self.ways.push(WayProgress {
-                way: way.clone(),
-                answered: 0,
-                failed: 0,
-                open: 0,
-                unaskable: 0,
+        let place = self
+            .ways
+            .iter()
+            .position(|known| known.way == *way)
+            .unwrap_or_else(|| {
+                self.ways.push(WayProgress {
+                    way: way.clone(),
+                    answered: 0,
+                    failed: 0,
+                    open: 0,
+                    unaskable: 0,
+                });
+                self.ways.len() - 1
             });
-            self.ways.len() - 1
-        });
         &mut self.ways[place]
     }
 }

@@ -86,8 +86,8 @@ impl Experiment {
             "pack",
             Pack::parse,
             &Pack::ALL.map(Pack::name),
-        );
-        let pack = pack.unwrap_or_default();
+        )
+        .unwrap_or_default();
         let measures = measures(&mut reading);
         let select = reading.text("select");
         if let Some(Err(why)) = select.as_deref().map(Selector::read) {

@@ -204,8 +204,8 @@ fn written_table(table: &PivotRequest) -> Value {
         ("columns", table.columns.map(Axis::name)),
         ("measure", Some(table.measure.name())),
         ("against", table.against.as_deref()),
-    ];
-    let entries = entries.into_iter();
+    ]
+    .into_iter();
     Value::Table(
         entries
             .filter_map(|(key, value)| Some((key.to_string(), value?.into())))

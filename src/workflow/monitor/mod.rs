@@ -277,8 +277,9 @@ impl PreparedPlan {
         monitor: &Monitor<'_>,
         control: &mut dyn FnMut(&Rollout, i64, bool) -> Control,
     ) -> Result<Option<Rollout>, PlanError> {
-        let driver = self.driver(&self.scenario, cancel);
-        let driver = driver.map_err(|error| self.nothing(&error))?;
+        let driver = self
+            .driver(&self.scenario, cancel)
+            .map_err(|error| self.nothing(&error))?;
         let every = monitor.steps(driver.dt());
         let first = driver.whole().step;
         let mut before = None;

@@ -322,8 +322,10 @@ mod tests {
             let warned = warnings(0..120, &answers);
             assert_eq!(warned[0].meant_until, 39, "{warned:?}");
             let lead = lead(&warned, &dangerous, incident, 20).unwrap_or(0);
-            let alarms = warned.iter().filter(|w| is_false(w, &dangerous, 20));
-            let alarms = alarms.count();
+            let alarms = warned
+                .iter()
+                .filter(|w| is_false(w, &dangerous, 20))
+                .count();
             assert!(lead <= before.0 && alarms >= before.1, "{latency}");
             before = (lead, alarms);
         }

@@ -178,8 +178,10 @@ fn named(key: &str, value: &str) -> Result<Option<Test>, String> {
     match key {
         "tag" => Ok((!small.is_empty()).then_some(Test::Tag(small))),
         "country" => {
-            let named = value.split(',').filter(|name| !name.is_empty());
-            let named = named.map(|name| (name.to_uppercase(), codes_of(name)));
+            let named = value
+                .split(',')
+                .filter(|name| !name.is_empty())
+                .map(|name| (name.to_uppercase(), codes_of(name)));
             let test = || Test::Country(named.collect());
             Ok((!small.is_empty()).then(test))
         }

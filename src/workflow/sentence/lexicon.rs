@@ -179,8 +179,10 @@ pub fn alike(word: &str) -> Option<&'static str> {
     if is_known || word.chars().count() < SHORTEST {
         return None;
     }
-    let known = PHRASES.iter().filter(|(_, meaning)| meaning.narrows());
-    let known = known.flat_map(|(forms, _)| forms.split('|'));
+    let known = PHRASES
+        .iter()
+        .filter(|(_, meaning)| meaning.narrows())
+        .flat_map(|(forms, _)| forms.split('|'));
     let known: Vec<&str> = known.filter(|known| known.len() >= SHORTEST).collect();
     mistyped(&word, known)
 }

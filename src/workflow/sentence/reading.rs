@@ -23,8 +23,9 @@ pub fn read(sentence: &str) -> Sentence {
     }
     reading.end();
     let unknown = reading.unknown.iter().zip(places.iter().zip(&words));
-    let unknown = unknown.filter(|(unknown, _)| **unknown);
-    let unknown = unknown.map(|(_, (place, token))| (*place, token.said.clone()));
+    let unknown = unknown
+        .filter(|(unknown, _)| **unknown)
+        .map(|(_, (place, token))| (*place, token.said.clone()));
     let sides = sides.into_iter().map(|(place, token)| (place, token.said));
     let mut unknown: Vec<(usize, String)> = unknown.chain(sides).collect();
     unknown.sort();

@@ -81,8 +81,10 @@ fn every_filter_is_one_that_the_filter_language_reads() {
     let all = || cases().into_iter().chain(cases_of(MORE));
     let made = all().map(|(s, ..)| Sentence::read(s).filter);
     let meant = all().map(|(_, f, _)| f.to_string());
-    let phrases = documented().into_iter().map(|(_, gives)| gives);
-    let phrases = phrases.filter(|gives| gives.contains([':', '<']));
+    let phrases = documented()
+        .into_iter()
+        .map(|(_, gives)| gives)
+        .filter(|gives| gives.contains([':', '<']));
     for filter in made.chain(meant).chain(phrases) {
         let read = Filter::read_for_windows(&filter);
         assert!(

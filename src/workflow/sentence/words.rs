@@ -30,8 +30,10 @@ impl Token {
     fn of(said: &str) -> Self {
         let small = said.to_lowercase();
         let begins = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-');
-        let number = small.parse::<f64>().ok();
-        let number = number.filter(|n| n.is_finite() && small.starts_with(begins));
+        let number = small
+            .parse::<f64>()
+            .ok()
+            .filter(|n| n.is_finite() && small.starts_with(begins));
         let in_words = NUMBERS.iter().find(|(word, _)| *word == small);
         Self {
             stem: stem(&small),
@@ -197,8 +199,9 @@ pub fn stem(word: &str) -> String {
     let plural = word.ends_with('s') && !word.ends_with("ss") && !word.ends_with("us");
     let one = &word[..word.len() - usize::from(plural)];
     let mut endings = ["ing", "ed"].iter();
-    let cut = endings.find_map(|ending| one.strip_suffix(ending));
-    let cut = cut.filter(|rest| rest.len() >= 3 && rest.contains(['a', 'e', 'i', 'o', 'u', 'y']));
+    let cut = endings
+        .find_map(|ending| one.strip_suffix(ending))
+        .filter(|rest| rest.len() >= 3 && rest.contains(['a', 'e', 'i', 'o', 'u', 'y']));
     let mut stem = cut.unwrap_or(one).to_string();
     if stem.len() > 3 && stem.ends_with('e') {
         stem.pop();

@@ -65,10 +65,12 @@ pub fn estimate(
     let request = longest(plan, models);
     let reflection = models.reflect.endpoint.at_most(&request);
     let known = base.unbounded == 0 && base.unpriced == 0;
-    let most_usd = reflection.zip(dearest).filter(|_| known);
-    let most_usd = most_usd.map(|(reflection, answer)| {
-        base.usd + reflection * proposals as f64 + answer * more as f64
-    });
+    let most_usd = reflection
+        .zip(dearest)
+        .filter(|_| known)
+        .map(|(reflection, answer)| {
+            base.usd + reflection * proposals as f64 + answer * more as f64
+        });
     Ok(TuneEstimate {
         answers: plan.questions.len() + more,
         reflections: proposals,

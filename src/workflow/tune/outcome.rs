@@ -127,8 +127,10 @@ pub(super) fn conclude(
     // Of equally good ones the cheapest, of these the first.
     let key = |one: &Candidate| (gain(one), -cost.of_score(&one.score));
     let judges = |one: &&Candidate| one.score.counts.always().is_none();
-    let better = candidates[1..].iter().filter(judges);
-    let better = better.filter(|one| gain(one) > 0.0);
+    let better = candidates[1..]
+        .iter()
+        .filter(judges)
+        .filter(|one| gain(one) > 0.0);
     let best = better.reduce(|best, one| if key(one) > key(best) { one } else { best });
     best.map(|one| one.number)
 }

@@ -59,8 +59,11 @@ pub(super) fn messages(
         Template::body_of(&parent.source).trim()
     );
     for name in plan.library.included(&parent.source) {
-        let fragment = plan.library.fragments().get(name);
-        let fragment = fragment.map_or("", String::as_str);
+        let fragment = plan
+            .library
+            .fragments()
+            .get(name)
+            .map_or("", String::as_str);
         text += &format!("\n# It includes {name}\n\n```\n{}\n```\n", fragment.trim());
     }
     let way = &plan.way;

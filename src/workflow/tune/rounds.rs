@@ -126,8 +126,10 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
 
     /// Measures the base.
     async fn base(&mut self) -> Result<(), Halt> {
-        let asked = self.selection.iter();
-        let asked = asked.map(|at| (*at, self.plan.questions[*at].question.clone()));
+        let asked = self
+            .selection
+            .iter()
+            .map(|at| (*at, self.plan.questions[*at].question.clone()));
         let replies = self.ask(0, DevPart::Selection, asked.collect()).await?;
         let score = Score::new(self.plan, &self.selection, &replies);
         if let Some(RefusedBecause::Unanswered { missing, of, why }) = unanswered(&score, &replies)

@@ -41,8 +41,10 @@ fn plan() -> TunePlan {
     let choice = TuneChoice::default();
     let request = experiment.tuned(&choice, file, found, context).unwrap();
     assert_eq!(request.test_scenarios, 1);
-    let batch = request.plan(context, &Cancel::default(), &mut |_| {});
-    let batch = batch.unwrap().unwrap();
+    let batch = request
+        .plan(context, &Cancel::default(), &mut |_| {})
+        .unwrap()
+        .unwrap();
     let models = BatchModels {
         providers: &toml::Table::new(),
         config_file: file,
@@ -51,8 +53,9 @@ fn plan() -> TunePlan {
         concurrency: None,
         today: jiff::civil::date(2026, 1, 1),
     };
-    let judges = models.judges(&batch.models(), &batch.spec, &mut |_| {});
-    let judges = judges.unwrap();
+    let judges = models
+        .judges(&batch.models(), &batch.spec, &mut |_| {})
+        .unwrap();
     let dry_run = batch.dry_run(&judges, &store, &Cancel::default(), &mut |_| {});
     TunePlan::new(&batch, &dry_run.unwrap().unwrap(), &library, 1).unwrap()
 }

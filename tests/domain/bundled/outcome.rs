@@ -66,10 +66,12 @@ fn the_others_keep_clear_of_each_other() {
             .unwrap();
         for (i, a) in all.iter().enumerate() {
             for b in &all[i + 1..] {
-                let nearest = (0..steps).filter_map(|step| {
-                    Some((a.placed_at(step)?.distance(&b.placed_at(step)?), step))
-                });
-                let nearest = nearest.min_by(|x, y| x.0.total_cmp(&y.0)).unwrap();
+                let nearest = (0..steps)
+                    .filter_map(|step| {
+                        Some((a.placed_at(step)?.distance(&b.placed_at(step)?), step))
+                    })
+                    .min_by(|x, y| x.0.total_cmp(&y.0))
+                    .unwrap();
                 if nearest.0 < 0.3 {
                     complaints.push(format!(
                         "{}: {} and {} are {:.2} m apart at {}",

@@ -64,8 +64,10 @@ fn the_words_name_the_times_and_everyone_on_it() {
     };
     let both_of_one = in_frame(&scene, Frame::TrajectoryPicture, &window, &one).unwrap();
     let words_of_one = in_frame(&scene, Frame::Trajectory, &window, &one).unwrap();
-    let more = both_of_one.text.strip_prefix(words_of_one.text.as_str());
-    let more = more.unwrap();
+    let more = both_of_one
+        .text
+        .strip_prefix(words_of_one.text.as_str())
+        .unwrap();
     for part in [
         "t = 2.20, 2.40, 2.60, 2.80, 3.00 s",
         "only this one, with its id, however far away it is",

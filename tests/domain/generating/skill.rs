@@ -45,8 +45,9 @@ async fn asked(feedback: bool) -> Written {
         let mut begun = begun.lock().unwrap();
         // A conversation is known by its first answer.
         let known = messages.get(2).and_then(|m| m["content"].as_str());
-        let which = known.and_then(|first| begun.iter().position(|one| one == first));
-        let which = which.unwrap_or(begun.len());
+        let which = known
+            .and_then(|first| begun.iter().position(|one| one == first))
+            .unwrap_or(begun.len());
         let share = 0.1 * 0.5_f64.powi(turns as i32);
         let points = off(&plan, share, 7 + 31 * which as u32 + turns as u32);
         if turns == 0 {

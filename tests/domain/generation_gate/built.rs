@@ -93,8 +93,10 @@ pub fn names(refusals: &[Refusal]) -> BTreeSet<&'static str> {
 
 /// The first refusal of this name, with step, value and limit.
 pub fn first(refusals: &[Refusal], name: &str) -> (i64, f64, f64) {
-    let found = refusals.iter().find(|r| r.reason.name() == name);
-    let found = found.unwrap_or_else(|| panic!("no {name} in {refusals:?}"));
+    let found = refusals
+        .iter()
+        .find(|r| r.reason.name() == name)
+        .unwrap_or_else(|| panic!("no {name} in {refusals:?}"));
     (
         found.step.expect("a step"),
         found.value.expect("a value"),

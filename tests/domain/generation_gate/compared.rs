@@ -39,8 +39,10 @@ fn no_more_changes_pass_than_there_may_be() {
     assert_eq!(reasons(&original, &original), [Reason::Unchanged]);
     let one = driven(&original, 304, 70, 0.0, &[(-2.0, 0.0)]);
     let two = driven(&original, 302, 70, 0.0, &[(-12.0, 0.0)]);
-    let both = JointChange::new(vec![one, two]).unwrap();
-    let both = both.apply(&original).unwrap();
+    let both = JointChange::new(vec![one, two])
+        .unwrap()
+        .apply(&original)
+        .unwrap();
     assert_eq!(reasons(&original, &both), []);
     let compared = Gate::new(&original).with_attackers(1).compare(&both, None);
     assert_eq!(compared.refusals.len(), 1);

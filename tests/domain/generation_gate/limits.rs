@@ -33,8 +33,9 @@ fn what_a_car_can_drive_passes() {
     let mut inputs = vec![(-2.0, 0.1), (-5.0, -0.1), (-8.0, -0.1), (-8.0, 0.1)];
     inputs.extend([(-6.0, 0.0), (-3.0, 0.0), (0.0, 0.0), (1.0, 0.0)]);
     let change = driven(&scenario, CAR, STEP, 0.0, &inputs);
-    let passed = Gate::new(&scenario).check(&change, None);
-    let passed = passed.unwrap_or_else(|refusals| panic!("{refusals:?}"));
+    let passed = Gate::new(&scenario)
+        .check(&change, None)
+        .unwrap_or_else(|refusals| panic!("{refusals:?}"));
     assert_eq!((passed.steps, passed.exempt), (inputs.len(), 0));
     assert!((0.69..1.0).contains(&passed.friction), "{passed:?}");
     assert!(passed.recording.is_empty());

@@ -195,8 +195,10 @@ fn nobody_else_is_driven_over() {
 #[test]
 fn the_ego_is_not_touched_by_the_recording() {
     let entries = bundled();
-    let entry = entries.iter().find(|e| e.name.contains("HardBraking"));
-    let entry = entry.unwrap();
+    let entry = entries
+        .iter()
+        .find(|e| e.name.contains("HardBraking"))
+        .unwrap();
     let scenario = entry.read().unwrap();
     let mut ego = entry.recorded_ego(&scenario).unwrap().unwrap();
     // The ego takes the place of the car itself until step 30.

@@ -12,8 +12,10 @@ use super::built::{drifting, driven, scenario, untouched};
 use crate::support::program::skipped;
 
 fn has_python() -> bool {
-    let found = Command::new("python3").arg("--version").output();
-    let found = found.is_ok_and(|output| output.status.success());
+    let found = Command::new("python3")
+        .arg("--version")
+        .output()
+        .is_ok_and(|output| output.status.success());
     if !found {
         skipped("there is no python3 here");
     }

@@ -16,8 +16,8 @@ fn everybody_passes_with_the_recorded_motion() {
         for obstacle in all.filter(|o| o.role == ObstacleRole::Dynamic) {
             let steps = obstacle.track().steps();
             let change = untouched(&scenario, obstacle.id, steps.start);
-            let passed = gate.check(&change, None);
-            let passed = passed
+            let passed = gate
+                .check(&change, None)
                 .unwrap_or_else(|refusals| panic!("{} {}: {refusals:?}", entry.name, obstacle.id));
             let ways = usize::try_from(steps.end - steps.start - 1).unwrap();
             assert_eq!((passed.steps, passed.exempt), (0, ways));

@@ -84,14 +84,18 @@ fn other_encodings_are_read_or_named() {
             wider(&marked, u32::to_be_bytes),
         ] {
             let said = read(&bytes, "wide.xml").unwrap_err();
-            let told = ["UTF-32", "zero byte", "no text"];
-            let told = told.iter().any(|words| said.message.contains(words));
+            let told = ["UTF-32", "zero byte", "no text"]
+                .iter()
+                .any(|words| said.message.contains(words));
             assert!(told && said.line > 0, "{said}");
         }
     }
     let latin = |declared: &str| -> Vec<u8> {
-        let named = text.replacen("UTF-8", declared, 1);
-        let named = named.replacen("author=\"a\"", "author=\"M\u{fc}ller\"", 1);
+        let named = text.replacen("UTF-8", declared, 1).replacen(
+            "author=\"a\"",
+            "author=\"M\u{fc}ller\"",
+            1,
+        );
         named.chars().map(|c| c as u8).collect()
     };
     let declared = read(&latin("ISO-8859-1"), "latin.xml").unwrap();

@@ -132,8 +132,10 @@ fn network(line: &Polyline) -> LaneletNetwork {
             lights: Vec::new(),
         }
     };
-    let lanelets = (0..3).flat_map(|row| (0..2).map(move |lane| (row, lane)));
-    let lanelets = lanelets.map(|(row, lane)| lanelet(row, lane)).collect();
+    let lanelets = (0..3)
+        .flat_map(|row| (0..2).map(move |lane| (row, lane)))
+        .map(|(row, lane)| lanelet(row, lane))
+        .collect();
     LaneletNetwork::new(lanelets, Vec::new(), Vec::new(), Vec::new())
 }
 

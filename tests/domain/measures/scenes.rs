@@ -53,7 +53,10 @@ pub fn recorded(every: usize) -> Option<impl Iterator<Item = (String, Scene)>> {
         crate::support::program::skipped(&format!("there are no recorded scenes at {published}"));
         return None;
     }
-    let scenes = find(&[published]).unwrap().entries.into_iter();
-    let scenes = scenes.filter_map(|entry| opened(&entry).map(|scene| (entry.name, scene)));
+    let scenes = find(&[published])
+        .unwrap()
+        .entries
+        .into_iter()
+        .filter_map(|entry| opened(&entry).map(|scene| (entry.name, scene)));
     Some(scenes.step_by(if thorough() { 1 } else { every }))
 }

@@ -178,8 +178,12 @@ impl Move {
 
     fn scenario(&self, scenario: &Scenario) -> Scenario {
         let mut moved = scenario.clone();
-        let lanelets = scenario.network.lanelets.iter();
-        let lanelets = lanelets.map(|l| self.lanelet(l)).collect();
+        let lanelets = scenario
+            .network
+            .lanelets
+            .iter()
+            .map(|l| self.lanelet(l))
+            .collect();
         moved.network = LaneletNetwork::new(lanelets, Vec::new(), Vec::new(), Vec::new());
         let obstacles = scenario.obstacles.iter();
         moved.obstacles = obstacles.map(|o| self.obstacle(o, scenario.dt())).collect();

@@ -52,8 +52,10 @@ fn straight_curved_braked_and_parked_can_be_driven() {
         assert_eq!(tracked(&states), []);
         let feasible = check().states(100, &states).unwrap();
         assert_eq!(feasible.steps, inputs.len());
-        let most = states.iter().map(|s| friction(s, s.acceleration) / 11.5);
-        let most = most.fold(0.0, f64::max);
+        let most = states
+            .iter()
+            .map(|s| friction(s, s.acceleration) / 11.5)
+            .fold(0.0, f64::max);
         assert!(
             (feasible.friction - most).abs() < 0.02,
             "{feasible:?} {most}"

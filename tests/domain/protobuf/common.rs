@@ -201,8 +201,7 @@ pub fn obstacle(obstacle: &Obstacle, body: Body) -> Bytes {
     let shape = body(obstacle.footprint.as_ref().unwrap().shape());
     let out = message()
         .whole(1, obstacle.id)
-        .whole(2, kind(obstacle.kind));
-    let out = out
+        .whole(2, kind(obstacle.kind))
         .inner(3, shape.clone())
         .inner(4, state(obstacle.initial.as_ref().unwrap()));
     let out = match &obstacle.prediction {
@@ -270,9 +269,10 @@ pub fn problem(problem: &PlanningProblem, tags: Option<Bytes>) -> Bytes {
 /// The location of a scenario, without its environment.
 pub fn location(scenario: &Scenario) -> Bytes {
     let location = scenario.location.clone().unwrap_or_default();
-    let out = message().whole(1, location.geo_name_id.unwrap_or(-999));
-    let out = out.double(2, location.latitude.unwrap_or(999.0));
-    let out = out.double(3, location.longitude.unwrap_or(999.0));
+    let out = message()
+        .whole(1, location.geo_name_id.unwrap_or(-999))
+        .double(2, location.latitude.unwrap_or(999.0))
+        .double(3, location.longitude.unwrap_or(999.0));
     let Some(geo) = location.transformation else {
         return out;
     };

@@ -92,8 +92,7 @@ fn with(more: impl FnOnce(Bytes) -> Bytes) -> Result<nearmiss::scenario::Scenari
     let information = message()
         .text(1, "2020a")
         .text(2, "ZAM_Test-1_1_T-1")
-        .inner(3, date);
-    let information = information
+        .inner(3, date)
         .text(4, "")
         .text(5, "")
         .text(6, "")
@@ -165,8 +164,8 @@ fn numbers_out_of_reason_are_named() {
     );
     let backwards = message()
         .inner(1, point(0.0, 0.0))
-        .inner(4, message().inner(2, point(3.0, 1.0)));
-    let backwards = backwards.inner(39, message().whole(1, 0));
+        .inner(4, message().inner(2, point(3.0, 1.0)))
+        .inner(39, message().whole(1, 0));
     let empty = fault(obstacle(backwards, circle()));
     assert!(
         empty.contains("initial_state/velocity: the interval from 3 to 1 is empty"),
@@ -252,8 +251,10 @@ fn what_is_not_known_is_left_out_and_noted() {
 
 /// The fields of which it is said that characters in them were replaced.
 fn replaced(scenario: &nearmiss::scenario::Scenario) -> Vec<&str> {
-    let said = scenario.diagnostics.iter();
-    let said = said.filter(|d| d.message.contains("U+FFFD"));
+    let said = scenario
+        .diagnostics
+        .iter()
+        .filter(|d| d.message.contains("U+FFFD"));
     said.map(|d| d.element.as_str()).collect()
 }
 
@@ -387,8 +388,9 @@ fn a_border_that_all_lanelets_share_does_not_fill_the_memory() {
         .text(4, "")
         .text(5, "")
         .text(6, "");
-    let map = message().inner(1, message().inner(1, id).inner(2, file));
-    let map = map.inner(2, message().whole(1, 0).double(2, 0.0).double(3, 0.0));
+    let map = message()
+        .inner(1, message().inner(1, id).inner(2, file))
+        .inner(2, message().whole(1, 0).double(2, 0.0).double(3, 0.0));
     let points: Vec<_> = (0..1000).map(|i| (f64::from(i), 0.0)).collect();
     let border = message()
         .whole(1, 5)

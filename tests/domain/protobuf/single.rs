@@ -198,11 +198,10 @@ fn bound(bound: &Bound) -> Bytes {
 }
 
 fn lanelet(lanelet: &Lanelet) -> Bytes {
-    let out = message().whole(1, lanelet.id);
-    let out = out
+    let out = message()
+        .whole(1, lanelet.id)
         .inner(2, bound(&lanelet.left))
-        .inner(3, bound(&lanelet.right));
-    let out = out
+        .inner(3, bound(&lanelet.right))
         .wholes(4, &lanelet.predecessors)
         .wholes(5, &lanelet.successors);
     let beside = [
@@ -217,8 +216,9 @@ fn lanelet(lanelet: &Lanelet) -> Bytes {
     });
     let out = lanelet.stop_line.iter().fold(out, |out, line| {
         let points = line.points.iter().flat_map(|(from, to)| [from, to]);
-        let inner = message().each(points, |out, p| out.inner(1, point(p.x, p.y)));
-        let inner = inner.whole(2, place(&MARKINGS, line.marking.name()));
+        let inner = message()
+            .each(points, |out, p| out.inner(1, point(p.x, p.y)))
+            .whole(2, place(&MARKINGS, line.marking.name()));
         out.inner(10, inner.wholes(3, &line.signs).wholes(4, &line.lights))
     });
     out.wholes(11, &places(&TYPES, &lanelet.types))
@@ -252,8 +252,8 @@ fn light(light: &TrafficLight) -> Bytes {
     let out = light
         .position
         .iter()
-        .fold(out, |out, p| out.inner(3, point(p.x, p.y)));
-    let out = out.whole(4, light.offset);
+        .fold(out, |out, p| out.inner(3, point(p.x, p.y)))
+        .whole(4, light.offset);
     let out = light
         .direction
         .iter()
@@ -267,8 +267,9 @@ fn intersection(intersection: &Intersection) -> Bytes {
         let inner = message()
             .whole(1, road.id)
             .wholes(2, &road.lanelets)
-            .wholes(3, &road.right);
-        let inner = inner.wholes(4, &road.straight).wholes(5, &road.left);
+            .wholes(3, &road.right)
+            .wholes(4, &road.straight)
+            .wholes(5, &road.left);
         out.inner(
             2,
             road.is_left_of

@@ -103,13 +103,14 @@ fn meta(scenario: &Scenario) -> Bytes {
 
 fn map(scenario: &Scenario) -> Bytes {
     let network = &scenario.network;
-    let out = message().inner(
-        1,
-        message()
-            .inner(1, map_id(scenario))
-            .inner(2, file(scenario)),
-    );
-    let out = out.inner(2, location(scenario));
+    let out = message()
+        .inner(
+            1,
+            message()
+                .inner(1, map_id(scenario))
+                .inner(2, file(scenario)),
+        )
+        .inner(2, location(scenario));
     let numbered = || network.lanelets.iter().zip(0..);
     let out = out.each(numbered(), |out, (l, i)| out.inner(3, lanelet(l, i)));
     let lines = numbered().filter_map(|(l, i)| Some((l.stop_line.as_ref()?, i)));
@@ -140,8 +141,11 @@ fn map(scenario: &Scenario) -> Bytes {
     let out = out.each(&network.intersections, |out, intersection| {
         let inner = message().whole(1, intersection.id);
         let inner = inner.each(&intersection.incomings, |out, road| {
-            let group = message().whole(1, road.id).wholes(2, &road.lanelets);
-            let group = group.wholes(4, &road.right).wholes(5, &road.straight);
+            let group = message()
+                .whole(1, road.id)
+                .wholes(2, &road.lanelets)
+                .wholes(4, &road.right)
+                .wholes(5, &road.straight);
             out.inner(2, group.wholes(6, &road.left))
         });
         let crossings = intersection.crossings.iter().zip(7_000_000..);
@@ -197,8 +201,7 @@ fn lanelet(lanelet: &Lanelet, i: i64) -> Bytes {
         .whole(1, lanelet.id)
         .whole(2, 2 * i)
         .whole(3, 2 * i + 1)
-        .whole(5, 1);
-    let out = out
+        .whole(5, 1)
         .wholes(6, &lanelet.predecessors)
         .wholes(7, &lanelet.successors);
     let beside = [

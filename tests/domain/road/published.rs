@@ -57,8 +57,9 @@ fn every_planning_problem_has_a_route_and_every_recorded_position_is_beside_one(
             }
         }
         let (_, poses) = poses(&entry, &scenario);
-        let route = graph.route_along(poses.iter().copied());
-        let route = route.unwrap_or_else(|error| panic!("{}: {error}", entry.name));
+        let route = graph
+            .route_along(poses.iter().copied())
+            .unwrap_or_else(|error| panic!("{}: {error}", entry.name));
         deviation = deviation.max(route.path.deviation());
         let mut hint = route.start;
         for pose in &poses {
@@ -98,8 +99,9 @@ fn lanelets_and_drivable_area_agree_on_real_maps() {
         let (footprint, poses) = poses(&entry, &scenario);
         for lanelet in &network.lanelets {
             let lane = Lane::from_lanelet(lanelet).unwrap();
-            let middle = (0..=8).map(|i| lane.length() * f64::from(i) / 8.0);
-            let middle = middle.map(|s| lane.centre().pose_at(s).position);
+            let middle = (0..=8)
+                .map(|i| lane.length() * f64::from(i) / 8.0)
+                .map(|s| lane.centre().pose_at(s).position);
             lanelets += 1;
             // A few lanelets have a border that curls, so that their middle is beside them.
             if middle.clone().any(|p| !contains(&lanelet.ring(), &p)) {

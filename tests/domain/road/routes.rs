@@ -38,11 +38,12 @@ fn straight_on_and_a_lane_change() {
     );
     assert_eq!(straight.destination, Destination::Goal(0));
 
-    let change = graph.route(&problem(
-        Pose::new(10.0, 0.5, 0.0),
-        vec![to_region(150.0, WIDTH)],
-    ));
-    let change = change.unwrap();
+    let change = graph
+        .route(&problem(
+            Pose::new(10.0, 0.5, 0.0),
+            vec![to_region(150.0, WIDTH)],
+        ))
+        .unwrap();
     let sides: Vec<_> = change.legs.iter().filter_map(|l| l.change).collect();
     assert_eq!((sides, change.legs.len()), (vec![Side::Left], 3));
     // Smooth across: on the first lane's middle at the start, on the other's at the goal, never beyond.

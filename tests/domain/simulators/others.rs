@@ -182,8 +182,9 @@ fn trajectories_that_are_not_worked_out_are_named() {
         ("<TimeReference>", "<Other>", "without times"),
     ] {
         let closing = from.replace('<', "</");
-        let text = scenario(STANDS).replace(from, to);
-        let text = text.replace(&closing, &to.replace('<', "</"));
+        let text = scenario(STANDS)
+            .replace(from, to)
+            .replace(&closing, &to.replace('<', "</"));
         let (_folder, path) = folder_with(&text);
         let error = Entry::of_file(&path).read().unwrap_err();
         assert!(error.message.contains(words), "{error}");

@@ -198,8 +198,8 @@ fn direct_junctions_join_lanes() {
 #[test]
 fn what_is_not_used_of_roads_is_counted() {
     let more = r#"<objects><object id="1"/><object id="2"/></objects><planted/>"#;
-    let text = road(r#"<planted deep="1"/>"#, r#"planted="1""#, more);
-    let text = text.replace(r#"a="3.5"/>"#, r#"a="3.5" planted="x"/>"#);
+    let text = road(r#"<planted deep="1"/>"#, r#"planted="1""#, more)
+        .replace(r#"a="3.5"/>"#, r#"a="3.5" planted="x"/>"#);
     let read = alone("a.xodr", &text).unwrap();
     let unused = unused(&read);
     for (kind, count) in [

@@ -36,14 +36,14 @@ fn again_with(
     change_scenario: impl Fn(String) -> String,
 ) -> (Scenario, Arc<Scenario>) {
     let scenario = commonroad::read(xml.as_bytes(), "small").unwrap();
-    let written = write_openscenario(&Export {
+    let mut written = write_openscenario(&Export {
         scenario: &scenario,
         ego: ExportedEgo::Missing,
         road_file: "small.xodr",
         properties: &BTreeMap::new(),
         about: &[],
-    });
-    let mut written = written.unwrap();
+    })
+    .unwrap();
     written.roads = change_roads(String::from_utf8(written.roads).unwrap()).into_bytes();
     written.scenario = change_scenario(String::from_utf8(written.scenario).unwrap()).into_bytes();
     let folder = tempfile::tempdir().unwrap();
@@ -202,8 +202,10 @@ fn states_before_and_after_which_an_obstacle_is_away_are_kept() {
             scenario.replace(name, &format!("{name}1 "))
         },
     );
-    let warned = cut.diagnostics.iter();
-    let warned = warned.filter(|d| d.message.contains("has 5 numbers for 4 states"));
+    let warned = cut
+        .diagnostics
+        .iter()
+        .filter(|d| d.message.contains("has 5 numbers for 4 states"));
     assert_eq!(warned.count(), 1, "{:?}", cut.diagnostics);
 }
 

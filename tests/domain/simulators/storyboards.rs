@@ -65,13 +65,13 @@ fn acts_begin_before_their_events_do() {
         seen(&read.obstacles[0], &[0, 19, 20, 40]),
         [20.0, 20.0, 40.0, 60.0].map(Some)
     );
-    let depends = act("B", 0.0, 0.0, &follow(&[(0.0, 20.0), (4.0, 60.0)]));
-    let depends = depends.replacen(
-        "<ByValueCondition>",
-        "<ByEntityCondition/><ByValueConditions>",
-        2,
-    );
-    let depends = depends.replace("</ByValueCondition>", "</ByValueConditions>");
+    let depends = act("B", 0.0, 0.0, &follow(&[(0.0, 20.0), (4.0, 60.0)]))
+        .replacen(
+            "<ByValueCondition>",
+            "<ByEntityCondition/><ByValueConditions>",
+            2,
+        )
+        .replace("</ByValueCondition>", "</ByValueConditions>");
     let error = try_on_road(&road("", "", ""), &init, &story(&[depends])).unwrap_err();
     assert!(error.contains("only a player works out"), "{error}");
 }
@@ -106,8 +106,8 @@ fn places_beyond_a_road_and_times_that_fall_are_told() {
         &road("", "", ""),
         &init,
         &story(&[act("B", 0.0, 0.0, &falls)]),
-    );
-    let error = error.unwrap_err();
+    )
+    .unwrap_err();
     assert!(
         error.contains("a vertex at 3 s after one at 4 s"),
         "{error}"
@@ -198,8 +198,8 @@ fn what_is_not_used_of_a_scenario_is_counted() {
         ("WorldPosition@planted", 1),
         ("WorldPosition@z", 1),
         ("header/planted", 1),
-    ];
-    let expected = expected.map(|(kind, count)| (kind.to_string(), count));
+    ]
+    .map(|(kind, count)| (kind.to_string(), count));
     assert_eq!(unused(&read), expected);
 }
 

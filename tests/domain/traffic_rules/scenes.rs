@@ -152,8 +152,11 @@ impl Crossing {
             "<?xml version=\"1.0\"?><commonRoad commonRoadVersion=\"2020a\" benchmarkID=\"ZAM_Rules-1_1_T-1\" date=\"2026-11-25\" author=\"t\" affiliation=\"t\" source=\"t\" timeStepSize=\"0.1\">",
         );
         let signs = |lanelet: i64| -> Vec<i64> {
-            let of = self.signs.iter().enumerate();
-            let of = of.filter(|(_, (_, _, on))| on.contains(&lanelet));
+            let of = self
+                .signs
+                .iter()
+                .enumerate()
+                .filter(|(_, (_, _, on))| on.contains(&lanelet));
             of.map(|(i, _)| 500 + i as i64).collect()
         };
         let roads: [(i64, Pair, Pair); 4] = [

@@ -42,8 +42,9 @@ fn the_road_has_the_lanelets_near_and_few_points() {
         assert!(text.starts_with(&without) && text.contains("simplified to within 0.10 m"));
         let under = scene.ego.track.at(44).unwrap().pose.position;
         for id in scene.scenario.network.lanelets_at(&under) {
-            let xs = spans.iter();
-            let xs = xs.filter(|s| s.of == Subject::Lanelet(id) && s.quantity == "x");
+            let xs = spans
+                .iter()
+                .filter(|s| s.of == Subject::Lanelet(id) && s.quantity == "x");
             // Three lines of at least two points each, and not all of the map's.
             assert!((6..=36).contains(&xs.count()), "{form:?} {id}");
         }

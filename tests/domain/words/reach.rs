@@ -55,8 +55,12 @@ fn check(scene: &Scene, every: usize) -> (usize, usize) {
             continue;
         };
         all += 1;
-        let apart = scene.ego.track.at(last).zip(other.at(last));
-        let apart = apart.map(|(a, b)| (a.pose.position - b.pose.position).norm());
+        let apart = scene
+            .ego
+            .track
+            .at(last)
+            .zip(other.at(last))
+            .map(|(a, b)| (a.pose.position - b.pose.position).norm());
         far += usize::from(apart.is_some_and(|apart| apart > 30.0));
         let name = format!("{} {}", other.obstacle.kind.name(), other.obstacle.id);
         for frame in FRAMES {

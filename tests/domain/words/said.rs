@@ -86,8 +86,9 @@ impl Told<'_> {
         let velocity = encounter.other.velocity_vector() - encounter.ego.velocity_vector();
         let seconds = self.options.reach.unwrap();
         let gap = |t: f64| (between + velocity * t).norm() - bodies - 2.0 * GIVE * t;
-        let times = (0..).map(|k| 0.01 * f64::from(k));
-        let times = times.take_while(|t| *t <= seconds);
+        let times = (0..)
+            .map(|k| 0.01 * f64::from(k))
+            .take_while(|t| *t <= seconds);
         times.map(gap).fold(f64::INFINITY, f64::min)
     }
 
@@ -107,8 +108,9 @@ impl Told<'_> {
             let everyone = self.scene.participants();
             let everyone: Vec<_> = everyone.filter(|p| p.at(step).is_some()).collect();
             let ttc = |p: &Participant<'_>| value("ttc", &Encounter::at(self.scene, p, step)?);
-            let times = everyone.iter();
-            let times = times.filter_map(|p| Some((ttc(p)?, p.obstacle.id)));
+            let times = everyone
+                .iter()
+                .filter_map(|p| Some((ttc(p)?, p.obstacle.id)));
             let first = times.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id);
             for participant in everyone {
                 let (id, motion) = (participant.obstacle.id, participant.at(step).unwrap());

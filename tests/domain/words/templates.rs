@@ -73,8 +73,9 @@ fn files() -> Vec<String> {
 /// The shipped templates of a pack.
 pub fn of_pack(pack: Pack) -> Vec<String> {
     let library = Library::load(None);
-    let templates = library.templates();
-    let templates = templates.filter(|(_, template, _)| template.front.pack == pack);
+    let templates = library
+        .templates()
+        .filter(|(_, template, _)| template.front.pack == pack);
     templates.map(|t| t.0.to_string()).collect()
 }
 
@@ -204,9 +205,11 @@ fn knowledge_comes_from_the_tables() {
         let text = filled(&file, 1, Form::Prose).system;
         for level in &nearmiss::metrics::RISK_LEVELS.levels {
             if let Some(distance) = level.distance {
-                let told = format!("| {distance} m |").replace("| 0 m", "| 0.0 m");
-                let told = told.replace("| 1 m", "| 1.0 m").replace("| 3 m", "| 3.0 m");
-                let told = told.replace("| 5 m", "| 5.0 m");
+                let told = format!("| {distance} m |")
+                    .replace("| 0 m", "| 0.0 m")
+                    .replace("| 1 m", "| 1.0 m")
+                    .replace("| 3 m", "| 3.0 m")
+                    .replace("| 5 m", "| 5.0 m");
                 assert!(text.contains(&told), "{file}: {told}");
             }
         }

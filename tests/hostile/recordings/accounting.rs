@@ -11,8 +11,10 @@ use super::*;
 /// The kinds that are not used, with their counts.
 fn unused(path: &Path) -> Vec<String> {
     let scenario = open(path);
-    let all = scenario.diagnostics.iter();
-    let all = all.filter(|d| d.severity == Severity::Unused);
+    let all = scenario
+        .diagnostics
+        .iter()
+        .filter(|d| d.severity == Severity::Unused);
     all.map(|d| format!("{} {}", d.message, d.element))
         .collect()
 }
@@ -48,11 +50,12 @@ fn of_sumo() {
         "<junction id=\"j\"/><edge hue=\"1\" id=\"in\"",
         1,
     );
-    let types = sumo::ROUTES.replacen("vClass=\"truck\"", "vClass=\"truck\" sigma=\"0.5\"", 1);
-    let types = types.replace(
-        "</routes>",
-        "<vType id=\"x\" vClass=\"airship\"/><flow/></routes>",
-    );
+    let types = sumo::ROUTES
+        .replacen("vClass=\"truck\"", "vClass=\"truck\" sigma=\"0.5\"", 1)
+        .replace(
+            "</routes>",
+            "<vType id=\"x\" vClass=\"airship\"/><flow/></routes>",
+        );
     let folder = written(&[
         ("fcd.xml", fcd.as_bytes()),
         ("cross.net.xml", net.as_bytes()),
@@ -95,14 +98,11 @@ fn of_levelx_and_lanelet2() {
     told(&folder.path().join("01_tracks.csv"), &expected);
     let files = levelx::ind();
     let names = ["07_tracks.csv", "07_tracksMeta.csv", "07_recordingMeta.csv"];
-    let osm = levelx::osm();
-    let osm = osm.replacen("<way id='100'>", "<way id='100'><tag k='width' v='1'/>", 1);
-    let osm = osm.replacen(
+    let osm = levelx::osm().replacen("<way id='100'>", "<way id='100'><tag k='width' v='1'/>", 1).replacen(
         "<tag k='speed_limit' v='50'/>",
         "<tag k='region' v='de'/><member type='relation' ref='9' role='regulatory_element'/>",
         1,
-    );
-    let osm = osm.replace(
+    ).replace(
         "</osm>",
         "<way id='900'><nd ref='1'/><nd ref='2'/><tag k='type' v='stop_line'/></way><relation id='9'><tag k='type' v='regulatory_element'/><tag k='subtype' v='right_of_way'/></relation></osm>",
     );
@@ -150,8 +150,9 @@ fn of_waymo() {
 
 #[test]
 fn of_argoverse() {
-    let map = argoverse::map().replacen("\"is_intersection\"", "\"mood\":1,\"is_intersection\"", 1);
-    let map = map.replacen('{', "{\"season\":3,", 1);
+    let map = argoverse::map()
+        .replacen("\"is_intersection\"", "\"mood\":1,\"is_intersection\"", 1)
+        .replacen('{', "{\"season\":3,", 1);
     let folder = written(&[
         ("scenario_x.parquet", &argoverse::with_column("mood")),
         ("log_map_archive_x.json", map.as_bytes()),

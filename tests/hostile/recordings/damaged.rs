@@ -160,8 +160,8 @@ fn seeds() -> Vec<Vec<u8>> {
         road_file: "x.xodr",
         properties: &BTreeMap::new(),
         about: &[],
-    });
-    let exported = exported.unwrap();
+    })
+    .unwrap();
     let files: [Vec<Vec<u8>>; 8] = [
         vec![tfrecord_file::file(&[
             waymo::scenario("a1"),

@@ -322,15 +322,15 @@ fn classes_have_the_sizes_of_sumo() {
         .into_iter()
         .flat_map(|t| [(t, "a", (0.0, 0.0), 0.0), (t, "b", (90.0, 0.0), 0.0)])
         .collect();
-    let xml = fcd("", &rows);
-    let xml = xml.replace(
-        "id=\"a\" x=\"0\" y=\"0\" angle=\"90.00\" type=\"DEFAULT_VEHTYPE\"",
-        "id=\"a\" x=\"0\" y=\"0\" angle=\"90.00\" type=\"m\"",
-    );
-    let xml = xml.replace(
-        "id=\"b\" x=\"90\" y=\"0\" angle=\"90.00\" type=\"DEFAULT_VEHTYPE\"",
-        "id=\"b\" x=\"90\" y=\"0\" angle=\"90.00\" type=\"s\"",
-    );
+    let xml = fcd("", &rows)
+        .replace(
+            "id=\"a\" x=\"0\" y=\"0\" angle=\"90.00\" type=\"DEFAULT_VEHTYPE\"",
+            "id=\"a\" x=\"0\" y=\"0\" angle=\"90.00\" type=\"m\"",
+        )
+        .replace(
+            "id=\"b\" x=\"90\" y=\"0\" angle=\"90.00\" type=\"DEFAULT_VEHTYPE\"",
+            "id=\"b\" x=\"90\" y=\"0\" angle=\"90.00\" type=\"s\"",
+        );
     let types =
         "<routes><vType id=\"m\" vClass=\"moped\"/><vType id=\"s\" vClass=\"subway\"/></routes>";
     let (_folder, path) = written(&[("fcd.xml", xml), ("a.rou.xml", types.into())]);

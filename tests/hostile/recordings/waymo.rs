@@ -113,8 +113,7 @@ pub fn scenario(id: &str) -> Vec<u8> {
         .message(8, &point(120.0, 0.0))
         .bytes(9, &[1]);
     let edge = Message(line(2, -1.5).0).whole(1, 1);
-    let crosswalk = [(50.0, -3.0), (54.0, -3.0), (54.0, 7.0), (50.0, 7.0)];
-    let crosswalk = crosswalk
+    let crosswalk = [(50.0, -3.0), (54.0, -3.0), (54.0, 7.0), (50.0, 7.0)]
         .iter()
         .fold(Message::default(), |m, (x, y)| m.message(1, &point(*x, *y)));
     let stop = Message::default()

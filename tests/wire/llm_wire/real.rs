@@ -120,8 +120,9 @@ async fn places(url: &str) -> Vec<(bool, u64)> {
     let body = reqwest::get(address).await.unwrap().text().await.unwrap();
     let places: Vec<serde_json::Value> = serde_json::from_str(&body).unwrap();
     let of = |place: &serde_json::Value| {
-        let made = place.pointer("/next_token/0/n_decoded");
-        let made = made.or_else(|| place.pointer("/next_token/n_decoded"));
+        let made = place
+            .pointer("/next_token/0/n_decoded")
+            .or_else(|| place.pointer("/next_token/n_decoded"));
         (
             place["is_processing"].as_bool().unwrap(),
             made.and_then(serde_json::Value::as_u64).unwrap_or(0),

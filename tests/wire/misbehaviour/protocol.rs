@@ -25,8 +25,7 @@ pub fn rows() -> Vec<Row> {
     use End::{Any, Says, Verdict};
     let head = "HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n";
     let chunked = format!("{head}Transfer-Encoding: chunked\r\n\r\n");
-    let whole = json!({"model": "m", "choices": [{"message": {"content": verdict()}, "finish_reason": "stop"}]});
-    let whole = whole.to_string();
+    let whole = json!({"model": "m", "choices": [{"message": {"content": verdict()}, "finish_reason": "stop"}]}).to_string();
     let utf16: Vec<u8> = usual().encode_utf16().flat_map(u16::to_le_bytes).collect();
     let mut rows = vec![
         row("closes at once", Script::silent(), Says("broke off")),

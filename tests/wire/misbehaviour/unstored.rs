@@ -117,12 +117,13 @@ async fn a_store_that_is_locked_for_long_costs_no_answer() {
         connection.execute_batch("BEGIN IMMEDIATE").unwrap();
         *lock.lock().unwrap() = Some(connection);
         Some(Script::events().send(usual()))
-    });
-    let server = server.await;
+    })
+    .await;
     let home = home(server.base_url());
     *folder.lock().unwrap() = home.data().join("runs.sqlite");
-    let ended = run(&home, &ASK).status(2);
-    let ended = ended.says(&["could not be stored", "locked", "unstored-"]);
+    let ended = run(&home, &ASK)
+        .status(2)
+        .says(&["could not be stored", "locked", "unstored-"]);
     assert!(
         ended.stdout.contains("collision (lab/m)"),
         "{}",

@@ -38,8 +38,11 @@ pub fn run(row: &Row, url: &str) {
     };
     // The run is kept before it is shown, and what arrived is still being drawn.
     let verdict = kept["verdict"].is_some();
-    let why = kept["error"].as_ref().or(kept["reading"].as_ref());
-    let why = why.map(String::as_str).unwrap_or_default();
+    let why = kept["error"]
+        .as_ref()
+        .or(kept["reading"].as_ref())
+        .map(String::as_str)
+        .unwrap_or_default();
     let said = loop {
         let said = right_side(&session);
         let going = ["arriving…", "waiting…"].iter().any(|w| said.contains(w));

@@ -45,8 +45,10 @@ impl BatchApi for AnthropicBatches {
         batch: &Value,
         mark: &SubmissionMark<'_>,
     ) -> Result<Match, Error> {
-        let created = batch.get("created_at").and_then(Value::as_str);
-        let created = created.and_then(|at| at.parse::<Timestamp>().ok());
+        let created = batch
+            .get("created_at")
+            .and_then(Value::as_str)
+            .and_then(|at| at.parse::<Timestamp>().ok());
         if created.is_some_and(|at| at.as_second().saturating_add(SLACK) < mark.since.as_second()) {
             return Ok(Match::TooOld);
         }

@@ -42,8 +42,8 @@ pub trait BatchApi: Debug + Sync {
         let more = page.get("has_more").and_then(Value::as_bool) == Some(true);
         let last = page
             .pointer("/data")
-            .and_then(|data| data.as_array()?.last());
-        let last = last.filter(|_| more);
+            .and_then(|data| data.as_array()?.last())
+            .filter(|_| more);
         last.map(|last| calls.id(last, "id")).transpose()
     }
 

@@ -66,11 +66,12 @@ impl Calls {
         let mut endpoint = endpoint.clone();
         endpoint.url()?;
         let headers = authorised(client, &mut endpoint).await?;
-        let http = client.http(&endpoint, endpoint.timeouts.connect);
-        let http = http.map_err(|why| Error::Setup {
-            place: endpoint.place(),
-            why,
-        })?;
+        let http = client
+            .http(&endpoint, endpoint.timeouts.connect)
+            .map_err(|why| Error::Setup {
+                place: endpoint.place(),
+                why,
+            })?;
         Ok(Self {
             http,
             headers,
@@ -188,16 +189,17 @@ impl Calls {
             }
         };
         let request = (Method::GET, url, None);
-        let framed = self.exchange(request, RetryPolicy::Harmless, LONGEST_LINE, |mut piece| {
-            while let Some(end) = piece.iter().position(|b| *b == b'\n') {
-                line.extend_from_slice(&piece[..end]);
-                piece = &piece[end + 1..];
-                take(&mut line)?;
-            }
-            line.extend_from_slice(piece);
-            Ok::<_, E>(line.len())
-        });
-        let framed = framed.await?;
+        let framed = self
+            .exchange(request, RetryPolicy::Harmless, LONGEST_LINE, |mut piece| {
+                while let Some(end) = piece.iter().position(|b| *b == b'\n') {
+                    line.extend_from_slice(&piece[..end]);
+                    piece = &piece[end + 1..];
+                    take(&mut line)?;
+                }
+                line.extend_from_slice(piece);
+                Ok::<_, E>(line.len())
+            })
+            .await?;
         take(&mut line)?;
         Ok(framed)
     }

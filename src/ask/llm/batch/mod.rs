@@ -169,11 +169,14 @@ impl Batches {
     /// # Errors
     /// [`Error::Setup`]: the endpoint cannot be used, or its API has no batches.
     pub async fn new(client: &Client, endpoint: &Endpoint, model: &str) -> Result<Self, Error> {
-        let api = endpoint.dialect.protocol().batches();
-        let api = api.ok_or_else(|| Error::Setup {
-            place: endpoint.place(),
-            why: "its API has no batches; drop --batch".into(),
-        })?;
+        let api = endpoint
+            .dialect
+            .protocol()
+            .batches()
+            .ok_or_else(|| Error::Setup {
+                place: endpoint.place(),
+                why: "its API has no batches; drop --batch".into(),
+            })?;
         Ok(Self {
             api,
             calls: Calls::new(client, endpoint, model).await?,

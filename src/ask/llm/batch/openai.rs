@@ -98,8 +98,12 @@ impl BatchApi for OpenAiBatches {
             let count = document.pointer(&format!("/request_counts/{name}"));
             count.and_then(Value::as_u64).unwrap_or(0)
         };
-        let errors = document.pointer("/errors/data").and_then(Value::as_array);
-        let errors = errors.into_iter().flatten().take(3);
+        let errors = document
+            .pointer("/errors/data")
+            .and_then(Value::as_array)
+            .into_iter()
+            .flatten()
+            .take(3);
         let words: Vec<_> = errors.filter_map(|e| e.get("message")?.as_str()).collect();
         let problem = (!words.is_empty()).then(|| read::line(calls, &words.join("; ")));
         Ok(Status {

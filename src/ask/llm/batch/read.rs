@@ -53,8 +53,11 @@ pub fn answer(calls: &Calls, document: &Value) -> Outcome {
 pub fn failed(calls: &Calls, document: &Value, status: Option<u64>) -> Outcome {
     let body = ErrorBody::in_body(&calls.secrets().redact(&document.to_string()));
     let status = status.map(|s| format!("{s}: ")).unwrap_or_default();
-    let code = body.code.or(body.kind);
-    let code = code.map(|c| format!(" ({c})")).unwrap_or_default();
+    let code = body
+        .code
+        .or(body.kind)
+        .map(|c| format!(" ({c})"))
+        .unwrap_or_default();
     let words = format!("{status}{}{code}", body.message);
     Outcome::Failed(line(calls, &words))
 }

@@ -48,14 +48,17 @@ impl WireProtocol for Protocol {
         if !system.is_empty() {
             out.put("systemInstruction", json!({"parts": system}));
         }
-        let turns = request.messages.iter().filter(|m| m.role != Role::System);
-        let turns = turns.map(|m| {
-            let role = match m.role {
-                Role::Assistant => "model",
-                Role::System | Role::User => "user",
-            };
-            json!({"role": role, "parts": images::gemini(m)})
-        });
+        let turns = request
+            .messages
+            .iter()
+            .filter(|m| m.role != Role::System)
+            .map(|m| {
+                let role = match m.role {
+                    Role::Assistant => "model",
+                    Role::System | Role::User => "user",
+                };
+                json!({"role": role, "parts": images::gemini(m)})
+            });
         let mut contents: Vec<Value> = turns.collect();
         if let Some(tools) = request.offered() {
             contents.extend(tools.rounds.iter().flat_map(round));

@@ -126,9 +126,11 @@ fn messages(request: &Request) -> Value {
     let mut all: Vec<Value> = request.messages.iter().map(images::ollama).collect();
     let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
     for round in rounds {
-        let calls = round.turn.calls.iter();
-        let calls =
-            calls.map(|call| json!({"function": {"name": call.name, "arguments": call.object()}}));
+        let calls = round
+            .turn
+            .calls
+            .iter()
+            .map(|call| json!({"function": {"name": call.name, "arguments": call.object()}}));
         let mut said = json!({
             "role": "assistant", "content": round.turn.text, "tool_calls": calls.collect::<Vec<_>>(),
         });

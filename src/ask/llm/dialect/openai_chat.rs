@@ -122,8 +122,10 @@ fn messages(endpoint: &Endpoint, request: &Request) -> Value {
 /// Fragments of calls; whole ones have no index.
 fn calls(list: Option<&Value>, answer: &mut ResponseAccumulator) {
     for call in list.and_then(Value::as_array).into_iter().flatten() {
-        let number = call.get("index").and_then(Value::as_u64);
-        let number = number.unwrap_or_else(|| answer.calls());
+        let number = call
+            .get("index")
+            .and_then(Value::as_u64)
+            .unwrap_or_else(|| answer.calls());
         let function = call.get("function").unwrap_or(&Value::Null);
         let id = string(call, "id").unwrap_or_default();
         // Some servers give all calls of a turn the same index; fragments then belong to the newest one.

@@ -23,17 +23,19 @@ impl Pricing {
     #[must_use]
     pub fn bound_words(&self) -> Option<String> {
         let price = &self.price;
-        let written = price.cache_write.filter(|write| *write > price.input);
-        let written = written.map(|write| {
-            if price.input > 0.0 {
-                format!(
-                    "the question at the cache-write rate, ${write} per 1M (×{:.2} of input)",
-                    write / price.input
-                )
-            } else {
-                format!("the question at the cache-write rate, ${write} per 1M")
-            }
-        });
+        let written = price
+            .cache_write
+            .filter(|write| *write > price.input)
+            .map(|write| {
+                if price.input > 0.0 {
+                    format!(
+                        "the question at the cache-write rate, ${write} per 1M (×{:.2} of input)",
+                        write / price.input
+                    )
+                } else {
+                    format!("the question at the cache-write rate, ${write} per 1M")
+                }
+            });
         let peak = self.peak.as_ref().filter(|peak| peak.factor > 1.0);
         let peak = peak.map(|peak| format!("peak hours (×{})", peak.factor));
         let words: Vec<String> = written.into_iter().chain(peak).collect();

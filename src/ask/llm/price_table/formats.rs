@@ -133,8 +133,10 @@ fn dev_steps(cost: &Value) -> Option<Steps> {
     if let Some(tiers) = cost.get("tiers").and_then(Value::as_array) {
         for tier in tiers {
             let kind = tier.pointer("/tier/type").and_then(Value::as_str);
-            let size = tier.pointer("/tier/size").and_then(Value::as_u64);
-            let size = size.filter(|_| kind.is_none_or(|kind| kind == "context"));
+            let size = tier
+                .pointer("/tier/size")
+                .and_then(Value::as_u64)
+                .filter(|_| kind.is_none_or(|kind| kind == "context"));
             longer.push((size?, price(tier)?));
         }
     } else if let Some(tier) = cost.get("context_over_200k") {

@@ -65,8 +65,10 @@ impl Gate<'_> {
         let mut theirs: HashMap<i64, &Obstacle> =
             variant.obstacles.iter().map(|o| (o.id, o)).collect();
         if theirs.len() < variant.obstacles.len() {
-            let twice = variant.obstacles.iter();
-            let twice = twice.filter(|o| !theirs.get(&o.id).is_some_and(|t| std::ptr::eq(*t, *o)));
+            let twice = variant
+                .obstacles
+                .iter()
+                .filter(|o| !theirs.get(&o.id).is_some_and(|t| std::ptr::eq(*t, *o)));
             refusals.extend(twice.map(|o| Refusal::whole_motion(Reason::Reshaped(o.id))));
         }
         let (mut found, mut reshaped) = (Vec::new(), false);
@@ -82,8 +84,10 @@ impl Gate<'_> {
                 found.extend(change(ours, theirs));
             }
         }
-        let added = variant.obstacles.iter();
-        let added = added.filter(|o| theirs.contains_key(&o.id));
+        let added = variant
+            .obstacles
+            .iter()
+            .filter(|o| theirs.contains_key(&o.id));
         refusals.extend(added.map(|o| Refusal::whole_motion(Reason::Added(o.id))));
         match found.len() {
             // The motion of another obstacle's body is compared with nothing.
@@ -99,12 +103,14 @@ impl Gate<'_> {
         // There is no joint change of none; ids that are there twice were refused above.
         let joint = JointChange::new(changes).ok();
         let verdicts = joint.iter().flat_map(|joint| self.verdicts(joint, contact));
-        let changed = from.into_iter().zip(verdicts);
-        let changed = changed.map(|(from, (change, verdict))| GateResult {
-            from,
-            change: change.clone(),
-            verdict,
-        });
+        let changed = from
+            .into_iter()
+            .zip(verdicts)
+            .map(|(from, (change, verdict))| GateResult {
+                from,
+                change: change.clone(),
+                verdict,
+            });
         Comparison {
             changed: changed.collect(),
             refusals,
@@ -132,8 +138,10 @@ fn is_reshaped(ours: &Obstacle, theirs: &Obstacle) -> bool {
 /// The first step at which two motions are not the same, and the second one from the state before.
 fn change(ours: &Obstacle, theirs: &Obstacle) -> Option<(i64, Change)> {
     let motions: Vec<(i64, Motion)> = theirs.track().iter().map(|(s, m)| (s, *m)).collect();
-    let alike = ours.track().iter().zip(&motions);
-    let alike = alike
+    let alike = ours
+        .track()
+        .iter()
+        .zip(&motions)
         .take_while(|((s, m), (t, n))| s == t && same(m, n))
         .count();
     let recorded = ours.track().iter().count();

@@ -70,10 +70,13 @@ pub(super) fn overlapped<'s>(
     itself: i64,
     step: i64,
 ) -> impl Iterator<Item = i64> + 's {
-    let others = scenario.obstacles.iter().filter(move |o| {
-        matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && o.id != itself
-    });
-    let others = others.filter(move |o| !o.is_occupancy_at(step));
+    let others = scenario
+        .obstacles
+        .iter()
+        .filter(move |o| {
+            matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && o.id != itself
+        })
+        .filter(move |o| !o.is_occupancy_at(step));
     let way = before.map(|before| Way::new(before, *body));
     let on_the_way = move |other: &Obstacle, there: Placed<'_>| {
         let before = other.placed_at(step.checked_sub(1)?)?;

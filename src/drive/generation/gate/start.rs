@@ -12,8 +12,9 @@ pub(super) fn who<'a>(
 ) -> Result<(&'a Obstacle, &'a Footprint, Capability), Refusal> {
     let id = change.obstacle;
     let no = |why| Refusal::whole_motion(Reason::Obstacle(why));
-    let obstacle = scenario.obstacle(id);
-    let obstacle = obstacle.ok_or_else(|| no(ChangeError::NoSuchObstacle(id)))?;
+    let obstacle = scenario
+        .obstacle(id)
+        .ok_or_else(|| no(ChangeError::NoSuchObstacle(id)))?;
     if obstacle.role != ObstacleRole::Dynamic || obstacle.initial.is_none() {
         return Err(no(ChangeError::DoesNotMove(id)));
     }

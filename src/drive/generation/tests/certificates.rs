@@ -40,8 +40,12 @@ fn a_stop_far_ahead_is_avoided_also_by_who_reacts_late() {
         let reaction = 5 + (delay / 0.1).round() as i64;
         proves(avoidance, &effect, reaction);
         // Until then the driver does not react, and afterwards it does.
-        let until = avoidance.drive.states.iter().zip(unchanged);
-        let mut until = until.take_while(|((step, _), _)| *step <= avoidance.reaction);
+        let mut until = avoidance
+            .drive
+            .states
+            .iter()
+            .zip(unchanged)
+            .take_while(|((step, _), _)| *step <= avoidance.reaction);
         assert!(avoidance.reaction >= reaction && until.all(|(a, b)| a == b));
         assert_ne!(&avoidance.drive.states, unchanged);
         // What is avoided late is avoided early by the same trajectory.
@@ -181,12 +185,13 @@ fn what_is_known_to_be_survived_is_chosen_behind_any_number_of_walls() {
         let change = braking(&closed, 10, f64::from(n));
         attack(&closed, change, Some(true))
     });
-    let survived = gentle.find(|attack| {
-        let effect = attack.effect.as_ref().unwrap();
-        let certificate = Avoidability::with(&closed, effect, 0.0);
-        attack.has_effect() && certificate.avoidance().is_some()
-    });
-    let survived = survived.unwrap();
+    let survived = gentle
+        .find(|attack| {
+            let effect = attack.effect.as_ref().unwrap();
+            let certificate = Avoidability::with(&closed, effect, 0.0);
+            attack.has_effect() && certificate.avoidance().is_some()
+        })
+        .unwrap();
     attacks.push(survived.clone());
     let chosen = choose(&closed, &attacks, 0.0).unwrap();
     assert_eq!(chosen.attack.change, survived.change);

@@ -47,8 +47,9 @@ fn a_coarse_drive_takes_over_each_cycle_and_then_plans_every_second_step() {
     let closed = behind_a_car(25.0, Forecast::Lane);
     let change = braking(&closed, 12, 7.0);
     let before = closed.baseline().staged();
-    let effect = closed.coarse_effect_until(&change.into(), before, i64::MAX);
-    let effect = effect.unwrap();
+    let effect = closed
+        .coarse_effect_until(&change.into(), before, i64::MAX)
+        .unwrap();
     let steps: Vec<i64> = effect.drive.cycles.iter().map(|c| c.step).collect();
     assert_eq!(effect.taken_over, 13);
     assert!(steps.len() > 20, "{steps:?}");
@@ -223,8 +224,10 @@ fn being_hit_from_behind_or_nearly_so_is_no_effect() {
     assert_eq!(hit.consequence, Consequence::NoEffect, "{:?}", hit.contact);
     // The last one that does not touch.
     let nearer = (9..14).map(|steps| closed.effect(&from_behind(&closed, steps).into()).unwrap());
-    let near = nearer.take_while(|effect| effect.contact.is_none());
-    let near = near.last().unwrap();
+    let near = nearer
+        .take_while(|effect| effect.contact.is_none())
+        .last()
+        .unwrap();
     assert_eq!(near.contact, None);
     assert_eq!(near.consequence, Consequence::NoEffect);
     // Whatever its score: from in front it would be a near miss.

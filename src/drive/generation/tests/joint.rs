@@ -44,8 +44,11 @@ fn follows(closed: &ClosedLoop, change: &Change, from: i64, metres: f64) -> Chan
         .track()
         .at(from)
         .unwrap();
-    let later = change.motions.iter().filter(|(step, _)| *step > from);
-    let later = later.map(|(step, motion)| (*step, aside(motion, metres)));
+    let later = change
+        .motions
+        .iter()
+        .filter(|(step, _)| *step > from)
+        .map(|(step, motion)| (*step, aside(motion, metres)));
     Change {
         obstacle: OTHER,
         motions: std::iter::once((from, now)).chain(later).collect(),

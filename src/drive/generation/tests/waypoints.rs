@@ -126,8 +126,8 @@ fn the_example_of_the_prompt_is_near_enough_to_be_repaired() {
     };
     let driven = motion::follow(&stage, obstacle, 0, &plan).unwrap();
     let off = { given.motions.iter().zip(&driven.motions) }
-        .map(|((_, a), (_, b))| (a.pose.position - b.pose.position).norm());
-    let off = off.fold(0.0, f64::max);
+        .map(|((_, a), (_, b))| (a.pose.position - b.pose.position).norm())
+        .fold(0.0, f64::max);
     assert!(off < 0.6, "{off}");
     assert!(
         Gate::new(&scenario)

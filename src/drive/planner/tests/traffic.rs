@@ -76,8 +76,8 @@ fn a_body_that_is_no_rectangle_is_covered() {
     let corners = [(0.0, 0.0), (6.0, 1.0), (2.0, 3.0)].map(|(x, y)| Point::new(x, y));
     let triangle = Footprint::new(Shape::Polygon {
         vertices: corners.to_vec(),
-    });
-    let triangle = triangle.unwrap();
+    })
+    .unwrap();
     let pose = Pose::new(10.0, -4.0, 1.2);
     let traffic = with(&triangle, &pose);
     for corner in triangle.corners() {

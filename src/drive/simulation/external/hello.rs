@@ -25,11 +25,11 @@ pub(super) fn hello<'a>(
     let standing = scenario
         .obstacles
         .iter()
-        .filter(|o| o.role == ObstacleRole::Static && Some(o.id) != settings.without);
-    let standing = standing.filter_map(|o| {
-        let (motion, footprint) = (o.motion_at(span.step)?, o.footprint_at(span.step)?);
-        Some(obstacle(o.id, o.kind, footprint, motion))
-    });
+        .filter(|o| o.role == ObstacleRole::Static && Some(o.id) != settings.without)
+        .filter_map(|o| {
+            let (motion, footprint) = (o.motion_at(span.step)?, o.footprint_at(span.step)?);
+            Some(obstacle(o.id, o.kind, footprint, motion))
+        });
     Hello {
         protocol: PROTOCOL,
         oldest_protocol: OLDEST_PROTOCOL,

@@ -15,8 +15,9 @@ pub(super) fn answer(line: &str) -> Result<Answer, Fault> {
         Err(error) => error,
     };
     // What is no number of JSON stands there as text then, and can be named with its place.
-    let object = serde_json::from_str::<Value>(&with_quoted_infinities(line));
-    let object = object.ok().filter(Value::is_object);
+    let object = serde_json::from_str::<Value>(&with_quoted_infinities(line))
+        .ok()
+        .filter(Value::is_object);
     let Some(object) = object else {
         let details = if line.trim_start().starts_with('{') {
             format!("no JSON: {error}: {}", shown(line))

@@ -92,8 +92,10 @@ impl Desired {
     /// was recorded to: at a light, or for what was there.
     #[must_use]
     pub fn waits_at(&self, s: f64, step: i64) -> Option<f64> {
-        let ahead = self.stops.iter().filter(|stop| step < stop.until);
-        let ahead = ahead
+        let ahead = self
+            .stops
+            .iter()
+            .filter(|stop| step < stop.until)
             .map(|stop| stop.place)
             .filter(|place| *place >= s - 0.5);
         ahead.min_by(f64::total_cmp)

@@ -102,8 +102,11 @@ impl<'a> Reactive<'a> {
             (!reacting.is_gone()).then_some((*place, decided))
         };
         let decided: Vec<(usize, f64)> = self.reacting.iter().filter_map(decide).collect();
-        let world = drive.traffic.scenario.take();
-        let mut world = world.unwrap_or_else(|| Arc::new(self.scenario.clone()));
+        let mut world = drive
+            .traffic
+            .scenario
+            .take()
+            .unwrap_or_else(|| Arc::new(self.scenario.clone()));
         let changed = Arc::make_mut(&mut world);
         for (place, acceleration) in decided {
             let Some(reacting) = self.reacting.get_mut(&place) else {

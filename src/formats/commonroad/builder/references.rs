@@ -18,8 +18,11 @@ pub struct Targets(HashSet<(Target, i64)>);
 
 impl Targets {
     pub fn new(network: &LaneletNetwork) -> Self {
-        let incomings = network.intersections.iter().flat_map(|i| &i.incomings);
-        let incomings = incomings.map(|i| (Target::Incoming, i.id));
+        let incomings = network
+            .intersections
+            .iter()
+            .flat_map(|i| &i.incomings)
+            .map(|i| (Target::Incoming, i.id));
         let lanelets = network.lanelets.iter().map(|l| (Target::Lanelet, l.id));
         let signs = network.signs.iter().map(|s| (Target::Sign, s.id));
         let lights = network.lights.iter().map(|l| (Target::Light, l.id));

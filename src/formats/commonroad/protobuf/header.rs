@@ -48,8 +48,10 @@ pub(super) fn of_2024(
     let at = at.field("benchmark_id");
     let map = map(&at.field("map_id"), at.need("map_id", id.map_id.as_ref())?)?;
     let version = at.needed_text("scenario_version", id.scenario_version.as_ref())?;
-    let behavior = id.obstacle_behavior.as_deref();
-    let behavior = behavior.map(|text| at.field("obstacle_behavior").text(text));
+    let behavior = id
+        .obstacle_behavior
+        .as_deref()
+        .map(|text| at.field("obstacle_behavior").text(text));
     let benchmark_id = benchmark_id(
         at.need("cooperative", id.cooperative)?,
         &map.id,

@@ -95,8 +95,10 @@ pub(super) fn phantom(
     at: &FieldPath<'_>,
     message: &PhantomObstacle,
 ) -> Result<ObstacleParts, ReadError> {
-    let prediction = message.prediction.as_ref();
-    let prediction = prediction.map(|p| occupancies(&at.field("prediction"), p));
+    let prediction = message
+        .prediction
+        .as_ref()
+        .map(|p| occupancies(&at.field("prediction"), p));
     Ok(ObstacleParts {
         id: at.need("obstacle_id", message.obstacle_id)?.into(),
         role: ObstacleRole::Phantom,
@@ -147,8 +149,11 @@ fn prediction(at: &FieldPath<'_>, message: &DynamicObstacle) -> Result<Predictio
     }
     let at = at.field("trajectory");
     at.need("initial_time_step", trajectory.initial_time_step)?;
-    let states = trajectory.states.iter().enumerate();
-    let states = states.map(|(i, bytes)| state(&at.nth("states", i), bytes));
+    let states = trajectory
+        .states
+        .iter()
+        .enumerate()
+        .map(|(i, bytes)| state(&at.nth("states", i), bytes));
     Ok(Prediction::Trajectory(states.collect::<Result<_, _>>()?))
 }
 

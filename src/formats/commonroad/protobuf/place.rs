@@ -31,8 +31,10 @@ pub(super) fn location(
 }
 
 fn transformation(at: &FieldPath<'_>, message: &messages::GeoTransformation) -> GeoTransformation {
-    let reference = message.geo_reference.as_deref();
-    let reference = reference.map(|text| at.field("geo_reference").text(text));
+    let reference = message
+        .geo_reference
+        .as_deref()
+        .map(|text| at.field("geo_reference").text(text));
     GeoTransformation {
         reference: reference.filter(|text| !text.is_empty()),
         x: at.optional("x_translation", message.x_translation),

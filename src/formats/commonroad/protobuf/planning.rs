@@ -15,9 +15,12 @@ pub(super) fn problem(
     let id = at.need("planning_problem_id", message.planning_problem_id)?;
     let initial = at.need("initial_state", message.initial_state.as_deref())?;
     let initial = state(&at.field("initial_state"), initial)?;
-    let goals = message.goal_states.iter().enumerate();
-    let goals = goals.map(|(i, message)| goal(&at.nth("goal_states", i), message));
-    let goals = goals.collect::<Result<_, _>>()?;
+    let goals = message
+        .goal_states
+        .iter()
+        .enumerate()
+        .map(|(i, message)| goal(&at.nth("goal_states", i), message))
+        .collect::<Result<_, _>>()?;
     if message.ego_id.is_some() {
         at.no_place_for("ego_id");
     }

@@ -91,9 +91,11 @@ fn stop_line(at: &FieldPath<'_>, message: &messages::StopLine) -> Result<StopLin
 }
 
 pub(super) fn sign(at: &FieldPath<'_>, message: &messages::TrafficSign) -> Result<Sign, ReadError> {
-    let elements = message.traffic_sign_elements.iter().enumerate();
-    let elements =
-        elements.map(|(i, element)| sign_element(&at.nth("traffic_sign_elements", i), element));
+    let elements = message
+        .traffic_sign_elements
+        .iter()
+        .enumerate()
+        .map(|(i, element)| sign_element(&at.nth("traffic_sign_elements", i), element));
     if !message.first_occurrences.is_empty() {
         at.no_place_for("first_occurrences");
     }
@@ -109,8 +111,9 @@ fn sign_element(
     at: &FieldPath<'_>,
     message: &TrafficSignElement,
 ) -> Result<SignElement, ReadError> {
-    let number = message.number;
-    let number = number.ok_or_else(|| at.fail("does not say which sign it is"))?;
+    let number = message
+        .number
+        .ok_or_else(|| at.fail("does not say which sign it is"))?;
     let id = signs::of_2020a(number);
     if id.is_none() {
         at.warn("an unknown sign; its number was left empty");

@@ -62,8 +62,10 @@ fn group(at: &FieldPath<'_>, group: &ShapeGroup, depth: usize) -> Result<Shape, 
     let mut members = Vec::with_capacity(group.shapes.len());
     for (i, member) in group.shapes.iter().enumerate() {
         let at = at.nth("shapes", i);
-        let content = member.shape.as_ref();
-        let content = content.ok_or_else(|| at.fail("a member of a group without a shape"))?;
+        let content = member
+            .shape
+            .as_ref()
+            .ok_or_else(|| at.fail("a member of a group without a shape"))?;
         members.extend(inside(&at, content, depth + 1)?);
     }
     Shape::union(members).ok_or_else(|| at.fail("a group without shapes"))
@@ -94,8 +96,11 @@ fn center(at: &FieldPath<'_>, center: Option<&messages::Point>) -> Result<Point,
 }
 
 fn polygon(at: &FieldPath<'_>, message: &messages::Polygon) -> Result<Shape, ReadError> {
-    let vertices = message.vertices.iter().enumerate();
-    let vertices = vertices.map(|(i, v)| at.nth("vertices", i).point(v));
+    let vertices = message
+        .vertices
+        .iter()
+        .enumerate()
+        .map(|(i, v)| at.nth("vertices", i).point(v));
     Ok(builder::polygon(vertices.collect::<Result<_, _>>()?))
 }
 

@@ -109,8 +109,8 @@ pub(super) fn signal_state(
         (Signal::BrakingLights, message.braking_lights),
         (Signal::HazardWarningLights, message.hazard_warning_lights),
         (Signal::FlashingBlueLights, message.flashing_blue_lights),
-    ];
-    let all = all.into_iter();
+    ]
+    .into_iter();
     let signals: Vec<_> = all.filter_map(|(signal, on)| Some((signal, on?))).collect();
     if message.time_step.is_none() {
         if !signals.is_empty() {

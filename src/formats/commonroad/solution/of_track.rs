@@ -64,11 +64,13 @@ impl ProblemSolution {
                 return Err(SolutionError::NotDerivable(model));
             }
         };
-        let states = motions.iter().zip(values);
-        let states = states.map(|((step, _), values)| SolutionState {
-            step: *step,
-            values,
-        });
+        let states = motions
+            .iter()
+            .zip(values)
+            .map(|((step, _), values)| SolutionState {
+                step: *step,
+                values,
+            });
         Ok(Self {
             planning_problem,
             model,

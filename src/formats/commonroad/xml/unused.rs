@@ -28,8 +28,12 @@ impl<'a> Xml<'a> {
 
     /// Counts an element that was read and turned out not to be used.
     pub fn unused_at(&self, place: &SourceLocation<'a>) {
-        let names = place.around.iter().map(|around| around.name);
-        let names = names.chain([place.element.name]).map(short);
+        let names = place
+            .around
+            .iter()
+            .map(|around| around.name)
+            .chain([place.element.name])
+            .map(short);
         let kind = names.collect::<Vec<_>>().join("/");
         let line = || self.line_of(place.element.at);
         self.diagnostics.unused(kind, line);
@@ -86,8 +90,10 @@ mod tests {
     /// The kinds that a scenario does not use.
     fn unused(text: &str) -> Vec<String> {
         let read = read(text.as_bytes(), "a.xml").unwrap();
-        let found = read.diagnostics.into_iter();
-        let found = found.filter(|d| d.severity == Severity::Unused);
+        let found = read
+            .diagnostics
+            .into_iter()
+            .filter(|d| d.severity == Severity::Unused);
         found.map(|d| d.element).collect()
     }
 

@@ -242,8 +242,8 @@ mod tests {
         let dictionary = [
             &[0x15, 4, 0x15, 8, 0x15, 8, 0x4c, 0x15, 4, 0x15, 0, 0, 0][..],
             &[7; 4],
-        ];
-        let dictionary = dictionary.concat();
+        ]
+        .concat();
         let both = [dictionary.clone(), page(&[40], 20, 16, 16)].concat();
         assert_eq!(check(&both, 10), Ok(()));
         assert!(

@@ -80,8 +80,8 @@ impl<'r> Table<'r> {
     pub fn open(path: &Path, bytes: &'r [u8], report: &'r Report) -> Result<Self, ReadError> {
         let file = system::open_file(path);
         let file = file.map_err(|error| ReadError::io(report.file(), &error))?;
-        let file = SerializedFileReader::new(file);
-        let file = file.map_err(|e| report.fail(format!("not a whole Parquet file ({e})")))?;
+        let file = SerializedFileReader::new(file)
+            .map_err(|e| report.fail(format!("not a whole Parquet file ({e})")))?;
         let table = Self {
             file,
             bytes,
@@ -126,22 +126,25 @@ impl<'r> Table<'r> {
 
     /// The number in the first row of a column; nothing where it is not there.
     pub fn first_number(&self, name: &str) -> Result<Option<f64>, ReadError> {
-        let found = self.column(name, Wanted::First, &mut append_numbers);
-        let found = found.map_err(|what| self.fail(name, &what))?;
+        let found = self
+            .column(name, Wanted::First, &mut append_numbers)
+            .map_err(|what| self.fail(name, &what))?;
         Ok(found.and_then(|values| values.first().copied()))
     }
 
     /// The text in the first row of a column; nothing where it is not there.
     pub fn first_text(&self, name: &str) -> Result<Option<String>, ReadError> {
-        let found = self.column(name, Wanted::First, &mut append_texts);
-        let found = found.map_err(|what| self.fail(name, &what))?;
+        let found = self
+            .column(name, Wanted::First, &mut append_texts)
+            .map_err(|what| self.fail(name, &what))?;
         Ok(found.and_then(|texts| Some(texts.first()?.as_str().to_string())))
     }
 
     /// A column of texts that must be there.
     pub fn needed_texts(&self, name: &str) -> Result<Vec<Text>, ReadError> {
-        let found = self.column(name, Wanted::All, &mut append_texts);
-        let found = found.map_err(|what| self.fail(name, &what))?;
+        let found = self
+            .column(name, Wanted::All, &mut append_texts)
+            .map_err(|what| self.fail(name, &what))?;
         found.ok_or_else(|| self.report.fail(format!("the column `{name}` is missing")))
     }
 
@@ -152,8 +155,9 @@ impl<'r> Table<'r> {
     /// Checks the pages of a column in a row group.
     fn check(&self, start: i64, length: i64) -> Result<(), String> {
         let start = usize::try_from(start).ok();
-        let end = start.zip(usize::try_from(length).ok());
-        let end = end.and_then(|(start, length)| start.checked_add(length));
+        let end = start
+            .zip(usize::try_from(length).ok())
+            .and_then(|(start, length)| start.checked_add(length));
         let column = start.zip(end).and_then(|(a, b)| self.bytes.get(a..b));
         pages::check(column.ok_or("it reaches beyond the file")?, MOST_PARTS)
     }
@@ -188,8 +192,10 @@ impl<'r> Table<'r> {
             if about.column(place).uncompressed_size() > LARGEST_COLUMN {
                 return Err(format!("more than {} MiB", LARGEST_COLUMN >> 20));
             }
-            let start = about.column(place).dictionary_page_offset();
-            let start = start.unwrap_or_else(|| about.column(place).data_page_offset());
+            let start = about
+                .column(place)
+                .dictionary_page_offset()
+                .unwrap_or_else(|| about.column(place).data_page_offset());
             self.check(start, about.column(place).compressed_size())?;
             let before = into.len();
             // The crate asserts that what is in the pages is sound.

@@ -106,11 +106,11 @@ fn number(xml: &Xml<'_>, element: Element<'_>, name: &str) -> Result<Option<f64>
     let value = text
         .parse::<f64>()
         .ok()
-        .filter(|v| v.is_finite() && v.abs() < 1e9);
-    let value = value.ok_or_else(|| {
-        let shown: String = text.chars().take(40).collect();
-        xml.fail(element.at, format!("{name}=\"{shown}\" is not a number"))
-    });
+        .filter(|v| v.is_finite() && v.abs() < 1e9)
+        .ok_or_else(|| {
+            let shown: String = text.chars().take(40).collect();
+            xml.fail(element.at, format!("{name}=\"{shown}\" is not a number"))
+        });
     value.map(Some)
 }
 

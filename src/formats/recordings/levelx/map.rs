@@ -41,10 +41,14 @@ pub fn beside(
 /// The map of a recording: beside it, or else where the user has maps; the only one there, or the one whose name has the
 /// number of the place.
 fn find(recording: &Path, location: Option<i64>, users: Option<&Path>) -> Option<PathBuf> {
-    let folder = recording.parent().filter(|f| !f.as_os_str().is_empty());
-    let folder = folder.unwrap_or_else(|| Path::new("."));
-    let folders = FOLDERS.iter().map(|below| folder.join(below));
-    let mut folders = folders.chain(users.map(Path::to_path_buf));
+    let folder = recording
+        .parent()
+        .filter(|f| !f.as_os_str().is_empty())
+        .unwrap_or_else(|| Path::new("."));
+    let mut folders = FOLDERS
+        .iter()
+        .map(|below| folder.join(below))
+        .chain(users.map(Path::to_path_buf));
     folders.find_map(|folder| {
         if folder.is_file() {
             // The user's map may be one of another data set.

@@ -79,9 +79,8 @@ impl<'r> Fields<'r> {
             return Ok(None);
         };
         let shown = || text.chars().take(40).collect::<String>();
-        let value = columns::number(text, self.separator);
-        let value =
-            value.ok_or_else(|| self.at(name).fail(format!("`{}` is not a number", shown())));
+        let value = columns::number(text, self.separator)
+            .ok_or_else(|| self.at(name).fail(format!("`{}` is not a number", shown())));
         self.at(name).number(value?.0).map(Some)
     }
 
@@ -157,15 +156,15 @@ pub fn recording(path: &Path, leftovers: &mut Leftovers) -> Result<Recording, Re
                 let message = format!("{count} lines; a road has at most {MOST_LINES}");
                 return Err(row.at(name).fail(message));
             }
-            let numbers = pieces.map(|t| {
-                let value = columns::number(t, row.separator);
-                let value = value.ok_or_else(|| {
-                    let shown: String = t.chars().take(40).collect();
-                    row.at(name).fail(format!("`{shown}` is not a number"))
-                });
-                row.at(name).number(value?.0)
-            });
-            let mut numbers = numbers.collect::<Result<Vec<_>, _>>()?;
+            let mut numbers = pieces
+                .map(|t| {
+                    let value = columns::number(t, row.separator).ok_or_else(|| {
+                        let shown: String = t.chars().take(40).collect();
+                        row.at(name).fail(format!("`{shown}` is not a number"))
+                    });
+                    row.at(name).number(value?.0)
+                })
+                .collect::<Result<Vec<_>, _>>()?;
             numbers.sort_by(f64::total_cmp);
             Ok(numbers)
         };

@@ -179,8 +179,8 @@ pub fn each(
     let io = |error| ReadError::io(report.file(), &error);
     let mut file = BufReader::new(system::open_file(path).map_err(io)?);
     let (separator, names) = columns::of(file.fill_buf().map_err(io)?);
-    let kind = Kind::among(&names);
-    let kind = kind.ok_or_else(|| report.row(1, "").fail("not the columns of levelXdata"))?;
+    let kind = Kind::among(&names)
+        .ok_or_else(|| report.row(1, "").fail("not the columns of levelXdata"))?;
     let place = |name: &&str| names.iter().position(|n| n == name).unwrap_or(usize::MAX);
     let places: Vec<usize> = kind_columns(kind).iter().map(place).collect();
     let mut table = csv::ReaderBuilder::new()

@@ -49,8 +49,9 @@ impl<'l> Clock<'l> {
 
     /// Says what is odd about it.
     pub fn tell(&self, report: &Report) {
-        let missing = usize::try_from(self.last() + 1).unwrap_or(0);
-        let missing = missing.saturating_sub(self.sweeps.len());
+        let missing = usize::try_from(self.last() + 1)
+            .unwrap_or(0)
+            .saturating_sub(self.sweeps.len());
         let at = report.at("table lidar_pc");
         if self.off > 0 {
             at.warn(format!(

@@ -66,8 +66,8 @@ pub fn check(path: &Path) -> Result<(), ReadError> {
     let report = Report::about(path.display().to_string());
     let wants =
         "a nuPlan log is a SQLite file with the tables lidar_pc, ego_pose, lidar_box and others";
-    let head = beginning_of_file(path, MAGIC.len());
-    let head = head.map_err(|error| report.fail(format!("{error}; {wants}")))?;
+    let head = beginning_of_file(path, MAGIC.len())
+        .map_err(|error| report.fail(format!("{error}; {wants}")))?;
     if !head.starts_with(MAGIC) {
         return Err(report.fail(format!("not a SQLite file; {wants}")));
     }

@@ -47,8 +47,11 @@ pub fn lights(
     });
     for (place, connectors) in of_lanes {
         let own = cut.all[place].lane.id;
-        let all = cut.layers.connectors.iter();
-        let all = all.filter(|lane| lane.connector.as_ref().and_then(|c| c.from) == Some(own));
+        let all = cut
+            .layers
+            .connectors
+            .iter()
+            .filter(|lane| lane.connector.as_ref().and_then(|c| c.from) == Some(own));
         let is_whole = all.count() == connectors.len();
         let stops = connectors
             .iter()

@@ -104,9 +104,10 @@ impl<'m> Cut<'m> {
     /// A lane with its borders, and whether one of them is assumed.
     fn placed(&self, lane: &'m Lane) -> Option<(Placed<'m>, bool)> {
         let layers = self.layers;
-        let middle = layers.middles[usize::from(lane.connector.is_some())].get(&lane.id);
-        let middle = middle.map(|line| self.line(line));
-        let middle = middle.filter(|line| line.len() > 1);
+        let middle = layers.middles[usize::from(lane.connector.is_some())]
+            .get(&lane.id)
+            .map(|line| self.line(line))
+            .filter(|line| line.len() > 1);
         let border = |id: Option<i64>| {
             let (line, marking) = layers.borders.get(&id?)?;
             let line = self.line(line);
@@ -176,8 +177,7 @@ impl<'m> Cut<'m> {
                 continue;
             };
             let place = self.places[1].get(&lane.id).copied();
-            let ends = [connector.from, connector.to];
-            let ends = ends.map(|id| self.places[0].get(&id?).copied());
+            let ends = [connector.from, connector.to].map(|id| self.places[0].get(&id?).copied());
             for (is_end, end) in ends.into_iter().enumerate() {
                 match (place, end) {
                     (Some(place), Some(end)) => {
@@ -206,8 +206,11 @@ impl<'m> Cut<'m> {
 
     /// Lanes of a group lie beside each other, counted from the left.
     fn set_beside(&mut self) {
-        let groups = self.all.iter().zip(0..);
-        let groups = groups.filter_map(|(placed, place)| Some((placed.lane.group?, place)));
+        let groups = self
+            .all
+            .iter()
+            .zip(0..)
+            .filter_map(|(placed, place)| Some((placed.lane.group?, place)));
         let groups: HashMap<(i64, i64), usize> = groups.collect();
         for ((group, index), place) in &groups {
             let beside = |index: Option<i64>| {

@@ -238,8 +238,7 @@ impl<'d> Reader<'d> {
         ];
         self.shapes("lanes_polygons", &columns, &mut |layers, row, parts| {
             let (group, index) = (row.optional_whole(6)?, row.optional_whole(7)?);
-            let id = row.optional_whole(2)?;
-            let id = id.map_or_else(|| row.whole(0), Ok)?;
+            let id = row.optional_whole(2)?.map_or_else(|| row.whole(0), Ok)?;
             let middle = layers.middles[0].get(&id);
             let lane = Lane {
                 id,

@@ -115,8 +115,9 @@ impl Log {
                 "{count} sweeps in table lidar_pc; at least 2 are needed"
             )));
         };
-        let between = sweeps.windows(2);
-        let between = between.map(|pair| (pair[1].time - pair[0].time) as f64 / 1e6);
+        let between = sweeps
+            .windows(2)
+            .map(|pair| (pair[1].time - pair[0].time) as f64 / 1e6);
         // Clocks of recorders are off by microseconds, and steps are milliseconds.
         let time_step = (median(between.collect()) * 1e3).round() / 1e3;
         let span = (sweeps[sweeps.len() - 1].time - first.time) as f64 / 1e6;
@@ -207,8 +208,9 @@ fn tracks(database: &Database) -> Result<Vec<Track>, ReadError> {
     // Their numbers are those of their rows; an index has another order.
     let query = database.query("track", &columns, "ORDER BY rowid")?;
     query.each([], &mut |row| {
-        let category = row.optional_token(1)?;
-        let category = category.and_then(|token| categories.get(&token));
+        let category = row
+            .optional_token(1)?
+            .and_then(|token| categories.get(&token));
         tracks.push(Track {
             token: row.token(0)?,
             category: category.cloned().unwrap_or_default(),

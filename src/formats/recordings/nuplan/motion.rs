@@ -169,12 +169,14 @@ pub fn others(
     }
     let mut assumed = Vec::new();
     let mut long = 0;
-    let tracks = seen.into_iter().map(|(place, boxes)| {
-        let track = track(report, log, place, boxes, &mut assumed);
-        long += usize::from(track.kind == ObstacleType::Truck);
-        track
-    });
-    let tracks = tracks.collect();
+    let tracks = seen
+        .into_iter()
+        .map(|(place, boxes)| {
+            let track = track(report, log, place, boxes, &mut assumed);
+            long += usize::from(track.kind == ObstacleType::Truck);
+            track
+        })
+        .collect();
     report.note_count(long, |n| {
         format!(
             "vehicles longer than {LONG} m are taken as trucks, as the data set does not tell: {n}"

@@ -128,8 +128,11 @@ fn scene(said: &str, log: &Log, report: &Report) -> Result<Part, ReadError> {
 }
 
 fn of_scene(id: Token, log: &Log) -> Option<Part> {
-    let sweeps = log.sweeps.iter().zip(0..);
-    let sweeps = sweeps.filter_map(|(sweep, place)| (sweep.scene == Some(id)).then_some(place));
+    let sweeps = log
+        .sweeps
+        .iter()
+        .zip(0..)
+        .filter_map(|(sweep, place)| (sweep.scene == Some(id)).then_some(place));
     let sweeps: Vec<usize> = sweeps.collect();
     (!sweeps.is_empty()).then_some(Part { sweeps, ego: EGO })
 }
@@ -158,8 +161,9 @@ fn around(
             format!("no sweep, scene or scenario tag with a sweep has the token `{said}`");
         return Err(report.fail(message));
     };
-    let start = (log.seconds(sweep) - BEFORE).min(log.duration() - windows::LENGTH);
-    let start = start.max(0.0);
+    let start = (log.seconds(sweep) - BEFORE)
+        .min(log.duration() - windows::LENGTH)
+        .max(0.0);
     Ok(Part {
         sweeps: log.between(start, start + windows::LENGTH),
         ego: EGO,

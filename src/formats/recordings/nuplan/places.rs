@@ -16,8 +16,9 @@ const MOST: usize = 100;
 
 /// The map of a log, if there is one.
 pub fn find(path: &Path, log: &Log) -> Option<PathBuf> {
-    let names = [log.map.as_str(), log.location.as_str()];
-    let mut names = names.into_iter().filter(|name| is_plain(name));
+    let mut names = [log.map.as_str(), log.location.as_str()]
+        .into_iter()
+        .filter(|name| is_plain(name));
     names.find_map(|name| of_name(path, name, users_maps()))
 }
 
@@ -40,8 +41,9 @@ fn of_name(path: &Path, name: &str, users: Option<&Path>) -> Option<PathBuf> {
     let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let mut above = whole.ancestors().skip(1);
     let beside = above.next()?;
-    let in_maps = std::iter::once(beside).chain(above.take(UP));
-    let in_maps = in_maps.map(|folder| folder.join("maps"));
+    let in_maps = std::iter::once(beside)
+        .chain(above.take(UP))
+        .map(|folder| folder.join("maps"));
     let mut found = in_folder(beside, name).or_else(|| in_folder_itself(beside));
     found = found.or_else(|| { in_maps }.find_map(|maps| in_folder(&maps, name)));
     found.or_else(|| match users? {
@@ -80,8 +82,11 @@ fn newest(folder: &Path) -> Option<PathBuf> {
 
 /// The numbers of a version, such as `9.17.1964`.
 fn version(map: &Path) -> (Vec<u64>, PathBuf) {
-    let folder = map.parent().and_then(Path::file_name).unwrap_or_default();
-    let folder = folder.to_string_lossy();
+    let folder = map
+        .parent()
+        .and_then(Path::file_name)
+        .unwrap_or_default()
+        .to_string_lossy();
     let numbers = folder
         .split('.')
         .filter_map(|part| part.parse().ok())
@@ -96,8 +101,7 @@ mod tests {
 
     #[test]
     fn maps_lie_in_the_data_set_beside_the_log_or_where_the_user_says() {
-        let root = tempfile::tempdir().unwrap();
-        let root = root.path().canonicalize().unwrap();
+        let root = tempfile::tempdir().unwrap().path().canonicalize().unwrap();
         let make = |name: &str| {
             let path = root.join(name);
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();

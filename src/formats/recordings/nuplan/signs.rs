@@ -110,8 +110,10 @@ pub fn stop_signs(report: &Report, cut: &mut Cut<'_>, signs: &Signs, ids: &mut I
 /// The lanes for which a stop polygon is: those that it names, or those that end in it.
 fn lanes_of(cut: &Cut<'_>, stop: &Stop, ring: &[Point]) -> Vec<usize> {
     let lanes = stop.lanes.iter().filter_map(|id| cut.places[0].get(id));
-    let connectors = stop.connectors.iter();
-    let connectors = connectors.filter_map(|id| cut.from(cut.all[*cut.places[1].get(id)?].lane));
+    let connectors = stop
+        .connectors
+        .iter()
+        .filter_map(|id| cut.from(cut.all[*cut.places[1].get(id)?].lane));
     let mut found: Vec<usize> = lanes.copied().chain(connectors).collect();
     if stop.lanes.is_empty() && stop.connectors.is_empty() {
         let all = cut.all.iter().zip(0..);

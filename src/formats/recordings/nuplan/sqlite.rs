@@ -70,8 +70,7 @@ impl Database {
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY
             | OpenFlags::SQLITE_OPEN_NO_MUTEX
             | OpenFlags::SQLITE_OPEN_URI;
-        let opened = Connection::open_with_flags(address(&whole), flags);
-        let opened = opened.and_then(|connection| {
+        let opened = Connection::open_with_flags(address(&whole), flags).and_then(|connection| {
             // Nothing in the file is run: no functions in its views, triggers and indexes.
             connection.execute_batch("PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON")?;
             let tables = tables(&connection)?;
@@ -122,8 +121,9 @@ impl Database {
         if !self.has(table) {
             return Err(self.table(table).fail("the table is missing"));
         }
-        let known = self.columns(table);
-        let known = known.map_err(|error| self.table(table).fail(words(&error)))?;
+        let known = self
+            .columns(table)
+            .map_err(|error| self.table(table).fail(words(&error)))?;
         {
             let mut asked = self.asked.borrow_mut();
             let asked = asked.entry(table.to_string()).or_default();

@@ -165,9 +165,9 @@ impl Piece {
         if !(0.0..=LONGEST).contains(&length) {
             return Err(node.fail(format!("length=\"{length}\" is not from 0 to {LONGEST}")));
         }
-        let shape = node.first(|c| SHAPES.contains(&c.name.as_str()));
-        let shape =
-            shape.ok_or_else(|| node.fail("no line, arc, spiral, poly3 or paramPoly3 in it"))?;
+        let shape = node
+            .first(|c| SHAPES.contains(&c.name.as_str()))
+            .ok_or_else(|| node.fail("no line, arc, spiral, poly3 or paramPoly3 in it"))?;
         let start = moved.apply(Pose::new(number("x")?, number("y")?, number("hdg")?));
         for value in [start.position.x, start.position.y] {
             if let Some(why) = refused_coordinate(value) {

@@ -88,8 +88,10 @@ pub fn restore(roads: &[Road], places: &HashMap<Key, usize>, map: &mut Map) -> O
     }
     restored.sort_by_key(|(place, _)| *place);
     map.lanelets = restored.into_iter().map(|(_, lanelet)| lanelet).collect();
-    let signals = roads.iter().flat_map(|r| &r.signals);
-    let signals = signals.filter(|s| s.kind != STOP_LINE);
+    let signals = roads
+        .iter()
+        .flat_map(|r| &r.signals)
+        .filter(|s| s.kind != STOP_LINE);
     Some(KeptSigns {
         lanelets,
         signals: signals

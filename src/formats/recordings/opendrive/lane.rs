@@ -82,8 +82,10 @@ pub fn sections(lanes: &Node, length: f64) -> Result<Vec<Section>, ReadError> {
     let mut cuts: Vec<f64> = all.iter().map(|r| r.section.from).collect();
     cuts.dedup_by(|a, b| (*a - *b).abs() < SAME);
     let ends = cuts.iter().skip(1).copied().chain([length]);
-    let pieces = cuts.iter().zip(ends.collect::<Vec<_>>());
-    let pieces = pieces.map(|(from, to)| piece(&all, *from, to.min(length)));
+    let pieces = cuts
+        .iter()
+        .zip(ends.collect::<Vec<_>>())
+        .map(|(from, to)| piece(&all, *from, to.min(length)));
     Ok(pieces.collect())
 }
 

@@ -62,8 +62,10 @@ pub fn lanelets(
         .map(|(id, _)| id)
         .filter(|id| ids.take(*id))
         .collect();
-    let signal_ids = roads.iter().flat_map(|r| &r.signals);
-    let signal_ids = signal_ids.filter_map(|s| s.id.parse().ok());
+    let signal_ids = roads
+        .iter()
+        .flat_map(|r| &r.signals)
+        .filter_map(|s| s.id.parse().ok());
     let mut signal_ids: HashSet<i64> = signal_ids.filter(|id| *id > 0 && ids.take(*id)).collect();
     let mut map = Map::default();
     let mut places: HashMap<Key, usize> = HashMap::new();
@@ -81,8 +83,10 @@ pub fn lanelets(
                 let Some((left, right)) = lanelet_bounds(road, section, l, &borders) else {
                     continue;
                 };
-                let id = lane.lanelet.filter(|id| taken.contains(id));
-                let id = id.unwrap_or_else(|| ids.fresh());
+                let id = lane
+                    .lanelet
+                    .filter(|id| taken.contains(id))
+                    .unwrap_or_else(|| ids.fresh());
                 let of_road = road.kind(section.from);
                 let (types, mut one_way, mut both) =
                     words(road, of_road.map(|t| t.kind.as_str()), lane);
@@ -320,8 +324,10 @@ fn signals(
                 .iter()
                 .rposition(|x| x.from <= s + 1e-9)
                 .unwrap_or(0);
-            let lanes = road.sections[section].lanes.iter();
-            let lanes = lanes.filter(|lane| holds(signal, road, lane));
+            let lanes = road.sections[section]
+                .lanes
+                .iter()
+                .filter(|lane| holds(signal, road, lane));
             let on: Vec<usize> = lanes
                 .filter_map(|l| places.get(&(r, section, l.id)).copied())
                 .collect();

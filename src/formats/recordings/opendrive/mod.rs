@@ -65,8 +65,9 @@ pub fn read(
     let both = roads
         .iter()
         .flat_map(|r| &r.sections)
-        .flat_map(|s| &s.lanes);
-    let both = both.filter(|l| l.is_both_ways).count();
+        .flat_map(|s| &s.lanes)
+        .filter(|l| l.is_both_ways)
+        .count();
     report.note_count(both, |n| {
         format!("lanes that are driven both ways: {n}; lanelets that run as the others of their side, for users of both")
     });

@@ -100,8 +100,11 @@ pub fn read(node: &Node, moved: &Offset) -> Result<Road, ReadError> {
         signals.push(signal::read(signal)?);
     }
     let is_flat = |profile: &str, of: &str| -> Result<bool, ReadError> {
-        let all = node.child(profile).into_iter().flat_map(|p| p.all(of));
-        let mut all = all.map(|of| Cubic::read(of, "s"));
+        let mut all = node
+            .child(profile)
+            .into_iter()
+            .flat_map(|p| p.all(of))
+            .map(|of| Cubic::read(of, "s"));
         all.try_fold(true, |flat, of| Ok(flat && of?.of == [0.0; 4]))
     };
     Ok(Road {

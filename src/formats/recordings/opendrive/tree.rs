@@ -226,8 +226,11 @@ impl Node {
 
     /// Whether an attribute has this value; it is read only then.
     pub fn takes(&self, name: &str, value: &str) -> bool {
-        let found = self.attributes.iter().find(|a| a.name == name);
-        let found = found.filter(|a| a.value == value);
+        let found = self
+            .attributes
+            .iter()
+            .find(|a| a.name == name)
+            .filter(|a| a.value == value);
         found.map(|a| a.is_read.set(true)).is_some()
     }
 
@@ -254,11 +257,15 @@ impl Node {
         let Some(text) = self.text(name) else {
             return Ok(None);
         };
-        let value = text.trim().parse::<f64>().ok().filter(|v| v.is_finite());
-        let value = value.ok_or_else(|| {
-            let shown: String = text.chars().take(40).collect();
-            self.fail(format!("{name}=\"{shown}\" is not a number"))
-        })?;
+        let value = text
+            .trim()
+            .parse::<f64>()
+            .ok()
+            .filter(|v| v.is_finite())
+            .ok_or_else(|| {
+                let shown: String = text.chars().take(40).collect();
+                self.fail(format!("{name}=\"{shown}\" is not a number"))
+            })?;
         match refused_coordinate(value) {
             Some(why) => Err(self.fail(format!("{name}: {why}"))),
             None => Ok(Some(value)),

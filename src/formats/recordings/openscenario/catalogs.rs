@@ -30,8 +30,10 @@ pub struct Catalogs {
 impl Catalogs {
     /// Those that a document names; their folders are named from that of its file.
     pub fn of(root: &Node, file: &Path) -> Self {
-        let locations = root.child("CatalogLocations");
-        let locations = locations.into_iter().flat_map(Node::children);
+        let locations = root
+            .child("CatalogLocations")
+            .into_iter()
+            .flat_map(Node::children);
         let folders = locations.filter_map(|l| l.child("Directory")?.text("path"));
         Self {
             folders: folders.map(|folder| named_file(file, folder)).collect(),

@@ -93,8 +93,9 @@ fn unknown(name: String) -> Entity {
 fn entity(name: String, node: &Node) -> Result<Entity, ReadError> {
     let properties = properties(node);
     let written = properties.get("commonroad_type");
-    let kind = written.and_then(|word| ObstacleType::parse(word));
-    let kind = kind.unwrap_or_else(|| kind_of(node));
+    let kind = written
+        .and_then(|word| ObstacleType::parse(word))
+        .unwrap_or_else(|| kind_of(node));
     let mut entity = Entity {
         kind,
         is_vehicle: node.name == "Vehicle",
@@ -141,8 +142,9 @@ fn kind_of(node: &Node) -> ObstacleType {
         "vehicleCategory",
         "pedestrianCategory",
         "miscObjectCategory",
-    ];
-    let category = category.iter().find_map(|name| node.text(name));
+    ]
+    .iter()
+    .find_map(|name| node.text(name));
     match (node.name.as_str(), category.unwrap_or_default()) {
         ("Vehicle", "truck" | "semitrailer" | "trailer") => ObstacleType::Truck,
         ("Vehicle", "bus") => ObstacleType::Bus,
@@ -167,8 +169,10 @@ impl Entity {
 
     /// The numbers in a property; nothing where one is none.
     pub fn numbers(&self, name: &str) -> Option<Vec<f64>> {
-        let numbers = self.property(name)?.split_whitespace();
-        let numbers = numbers.map(|word| word.parse::<f64>().ok().filter(|v| v.abs() < 1e6));
+        let numbers = self
+            .property(name)?
+            .split_whitespace()
+            .map(|word| word.parse::<f64>().ok().filter(|v| v.abs() < 1e6));
         numbers.collect()
     }
 

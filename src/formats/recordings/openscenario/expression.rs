@@ -92,8 +92,10 @@ impl<'a> Reader<'a> {
     /// Whether this word comes next, which is passed over.
     fn passes_word(&mut self, word: &str) -> bool {
         self.rest = self.rest.trim_start();
-        let behind = self.rest.strip_prefix(word);
-        let behind = behind.filter(|b| !b.starts_with(|c: char| c.is_alphanumeric() || c == '_'));
+        let behind = self
+            .rest
+            .strip_prefix(word)
+            .filter(|b| !b.starts_with(|c: char| c.is_alphanumeric() || c == '_'));
         self.rest = behind.unwrap_or(self.rest);
         behind.is_some()
     }

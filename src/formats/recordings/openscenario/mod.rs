@@ -59,8 +59,8 @@ impl Format for OpenScenario {
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
         let file = whole_file(address)?;
         let shown = file.display().to_string();
-        let bytes = system::read_file(file, system::LARGEST);
-        let bytes = bytes.map_err(|e| ReadError::io(&shown, &e))?;
+        let bytes =
+            system::read_file(file, system::LARGEST).map_err(|e| ReadError::io(&shown, &e))?;
         let report = Report::about(shown.clone());
         if beginning(&bytes[..bytes.len().min(4096)]).contains("<OpenDRIVE") {
             return roads_alone(&bytes, file, report);
@@ -122,8 +122,8 @@ fn roads(
     ids: &mut Ids,
     hashed: &mut Vec<Vec<u8>>,
 ) -> Result<Result<Network, String>, ReadError> {
-    let named = root.at(&["RoadNetwork", "LogicFile"]);
-    let named = named
+    let named = root
+        .at(&["RoadNetwork", "LogicFile"])
         .and_then(|l| l.text("filepath"))
         .filter(|n| !n.is_empty());
     let Some(named) = named else {
@@ -156,8 +156,10 @@ fn account(root: &Node, report: &Report) {
         // What says of a file what it is, not what happens.
         header.child("License").into_iter().for_each(Node::skip);
         header.skip_attributes(&["author", "date", "description"]);
-        let properties = header.child("Properties");
-        let properties = properties.into_iter().flat_map(|p| p.all("Property"));
+        let properties = header
+            .child("Properties")
+            .into_iter()
+            .flat_map(|p| p.all("Property"));
         let is_own = |p: &&Node| p.text("name").is_some_and(is_own_property);
         properties.filter(is_own).for_each(Node::skip);
     }

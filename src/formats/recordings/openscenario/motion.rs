@@ -48,8 +48,11 @@ impl Motions {
                 (false, false) => None,
             };
         }
-        let first = self.followed.iter().map(Followed::begins);
-        let first = first.fold(f64::INFINITY, f64::min);
+        let first = self
+            .followed
+            .iter()
+            .map(Followed::begins)
+            .fold(f64::INFINITY, f64::min);
         let waits = self.drives() && !self.is_late && first > SHORT;
         waits.then(|| format!("drives at {speed} m/s until its trajectory begins at {first} s"))
     }

@@ -109,15 +109,13 @@ pub fn position_of(
         "LanePosition" => {
             let (id, lane) = (of.needed("roadId")?, of.needed_number("laneId")? as i64);
             let (s, offset) = (of.needed_number("s")?, of.or_zero("offset")?);
-            let pose = road()?.on_lane(id, lane, along(id, s), offset);
-            let pose = pose.ok_or_else(|| missing(id))?;
+            let pose = road()?.on_lane(id, lane, along(id, s), offset).ok_or_else(|| missing(id))?;
             let heading = turn(pose.heading, pose.heading)?;
             Ok(Pose { heading, ..pose })
         }
         "RoadPosition" => {
             let (id, s) = (of.needed("roadId")?, of.needed_number("s")?);
-            let pose = road()?.beside(id, along(id, s), of.or_zero("t")?);
-            let pose = pose.ok_or_else(|| missing(id))?;
+            let pose = road()?.beside(id, along(id, s), of.or_zero("t")?).ok_or_else(|| missing(id))?;
             let heading = turn(pose.heading, pose.heading)?;
             Ok(Pose { heading, ..pose })
         }

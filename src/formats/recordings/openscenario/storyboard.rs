@@ -154,8 +154,10 @@ impl Reader<'_> {
     }
 
     fn group(&mut self, group: &Node, begins: Fires) -> Result<(), ReadError> {
-        let actors = group.child("Actors");
-        let actors = actors.into_iter().flat_map(|a| a.all("EntityRef"));
+        let actors = group
+            .child("Actors")
+            .into_iter()
+            .flat_map(|a| a.all("EntityRef"));
         let actors: Result<Vec<&str>, ReadError> = actors.map(|a| a.needed("entityRef")).collect();
         let actors = actors?;
         group.takes("maximumExecutionCount", "1");

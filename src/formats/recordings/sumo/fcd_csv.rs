@@ -72,8 +72,8 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
             },
         };
         let need = |name: &str| optional(name)?.ok_or_else(|| row(name).fail("missing"));
-        let time = seconds(text("timestep_time"));
-        let time = time.ok_or_else(|| wrong("timestep_time", "a time in seconds"))?;
+        let time = seconds(text("timestep_time"))
+            .ok_or_else(|| wrong("timestep_time", "a time in seconds"))?;
         let fail = |message: String| row("").fail(message);
         // A row is one vehicle, or a time without any.
         if all.last_time() != Some(time) {

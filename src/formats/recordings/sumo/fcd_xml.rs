@@ -31,8 +31,9 @@ pub fn read(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
         }
         all.leftovers.attributes(&xml, element, &["time"]);
         let at = |message: String| xml.fail(element.at, message);
-        let text = xml.attribute(element, "time");
-        let text = text.ok_or_else(|| at("<timestep> has no attribute `time`".into()))?;
+        let text = xml
+            .attribute(element, "time")
+            .ok_or_else(|| at("<timestep> has no attribute `time`".into()))?;
         let time = seconds(&text).ok_or_else(|| {
             let shown: String = text.chars().take(40).collect();
             at(format!("time=\"{shown}\" is not a time in seconds"))
@@ -61,8 +62,10 @@ fn vehicle<'a>(xml: &Xml<'a>, element: Element<'a>, all: &mut Collector) -> Resu
         if let Some(place) = TEXTS.iter().position(|name| *name == key) {
             texts[place].get_or_insert(value);
         } else if let Some(place) = NUMBERS.iter().position(|name| *name == key) {
-            let number = value.parse::<f64>().ok();
-            let number = number.filter(|v| v.is_finite() && v.abs() <= 1e9);
+            let number = value
+                .parse::<f64>()
+                .ok()
+                .filter(|v| v.is_finite() && v.abs() <= 1e9);
             numbers[place] = Some(number.ok_or_else(|| {
                 let shown: String = value.chars().take(40).collect();
                 fail(format!("{key}=\"{shown}\" is not a number"))

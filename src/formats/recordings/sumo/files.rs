@@ -8,8 +8,12 @@ const MOST: usize = 1000;
 /// The values of an option in the comment.
 fn values<'c>(comment: &'c str, option: &str) -> impl Iterator<Item = &'c str> + use<'c> {
     let begin = format!("<{option} value=\"");
-    let value = comment.split(&*begin).nth(1).map(|rest| rest.split('"'));
-    let value = value.and_then(|mut rest| rest.next()).unwrap_or_default();
+    let value = comment
+        .split(&*begin)
+        .nth(1)
+        .map(|rest| rest.split('"'))
+        .and_then(|mut rest| rest.next())
+        .unwrap_or_default();
     let names = value.split(',').map(str::trim);
     names.filter(|name| !name.is_empty())
 }
@@ -32,8 +36,10 @@ fn named(file: &Path, comment: &str, option: &str) -> Vec<PathBuf> {
 
 /// Files beside one whose names end so, by name.
 fn beside(file: &Path, end: &str) -> Vec<PathBuf> {
-    let folder = file.parent().filter(|f| !f.as_os_str().is_empty());
-    let folder = folder.unwrap_or_else(|| Path::new("."));
+    let folder = file
+        .parent()
+        .filter(|f| !f.as_os_str().is_empty())
+        .unwrap_or_else(|| Path::new("."));
     let all = folder.read_dir().into_iter().flatten().flatten().take(MOST);
     let paths = all.map(|entry| entry.path());
     let mut found: Vec<PathBuf> = paths

@@ -281,8 +281,9 @@ mod tests {
         );
         let own = projection(
             "+proj=tmerc +lat_0=48 +lon_0=11 +k=1 +x_0=5 +y_0=0 +datum=WGS84 +units=m +no_defs",
-        );
-        let own = own.unwrap().forward(48.0, 11.0);
+        )
+        .unwrap()
+        .forward(48.0, 11.0);
         assert!((own.0 - 5.0).abs() < 1e-9 && own.1.abs() < 1e-9);
         for other in [
             "!",

@@ -37,8 +37,10 @@ pub fn map(
         let Some((light, link)) = &connection.light else {
             continue;
         };
-        let on = connection.via.clone();
-        let on = on.unwrap_or_else(|| lane_name(&connection.from));
+        let on = connection
+            .via
+            .clone()
+            .unwrap_or_else(|| lane_name(&connection.from));
         let (Some(place), Some(program)) = (places.get(&on), programs.get(light)) else {
             continue;
         };

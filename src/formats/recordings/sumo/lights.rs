@@ -44,14 +44,14 @@ pub fn program<'a>(
         let seconds = text
             .parse::<f64>()
             .ok()
-            .filter(|s| (0.0..=LONGEST).contains(s));
-        let seconds = seconds.ok_or_else(|| {
-            let shown: String = text.chars().take(40).collect();
-            xml.fail(
-                child.at,
-                format!("duration=\"{shown}\" is not a number of seconds"),
-            )
-        })?;
+            .filter(|s| (0.0..=LONGEST).contains(s))
+            .ok_or_else(|| {
+                let shown: String = text.chars().take(40).collect();
+                xml.fail(
+                    child.at,
+                    format!("duration=\"{shown}\" is not a number of seconds"),
+                )
+            })?;
         let state = xml
             .attribute(child, "state")
             .unwrap_or_default()

@@ -84,8 +84,8 @@ impl Format for Sumo {
 fn read(path: &Path) -> Result<Arc<(Recorded, HashedBeginning)>, ReadError> {
     let file = path.display().to_string();
     RECORDINGS.get(&[path], || {
-        let bytes = system::read_file(path, system::LARGEST);
-        let bytes = bytes.map_err(|e| ReadError::io(&file, &e))?;
+        let bytes =
+            system::read_file(path, system::LARGEST).map_err(|e| ReadError::io(&file, &e))?;
         let recorded = if fcd_csv::begins(&bytes) {
             fcd_csv::read(&bytes, &file)?
         } else {
@@ -115,14 +115,17 @@ fn whole(path: &Path, recorded: &Recorded, report: Report) -> Result<LongRecordi
         .max(1.0) as i64;
     let mut names = HashMap::with_capacity(recorded.vehicles.len());
     let mut ids = OwnIds::of(recorded);
-    let tracks = recorded.vehicles.iter().map(|vehicle| {
-        let id = ids.id(vehicle).0;
-        names.insert(id, vehicle.name.clone());
-        let seen = vehicle.seen.iter().filter(|seen| seen.step % every == 0);
-        let states = states(vehicle, seen, (0, every), &report);
-        track(id, types.of(&vehicle.kind), states, &placement)
-    });
-    let tracks = tracks.collect();
+    let tracks = recorded
+        .vehicles
+        .iter()
+        .map(|vehicle| {
+            let id = ids.id(vehicle).0;
+            names.insert(id, vehicle.name.clone());
+            let seen = vehicle.seen.iter().filter(|seen| seen.step % every == 0);
+            let states = states(vehicle, seen, (0, every), &report);
+            track(id, types.of(&vehicle.kind), states, &placement)
+        })
+        .collect();
     let about = About {
         source: SOURCE,
         benchmark_id: "ZAM_Sumo".into(),
@@ -259,8 +262,9 @@ fn scenario(
     let (mut tracks, mut told, mut ego) = (Vec::new(), Vec::new(), None);
     for vehicle in &recorded.vehicles {
         let (id, is_new) = ids.id(vehicle);
-        let seen = vehicle.seen.iter();
-        let mut seen = seen
+        let mut seen = vehicle
+            .seen
+            .iter()
             .filter(|s| (steps.0..=steps.1).contains(&s.step))
             .peekable();
         if seen.peek().is_none() {

@@ -51,8 +51,9 @@ impl Index {
                     && id.chars().all(plain)
                     && !index.by_name.contains_key(id)
             };
-            let name = id.filter(usable);
-            let name = name.unwrap_or_else(|| (record.place + 1).to_string());
+            let name = id
+                .filter(usable)
+                .unwrap_or_else(|| (record.place + 1).to_string());
             index.by_name.entry(name.clone()).or_insert(record.place);
             index.names.push(name);
             index.records.push(record);
@@ -72,8 +73,9 @@ static LAST: Mutex<Option<Seen>> = Mutex::new(None);
 /// # Errors
 /// The file cannot be read or is damaged: with the record.
 pub fn of(path: &Path) -> Result<Arc<Index>, ReadError> {
-    let found = path.metadata();
-    let found = found.map_err(|error| ReadError::io(&path.display().to_string(), &error))?;
+    let found = path
+        .metadata()
+        .map_err(|error| ReadError::io(&path.display().to_string(), &error))?;
     let now = (found.len(), found.modified().ok());
     let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((seen, size, changed, index)) = &*last

@@ -48,61 +48,65 @@ pub fn lanelets(
         .collect();
     let places: HashMap<i64, usize> = lanes.iter().map(|l| l.feature).zip(0..).collect();
     let mut assumed = 0;
-    let made = lanes.iter().zip(&told).map(|(lane, (left, right))| {
-        let unknown = |side: &Vec<Option<f64>>| side.iter().all(Option::is_none);
-        assumed += usize::from(unknown(left) || unknown(right));
-        let half = match lane.said.r#type {
-            Some(BIKE_LANE) => HALF_BICYCLE_LANE,
-            _ => HALF_LANE,
-        };
-        let near = |ids: &[i64], last: bool| {
-            let known = |side: &Vec<Option<f64>>| {
-                let end = if last { side.last() } else { side.first() };
-                end.copied().flatten()
+    let made = lanes
+        .iter()
+        .zip(&told)
+        .map(|(lane, (left, right))| {
+            let unknown = |side: &Vec<Option<f64>>| side.iter().all(Option::is_none);
+            assumed += usize::from(unknown(left) || unknown(right));
+            let half = match lane.said.r#type {
+                Some(BIKE_LANE) => HALF_BICYCLE_LANE,
+                _ => HALF_LANE,
             };
-            let mut beside = ids.iter().filter_map(|id| told.get(*places.get(id)?));
-            let (left, right) = beside
-                .next()
-                .map_or((None, None), |(l, r)| (known(l), known(r)));
-            (left.unwrap_or(half), right.unwrap_or(half))
-        };
-        let ends = (
-            near(&lane.said.entry_lanes, true),
-            near(&lane.said.exit_lanes, false),
-        );
-        let widths = widths::filled(left, right, ends);
-        let (mut left, mut right) = borders(&lane.centre, &lane.heights, &widths);
-        left.marking = marking(&lane.said.left_boundaries, edges);
-        right.marking = marking(&lane.said.right_boundaries, edges);
-        let linked = |wanted: &[i64]| wanted.iter().map(|id| *ids.get(id).unwrap_or(id)).collect();
-        let adjacent = |left: bool| {
-            let id = beside(lane, left)?;
-            let other = &lanes[*places.get(&id)?];
-            // CommonRoad has one neighbour a side, and the two name each other.
-            (beside(other, !left) == Some(lane.feature)).then(|| Adjacent {
-                id: ids[&id],
-                same_direction: true,
-            })
-        };
-        let (types, users) = match lane.said.r#type {
-            Some(BIKE_LANE) => (vec![LaneletType::BicycleLane], vec![RoadUser::Bicycle]),
-            Some(1) => (vec![LaneletType::Highway], vec![RoadUser::Vehicle]),
-            _ => (vec![LaneletType::Urban], vec![RoadUser::Vehicle]),
-        };
-        Lanelet {
-            id: ids[&lane.feature],
-            left,
-            right,
-            predecessors: linked(&lane.said.entry_lanes),
-            successors: linked(&lane.said.exit_lanes),
-            adjacent_left: adjacent(true),
-            adjacent_right: adjacent(false),
-            types,
-            users_one_way: users,
-            ..Lanelet::default()
-        }
-    });
-    let made = made.collect();
+            let near = |ids: &[i64], last: bool| {
+                let known = |side: &Vec<Option<f64>>| {
+                    let end = if last { side.last() } else { side.first() };
+                    end.copied().flatten()
+                };
+                let mut beside = ids.iter().filter_map(|id| told.get(*places.get(id)?));
+                let (left, right) = beside
+                    .next()
+                    .map_or((None, None), |(l, r)| (known(l), known(r)));
+                (left.unwrap_or(half), right.unwrap_or(half))
+            };
+            let ends = (
+                near(&lane.said.entry_lanes, true),
+                near(&lane.said.exit_lanes, false),
+            );
+            let widths = widths::filled(left, right, ends);
+            let (mut left, mut right) = borders(&lane.centre, &lane.heights, &widths);
+            left.marking = marking(&lane.said.left_boundaries, edges);
+            right.marking = marking(&lane.said.right_boundaries, edges);
+            let linked =
+                |wanted: &[i64]| wanted.iter().map(|id| *ids.get(id).unwrap_or(id)).collect();
+            let adjacent = |left: bool| {
+                let id = beside(lane, left)?;
+                let other = &lanes[*places.get(&id)?];
+                // CommonRoad has one neighbour a side, and the two name each other.
+                (beside(other, !left) == Some(lane.feature)).then(|| Adjacent {
+                    id: ids[&id],
+                    same_direction: true,
+                })
+            };
+            let (types, users) = match lane.said.r#type {
+                Some(BIKE_LANE) => (vec![LaneletType::BicycleLane], vec![RoadUser::Bicycle]),
+                Some(1) => (vec![LaneletType::Highway], vec![RoadUser::Vehicle]),
+                _ => (vec![LaneletType::Urban], vec![RoadUser::Vehicle]),
+            };
+            Lanelet {
+                id: ids[&lane.feature],
+                left,
+                right,
+                predecessors: linked(&lane.said.entry_lanes),
+                successors: linked(&lane.said.exit_lanes),
+                adjacent_left: adjacent(true),
+                adjacent_right: adjacent(false),
+                types,
+                users_one_way: users,
+                ..Lanelet::default()
+            }
+        })
+        .collect();
     report.note_count(assumed, |n| {
         format!(
             "lanes without a boundary or neighbour on a side: {n}; that side is as wide as in the lanes before and after, or {HALF_LANE} m from the middle ({HALF_BICYCLE_LANE} m of lanes for bicycles)"

@@ -186,8 +186,10 @@ impl Records {
     fn go_to(&mut self, at: u64, place: usize) -> Result<(), ReadError> {
         // Within what is buffered if it lies there.
         let by = i64::try_from(i128::from(at) - i128::from(self.at)).unwrap_or(i64::MAX);
-        let gone = self.reader.seek_relative(by);
-        let gone = gone.or_else(|_| self.reader.seek(SeekFrom::Start(at)).map(|_| ()));
+        let gone = self
+            .reader
+            .seek_relative(by)
+            .or_else(|_| self.reader.seek(SeekFrom::Start(at)).map(|_| ()));
         gone.map_err(|error| self.io(&error, place))?;
         self.at = at;
         Ok(())

@@ -66,8 +66,10 @@ pub fn told(
     let (boundaries, neighbors): (Vec<_>, Vec<_>) = (boundaries.collect(), neighbors.collect());
     let each = centre.iter().zip(places).map(|(p, place)| {
         let here = |((from, to), ..): &&Beside<'_, '_>| within(*place, *from, *to);
-        let boundary = boundaries.iter().filter(here);
-        let boundary = boundary.filter_map(|(_, line, near)| line.distance(p, BORDER.1, near));
+        let boundary = boundaries
+            .iter()
+            .filter(here)
+            .filter_map(|(_, line, near)| line.distance(p, BORDER.1, near));
         let nearest = boundary.filter(usable).reduce(f64::min);
         nearest.or_else(|| {
             let beside = neighbors.iter().filter(here);
@@ -184,8 +186,10 @@ pub fn filled(
             let near = [
                 after.checked_sub(1).map(|k| known[k]),
                 known.get(after).copied(),
-            ];
-            let near = near.into_iter().flatten().min_by_key(|k| k.abs_diff(i));
+            ]
+            .into_iter()
+            .flatten()
+            .min_by_key(|k| k.abs_diff(i));
             near.and_then(|k| told[k])
                 .unwrap_or_else(|| from + (to - from) * part(i))
         });

@@ -205,12 +205,13 @@ impl PairPaths<'_, '_> {
     /// The course that both are on, with its grade and its order in it; nothing where they are on none.
     fn graded(&self, encounter: &Encounter<'_>, step: i64) -> Option<(Grade, f64, Course)> {
         let velocities = [encounter.ego, encounter.other].map(|motion| motion.velocity_vector());
-        let straight = (time_to_collision::MEASURE.compute)(encounter).value();
-        let straight = straight.map(|seconds| Course {
-            seconds,
-            closing_speed: (velocities[1] - velocities[0]).norm(),
-            crosses: false,
-        });
+        let straight = (time_to_collision::MEASURE.compute)(encounter)
+            .value()
+            .map(|seconds| Course {
+                seconds,
+                closing_speed: (velocities[1] - velocities[0]).norm(),
+                crosses: false,
+            });
         if let Some(straight) = straight
             && (self.without_road() || self.keep_to_their_place(step))
         {

@@ -86,8 +86,9 @@ fn syntax(text: &str, file: &str, wrong: &toml::de::Error) -> ThresholdError {
     let message = words
         .replace("expected f64", "expected a number")
         .replace("expected i64", "expected a whole number");
-    let shown = line.and_then(|line| text.lines().nth(line - 1));
-    let shown = shown.map(str::trim);
+    let shown = line
+        .and_then(|line| text.lines().nth(line - 1))
+        .map(str::trim);
     let shown: Option<String> = shown.map(|line| line.chars().take(LONGEST).collect());
     ThresholdError {
         file: file.into(),

@@ -261,13 +261,16 @@ fn astray(network: &LaneletNetwork, found: &mut Findings) {
         let own = network.bounds_of(place);
         let gap = |other: usize| apart(&own, &network.bounds_of(other));
         // Those before and behind it in the file are nearly always near.
-        let near = (place.saturating_sub(8)..(place + 8).min(count)).chain(0..count);
-        let mut near = near.filter(|other| *other != place);
+        let mut near = (place.saturating_sub(8)..(place + 8).min(count))
+            .chain(0..count)
+            .filter(|other| *other != place);
         if near.any(|other| gap(other) <= ASTRAY) {
             continue;
         }
-        let nearest = (0..count).filter(|o| *o != place).map(gap);
-        let nearest = nearest.fold(f64::MAX, f64::min);
+        let nearest = (0..count)
+            .filter(|o| *o != place)
+            .map(gap)
+            .fold(f64::MAX, f64::min);
         found.warn(
             ElementRef::Lanelet(place),
             format!(

@@ -187,8 +187,9 @@ pub(super) fn quantities(states: &[&State]) -> Vec<(usize, String)> {
             (StateField::Orientation, state.orientation),
             (StateField::Velocity, state.velocity),
             (StateField::Acceleration, state.acceleration),
-        ];
-        let said = said.into_iter().filter_map(|(f, q)| Some((f, q?)));
+        ]
+        .into_iter()
+        .filter_map(|(f, q)| Some((f, q?)));
         for (field, quantity) in said.chain(state.more.iter().copied()) {
             let Some(message) = limits::doubtful(field, quantity) else {
                 continue;

@@ -140,8 +140,10 @@ impl<'a> LaneGraph<'a> {
                 Direction::Against => &lanelet.predecessors,
             };
             for &id in on {
-                let to = self.network.place(id);
-                let to = to.and_then(|place| self.node(place, node.direction, false));
+                let to = self
+                    .network
+                    .place(id)
+                    .and_then(|place| self.node(place, node.direction, false));
                 let edge = Edge {
                     step: Step::On,
                     cost: length,
@@ -161,8 +163,11 @@ impl<'a> LaneGraph<'a> {
                 } else {
                     node.direction.other()
                 };
-                let to = self.network.place(adjacent.id).filter(|&p| p != node.place);
-                let to = to.and_then(|place| self.node(place, direction, node.first_row));
+                let to = self
+                    .network
+                    .place(adjacent.id)
+                    .filter(|&p| p != node.place)
+                    .and_then(|place| self.node(place, direction, node.first_row));
                 let side = if node.direction == Direction::Along {
                     along
                 } else {

@@ -201,8 +201,11 @@ impl LaneletNetwork {
         if all.len() < 2 {
             return all;
         }
-        let turns = all.iter().map(|id| self.lanelet(*id).map_or(0.0, turn));
-        let turns = turns.enumerate().filter(|(_, turn)| *turn <= SAME_WAY);
+        let turns = all
+            .iter()
+            .map(|id| self.lanelet(*id).map_or(0.0, turn))
+            .enumerate()
+            .filter(|(_, turn)| *turn <= SAME_WAY);
         let least = turns.min_by(|a, b| a.1.total_cmp(&b.1));
         least.map_or(&[], |(place, _)| std::slice::from_ref(&all[place]))
     }

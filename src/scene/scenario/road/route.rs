@@ -121,8 +121,8 @@ impl LaneGraph<'_> {
                 arrived,
                 |e| e.weight().cost,
                 |_| 0.0,
-            );
-            let found = found.map(|(cost, way)| (cost + MISALIGNED * from.turn, from, way));
+            )
+            .map(|(cost, way)| (cost + MISALIGNED * from.turn, from, way));
             best = match (best, found) {
                 (Some(a), Some(b)) => Some(if b.0 < a.0 - super::ALIKE { b } else { a }),
                 (a, b) => a.or(b),
@@ -160,8 +160,10 @@ impl LaneGraph<'_> {
         let mut end = from.node;
         loop {
             let length = self.length(self.graph[end]);
-            let next = self.straightest(end, true);
-            let next = next.into_iter().find(|n| !way.contains(n));
+            let next = self
+                .straightest(end, true)
+                .into_iter()
+                .find(|n| !way.contains(n));
             match next.filter(|_| left > length) {
                 Some(next) => {
                     left -= length;

@@ -93,8 +93,10 @@ impl Transform {
 /// wherever that is turned or moved, which the middle of a box around it would not.
 fn centre(scene: &Scene) -> Point {
     let lanelets = &scene.scenario.network.lanelets;
-    let road = lanelets.iter().flat_map(|l| [&l.left, &l.right]);
-    let road = road.flat_map(|bound| bound.points.iter().copied());
+    let road = lanelets
+        .iter()
+        .flat_map(|l| [&l.left, &l.right])
+        .flat_map(|bound| bound.points.iter().copied());
     let ego = || scene.ego.track.iter().map(|(_, m)| m.pose.position);
     mean(road)
         .or_else(|| mean(ego()))

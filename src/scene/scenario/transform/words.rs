@@ -47,8 +47,9 @@ impl FromStr for Transform {
                 None => Err(wrong("expected degrees from -360 to 360")),
             },
             ("move", Some(values)) => {
-                let values = values.split_once(',');
-                let values = values.map(|(x, y)| (number(x, FARTHEST), number(y, FARTHEST)));
+                let values = values
+                    .split_once(',')
+                    .map(|(x, y)| (number(x, FARTHEST), number(y, FARTHEST)));
                 match values {
                     Some((Some(x), Some(y))) => Ok(Self::Move(x, y)),
                     _ => Err(wrong("expected two numbers of at most 1000000 metres")),

@@ -131,8 +131,7 @@ impl Reader<'_> {
 
     /// Whether what follows this line break is the next entry or a bracket, so that a quotation mark is missing here.
     fn next_line_goes_on(&self) -> bool {
-        let line = window(&self.rest()[1..], NEAR);
-        let line = line.trim_start_matches([' ', '\t', '\r']);
+        let line = window(&self.rest()[1..], NEAR).trim_start_matches([' ', '\t', '\r']);
         let Some(first) = line.chars().next() else {
             return false;
         };

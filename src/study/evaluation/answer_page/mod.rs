@@ -78,9 +78,10 @@ impl AnswerPage {
                 .iter()
                 .filter(|c| c.scored.window.is_some() == windowed)
             {
-                let place = places.get(&key(case, case.scored.window)).copied();
-                let place =
-                    place.or_else(|| (!windowed).then(|| known.get(&key(case, None)).copied())?);
+                let place = places
+                    .get(&key(case, case.scored.window))
+                    .copied()
+                    .or_else(|| (!windowed).then(|| known.get(&key(case, None)).copied())?);
                 if place.is_none() {
                     let next = page.rows.len();
                     places.insert(key(case, case.scored.window), next);

@@ -118,8 +118,9 @@ pub fn offers(store: &Store) -> Result<Vec<CountingChoice>, StoreError> {
             None => &[BatchPart::Plain],
         };
         for part in first.iter().copied().chain(parts) {
-            let looks = looks.as_ref();
-            let looks = looks.filter(|_| part == BatchPart::Split(SplitPart::Test));
+            let looks = looks
+                .as_ref()
+                .filter(|_| part == BatchPart::Split(SplitPart::Test));
             found.push(CountingChoice {
                 counting: AnswerSet::Batch(batch.id, part),
                 truth: match looks {
@@ -161,8 +162,7 @@ pub fn counted(
     let Some(batch) = store.batch(id)? else {
         return Err(StoreError::Word(format!("no batch {id}")));
     };
-    let spec = Spec::from_json(&batch.spec);
-    let spec = spec.map_err(|why| StoreError::Word(why.to_string()))?;
+    let spec = Spec::from_json(&batch.spec).map_err(|why| StoreError::Word(why.to_string()))?;
     let wanted = match (TestSplit::of(store, &batch, false)?, part) {
         (None, _) => None,
         (Some(test), BatchPart::Split(SplitPart::Test)) if test.is_locked() => {

@@ -145,8 +145,9 @@ impl Matrix {
             ("frame", self.frames.len()),
             ("technique", self.techniques.len()),
             ("model", self.models.len()),
-        ];
-        let lists = lists.into_iter().chain(self.axes.sizes());
+        ]
+        .into_iter()
+        .chain(self.axes.sizes());
         let lists: Vec<(&str, usize)> = lists.filter(|(_, size)| *size > 1).collect();
         let ways = lists
             .iter()

@@ -120,8 +120,9 @@ impl QuestionBuilder {
             let facts = question.as_ref().ok().map(|question| {
                 let case = &question.case;
                 // Changes of the scene leave distances and times as they are.
-                let values = values.entry(case.window);
-                let values = values.or_insert_with(|| RuleValues::new(&case.scene, &case.window));
+                let values = values
+                    .entry(case.window)
+                    .or_insert_with(|| RuleValues::new(&case.scene, &case.window));
                 facts(question, critical, *values)
             });
             for &sample in &ask.samples {

@@ -86,17 +86,22 @@ impl QuestionBuilder {
     pub fn open(&self, entry: &Entry) -> Result<Reading, String> {
         self.scenes.get(&path_of(entry), || {
             let scenario = entry.read().map_err(|e| e.to_string())?;
-            let ego = self.ego.resolve(entry, &scenario);
-            let ego = ego.map_err(|e| e.to_string())?.ok_or_else(|| {
-                format!(
-                    "{}: no recorded ego; put NAME.ego_trajectory.csv beside NAME.xml",
-                    entry.display()
-                )
-            })?;
-            let doubts = ego.diagnostics.iter();
-            let doubts = doubts.filter(|doubt| doubt.severity == Severity::Warning);
-            let doubts = doubts.map(|doubt| format!("ego {}: {}", ego.source, doubt.message));
-            let doubts = doubts.collect();
+            let ego = self
+                .ego
+                .resolve(entry, &scenario)
+                .map_err(|e| e.to_string())?
+                .ok_or_else(|| {
+                    format!(
+                        "{}: no recorded ego; put NAME.ego_trajectory.csv beside NAME.xml",
+                        entry.display()
+                    )
+                })?;
+            let doubts = ego
+                .diagnostics
+                .iter()
+                .filter(|doubt| doubt.severity == Severity::Warning)
+                .map(|doubt| format!("ego {}: {}", ego.source, doubt.message))
+                .collect();
             Ok(Reading {
                 scene: Arc::new(Scene::new(scenario, ego)),
                 doubts,

@@ -180,9 +180,9 @@ impl Spec {
                 "seed",
                 one_or_each(request.seed, &axes.seeds, u64::to_string),
             ),
-        ];
-        let more = more.into_iter();
-        let more = more.filter_map(|(name, value)| Some(format!("{name} {}", value?)));
+        ]
+        .into_iter()
+        .filter_map(|(name, value)| Some(format!("{name} {}", value?)));
         let parts: Vec<String> = parts.into_iter().chain(more).collect();
         let templates = self.templates.iter().map(|(file, hash)| {
             let short: String = hash.chars().take(12).collect();

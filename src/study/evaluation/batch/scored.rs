@@ -56,14 +56,22 @@ impl Answers {
     #[must_use]
     pub fn cases(&self) -> Vec<AnswerCase<'_>> {
         let case = |scored, lead| AnswerCase { scored, lead };
-        let plain = self.plain.iter().zip(&self.plain_leads);
-        let plain = plain.map(|(scored, lead)| case(scored, *lead));
+        let plain = self
+            .plain
+            .iter()
+            .zip(&self.plain_leads)
+            .map(|(scored, lead)| case(scored, *lead));
         let is_plain = |lead: &Lead| self.plain_leads.contains(&Some(*lead));
-        let leads = self.leads.iter().filter(|(lead, _)| !is_plain(lead));
-        let leads = leads.map(|(lead, scored)| case(scored, Some(*lead)));
+        let leads = self
+            .leads
+            .iter()
+            .filter(|(lead, _)| !is_plain(lead))
+            .map(|(lead, scored)| case(scored, Some(*lead)));
         let first = self.plain_leads.iter().flatten().next().copied();
-        let changed = self.changed.iter();
-        let changed = changed.map(|one| case(one, first.filter(|_| one.way.task == Task::Safety)));
+        let changed = self
+            .changed
+            .iter()
+            .map(|one| case(one, first.filter(|_| one.way.task == Task::Safety)));
         plain.chain(leads).chain(changed).collect()
     }
 }

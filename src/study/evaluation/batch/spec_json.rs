@@ -181,8 +181,9 @@ impl Spec {
         let effort = written.effort.map(|word| known(&word, Effort::parse));
         let form = written.form.map(|word| known(&word, Form::parse));
         let ego_axes = written.ego_axes.map(|word| known(&word, EgoAxes::parse));
-        let measures = written.measures;
-        let measures = measures.map(|word| known(&word, |w| MeasureList::parse(w).ok()));
+        let measures = written
+            .measures
+            .map(|word| known(&word, |w| MeasureList::parse(w).ok()));
         let pack = written.pack.map(|word| known(&word, Pack::parse));
         let lead = written.lead.map(|word| known(&word, |w| w.parse().ok()));
         let matrix = Matrix {

@@ -61,8 +61,10 @@ impl TestSplit {
             questions,
             answered,
         } = self.progress;
-        let part = self.shard.as_ref();
-        let part = part.map_or_else(String::new, |shard| format!(" in part {shard}"));
+        let part = self
+            .shard
+            .as_ref()
+            .map_or_else(String::new, |shard| format!(" in part {shard}"));
         let state = match (self.is_complete(), self.unlocked) {
             (true, _) => "",
             (false, true) => ", unlocked before it is complete",

@@ -287,8 +287,9 @@ fn a_draft_is_part_of_its_batch() {
         .builder(&library, Arc::new(thresholds.clone()))
         .unwrap();
     let (entry, way) = (&nearmiss_formats::bundled()[0], &spec.matrix.ways()[0]);
-    let question = builder.question(entry, way, &Variant::default(), None);
-    let question = question.unwrap();
+    let question = builder
+        .question(entry, way, &Variant::default(), None)
+        .unwrap();
     assert!(question.prompt.user.contains("Be brief. Did the"));
     assert_eq!(question.template_hash, spec.templates[file]);
     spec.drafts.insert(file.into(), "no front matter".into());

@@ -174,10 +174,11 @@ impl Truth {
                 let mut labels = Labels::default();
                 for path in files {
                     let file = path.display().to_string();
-                    let bytes = system::read_file(path, system::LARGEST);
-                    let bytes = bytes.map_err(|source| TruthError::File {
-                        file: file.clone(),
-                        source,
+                    let bytes = system::read_file(path, system::LARGEST).map_err(|source| {
+                        TruthError::File {
+                            file: file.clone(),
+                            source,
+                        }
                     })?;
                     labels.read(&bytes, &file)?;
                 }

@@ -330,10 +330,14 @@ impl WindowSource<'_> {
             done += part.len();
             on_read(done);
         }
-        let unscored = found.iter().filter(|(_, recording)| recording.is_none());
-        let unscored = unscored.map(|(path, _)| path.clone()).collect();
-        let scored = found.into_iter();
-        let scored = scored.filter_map(|(path, recording)| Some((path, recording?)));
+        let unscored = found
+            .iter()
+            .filter(|(_, recording)| recording.is_none())
+            .map(|(path, _)| path.clone())
+            .collect();
+        let scored = found
+            .into_iter()
+            .filter_map(|(path, recording)| Some((path, recording?)));
         Some((scored.collect(), unscored))
     }
 }

@@ -56,8 +56,11 @@ pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'stati
     // A sentence that names no participant takes its subject from what it stands under.
     let telling = decimals >= 2 && value != 0.0;
     if !claim.named && telling {
-        let others = subject.scene.participants().map(|p| p.obstacle.id);
-        let mut others = others.filter(|id| *id != claim.obstacle);
+        let mut others = subject
+            .scene
+            .participants()
+            .map(|p| p.obstacle.id)
+            .filter(|id| *id != claim.obstacle);
         let of_another = others.any(|obstacle| {
             holds(&Claim {
                 obstacle,

@@ -111,8 +111,9 @@ fn said_in(clause: &str) -> Option<(Range<usize>, Side)> {
     }
     let mut found = SIDES.iter().filter_map(|(words, side)| {
         let at = clause.find(words)?;
-        let rest = clause[at + words.len()..].trim_start_matches("the ");
-        let rest = rest.trim_start_matches("current ");
+        let rest = clause[at + words.len()..]
+            .trim_start_matches("the ")
+            .trim_start_matches("current ");
         let ego = rest.starts_with("ego") || rest.starts_with("you");
         ego.then_some((at..at + words.trim_end().len(), *side))
     });

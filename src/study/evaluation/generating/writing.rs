@@ -73,8 +73,10 @@ impl AuthorSession<'_> {
         let stage = self.ground.stage;
         let obstacle = self.ground.obstacle(attacker);
         let track = obstacle.map_err(AuthorError::Attacker)?.track().steps();
-        let met = ranked.iter().find(|c| c.obstacle == attacker);
-        let met = met.map_or(*stage.steps.end(), |candidate| candidate.step);
+        let met = ranked
+            .iter()
+            .find(|c| c.obstacle == attacker)
+            .map_or(*stage.steps.end(), |candidate| candidate.step);
         let last = met + (AFTER / stage.dt()).ceil() as i64;
         let last = last.min(track.end - 1).min(*stage.steps.end());
         let first = track.start.max(*stage.steps.start());
@@ -134,8 +136,9 @@ impl AuthorSession<'_> {
                         told: None,
                         grade: None,
                     };
-                    let better = self.better(&mut made, attacker, &question, retry < retries);
-                    let better = better.await;
+                    let better = self
+                        .better(&mut made, attacker, &question, retry < retries)
+                        .await;
                     made.told.clone_from(&better);
                     talk.attacks.push(made);
                     let Some(words) = better else { break };

@@ -71,8 +71,10 @@ pub async fn collect(
             _ => Progress::Unknown,
         });
     };
-    let status = batches.status(&remote_id).await;
-    let status = status.map_err(|error| gone(id, error.into()))?;
+    let status = batches
+        .status(&remote_id)
+        .await
+        .map_err(|error| gone(id, error.into()))?;
     if !status.state.is_over() {
         return Ok(Progress::Working {
             cancelling: status.state == BatchState::Cancelling,

@@ -200,9 +200,11 @@ impl Pivot {
         let bars = self.parts.iter().flat_map(|part| {
             let task = part.task.filter(|_| several);
             part.cells.iter().map(move |one| {
-                let words = task.map(|task| task.name().to_string()).into_iter();
-                let words = words.chain([one.row.text.clone()]);
-                let words = words.chain(one.column.iter().map(|value| value.text.clone()));
+                let words = task
+                    .map(|task| task.name().to_string())
+                    .into_iter()
+                    .chain([one.row.text.clone()])
+                    .chain(one.column.iter().map(|value| value.text.clone()));
                 Bar {
                     name: words.collect::<Vec<_>>().join(" · "),
                     value: measure.value(&one.cell),

@@ -60,10 +60,14 @@ impl Comparison {
     /// The same in words: the baseline, and the comparison that matters; `None` without either.
     #[must_use]
     pub fn words(&self) -> Option<String> {
-        let baseline = self.baseline.as_ref();
-        let baseline = baseline.map(|name| format!("the baseline {name}"));
-        let primary = self.primary.as_ref();
-        let primary = primary.map(|(a, b)| format!("the comparison of {a} with {b}"));
+        let baseline = self
+            .baseline
+            .as_ref()
+            .map(|name| format!("the baseline {name}"));
+        let primary = self
+            .primary
+            .as_ref()
+            .map(|(a, b)| format!("the comparison of {a} with {b}"));
         let parts: Vec<String> = baseline.into_iter().chain(primary).collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }
@@ -143,14 +147,16 @@ fn difference(a: &PromptConfig, b: &PromptConfig) -> Option<&'static str> {
         return None;
     }
     let axes = a.settings.differences(&b.settings);
-    let differ = [
+    let mut differ = [
         (a.frame != b.frame, "frame"),
         (a.techniques != b.techniques, "techniques"),
         (a.model != b.model, "model"),
         (a.template != b.template, "template"),
-    ];
-    let differ = differ.into_iter().filter(|(differs, _)| *differs);
-    let mut differ = differ.map(|(_, name)| name).chain(axes);
+    ]
+    .into_iter()
+    .filter(|(differs, _)| *differs)
+    .map(|(_, name)| name)
+    .chain(axes);
     let name = differ.next()?;
     differ.next().is_none().then_some(name)
 }

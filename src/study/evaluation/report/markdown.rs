@@ -28,8 +28,7 @@ fn markdown(table: &Table) -> String {
         .map(|row| row.iter().map(|cell| escaped(cell)).collect())
         .collect();
     let width = |column: usize| {
-        let cells = rows.iter().map(|row| &row[column]);
-        let cells = cells.chain([&titles[column]]);
+        let cells = rows.iter().map(|row| &row[column]).chain([&titles[column]]);
         cells.map(|c| columns(c)).max().unwrap_or(0).max(3)
     };
     let widths: Vec<usize> = (0..titles.len()).map(width).collect();

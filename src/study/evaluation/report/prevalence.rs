@@ -130,8 +130,8 @@ pub(super) fn table(task: Task, rows: &[AtPrevalence], rules: &[RuleScore]) -> O
             .into(),
     ];
     for row in of_task() {
-        let figures = [row.right, row.precision, row.f1];
-        let figures = figures.map(|(value, interval)| with_interval(value, interval));
+        let figures = [row.right, row.precision, row.f1]
+            .map(|(value, interval)| with_interval(value, interval));
         table
             .rows
             .push([vec![names::way(&row.way)], figures.to_vec()].concat());

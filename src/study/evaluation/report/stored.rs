@@ -301,8 +301,10 @@ fn tools_told_apart(mut counted: Vec<(&Outcome, PromptConfig)>) -> Vec<(&Outcome
 }
 
 fn status(outcome: &Outcome) -> AnswerStatus {
-    let verdict = outcome.verdict.as_deref();
-    let verdict = verdict.and_then(|json| serde_json::from_str::<Verdict>(json).ok());
+    let verdict = outcome
+        .verdict
+        .as_deref()
+        .and_then(|json| serde_json::from_str::<Verdict>(json).ok());
     let finish = outcome.finish.as_deref();
     let state = AnswerState::of_run(outcome.state, finish, verdict.is_some());
     let why = |said: &Option<String>| said.clone().unwrap_or_else(|| state.reason(finish).into());

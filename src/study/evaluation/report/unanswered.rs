@@ -16,8 +16,9 @@ impl Report {
     pub(super) fn warnings_of<'a>(
         scored: impl IntoIterator<Item = &'a Scored>,
     ) -> impl Iterator<Item = String> {
-        let cells = ways(scored).into_iter();
-        let cells = cells.map(|(way, of_way)| Cell::count(way, DataHalf::All, &of_way));
+        let cells = ways(scored)
+            .into_iter()
+            .map(|(way, of_way)| Cell::count(way, DataHalf::All, &of_way));
         let report = Self {
             cells: cells.collect(),
             ..Self::default()
@@ -36,8 +37,9 @@ impl Report {
                     "with an obstacle that the scene does not have",
                 ),
                 (flagged.twice, "with an obstacle named twice"),
-            ];
-            let counts = counts.into_iter().filter(|(count, _)| *count > 0);
+            ]
+            .into_iter()
+            .filter(|(count, _)| *count > 0);
             let counts: Vec<String> = counts.map(|(n, what)| format!("{n} {what}")).collect();
             let of = cell.confusion.answered() + cell.unlabelled;
             let way = names::way(&cell.way);

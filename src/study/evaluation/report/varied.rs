@@ -101,8 +101,9 @@ impl Varied {
             return Vec::new();
         }
         let heading = Block::Heading("Transformed scenes and leads".into());
-        let tables = [self.changes(), self.by_lead()];
-        let tables = tables.into_iter().filter(|table| !table.rows.is_empty());
+        let tables = [self.changes(), self.by_lead()]
+            .into_iter()
+            .filter(|table| !table.rows.is_empty());
         std::iter::once(heading)
             .chain(tables.map(Block::Table))
             .collect()

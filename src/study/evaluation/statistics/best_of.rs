@@ -220,11 +220,13 @@ mod tests {
             });
             gains(&candidates, Confusion::f1)
         };
-        let called = (0..100).filter(|_| study(70).iter().flatten().any(Gain::is_found));
-        let called = called.count();
+        let called = (0..100)
+            .filter(|_| study(70).iter().flatten().any(Gain::is_found))
+            .count();
         assert!(called <= 9, "{called} of 100");
-        let found = (0..50).filter(|_| study(97)[0].is_some_and(|gain| gain.is_found()));
-        let found = found.count();
+        let found = (0..50)
+            .filter(|_| study(97)[0].is_some_and(|gain| gain.is_found()))
+            .count();
         println!("by chance {called} of 100, better {found} of 50");
         assert!(found >= 25, "{found} of 50");
     }

@@ -141,8 +141,10 @@ type Near = (f64, Candidate);
 /// The window of a source that is most like a target and not taken.
 fn nearest(targets: &[Candidate], at: usize, source: &Source, taken: &[Candidate]) -> Option<Near> {
     let target = &targets[at];
-    let free = source.pool.iter();
-    let free = free.filter(|one| one.steps == target.steps && !taken.contains(one));
+    let free = source
+        .pool
+        .iter()
+        .filter(|one| one.steps == target.steps && !taken.contains(one));
     let near = free.map(|one| (one.distance(target), *one));
     let (distance, window) = near.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let more = match (source.collides, source.target == Some(at)) {

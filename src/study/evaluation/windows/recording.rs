@@ -40,8 +40,9 @@ impl Recording {
         let steps = scene.steps();
         let everyone: Vec<Participant<'_>> = scene.participants().collect();
         let touched = |step: i64| {
-            let contacts = everyone.iter();
-            let contacts = contacts.filter_map(move |other| Contact::at(scene, other, step));
+            let contacts = everyone
+                .iter()
+                .filter_map(move |other| Contact::at(scene, other, step));
             contacts.map(move |contact| (step, contact.obstacle))
         };
         let touches = steps.clone().flat_map(touched).collect();

@@ -279,8 +279,10 @@ impl Model {
     fn telling_step(&self, opened: &Opened) -> (i64, Reason) {
         let headline = opened.headline.as_ref();
         let worst = headline.and_then(Headline::worst);
-        let picked = self.picked.zip(headline);
-        let picked = picked.and_then(|(id, headline)| headline.worst_with(id));
+        let picked = self
+            .picked
+            .zip(headline)
+            .and_then(|(id, headline)| headline.worst_with(id));
         match (headline.is_some_and(Headline::collides), worst, picked) {
             (true, Some(contact), _) => (contact.step, Reason::Contact),
             (_, worst, picked) => match picked.or(worst) {

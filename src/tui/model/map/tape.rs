@@ -70,10 +70,16 @@ impl Opened {
     #[must_use]
     pub fn nearest_body(&self, point: &Point, step: i64, ego_too: bool) -> Option<(On, f64)> {
         let ego = self.scene.as_ref().map(|s| s.ego.id);
-        let others = self.scenario.obstacles.iter().filter(|o| Some(o.id) != ego);
-        let others = others.filter_map(|o| Some((On::Obstacle(o.id), o.placed_at(step)?)));
-        let own = ego_too.then(|| self.body_of(On::Ego, step)).flatten();
-        let own = own.map(|body| (On::Ego, body));
+        let others = self
+            .scenario
+            .obstacles
+            .iter()
+            .filter(|o| Some(o.id) != ego)
+            .filter_map(|o| Some((On::Obstacle(o.id), o.placed_at(step)?)));
+        let own = ego_too
+            .then(|| self.body_of(On::Ego, step))
+            .flatten()
+            .map(|body| (On::Ego, body));
         let distance =
             |body: Placed<'_>| Gap::between(&Tip::Body(body), &Tip::Point(*point)).metres;
         own.into_iter()

@@ -151,8 +151,11 @@ fn draw_table(
     let choice = state.choice();
     let cells = (0..ALL.0).flat_map(|row| (0..ALL.1).map(move |column| (row, column)));
     let cells: Vec<CellCounts> = cells.map(|(row, column)| at(row, column)).collect();
-    let largest = cells.iter().map(|counts| choice.sums(counts).0).max();
-    let largest = largest.unwrap_or(0);
+    let largest = cells
+        .iter()
+        .map(|counts| choice.sums(counts).0)
+        .max()
+        .unwrap_or(0);
     for row in 0..=ALL.0 {
         let chosen = row == state.row;
         let name = Manoeuvre::ALL.get(row).map_or("all", |one| one.name());

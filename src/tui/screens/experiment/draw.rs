@@ -339,8 +339,7 @@ impl<'a> Page<'a> {
         } else {
             name
         };
-        let numbers = [way.answered, way.failed, way.open, way.all()];
-        let numbers = numbers.map(|number| match number {
+        let numbers = [way.answered, way.failed, way.open, way.all()].map(|number| match number {
             0 => format!("{:>NUMBER$}", "–"),
             number => format!("{number:>NUMBER$}"),
         });

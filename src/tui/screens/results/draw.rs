@@ -155,8 +155,9 @@ pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model, hidden: &[&str]) -
     let text = Paragraph::new(words.join(" · "))
         .style(Style::new().fg(model.theme.dim))
         .wrap(Wrap { trim: true });
-    let lines = u16::try_from(text.line_count(area.width)).unwrap_or(u16::MAX);
-    let lines = lines.min(area.height.saturating_sub(2) / 2);
+    let lines = u16::try_from(text.line_count(area.width))
+        .unwrap_or(u16::MAX)
+        .min(area.height.saturating_sub(2) / 2);
     let [above, below] =
         Layout::vertical([Constraint::Min(0), Constraint::Length(lines)]).areas(area);
     frame.render_widget(text, below);

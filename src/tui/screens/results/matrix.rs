@@ -92,8 +92,10 @@ pub fn asked(way: &PromptConfig) -> [String; 3] {
         "trajectory+picture" => "traj+pic",
         name => name,
     });
-    let techniques = way.techniques.map_or("–".into(), |t| t.to_string());
-    let techniques = techniques.replace("cp+cot+icl", "all");
+    let techniques = way
+        .techniques
+        .map_or("–".into(), |t| t.to_string())
+        .replace("cp+cot+icl", "all");
     let task = match way.task.name() {
         "collision" => "coll.",
         name => name,
@@ -129,10 +131,11 @@ pub fn model_name(way: &PromptConfig) -> String {
 fn cells(row: &Results, judging: bool) -> Vec<String> {
     let counts = Outcome::ALL.map(|outcome| row.count(outcome).to_string());
     let c = row.confusion();
-    let shares = [c.precision(), c.recall(), c.f1(), row.right_of_all()];
-    let shares = shares.map(|share| share.map_or("–".into(), |v| format!("{v:.2}")));
-    let all = std::iter::once(row.answers.len().to_string());
-    let all = all.chain(counts).chain(shares);
+    let shares = [c.precision(), c.recall(), c.f1(), row.right_of_all()]
+        .map(|share| share.map_or("–".into(), |v| format!("{v:.2}")));
+    let all = std::iter::once(row.answers.len().to_string())
+        .chain(counts)
+        .chain(shares);
     all.zip(OF_TRUTH)
         .map(|(cell, of_truth)| {
             if judging && of_truth {
@@ -180,8 +183,11 @@ impl Plan {
     fn of(model: &Model, (asked, table): (&[String], &[Vec<String>]), room: usize) -> Self {
         let results = &model.results;
         let names = results.rows.iter().zip(asked);
-        let longest = names.map(|(row, asked)| name_width(&row.way, asked)).max();
-        let longest = longest.unwrap_or(0).min(NAMES);
+        let longest = names
+            .map(|(row, asked)| name_width(&row.way, asked))
+            .max()
+            .unwrap_or(0)
+            .min(NAMES);
         let selected = Shown::Number(results.column);
         let others = RANKS.into_iter().filter(|shown| *shown != selected);
         let mut left = room.saturating_sub(2 + longest.min(LEAST_NAME));
@@ -202,8 +208,10 @@ impl Plan {
         };
         columns.sort_by_key(|(shown, _)| place(shown));
         let has = |column: usize| columns.iter().any(|(s, _)| *s == Shown::Number(column));
-        let hidden = (0..HEADS.len()).filter(|column| !has(*column));
-        let hidden = hidden.map(|column| HEADS[column]).collect();
+        let hidden = (0..HEADS.len())
+            .filter(|column| !has(*column))
+            .map(|column| HEADS[column])
+            .collect();
         let used: usize = columns.iter().map(|(_, width)| width).sum();
         Self {
             names: room.saturating_sub(2 + used).min(longest),

@@ -142,8 +142,10 @@ fn obstacle_title(model: &Model) -> String {
 fn scene(model: &Model, found: &Measured, width: usize) -> Vec<Line<'static>> {
     let step = model.clock.step();
     let readings = found.scene_at(step).unwrap_or_default();
-    let rows = SCENE_MEASURES.iter().zip(readings);
-    let rows = rows.flat_map(|(m, reading)| line(model, m.id, m.unit, m.source, reading, width));
+    let rows = SCENE_MEASURES
+        .iter()
+        .zip(readings)
+        .flat_map(|(m, reading)| line(model, m.id, m.unit, m.source, reading, width));
     rows.collect()
 }
 
@@ -152,8 +154,9 @@ fn obstacle(model: &Model, found: &Measured, width: usize) -> Vec<Line<'static>>
         return Vec::new();
     };
     let at = |measure: &str| found.series.at(measure, id, model.clock.step());
-    let rows = MEASURES.iter();
-    let rows = rows.flat_map(|m| line(model, m.id, m.unit, m.source, at(m.id), width));
+    let rows = MEASURES
+        .iter()
+        .flat_map(|m| line(model, m.id, m.unit, m.source, at(m.id), width));
     rows.collect()
 }
 

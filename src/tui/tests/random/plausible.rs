@@ -142,8 +142,10 @@ fn question(model: &str, n: usize) -> Vec<JobEvent> {
             why: HOSTILE.into(),
         }),
         Event::Chunk(Chunk::Text(CLAIMS.into())),
-    ];
-    let pieces = pieces.into_iter().take(1 + n % 7).map(Update::Progress);
+    ]
+    .into_iter()
+    .take(1 + n % 7)
+    .map(Update::Progress);
     // Some never end.
     let ended = (!n.is_multiple_of(5)).then_some(Update::Ended(whole));
     pieces.chain(ended).map(JobEvent::Question).collect()
@@ -197,10 +199,9 @@ fn plan(entry: &Entry, change: Option<Transform>, forecast: Forecast, n: usize) 
     let updates = [
         Update::Progress((1, 100)),
         Update::Ended(ended.map(Box::new)),
-    ];
-    let updates = updates
-        .into_iter()
-        .take(1 + usize::from(!n.is_multiple_of(5)));
+    ]
+    .into_iter()
+    .take(1 + usize::from(!n.is_multiple_of(5)));
     updates.map(JobEvent::Plan).collect()
 }
 
@@ -235,8 +236,9 @@ fn generate(request: VariantRequest, n: usize) -> Vec<JobEvent> {
             of: 3,
         })),
         Update::Ended(ended),
-    ];
-    let updates = updates.into_iter().take(1 + n % 4);
+    ]
+    .into_iter()
+    .take(1 + n % 4);
     updates.map(JobEvent::Generate).collect()
 }
 

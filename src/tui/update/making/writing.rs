@@ -115,8 +115,10 @@ fn requests(model: &Model, method: &Method, only: Option<i64>) -> Vec<RequestTok
         let mut all = opened.scenario.obstacles.iter();
         Some(all.find(|o| o.role == ObstacleRole::Dynamic)?.id)
     });
-    let motion = attacker.and_then(|id| model.tokens_of(Task::Trajectory, Some(id)));
-    let motion = motion.or(choice).unwrap_or(model.prompt.tokens);
+    let motion = attacker
+        .and_then(|id| model.tokens_of(Task::Trajectory, Some(id)))
+        .or(choice)
+        .unwrap_or(model.prompt.tokens);
     let said = answer.map_or(0, |most| most as usize) + REPLY;
     let retries = 0..=method.retries as usize;
     let talk = retries.map(|retry| request(motion + retry * said));

@@ -146,8 +146,10 @@ fn probability(verdict: Option<&Verdict>, hides: bool) -> String {
     let stated = verdict
         .and_then(|v| v.probability)
         .map(|p| format!("{p:.2}"));
-    let tokens = verdict.and_then(|v| v.token_probability).filter(|_| !hides);
-    let tokens = tokens.map(|p| format!("{p:.2} by tokens"));
+    let tokens = verdict
+        .and_then(|v| v.token_probability)
+        .filter(|_| !hides)
+        .map(|p| format!("{p:.2} by tokens"));
     let all: Vec<String> = stated.into_iter().chain(tokens).collect();
     if all.is_empty() {
         "–".into()

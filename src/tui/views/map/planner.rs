@@ -36,8 +36,12 @@ pub fn fan<'a>(model: &Model, moment: &Moment<'a>) -> impl Iterator<Item = Overl
 pub fn overlays(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
     let mut found = Vec::new();
     if let Some(scene) = moment.recorded().filter(|_| model.map.layers.planner) {
-        let way = scene.ego.track.iter();
-        let way = way.map(|(_, m)| m.pose.position).collect();
+        let way = scene
+            .ego
+            .track
+            .iter()
+            .map(|(_, m)| m.pose.position)
+            .collect();
         found.push(Overlay::path(Role::RecordedEgo, LineStyle::Dashed, way));
         found.extend(scene.ego_at(moment.step).map(|body| {
             Overlay::Outline(Outline {

@@ -56,8 +56,10 @@ pub fn contacts(
     view: &CellView,
 ) {
     // Bodies are of the colour of danger, too: the sign has a background of its own.
-    let style = Style::new().fg(look.theme.danger).bg(look.theme.background);
-    let style = style.add_modifier(Modifier::BOLD);
+    let style = Style::new()
+        .fg(look.theme.danger)
+        .bg(look.theme.background)
+        .add_modifier(Modifier::BOLD);
     for contact in &scene.contacts {
         let at = view.at(&contact.at);
         // At the edge of the map there is less room.

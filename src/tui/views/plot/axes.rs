@@ -63,8 +63,9 @@ impl Upwards {
 
     /// As many rows as put every number on one.
     fn even(ticks: Ticks, room: u16) -> Self {
-        let gaps = u16::try_from(ticks.labels().len().saturating_sub(1)).unwrap_or(1);
-        let gaps = gaps.max(1);
+        let gaps = u16::try_from(ticks.labels().len().saturating_sub(1))
+            .unwrap_or(1)
+            .max(1);
         let rows = match room.saturating_sub(1) / gaps {
             0 => room,
             each => each * gaps + 1,

@@ -43,8 +43,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     };
     let (_, unit) = labels[0];
     let room = usize::from(area.width).saturating_sub(4);
-    let titles = labels.iter();
-    let mut titles = titles.map(|(name, unit)| title(name, unit, &curves, (what, now, dt)));
+    let mut titles = labels
+        .iter()
+        .map(|(name, unit)| title(name, unit, &curves, (what, now, dt)));
     let fits = |title: &Vec<Vec<Span<'static>>>| {
         title.iter().map(|part| width(part) + 3).sum::<usize>() <= room + 3
     };

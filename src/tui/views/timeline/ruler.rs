@@ -35,8 +35,9 @@ pub fn marks(model: &Model, opened: &Opened, column: &dyn Fn(i64) -> usize) -> V
     marks.extend(contact.map(|contact| mark(contact.step, 'X', contact.name(), theme.danger)));
     let differing = model.disagreements().into_iter();
     marks.extend(differing.map(|d| mark(d.step, '≠', "", theme.disagree)));
-    let second = model.second_moment();
-    let second = second.filter(|then| then.step != model.clock.step());
+    let second = model
+        .second_moment()
+        .filter(|then| then.step != model.clock.step());
     marks.extend(second.map(|then| mark(then.step, '◆', "second map", theme.accent)));
     let worst = opened.worst_untouched();
     marks.extend(worst.map(|moment| mark(moment.step, '▼', "most severe", theme.text)));
@@ -95,8 +96,10 @@ const ROOM: f64 = 7.0;
 fn ticks(from: f64, to: f64, width: usize) -> impl Iterator<Item = f64> {
     let least = (to - from) * ROOM / width.max(1) as f64;
     let usual = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0];
-    let every = usual.into_iter().find(|every| *every >= least);
-    let every = every.unwrap_or_else(|| 200.0 * 10_f64.powf((least / 200.0).log10().ceil()));
+    let every = usual
+        .into_iter()
+        .find(|every| *every >= least)
+        .unwrap_or_else(|| 200.0 * 10_f64.powf((least / 200.0).log10().ceil()));
     // Counted: a number of seconds that is large enough does not change by adding to it.
     let first = (from / every).ceil();
     let count = ((to + 1e-9) / every - first)

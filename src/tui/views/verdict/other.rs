@@ -26,8 +26,12 @@ pub fn cells(said: &ParsedAnswer) -> [String; 3] {
         ParsedAnswer::Attacker(choice) => {
             let of = |id: i64| choice.obstacles.iter().find(|o| o.id == id);
             let risk = choice.attacker.and_then(of).map(|o| o.risk_score);
-            let others = choice.obstacles.iter().map(|o| o.id);
-            let others = others.filter(|id| Some(*id) != choice.attacker).count();
+            let others = choice
+                .obstacles
+                .iter()
+                .map(|o| o.id)
+                .filter(|id| Some(*id) != choice.attacker)
+                .count();
             [
                 choice.attacker.map_or("none".into(), |id| id.to_string()),
                 others.to_string(),

@@ -9,11 +9,11 @@ use crate::theme::Theme;
 /// is seen only from the beginning on.
 #[must_use]
 pub fn template(text: &[&str], from: usize, theme: &Theme) -> Vec<Vec<Style>> {
-    let fences = text
+    let mut fences = text
         .iter()
         .enumerate()
-        .filter(|(_, l)| l.trim_end() == "+++");
-    let mut fences = fences.map(|(at, _)| at);
+        .filter(|(_, l)| l.trim_end() == "+++")
+        .map(|(at, _)| at);
     let front = match (from, fences.next(), fences.next()) {
         (0, Some(0), Some(end)) => end + 1,
         _ => 0,

@@ -32,9 +32,11 @@ impl Reading {
     ) -> Line<'static> {
         let first = at - row.before;
         if !self.tables.iter().any(|(line, _)| *line == first) {
-            let rows = self.lines[first..].iter().enumerate();
-            let rows = rows.take_while(|(i, l)| matches!(l.kind, Kind::Row(r) if r.before == *i));
-            let rows = rows.map(|(i, _)| self.row(first + i, marks, theme));
+            let rows = self.lines[first..]
+                .iter()
+                .enumerate()
+                .take_while(|(i, l)| matches!(l.kind, Kind::Row(r) if r.before == *i))
+                .map(|(i, _)| self.row(first + i, marks, theme));
             let layout = Layout::new(rows, usize::from(self.width));
             self.tables.push((first, layout));
         }

@@ -315,8 +315,9 @@ fn a_program_that_is_not_there_is_a_clear_end() {
         "none",
         ExternalOptions::new(vec!["/no/such/planner".into()]),
     );
-    let driver = Driver::new(&scenario, problem, &settings(Forecast::Lane)).unwrap();
-    let driver = driver.driven_by(Some(Arc::new(planner)));
+    let driver = Driver::new(&scenario, problem, &settings(Forecast::Lane))
+        .unwrap()
+        .driven_by(Some(Arc::new(planner)));
     let drive = driver.drive(&scenario, &driver.whole());
     assert_eq!(drive.outcome.name(), "planner_error");
     let report = drive.external.unwrap();

@@ -63,9 +63,11 @@ fn take<'a>(side: &mut Verdicts<'a>, rows: Axis, one: &Placed<'a>) {
     if scored.is_collision().is_none() {
         return;
     }
-    let others = Axis::OF_QUESTIONS.into_iter().filter(|axis| *axis != rows);
-    // A template belongs to its frame: where frames are compared, templates differ, too.
-    let others = others.filter(|axis| rows != Axis::Frame || *axis != Axis::Template);
+    let others = Axis::OF_QUESTIONS
+        .into_iter()
+        .filter(|axis| *axis != rows)
+        // A template belongs to its frame: where frames are compared, templates differ, too.
+        .filter(|axis| rows != Axis::Frame || *axis != Axis::Template);
     let alike: Vec<AxisValue> = others
         .map(|axis| axis.value(&one.case, one.parameters))
         .collect();
