@@ -1,14 +1,14 @@
-//! A shape prepared for exact distances and times of contact, with parry doing the geometry.
+//! A shape prepared for exact distances, nearest points and times of contact, with parry doing the geometry.
 
 use std::sync::Arc;
 
 use parry2d_f64::math;
-use parry2d_f64::query::{self, ShapeCastOptions, ShapeCastStatus};
+use parry2d_f64::query::{self, ClosestPoints, ShapeCastOptions, ShapeCastStatus};
 use parry2d_f64::shape::{SharedShape, TriMesh};
 use parry2d_f64::transformation::hertel_mehlhorn;
 
 use super::shape::{box_frame, is_flat};
-use super::{Point, Pose, Shape, ShapeError, Vector, convert};
+use super::{Point, Pose, Shape, ShapeError, Vector, pose};
 
 /// A checked [`Shape`], prepared for measuring distances. Cheap to clone.
 #[derive(Clone)]
@@ -134,9 +134,9 @@ impl Placed<'_> {
     pub fn distance(&self, other: &Placed<'_>) -> f64 {
         // Both regions are convex or compounds of convex parts, which parry measures all.
         query::distance(
-            &convert::pose(&self.pose),
+            &pose::pose(&self.pose),
             &*self.footprint.collider,
-            &convert::pose(&other.pose),
+            &pose::pose(&other.pose),
             &*other.footprint.collider,
         )
         .map_or(f64::MAX, |d| d.distance)
@@ -147,9 +147,9 @@ impl Placed<'_> {
     #[must_use]
     pub fn overlap(&self, other: &Placed<'_>) -> f64 {
         let contact = query::contact(
-            &convert::pose(&self.pose),
+            &pose::pose(&self.pose),
             &*self.footprint.collider,
-            &convert::pose(&other.pose),
+            &pose::pose(&other.pose),
             &*other.footprint.collider,
             0.0,
         )
@@ -187,11 +187,11 @@ impl Placed<'_> {
             return Contact::Now;
         }
         let hit = query::cast_shapes(
-            &convert::pose(&self.pose),
-            convert::vector(velocity),
+            &pose::pose(&self.pose),
+            pose::vector(velocity),
             &*self.footprint.collider,
-            &convert::pose(&other.pose),
-            convert::vector(other_velocity),
+            &pose::pose(&other.pose),
+            pose::vector(other_velocity),
             &*other.footprint.collider,
             ShapeCastOptions::with_max_time_of_impact(horizon),
         );
@@ -267,15 +267,15 @@ fn collect(shape: &Shape, parts: &mut Vec<(math::Pose, SharedShape)>) -> Result<
             orientation,
             origin_x_shift,
         } => {
-            let frame = convert::pose(&box_frame(center, *orientation, *origin_x_shift));
+            let frame = pose::pose(&box_frame(center, *orientation, *origin_x_shift));
             parts.push((frame, SharedShape::cuboid(length / 2.0, width / 2.0)));
         }
         Shape::Circle { radius, center } => {
-            let frame = math::Pose::from_translation(convert::point(center));
+            let frame = math::Pose::from_translation(pose::point(center));
             parts.push((frame, SharedShape::ball(*radius)));
         }
         Shape::Polygon { vertices } => {
-            let corners: Vec<_> = vertices.iter().map(convert::point).collect();
+            let corners: Vec<_> = vertices.iter().map(pose::point).collect();
             let hull = |points: &[math::Vector]| {
                 let corners: Vec<Point> = points.iter().map(|p| Point::new(p.x, p.y)).collect();
                 // Cutting may leave slivers without area.
@@ -308,9 +308,85 @@ fn collect(shape: &Shape, parts: &mut Vec<(math::Pose, SharedShape)>) -> Result<
     Ok(())
 }
 
+/// One end of a measured gap.
+#[derive(Debug, Clone, Copy)]
+pub enum Tip<'a> {
+    /// A point of the world.
+    Point(Point),
+    /// A body at its pose.
+    Body(Placed<'a>),
+}
+
+/// The gap between two things.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// Exact distance, metres; 0 where they touch or overlap.
+    pub metres: f64,
+    /// The nearest points of the first and of the second; both in the middle where they touch.
+    pub ends: (Point, Point),
+}
+
+impl Gap {
+    /// The gap from one thing to another.
+    #[must_use]
+    pub fn between(from: &Tip<'_>, to: &Tip<'_>) -> Self {
+        match (from, to) {
+            (Tip::Point(a), Tip::Point(b)) => Self::of_points(*a, *b),
+            (Tip::Body(body), Tip::Point(p)) => Self::of_points(nearest(body, p), *p),
+            (Tip::Point(p), Tip::Body(body)) => Self::of_points(*p, nearest(body, p)),
+            (Tip::Body(a), Tip::Body(b)) => Self::of_bodies(a, b),
+        }
+    }
+
+    fn of_points(a: Point, b: Point) -> Self {
+        Self {
+            metres: (b - a).norm(),
+            ends: (a, b),
+        }
+    }
+
+    fn of_bodies(a: &Placed<'_>, b: &Placed<'_>) -> Self {
+        let found = query::closest_points(
+            &pose::pose(&a.pose),
+            &*a.footprint.collider,
+            &pose::pose(&b.pose),
+            &*b.footprint.collider,
+            f64::MAX,
+        );
+        match found {
+            Ok(ClosestPoints::WithinMargin(p, q)) => {
+                let ends = (Point::new(p.x, p.y), Point::new(q.x, q.y));
+                // The same number as everywhere else.
+                Self {
+                    metres: a.distance(b),
+                    ends,
+                }
+            }
+            _ => {
+                let middle = nalgebra::center(&a.pose.position, &b.pose.position);
+                Self {
+                    metres: a.distance(b),
+                    ends: (middle, middle),
+                }
+            }
+        }
+    }
+}
+
+/// The point of a body that is nearest to `p`; `p` itself inside.
+fn nearest(body: &Placed<'_>, p: &Point) -> Point {
+    let pose = pose::pose(&body.pose);
+    let found = body
+        .footprint
+        .collider
+        .project_point(&pose, pose::point(p), true);
+    Point::new(found.point.x, found.point.y)
+}
+
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
+    use super::super::{Footprint, Pose, Shape};
     use super::*;
 
     fn car() -> Footprint {
@@ -399,5 +475,32 @@ mod tests {
         assert!(Footprint::new(Shape::rectangle(0.0, 1.0)).is_err());
         assert!(Footprint::new(Shape::rectangle(f64::NAN, 1.0)).is_err());
         assert!(Footprint::new(Shape::Group(vec![])).is_err());
+    }
+
+    #[test]
+    fn distances_that_can_be_worked_out_by_hand() {
+        let car = Footprint::new(Shape::rectangle(4.0, 2.0)).unwrap();
+        let here = Tip::Body(car.at(Pose::new(0.0, 0.0, 0.0)));
+        // Centres 10 m apart: 2 m of each car are in between.
+        let ahead = Gap::between(&here, &Tip::Body(car.at(Pose::new(10.0, 0.0, 0.0))));
+        assert!((ahead.metres - 6.0).abs() < 1e-9);
+        assert!((ahead.ends.0.x - 2.0).abs() < 1e-6 && (ahead.ends.1.x - 8.0).abs() < 1e-6);
+        // From the corner (2, 1): 3 across and 4 up.
+        let point = Gap::between(&here, &Tip::Point(Point::new(5.0, 5.0)));
+        assert!((point.metres - 5.0).abs() < 1e-9);
+        assert!((point.ends.0 - Point::new(2.0, 1.0)).norm() < 1e-9);
+        let back = Gap::between(&Tip::Point(Point::new(5.0, 5.0)), &here);
+        assert_eq!((back.ends.0, back.ends.1), (point.ends.1, point.ends.0));
+        // Points: 3, 4, 5 again.
+        let points = Gap::between(
+            &Tip::Point(Point::new(1.0, 1.0)),
+            &Tip::Point(Point::new(4.0, 5.0)),
+        );
+        assert!((points.metres - 5.0).abs() < 1e-12);
+        // Inside, and overlapping.
+        let inside = Gap::between(&here, &Tip::Point(Point::new(1.0, 0.5)));
+        assert_eq!(inside.metres, 0.0);
+        let over = Gap::between(&here, &Tip::Body(car.at(Pose::new(3.0, 0.5, 0.3))));
+        assert_eq!(over.metres, 0.0);
     }
 }

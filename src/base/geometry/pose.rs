@@ -1,4 +1,8 @@
-//! A position with a heading, and the frame it spans.
+//! Positions with headings, the frames they span, angles on the circle, and the only conversion to parry's own vectors.
+
+use std::f64::consts::{PI, TAU};
+
+use parry2d_f64::math;
 
 use super::{Point, Vector};
 
@@ -52,6 +56,31 @@ impl Pose {
     }
 }
 
+/// `angle` brought into (−π, π].
+#[must_use]
+pub fn normalize_angle(angle: f64) -> f64 {
+    let wrapped = angle.rem_euclid(TAU);
+    if wrapped > PI { wrapped - TAU } else { wrapped }
+}
+
+/// The signed turn from `from` to `to`, in (−π, π].
+#[must_use]
+pub fn angle_between(from: f64, to: f64) -> f64 {
+    normalize_angle(to - from)
+}
+
+pub(super) fn point(p: &Point) -> math::Vector {
+    math::Vector::new(p.x, p.y)
+}
+
+pub(super) fn vector(v: &Vector) -> math::Vector {
+    math::Vector::new(v.x, v.y)
+}
+
+pub(super) fn pose(p: &Pose) -> math::Pose {
+    math::Pose::new(point(&p.position), p.heading)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,5 +92,12 @@ mod tests {
         assert!((pose.to_world(&pose.to_local(&p)) - p).norm() < 1e-12);
         let left = Pose::new(0.0, 0.0, 0.0).to_local(&Point::new(0.0, 1.0));
         assert!(left.y > 0.0, "left is positive");
+    }
+
+    #[test]
+    fn wraps_to_the_half_open_circle() {
+        assert!((normalize_angle(3.0 * PI) - PI).abs() < 1e-12);
+        assert!((normalize_angle(-PI) - PI).abs() < 1e-12);
+        assert!((angle_between(3.0, -3.0) - (TAU - 6.0)).abs() < 1e-12);
     }
 }

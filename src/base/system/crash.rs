@@ -8,8 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::activity::{self, CrashedActivity};
-use super::activity_locks::make_private;
+use super::activity::{self, CrashedActivity, make_private};
 
 /// Exit status after an internal error.
 pub const STATUS: i32 = 101;

@@ -71,9 +71,7 @@ impl<T> FileCache<T> {
         files: &[&Path],
         read: impl FnOnce() -> Result<(T, usize), E>,
     ) -> Result<Arc<T>, E> {
-        files
-            .iter()
-            .for_each(|path| super::opened_files::note(path));
+        files.iter().for_each(|path| super::read_file::note(path));
         let files: Vec<Stamp> = files.iter().map(|path| Stamp::of(path)).collect();
         let settled = files.iter().all(Stamp::is_settled);
         let slot = self.slot(files);

@@ -1,8 +1,9 @@
-//! Files that users name: regular ones, and no larger than anything here needs.
+//! Files that users name: regular ones, no larger than anything here needs, and as text.
 
+use std::cell::RefCell;
 use std::fs::{File, Metadata};
-use std::io::{Error, ErrorKind, Read, Result};
-use std::path::Path;
+use std::io::{self, Error, ErrorKind, Read};
+use std::path::{Path, PathBuf};
 
 /// No recording of traffic that could be worked with is larger, bytes.
 pub const LARGEST: u64 = 1 << 30;
@@ -14,7 +15,7 @@ pub const LARGEST_TEXT: u64 = 1 << 20;
 ///
 /// # Errors
 /// What the system says; or it is a folder, or a pipe, device or socket, where reading could wait or go on for ever.
-pub fn open_file(path: &Path) -> Result<File> {
+pub fn open_file(path: &Path) -> io::Result<File> {
     check_file(path)?;
     let file = opened(path)?;
     // It may be another one by now.
@@ -26,13 +27,13 @@ pub fn open_file(path: &Path) -> Result<File> {
 ///
 /// # Errors
 /// Those of [`open_file`].
-pub fn check_file(path: &Path) -> Result<()> {
+pub fn check_file(path: &Path) -> io::Result<()> {
     check(&path.metadata()?)?;
-    super::opened_files::note(path);
+    note(path);
     Ok(())
 }
 
-fn check(found: &Metadata) -> Result<()> {
+fn check(found: &Metadata) -> io::Result<()> {
     if found.is_dir() {
         return Err(ErrorKind::IsADirectory.into());
     }
@@ -46,14 +47,14 @@ fn check(found: &Metadata) -> Result<()> {
 
 /// A pipe that took the place of a file is opened without waiting for who writes into it.
 #[cfg(unix)]
-fn opened(path: &Path) -> Result<File> {
+fn opened(path: &Path) -> io::Result<File> {
     use std::os::unix::fs::OpenOptionsExt;
     let flags = rustix::fs::OFlags::NONBLOCK.bits().cast_signed();
     File::options().read(true).custom_flags(flags).open(path)
 }
 
 #[cfg(not(unix))]
-fn opened(path: &Path) -> Result<File> {
+fn opened(path: &Path) -> io::Result<File> {
     File::open(path)
 }
 
@@ -61,7 +62,7 @@ fn opened(path: &Path) -> Result<File> {
 ///
 /// # Errors
 /// Those of [`open_file`]; or the file is larger, of which no more than that is read.
-pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
+pub fn read_file(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let file = open_file(path)?;
     let size = file.metadata()?.len();
     // What has no size is empty, or made by the system while it is read, of any length.
@@ -86,7 +87,7 @@ pub fn read_file(path: &Path, most: u64) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// Those of [`read_file`]; or those of [`text_of`](super::text_of).
-pub fn read_text(path: &Path, most: u64) -> Result<String> {
+pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
     super::text_of(read_file(path, most)?).map_err(|why| Error::new(ErrorKind::InvalidData, why))
 }
 
@@ -94,10 +95,96 @@ fn mebibytes(bytes: u64) -> String {
     format!("{} MiB, too large to read", bytes >> 20)
 }
 
+/// A byte order mark in UTF-8, which some editors write in front of a text.
+const MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// The text in `bytes`, without the byte order marks that it may begin with.
+///
+/// # Errors
+/// What it is instead, with the line of the first byte that is no text.
+pub fn text_of(bytes: Vec<u8>) -> Result<String, String> {
+    let mut marks = 0;
+    while bytes[marks..].starts_with(MARK) {
+        marks += MARK.len();
+    }
+    let rest = &bytes[marks..];
+    let wide = match rest {
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => Some("UTF-32"),
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some("UTF-16"),
+        _ => None,
+    };
+    if let Some(wide) = wide {
+        return Err(format!("the file is {wide}; save it as UTF-8"));
+    }
+    let line = |at: usize| 1 + rest[..at].iter().filter(|b| **b == b'\n').count();
+    if let Some(at) = rest.iter().position(|b| *b == 0) {
+        return Err(format!(
+            "line {}: a zero byte; not a text file, or not UTF-8: save it as UTF-8",
+            line(at)
+        ));
+    }
+    if let Err(error) = std::str::from_utf8(rest) {
+        let at = error.valid_up_to();
+        return Err(format!(
+            "line {}: not UTF-8 text (byte 0x{:02x}); save the file as UTF-8",
+            line(at),
+            rest[at]
+        ));
+    }
+    let mut text = String::from_utf8(bytes).map_err(|error| error.to_string())?;
+    text.drain(..marks);
+    Ok(text)
+}
+
+thread_local! {
+    static OPENED: RefCell<Option<Vec<PathBuf>>> = const { RefCell::new(None) };
+}
+
+/// What `work` gives, and the files whose contents it used on this thread, also those that were in memory already.
+pub fn files_opened_by<T>(work: impl FnOnce() -> T) -> (T, Vec<PathBuf>) {
+    let before = OPENED.replace(Some(Vec::new()));
+    let done = work();
+    let opened = OPENED.replace(before).unwrap_or_default();
+    (done, opened)
+}
+
+/// Notes a file for [`files_opened_by`].
+pub(super) fn note(path: &Path) {
+    OPENED.with_borrow_mut(|opened| {
+        if let Some(opened) = opened {
+            opened.push(path.to_path_buf());
+        }
+    });
+}
+
+/// Whether a folder is one of them, such as `/proc` and what is in it.
+#[cfg(target_os = "linux")]
+#[must_use]
+pub fn is_of_kernel(folder: &Path) -> bool {
+    // statfs(2): procfs, sysfs, both kinds of cgroups, debugfs and tracefs.
+    const MAGIC: [u64; 6] = [
+        0x9fa0,
+        0x6265_6572,
+        0x27_e0eb,
+        0x6367_7270,
+        0x6462_6720,
+        0x7472_6163,
+    ];
+    let kind = rustix::fs::statfs(folder).map(|found| found.f_type);
+    kind.is_ok_and(|kind| u64::try_from(kind).is_ok_and(|kind| MAGIC.contains(&kind)))
+}
+
+/// Elsewhere there is none.
+#[cfg(not(target_os = "linux"))]
+#[must_use]
+pub fn is_of_kernel(_: &Path) -> bool {
+    false
+}
+
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
-    use super::super::words;
+    use super::super::{FileCache, read_file, words};
     use super::*;
 
     #[test]
@@ -177,5 +264,60 @@ mod tests {
         // As between the look and the opening; this would never come back otherwise.
         let file = opened(&pipe).unwrap();
         assert!(check(&file.metadata().unwrap()).is_err());
+    }
+
+    #[test]
+    fn marks_are_passed_over_and_other_encodings_named() {
+        for marks in 0..4 {
+            let text = format!("{}a = \"µ\"\n", "\u{feff}".repeat(marks));
+            assert_eq!(text_of(text.into_bytes()).unwrap(), "a = \"µ\"\n");
+        }
+        assert_eq!(text_of(Vec::new()).unwrap(), "");
+        // Elsewhere a mark is a character like others.
+        assert_eq!(text_of("a\u{feff}".into()).unwrap(), "a\u{feff}");
+        let wide = |text: &str, unit: fn(u16) -> [u8; 2]| -> Vec<u8> {
+            text.encode_utf16().flat_map(unit).collect()
+        };
+        for (bytes, words) in [
+            (wide("\u{feff}a", u16::to_le_bytes), "UTF-16; save"),
+            (wide("\u{feff}a", u16::to_be_bytes), "UTF-16; save"),
+            (wide("a\nb", u16::to_le_bytes), "line 1: a zero byte"),
+            (wide("a\nb", u16::to_be_bytes), "line 1: a zero byte"),
+            (b"\xff\xfe\0\0a\0\0\0".to_vec(), "UTF-32"),
+            (b"a\nb\n\0".to_vec(), "line 3: a zero byte"),
+            (b"a\ncaf\xe9".to_vec(), "line 2: not UTF-8 text (byte 0xe9"),
+        ] {
+            let said = text_of(bytes).unwrap_err();
+            assert!(said.contains(words), "{said}");
+        }
+    }
+
+    #[test]
+    fn files_are_noted_also_where_they_were_read_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        for name in ["a", "b", "c"] {
+            std::fs::write(path(name), "x").unwrap();
+        }
+        let kept: FileCache<Vec<u8>> = FileCache::new(1 << 10);
+        let cached = || {
+            let file = path("b");
+            kept.get(&[&file], || read_file(&file, 9).map(|read| (read, 1)))
+        };
+        cached().unwrap();
+        let (inner, opened) = files_opened_by(|| {
+            read_file(&path("a"), 9).unwrap();
+            assert!(read_file(&path("gone"), 9).is_err());
+            let (_, inner) = files_opened_by(|| read_file(&path("c"), 9));
+            cached().unwrap();
+            inner
+        });
+        let names = |files: &[PathBuf]| -> std::collections::BTreeSet<PathBuf> {
+            files.iter().cloned().collect()
+        };
+        assert_eq!(names(&opened), [path("a"), path("b")].into());
+        assert_eq!(inner, [path("c")]);
+        read_file(&path("a"), 9).unwrap();
+        assert_eq!(files_opened_by(|| ()).1, [] as [PathBuf; 0]);
     }
 }
