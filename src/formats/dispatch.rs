@@ -1,14 +1,15 @@
-//! The formats of scenarios: which one a file is, the scenarios in it, and opening one.
+//! The formats of scenarios: which one a file is, the scenarios in it (`FILE#PART`), and opening one.
 //!
 //! A new format is a [`Format`] and a line in [`FORMATS`].
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::address::Address;
+use nearmiss_scene::scenario::Scenario;
+
 use super::commonroad::{self, ReadError, beginning_of_file};
 use super::recordings::{self, LongRecording};
 use super::unread::{self, Unread};
-use nearmiss_scene::scenario::Scenario;
 
 /// The scenarios in a file.
 pub(super) enum Parts {
@@ -154,5 +155,92 @@ pub fn only_part(path: &Path) -> PathBuf {
     match parts {
         Some(Parts::Named(names)) if names.len() == 1 => Address::path(&address.file, &names[0]),
         _ => path.to_path_buf(),
+    }
+}
+
+/// Between the file and what of it is meant.
+const SEPARATOR: char = '#';
+
+/// A file, and which of its scenarios is meant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Address {
+    /// The file.
+    pub file: PathBuf,
+    /// The scenario in it; `None` where the file is one.
+    pub part: Option<String>,
+}
+
+impl Address {
+    /// What a path means. A file whose own name has a `#` is that file.
+    pub fn of(path: &Path) -> Self {
+        let whole = || Self {
+            file: path.to_path_buf(),
+            part: None,
+        };
+        let text = path.to_string_lossy();
+        let Cow::Borrowed(text) = text else {
+            return whole();
+        };
+        if !text.contains(SEPARATOR) || path.symlink_metadata().is_ok() {
+            return whole();
+        }
+        // A part may have a `#` in it as well: the first file that is there is meant.
+        let mut splits = text.match_indices(SEPARATOR).map(|(at, _)| at);
+        let found = splits.find(|at| Path::new(&text[..*at]).is_file());
+        found.map_or_else(whole, |at| Self {
+            file: PathBuf::from(&text[..at]),
+            part: Some(text[at + SEPARATOR.len_utf8()..].to_string()),
+        })
+    }
+
+    /// The path of a part of a file.
+    pub fn path(file: &Path, part: &str) -> PathBuf {
+        let mut path = file.as_os_str().to_os_string();
+        path.push(format!("{SEPARATOR}{part}"));
+        PathBuf::from(path)
+    }
+}
+
+/// The file in which the scenario at a path lies: the path itself, or what is before its `#`.
+pub(super) fn file_of(path: &Path) -> PathBuf {
+    Address::of(path).file
+}
+
+/// A part as a part of a file's name.
+pub(super) fn plain_name(part: &str) -> String {
+    let plain = |c: char| {
+        if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') {
+            c
+        } else {
+            '-'
+        }
+    };
+    part.chars().map(plain).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    #[test]
+    fn a_part_is_what_follows_a_file_that_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.tfrecord");
+        std::fs::write(&file, "").unwrap();
+        let odd = folder.path().join("b#1");
+        std::fs::write(&odd, "").unwrap();
+        let of = |path: &Path| {
+            let address = Address::of(path);
+            (address.file, address.part)
+        };
+        assert_eq!(of(&file), (file.clone(), None));
+        let part = Address::path(&file, "63#7");
+        assert_eq!(of(&part), (file, Some("63#7".into())));
+        assert_eq!(of(&odd), (odd.clone(), None));
+        let part = Address::path(&odd, "2");
+        assert_eq!(of(&part), (odd, Some("2".into())));
+        let missing = folder.path().join("c#1");
+        assert_eq!(of(&missing), (missing, None));
+        assert_eq!(plain_name("track=12@34.0s"), "track-12-34.0s");
     }
 }

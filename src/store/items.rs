@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::list::MOST_SHOWN;
 use super::run::names;
 use super::{
-    BatchId, Consumed, Key, RunId, SceneRecord, SplitPart, Store, StoreError, StoredTemplate, key,
-    rows,
+    BatchId, Consumed, Key, RunId, SceneRecord, SplitPart, Store, StoreError, StoredTemplate,
+    claim, rows,
 };
 use nearmiss_scene::verdict::Task;
 
@@ -74,7 +74,7 @@ pub struct NewItem {
     )]
     pub scene: Option<SceneRecord>,
     /// The key of the request; `None` if none is sent.
-    #[serde(deserialize_with = "key::kept")]
+    #[serde(deserialize_with = "claim::kept")]
     pub key: Option<Key>,
     /// What is true; `None` if it is unknown.
     #[serde(deserialize_with = "rows::truth")]

@@ -1,13 +1,14 @@
-//! Outcomes of many runs, without their texts: the input of reports.
+//! What reports, tables over axes and lists need of many runs, without their texts.
 
-use rusqlite::params_from_iter;
+use nearmiss_scene::verdict::Task;
+use rusqlite::{params, params_from_iter};
 use serde::Deserialize;
 
+use super::rows::{self, from_row};
 use super::{
-    ClaimCounts, Consumed, Filter, Key, Origin, RunId, RunState, Store, StoreError, StoredTemplate,
-    key, rows,
+    ClaimCounts, Consumed, Filter, Key, Origin, RunId, RunState, SUPERSEDED, Store, StoreError,
+    StoredTemplate, claim,
 };
-use nearmiss_scene::verdict::Task;
 
 /// Outcome of one run.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -15,7 +16,7 @@ pub struct Outcome {
     /// Its number.
     pub run: RunId,
     /// The key of the request; `None` if none was sent.
-    #[serde(deserialize_with = "key::kept")]
+    #[serde(deserialize_with = "claim::kept")]
     pub key: Option<Key>,
     /// Name of the scenario.
     pub scenario: String,
@@ -83,6 +84,93 @@ impl Store {
         );
         let mut statement = connection.prepare_cached(&sql)?;
         let found = statement.query_map(params_from_iter(values), rows::from_row)?;
+        Ok(found.collect::<Result<_, _>>()?)
+    }
+}
+
+/// When and of what a run was asked.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+pub struct RunOrigin {
+    /// Its number.
+    pub run: RunId,
+    /// When it was asked, milliseconds since 1970, UTC.
+    pub created_ms: i64,
+    /// `provider/model`, as asked for.
+    pub model: String,
+    /// The model as the server named it.
+    pub model_returned: Option<String>,
+    /// File name of the template.
+    pub template: String,
+    /// SHA-256 of its text.
+    pub template_hash: String,
+    /// SHA-256 of the scenario file.
+    pub scenario_hash: Option<String>,
+    /// The parameters that were sent, as JSON.
+    pub parameters: String,
+}
+
+impl Store {
+    /// The origins of all runs that are not deleted, oldest number first.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn origins(&self) -> Result<Vec<RunOrigin>, StoreError> {
+        let connection = self.lock();
+        let mut statement = connection.prepare_cached(
+            "SELECT id AS run, created_ms, model, model_returned, template, template_hash, scenario_hash,
+                 parameters
+             FROM runs WHERE deleted_ms IS NULL ORDER BY id",
+        )?;
+        let rows = statement.query_map([], from_row)?;
+        Ok(rows.collect::<Result<_, _>>()?)
+    }
+}
+
+/// Verdict of a stored answer.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+pub struct StoredVerdict {
+    /// SHA-256 of the scenario's file; `None` if only its name is known.
+    pub scenario_hash: Option<String>,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The ego, and where its motion comes from.
+    pub ego: String,
+    /// Where the answer comes from.
+    pub origin: Origin,
+    /// The task.
+    pub task: Task,
+    /// First and last time step of the window, where known.
+    pub window: Option<(i64, i64)>,
+    /// Yes or no.
+    pub dangerous: bool,
+}
+
+impl Store {
+    /// The verdicts in all whole answers, whatever template they were asked with, without those in whose place another
+    /// answer to the same request counts ([`SUPERSEDED`]) and those of the model `but`; all of them, or those about one
+    /// scenario, by hash and name as in [`Store::of_scenario`].
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn verdicts(
+        &self,
+        but: &str,
+        of: Option<(&str, &str)>,
+    ) -> Result<Vec<StoredVerdict>, StoreError> {
+        let connection = self.lock();
+        let which = match of {
+            None => "?2 IS NULL AND ?3 IS NULL",
+            Some(_) => "(scenario_hash = ?2 OR (scenario_hash IS NULL AND scenario = ?3))",
+        };
+        let sql = format!(
+            "SELECT scenario_hash, scenario, ego, origin, task, window_first, window_last, dangerous
+             FROM runs
+             WHERE deleted_ms IS NULL AND state = 'answered' AND dangerous IS NOT NULL AND model <> ?1 AND {which}
+                 AND NOT {SUPERSEDED}"
+        );
+        let mut statement = connection.prepare_cached(&sql)?;
+        let (hash, name) = of.unzip();
+        let found = statement.query_map(params![but, hash, name], rows::from_row)?;
         Ok(found.collect::<Result<_, _>>()?)
     }
 }

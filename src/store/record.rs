@@ -1,11 +1,13 @@
-//! Runs as JSON, one object each: complete, and identical when read back.
+//! Runs as JSON, one object each, complete and identical when read back; takes in the lines of an export or a bundle.
 
+use std::collections::BTreeMap;
+
+use nearmiss_base::system::did_you_mean;
+use nearmiss_scene::verdict::Task;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
-use super::{Origin, Run, RunState};
-use nearmiss_base::system::did_you_mean;
-use nearmiss_scene::verdict::Task;
+use super::{BatchId, Intake, Item, Origin, Record, Run, RunState, Store, StoreError};
 
 /// Why a line is not a valid run.
 #[derive(Debug, thiserror::Error)]
@@ -193,5 +195,71 @@ fn check_word(
             word: word.to_string(),
         }),
         _ => Ok(()),
+    }
+}
+
+/// Runs, and bytes of lines, that are added in one transaction.
+const PART: (usize, usize) = (200, 16 << 20);
+
+/// What is being taken in; questions wait for the end, as they name runs.
+pub struct RecordIntake<'a> {
+    /// Where batches, runs and questions go.
+    pub intake: Intake<'a>,
+    runs: Vec<Run>,
+    bytes: usize,
+    questions: BTreeMap<BatchId, Vec<Item>>,
+}
+
+impl<'a> RecordIntake<'a> {
+    /// Nothing so far.
+    #[must_use]
+    pub fn new(store: &'a Store) -> Self {
+        Self {
+            intake: Intake::new(store),
+            runs: Vec::new(),
+            bytes: 0,
+            questions: BTreeMap::new(),
+        }
+    }
+
+    /// Takes in the record of a line of so many bytes.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn take(&mut self, record: Record, bytes: usize) -> Result<(), StoreError> {
+        match record {
+            Record::Batch(batch) => self.intake.batch(&batch),
+            Record::Question(batch, item) => {
+                self.questions.entry(batch).or_default().push(*item);
+                Ok(())
+            }
+            Record::Image(image) => self.intake.image(&image),
+            Record::Run(run) => {
+                self.runs.push(*run);
+                self.bytes += bytes;
+                if self.runs.len() >= PART.0 || self.bytes >= PART.1 {
+                    self.add()
+                } else {
+                    Ok(())
+                }
+            }
+        }
+    }
+
+    /// Takes in what is left, and the questions.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn finish(mut self) -> Result<Intake<'a>, StoreError> {
+        self.add()?;
+        for (batch, items) in &self.questions {
+            self.intake.items(*batch, items)?;
+        }
+        Ok(self.intake)
+    }
+
+    fn add(&mut self) -> Result<(), StoreError> {
+        self.bytes = 0;
+        self.intake.runs(std::mem::take(&mut self.runs))
     }
 }

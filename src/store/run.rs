@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::{ClaimCounts, Key, StoredImage, key};
+use super::{ClaimCounts, Key, StoredImage, claim};
 use nearmiss_scene::verdict::{ParsedAnswer, Task};
 
 /// Identifies a run in its store.
@@ -268,7 +268,7 @@ pub struct Run {
     /// When it was last changed.
     pub updated_ms: i64,
     /// The key that it was kept under, see [`NewRun::key`].
-    #[serde(default, deserialize_with = "key::kept")]
+    #[serde(default, deserialize_with = "claim::kept")]
     pub key: Option<Key>,
     /// Where its answer comes from.
     pub origin: Origin,

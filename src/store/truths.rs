@@ -1,10 +1,11 @@
-//! Ground truths that batches store for their runs.
+//! Ground truths that batches store for their runs, and how many claims of an answer are right.
 
+use nearmiss_scene::verdict::Task;
 use rusqlite::params;
+use serde::{Deserialize, Serialize};
 
 use super::rows::{self, from_row};
 use super::{BatchId, Item, RunId, Store, StoreError, WindowFacts};
-use nearmiss_scene::verdict::Task;
 
 /// What is true about a run, from its batch.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
@@ -114,5 +115,51 @@ impl Store {
         let mut told: Vec<RunLabel> = rows.collect::<Result<_, _>>()?;
         told.dedup_by_key(|one| one.run);
         Ok(told)
+    }
+}
+
+/// Counts of claims. All are `None` where the answer was not checked, as its scenario was not at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct ClaimCounts {
+    /// Claims that hold.
+    pub claims_right: Option<u32>,
+    /// Claims that do not.
+    pub claims_wrong: Option<u32>,
+    /// Claims that cannot be decided.
+    pub claims_open: Option<u32>,
+    /// The version of the check that counted them.
+    pub claims_check: Option<u32>,
+}
+
+impl ClaimCounts {
+    /// Right, wrong and open; `None` if the answer was not checked.
+    #[must_use]
+    pub fn known(self) -> Option<[u32; 3]> {
+        Some([self.claims_right?, self.claims_wrong?, self.claims_open?])
+    }
+}
+
+impl Store {
+    /// Keeps counts of claims with their runs; runs that are gone are left out.
+    ///
+    /// # Errors
+    /// SQLite refused; nothing is kept then.
+    pub fn keep_claims(&self, counted: &[(RunId, ClaimCounts)]) -> Result<(), StoreError> {
+        self.durably(|transaction| {
+            let mut statement = transaction.prepare_cached(
+                "UPDATE runs SET claims_right = ?2, claims_wrong = ?3, claims_open = ?4, claims_check = ?5
+                 WHERE id = ?1",
+            )?;
+            for (run, counts) in counted {
+                statement.execute(params![
+                    run.0,
+                    counts.claims_right,
+                    counts.claims_wrong,
+                    counts.claims_open,
+                    counts.claims_check
+                ])?;
+            }
+            Ok(())
+        })
     }
 }

@@ -318,8 +318,9 @@ fn runs_through(from: &Vector, to: &Vector, half: &Vector) -> bool {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
     use crate::geometry::{Footprint, Pose, Shape};
 

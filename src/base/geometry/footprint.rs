@@ -384,8 +384,9 @@ fn nearest(body: &Placed<'_>, p: &Point) -> Point {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::super::{Footprint, Pose, Shape};
     use super::*;
 

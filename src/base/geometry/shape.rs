@@ -391,8 +391,9 @@ impl SemiTrailer {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use std::f64::consts::FRAC_PI_2;
 
     use crate::geometry::Bounds;

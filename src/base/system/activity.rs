@@ -373,8 +373,8 @@ fn take_up(folder: &Path, path: &Path) {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
 
     #[test]
     fn what_a_program_that_is_gone_was_trying_is_held_until_released() {

@@ -136,8 +136,9 @@ impl<T> FileCache<T> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use std::fs::{File, write};
     use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -431,8 +431,8 @@ fn files() -> MutexGuard<'static, Vec<PathBuf>> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(folder).unwrap();
@@ -550,8 +550,9 @@ mod tests {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod temporary_file_tests {
+    #![allow(clippy::unwrap_used)]
+
     use std::io::Write;
 
     fn names(folder: &Path) -> Vec<String> {

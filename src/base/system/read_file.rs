@@ -182,8 +182,9 @@ pub fn is_of_kernel(_: &Path) -> bool {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::super::{FileCache, read_file, words};
     use super::*;
 

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::{obstacles, planning, traffic};
 use crate::routes;
 use nearmiss_formats::{EgoError, Entry};
-use nearmiss_scene::scenario::{Ego, Motion, Scenario, benchmark_id};
+use nearmiss_scene::scenario::{Ego, Motion, Scenario, identity};
 
 pub fn document(
     entry: &Entry,
@@ -17,7 +17,7 @@ pub fn document(
     json!({
         "scenario": entry.name,
         "file": entry.display(),
-        "benchmark_id": benchmark_id::normalized(&header.benchmark_id),
+        "benchmark_id": identity::normalized(&header.benchmark_id),
         "benchmark_id_as_written": header.benchmark_id,
         "version": header.version,
         "time_step_size": header.time_step_size,

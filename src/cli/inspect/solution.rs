@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use crate::{Failure, Outcome, output};
 use nearmiss_base::system;
 use nearmiss_formats::commonroad::{self, ProblemSolution, Solution, SolutionState};
-use nearmiss_scene::scenario::benchmark_id;
+use nearmiss_scene::scenario::identity;
 
 /// Prints the solution in the file at `path`.
 pub fn run(path: &Path, as_json: bool) -> Outcome {
@@ -101,7 +101,7 @@ fn rounded(value: f64) -> String {
 /// Seconds between two time steps, from the scenario beside the solution; a solution does not say.
 fn time_step(path: &Path, scenario: &str) -> Option<f64> {
     // An id from a file must not lead anywhere else.
-    if !benchmark_id::is_valid(scenario) {
+    if !identity::is_valid(scenario) {
         return None;
     }
     let beside = path.with_file_name(format!("{scenario}.xml"));

@@ -1,5 +1,4 @@
-//! Whether a good driver could have avoided the collision: for several reaction times an evasive manoeuvre, or the
-//! search that found none.
+//! Whether a good driver could have avoided the collision, and what the evasive trajectory asks of its driver.
 //!
 //! The ego drives unchanged until the reaction time has passed since the last recorded state of the attacker; of several
 //! that of the first one that moves otherwise, since a driver who saw it is alert to the others. From then
@@ -8,8 +7,12 @@
 
 use std::sync::Arc;
 
+use nearmiss_scene::scenario::RoadUser;
+use nearmiss_scene::traffic_rules::RuleReport;
+
 use super::evasive_search::Search;
 use super::{ClosedLoop, Effect, EvasiveManoeuvre};
+use crate::planner::VehicleState;
 use crate::simulation::{Collision, Outcome, Rollout};
 
 /// The reaction times that are looked at, seconds.
@@ -250,5 +253,68 @@ impl std::fmt::Display for Unavoidable {
             Self::NothingFound => f.write_str("no avoiding motion found"),
             Self::NotLookedFor => f.write_str("not looked for, since the planner failed"),
         }
+    }
+}
+
+/// What it asks.
+#[derive(Debug, Clone)]
+pub struct EvasiveReview {
+    /// The largest acceleration after the reaction, along and across together, m/s².
+    pub acceleration: f64,
+    /// Which traffic rules apply to it, and which it breaks.
+    pub rules: RuleReport,
+    /// The first step after the reaction at which the body, until then on lanelets of cars, is partly on one that no car
+    /// may use: a sidewalk or a bicycle path.
+    pub leaves_roadway: Option<i64>,
+}
+
+impl EvasiveTrajectory {
+    /// Reviews it in the scenario of `effect`.
+    #[must_use]
+    pub fn review(&self, closed: &ClosedLoop, effect: &Effect) -> EvasiveReview {
+        let driver = closed.driver();
+        let later = { self.drive.states.iter() }.filter(|(step, _)| *step > self.reaction);
+        let used = later.map(|(_, state)| {
+            let across = state.velocity * state.velocity * state.curvature;
+            state.acceleration.hypot(across)
+        });
+        EvasiveReview {
+            acceleration: used.fold(0.0, f64::max),
+            rules: self
+                .drive
+                .rules(&effect.scenario, driver.problem(), driver.settings()),
+            leaves_roadway: self.leaves_roadway(closed, effect),
+        }
+    }
+
+    fn leaves_roadway(&self, closed: &ClosedLoop, effect: &Effect) -> Option<i64> {
+        let network = &effect.scenario.network;
+        if network.lanelets.iter().all(|l| l.may_use(RoadUser::Car)) {
+            // It is on the road all the time.
+            return None;
+        }
+        let roadway = network.drivable_area(Some(RoadUser::Car));
+        let body = closed.driver().road().body();
+        let is_on =
+            |state: &VehicleState| roadway.covers(&body.at(state.centre(&self.drive.limits).pose));
+        let (until, later): (Vec<_>, Vec<_>) =
+            { self.drive.states.iter() }.partition(|(step, _)| *step <= self.reaction);
+        until.last().filter(|(_, state)| is_on(state))?;
+        let left = later.iter().find(|(_, state)| !is_on(state));
+        left.map(|(step, _)| *step)
+    }
+}
+
+impl EvasiveReview {
+    /// The names of the rules that it breaks.
+    #[must_use]
+    pub fn broken(&self) -> Vec<&'static str> {
+        self.rules.broken().map(|rule| rule.name()).collect()
+    }
+
+    /// The names of the rules that cannot be judged.
+    #[must_use]
+    pub fn undecided(&self) -> Vec<&'static str> {
+        self.rules.undecided().map(|rule| rule.name()).collect()
     }
 }

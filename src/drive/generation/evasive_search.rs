@@ -1,18 +1,18 @@
 //! Searches for an evasive trajectory of the ego, and verifies it.
 
-mod verify;
-
 use std::sync::Arc;
+
+use nearmiss_base::geometry::{Pose, normalize_angle};
+use nearmiss_scene::scenario::{ObstacleRole, Scenario};
 
 use super::certificate::{
     Certificate, EvasiveTrajectory, Finder, NotFound, SearchEffort, Unavoidable,
 };
-use super::{ClosedLoop, Effect, EvasiveManoeuvre};
-use crate::planner::{Forecast, RuleMode, VehicleState};
+use super::{ClosedLoop, Effect};
+use crate::planner::{Feasibility, Forecast, Limits, ReferenceTrack, RuleMode, VehicleState};
 use crate::simulation::{
     Collision, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, Rollout, Settings,
 };
-use nearmiss_scene::scenario::{ObstacleRole, Scenario};
 
 /// A search around one change.
 pub(super) struct Search<'a> {
@@ -142,7 +142,7 @@ impl<'a> Search<'a> {
                 Some(outcome) => return Err(Unavoidable::Ended(outcome)),
                 None => begun.states.push((*step, *state)),
             }
-            if let Ok(on) = path.project_near(&state.rear.position, along, NEAR) {
+            if let Ok(on) = path.project_near(&state.rear.position, along, SEARCH_REACH) {
                 along = on.s;
                 begun.along = Some(on.s);
             }
@@ -162,7 +162,7 @@ impl<'a> Search<'a> {
         let driver = self.closed.driver();
         let (_, now) = begun.states.last()?;
         let path = &driver.guide().path;
-        let on = path.project_near(&now.rear.position, begun.along?, NEAR);
+        let on = path.project_near(&now.rear.position, begun.along?, SEARCH_REACH);
         let present = on.ok()?.d;
         for manoeuvre in self.grid(now.velocity, present) {
             if driver.is_cancelled() {
@@ -323,7 +323,7 @@ impl<'a> Search<'a> {
 const DOOMED: usize = 3;
 
 /// Range around the last arc length in which the path is projected on, metres.
-const NEAR: f64 = 20.0;
+const SEARCH_REACH: f64 = 20.0;
 
 /// Planner settings to try, the cheapest first.
 fn attempts(usual: &Settings) -> [(&'static str, Settings); 4] {
@@ -355,4 +355,183 @@ fn attempts(usual: &Settings) -> [(&'static str, Settings); 4] {
         ("wide offsets and the whole friction", wide),
         ("wide offsets, a short horizon and dense samples", short),
     ]
+}
+
+/// After the evasive trajectory the ego must be able to drive on this long (s) at one of these accelerations (m/s²).
+const GOING_ON: f64 = 2.0;
+const GOING_ON_WITH: [f64; 4] = [-8.0, -3.0, 0.0, 3.0];
+
+impl Search<'_> {
+    /// Whether a finished trajectory touches no obstacle, stays on the road, gets to its end, and can be driven from
+    /// step `reaction` on.
+    pub fn verify(&self, avoidance: &EvasiveTrajectory, reaction: i64) -> bool {
+        let driver = self.closed.driver();
+        let drive = &avoidance.drive;
+        let mut look = Look::new(driver, self.scenario, self.goal_from);
+        let mut goal = None;
+        for (step, state) in &drive.states {
+            match look.at(*step, state) {
+                Some(Outcome::Goal(_)) => goal = Some(*step),
+                Some(_) => return false,
+                None => {}
+            }
+        }
+        let end = drive.states.last().map(|(step, _)| *step);
+        let arrived = end.is_some_and(|end| end >= self.last) || goal == end;
+        // The unchanged drive may be over before: then there is nothing to avoid.
+        let over = avoidance.found == Finder::Unchanged;
+        let changed = drive.states.iter().filter(|(step, _)| *step >= reaction);
+        let changed: Vec<VehicleState> = changed.map(|(_, state)| *state).collect();
+        let check = Feasibility::new(*driver.limits(), driver.dt());
+        (arrived || over)
+            && check.states(reaction, &changed).is_ok()
+            && (over || self.can_go_on(drive))
+    }
+
+    /// Whether an ego that ends here does not end right before a bumper: straight on, with one of a few accelerations,
+    /// no obstacle is touched for a while.
+    fn can_go_on(&self, drive: &Rollout) -> bool {
+        let Some((end, state)) = drive.states.last() else {
+            return false;
+        };
+        let driver = self.closed.driver();
+        let (dt, limits, without) = (driver.dt(), driver.limits(), driver.settings().without);
+        let later = (GOING_ON / dt).round() as i64;
+        let start = state.centre(limits);
+        GOING_ON_WITH.iter().any(|acceleration| {
+            let (mut s, mut v, mut before) = (0.0, start.velocity, start.pose);
+            (1..=later).all(|k| {
+                let next = (v + acceleration * dt).clamp(0.0, limits.speed);
+                s += f64::midpoint(v, next) * dt;
+                v = next;
+                let pose = Pose {
+                    position: start.pose.position + start.pose.forward() * s,
+                    ..start.pose
+                };
+                let body = driver.road().body().at(pose);
+                let was = Some(std::mem::replace(&mut before, pose));
+                Collision::first(self.scenario, &body, was, end + k, without).is_none()
+            })
+        })
+    }
+}
+
+/// An evasive manoeuvre that a driver begins and holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EvasiveManoeuvre {
+    /// Acceleration along the heading, m/s²; negative for braking. Bounded by the friction that steering leaves.
+    pub acceleration: f64,
+    /// The speed (m/s) at which braking or accelerating ends.
+    pub until: f64,
+    /// The target offset from the path, metres to the left.
+    pub offset: f64,
+    /// The share of the friction that steering may take, 0 to 1.
+    pub grip: f64,
+}
+
+/// Integration substeps per step.
+const PARTS: usize = 16;
+
+/// Share of the limits to use, since the exact check comes afterwards.
+const SHARE: f64 = 0.995;
+
+/// Time constant of the heading (s), and a distance added to the one covered in it (m).
+const TURNING: f64 = 0.25;
+const AT_LEAST: f64 = 1.0;
+
+/// The offset is corrected over this multiple of the turning distance.
+const SLOWER: f64 = 2.5;
+
+/// Range around the last arc length in which the path is projected on, metres.
+const MANOEUVRE_REACH: f64 = 15.0;
+
+impl EvasiveManoeuvre {
+    /// The state one step of `dt` seconds later, with constant inputs; `None` past the end of the path. `hint` is the
+    /// arc length (m) along the path.
+    pub(super) fn step(
+        &self,
+        at: &VehicleState,
+        guide: &ReferenceTrack,
+        hint: &mut Option<f64>,
+        limits: &Limits,
+        dt: f64,
+    ) -> Option<VehicleState> {
+        let v = at.velocity.max(0.0);
+        let most = self.grip * SHARE * limits.acceleration / (v * v).max(1.0);
+        let most = most.min(SHARE * limits.curvature());
+        // A standing vehicle does not steer.
+        let wanted = if v > 0.0 {
+            self.curvature(at, guide, hint, most)?
+        } else {
+            at.curvature
+        };
+        let angle = limits.steering_of(at.curvature);
+        let fastest = SHARE * limits.steering_rate;
+        let turn = (limits.steering_of(wanted.clamp(-most, most)) - angle) / dt;
+        let rate = turn.clamp(-fastest, fastest);
+        let end = (angle + rate * dt).tan() / limits.wheelbase;
+        let acceleration = self.along(at, end, limits, dt);
+        let part = dt / PARTS as f64;
+        let rear = at.rear;
+        let (mut x, mut y, mut heading) = (rear.position.x, rear.position.y, rear.heading);
+        for i in 0..PARTS {
+            let t = (i as f64 + 0.5) * part;
+            let speed = v + acceleration * t;
+            let curvature = (angle + rate * t).tan() / limits.wheelbase;
+            let middle = heading + speed * curvature * part / 2.0;
+            x += speed * part * middle.cos();
+            y += speed * part * middle.sin();
+            heading += speed * curvature * part;
+        }
+        let velocity = (v + acceleration * dt).max(0.0);
+        Some(VehicleState {
+            rear: Pose::new(x, y, normalize_angle(heading)),
+            velocity,
+            acceleration: if velocity > 0.0 { acceleration } else { 0.0 },
+            curvature: end,
+        })
+    }
+
+    /// Acceleration along the heading while the curvature changes to `end`, m/s².
+    fn along(&self, at: &VehicleState, end: f64, limits: &Limits, dt: f64) -> f64 {
+        let v = at.velocity.max(0.0);
+        let towards = (self.until - v) / dt;
+        let wanted = if self.acceleration < 0.0 {
+            self.acceleration.max(towards.min(0.0))
+        } else {
+            self.acceleration.min(towards.max(0.0))
+        };
+        let faster = v + wanted.max(0.0) * dt;
+        let across = faster * faster * at.curvature.abs().max(end.abs());
+        let room = (SHARE * limits.acceleration).powi(2) - across * across;
+        let room = room.max(0.0).sqrt();
+        let forward = (SHARE * limits.forward(faster)).min((limits.speed - v).max(0.0) / dt);
+        wanted.clamp(-room.min(v / dt), room.min(forward))
+    }
+
+    /// The curvature (1/m) that leads to the offset, at most `most`.
+    ///
+    /// From the target heading, half of `most` suffices to straighten up before the offset is passed.
+    fn curvature(
+        &self,
+        at: &VehicleState,
+        guide: &ReferenceTrack,
+        hint: &mut Option<f64>,
+        most: f64,
+    ) -> Option<f64> {
+        let path = &guide.path;
+        let near = match *hint {
+            Some(s) => path.project_near(&at.rear.position, s, MANOEUVRE_REACH),
+            None => path.project(&at.rear.position),
+        };
+        let on = near.ok()?;
+        *hint = Some(on.s);
+        let point = path.at(on.s);
+        let way = at.velocity * TURNING + AT_LEAST;
+        let off = self.offset - on.d;
+        let aim = (off.abs() / (SLOWER * way)).min((most * off.abs()).sqrt());
+        let turn = aim.copysign(off) - normalize_angle(at.rear.heading - point.heading);
+        let stretch = (1.0 - point.curvature * on.d).max(0.1);
+        Some(point.curvature / stretch + turn / way)
+    }
 }

@@ -4,69 +4,50 @@
 //! then plans anew against it, since a collision with a recorded ego proves nothing.
 
 mod attack;
-mod attack_context;
 pub mod attacker;
-mod capability;
 mod certificate;
 mod change;
 mod closed_loop_screening;
 mod effect;
 mod effort;
-mod evasive_manoeuvre;
-mod evasive_review;
 mod evasive_search;
 mod gate;
-mod joint_change;
 pub mod manoeuvre;
-mod manoeuvre_space;
 pub mod motion;
 mod plausibility;
 mod refusal;
-mod refusal_summary;
 mod repair;
 mod screening;
 mod search;
-mod search_result;
-mod select_attack;
 mod staging;
-mod style;
-mod surrogate;
 #[cfg(test)]
 mod tests;
 mod tracking;
 mod variant;
 mod variant_document;
 mod variant_generator;
-mod waypoints;
 mod wish;
 
-pub use attack::{Attack, AttackSetup, SAME_PLACE, SAME_SPEED};
-pub use attack_context::AttackContext;
-pub use capability::Capability;
+pub use attack::{Attack, AttackContext, AttackSetup, SAME_PLACE, SAME_SPEED};
+pub use attacker::Capability;
 pub use certificate::{
-    Avoidability, Certificate, DELAYS, EvasiveTrajectory, Finder, NotFound, SearchEffort,
-    Unavoidable,
+    Avoidability, Certificate, DELAYS, EvasiveReview, EvasiveTrajectory, Finder, NotFound,
+    SearchEffort, Unavoidable,
 };
-pub use change::{Change, ChangeError};
+pub use change::{Change, ChangeError, JointChange, MOST_ATTACKERS};
 pub use closed_loop_screening::{Baseline, ClosedLoop, NEAR_MISS, StagedDrive};
-pub use effect::{AttackerEffect, Consequence, Effect, RiskCurve};
-pub use effort::Effort;
-pub use evasive_manoeuvre::EvasiveManoeuvre;
-pub use evasive_review::EvasiveReview;
+pub use effect::{AttackerEffect, Consequence, Effect, RiskCurve, SelectedAttack, choose};
+pub use effort::{Effort, Progress, SearchResult};
+pub use evasive_search::EvasiveManoeuvre;
 pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
-pub use joint_change::{JointChange, MOST_ATTACKERS};
 pub use nearmiss_scene::scenario::HumanLimits;
 pub use plausibility::{MotionQuantity, MotionSamples, Plausibility, RecordedMotions};
-pub use refusal::{Reason, Refusal};
-pub use refusal_summary::{RefusalSummary, summarize};
+pub use refusal::{Reason, Refusal, RefusalSummary, summarize};
 pub use repair::{AdmittedAttack, FARTHEST, Repair, admit};
 pub use screening::OpenLoopScreening;
 pub use search::search_until;
-pub use search_result::{Progress, SearchResult};
-pub use select_attack::{SelectedAttack, choose};
-pub use style::AttackStyle;
 pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles, attacked_planner};
 pub use variant_document::{asked, attacker as attacker_document, refusal};
 pub use variant_generator::{GeneratorError, SearchEvent, Selection, VariantGenerator};
-pub use wish::{AllowedAttacks, AttackPlace, Wish};
+pub use wish::{AllowedAttacks, AttackPlace, AttackStyle, Wish};

@@ -7,7 +7,6 @@ use super::manoeuvre::Plan;
 use super::motion::{self, follow};
 use super::{
     Attack, AttackContext, AttackSetup, Capability, Change, OpenLoopScreening, Reason, Refusal,
-    waypoints,
 };
 use crate::planner::Bound;
 use nearmiss_base::geometry::angle_between;
@@ -149,7 +148,7 @@ fn through(
     points: &[Waypoint],
 ) -> Result<AdmittedAttack, Vec<Refusal>> {
     let asked = Motion::Waypoints(points.to_vec());
-    let given = waypoints::as_given(ground.stage, obstacle, points)?;
+    let given = motion::through_waypoints(ground.stage, obstacle, points)?;
     let Err(mut refused) = ground.gate.check(&given, None) else {
         let attack = ground.attack(asked, given).map_err(|refusal| vec![refusal]);
         return attack.map(|attack| AdmittedAttack {
@@ -163,7 +162,7 @@ fn through(
     let from = given.motions[0].0;
     let plan = Plan {
         from,
-        wanted: motion::as_given(&given.motions),
+        wanted: motion::targets_of(&given.motions),
     };
     let driven = match follow(ground.stage, obstacle, from, &plan) {
         Ok(driven) => driven,

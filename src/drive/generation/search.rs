@@ -8,19 +8,19 @@
 //! that only brakes, and drives the ego against the most promising ones, first coarsely. What worked is sampled more
 //! often, and what lies between an attack that cannot be survived and a harmless one is driven in any case. A search that
 //! found nothing ends with small changes of what came nearest. The same seed gives the same attacks.
+//!
+//! The end of a search that found nothing: small changes of what came nearest.
+//!
+//! An evolution strategy with one parent, whose step follows its success (Rechenberg, Evolutionsstrategie, 1973): how near
+//! an attacker comes depends smoothly on a manoeuvre's numbers, while what was drawn at large leaves wide gaps.
 
-mod draw;
-mod polish;
-
-use draw::draw;
+use nearmiss_scene::verdict::{Manoeuvre, Motion};
 use rayon::prelude::*;
 
 use super::attack::{Attack, AttackSetup};
-use super::attacker;
-use super::manoeuvre_space::{ManoeuvreSpace, Numbers};
-use super::surrogate::{self, Trial};
-use super::{AllowedAttacks, Effort, Progress, Refusal, SearchResult, motion};
-use nearmiss_scene::verdict::{Manoeuvre, Motion};
+use super::manoeuvre::{ManoeuvreSpace, Numbers};
+use super::screening::{self, Trial};
+use super::{AllowedAttacks, Effort, Progress, Refusal, SearchResult, attacker, motion};
 
 /// An attack of this cost is as good as one can be: a collision that a good driver survives.
 const BEST: f64 = -3.0;
@@ -240,8 +240,8 @@ impl Search<'_> {
         random: &mut fastrand::Rng,
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> bool {
-        let elite = surrogate::elite(&self.arms, &self.tried);
-        let mut asked = surrogate::between(&self.arms, &self.tried, BETWEEN.min(count));
+        let elite = screening::elite(&self.arms, &self.tried);
+        let mut asked = screening::between(&self.arms, &self.tried, BETWEEN.min(count));
         let between = asked.len();
         let more = count - asked.len();
         let live = self.live();
@@ -321,7 +321,7 @@ impl Search<'_> {
         apart: f64,
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> bool {
-        let chosen = surrogate::promising(&self.arms, &self.tried, drives, apart);
+        let chosen = screening::promising(&self.arms, &self.tried, drives, apart);
         self.drive_all(chosen, watch)
     }
 
@@ -380,5 +380,137 @@ impl Search<'_> {
                 break;
             }
         }
+    }
+}
+
+/// The share of later draws that goes to all arms alike.
+const EXPLORE: f64 = 0.4;
+
+/// How much more often is drawn around what is better by 1.
+const SHARPNESS: f64 = 2.0;
+
+/// What is to be tried: in the first round of all `live` arms alike, later mostly around what did well, within a share
+/// of its spread.
+fn draw(
+    arms: &[ManoeuvreSpace],
+    live: &[usize],
+    elite: &[(f64, &Trial)],
+    (count, first, spread): (usize, bool, f64),
+    random: &mut fastrand::Rng,
+) -> Vec<(usize, Numbers)> {
+    let best = elite.first().map_or(0.0, |(cost, _)| *cost);
+    let weights: Vec<f64> = { elite.iter() }
+        .map(|(cost, _)| (SHARPNESS * (best - cost)).exp())
+        .collect();
+    let total: f64 = weights.iter().sum();
+    (0..count)
+        .map(|i| {
+            if elite.is_empty() || random.f64() < EXPLORE {
+                let arm = live[if first {
+                    i % live.len()
+                } else {
+                    random.usize(..live.len())
+                }];
+                return (arm, arms[arm].sample(random));
+            }
+            let mut left = random.f64() * total;
+            let chosen = weights.iter().position(|w| {
+                left -= w;
+                left <= 0.0
+            });
+            let (_, parent) = elite[chosen.unwrap_or(0)];
+            let around = arms[parent.arm].around(&parent.numbers, spread, random);
+            (parent.arm, around)
+        })
+        .collect()
+}
+
+/// What came nearest by so many arms is changed, and so often.
+const PARENTS: usize = 2;
+const GENERATIONS: usize = 6;
+
+/// Motions that are driven in a generation, of at most so many that are asked for: some do not pass the gate.
+const CHILDREN: usize = 4;
+const ASKED: usize = 12;
+
+/// What costs more is too far off for small changes.
+const NEAR: f64 = 2.0;
+
+/// The first step, as a share of an arm's spread; what it becomes after a success and a failure.
+const STEP: f64 = 0.3;
+const LONGER: f64 = 1.3;
+const SHORTER: f64 = 0.6;
+
+impl Search<'_> {
+    /// Changes what came nearest, until a good driver survives an attack or enough was done.
+    fn polish(
+        &mut self,
+        effort: &Effort,
+        random: &mut fastrand::Rng,
+        watch: &mut dyn FnMut(Progress) -> bool,
+    ) {
+        for mut parent in self.parents() {
+            let mut step = STEP;
+            for _ in 0..GENERATIONS {
+                if self.is_survived() || self.found.work >= self.wanted.work {
+                    return;
+                }
+                let left = effort.candidates.saturating_sub(self.found.candidates);
+                let children = self.children(parent, (step, left), random, watch);
+                if !self.drive_all(children.clone(), watch) || (self.stop)() {
+                    return;
+                }
+                self.look(effort.delay);
+                let cost = |&i: &usize| self.tried[i].attack.cost();
+                let best = children
+                    .into_iter()
+                    .min_by(|a, b| cost(a).total_cmp(&cost(b)));
+                match best.filter(|best| cost(best) < cost(&parent)) {
+                    Some(best) => (parent, step) = (best, step * LONGER),
+                    None => step *= SHORTER,
+                }
+            }
+        }
+    }
+
+    /// What came nearest without an effect, one of an arm.
+    fn parents(&self) -> Vec<usize> {
+        let tried = self.tried.iter().enumerate();
+        let mut near: Vec<(usize, f64)> = tried
+            .filter(|(_, t)| t.attack.effect.is_some() && !t.attack.has_effect())
+            .map(|(i, t)| (i, t.attack.cost()))
+            .filter(|(_, cost)| *cost <= NEAR)
+            .collect();
+        near.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let mut parents: Vec<usize> = Vec::new();
+        for (i, _) in near {
+            let arm = self.tried[i].arm;
+            if parents.len() < PARENTS && parents.iter().all(|&p| self.tried[p].arm != arm) {
+                parents.push(i);
+            }
+        }
+        parents
+    }
+
+    /// Places of new motions a step from `parent`, for which no more than `left` are tried.
+    fn children(
+        &mut self,
+        parent: usize,
+        (step, left): (f64, usize),
+        random: &mut fastrand::Rng,
+        watch: &mut dyn FnMut(Progress) -> bool,
+    ) -> Vec<usize> {
+        let (arm, numbers) = (self.tried[parent].arm, self.tried[parent].numbers);
+        let first = self.tried.len();
+        for _ in 0..ASKED.min(left) / CHILDREN {
+            let asked: Vec<(usize, Numbers)> = (0..CHILDREN)
+                .map(|_| (arm, self.arms[arm].around(&numbers, step, random)))
+                .collect();
+            let goes_on = self.make_all(&asked, 0, watch);
+            if !goes_on || self.tried.len() >= first + CHILDREN {
+                break;
+            }
+        }
+        (first..self.tried.len()).take(CHILDREN).collect()
     }
 }

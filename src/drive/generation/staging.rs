@@ -13,8 +13,8 @@
 //! before a survivable near miss, before one that is not survived) and if without any one of the attackers the others come
 //! to a less bad outcome.
 
+use super::effect::Rank;
 use super::search::{Wanted, search_on};
-use super::select_attack::Rank;
 use super::{
     AllowedAttacks, Attack, AttackContext, AttackSetup, AttackStyle, Effect, Effort, Gate,
     Progress, SearchEvent, SearchResult, SelectedAttack, Selection, StagedDrive, VariantGenerator,

@@ -13,7 +13,7 @@ use nearmiss_formats::commonroad::{
     self, NewFile, SaveError, SolutionError, WriteError, write_solution,
 };
 use nearmiss_formats::write_recording;
-use nearmiss_scene::scenario::benchmark_id::other_traffic;
+use nearmiss_scene::scenario::identity::other_traffic;
 use nearmiss_scene::scenario::{Scenario, VehicleModel};
 use nearmiss_scene::verdict::Motion;
 

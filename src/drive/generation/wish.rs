@@ -1,10 +1,12 @@
-//! What an attack is wished to be: who attacks, with which manoeuvre, and from where.
+//! What an attack is wished to be: who attacks, with which manoeuvre, from where, and how attackers move.
 
-use super::AttackContext;
-use super::attacker::{Candidate, LOOKAHEAD};
 use nearmiss_base::geometry::{Placed, Point, angle_between};
-use nearmiss_scene::scenario::ObstacleType;
+use nearmiss_scene::scenario::{HumanLimits, ObstacleType};
 use nearmiss_scene::verdict::ManoeuvreKind;
+
+use super::attacker::{Candidate, LOOKAHEAD};
+use super::{AttackContext, Capability};
+use crate::planner::Limits;
 
 /// A wish; what is empty may be anything.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -223,4 +225,66 @@ fn is_hidden(stage: &AttackContext<'_>, id: i64, (from, to): (Point, Point), ste
                 (middle - from).norm() <= far + reach && between(&body)
             })
     })
+}
+
+/// The limits that attackers keep.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum AttackStyle {
+    /// Those of people, by kind of road user; see [`HumanLimits`].
+    #[default]
+    Human,
+    /// Those of the vehicle.
+    Limit,
+}
+
+impl AttackStyle {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Human, Self::Limit];
+
+    /// Its name in options and documents.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Human => "human",
+            Self::Limit => "limit",
+        }
+    }
+
+    /// The style of this name.
+    #[must_use]
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|style| style.name() == name)
+    }
+}
+
+impl std::fmt::Display for AttackStyle {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What squared jerks of people cost: 2 m/s³ as much as 0.2 m off the way.
+const JERK_COST: f64 = 1e-2;
+
+impl Capability {
+    /// What is left of it to a person who keeps these limits.
+    #[must_use]
+    pub fn of_person(self, person: &HumanLimits) -> Self {
+        let limits = &self.limits;
+        Self {
+            limits: Limits {
+                acceleration: limits.acceleration.min(person.braking),
+                steering: limits
+                    .steering
+                    .min((limits.wheelbase / person.radius).atan()),
+                speed: limits.speed.min(person.speed),
+                ..*limits
+            },
+            jerk: self.jerk.min(person.jerk),
+            jerk_cost: JERK_COST,
+            speeding_up: self.speeding_up.min(person.speeding_up),
+            lateral: self.lateral.min(person.lateral),
+            ..self
+        }
+    }
 }

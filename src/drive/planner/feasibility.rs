@@ -4,16 +4,18 @@
 //! constant over the step and within its limits. Tolerances are those of `commonroad-drivability-checker` 2025.4.0
 //! (`position_orientation_feasibility_criteria`). One difference: there an optimiser searches inputs that reach the
 //! next place; here the inputs are those that also reach the next speed and steering angle.
-
-mod steering;
-mod step;
+//!
+//! One step of the kinematic single-track model, integrated.
+//!
+//! Source: Althoff and Würsching, CommonRoad: Vehicle Models (2020), section III. The inputs are constant over the
+//! step.
 
 use std::cmp::Ordering;
 
-use self::step::{Moment, Turn, simulate};
-use super::{Limits, VehicleState};
-use nearmiss_base::geometry::{Pose, angle_between};
+use nearmiss_base::geometry::{Pose, Vector, angle_between};
 use nearmiss_scene::scenario::Track;
+
+use super::{Limits, VehicleState};
 
 /// Bounds that every step of a trajectory must keep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -236,7 +238,7 @@ impl Feasibility {
                 velocity: motion.velocity,
             })
             .collect();
-        let turns = steering::estimate(&moments, &self.limits, self.dt, self.tolerance.rounding);
+        let turns = estimate(&moments, &self.limits, self.dt, self.tolerance.rounding);
         self.run(&moments, &turns, 0.0)
     }
 
@@ -354,7 +356,7 @@ impl Violations<'_> {
         let (friction, most) = match turn.across {
             Some(across) => (
                 acceleration.hypot(across),
-                limits.acceleration * (1.0 + steering::ESTIMATE),
+                limits.acceleration * (1.0 + ESTIMATE),
             ),
             None => (reached.friction, limits.acceleration),
         };
@@ -382,3 +384,199 @@ impl Violations<'_> {
 
 /// So little of driving backwards is rounding, m/s.
 const BACKWARDS: f64 = 1e-3;
+
+/// A shorter step says nothing about the steering angle, metres.
+const STANDING: f64 = 0.01;
+
+/// The mean of a tangent is not the tangent of the mean: what is estimated from means may exceed a limit by this share.
+const ESTIMATE: f64 = 0.02;
+
+/// The mean steering angle of a step.
+#[derive(Debug, Clone, Copy)]
+struct Mean {
+    /// Radians.
+    angle: f64,
+    /// When the wheels stood like this, if they turned evenly; seconds from the first step.
+    at: f64,
+    /// Seconds from the first step to the beginning of this one.
+    from: f64,
+    /// How much of the angle may be rounding, radians.
+    slack: f64,
+}
+
+/// How the wheels are turned in each of the steps between `moments`.
+fn estimate(moments: &[Moment], limits: &Limits, dt: f64, rounding: f64) -> Vec<Turn> {
+    let means: Vec<Option<Mean>> = moments
+        .windows(2)
+        .map(|pair| {
+            let from = (pair[0].step - moments[0].step) as f64 * dt;
+            mean(&pair[0], &pair[1], from, limits, dt, rounding)
+        })
+        .collect();
+    // The change to each step from the last one before it that is known, rad/s, and its slack.
+    let mut rates: Vec<Option<(f64, f64)>> = Vec::with_capacity(means.len());
+    let mut known: Option<Mean> = None;
+    for mean in &means {
+        rates.push(known.zip(*mean).map(|(before, now)| {
+            let time = now.at - before.at;
+            let rate = (now.angle - before.angle) / time;
+            let slack = (now.slack + before.slack) / time + ESTIMATE * limits.steering_rate;
+            (rate, slack)
+        }));
+        known = mean.or(known);
+    }
+    let most = limits.steering_rate;
+    let mut held = 0.0;
+    (0..means.len())
+        .map(|k| {
+            let around = [Some(&rates[k]), rates.get(k + 1)];
+            let around: Vec<f64> = around
+                .into_iter()
+                .flatten()
+                .flatten()
+                .map(|(rate, _)| *rate)
+                .collect();
+            let sum: f64 = around.iter().sum();
+            let rate = (sum / around.len().max(1) as f64).clamp(-most, most);
+            let (needed_rate, rate_slack) = rates[k].map_or((0.0, 0.0), |(r, s)| (r.abs(), s));
+            let (from, to) = (&moments[k], &moments[k + 1]);
+            let turned = angle_between(from.rear.heading, to.rear.heading);
+            let across = f64::midpoint(from.velocity, to.velocity) * turned / dt;
+            let Some(mean) = means[k] else {
+                return Turn {
+                    angle: held,
+                    rate: 0.0,
+                    needed_angle: 0.0,
+                    needed_rate,
+                    angle_slack: 0.0,
+                    rate_slack,
+                    across: Some(across),
+                };
+            };
+            held = mean.angle;
+            Turn {
+                angle: mean.angle - rate * (mean.at - mean.from),
+                rate,
+                needed_angle: mean.angle.abs(),
+                needed_rate,
+                angle_slack: mean.slack,
+                rate_slack,
+                across: Some(across),
+            }
+        })
+        .collect()
+}
+
+/// The mean angle between two moments; nothing where they are too close together, or not one step apart.
+fn mean(
+    from: &Moment,
+    to: &Moment,
+    seconds: f64,
+    limits: &Limits,
+    dt: f64,
+    rounding: f64,
+) -> Option<Mean> {
+    let chord = (to.rear.position - from.rear.position).norm();
+    if chord < STANDING || to.step - from.step != 1 {
+        return None;
+    }
+    let turned = angle_between(from.rear.heading, to.rear.heading);
+    let half = turned / 2.0;
+    let length = if half.abs() > 1e-6 {
+        chord * half / half.sin()
+    } else {
+        chord
+    };
+    // Heading is gained by length: the mean stands where half of the speed's weight is.
+    let (v0, v1) = (from.velocity.max(0.0), to.velocity.max(0.0));
+    let share = if v0 + v1 > 0.0 {
+        (v0 / 2.0 + (v1 - v0) / 3.0) / f64::midpoint(v0, v1)
+    } else {
+        0.5
+    };
+    Some(Mean {
+        angle: limits.steering_of(turned / length),
+        at: seconds + share * dt,
+        from: seconds,
+        slack: 2.0 * rounding * (limits.wheelbase + 1.0) / length,
+    })
+}
+
+/// A place of the rear axle with its speed.
+#[derive(Debug, Clone, Copy)]
+struct Moment {
+    pub step: i64,
+    pub rear: Pose,
+    /// m/s along the heading.
+    pub velocity: f64,
+}
+
+/// Steering over a step: the integrated angle and rate, and the ones needed.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    /// Steering angle at the beginning (rad) and its rate (rad/s), as they are integrated.
+    pub angle: f64,
+    pub rate: f64,
+    /// Values compared with the limits, rad and rad/s.
+    pub needed_angle: f64,
+    pub needed_rate: f64,
+    /// How much of that may be rounding, rad and rad/s.
+    pub angle_slack: f64,
+    pub rate_slack: f64,
+    /// The mean acceleration across (m/s²) where the steering angle on the way is not known, only its mean.
+    pub across: Option<f64>,
+}
+
+/// State reached by the inputs.
+#[derive(Debug, Clone, Copy)]
+struct Reached {
+    pub rear: Pose,
+    /// The largest acceleration along and across together on the way, m/s².
+    pub friction: f64,
+}
+
+/// Runge–Kutta steps within a step.
+const PARTS: usize = 8;
+
+/// Beyond this steering angle (rad) the model turns on the spot; no vehicle's limit comes near.
+const SIDEWAYS: f64 = 1.5;
+
+/// Place and heading.
+type State = (Vector, f64);
+
+/// Drives for `dt` seconds with constant `acceleration` (m/s²) and steering rate.
+fn simulate(from: &Moment, acceleration: f64, turn: &Turn, wheelbase: f64, dt: f64) -> Reached {
+    let speed = |t: f64| from.velocity + acceleration * t;
+    let yaw_rate = |t: f64| {
+        let angle = (turn.angle + turn.rate * t).clamp(-SIDEWAYS, SIDEWAYS);
+        speed(t) * angle.tan() / wheelbase
+    };
+    let slope = |t: f64, (_, heading): State| -> State {
+        let (sin, cos) = heading.sin_cos();
+        (Vector::new(cos, sin) * speed(t), yaw_rate(t))
+    };
+    let add = |(p, h): State, (dp, dh): State, by: f64| -> State { (p + dp * by, h + dh * by) };
+    let needed = |t: f64| acceleration.hypot(speed(t) * yaw_rate(t));
+    let part = dt / PARTS as f64;
+    // Relative to where it begins: coordinates of maps are large.
+    let mut at: State = (Vector::zeros(), from.rear.heading);
+    let mut friction = needed(0.0);
+    for i in 0..PARTS {
+        let t = i as f64 * part;
+        let k1 = slope(t, at);
+        let k2 = slope(t + part / 2.0, add(at, k1, part / 2.0));
+        let k3 = slope(t + part / 2.0, add(at, k2, part / 2.0));
+        let k4 = slope(t + part, add(at, k3, part));
+        for (k, weight) in [(k1, 1.0), (k2, 2.0), (k3, 2.0), (k4, 1.0)] {
+            at = add(at, k, weight * part / 6.0);
+        }
+        friction = friction.max(needed(t + part));
+    }
+    Reached {
+        rear: Pose {
+            position: from.rear.position + at.0,
+            heading: at.1,
+        },
+        friction,
+    }
+}

@@ -1,17 +1,16 @@
-//! One planning cycle: sample, evaluate, select; and the fallback when no candidate is left.
+//! One planning cycle: sample, evaluate, select; the fallback when no candidate is left; what the cycle looked at.
 
-use super::cancel::Cancel;
-use super::candidate::{Candidate, Cost, Rejection};
-use super::close_traffic::CloseTraffic;
-use super::evaluate::{Allowed, CLEAR, Judge};
-use super::lateral::{Lateral, Start};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::evaluate::{Allowed, CLEAR, Candidate, Cost, Judge, Rejection};
 use super::lower_bound::Ways;
-use super::motion::{Moved, Station};
 use super::obligation::StopMemory;
 use super::pace::{Hold, Pace};
-use super::place::place;
-use super::profile::Profile;
+use super::profile::{Lateral, Profile, Start};
 use super::samples::{FASTER, Level, Sampler};
+use super::state::{Moved, Station, place, state};
+use super::traffic::CloseTraffic;
 use super::{Emergency, Limits, ReferenceTrack, Road, Settings, Traffic, VehicleState};
 
 /// Decision of a planning cycle.
@@ -360,5 +359,99 @@ impl<'a> Planner<'a> {
     pub(super) fn leaves_road(&self, candidate: &Candidate) -> Option<usize> {
         let states = self.moments(candidate).map(|m| m.whole());
         self.road.left_at(states, &self.limits)
+    }
+}
+
+impl Planner<'_> {
+    pub(super) fn moments<'b>(
+        &'b self,
+        candidate: &'b Candidate,
+    ) -> impl Iterator<Item = Moved> + 'b {
+        let steps = self.steps();
+        let stations = &self.stations[candidate.profile * (steps + 1)..][..=steps];
+        let (now, dt) = (self.now, self.dt);
+        let now = now.as_ref().map(Moved::from_state);
+        stations
+            .iter()
+            .enumerate()
+            .map_while(move |(i, at)| match now {
+                // The present is given, and not to be rounded.
+                Some(now) if i == 0 => Some(now),
+                _ => state(at, candidate.lateral.at(i as f64 * dt, at.s)),
+            })
+    }
+
+    /// Arc length of a candidate at a step from now, metres.
+    pub(super) fn arc_length_at(&self, candidate: &Candidate, step: usize) -> Option<f64> {
+        let place = candidate.profile * (self.steps() + 1) + step;
+        self.stations.get(place).map(|at| at.s[0])
+    }
+
+    /// The states of one of [`Self::candidates`], one a step, up to where the path's coordinates end.
+    #[must_use]
+    pub fn states_of(&self, candidate: &Candidate) -> Vec<VehicleState> {
+        let mut states: Vec<VehicleState> = self.moments(candidate).map(|m| m.whole()).collect();
+        if let (Some(first), Some(now)) = (states.first_mut(), self.now) {
+            *first = now;
+        }
+        states
+    }
+
+    /// The candidates of the last cycle.
+    #[must_use]
+    pub fn candidates(&self) -> &[Candidate] {
+        &self.candidates
+    }
+
+    pub(super) fn summary(
+        &self,
+        wanted: f64,
+        refinements: usize,
+        emergency: Option<Emergency>,
+    ) -> Plan {
+        let mut rejected: Vec<(&'static str, usize)> = Vec::new();
+        for (_, why) in self.candidates.iter().filter_map(|c| c.rejected) {
+            let name = why.name();
+            match rejected.iter_mut().find(|(n, _)| *n == name) {
+                Some((_, count)) => *count += 1,
+                None => rejected.push((name, 1)),
+            }
+        }
+        let out: usize = rejected.iter().map(|(_, n)| n).sum();
+        Plan {
+            states: Vec::new(),
+            candidates: self.candidates.len(),
+            feasible: self.candidates.len() - out,
+            rejected,
+            refinements,
+            wanted,
+            cost: Cost::default(),
+            emergency,
+            hold: self.hold,
+        }
+    }
+}
+
+/// A wish that planning ends early, shared between the planner and the code that waits for it.
+#[derive(Debug, Clone, Default)]
+pub struct Cancel(Arc<AtomicBool>);
+
+impl Cancel {
+    /// The wish that `flag` stands for.
+    #[must_use]
+    pub fn from_flag(flag: &Arc<AtomicBool>) -> Self {
+        Self(Arc::clone(flag))
+    }
+
+    /// Asks for it.
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether planning is to end: what comes out of it then is not whole, and is to be dropped.
+    #[must_use]
+    #[inline]
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
     }
 }

@@ -1,8 +1,7 @@
 //! Sampling: durations, final speeds and positions along the path, offsets across it.
 
-use super::lateral::Start;
 use super::pace::StopAhead;
-use super::profile::Profile;
+use super::profile::{Profile, Start};
 use super::{Limits, Polynomial, ReferenceTrack, Sampling, Settings, Traffic};
 
 /// The three ranges of one level of refinement.

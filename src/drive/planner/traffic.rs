@@ -1,7 +1,12 @@
-//! Predicted bodies by time: oriented boxes at each step of the horizon.
+//! What is in the way: predicted bodies by time, those near a profile, occupancy sets, and the edge of the road.
 
-use super::forecast_cache::Hypothesis;
-use nearmiss_base::geometry::{Footprint, Pose, Vector};
+use nearmiss_base::geometry::{Footprint, Pose, Shape, Vector};
+use nearmiss_scene::scenario::{DrivableArea, LaneletNetwork, Scenario};
+
+use super::evaluate::CLEAR;
+use super::forecast::Hypothesis;
+use super::state::Station;
+use super::{Limits, Settings, VehicleState};
 
 /// One hypothesis about an obstacle's motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -184,4 +189,156 @@ impl Occupied {
         let beside = (dy * self.cos - dx * self.sin).abs() - bw - al * sin - aw * cos;
         forward.max(left).max(theirs).max(beside)
     }
+}
+
+/// Bodies near the stations of a profile, step by step.
+#[derive(Debug, Default)]
+pub(super) struct CloseTraffic {
+    boxes: Vec<Occupied>,
+    /// Where the boxes of each step end.
+    ends: Vec<usize>,
+    /// Candidates faster than this at a step (m/s), or farther beside the path (m), have to look at all.
+    fastest: Vec<f64>,
+    widest: f64,
+}
+
+/// A candidate beside the path is faster than its profile by no more than this share and speed (m/s) but in sharp bends.
+const FASTER: (f64, f64) = (1.1, 0.5);
+
+/// Offsets go beyond the widest one by no more than this but for steep ones, metres.
+const BEYOND: f64 = 0.5;
+
+impl CloseTraffic {
+    /// Takes from `traffic` what candidates along `stations` can meet; what it held is forgotten, its memory is used
+    /// again.
+    ///
+    /// A body is left out if it is too far away to cost a candidate anything wherever that is beside its station, see
+    /// `Judge::meet`: farther behind than bodies that are near, or farther away than one that is followed.
+    pub fn take(
+        &mut self,
+        traffic: &Traffic,
+        stations: &[Station],
+        settings: &Settings,
+        limits: &Limits,
+    ) {
+        self.boxes.clear();
+        self.ends.clear();
+        self.fastest.clear();
+        self.widest = settings.sampling.widest + BEYOND;
+        let aside = self.widest + limits.rear_to_centre;
+        let own = (limits.length / 2.0).hypot(limits.width / 2.0);
+        for (step, at) in stations.iter().enumerate() {
+            let fastest = at.s[1] * FASTER.0 + FASTER.1;
+            let stopping = settings.stopping(fastest);
+            for other in traffic.at(step) {
+                let (dx, dy) = (other.x - at.position.x, other.y - at.position.y);
+                let near = own + other.reach + CLEAR;
+                let ahead = stopping + near;
+                let far = (ahead * ahead + near * near).sqrt() + aside;
+                let along = dx * at.cos + dy * at.sin;
+                if along > -(near + aside) && dx * dx + dy * dy < far * far {
+                    self.boxes.push(*other);
+                }
+            }
+            self.ends.push(self.boxes.len());
+            self.fastest.push(fastest);
+        }
+    }
+
+    /// The bodies at a step that a candidate with this speed (m/s) and offset (m) can meet; `None` where it has to look
+    /// at all.
+    #[inline]
+    pub fn at(&self, step: usize, velocity: f64, offset: f64) -> Option<&[Occupied]> {
+        if velocity > *self.fastest.get(step)? || offset.abs() > self.widest {
+            return None;
+        }
+        let from = match step {
+            0 => 0,
+            _ => self.ends[step - 1],
+        };
+        self.boxes.get(from..self.ends[step])
+    }
+}
+
+/// The area of all lanelets, and the body that has to stay on it.
+#[derive(Debug, Clone)]
+pub struct Road {
+    area: DrivableArea,
+    body: Footprint,
+}
+
+impl Road {
+    /// The road of `network` for a body of these limits' size.
+    ///
+    /// All lanelets count, for whichever users: a pavement that is drawn as a lanelet is road here.
+    #[must_use]
+    pub fn new(network: &LaneletNetwork, limits: &Limits) -> Self {
+        Self {
+            area: network.drivable_area(None),
+            body: Self::body_of(limits),
+        }
+    }
+
+    /// The body of a vehicle of these limits' size, about its centre.
+    #[must_use]
+    pub fn body_of(limits: &Limits) -> Footprint {
+        Footprint::new(Shape::rectangle(limits.length, limits.width))
+            .expect("vehicles have a positive size")
+    }
+
+    /// The body.
+    #[must_use]
+    pub fn body(&self) -> &Footprint {
+        &self.body
+    }
+
+    /// Whether all of the body is on the road.
+    #[must_use]
+    pub fn holds(&self, state: &VehicleState, limits: &Limits) -> bool {
+        self.area.covers(&self.body.at(state.centre(limits).pose))
+    }
+
+    /// The first step at which the body leaves the road after it was on it.
+    pub(super) fn left_at(
+        &self,
+        states: impl Iterator<Item = VehicleState>,
+        limits: &Limits,
+    ) -> Option<usize> {
+        let mut on = false;
+        for (step, state) in states.enumerate() {
+            let holds = self.holds(&state, limits);
+            if on && !holds {
+                return Some(step);
+            }
+            on |= holds;
+        }
+        None
+    }
+}
+
+/// Obstacles that are named; of more the rest is counted.
+const NAMED: usize = 4;
+
+/// Which obstacles of a scenario are given as regions that they may cover (set-based predictions), and what planner and
+/// closed loop make of these, in a sentence; `None` if there is no such obstacle.
+#[must_use]
+pub fn occupancy_sets(scenario: &Scenario) -> Option<String> {
+    let found = scenario.obstacles.iter().filter(|o| o.is_set_based());
+    let found: Vec<i64> = found.map(|o| o.id).collect();
+    let named: Vec<String> = found.iter().take(NAMED).map(i64::to_string).collect();
+    let (who, is) = match (found.len(), named.split_last()) {
+        (_, None) => return None,
+        (1, Some((only, _))) => (format!("obstacle {only}"), "is"),
+        (n, _) if n > NAMED => {
+            let more = n - NAMED;
+            (
+                format!("obstacles {} and {more} more", named.join(", ")),
+                "are",
+            )
+        }
+        (_, Some((last, others))) => (format!("obstacles {} and {last}", others.join(", ")), "are"),
+    };
+    Some(format!(
+        "{who} {is} given as regions (occupancy sets): the planner keeps out of all of each region, whatever it forecasts of others, external planners are not told of them, and contact with one is a possible contact"
+    ))
 }

@@ -1,12 +1,12 @@
-//! Drives of a problem: whole or a stretch of it, watched, controlled, or taking over what another drive has planned.
+//! Drives of a problem: all of it or a stretch, watched, controlled, or taking over what another drive has planned.
 
-use super::{
-    Collision, Control, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, ResumableRollout,
-    Rollout,
-};
-use crate::planner::{Planner, VehicleState};
 use nearmiss_base::geometry::angle_between;
 use nearmiss_scene::scenario::{Motion, Scenario, Track};
+
+use super::{
+    Collision, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, ResumableRollout, Rollout,
+};
+use crate::planner::{Planner, VehicleState};
 
 /// What is wrong with a motion through a scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -160,4 +160,15 @@ impl Driver {
             ..whole
         }
     }
+}
+
+/// What the ego does in the next step of a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Control {
+    /// It follows the planner.
+    Follow,
+    /// It brakes fully along its path: see [`Planner::full_braking`](crate::planner::Planner::full_braking).
+    Brake,
+    /// The drive ends here, and is to be dropped.
+    Stop,
 }

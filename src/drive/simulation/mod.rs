@@ -5,29 +5,21 @@
 
 mod closed_loop;
 mod collision;
-mod control;
 mod drives;
-mod ego;
 mod external;
 mod figures;
-mod look;
-mod outcome;
 mod rollout;
-mod solution;
 mod traffic;
 
 pub use closed_loop::{DriveSpan, Driver, MOST_DRIVEN};
-pub use collision::{Collision, ContactSide};
-pub use control::Control;
-pub use drives::MotionFault;
+pub use collision::{Collision, ContactSide, Look};
+pub use drives::{Control, MotionFault};
 pub use external::{
     Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,
     PlannerError, PlannerFault, ReferencePoint, planner_message_names, planner_message_schema,
 };
 pub use figures::{BeyondVehicle, CollisionKind};
-pub use look::Look;
-pub use outcome::Outcome;
-pub use rollout::{Cycle, DriveError, ResumableRollout, Rollout, Settings};
+pub use rollout::{Cycle, DriveError, Outcome, ResumableRollout, Rollout, Settings};
 pub use traffic::{DrivenTraffic, HitFromBehind, Reaction, TrafficMode};
 
 #[cfg(test)]

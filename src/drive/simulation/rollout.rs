@@ -1,14 +1,19 @@
-//! A drive as data: its request, its steps and how it ended. The loop itself is in `closed_loop`.
+//! A drive as data: its request, its steps, how it ended; as the ego of a scene and as a CommonRoad solution.
 
 use std::time::Duration;
 
-use super::{DrivenTraffic, ExternalReport, Outcome, TrafficMode};
+use nearmiss_base::geometry::Pose;
+use nearmiss_formats::commonroad::{ProblemSolution, Solution, SolutionError};
+use nearmiss_scene::scenario::{
+    Diagnostic, Ego, EgoSource, Header, Motion, PlanningProblem, Sample, Severity, StateField,
+    Track, VehicleModel, VehicleType,
+};
+
+use super::{Collision, DrivenTraffic, ExternalReport, PlannerError, TrafficMode};
 use crate::planner::{
-    self, Forecast, Limits, MOST_STEPS, Memory, Plan, ReferenceTrack, ReferenceTrackError,
+    self, Forecast, Limits, MOST_STEPS, Memory, Plan, ReferenceTrack, ReferenceTrackError, Road,
     VehicleState,
 };
-use nearmiss_base::geometry::Pose;
-use nearmiss_scene::scenario::{Motion, PlanningProblem, Sample, StateField, Track};
 
 /// Settings of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -193,5 +198,101 @@ impl ResumableRollout {
             return None;
         };
         Some((next.step - this.step) as usize)
+    }
+}
+
+/// Outcome of a drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// The goal with this place among the problem's was reached.
+    Goal(usize),
+    /// The ego's body touched an obstacle's.
+    Collision(Collision),
+    /// The last step at which a goal could be reached went by.
+    Timeout,
+    /// The ego's body left the road.
+    OffRoad,
+    /// The vehicle cannot be driven from where it starts.
+    Infeasible,
+    /// The planner's process failed.
+    PlannerError(PlannerError),
+}
+
+impl Outcome {
+    /// Its name on the command line and in tables.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Goal(_) => "goal",
+            Self::Collision(_) => "collision",
+            Self::Timeout => "timeout",
+            Self::OffRoad => "off_road",
+            Self::Infeasible => "infeasible",
+            Self::PlannerError(_) => "planner_error",
+        }
+    }
+}
+
+impl std::fmt::Display for Outcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Goal(_) => f.write_str("goal reached"),
+            Self::Collision(collision) => write!(f, "collision with {collision}"),
+            Self::Timeout => f.write_str("goal not reached in time"),
+            Self::OffRoad => f.write_str("off the road"),
+            Self::Infeasible => f.write_str("no feasible motion"),
+            Self::PlannerError(error) => error.fmt(f),
+        }
+    }
+}
+
+impl Rollout {
+    /// The solution of planning problem `problem` of the scenario with this header: states of `model` for `vehicle`.
+    ///
+    /// # Errors
+    /// The model has states that do not follow from the motion of a body.
+    pub fn solution(
+        &self,
+        header: &Header,
+        problem: i64,
+        model: VehicleModel,
+        vehicle: VehicleType,
+    ) -> Result<Solution, SolutionError> {
+        let solved = ProblemSolution::of_track(&self.track(), self.dt, problem, model, vehicle)?;
+        Ok(Solution::of_problem(header, solved))
+    }
+}
+
+impl Rollout {
+    /// The ego that drove it; nothing where the vehicle has no body.
+    ///
+    /// Its source says that it was planned, by what and under which forecast; how the drive ended is a diagnostic.
+    #[must_use]
+    pub fn ego(&self, problem: &PlanningProblem, settings: &Settings) -> Ego {
+        let outcome = Diagnostic {
+            severity: Severity::Note,
+            line: 0,
+            element: String::new(),
+            message: match &self.external {
+                None => format!("the planned drive ended with: {}", self.outcome),
+                Some(report) => format!(
+                    "the drive planned by {} ended with: {}",
+                    report.planner, self.outcome
+                ),
+            },
+        };
+        Ego {
+            id: problem.id,
+            source: EgoSource::Planned {
+                planner: self.external.as_ref().map(|report| report.named()),
+                vehicle: settings.planner.vehicle.name().into(),
+                forecast: settings.forecast.name().into(),
+                planning_problem: problem.id,
+            },
+            footprint: Road::body_of(&self.limits),
+            track: self.track(),
+            recorded: Vec::new(),
+            diagnostics: vec![outcome],
+        }
     }
 }

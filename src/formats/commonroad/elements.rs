@@ -1,11 +1,10 @@
-//! Small shared elements: points, shapes, references, booleans.
+//! Small shared elements: points, shapes, references, booleans, and the location of a scenario.
 
-use super::builder;
-use super::error::ReadError;
-use super::trucks;
-use super::xml::{Element, Xml, short};
 use nearmiss_base::geometry::{Footprint, Point, Shape};
-use nearmiss_scene::scenario::Severity;
+use nearmiss_scene::scenario::{Environment, GeoTransformation, Location, Severity};
+
+use super::xml::{Element, Xml, short};
+use super::{ReadError, builder, obstacles};
 
 /// Shape groups inside shape groups, deeper than any file needs.
 const DEEPEST_GROUP: usize = 8;
@@ -153,8 +152,8 @@ pub(super) fn push_shape<'a>(
         "rectangle" => rectangle(xml, child)?,
         "circle" => circle(xml, child)?,
         "polygon" => polygon(xml, child)?,
-        "truckShape" => Shape::Truck(trucks::truck(xml, child)?),
-        "semiTrailerTruckShape" => trucks::semi_trailer_truck(xml, child)?,
+        "truckShape" => Shape::Truck(obstacles::truck(xml, child)?),
+        "semiTrailerTruckShape" => obstacles::semi_trailer_truck(xml, child)?,
         // The schema wraps each member of a group in a separate element.
         "shapeGroup" | "absoluteShapeGroup" | "shape" if depth < DEEPEST_GROUP => {
             collect(xml, depth + 1, into)?;
@@ -214,4 +213,74 @@ fn polygon<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Shape, ReadErr
         xml.check_count(element, vertices.len(), "points")?;
     }
     Ok(builder::polygon(vertices))
+}
+
+/// The value that files write for an unknown place id.
+pub(super) const UNKNOWN_ID: i64 = -999;
+/// The value that files write for an unknown latitude or longitude.
+pub(super) const UNKNOWN_DEGREES: f64 = 999.0;
+
+fn degrees<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Option<f64>, ReadError> {
+    let said = xml.optional_number(element)?;
+    Ok(said.filter(|degrees| *degrees != UNKNOWN_DEGREES))
+}
+
+pub(super) fn location(xml: &mut Xml<'_>) -> Result<Location, ReadError> {
+    let mut location = Location::default();
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "geoNameId" => {
+                let id = xml.optional_number(child)?.map(|v| v as i64);
+                location.geo_name_id = id.filter(|id| *id != UNKNOWN_ID);
+            }
+            "gpsLatitude" => location.latitude = degrees(xml, child)?,
+            "gpsLongitude" => location.longitude = degrees(xml, child)?,
+            "geoTransformation" => location.transformation = Some(transformation(xml)?),
+            "environment" => location.environment = Some(environment(xml)?),
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    Ok(location)
+}
+
+fn transformation(xml: &mut Xml<'_>) -> Result<GeoTransformation, ReadError> {
+    let mut found = GeoTransformation::default();
+    while let Some(child) = xml.next()? {
+        match child.name {
+            "geoReference" => {
+                found.reference = Some(xml.text()?.into_owned()).filter(|text| !text.is_empty());
+            }
+            "additionalTransformation" => {
+                while let Some(part) = xml.next()? {
+                    match part.name {
+                        "xTranslation" => found.x = xml.optional_number(part)?,
+                        "yTranslation" => found.y = xml.optional_number(part)?,
+                        "zRotation" => found.rotation = xml.optional_number(part)?,
+                        "scaling" => found.scaling = xml.optional_number(part)?,
+                        _ => xml.skip_unknown(part)?,
+                    }
+                }
+            }
+            _ => xml.skip_unknown(child)?,
+        }
+    }
+    Ok(found)
+}
+
+fn environment(xml: &mut Xml<'_>) -> Result<Environment, ReadError> {
+    let mut found = Environment::default();
+    while let Some(child) = xml.next()? {
+        let word = match child.name {
+            "time" => &mut found.time,
+            "timeOfDay" => &mut found.time_of_day,
+            "weather" => &mut found.weather,
+            "underground" => &mut found.underground,
+            _ => {
+                xml.skip_unknown(child)?;
+                continue;
+            }
+        };
+        *word = Some(xml.text()?.into_owned()).filter(|text| !text.is_empty());
+    }
+    Ok(found)
 }

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE};
 
-use super::error::ReadError;
+use super::ReadError;
 use super::xml::{Xml, short};
 use nearmiss_scene::scenario::{Diagnostic, Severity};
 
@@ -240,8 +240,9 @@ fn innermost(text: &str) -> String {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     fn said(bytes: &[u8]) -> String {

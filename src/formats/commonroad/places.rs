@@ -1,8 +1,10 @@
 //! Places of a scenario's elements in an XML file, for diagnostics made after reading it.
 
-use super::xml::{Element, SourceLocation, Xml};
-use nearmiss_scene::scenario::Scenario;
 use nearmiss_scene::scenario::plausibility::{self, ElementRef};
+use nearmiss_scene::scenario::{LaneletNetwork, Scenario, Severity};
+
+use super::builder::{Target, Targets};
+use super::xml::{Element, SourceLocation, Xml};
 
 /// An element and the states or goals in it.
 type Whole<'a> = (SourceLocation<'a>, Vec<SourceLocation<'a>>);
@@ -95,4 +97,26 @@ fn inside<'p, 'a>(
     let named = |name| parts.iter().filter(move |part| part.element.name == name);
     let mut named = names.iter().copied().flat_map(named);
     Some(named.nth(place).unwrap_or(whole))
+}
+
+/// The target of an element with a `ref`.
+fn target(name: &str) -> Target {
+    match name {
+        "trafficSignRef" => Target::Sign,
+        "trafficLightRef" => Target::Light,
+        "isLeftOf" => Target::Incoming,
+        _ => Target::Lanelet,
+    }
+}
+
+/// Notes every reference to an element that is not there.
+pub(super) fn check(xml: &mut Xml<'_>, network: &LaneletNetwork) {
+    let known = Targets::new(network);
+    for (place, id) in xml.take_references() {
+        let name = place.element.name;
+        if !known.has(target(name), id) {
+            let message = format!("<{name}> refers to {id}, which is not in the file");
+            xml.note_at(Severity::Warning, &place, message);
+        }
+    }
 }

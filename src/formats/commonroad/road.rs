@@ -1,15 +1,14 @@
-//! The road: lanelets, signs, lights and intersections.
+//! The road: lanelets, signs with their numbers, lights and intersections.
 
-use super::builder;
-use super::elements::{point, point_with_height, push_reference, truth, word};
-use super::error::ReadError;
-use super::sign_ids;
-use super::xml::{Element, Xml, short};
 use nearmiss_base::geometry::Point;
 use nearmiss_scene::scenario::{
     Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletType, LightPhase, LineMarking,
     RoadUser, Severity, Sign, SignElement, SignalColor, StopLine, TrafficDirection, TrafficLight,
 };
+
+use super::elements::{point, point_with_height, push_reference, truth, word};
+use super::xml::{Element, Xml, short};
+use super::{ReadError, builder};
 
 pub(super) fn lanelet<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Lanelet, ReadError> {
     let (mut left, mut right) = (None, None);
@@ -139,7 +138,7 @@ pub(super) fn sign<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Sign, 
                         _ => xml.skip_unknown(part)?,
                     }
                 }
-                if !sign_ids::is_known(&id) {
+                if !is_known(&id) {
                     let message = format!("unknown traffic sign `{}`", short(&id));
                     xml.note(Severity::Note, child, message);
                 }
@@ -262,3 +261,54 @@ fn incoming<'a>(xml: &mut Xml<'a>, element: Element<'a>) -> Result<Incoming, Rea
     }
     Ok(road)
 }
+
+/// Whether the schema of version 2020a has the sign.
+pub(super) fn in_schema(id: &str) -> bool {
+    SCHEMA.contains(&id)
+}
+
+/// Whether any reader knows the sign.
+pub(super) fn is_known(id: &str) -> bool {
+    in_schema(id) || BEYOND_SCHEMA.contains(&id)
+}
+
+/// Signs that the schema lists.
+#[rustfmt::skip]
+const SCHEMA: &[&str] = &[
+    "1000", "1000-10", "1000-11", "1000-20", "1000-21", "1000-30", "1000-31", "1001-30",
+    "1001-31", "1002-10", "1002-11", "1002-12", "1002-13", "1002-14", "1002-20", "1002-21",
+    "1002-22", "1002-23", "1002-24", "1004-30", "1004-31", "1004-32", "1004-33", "1004-34",
+    "1004-35", "1006-30", "1006-31", "1006-32", "1006-33", "1006-34", "1006-35", "1006-36",
+    "1006-37", "1006-38", "1006-39", "1007-31", "101", "1010-10", "1010-11", "1010-12",
+    "1010-13", "1010-14", "1012-30", "1012-31", "1012-32", "1012-33", "1012-34", "1012-35",
+    "1012-36", "1012-37", "1012-38", "102", "1020-30", "1022-10", "1024-10", "1026-36",
+    "1026-37", "1026-38", "103-10", "103-20", "1031-52", "1040-30", "1048-12", "1049-13",
+    "1052-31", "1053-33", "1053-34", "1053-35", "108", "114", "123", "124", "125", "131",
+    "133-10", "133-20", "138", "142-10", "145-50", "201", "205", "206", "208", "209", "209-10",
+    "209-20", "211-20", "2113", "215", "220-10", "220-20", "222-10", "222-20", "223.2",
+    "223.2-50", "223.2-51", "224-50", "237", "239", "240", "242.1", "242.2", "244.1", "244.2",
+    "245", "250", "251", "253", "254", "255", "257-54", "259", "260", "261", "262", "264",
+    "265", "266", "267", "270.1", "270.2", "272", "274", "274.1", "274.2", "275", "276", "277",
+    "278", "280", "281", "282", "283-10", "283-30", "286-30", "301", "306", "308", "310", "311",
+    "314", "314-10", "314-20", "314-30", "325.1", "325.2", "327", "328", "330.1", "330.2",
+    "331.1", "331.2", "332", "332.1", "333", "333-21", "333-22", "350", "354", "356", "357",
+    "363", "365-51", "365-52", "365-60", "386.1", "386.2", "386.3", "406-50", "418-20",
+    "419-20", "430-20", "432-10", "432-20", "434", "434-50", "438", "439", "440", "448", "449",
+    "450-50", "450-51", "450-52", "450-53", "450-54", "450-55", "453", "455.1-30", "458",
+    "460-10", "460-12", "460-20", "460-21", "460-22", "460-30", "501-15", "501-16", "511-22",
+    "521-30", "521-31", "521-32", "521-33", "525", "531-10", "531-20", "531-21", "533-22",
+    "550-20", "600-30", "600-31", "600-32", "600-34", "600-35", "600-38", "605-10", "605-11",
+    "605-20", "605-21", "605-31", "625-10", "625-11", "625-12", "625-13", "625-20", "625-21",
+    "625-22", "625-23", "626-10", "626-20", "626-30", "626-31", "626-32", "628-10", "629-10",
+    "629-20", "720", "CW20-1", "M6-2aL", "R10-7", "R2-1", "R3-1", "R3-2", "R3-27", "R3-4",
+    "R3-5L", "R3-5R", "R3-8b", "R4-7", "R5-1", "R6-1L", "R6-1R", "R7-1", "R7-107", "R7-201a",
+    "R7-4", "R7-8", "R8-3", "R8-3C", "R8-3gP", "W1-3L", "W1-6L", "W11-2", "W3-3", "W4-2R", "r1",
+    "r100", "r101", "r106", "r107", "r2", "r205", "r301", "r305", "r307", "r308", "s13",
+];
+
+/// Signs that commonroad-io reads beside them.
+#[rustfmt::skip]
+const BEYOND_SCHEMA: &[&str] = &[
+    "1012-50", "1012-51", "1012-52", "1012-53", "209-30", "3.24", "B14", "B31", "C43", "R1-1",
+    "R1-2", "R1-3", "R1-6", "R10-11", "R15", "Ρ-32",
+];

@@ -3,9 +3,8 @@
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
-use super::surroundings;
-use super::trucks;
-use super::xml_writer::{XmlWriter, id, number, point};
+use super::obstacles;
+use super::xml_writer::{self, XmlWriter, id, number, point};
 
 use nearmiss_base::geometry::{Point, Shape};
 use nearmiss_base::system;
@@ -42,7 +41,7 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
     );
     out.element("commonRoad", &root, |out| {
         if let Some(location) = &scenario.location {
-            out.element("location", &[], |out| surroundings::write(out, location))?;
+            out.element("location", &[], |out| xml_writer::write(out, location))?;
         }
         out.element("scenarioTags", &[], |out| {
             scenario.tags.iter().try_for_each(|tag| out.empty(tag, &[]))
@@ -277,10 +276,10 @@ fn shape(out: &mut XmlWriter, what: &Shape) -> Result<(), WriteError> {
             }
             out.leaf("originXShift", &number(*origin_x_shift))
         }),
-        Shape::Truck(truck) => trucks::write_truck(out, truck),
+        Shape::Truck(truck) => obstacles::write_truck(out, truck),
         Shape::SemiTrailerTruck {
             tractor, trailer, ..
-        } => trucks::write_semi_trailer_truck(out, tractor, trailer),
+        } => obstacles::write_semi_trailer_truck(out, tractor, trailer),
         Shape::Circle { radius, center } => out.element("circle", &[], |out| {
             out.leaf("radius", &number(*radius))?;
             centre(out, center)

@@ -8,10 +8,9 @@
 //! rear axle. So the driven state of a step is the first state of its row. Rows whose plans run on for
 //! more than one step are recognised by where the next row begins in the plan, and the states between are the plan's.
 
-use super::checks::{self, Lines};
 use super::recording::{USUAL, whole};
 use super::table::{self, Table, finite, shown};
-use super::{EgoError, assumed};
+use super::{EgoError, Lines, assumed};
 use nearmiss_base::geometry::{Point, Vector};
 use nearmiss_scene::scenario::EgoSource;
 use nearmiss_scene::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
@@ -189,7 +188,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
     }
     diagnostics.extend(table.unused(rows.len()));
     let steps: Vec<i64> = rows.iter().map(|r: &Row| r.step).collect();
-    diagnostics.extend(checks::order(&steps, |row| rows[row].line));
+    diagnostics.extend(super::order(&steps, |row| rows[row].line));
     rows.sort_by_key(|r| r.step);
     match rows.windows(2).find(|w| w[0].step == w[1].step) {
         Some(pair) => Err(EgoError::Repeated {
@@ -221,7 +220,7 @@ fn row(
     };
     let number = |place: usize, column: &'static str| {
         let number = finite(record.text(place)).ok_or_else(|| value(place, column))?;
-        checks::meant(number, file, line, column)
+        super::meant(number, file, line, column)
     };
     let step = finite(record.text(columns.step)).and_then(whole);
     let step = step.ok_or_else(|| EgoError::Step {
@@ -246,11 +245,11 @@ fn row(
             return Err(value(place, column));
         }
         if let Some(Some(first)) = list.first() {
-            checks::meant(*first, file, line, column)?;
+            super::meant(*first, file, line, column)?;
         }
         // Implausible planned states are dropped.
         for value in list.iter_mut().skip(1) {
-            *value = value.filter(|v| checks::meant(*v, file, line, column).is_ok());
+            *value = value.filter(|v| super::meant(*v, file, line, column).is_ok());
         }
     }
     Ok(Row {

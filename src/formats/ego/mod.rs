@@ -1,30 +1,28 @@
-//! Egos from files: recordings, planner logs and solutions, told apart by their content.
+//! Egos from files: recordings, planner logs and solutions, told apart by their content and checked.
 
-mod checks;
 mod error;
 mod find;
 mod log;
-mod planner_drives;
 mod recording;
-mod selection;
 mod solution;
 mod table;
-mod vehicle_size;
 
 use std::path::Path;
 
-use checks::Lines;
-pub use error::EgoError;
-pub use find::find_recording;
-pub use planner_drives::PlannerDrives;
-pub use recording::{USUAL as USUAL_VEHICLE, write_recording, write_sized_recording};
-pub use selection::EgoSelection;
-pub use solution::ego_of_solution;
-pub(super) use vehicle_size::sized;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::plausibility::limits::{
+    FASTEST, LARGEST_NUMBER, MOST_TURNS, is_tiny, refused_coordinate,
+};
+use nearmiss_scene::scenario::plausibility::{Row, and_more, doubts, missing_steps};
+use nearmiss_scene::scenario::{Diagnostic, Ego, LONGEST_TRACK, Sample, Scenario, Severity};
 
 use super::commonroad::{Root, foreign, read_solution, root_of, without_marks};
-use nearmiss_base::system;
-use nearmiss_scene::scenario::{Diagnostic, Ego, Scenario, Severity};
+
+pub use error::EgoError;
+pub use find::{EgoSelection, PlannerDrives, find_recording};
+pub use recording::{USUAL as USUAL_VEHICLE, write_recording, write_sized_recording};
+pub use solution::ego_of_solution;
+pub(super) use solution::sized;
 
 /// Reads an ego for `scenario` from `bytes` in any of the formats; `file` names them in errors.
 ///
@@ -55,7 +53,7 @@ pub fn read_ego(
         }
         let solution = read_solution(bytes, file)?;
         let mut ego = ego_of_solution(&solution, file, scenario, planning_problem)?;
-        let doubts = checks::check(&ego, scenario, &Lines::default());
+        let doubts = check(&ego, scenario, &Lines::default());
         ego.diagnostics.extend(doubts);
         return Ok(ego);
     }
@@ -74,7 +72,7 @@ pub fn read_ego(
     } else {
         return Err(unknown("unknown header in line 1"));
     };
-    let doubts = checks::check(&ego, scenario, &lines);
+    let doubts = check(&ego, scenario, &lines);
     ego.diagnostics.extend(doubts);
     match planning_problem {
         Some(problem) if problem != ego.id => Err(EgoError::NoSuchProblem {
@@ -111,4 +109,175 @@ fn assumed(severity: Severity, message: String) -> Diagnostic {
         element: String::new(),
         message,
     }
+}
+
+/// An ego farther from every lanelet than this, metres, is on another map.
+const OFF_MAP: f64 = 500.0;
+
+/// Largest plausible acceleration, m/s².
+const HARDEST: f64 = 50.0;
+
+/// An ego that begins farther from its planning problem than this, metres, may be of another scenario.
+const START_TOLERANCE: f64 = 1.0;
+
+/// The lines of a file by the time steps that they tell of; none where a file has no lines.
+#[derive(Debug, Default)]
+struct Lines(Vec<(i64, u64)>);
+
+impl Lines {
+    pub fn new(steps: impl Iterator<Item = (i64, u64)>) -> Self {
+        let mut lines: Vec<_> = steps.collect();
+        lines.sort_unstable();
+        Self(lines)
+    }
+
+    /// The line of a step, or of the last one before it, which a planner's row may tell of, too.
+    fn of(&self, step: i64) -> usize {
+        let place = self.0.partition_point(|(at, _)| *at <= step);
+        let line = place.checked_sub(1).map_or(0, |place| self.0[place].1);
+        usize::try_from(line).unwrap_or(0)
+    }
+}
+
+/// A value of an ego's file, if it can be meant.
+///
+/// # Errors
+/// It is out of all reason.
+fn meant(value: f64, file: &str, line: u64, column: &'static str) -> Result<f64, EgoError> {
+    let why = if column.contains("position") {
+        refused_coordinate(value)
+    } else {
+        (value.abs() > LARGEST_NUMBER).then(|| format!("`{value}` is implausible"))
+    };
+    match why {
+        None => Ok(value),
+        Some(why) => Err(EgoError::Absurd {
+            file: file.to_string(),
+            line,
+            column,
+            why,
+        }),
+    }
+}
+
+/// A diagnostic of rows that run back in time, by their steps in file order; `line` is the line of a row.
+fn order(steps: &[i64], line: impl Fn(usize) -> u64) -> Option<Diagnostic> {
+    let back = steps.windows(2).position(|pair| pair[1] < pair[0])?;
+    let falling = steps.len() > 2 && steps.windows(2).all(|pair| pair[1] < pair[0]);
+    let message = if falling {
+        "the rows run backwards in time and were sorted"
+    } else {
+        "the rows are not in time order and were sorted"
+    };
+    Some(Diagnostic {
+        line: usize::try_from(line(back + 1)).unwrap_or(0),
+        ..assumed(Severity::Warning, message.into())
+    })
+}
+
+/// Caveats about this ego for readers of its numbers.
+fn check(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
+    let mut found = states(ego, scenario, lines);
+    let mut warn = |message: String| found.push(assumed(Severity::Warning, message));
+    let (own, theirs) = (ego.track.steps(), scenario.steps());
+    let moving = scenario
+        .obstacles
+        .iter()
+        .any(|o| o.track().iter().count() > 1);
+    if moving && (own.end <= theirs.start || own.start >= theirs.end) {
+        warn(format!(
+            "recorded from step {} to {}, but the obstacles from {} to {}: no common step; is it from another scenario?",
+            own.start,
+            own.end - 1,
+            theirs.start,
+            theirs.end - 1
+        ));
+    }
+    let problem = scenario.planning_problems.iter().find(|p| p.id == ego.id);
+    let start = problem.and_then(|p| Some((p.initial.time.from, p.initial.point()?)));
+    if let Some((step, planned)) = start
+        && let Some(first) = ego.track.at(step)
+    {
+        let off = (first.pose.position - planned).norm();
+        if off > START_TOLERANCE {
+            warn(format!(
+                "starts {off:.2} m from the start of planning problem {}; is it from another scenario?",
+                ego.id
+            ));
+        }
+    }
+    found
+}
+
+/// Contradictions between its states, and with the road, with their lines.
+fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let mut warn = |step: i64, message: String| {
+        found.push(Diagnostic {
+            line: lines.of(step),
+            ..assumed(Severity::Warning, message)
+        });
+    };
+    let recorded = &ego.recorded;
+    let steps: Vec<i64> = recorded.iter().map(|s| s.step).collect();
+    if let Some((place, message)) = missing_steps(&steps) {
+        warn(steps[place], message);
+    }
+    let late = |s: &&Sample| s.step.saturating_sub(steps[0]) > LONGEST_TRACK;
+    if let Some(late) = recorded.iter().find(late) {
+        warn(
+            late.step,
+            format!("rows more than {LONGEST_TRACK} steps after the first were left out"),
+        );
+    }
+    if let Some(jump) = ego.track.jump(scenario.dt()) {
+        warn(jump.to, jump.to_string());
+    }
+    let rows = recorded.iter().enumerate();
+    let rows: Vec<Row> = rows
+        .map(|(place, sample)| Row {
+            place,
+            sample: *sample,
+        })
+        .collect();
+    for (place, message) in doubts(&rows, scenario.dt(), false) {
+        warn(steps[place], message);
+    }
+    let around = scenario.network.bounds();
+    type Doubt<'a> = &'a dyn Fn(&Sample) -> Option<String>;
+    let each: [Doubt<'_>; 5] = [
+        &|s| {
+            let heading = s.heading?;
+            (heading.abs() > MOST_TURNS * std::f64::consts::TAU).then(|| {
+                format!("heading {heading}, read as radians, is many turns; is it in degrees?")
+            })
+        },
+        &|s| {
+            let fast = s.velocity.filter(|v| v.abs() > FASTEST)?;
+            Some(format!("{fast} m/s is faster than any road user"))
+        },
+        &|s| {
+            let hard = s.acceleration.filter(|a| a.abs() > HARDEST)?;
+            Some(format!("{hard} m/s² is more than any vehicle can do"))
+        },
+        &|s| {
+            let off = around?.squared_distance(&s.position).sqrt();
+            (off > OFF_MAP)
+                .then(|| format!("{off:.0} m from every lanelet; is it from another map?"))
+        },
+        &|s| {
+            let values = [s.position.x, s.position.y];
+            let more = [s.heading, s.velocity, s.acceleration];
+            let mut all = values.into_iter().chain(more.into_iter().flatten());
+            let tiny = all.find(|v| is_tiny(*v))?;
+            Some(format!("`{tiny:e}` is implausibly close to 0; used as is"))
+        },
+    ];
+    for doubt in each {
+        let mut said = recorded.iter().filter_map(|s| Some((s.step, doubt(s)?)));
+        if let Some((step, first)) = said.next() {
+            warn(step, and_more(first, said.count()));
+        }
+    }
+    found
 }

@@ -2,9 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::checks::{self, Lines};
 use super::table::{Table, finite, shown};
-use super::{EgoError, assumed};
+use super::{EgoError, Lines, assumed};
 use nearmiss_base::geometry::{Footprint, Point, Shape, angle_between};
 use nearmiss_scene::scenario::EgoSource;
 use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
@@ -46,7 +45,7 @@ pub(super) fn read_chosen(
         });
     }
     let steps: Vec<i64> = rows.iter().map(|row| row.sample.step).collect();
-    diagnostics.extend(checks::order(&steps, |row| rows[row].line));
+    diagnostics.extend(super::order(&steps, |row| rows[row].line));
     let size = rows[0].size;
     if let Some(other) = rows.iter().find(|row| row.size != size) {
         return Err(EgoError::OtherSize {
@@ -158,7 +157,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
             match column {
                 // Time steps have their own diagnostics.
                 "timestep" => Ok(value),
-                _ => checks::meant(value, file, line, column),
+                _ => super::meant(value, file, line, column),
             }
         };
         let given = |place: Option<usize>| place.filter(|p| !row.text(*p).is_empty());

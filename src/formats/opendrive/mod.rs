@@ -3,13 +3,10 @@
 mod curve;
 mod graph;
 mod links;
-mod paired;
 mod profile;
-mod reference_line;
 mod road;
 pub(super) mod signals;
 pub(super) mod user_data;
-pub(super) mod words;
 mod writer;
 
 pub(super) use writer::date;

@@ -6,7 +6,6 @@ use super::links::{Link, LinkedRoad, Roads};
 use super::profile::Profile;
 use super::signals::{self, Signal};
 use super::user_data::{KeptLanelet, PART_OF};
-use super::words;
 use crate::commonroad::WriteError;
 use crate::commonroad::xml_writer::{Attributes, XmlWriter, number};
 use nearmiss_scene::scenario::{Lanelet, LineMarking, Scenario};
@@ -220,7 +219,7 @@ fn road_types(
     lanelets: &[&Lanelet],
     country: &str,
 ) -> Result<(), WriteError> {
-    let kind = words::road_type(lanelets);
+    let kind = signals::road_type(lanelets);
     let attributes = attributes!["s" = "0.0", "type" = kind, "country" = country];
     let limits = lanelets
         .iter()
@@ -284,7 +283,7 @@ fn lanes(
 }
 
 fn road_mark(out: &mut XmlWriter, marking: LineMarking) -> Result<(), WriteError> {
-    let (kind, weight) = words::road_mark(marking);
+    let (kind, weight) = signals::road_mark(marking);
     let attributes = attributes![
         "sOffset" = "0.0",
         "type" = kind,
@@ -304,7 +303,7 @@ fn lane(
 ) -> Result<(), WriteError> {
     let attributes = attributes![
         "id" = lane_id(place),
-        "type" = words::lane_type(lanelet),
+        "type" = signals::lane_type(lanelet),
         "level" = "false"
     ];
     out.element("lane", &attributes, |out| {

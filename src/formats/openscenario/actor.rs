@@ -1,6 +1,6 @@
 //! Entities of a scenario: what takes part, where it is when, and what of it is written beside.
 
-use super::body;
+use super::entities;
 use nearmiss_base::geometry::{Point, Pose, Shape};
 use nearmiss_scene::scenario::{
     Ego, Motion, Obstacle, ObstacleRole, ObstacleType, Prediction, Scenario, StateField,
@@ -194,8 +194,8 @@ fn of_obstacle(obstacle: &Obstacle, notes: &mut Notes) -> Option<Actor> {
         ),
     ];
     if !body.is_exact {
-        let exact = body::written(&shape.plain());
-        properties.extend(exact.map(|words| (body::BODY.to_string(), words)));
+        let exact = entities::written(&shape.plain());
+        properties.extend(exact.map(|words| (entities::BODY.to_string(), words)));
     }
     let has_accelerations = obstacle.states().any(|s| s.acceleration.is_some());
     properties.extend(speeds(&motion, has_accelerations));

@@ -1,8 +1,7 @@
 //! OpenSCENARIO XML: a scenario for simulators, with its road network as OpenDRIVE.
 
 mod actor;
-pub(super) mod body;
-mod entities;
+pub(super) mod entities;
 mod environment;
 mod storyboard;
 

@@ -1,10 +1,7 @@
 //! Puts the tracks and the map of a recording together to a scenario with its ego and a planning problem.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
-use super::report::Report;
-use crate::commonroad::ReadError;
-use crate::commonroad::builder::{ScenarioBuilder, SourceLocation, Target, Targets};
 use nearmiss_base::geometry::{Footprint, Point, Shape};
 use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
 use nearmiss_scene::scenario::plausibility::{self, ElementRef};
@@ -13,6 +10,10 @@ use nearmiss_scene::scenario::{
     ObstacleParts, ObstacleRole, ObstacleType, PlanningProblem, Position, Prediction, Quantity,
     RecordedEgo, Scenario, Sign, State, StateField, Steps, TrafficLight,
 };
+
+use super::report::Report;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{ScenarioBuilder, SourceLocation, Target, Targets};
 
 /// The map of a recording.
 #[derive(Default)]
@@ -294,5 +295,91 @@ pub fn median(mut values: Vec<f64>) -> f64 {
         0 => 0.0,
         n if n % 2 == 1 => values[n / 2],
         n => f64::midpoint(values[n / 2 - 1], values[n / 2]),
+    }
+}
+
+/// Gives out ids: the data set's own where they are positive and free.
+#[derive(Default)]
+pub struct Ids {
+    taken: HashSet<i64>,
+    next: i64,
+}
+
+/// Ids up to this are counted on from.
+const LARGEST: i64 = i64::MAX / 2;
+
+impl Ids {
+    /// Where the data set uses these ids.
+    pub fn beyond(used: impl IntoIterator<Item = i64>) -> Self {
+        let used = used.into_iter().filter(|id| *id < LARGEST);
+        Self {
+            taken: HashSet::new(),
+            next: used.max().unwrap_or(0).max(0) + 1,
+        }
+    }
+
+    /// Takes an id; whether it was free.
+    pub fn take(&mut self, id: i64) -> bool {
+        self.taken.insert(id)
+    }
+
+    /// This id, or a free one where it is taken or none.
+    pub fn keep(&mut self, id: i64) -> i64 {
+        if id > 0 && self.taken.insert(id) {
+            return id;
+        }
+        self.fresh()
+    }
+
+    /// A free id.
+    pub fn fresh(&mut self) -> i64 {
+        while !self.taken.insert(self.next) {
+            self.next += 1;
+        }
+        self.next
+    }
+}
+
+/// Vehicles longer than this are trucks, metres, in data sets that have one class for all.
+pub const LONG: f64 = 7.5;
+
+/// Length and width that are assumed, metres.
+pub fn usual(kind: ObstacleType) -> (f64, f64) {
+    match kind {
+        ObstacleType::Car | ObstacleType::Taxi | ObstacleType::PriorityVehicle => (4.6, 1.9),
+        ObstacleType::Truck => (8.5, 2.5),
+        ObstacleType::Bus => (12.0, 2.6),
+        ObstacleType::Motorcycle => (2.1, 0.8),
+        ObstacleType::Bicycle => (1.8, 0.7),
+        ObstacleType::Pedestrian => (0.6, 0.6),
+        ObstacleType::Train => (30.0, 2.7),
+        _ => (1.0, 1.0),
+    }
+}
+
+/// What was assumed, by kind, as in `car 4.6 m × 1.9 m`.
+pub fn in_words(kinds: impl IntoIterator<Item = ObstacleType>) -> String {
+    let mut kinds: Vec<ObstacleType> = kinds.into_iter().collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let each = kinds.iter().map(|kind| {
+        let (length, width) = usual(*kind);
+        format!("{} {length} m × {width} m", kind.name())
+    });
+    each.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+
+    #[test]
+    fn ids_are_kept_where_they_are_free() {
+        let mut ids = Ids::beyond([7, 9, 3, i64::MAX]);
+        assert!(ids.take(7) && ids.take(9) && !ids.take(9));
+        assert_eq!(
+            [3, 7, 0, -1, 10].map(|id| ids.keep(id)),
+            [3, 10, 11, 12, 13]
+        );
+        assert_eq!(ids.fresh(), 14);
     }
 }

@@ -1,13 +1,13 @@
-//! Bodies to scale: filled, with windscreen, brake lights and indicators where there is room.
+//! Bodies to scale: filled, with windscreen, brake lights and indicators where there is room; where they were and go.
 
-use super::canvas::Canvas;
-use super::color::mix;
-use super::lines::{outlines, stroke};
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_scene::scenario::Signal;
+
+use super::canvas::{Canvas, outlines, stroke};
+use super::compose::mix;
 use super::silhouette::Silhouette;
 use super::{Appearance, CellView, MapStyle};
 use crate::scene::{Body, MapScene, Owner};
-use nearmiss_base::geometry::{Point, Vector};
-use nearmiss_scene::scenario::Signal;
 
 /// Seconds ahead that the velocity line shows.
 const AHEAD: f64 = 0.5;
@@ -285,6 +285,36 @@ fn cut(ring: &[Point], origin: &Point, along: &Vector, (from, to): (f64, f64)) -
         kept
     };
     after(&after(ring, from, 1.0), to, -1.0)
+}
+
+/// Lines behind them, thick for the ego and those pointed out; ahead, as far as it is recorded, a dot for every other
+/// step.
+pub fn draw_trails(
+    canvas: &mut Canvas<'_>,
+    look: &Appearance<'_>,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) {
+    let theme = look.theme;
+    for trail in &scene.trails {
+        let (past, future) = match (trail.owner, trail.highlighted) {
+            (Owner::Ego, _) => (theme.ego_trail, theme.ego_trail),
+            (_, Some(_)) => (theme.trail, theme.picked),
+            (_, None) => (theme.trail, theme.trail),
+        };
+        let thick = trail.owner == Owner::Ego || trail.highlighted.is_some();
+        for pair in trail.past.windows(2) {
+            let ends = [pair[0].1.pose.position, pair[1].1.pose.position];
+            if thick {
+                canvas.thick(view.at(&ends[0]), view.at(&ends[1]), past)
+            } else {
+                stroke(canvas, view, &ends, past)
+            }
+        }
+        for (_, motion) in trail.future.iter().step_by(2) {
+            canvas.point(view.at(&motion.pose.position), future);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
-//! Two colours and a character for a cell, from the dots of its areas and lines.
+//! Two colours and a character for a cell, from the dots of its areas and lines and what the terminal can draw.
 
 use ratatui::style::{Color, Modifier, Style};
+use ratatui::symbols::pixel::{OCTANTS, QUADRANTS, SEXTANTS};
 
 use super::MapStyle;
 use super::canvas::{Dot, GROUND};
@@ -12,7 +13,7 @@ const BITS: [u32; 8] = [0x01, 0x08, 0x02, 0x10, 0x04, 0x20, 0x40, 0x80];
 
 /// The dots of a cell, row by row.
 #[derive(Debug)]
-pub struct Sample<'a> {
+pub(super) struct Sample<'a> {
     /// Of areas: 4, 6 or 8.
     pub areas: &'a [Dot],
     /// Of lines.
@@ -21,7 +22,7 @@ pub struct Sample<'a> {
 
 /// What a cell shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Glyph {
+pub(super) struct Glyph {
     /// The character.
     pub symbol: char,
     /// Its colours.
@@ -29,7 +30,7 @@ pub struct Glyph {
 }
 
 /// A cell; `None` where nothing is drawn.
-pub fn compose(style: MapStyle, sample: &Sample<'_>) -> Option<Glyph> {
+pub(super) fn compose(style: MapStyle, sample: &Sample<'_>) -> Option<Glyph> {
     let top = |dots: &[Dot]| dots.iter().map(|dot| dot.layer).max().unwrap_or(0);
     let lines = top(sample.lines);
     // Shades fill whole cells: those of which a body has less than half stay free.
@@ -187,5 +188,218 @@ fn few(dots: u32) -> char {
         (_, 0) => '\'',
         (0, _) => '.',
         _ => ':',
+    }
+}
+
+/// How finely a character divides its cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Blocks {
+    /// 2 × 2, which every font has.
+    Quadrants,
+    /// 2 × 3, Unicode 13.
+    Sextants,
+    /// 2 × 4, Unicode 16.
+    Octants,
+}
+
+impl Blocks {
+    /// All with their names in the configuration.
+    pub const NAMED: [(&str, Self); 3] = [
+        ("quadrants", Self::Quadrants),
+        ("sextants", Self::Sextants),
+        ("octants", Self::Octants),
+    ];
+
+    /// What the terminal draws itself, whatever the font has: by `TERM` and `TERM_PROGRAM`. Within tmux and screen the
+    /// outer terminal is not known, so quadrants are used.
+    #[must_use]
+    pub fn of_environment(env: impl Fn(&str) -> Option<String>) -> Self {
+        let value = |name: &str| env(name).unwrap_or_default().to_lowercase();
+        let (term, program) = (value("TERM"), value("TERM_PROGRAM"));
+        let is = |names: &[&str]| {
+            let said = |name: &&str| term.contains(*name) || program.contains(*name);
+            names.iter().any(said)
+        };
+        if is(&["tmux", "screen"]) {
+            return Self::Quadrants;
+        }
+        // Ghostty draws octants since its first release.
+        if is(&["ghostty"]) {
+            return Self::Octants;
+        }
+        let vte = value("VTE_VERSION").parse::<u32>().unwrap_or(0);
+        let known = is(&["kitty", "foot", "wezterm", "alacritty", "contour", "iterm"]);
+        // VTE (GNOME Terminal and others) draws sextants since 0.62, Windows Terminal since 1.22, which WT_SESSION does
+        // not tell.
+        if known || vte >= 6200 {
+            Self::Sextants
+        } else {
+            Self::Quadrants
+        }
+    }
+
+    /// Columns and rows of a cell.
+    #[must_use]
+    pub fn per_cell(self) -> (usize, usize) {
+        match self {
+            Self::Quadrants => (2, 2),
+            Self::Sextants => (2, 3),
+            Self::Octants => (2, 4),
+        }
+    }
+
+    /// Which parts of its cell a character fills: a bit each, row by row; `None` for one that is no block.
+    #[must_use]
+    pub fn of_symbol(symbol: char) -> Option<(Self, usize)> {
+        let mut named = Self::NAMED.into_iter();
+        named.find_map(|(_, blocks)| {
+            let parts = blocks.symbols().iter().position(|c| *c == symbol)?;
+            (parts > 0).then_some((blocks, parts))
+        })
+    }
+
+    fn symbols(self) -> &'static [char] {
+        match self {
+            Self::Quadrants => &QUADRANTS,
+            Self::Sextants => &SEXTANTS,
+            Self::Octants => &OCTANTS,
+        }
+    }
+
+    /// The character in which these parts are filled: a bit each, row by row.
+    #[must_use]
+    pub fn symbol(self, parts: usize) -> char {
+        self.symbols().get(parts).copied().unwrap_or('█')
+    }
+}
+
+/// The sixteen colours as xterm has them, by their ANSI numbers.
+pub const SIXTEEN: [(Color, [u8; 3]); 16] = [
+    (Color::Black, [0, 0, 0]),
+    (Color::Red, [205, 0, 0]),
+    (Color::Green, [0, 205, 0]),
+    (Color::Yellow, [205, 205, 0]),
+    (Color::Blue, [0, 0, 238]),
+    (Color::Magenta, [205, 0, 205]),
+    (Color::Cyan, [0, 205, 205]),
+    (Color::Gray, [229, 229, 229]),
+    (Color::DarkGray, [127, 127, 127]),
+    (Color::LightRed, [255, 0, 0]),
+    (Color::LightGreen, [0, 255, 0]),
+    (Color::LightYellow, [255, 255, 0]),
+    (Color::LightBlue, [92, 92, 255]),
+    (Color::LightMagenta, [255, 0, 255]),
+    (Color::LightCyan, [0, 255, 255]),
+    (Color::White, [255, 255, 255]),
+];
+
+/// The ANSI number of one of the sixteen.
+pub fn number(color: Color) -> Option<u8> {
+    let place = SIXTEEN.iter().position(|(named, _)| *named == color)?;
+    u8::try_from(place).ok()
+}
+
+const STEPS: [u8; 6] = [0, 95, 135, 175, 215, 255];
+
+/// Red, green and blue of one of 256 colours.
+pub fn rgb(index: u8) -> [u8; 3] {
+    match index {
+        0..16 => SIXTEEN[usize::from(index)].1,
+        16..232 => {
+            let place = usize::from(index) - 16;
+            [STEPS[place / 36], STEPS[place / 6 % 6], STEPS[place % 6]]
+        }
+        232.. => [8 + (index - 232) * 10; 3],
+    }
+}
+
+/// Red, green and blue of a colour as xterm shows it; `None` for the terminal's own.
+pub fn components(color: Color) -> Option<[u8; 3]> {
+    match color {
+        Color::Rgb(r, g, b) => Some([r, g, b]),
+        Color::Indexed(index) => Some(rgb(index)),
+        color => Some(rgb(number(color)?)),
+    }
+}
+
+/// The nearest of the 240 colours that are the same in every terminal of 256.
+#[must_use]
+pub fn nearest(r: u8, g: u8, b: u8) -> u8 {
+    let step = |v: u8| (0..6).min_by_key(|&i| STEPS[i].abs_diff(v)).unwrap_or(0);
+    let off = |x: u8, y: u8| i32::from(x.abs_diff(y)).pow(2);
+    let (ri, gi, bi) = (step(r), step(g), step(b));
+    let cube = off(STEPS[ri], r) + off(STEPS[gi], g) + off(STEPS[bi], b);
+    let mean = (i32::from(r) + i32::from(g) + i32::from(b)) / 3;
+    let gray = ((mean - 8 + 5) / 10).clamp(0, 23);
+    let level = u8::try_from(8 + gray * 10).unwrap_or(u8::MAX);
+    let gray_off = off(level, r) + off(level, g) + off(level, b);
+    let index = if gray_off < cube {
+        232 + gray as usize
+    } else {
+        16 + 36 * ri + 6 * gi + bi
+    };
+    u8::try_from(index).unwrap_or(u8::MAX)
+}
+
+/// A colour that lies a part of the way (0 to 1) from one to another; where a colour is the terminal's own or one of the
+/// sixteen, whose components are not known, the nearer of both.
+pub fn mix(from: Color, to: Color, part: f64) -> Color {
+    let (Some(a), Some(b)) = (components(from), components(to)) else {
+        return if part < 0.5 { from } else { to };
+    };
+    let mixed = std::array::from_fn(|i| {
+        let value = f64::from(a[i]) + (f64::from(b[i]) - f64::from(a[i])) * part;
+        value.round().clamp(0.0, 255.0) as u8
+    });
+    match (from, to) {
+        (Color::Indexed(_), _) | (_, Color::Indexed(_)) => {
+            let [red, green, blue] = mixed;
+            Color::Indexed(nearest(red, green, blue))
+        }
+        _ => {
+            let [red, green, blue] = mixed;
+            Color::Rgb(red, green, blue)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    #[test]
+    fn characters_by_their_parts() {
+        assert_eq!(Blocks::Quadrants.symbol(0b0101), '▌');
+        assert_eq!(Blocks::Sextants.symbol(0b01_0101), '▌');
+        assert_eq!(Blocks::Octants.symbol(0b0000_1111), '▀');
+        assert_eq!(Blocks::of_symbol('▚'), Some((Blocks::Quadrants, 0b1001)));
+        assert_eq!(Blocks::of_symbol('a').or(Blocks::of_symbol(' ')), None);
+        for (_, blocks) in Blocks::NAMED {
+            let (across, down) = blocks.per_cell();
+            let full = (1 << (across * down)) - 1;
+            assert_eq!((blocks.symbol(0), blocks.symbol(full)), (' ', '█'));
+            // Every character is read as what it fills, by the coarsest division that has it.
+            for parts in 1..=full {
+                let symbol = blocks.symbol(parts);
+                let read = Blocks::of_symbol(symbol).map(|(read, parts)| read.symbol(parts));
+                assert_eq!(read, Some(symbol));
+            }
+        }
+    }
+
+    #[test]
+    fn the_terminal_says_what_it_draws() {
+        let of = |pairs: &[(&str, &str)]| {
+            Blocks::of_environment(|name| {
+                let pair = pairs.iter().find(|(n, _)| *n == name);
+                pair.map(|(_, value)| (*value).to_string())
+            })
+        };
+        assert_eq!(of(&[("TERM", "xterm-256color")]), Blocks::Quadrants);
+        assert_eq!(of(&[("TERM", "xterm-kitty")]), Blocks::Sextants);
+        assert_eq!(of(&[("TERM_PROGRAM", "ghostty")]), Blocks::Octants);
+        let vte = [("TERM", "xterm-256color"), ("VTE_VERSION", "7600")];
+        assert_eq!(of(&vte), Blocks::Sextants);
+        let tmux = [("TERM", "tmux-256color"), ("VTE_VERSION", "7600")];
+        assert_eq!(of(&tmux), Blocks::Quadrants);
     }
 }

@@ -2,33 +2,27 @@
 //!
 //! Terminals with few colours get Braille lines with solid bodies; those without Unicode get ASCII.
 
-mod blocks;
 mod bodies;
 mod canvas;
-pub mod color;
-mod compose;
-mod lines;
-mod overlays;
-mod regions;
+pub mod compose;
 mod road;
 mod silhouette;
-#[cfg(test)]
-mod tests;
-mod trails;
-mod view;
 
+use std::ops::Deref;
+
+use nearmiss_base::geometry::{Bounds, Point, Pose, Vector, part_within};
+use nearmiss_settings::Theme;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 
 use self::canvas::Canvas;
 use super::scene::{MapScene, Role};
-use nearmiss_settings::Theme;
+use crate::scene::Viewport;
 
-pub use blocks::Blocks;
 pub use bodies::{Heading, heading_arrow};
-pub use lines::CROSSES;
-pub use view::CellView;
+pub use canvas::CROSSES;
+pub use compose::Blocks;
 
 /// How the map is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,18 +110,74 @@ pub fn draw(
     let mut canvas = Canvas::new(view, area, look.style, look.theme.map_ground);
     let c = &mut canvas;
     road::surfaces(c, look, scene, view);
-    regions::fixed(c, look, scene, view);
+    road::fixed(c, look, scene, view);
     road::markings(c, look, scene, view);
-    overlays::draw(c, look, &scene.underlays, view);
+    road::draw_overlays(c, look, &scene.underlays, view);
     c.layer();
-    regions::occupancies(c, look, scene, view);
-    trails::draw(c, look, scene, view);
+    road::occupancies(c, look, scene, view);
+    bodies::draw_trails(c, look, scene, view);
     bodies::velocities(c, look, scene, view);
-    overlays::draw(c, look, &scene.overlays, view);
-    overlays::draw(c, look, &scene.variation, view);
+    road::draw_overlays(c, look, &scene.overlays, view);
+    road::draw_overlays(c, look, &scene.variation, view);
     c.layer();
     bodies::draw(c, look, scene, view);
     c.layer();
-    overlays::draw(c, look, &scene.top, view);
+    road::draw_overlays(c, look, &scene.top, view);
     canvas.paint(buffer, area);
 }
+
+/// What is seen, in character cells; lengths are metres.
+#[derive(Debug, Clone, Copy)]
+pub struct CellView {
+    /// What is seen.
+    pub seen: Viewport,
+    /// A column and a row.
+    pub cell: (f64, f64),
+    /// From one Braille dot to the next, where they are farther apart.
+    pub dot: f64,
+}
+
+impl Deref for CellView {
+    type Target = Viewport;
+
+    fn deref(&self) -> &Viewport {
+        &self.seen
+    }
+}
+
+impl CellView {
+    /// The view around a frame; `half` is half its width and height, `cell` a column and a row.
+    #[must_use]
+    pub fn new(frame: Pose, half: (f64, f64), cell: (f64, f64)) -> Self {
+        Self {
+            seen: Viewport::new(frame, half),
+            cell,
+            dot: (cell.0 / 2.0).max(cell.1 / 4.0),
+        }
+    }
+
+    /// Metres of a part of a block character, the longer way.
+    #[must_use]
+    pub fn block(&self, style: MapStyle) -> f64 {
+        let (across, down) = style.blocks().per_cell();
+        (self.cell.0 / across as f64).max(self.cell.1 / down as f64)
+    }
+
+    /// The part of a line on the canvas that may be seen, from 0 (its beginning) to 1; with some dots around the map.
+    #[must_use]
+    pub fn part_seen(&self, from: (f64, f64), to: (f64, f64)) -> Option<(f64, f64)> {
+        let half = Vector::new(self.half.0 + 2.0 * self.dot, self.half.1 + 2.0 * self.dot);
+        let bounds = Bounds {
+            min: Point::from(-half),
+            max: Point::from(half),
+        };
+        part_within(
+            &Point::new(from.0, from.1),
+            &Point::new(to.0, to.1),
+            &bounds,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests;

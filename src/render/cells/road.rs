@@ -1,15 +1,15 @@
-//! The road: surfaces by what they are for, lane markings, driving directions, stop lines.
+//! What is not a body: road surfaces, markings, stop lines, regions, and lines over the traffic.
 
+use nearmiss_base::geometry::Point;
 use ratatui::style::Color;
 
-use super::canvas::Canvas;
-use super::color::mix;
-use super::lines::{dashes, stroke};
-use super::{Appearance, CellView, regions};
+use super::canvas::{Canvas, dashes, outlines, stroke, styled};
+use super::compose::mix;
+use super::{Appearance, CellView};
 use crate::scene::{
-    Border, DASH, DirectionArrow, GoalArea, MapScene, Paint, STRIPE, Surface, SurfaceKind, offset,
+    Border, DASH, DirectionArrow, GoalArea, LineStyle, MapScene, Outline, Overlay, Paint,
+    RegionKind, STRIPE, Surface, SurfaceKind, offset,
 };
-use nearmiss_base::geometry::Point;
 
 /// Where a dot is at most this large, metres, there is room for a second line.
 const CLOSE: f64 = 0.4;
@@ -42,7 +42,7 @@ pub fn surfaces(
         for goal in &scene.goals {
             if let GoalArea::Lanelet(place) = goal {
                 let ring = &scene.basemap.surfaces[*place].ring;
-                regions::tinted(
+                tinted(
                     canvas,
                     look,
                     view,
@@ -235,4 +235,118 @@ fn across<'a>(
 ) -> impl Iterator<Item = (Point, Point)> + 'a {
     let lines = surface.across(every.max(APART * view.dot), 0.0);
     lines.filter(|(from, to)| view.sees_point(from) || view.sees_point(to))
+}
+
+/// How much of its own colour an area has over the road.
+const TINT: f64 = 0.22;
+
+/// Static regions and goals.
+pub fn fixed(
+    canvas: &mut Canvas<'_>,
+    look: &Appearance<'_>,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) {
+    for goal in &scene.goals {
+        if let GoalArea::Region(rings) = goal {
+            area(canvas, look, view, rings, look.theme.goal);
+        }
+    }
+    for region in &scene.regions {
+        if region.kind == RegionKind::Environment {
+            let color = look.theme.static_obstacle;
+            tinted(canvas, look, view, &region.rings, color);
+            outlines(canvas, view, &region.rings, color);
+        }
+    }
+}
+
+/// Where phantom obstacles and those with occupancy sets may be at the step, as areas.
+pub fn occupancies(
+    canvas: &mut Canvas<'_>,
+    look: &Appearance<'_>,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) {
+    for region in &scene.regions {
+        if region.kind == RegionKind::Occupancy {
+            let color = match region.highlighted {
+                Some(_) => look.theme.picked,
+                None => look.theme.occupancy,
+            };
+            area(canvas, look, view, &region.rings, color);
+        }
+    }
+}
+
+/// A tinted area with an outline.
+fn area(
+    canvas: &mut Canvas<'_>,
+    look: &Appearance<'_>,
+    view: &CellView,
+    rings: &[Vec<Point>],
+    color: Color,
+) {
+    tinted(canvas, look, view, rings, color);
+    outlines(canvas, view, rings, color);
+}
+
+/// The road in a tint; scattered dots where there are no backgrounds.
+pub fn tinted(
+    canvas: &mut Canvas<'_>,
+    look: &Appearance<'_>,
+    view: &CellView,
+    rings: &[Vec<Point>],
+    color: Color,
+) {
+    for ring in rings {
+        let corners: Vec<(f64, f64)> = ring.iter().map(|p| view.at(p)).collect();
+        if look.style.has_backgrounds() {
+            canvas.area(&corners, mix(look.theme.map_road, color, TINT));
+        } else {
+            canvas.scatter(&corners, color)
+        }
+    }
+}
+
+/// Draws them; thick lines cover what was drawn before.
+pub fn draw_overlays(
+    canvas: &mut Canvas<'_>,
+    look: &Appearance<'_>,
+    overlays: &[Overlay],
+    view: &CellView,
+) {
+    for overlay in overlays {
+        match overlay {
+            Overlay::Path(path) => {
+                if path.style == LineStyle::Thick {
+                    canvas.layer();
+                }
+                if view.sees_any(&path.points) {
+                    styled(
+                        canvas,
+                        view,
+                        &path.points,
+                        path.style,
+                        look.color(path.role),
+                    );
+                }
+            }
+            Overlay::Outline(Outline {
+                role, faint, rings, ..
+            }) => {
+                let color = look.color(*role);
+                if !view.sees_any(rings.iter().flatten()) {
+                    continue;
+                }
+                if *faint {
+                    for corner in rings.iter().flatten() {
+                        canvas.point(view.at(corner), color);
+                    }
+                } else {
+                    outlines(canvas, view, rings, color)
+                }
+            }
+        }
+    }
 }

@@ -1,20 +1,17 @@
 //! The map of a figure: a scene's roads, traffic and marks as paths on a page, and names beside the bodies.
 
-mod bodies;
-mod contact;
-mod furniture;
 mod labels;
-mod overlays;
-mod posts;
-mod regions;
 mod road;
+
+use nearmiss_base::geometry::Point;
+use nearmiss_scene::scenario::Motion;
 
 use super::Color;
 use super::display::{Area, Picture, Spot, Stroke};
 use super::palette::Palette;
 use super::scene::{MapScene, Overlay, Role};
 use super::view::View;
-use nearmiss_base::geometry::Point;
+use crate::scene::{Body, GoalArea, LineStyle, Outline, Owner, RegionKind, Trail};
 
 /// What a map shows.
 pub struct Map<'a> {
@@ -45,34 +42,36 @@ impl Map<'_> {
         let clip = Some(area);
         picture.group("map", clip, |p| {
             road::draw(self, p);
-            p.group("goals", None, |p| regions::goals(self, p));
+            p.group("goals", None, |p| goals(self, p));
             if !self.scene.underlays.is_empty() {
                 p.group("underlays", None, |p| {
-                    overlays::draw(self, p, &self.scene.underlays)
+                    draw_overlays(self, p, &self.scene.underlays)
                 });
             }
-            p.group("signs", None, |p| posts::draw(self, p));
-            p.group("regions", None, |p| regions::draw(self, p));
-            p.group("trails", None, |p| bodies::trails(self, p));
+            p.group("signs", None, |p| road::draw_posts(self, p));
+            p.group("regions", None, |p| draw_regions(self, p));
+            p.group("trails", None, |p| trails(self, p));
             let variation = self.scene.overlays.iter().chain(&self.scene.variation);
             let variation: Vec<Overlay> = variation.cloned().collect();
-            p.group("variation", None, |p| overlays::draw(self, p, &variation));
+            p.group("variation", None, |p| draw_overlays(self, p, &variation));
             p.group("obstacles", None, |p| {
                 let bodies = self.scene.bodies.iter();
-                bodies.for_each(|body| bodies::draw(self, p, body));
+                bodies.for_each(|body| draw_body(self, p, body));
             });
             p.group("ego", None, |p| {
                 let ego = self.scene.ego.iter();
-                ego.for_each(|body| bodies::draw(self, p, body));
+                ego.for_each(|body| draw_body(self, p, body));
             });
         });
         let mut taken = Vec::new();
-        picture.group("furniture", clip, |p| taken = furniture::draw(self, p));
+        picture.group("furniture", clip, |p| {
+            taken = labels::draw_furniture(self, p)
+        });
         let mut contacts = Vec::new();
-        picture.group("contact", clip, |p| contacts = contact::draw(self, p));
+        picture.group("contact", clip, |p| contacts = draw_contact(self, p));
         picture.group("labels", clip, |p| labels::draw(self, p, &taken, &contacts));
         if !self.scene.top.is_empty() {
-            picture.group("top", clip, |p| overlays::draw(self, p, &self.scene.top));
+            picture.group("top", clip, |p| draw_overlays(self, p, &self.scene.top));
         }
         picture.rectangle(&area, None, Some(Stroke::new(self.palette.dim, 0.5)));
     }
@@ -115,5 +114,175 @@ impl Map<'_> {
     /// Whether an area is on the map.
     fn shows(&self, area: &Area) -> bool {
         self.view.area.meets(area)
+    }
+}
+
+/// Seconds between two marks on the way that the ego is going to take.
+const MARKS: f64 = 0.5;
+
+/// Where everybody has been lately, the ego always, and where the ego and those pointed out go.
+fn trails(map: &Map<'_>, picture: &mut Picture) {
+    for trail in &map.scene.trails {
+        match (trail.owner, trail.highlighted) {
+            (Owner::Ego, _) => way(map, picture, trail, map.palette.ego),
+            (_, Some(place)) => way(map, picture, trail, map.palette.emphasised(place)),
+            (_, None) => {
+                let stroke = Stroke::new(map.palette.obstacle.at(0.55), 0.6).rounded();
+                picture.line(&spots(map, trail.past), stroke);
+            }
+        }
+    }
+}
+
+/// The past as a line, the future as a finer one with a mark every half second.
+fn way(map: &Map<'_>, picture: &mut Picture, trail: &Trail<'_>, color: Color) {
+    let past = spots(map, trail.past);
+    picture.line(&past, Stroke::new(color.at(0.75), 0.9).rounded());
+    let future = spots(map, trail.future);
+    picture.line(&future, Stroke::new(color.at(0.6), 0.5).dashed(&[1.6, 1.2]));
+    let every = (MARKS / map.dt).round().max(1.0) as usize;
+    for spot in future.iter().step_by(every).skip(1) {
+        picture.circle(*spot, 0.8, Some(color.at(0.8)), None);
+    }
+}
+
+fn spots(map: &Map<'_>, motions: &[(i64, Motion)]) -> Vec<Spot> {
+    map.view.all(motions.iter().map(|(_, m)| &m.pose.position))
+}
+
+/// A body, with an arrow head at its front where there is room.
+fn draw_body(map: &Map<'_>, picture: &mut Picture, body: &Body<'_>) {
+    let rings = map.rings(&body.rings);
+    if !Area::around(&rings.concat()).is_some_and(|around| map.shows(&around)) {
+        return;
+    }
+    let color = map.color(body.role);
+    let edge = color.towards(map.palette.text, 0.45);
+    for ring in &rings {
+        picture.polygon(ring, Some(color), Some(Stroke::new(edge, 0.45).rounded()));
+    }
+    let (length, width) = body.footprint.shape().size();
+    if body.has_front && map.points(length) > 5.0 && map.points(width) > 2.2 {
+        arrow(map, picture, body, width);
+    }
+}
+
+/// An arrow head inside the body, at its front.
+fn arrow(map: &Map<'_>, picture: &mut Picture, body: &Body<'_>, width: f64) {
+    let deep = (0.62 * width).min(0.4 * body.length());
+    let tip = body.along.1 - 0.22 * deep;
+    let half = 0.33 * width;
+    let ring = [
+        (tip, 0.0),
+        (tip - deep, half),
+        (tip - 0.72 * deep, 0.0),
+        (tip - deep, -half),
+    ]
+    .map(|(ahead, left)| map.view.at(&body.point(ahead, left)));
+    picture.polygon(&ring, Some(map.palette.background.at(0.9)), None);
+}
+
+/// Marks every contact; gives what the marks cover.
+fn draw_contact(map: &Map<'_>, picture: &mut Picture) -> Vec<Area> {
+    let contacts = map.scene.contacts.iter();
+    let marks = contacts.map(|contact| mark(map, picture, map.view.at(&contact.at)));
+    marks.collect()
+}
+
+/// A ring with rays.
+fn mark(map: &Map<'_>, picture: &mut Picture, (x, y): Spot) -> Area {
+    let (palette, inner, outer) = (map.palette, 4.2, 7.0);
+    let ring = Stroke::new(palette.danger, 1.1);
+    let halo = Stroke::new(palette.background.at(0.85), 2.4);
+    picture.circle((x, y), inner, None, Some(halo.clone()));
+    let rays: Vec<[Spot; 2]> = (0..8)
+        .map(|i| {
+            let (sin, cos) = (std::f64::consts::TAU * (f64::from(i) + 0.5) / 8.0).sin_cos();
+            [
+                (x + 5.2 * cos, y + 5.2 * sin),
+                (x + outer * cos, y + outer * sin),
+            ]
+        })
+        .collect();
+    for ray in &rays {
+        picture.line(ray, halo.clone());
+    }
+    picture.circle((x, y), inner, None, Some(ring.clone()));
+    for ray in &rays {
+        picture.line(ray, ring.clone());
+    }
+    Area {
+        x: x - outer,
+        y: y - outer,
+        width: 2.0 * outer,
+        height: 2.0 * outer,
+    }
+}
+
+/// Draws them.
+fn draw_overlays(map: &Map<'_>, picture: &mut Picture, overlays: &[Overlay]) {
+    for overlay in overlays {
+        match overlay {
+            Overlay::Path(path) => {
+                let color = map.color(path.role);
+                let stroke = match path.style {
+                    LineStyle::Thick => Stroke::new(color, 1.4).rounded(),
+                    LineStyle::Solid => Stroke::new(color, 0.8).rounded(),
+                    LineStyle::Dashed => Stroke::new(color, 0.8).dashed(&[2.4, 1.6]),
+                    LineStyle::Dotted | LineStyle::Crossed => {
+                        Stroke::new(color, 0.8).dashed(&[0.8, 2.4])
+                    }
+                };
+                picture.line(&map.view.all(&path.points), stroke);
+            }
+            Overlay::Outline(Outline { role, rings, .. }) => {
+                let stroke = Stroke::new(map.color(*role), 0.8).rounded();
+                for ring in map.rings(rings) {
+                    picture.polygon(&ring, None, Some(stroke.clone()));
+                }
+            }
+        }
+    }
+}
+
+/// Goals: lanelets and regions, tinted, with a dashed edge.
+fn goals(map: &Map<'_>, picture: &mut Picture) {
+    let color = map.palette.goal;
+    for goal in &map.scene.goals {
+        match goal {
+            GoalArea::Region(rings) => outlined(map, picture, rings, color, 0.22),
+            GoalArea::Lanelet(place) => {
+                let ring = map.view.all(&map.scene.basemap.surfaces[*place].ring);
+                picture.polygon(&ring, Some(color.at(0.22)), None);
+            }
+            GoalArea::Point(at) => {
+                let edge = Stroke::new(color, 0.8).dashed(&[2.0, 1.5]);
+                picture.circle(map.view.at(at), 4.0, Some(color.at(0.22)), Some(edge));
+            }
+        }
+    }
+}
+
+/// What stands for ever, and where phantom obstacles and those with occupancy sets may be.
+fn draw_regions(map: &Map<'_>, picture: &mut Picture) {
+    for region in &map.scene.regions {
+        let (color, opacity) = match region.kind {
+            RegionKind::Environment => (map.palette.static_obstacle, 0.6),
+            RegionKind::Occupancy => (map.color_of(region.highlighted, map.palette.obstacle), 0.25),
+        };
+        outlined(map, picture, &region.rings, color, opacity);
+    }
+}
+
+fn outlined(
+    map: &Map<'_>,
+    picture: &mut Picture,
+    rings: &[Vec<Point>],
+    color: Color,
+    opacity: f64,
+) {
+    for ring in map.rings(rings) {
+        let stroke = Stroke::new(color, 0.6).dashed(&[2.0, 1.5]);
+        picture.polygon(&ring, Some(color.at(opacity)), Some(stroke));
     }
 }

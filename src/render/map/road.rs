@@ -1,7 +1,10 @@
-//! The surface of the road, lane borders by what is painted there, crossings and stop lines.
+//! The surface of the road, lane borders by what is painted there, crossings, stop lines, lights and signs.
+
+use nearmiss_scene::scenario::{Sign, SignElement, SignMeaning, SignalColor};
 
 use super::Map;
-use crate::display::{Picture, Stroke};
+use crate::Color;
+use crate::display::{Anchor, Area, Picture, Spot, Stroke, Text};
 use crate::scene::{
     Border, DASH, MarkingLine, Paint, STRIPE, StopLine, Surface, SurfaceKind, offset,
 };
@@ -89,4 +92,129 @@ fn stop_line(map: &Map<'_>, picture: &mut Picture, line: &StopLine) {
         stroke = stroke.dashed(&[dash, dash * 0.6]);
     }
     picture.line(&map.view.all(&line.ends), stroke);
+}
+
+/// On a map that is wider than this, metres, posts would lie over each other.
+const WIDEST: f64 = 120.0;
+
+pub fn draw_posts(map: &Map<'_>, picture: &mut Picture) {
+    if map.view.width() > WIDEST {
+        return;
+    }
+    let mut taken: Vec<Area> = Vec::new();
+    // Posts at the same place would hide each other: the first one stands for all.
+    let mut free = |(x, y): Spot| {
+        let area = Area {
+            x: x - 4.0,
+            y: y - 4.0,
+            width: 8.0,
+            height: 8.0,
+        };
+        let free = map.shows(&area) && !taken.iter().any(|t| t.meets(&area));
+        if free {
+            taken.push(area);
+        }
+        free
+    };
+    for light in &map.scene.lights {
+        let at = map.view.at(&light.at);
+        if free(at) {
+            lamp(map, picture, at, light.color);
+        }
+    }
+    for post in map.scene.signs.iter().filter(|post| !post.sign.is_virtual) {
+        let at = map.view.at(&post.at);
+        if free(at) {
+            plate(map, picture, at, post.sign);
+        }
+    }
+}
+
+/// Three lamps; those that are on have their colour and their place.
+fn lamp(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, color: SignalColor) {
+    let housing = Area {
+        x: x - 1.7,
+        y: y - 4.3,
+        width: 3.4,
+        height: 8.6,
+    };
+    let edge = Stroke::new(map.palette.background, 0.4);
+    picture.rectangle(&housing, Some(Color::hex(0x222222)), Some(edge));
+    let red = matches!(color, SignalColor::Red | SignalColor::RedYellow);
+    let yellow = matches!(color, SignalColor::Yellow | SignalColor::RedYellow);
+    let green = color == SignalColor::Green;
+    let lamps = [
+        (red, Color::hex(0xff4030)),
+        (yellow, Color::hex(0xffc400)),
+        (green, Color::hex(0x20d060)),
+    ];
+    for (i, (on, lit)) in lamps.into_iter().enumerate() {
+        let at = (x, y + (i as f64 - 1.0) * 2.7);
+        let fill = if on { lit } else { Color::hex(0x4a4a4a) };
+        picture.circle(at, 1.15, Some(fill), None);
+    }
+}
+
+const RED: Color = Color::hex(0xc1121f);
+const WHITE: Color = Color::hex(0xffffff);
+const BLACK: Color = Color::hex(0x111111);
+
+/// A sign in its own shape where that is known, else a small square.
+fn plate(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, sign: &Sign) {
+    let ring = |corners: u8, turn: f64, r: f64| -> Vec<Spot> {
+        let corner = |i: u8| {
+            let angle = std::f64::consts::TAU * (f64::from(i) + turn) / f64::from(corners);
+            (x + r * angle.sin(), y - r * angle.cos())
+        };
+        (0..corners).map(corner).collect()
+    };
+    let red = || Some(Stroke::new(RED, 0.7));
+    let known = sign.elements.iter().find_map(|e| Some((e, Kind::of(e)?)));
+    match known {
+        Some((_, Kind::Stop)) => {
+            picture.polygon(&ring(8, 0.5, 3.0), Some(RED), Some(Stroke::new(WHITE, 0.4)));
+        }
+        Some((_, Kind::Yield)) => picture.polygon(&ring(3, 0.5, 3.2), Some(WHITE), red()),
+        Some((_, Kind::Priority)) => {
+            let edge = Some(Stroke::new(BLACK, 0.3));
+            picture.polygon(&ring(4, 0.0, 3.2), Some(WHITE), edge);
+            picture.polygon(&ring(4, 0.0, 2.0), Some(Color::hex(0xf2b705)), None);
+        }
+        Some((element, Kind::Limit)) => {
+            picture.circle((x, y), 3.3, Some(WHITE), red());
+            if let Some(SignMeaning::SpeedLimit(speed)) = element.meaning()
+                && speed < 100.0
+            {
+                let words = format!("{:.0}", sign.speed_shown(speed).0);
+                let text = Text::new((x, y + 1.1), words, 3.0, BLACK);
+                picture.text(text.in_bold(true).anchored(Anchor::Middle));
+            }
+        }
+        None => {
+            let edge = Some(Stroke::new(map.palette.dim, 0.4));
+            picture.polygon(&ring(4, 0.5, 2.2), Some(map.palette.background), edge);
+        }
+    }
+}
+
+enum Kind {
+    Stop,
+    Yield,
+    Priority,
+    Limit,
+}
+
+impl Kind {
+    /// By the German number, which most files use, or the American one.
+    fn of(element: &SignElement) -> Option<Self> {
+        match element.id.as_str() {
+            "206" | "R1-1" => Some(Self::Stop),
+            "205" | "R1-2" => Some(Self::Yield),
+            "301" | "306" => Some(Self::Priority),
+            "274" | "R2-1" => Some(Self::Limit),
+            _ => {
+                matches!(element.meaning(), Some(SignMeaning::SpeedLimit(_))).then_some(Self::Limit)
+            }
+        }
+    }
 }

@@ -6,30 +6,20 @@
 
 mod bodies;
 mod borders;
-mod contact;
-mod marking;
-mod overlay;
-mod regions;
 mod road;
-#[cfg(test)]
-mod tests;
-mod trails;
-mod viewport;
 
-pub use bodies::{Body, Importance};
-pub use borders::Border;
-pub use contact::Contact;
-pub use marking::{DASH, MarkingLine, Paint, offset};
-pub use overlay::{LineStyle, Outline, Overlay, Path};
-pub use regions::{Region, RegionKind};
-pub use road::{Basemap, DirectionArrow, GoalArea, STRIPE, StopLine, Surface, SurfaceKind};
-pub use trails::{Trail, TrailSpan};
-pub use viewport::Viewport;
-
-use super::view::{Subject, Variations};
-use nearmiss_base::geometry::Point;
+use nearmiss_base::geometry::{Bounds, Point, Pose, Vector};
 use nearmiss_scene::metrics::Series;
 use nearmiss_scene::scenario::{Sign, SignalColor};
+
+use super::view::{Subject, Variation, Variations};
+use bodies::positions;
+
+pub use bodies::{Body, Contact, Importance, Trail, TrailSpan};
+pub use borders::{Border, DASH, MarkingLine, Paint, offset};
+pub use road::{
+    Basemap, DirectionArrow, GoalArea, Region, RegionKind, STRIPE, StopLine, Surface, SurfaceKind,
+};
 
 /// Who or what a thing on the map is about: a backend has a colour for each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -181,9 +171,9 @@ impl<'a> MapScene<'a> {
             goals: goals.filter(|g| g.is_seen(basemap, viewport)).collect(),
             lights: request.lights(),
             signs: request.signs(),
-            regions: regions::seen(request),
-            trails: trails::seen(request),
-            variation: overlay::of_variation(request),
+            regions: road::seen(request),
+            trails: bodies::seen(request),
+            variation: of_variation(request),
             bodies: bodies::others(request),
             ego: bodies::ego(request),
             attackers: request
@@ -191,7 +181,7 @@ impl<'a> MapScene<'a> {
                 .iter()
                 .map(|both| both.changed.id)
                 .collect(),
-            contacts: contact::all(request),
+            contacts: bodies::all(request),
             measured: request.series.is_some(),
             middle: viewport.frame.position,
             underlays: Vec::new(),
@@ -286,5 +276,185 @@ impl<'a> MapRequest<'a> {
                 Some(Post { at, sign })
             });
         signs.collect()
+    }
+}
+
+/// A rectangle of the world, turned so that what lies ahead of its frame is up on the map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewport {
+    /// What is in the middle, and the direction that is up.
+    pub frame: Pose,
+    /// Half of its width and of its height, metres.
+    pub half: (f64, f64),
+    /// Up and left on the map, as directions of the world.
+    axes: (Vector, Vector),
+}
+
+impl Viewport {
+    /// The rectangle around a frame; `half` its width and half its height, metres.
+    #[must_use]
+    pub fn new(frame: Pose, half: (f64, f64)) -> Self {
+        Self {
+            frame,
+            half,
+            axes: (frame.forward(), frame.left()),
+        }
+    }
+
+    /// Where a point is, metres from the middle: x to the right, y up.
+    #[must_use]
+    pub fn at(&self, p: &Point) -> (f64, f64) {
+        let turned = self.turned(&(p - self.frame.position));
+        (turned.x, turned.y)
+    }
+
+    /// A direction of the world on the map: x to the right, y up.
+    #[must_use]
+    pub fn turned(&self, v: &Vector) -> Vector {
+        Vector::new(-v.dot(&self.axes.1), v.dot(&self.axes.0))
+    }
+
+    /// Whether something within `bounds` may be seen.
+    #[must_use]
+    pub fn sees(&self, bounds: &Bounds) -> bool {
+        let half = (bounds.max - bounds.min) / 2.0;
+        let reach = |axis: &Vector| (half.x * axis.x).abs() + (half.y * axis.y).abs();
+        let (x, y) = self.at(&bounds.center());
+        x.abs() <= self.half.0 + reach(&self.axes.1) && y.abs() <= self.half.1 + reach(&self.axes.0)
+    }
+
+    /// Whether something around these points may be seen; nothing is around none.
+    pub fn sees_any<'a>(&self, points: impl IntoIterator<Item = &'a Point>) -> bool {
+        Bounds::from_points(points).is_some_and(|bounds| self.sees(&bounds))
+    }
+
+    /// Whether something within `reach` metres of a point may be seen.
+    #[must_use]
+    pub fn sees_around(&self, p: &Point, reach: f64) -> bool {
+        let (x, y) = self.at(p);
+        x.abs() <= self.half.0 + reach && y.abs() <= self.half.1 + reach
+    }
+
+    /// Whether a point is seen.
+    #[must_use]
+    pub fn sees_point(&self, p: &Point) -> bool {
+        self.sees_around(p, 0.0)
+    }
+}
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LineStyle {
+    /// Unbroken.
+    Solid,
+    /// Unbroken, and broader than others.
+    Thick,
+    /// Dashes.
+    Dashed,
+    /// Single dots.
+    Dotted,
+    /// A row of crosses.
+    Crossed,
+}
+
+/// Something drawn over the traffic.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Overlay {
+    /// An open line.
+    Path(Path),
+    /// A hollow body.
+    Outline(Outline),
+}
+
+/// An open line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    /// What it is.
+    pub role: Role,
+    /// How it is drawn.
+    pub style: LineStyle,
+    /// Its points.
+    pub points: Vec<Point>,
+}
+
+/// A body that is not there now: hollow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// What it is.
+    pub role: Role,
+    /// Whether only its corners are drawn.
+    pub faint: bool,
+    /// Its outlines, each a ring (not closed).
+    pub rings: Vec<Vec<Point>>,
+    /// What it is called, if it has a label.
+    pub name: Option<String>,
+}
+
+impl Overlay {
+    /// An open line.
+    #[must_use]
+    pub fn path(role: Role, style: LineStyle, points: Vec<Point>) -> Self {
+        Self::Path(Path {
+            role,
+            style,
+            points,
+        })
+    }
+}
+
+/// The recorded motion of each attacker of a variant dashed, the changed one a thick line, and the body that is not driven in
+/// what is shown hollow, where the two are not in one place.
+fn of_variation(request: &MapRequest<'_>) -> Vec<Overlay> {
+    let all = request.variations.iter().enumerate();
+    all.flat_map(|(place, both)| of_attacker(request, place, both))
+        .collect()
+}
+
+fn of_attacker(request: &MapRequest<'_>, place: usize, both: &Variation<'_>) -> Vec<Overlay> {
+    let attacker = Role::Attacker(place);
+    let after = both.from..=i64::MAX;
+    let way =
+        |obstacle: &nearmiss_scene::scenario::Obstacle| positions(obstacle.track().during(&after));
+    let mut found = vec![
+        Overlay::path(Role::Recorded, LineStyle::Dashed, way(both.recorded)),
+        Overlay::path(attacker, LineStyle::Thick, way(both.changed)),
+    ];
+    let (role, other, word) = if both.shows_changed {
+        (Role::Recorded, both.recorded, "recorded")
+    } else {
+        (attacker, both.changed, "changed")
+    };
+    if let Some(placed) = other.placed_at(request.step)
+        && request.step > both.from
+    {
+        found.push(Overlay::Outline(Outline {
+            role,
+            faint: false,
+            rings: placed.outlines(),
+            name: Some(format!("{} {word}", other.id)),
+        }));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests;
+
+#[cfg(test)]
+mod tests {
+
+    #[test]
+    fn boxes_are_seen_where_they_reach_into_the_turned_rectangle() {
+        let east = Viewport::new(Pose::new(10.0, 0.0, 0.0), (5.0, 20.0));
+        // Ahead is up: 20 m to the east are seen, and 5 m to the north.
+        assert_eq!(east.at(&Point::new(13.0, 1.0)), (-1.0, 3.0));
+        let around = |x: f64, y: f64| Bounds {
+            min: Point::new(x - 2.0, y - 1.0),
+            max: Point::new(x + 2.0, y + 1.0),
+        };
+        assert!(east.sees(&around(31.9, 0.0)) && !east.sees(&around(32.1, 0.0)));
+        assert!(east.sees(&around(10.0, 5.9)) && !east.sees(&around(10.0, 6.1)));
+        let slanted = Viewport::new(Pose::new(0.0, 0.0, 0.6), (5.0, 5.0));
+        assert!(slanted.sees(&around(6.0, 2.0)) && !slanted.sees(&around(9.0, 9.0)));
     }
 }

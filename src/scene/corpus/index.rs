@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::parts::{Columns, IndexError, Part, PartRow};
-use super::row_cell::RowCell;
+use super::sampler::RowCell;
 use super::{Cell, Coverage, Manoeuvre, RoadType, SEVERITIES, WindowEgo};
 use crate::scenario::ObstacleType;
 

@@ -1,4 +1,4 @@
-//! Draws windows so that they cover a corpus: the same number from every cell, as far as it has as many.
+//! Windows by manoeuvre, road, severity and type: how many there are of each, and draws that cover a corpus.
 //!
 //! Each window has a random number that follows from the seed and the window alone, so that neither the order of
 //! reading nor the division into parts changes what is drawn. Of each scenario a cell keeps one window, the one with the
@@ -6,7 +6,12 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use crate::scenario::ContentHash;
+use nearmiss_base::system::unknown;
+
+use super::parts::{IndexError, PartRow};
+use super::{Manoeuvre, RoadType};
+use crate::metrics::SEVERITY_NAMES;
+use crate::scenario::{ContentHash, ObstacleType};
 
 /// What windows are told apart by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -184,4 +189,116 @@ impl<T> Kept<T> {
 
 fn number(seed: u64, window: &str) -> Number {
     ContentHash::of_parts([&seed.to_le_bytes()[..], window.as_bytes()]).bytes()
+}
+
+/// Severities from 0 (contact) to 5 (none).
+pub const SEVERITIES: usize = SEVERITY_NAMES.len();
+
+/// A row of the table.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Cell {
+    /// Word of a manoeuvre.
+    pub manoeuvre: String,
+    /// Word of a road.
+    pub road: String,
+}
+
+/// Windows by manoeuvre, road and severity.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Coverage {
+    rows: BTreeMap<Cell, [u64; SEVERITIES]>,
+}
+
+impl Coverage {
+    /// Counts a window; a severity beyond the table counts as the least one.
+    pub fn add(&mut self, cell: Cell, severity: usize) {
+        let row = self.rows.entry(cell).or_default();
+        row[severity.min(SEVERITIES - 1)] += 1;
+    }
+
+    /// Counts several windows; none leave no row.
+    pub fn add_many(&mut self, cell: Cell, severity: usize, windows: u64) {
+        if windows > 0 {
+            let row = self.rows.entry(cell).or_default();
+            row[severity.min(SEVERITIES - 1)] += windows;
+        }
+    }
+
+    /// The rows, with their windows by severity.
+    pub fn rows(&self) -> impl Iterator<Item = (&Cell, &[u64; SEVERITIES])> {
+        self.rows.iter()
+    }
+
+    /// Windows by severity.
+    #[must_use]
+    pub fn totals(&self) -> [u64; SEVERITIES] {
+        let mut totals = [0; SEVERITIES];
+        for row in self.rows.values() {
+            for (total, count) in totals.iter_mut().zip(row) {
+                *total += count;
+            }
+        }
+        totals
+    }
+
+    /// The most windows of any cell.
+    #[must_use]
+    pub fn largest(&self) -> u64 {
+        self.rows.values().flatten().copied().max().unwrap_or(0)
+    }
+}
+
+/// What a window is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RowCell {
+    /// What the obstacle does.
+    pub manoeuvre: Manoeuvre,
+    /// The road under the ego.
+    pub road: RoadType,
+    /// The severity of its most severe step, 0 (contact) to 5 (none).
+    pub severity: u8,
+    /// The obstacle's type.
+    pub actor: ObstacleType,
+}
+
+impl RowCell {
+    /// Reads it from the text columns `manoeuvre`, `road` and `obstacle_type` and the integer column `severity`, which
+    /// are at these places.
+    ///
+    /// # Errors
+    /// A word or number that no index has.
+    pub fn of(
+        row: &PartRow<'_>,
+        (manoeuvre, road, actor): (usize, usize, usize),
+        severity: usize,
+    ) -> Result<Self, IndexError> {
+        let word = row.text(manoeuvre)?;
+        let manoeuvre = Manoeuvre::ALL
+            .into_iter()
+            .find(|one| one.name() == word)
+            .ok_or_else(|| {
+                row.foreign(unknown(
+                    "manoeuvre",
+                    word,
+                    Manoeuvre::ALL.map(Manoeuvre::name),
+                ))
+            })?;
+        let word = row.text(road)?;
+        let road = RoadType::ALL
+            .into_iter()
+            .find(|one| one.name() == word)
+            .ok_or_else(|| row.foreign(unknown("road", word, RoadType::ALL.map(RoadType::name))))?;
+        let word = row.text(actor)?;
+        let actor = ObstacleType::parse(word).ok_or_else(|| {
+            let known = ObstacleType::ALL.iter().map(|kind| kind.name());
+            row.foreign(unknown("obstacle_type", word, known))
+        })?;
+        let severity = row.severity(severity)?;
+        Ok(Self {
+            manoeuvre,
+            road,
+            severity,
+            actor,
+        })
+    }
 }

@@ -1,10 +1,11 @@
 //! The Cartesian description: positions of all participants on the map, step by step.
 
+use super::ego_lane::Lanes;
 use super::lanelets;
-use super::lanes::Lanes;
 use super::options::{Form, Moment, Options, everyone};
-use super::parts::{NO_EGO, everyone_there, heading, lane, name, on_the_map, subject};
-use super::table::{self, Cell, Column, column};
+use super::parts::{
+    self, Cell, Column, NO_EGO, column, everyone_there, heading, lane, name, on_the_map, subject,
+};
 use super::writer::{Subject, Writer};
 use crate::scenario::{Motion, Scene, Window};
 
@@ -71,23 +72,23 @@ fn prose(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>) {
 
 fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>) {
     let lanes = Lanes::new(scene);
-    table::titles(w, &[MOTION, LANE]);
+    parts::titles(w, &[MOTION, LANE]);
     for Moment { step, near, .. } in described {
-        table::begin(w, scene, step, None);
+        parts::begin(w, scene, step, None);
         let ego = scene.ego.track.at(step);
         let cells = ego.map(motion);
-        table::cells(w, MOTION, cells.as_ref().map_or(&[], |c| c));
-        table::cells(
+        parts::cells(w, MOTION, cells.as_ref().map_or(&[], |c| c));
+        parts::cells(
             w,
             LANE,
             &[Cell::words(ego.and_then(|ego| lanes.of_ego(ego)))],
         );
         w.words("\n");
         for (participant, there) in near {
-            table::begin(w, scene, step, Some(&participant));
-            table::cells(w, MOTION, &motion(there));
+            parts::begin(w, scene, step, Some(&participant));
+            parts::cells(w, MOTION, &motion(there));
             let words = ego.and_then(|ego| lanes.of(ego, there));
-            table::cells(w, LANE, &[Cell::words(words)]);
+            parts::cells(w, LANE, &[Cell::words(words)]);
             w.words("\n");
         }
     }

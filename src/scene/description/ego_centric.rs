@@ -1,14 +1,14 @@
-//! The ego-centric description: positions and motions of all participants relative to the ego.
+//! The ego-centric description: positions and motions of all participants relative to the ego, in numbers or a sentence.
 
-use super::lanes::Lanes;
-use super::motion_words;
+use super::ego_lane::Lanes;
+use super::nearby::{self, Seen};
 use super::options::{Form, Moment, Options, everyone};
-use super::overview;
-use super::parts::{NO_EGO, ego_moves, everyone_there, heading, name_and_place, no_obstacles};
-use super::seen::Seen;
-use super::table::{self, Cell, Column, column};
+use super::parts::{
+    self, Cell, Column, NO_EGO, column, ego_moves, everyone_there, heading, name_and_place,
+    no_obstacles,
+};
 use super::writer::{Writer, written_degrees};
-use crate::metrics::{Encounter, Relation};
+use crate::metrics::{Direction, Encounter, Relation};
 use crate::scenario::{Motion, Scene, Window};
 
 /// The lane, and own motion of the ego only.
@@ -51,8 +51,8 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
     };
     write(w, scene, described, options);
     if options.nearest && !everyone.is_empty() {
-        overview::heading(w, scene, window);
-        let moments = overview::nearest_moments(scene, window, &everyone);
+        nearby::heading(w, scene, window);
+        let moments = nearby::nearest_moments(scene, window, &everyone);
         write(w, scene, moments, options);
     }
 }
@@ -91,7 +91,7 @@ fn prose(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &Op
                 .words(" m/s², lateral ")
                 .number("a_rel_lat", seen.relation.acceleration.y)
                 .words(" m/s². ");
-            let words = motion_words::describe_motion(w, &seen, options.contact);
+            let words = describe_motion(w, &seen, options.contact);
             w.words(&words).words("\n");
         }
     }
@@ -123,21 +123,21 @@ pub(super) fn relative(w: &mut Writer, relation: &Relation) {
 
 fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &Options) {
     let lanes = Lanes::new(scene);
-    table::titles(w, &[OWN, RELATION]);
+    parts::titles(w, &[OWN, RELATION]);
     for Moment { step, near, .. } in described {
-        table::begin(w, scene, step, None);
+        parts::begin(w, scene, step, None);
         let ego = scene.ego.track.at(step);
         let cells = ego.map(|ego| own(&lanes, ego));
-        table::cells(w, OWN, cells.as_ref().map_or(&[], |c| c));
-        table::cells(w, RELATION, &[]);
+        parts::cells(w, OWN, cells.as_ref().map_or(&[], |c| c));
+        parts::cells(w, RELATION, &[]);
         w.words("\n");
         for (participant, motion) in near {
             let Some((ego, encounter)) = ego.zip(Encounter::at(scene, &participant, step)) else {
                 continue;
             };
             let seen = Seen::new(&encounter, options);
-            table::begin(w, scene, step, Some(&participant));
-            table::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
+            parts::begin(w, scene, step, Some(&participant));
+            parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
             let relation = &seen.relation;
             let cells = [
                 Cell::Words(seen.direction.name()),
@@ -150,8 +150,105 @@ fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &
                 Cell::Real(relation.acceleration.x),
                 Cell::Real(relation.acceleration.y),
             ];
-            table::cells(w, RELATION, &cells);
+            parts::cells(w, RELATION, &cells);
             w.words("\n");
         }
+    }
+}
+
+/// The sentence; it follows from the numbers as they are written, so that the two never contradict each other.
+///
+/// Contact is named only with `contact`; otherwise the sentence about touching bodies says only how the other moves.
+pub(super) fn describe_motion(w: &Writer, seen: &Seen, contact: bool) -> String {
+    let (v_long, v_lat) = seen.written_velocity(w);
+    let (v_long, v_lat) = (sign(v_long), sign(v_lat));
+    let gap_long = sign(w.written("gap_long", seen.relation.gap_long));
+    let gap_lat = sign(w.written("gap_lat", seen.relation.gap_lat));
+    if (gap_long, gap_lat) == (0, 0) {
+        let moves = moves(v_long, v_lat);
+        return if seen.distance != 0.0 {
+            format!(
+                "It overlaps the ego's extent in both directions without touching; seen from the ego it moves {moves}."
+            )
+        } else if contact && seen.direction == Direction::Contact {
+            "It touches the ego.".into()
+        } else {
+            format!("Seen from the ego it moves {moves}.")
+        };
+    }
+    let long = match (gap_long, v_long) {
+        (0, 0) => "It is level with the ego and stays so",
+        (0, 1) => "It is level with the ego and moves forward",
+        (0, _) => "It is level with the ego and moves backward",
+        (1, -1) => "Ahead of the ego, the gap is closing",
+        (1, 1) => "Ahead of the ego, the gap is opening",
+        (1, _) => "Ahead of the ego, the gap stays",
+        (_, 1) => "Behind the ego, the gap is closing",
+        (_, -1) => "Behind the ego, the gap is opening",
+        _ => "Behind the ego, the gap stays",
+    };
+    let lat = match (gap_lat, v_lat) {
+        (0, 0) => "it is in line with the ego and stays so",
+        (0, 1) => "it is in line with the ego and moves to the left",
+        (0, _) => "it is in line with the ego and moves to the right",
+        (1, -1) => "on the left it comes nearer sideways",
+        (1, 1) => "on the left it moves away sideways",
+        (1, _) => "on the left it keeps its sideways distance",
+        (_, 1) => "on the right it comes nearer sideways",
+        (_, -1) => "on the right it moves away sideways",
+        _ => "on the right it keeps its sideways distance",
+    };
+    format!("{long}; {lat}.")
+}
+
+/// The same along and across the ego's lane, from what is written of it: how far the other is ahead and to the left, and
+/// its relative velocity there.
+pub(super) fn describe_along_lane([s, d]: [f64; 2], [v_s, v_d]: [f64; 2]) -> String {
+    let long = match (sign(s), sign(v_s)) {
+        (0, 0) => "Along the lane it is level with the ego and stays so",
+        (0, 1) => "Along the lane it is level with the ego and moves forward",
+        (0, _) => "Along the lane it is level with the ego and moves backward",
+        (1, -1) => "Ahead along the lane, it comes nearer",
+        (1, 1) => "Ahead along the lane, it draws away",
+        (1, _) => "Ahead along the lane, it stays as far away",
+        (_, 1) => "Behind along the lane, it comes nearer",
+        (_, -1) => "Behind along the lane, it draws away",
+        _ => "Behind along the lane, it stays as far away",
+    };
+    let lat = match (sign(d), sign(v_d)) {
+        (0, 0) => "its centre is in line with the ego's and stays so",
+        (0, 1) => "its centre is in line with the ego's and moves to the left",
+        (0, _) => "its centre is in line with the ego's and moves to the right",
+        (1, -1) => "on the left it comes nearer sideways",
+        (1, 1) => "on the left it moves away sideways",
+        (1, _) => "on the left it keeps its sideways distance",
+        (_, 1) => "on the right it comes nearer sideways",
+        (_, -1) => "on the right it moves away sideways",
+        _ => "on the right it keeps its sideways distance",
+    };
+    format!("{long}; {lat}.")
+}
+
+/// How it moves, without a word of where it is.
+fn moves(v_long: i8, v_lat: i8) -> String {
+    let long = match v_long {
+        0 => "neither forward nor backward",
+        1 => "forward",
+        _ => "backward",
+    };
+    let lat = match v_lat {
+        0 => "not sideways",
+        1 => "to the left",
+        _ => "to the right",
+    };
+    format!("{long} and {lat}")
+}
+
+/// −1, 0 or 1.
+fn sign(value: f64) -> i8 {
+    match value {
+        v if v > 0.0 => 1,
+        v if v < 0.0 => -1,
+        _ => 0,
     }
 }

@@ -1,19 +1,20 @@
-//! The ego-centric description from centre to centre: s and d of all participants along the ego's lane, or places along
-//! and across its heading without a distance.
+//! The ego-centric description from centre to centre: s and d of all participants along the ego's lane, and their lanes.
 
-use super::ego_centric::{OWN, own, turned};
-use super::lanes::Lanes;
-use super::motion_words::describe_along_lane;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use nearmiss_base::geometry::{Point, Pose, Vector};
+
+use super::ego_centric::{OWN, describe_along_lane, own, turned};
+use super::nearby::{self, Seen, apart};
 use super::options::{EgoAxes, Form, Moment, Options, everyone};
-use super::overview;
-use super::parts::{NO_EGO, ego_moves, everyone_there, heading, name_and_place, no_obstacles};
-use super::reach::apart;
-use super::seen::Seen;
-use super::table::{self, Cell, Column, column};
+use super::parts::{
+    self, Cell, Column, NO_EGO, column, ego_moves, everyone_there, heading, name_and_place,
+    no_obstacles,
+};
 use super::writer::{Subject, Writer};
 use crate::metrics::Encounter;
-use crate::scenario::{LaneGraph, Motion, Route, Scene, Window};
-use nearmiss_base::geometry::{Point, Pose, Vector};
+use crate::scenario::{LaneGraph, LaneRelation, LaneRelations, Motion, Route, Scene, Window};
 
 /// The relation of each obstacle to the ego.
 const RELATION: &[Column] = &[
@@ -123,8 +124,8 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
     };
     write(w, described);
     if options.nearest && !everyone.is_empty() {
-        overview::heading(w, scene, window);
-        write(w, overview::nearest_moments(scene, window, &everyone));
+        nearby::heading(w, scene, window);
+        write(w, nearby::nearest_moments(scene, window, &everyone));
     }
 }
 
@@ -230,29 +231,29 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
         }
     }
     let columns = if is_lane { RELATION } else { CENTRES };
-    table::titles(w, &[OWN, columns]);
+    parts::titles(w, &[OWN, columns]);
     for (moment, there) in described {
         let step = moment.step;
-        table::begin(w, scene, step, None);
+        parts::begin(w, scene, step, None);
         let Some((ego, axes)) = there else {
-            table::cells(w, OWN, &[]);
-            table::cells(w, columns, &[]);
+            parts::cells(w, OWN, &[]);
+            parts::cells(w, columns, &[]);
             w.words("\n");
             continue;
         };
         let mine = axes.along(ego);
-        table::cells(w, OWN, &own(&lanes, ego));
+        parts::cells(w, OWN, &own(&lanes, ego));
         let d = Cell::number(mine.as_ref().map(|mine| mine.d));
         let own_place = [Cell::Nothing, Cell::Nothing, Cell::Nothing, d];
-        table::cells(w, columns, if is_lane { &own_place } else { &[] });
+        parts::cells(w, columns, if is_lane { &own_place } else { &[] });
         w.words("\n");
         for (participant, motion) in &moment.near {
             let Some(encounter) = Encounter::at(scene, participant, step) else {
                 continue;
             };
             let seen = Seen::new(&encounter, options);
-            table::begin(w, scene, step, Some(participant));
-            table::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
+            parts::begin(w, scene, step, Some(participant));
+            parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
             let both = mine.as_ref().zip(axes.along(motion));
             let both = both.as_ref();
             let of = |value: fn(&Along, &Along) -> f64| {
@@ -270,8 +271,78 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
             if !is_lane {
                 cells.remove(1);
             }
-            table::cells(w, columns, &cells);
+            parts::cells(w, columns, &cells);
             w.words("\n");
         }
+    }
+}
+
+/// Names the lanes of participants.
+pub(super) struct Lanes<'s> {
+    scene: &'s Scene,
+    /// Of the ego where it was asked about last.
+    last: RefCell<Option<Known<'s>>>,
+}
+
+/// The ego's pose, its lanelets, and what others are to them.
+type Known<'s> = (Pose, Vec<i64>, Rc<LaneRelations<'s>>);
+
+/// The words for a participant that is on no lanelet.
+pub(super) const OFF_THE_ROAD: &str = "off the road";
+
+impl<'s> Lanes<'s> {
+    pub fn new(scene: &'s Scene) -> Self {
+        Self {
+            scene,
+            last: RefCell::default(),
+        }
+    }
+
+    /// Of the ego only that it is on no lane is worth a word; nothing where the map has no lanes.
+    pub fn of_ego(&self, ego: &Motion) -> Option<&'static str> {
+        let network = &self.scene.scenario.network;
+        let off = network.lanelets_at(&ego.pose.position).is_empty();
+        (off && !network.lanelets.is_empty()).then_some(OFF_THE_ROAD)
+    }
+
+    /// What the lane under `other` is to the ego's; nothing where the map has no lanes.
+    pub fn of(&self, ego: &Motion, other: &Motion) -> Option<&'static str> {
+        let network = &self.scene.scenario.network;
+        if network.lanelets.is_empty() {
+            return None;
+        }
+        let theirs = network.lanelets_driven(&other.pose);
+        if theirs.is_empty() {
+            return Some(OFF_THE_ROAD);
+        }
+        match self.relations(ego) {
+            Some(relations) => theirs
+                .iter()
+                .map(|id| relations.of(*id))
+                .min()
+                .map(LaneRelation::words),
+            None => Some("on the road"),
+        }
+    }
+
+    /// Nothing where the ego is off the road. Those of one step have the same ego, those of steps in a row mostly the
+    /// same lanelets.
+    fn relations(&self, ego: &Motion) -> Option<Rc<LaneRelations<'s>>> {
+        let network = &self.scene.scenario.network;
+        let mut last = self.last.borrow_mut();
+        let known = match last.take() {
+            Some(known) if known.0 == ego.pose => known,
+            before => {
+                let ours = network.lanelets_driven(&ego.pose);
+                let same = before.filter(|(_, lanelets, _)| *lanelets == ours);
+                let relations = same
+                    .map(|(.., relations)| relations)
+                    .unwrap_or_else(|| Rc::new(network.lane_relations(&ours)));
+                (ego.pose, ours, relations)
+            }
+        };
+        let relations = (!known.1.is_empty()).then(|| known.2.clone());
+        *last = Some(known);
+        relations
     }
 }

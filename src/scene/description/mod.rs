@@ -4,19 +4,12 @@ mod cartesian;
 mod ego_centric;
 mod ego_lane;
 mod lanelets;
-mod lanes;
-mod measure_columns;
-mod motion_words;
-mod occupancies;
+mod nearby;
 mod options;
-mod overview;
 mod parts;
 mod picture;
-mod reach;
 mod road;
 mod safety_metrics;
-mod seen;
-mod table;
 mod trajectory;
 mod visible;
 mod writer;
@@ -24,10 +17,10 @@ mod writer;
 use crate::metrics::Context;
 use crate::scenario::{Participant, Scene, Window};
 
-pub use measure_columns::measure_column;
+pub use nearby::GIVE;
 pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
 pub use picture::{PictureMoment, picture_moments};
-pub use reach::GIVE;
+pub use safety_metrics::measure_column;
 pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use writer::{Description, Span, Subject, Value, has_relative_times};
 
@@ -205,7 +198,7 @@ pub fn describe_in(
         None => {}
         Some(words) => {
             in_words(w, context, words, chosen, window, options)?;
-            occupancies::describe(w, context, window, options);
+            parts::describe(w, context, window, options);
         }
     }
     if frame.has_picture() {

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::reach::{apart, can_reach, first_to_touch};
+use super::Frame;
+use super::nearby::{self, apart, can_reach, first_to_touch};
 use super::writer::written;
-use super::{Frame, overview};
 use crate::metrics::{Encounter, MeasureList};
 use crate::scenario::{Motion, Participant, Scene, Window};
 
@@ -235,7 +235,7 @@ pub(super) fn everyone<'a>(
     described: &[Moment<'a>],
 ) -> Vec<Participant<'a>> {
     if options.nearest {
-        return overview::came_near(scene, window, options);
+        return nearby::came_near(scene, window, options);
     }
     let mut seen = std::collections::HashSet::new();
     let all = described.iter().flat_map(|moment| &moment.near);

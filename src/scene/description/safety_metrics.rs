@@ -1,19 +1,19 @@
-//! The safety-metrics description: distances, times and risk of nearby obstacles, and the window's worst values.
+//! The safety-metrics description: distances, times and risk of nearby obstacles; their columns and sentences.
 //!
 //! Nothing after the window is used, neither directly nor through the route along which lanes are followed.
 
-use super::ego_centric::{OWN, own, relative};
-use super::lanes::Lanes;
-use super::measure_columns::{MeasureColumns, Said, Worst};
-use super::motion_words;
+use std::borrow::Cow;
+
+use super::ego_centric::{self, OWN, own, relative};
+use super::ego_lane::Lanes;
+use super::nearby::Seen;
 use super::options::{Form, Moment, Options, everyone};
 use super::parts::{
-    NO_EGO, ego_moves, everyone_there, heading, name, name_and_place, no_obstacles, subject,
+    self, Cell, Column, NO_EGO, column, ego_moves, everyone_there, heading, name, name_and_place,
+    no_obstacles, subject,
 };
-use super::seen::Seen;
-use super::table::{self, Cell, Column, column};
 use super::writer::{Subject, Writer};
-use crate::metrics::{Context, Encounter, measure};
+use crate::metrics::{Context, Danger, Encounter, Measure, MeasureList, measure};
 use crate::scenario::{Participant, Scene, Window};
 
 /// The relation of each obstacle to the ego.
@@ -83,7 +83,7 @@ impl Measured<'_, '_> {
                 name_and_place(w, &participant, step, &seen, lanes.of(ego, motion));
                 relative(w, &seen.relation);
                 measures(w, &self.columns.said, &encounter);
-                let words = motion_words::describe_motion(w, &seen, self.options.contact);
+                let words = ego_centric::describe_motion(w, &seen, self.options.contact);
                 w.words(". ").words(&words).words("\n");
             }
         }
@@ -128,14 +128,14 @@ impl Measured<'_, '_> {
     fn compact(&self, w: &mut Writer, described: Vec<Moment<'_>>, everyone: &[Participant<'_>]) {
         let lanes = Lanes::new(self.scene);
         let measures = self.columns.columns();
-        table::titles(w, &[OWN, RELATION, &measures]);
+        parts::titles(w, &[OWN, RELATION, &measures]);
         for Moment { step, near, .. } in described {
-            table::begin(w, self.scene, step, None);
+            parts::begin(w, self.scene, step, None);
             let ego = self.scene.ego.track.at(step);
             let cells = ego.map(|ego| own(&lanes, ego));
-            table::cells(w, OWN, cells.as_ref().map_or(&[], |c| c));
-            table::cells(w, RELATION, &[]);
-            table::cells(w, &measures, &[]);
+            parts::cells(w, OWN, cells.as_ref().map_or(&[], |c| c));
+            parts::cells(w, RELATION, &[]);
+            parts::cells(w, &measures, &[]);
             w.words("\n");
             for (participant, motion) in near {
                 let Some((ego, encounter)) = ego.zip(self.encounter(&participant, step)) else {
@@ -143,8 +143,8 @@ impl Measured<'_, '_> {
                 };
                 let seen = Seen::new(&encounter, self.options);
                 let relation = &seen.relation;
-                table::begin(w, self.scene, step, Some(&participant));
-                table::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
+                parts::begin(w, self.scene, step, Some(&participant));
+                parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
                 let cells = [
                     Cell::Words(seen.direction.name()),
                     Cell::Real(relation.gap_long),
@@ -152,12 +152,12 @@ impl Measured<'_, '_> {
                     Cell::Real(relation.velocity.x),
                     Cell::Real(relation.velocity.y),
                 ];
-                table::cells(w, RELATION, &cells);
+                parts::cells(w, RELATION, &cells);
                 let cells: Vec<Cell> = measures
                     .iter()
                     .map(|c| cell(c.quantity, read(w, c.quantity, &encounter)))
                     .collect();
-                table::cells(w, &measures, &cells);
+                parts::cells(w, &measures, &cells);
                 w.words("\n");
             }
         }
@@ -166,7 +166,7 @@ impl Measured<'_, '_> {
         }
         self.worst_heading(w);
         let titles = self.columns.worst_columns();
-        table::titles_after(w, "who", &[&titles]);
+        parts::titles_after(w, "who", &[&titles]);
         for participant in everyone {
             w.about(subject(participant), None);
             name(w, participant);
@@ -178,7 +178,7 @@ impl Measured<'_, '_> {
                     Some((value, step)) => vec![cell(id, Some(value)), Cell::Time(step, dt)],
                     None => Vec::new(),
                 };
-                table::cells(w, &titles[2 * place..2 * place + 2], &cells);
+                parts::cells(w, &titles[2 * place..2 * place + 2], &cells);
             }
             w.words("\n");
         }
@@ -240,5 +240,171 @@ fn said<'w>(w: &'w mut Writer, id: &'static str, value: f64) -> &'w mut Writer {
     match id {
         "risk" => w.whole(id, value as i64),
         _ => w.number(id, value),
+    }
+}
+
+/// A measure that is told at every step.
+pub(super) struct Said {
+    pub id: &'static str,
+    /// Its title where it has one of its own.
+    title: Cow<'static, str>,
+    /// Words of the prose before the number.
+    pub before: Cow<'static, str>,
+    /// Words after it: its unit.
+    pub after: Cow<'static, str>,
+    /// Whether it belongs to the one before it.
+    pub continues: bool,
+}
+
+/// A measure of which the worst value over the window is told.
+pub(super) struct Worst {
+    pub id: &'static str,
+    title: Cow<'static, str>,
+    /// Words of the prose before the number.
+    pub before: Cow<'static, str>,
+    /// Words after it: its unit.
+    pub after: Cow<'static, str>,
+}
+
+/// The measures of a description.
+pub(super) struct MeasureColumns {
+    pub said: Vec<Said>,
+    pub worst: Vec<Worst>,
+}
+
+/// The usual measures: id, title, words of the prose before and after.
+const SAID: [[&str; 4]; 7] = [
+    ["distance", "distance [m]", "distance ", " m"],
+    [
+        "ttc_long",
+        "ttc long [s]",
+        "time to close the gap longitudinal ",
+        " s",
+    ],
+    ["ttc_lat", "ttc lat [s]", "lateral ", " s"],
+    ["ttc", "ttc [s]", "time to collision ", " s"],
+    ["time_gap", "time gap [s]", "time gap ", " s"],
+    ["drac", "drac [m/s²]", "deceleration needed ", " m/s²"],
+    ["risk", "risk", "risk score ", ""],
+];
+
+/// The usual measures whose worst values over the window are told.
+const WORST: [[&str; 4]; 4] = [
+    ["distance", "min distance [m]", "smallest distance ", " m"],
+    ["ttc", "min ttc [s]", "smallest time to collision ", " s"],
+    [
+        "drac",
+        "max drac [m/s²]",
+        "largest deceleration needed ",
+        " m/s²",
+    ],
+    ["risk", "min risk", "lowest risk score ", ""],
+];
+
+impl MeasureColumns {
+    /// Those of the chosen measures; the usual ones for `None`.
+    pub fn new(chosen: Option<&MeasureList>) -> Self {
+        let Some(chosen) = chosen else {
+            let said = SAID.map(|[id, title, before, after]| Said {
+                id,
+                title: title.into(),
+                before: before.into(),
+                after: after.into(),
+                continues: id == "ttc_lat",
+            });
+            let worst = WORST.map(|[id, title, before, after]| Worst {
+                id,
+                title: title.into(),
+                before: before.into(),
+                after: after.into(),
+            });
+            return Self {
+                said: said.into(),
+                worst: worst.into(),
+            };
+        };
+        let said = chosen.iter().map(|measure| Said {
+            id: measure.id,
+            title: title(measure).into(),
+            before: format!("{} ", measure.name).into(),
+            after: unit(measure).into(),
+            continues: false,
+        });
+        // Where neither side is dangerous there is no worst value.
+        let graded = chosen.iter().filter(|m| m.danger != Danger::Neutral);
+        let worst = graded.map(|measure| Worst {
+            id: measure.id,
+            title: format!("{} {}", measure.danger.extreme(), title(measure)).into(),
+            before: match measure.danger {
+                Danger::High => format!("largest {} ", measure.name).into(),
+                Danger::Low | Danger::Neutral => format!("smallest {} ", measure.name).into(),
+            },
+            after: unit(measure).into(),
+        });
+        Self {
+            said: said.collect(),
+            worst: worst.collect(),
+        }
+    }
+
+    /// The columns of every step.
+    pub fn columns(&self) -> Vec<Column> {
+        let columns = self.said.iter().map(|one| Column {
+            title: one.title.clone(),
+            quantity: one.id,
+        });
+        columns.collect()
+    }
+
+    /// The columns of the worst values: two for each measure, the value and its time.
+    pub fn worst_columns(&self) -> Vec<Column> {
+        let columns = self.worst.iter().flat_map(|one| {
+            let value = Column {
+                title: one.title.clone(),
+                quantity: one.id,
+            };
+            [value, column("at t [s]", "time")]
+        });
+        columns.collect()
+    }
+}
+
+/// What a measure is called in the tables of the metrics frame: `ttc long`.
+#[must_use]
+pub fn measure_column(measure: &Measure) -> String {
+    measure.id.replace('_', " ")
+}
+
+/// The title of its column, with its unit: `ttc long [s]`.
+fn title(measure: &Measure) -> String {
+    let name = measure_column(measure);
+    match measure.unit {
+        "" => name,
+        unit => format!("{name} [{unit}]"),
+    }
+}
+
+fn unit(measure: &Measure) -> String {
+    match measure.unit {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    #[test]
+    fn chosen_measures_are_titled_as_the_usual_ones() {
+        let ids = SAID.map(|[id, ..]| id);
+        let chosen = MeasureList::of(ids).ok();
+        let titles = |columns: &MeasureColumns| {
+            let titles = columns.columns().into_iter().map(|c| c.title.into_owned());
+            titles.collect::<Vec<_>>()
+        };
+        let usual = titles(&MeasureColumns::new(None));
+        assert_eq!(titles(&MeasureColumns::new(chosen.as_ref())), usual);
+        let neutral = MeasureList::parse("v_rel_long").ok();
+        assert!(MeasureColumns::new(neutral.as_ref()).worst.is_empty());
     }
 }

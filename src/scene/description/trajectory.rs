@@ -6,11 +6,13 @@ use std::collections::BTreeSet;
 
 use super::cartesian::{MOTION, motion};
 use super::ego_centric::relative;
+use super::nearby::Seen;
 use super::options::{Form, Options};
-use super::parts::{NO_EGO, everyone_there, heading, name, on_lanelets, on_the_map, subject};
+use super::parts::{
+    self, Cell, Column, NO_EGO, column, everyone_there, heading, name, on_lanelets, on_the_map,
+    subject,
+};
 use super::road;
-use super::seen::Seen;
-use super::table::{self, Cell, Column, column};
 use super::writer::{Subject, Writer};
 use crate::metrics::Encounter;
 use crate::scenario::{Motion, Participant, Scene, Window};
@@ -108,13 +110,13 @@ fn on_a_lanelet(w: &mut Writer, scene: &Scene, motion: &Motion) {
 }
 
 fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], options: &Options) {
-    table::titles(w, &[MOTION, LANELET, RELATION]);
+    parts::titles(w, &[MOTION, LANELET, RELATION]);
     for &step in steps {
-        table::begin(w, scene, step, None);
+        parts::begin(w, scene, step, None);
         on_the_map_cells(w, scene, scene.ego.track.at(step));
-        table::cells(w, RELATION, &[]);
+        parts::cells(w, RELATION, &[]);
         w.words("\n");
-        table::begin(w, scene, step, Some(who));
+        parts::begin(w, scene, step, Some(who));
         on_the_map_cells(w, scene, known(who, step));
         let cells = encounter(scene, who, step).map(|encounter| {
             let seen = Seen::new(&encounter, options);
@@ -128,14 +130,14 @@ fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], 
                 Cell::Real(relation.velocity.y),
             ]
         });
-        table::cells(w, RELATION, cells.as_ref().map_or(&[], |c| c));
+        parts::cells(w, RELATION, cells.as_ref().map_or(&[], |c| c));
         w.words("\n");
     }
 }
 
 fn on_the_map_cells(w: &mut Writer, scene: &Scene, there: Option<&Motion>) {
     let cells = there.map(motion);
-    table::cells(w, MOTION, cells.as_ref().map_or(&[], |c| c));
+    parts::cells(w, MOTION, cells.as_ref().map_or(&[], |c| c));
     let lanelet = there.map(|there| Cell::lanelets(scene, there));
-    table::cells(w, LANELET, lanelet.as_slice());
+    parts::cells(w, LANELET, lanelet.as_slice());
 }

@@ -1,11 +1,15 @@
-//! Collision: do the real bodies of the ego and an obstacle touch, at a recorded step or between two?
+//! Collision: do the real bodies of the ego and an obstacle touch, as recorded or soon, as predicted?
 
 use std::fmt::Write;
 
-use super::Judgement;
-use super::reasoning::{metres, moment, name, risk, situation, touching, value};
+use nearmiss_base::geometry::{self, Pose, Vector};
+
+use super::{Judgement, metres, moment, name, risk, situation, touching, value};
 use crate::metrics::{Contact, Context, Encounter, Thresholds};
-use crate::scenario::{Participant, Scene};
+use crate::scenario::prediction::{
+    Model, Observed, ObservedHistory, PredictedPath, Prediction, Predictor, Trajectory,
+};
+use crate::scenario::{Obstacle, ObstacleType, Participant, Scene};
 use crate::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 
 /// What one obstacle did over the whole recording.
@@ -181,5 +185,251 @@ fn line(scene: &Scene, h: &History<'_>) -> String {
             moment(scene, at),
             risk(h.risk)
         ),
+    }
+}
+
+/// When a predicted contact is called critical.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Criterion {
+    /// How motions are predicted.
+    pub model: Model,
+    /// How far ahead, seconds.
+    pub horizon: f64,
+    /// The least probability of contact within the horizon that is critical, 0 to 1.
+    pub threshold: f64,
+}
+
+/// Predicted interaction of the ego and one obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CollisionPrediction {
+    /// The obstacle.
+    pub id: i64,
+    /// What it is.
+    pub kind: Option<ObstacleType>,
+    /// Probability of contact within the horizon, 0 to 1.
+    pub probability: f64,
+    /// Seconds to contact, if it comes to one: half of the probability lies before. Nothing where no predicted
+    /// motions meet.
+    pub time: Option<f64>,
+    /// The likeliest ways of the ego and of the obstacle that meet.
+    pub ways: Option<(PredictedPath, PredictedPath)>,
+    /// Whether the contact is with regions of an occupancy set, which the obstacle may cover or not; the probability is
+    /// that of reaching them.
+    pub is_possible: bool,
+}
+
+/// Seconds between two moments of a predicted motion; in between it is a straight line.
+const TICK: f64 = 0.1;
+
+impl Criterion {
+    /// That of the reference judge.
+    ///
+    /// Horizon and threshold were chosen on 60 published scenarios (`nearmiss help judge`: what they gain and cost).
+    pub const REFERENCE: Self = Self {
+        model: Model::AlongLanes,
+        horizon: 2.0,
+        threshold: 0.3,
+    };
+
+    /// Whether a prospect is critical.
+    #[must_use]
+    pub fn critical(&self, prospect: &CollisionPrediction) -> bool {
+        prospect.probability >= self.threshold
+    }
+
+    /// The predicted contacts of all obstacles within `radius` metres of the ego now (centre to centre; `None` for
+    /// all), most probable first. Empty without an ego at the end of the history.
+    #[must_use]
+    pub fn prospects(
+        &self,
+        past: &ObservedHistory<'_>,
+        radius: Option<f64>,
+    ) -> Vec<CollisionPrediction> {
+        let Some(ego) = past.ego() else {
+            return Vec::new();
+        };
+        let mut predictor = Predictor::new(past, self.model);
+        // A horizon between two ticks ends inside the last one.
+        let ticks = (self.horizon / TICK - 1e-9).ceil() as usize;
+        let own = predictor.predict(ego, self.horizon);
+        let mine = own.trajectories(TICK, ticks);
+        let near = |other: &&Observed<'_>| {
+            let between = (other.motion.pose.position - ego.motion.pose.position).norm();
+            radius.is_none_or(|radius| between <= radius)
+        };
+        let prospect = |other: &Observed<'_>| {
+            let theirs = predictor.predict(other, self.horizon);
+            let sides = Sides {
+                ego,
+                own: &own,
+                mine: &mine,
+                other,
+                theirs: &theirs,
+            };
+            sides.prospect(self.horizon, ticks)
+        };
+        let mut found: Vec<_> = past.others().iter().filter(near).map(prospect).collect();
+        let sets = past
+            .sets()
+            .iter()
+            .filter_map(|set| reached(set, ego, past.now(), &mine, self.horizon));
+        found.extend(
+            sets.filter(|(distance, _)| radius.is_none_or(|r| *distance <= r))
+                .map(|(_, p)| p),
+        );
+        let time = |p: &CollisionPrediction| p.time.unwrap_or(f64::MAX);
+        found.sort_by(|a, b| {
+            b.probability
+                .total_cmp(&a.probability)
+                .then(time(a).total_cmp(&time(b)))
+        });
+        found
+    }
+}
+
+/// Whether predicted motions of the ego reach the regions of an occupancy set, and the distance of the present one from
+/// the ego, centre to centre; nothing where there is none now.
+fn reached(
+    set: &Obstacle,
+    ego: &Observed<'_>,
+    now: i64,
+    mine: &[Trajectory],
+    horizon: f64,
+) -> Option<(f64, CollisionPrediction)> {
+    let here = set.motion_at(now)?.pose.position;
+    let steps = (horizon / ego.dt + 1e-9).floor() as i64;
+    let first = |one: &Trajectory| {
+        (0..=steps).find(|k| {
+            let pose = one.pose_at(*k as f64 * ego.dt, TICK);
+            let there = set.placed_at(now + k);
+            there.is_some_and(|region| ego.footprint.at(pose).distance(&region) == 0.0)
+        })
+    };
+    let contacts = mine.iter().filter_map(|one| {
+        let step = first(one)?;
+        Some((step as f64 * ego.dt, one.weight))
+    });
+    let contacts: Vec<(f64, f64)> = contacts.collect();
+    let probability = contacts.iter().map(|(_, weight)| weight).sum::<f64>() + 0.0;
+    let prediction = CollisionPrediction {
+        id: set.id,
+        kind: Some(set.kind),
+        probability: probability.min(1.0),
+        time: median(contacts),
+        ways: None,
+        is_possible: true,
+    };
+    Some(((here - ego.motion.pose.position).norm(), prediction))
+}
+
+/// The ego and one other, with what they may do.
+struct Sides<'a> {
+    ego: &'a Observed<'a>,
+    own: &'a Prediction,
+    mine: &'a [Trajectory],
+    other: &'a Observed<'a>,
+    theirs: &'a Prediction,
+}
+
+impl Sides<'_> {
+    fn prospect(&self, horizon: f64, ticks: usize) -> CollisionPrediction {
+        let mut contacts: Vec<(f64, f64)> = Vec::new();
+        let mut likeliest: Option<(f64, usize, usize)> = None;
+        let touch = self.ego.placed().distance(&self.other.placed()) == 0.0;
+        if touch {
+            // Whatever they do next.
+            contacts.push((0.0, 1.0));
+        } else if self.can_meet(horizon) {
+            let courses = self.theirs.courses.len();
+            let mut by_ways = vec![0.0; self.own.courses.len() * courses];
+            for theirs in self.theirs.trajectories(TICK, ticks) {
+                for mine in self.mine {
+                    let time = self.contact(mine, &theirs);
+                    if let Some(time) = time.filter(|time| *time <= horizon) {
+                        let weight = mine.weight * theirs.weight;
+                        contacts.push((time, weight));
+                        by_ways[mine.course * courses + theirs.course] += weight;
+                    }
+                }
+            }
+            for (place, &weight) in by_ways.iter().enumerate() {
+                if weight > likeliest.map_or(0.0, |(most, ..)| most) {
+                    likeliest = Some((weight, place / courses, place % courses));
+                }
+            }
+        }
+        // The sum of an empty iterator is -0.
+        let probability = contacts.iter().map(|(_, weight)| weight).sum::<f64>() + 0.0;
+        CollisionPrediction {
+            id: self.other.who.id,
+            kind: self.other.who.kind,
+            probability: probability.min(1.0),
+            time: median(contacts),
+            is_possible: false,
+            ways: likeliest.map(|(_, mine, theirs)| {
+                let way = |p: &Prediction, course: usize| p.courses[course].way.clone();
+                (way(self.own, mine), way(self.theirs, theirs))
+            }),
+        }
+    }
+
+    /// Discs around both that cannot meet in time spare everything else.
+    fn can_meet(&self, horizon: f64) -> bool {
+        let between = self.other.motion.pose.position - self.ego.motion.pose.position;
+        let bodies = self.ego.footprint.reach() + self.other.footprint.reach();
+        between.norm() <= bodies + self.own.reach(horizon) + self.theirs.reach(horizon)
+    }
+
+    /// Seconds until the two bodies touch on these motions, swept from each tick to the next.
+    fn contact(&self, mine: &Trajectory, theirs: &Trajectory) -> Option<f64> {
+        let bodies = self.ego.footprint.reach() + self.other.footprint.reach();
+        let (a, b) = (&mine.poses, &theirs.poses);
+        let last = a.len().min(b.len()) - 1;
+        let per_tick = (mine.fastest + theirs.fastest) * TICK;
+        let mut k = 0;
+        while k < last {
+            let gap = (b[k].position - a[k].position).norm() - bodies;
+            if gap > per_tick {
+                if per_tick <= 0.0 {
+                    return None;
+                }
+                // Nothing can happen until the discs around both are a tick apart.
+                k += ((gap / per_tick) as usize).min(last - k);
+                continue;
+            }
+            let velocity = |p: &[Pose]| -> Vector { (p[k + 1].position - p[k].position) / TICK };
+            let (here, there) = (self.ego.footprint.at(a[k]), self.other.footprint.at(b[k]));
+            match here.contact(&velocity(a), &there, &velocity(b), TICK) {
+                geometry::Contact::Now => return Some(k as f64 * TICK),
+                geometry::Contact::In(t) => return Some(k as f64 * TICK + t),
+                geometry::Contact::NotWithinHorizon => k += 1,
+            }
+        }
+        None
+    }
+}
+
+/// The time before which half of the weight lies.
+fn median(mut contacts: Vec<(f64, f64)>) -> Option<f64> {
+    contacts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = contacts.iter().map(|(_, weight)| weight).sum::<f64>() / 2.0;
+    let mut sum = 0.0;
+    let found = contacts.iter().find(|(_, weight)| {
+        sum += weight;
+        sum >= half
+    });
+    found.map(|(time, _)| *time)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median;
+
+    #[test]
+    fn half_of_the_weight_lies_before_the_median() {
+        assert_eq!(median(vec![]), None);
+        let contacts = vec![(1.5, 0.2), (0.5, 0.1), (1.0, 0.1)];
+        assert_eq!(median(contacts), Some(1.0));
+        assert_eq!(median(vec![(0.3, 0.1), (0.9, 0.4)]), Some(0.9));
     }
 }

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::Judgement;
-use super::reasoning::{moment, name, risk, situation};
+use super::{Judgement, moment, name, risk, situation};
 use crate::metrics::{Encounter, RiskConvention, ScoreAt, Thresholds};
 use crate::scenario::Scene;
 use crate::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};

@@ -6,9 +6,8 @@
 use std::collections::HashMap;
 use std::fmt::Write;
 
-use super::Judgement;
-use super::collision_prediction::{CollisionPrediction, Criterion};
-use super::reasoning::{moment, name, risk, situation, value};
+use super::collision::{CollisionPrediction, Criterion};
+use super::{Judgement, moment, name, risk, situation, value};
 use crate::metrics::{Encounter, Thresholds};
 use crate::scenario::prediction::{ObservedHistory, PredictedPath};
 use crate::scenario::{Participant, Scene, Window};

@@ -1,4 +1,4 @@
-//! Contacts of the ego: when its body and another's touch, at a step or between two, and how fast they close then.
+//! Contacts of the ego: when its body and another's touch, at a step or between two, how fast, and where.
 //!
 //! Between two steps positions go evenly along straight lines and headings evenly the shorter way round: see
 //! [`nearmiss_base::geometry::Way`]. What is touched only between two steps is touched all the same, unless it overlaps by no
@@ -6,11 +6,20 @@
 //! evenly joined steps are off by up to π²/32 of the second difference of the steps around (a sine at that rate). Who
 //! passes the other from one side to the opposite one passes through it at any speed: there only what is uncertain across
 //! that direction counts, against how far they overlap across it.
+//!
+//! Closing speed at contact: how fast one body moves relative to the other when they first touch.
+//!
+//! The length of the difference of both velocities at the first contact of the recording, at a step or between two, as
+//! recorded; between two steps velocities change evenly. It measures how severe a collision is: with the masses it gives
+//! the change of velocity delta-v of each. One value for the pair, the same at every step. Source: Shelby, Delta-V as a
+//! measure of traffic conflict severity, 2011; Laureshyn et al., In search of the severity dimension of traffic events,
+//! 2017.
 
-use super::Context;
-use super::context::BodyAtStep;
-use crate::scenario::{Motion, Participant, Scene, driven_way};
 use nearmiss_base::geometry::{Placed, Point, Pose, Vector, angle_between};
+
+use super::context::BodyAtStep;
+use super::{Context, Danger, Encounter, Measure, Mirrored, NoValue, Reading};
+use crate::scenario::{Motion, Participant, Scene, driven_way};
 
 /// The ego's body touches another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -275,4 +284,23 @@ impl Context<'_> {
         let found = all.binary_search_by_key(&self.step(index), |contact| contact.step);
         found.ok().map(|place| &all[place])
     }
+}
+
+pub(super) const CONTACT_SPEED: Measure = Measure {
+    id: "contact_speed",
+    name: "closing speed at contact",
+    unit: "m/s",
+    danger: Danger::High,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "relative speed at the first recorded contact (Shelby 2011)",
+    compute: contact_speed,
+};
+
+fn contact_speed(encounter: &Encounter<'_>) -> Reading {
+    let speed = encounter.ask(|context, other, _| {
+        let first = context.contacts(other).first();
+        first.map(|c| c.closing_speed).ok_or(NoValue::NeverTouched)
+    });
+    speed.into()
 }

@@ -4,8 +4,8 @@ use std::cell::OnceCell;
 use std::ops::Range;
 
 use super::along::{LaneBody, LaneSet, Road};
+use super::encounter::Pair;
 use super::limits::Limits;
-use super::pair::Pair;
 use super::recorded::{Starts, Swept};
 use super::{Encounter, NoValue, Thresholds};
 use crate::scenario::{Motion, Participant, RouteError, Scene, Window};

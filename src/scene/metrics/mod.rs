@@ -6,46 +6,32 @@
 
 mod along;
 mod contact;
-mod contact_speed;
 mod context;
-mod distance;
 mod encounter;
-mod frame;
-mod headline;
-mod limit_table;
 pub mod limits;
-mod measure_list;
-mod pair;
 pub mod paper;
-mod reading;
+mod plane;
 mod recorded;
 mod registry;
 mod relation;
 mod risk;
-mod risk_scores;
 mod scene_measures;
 mod series;
 mod severity;
 mod thresholds;
-mod time_to_collision;
-mod worst_case;
 
 pub use along::{LaneBody, LaneSet, Road};
 pub use contact::Contact;
 pub use context::Context;
 pub use encounter::Encounter;
-pub use headline::{Headline, Nearest};
-pub use limit_table::{LIMITS, Limit};
-pub use measure_list::MeasureList;
-pub use reading::{NoValue, Reading};
-pub use registry::{Danger, MEASURES, Measure, Mirrored, measure};
+pub use limits::{LIMITS, Limit};
+pub use plane::HORIZON;
+pub use registry::{Danger, MEASURES, Measure, MeasureList, Mirrored, NoValue, Reading, measure};
 pub use relation::{Direction, Relation, side_of_centre};
-pub use risk::{RISK_LEVELS, RiskLevel, RiskTable, UNROUNDED_RISK};
-pub use risk_scores::{RiskConvention, ScoreAt};
-pub use scene_measures::{SCENE_MEASURES, SceneMeasure};
+pub use risk::{RISK_LEVELS, RiskConvention, RiskLevel, RiskTable, ScoreAt, UNROUNDED_RISK};
+pub use scene_measures::{Headline, Nearest, SCENE_MEASURES, SceneMeasure};
 pub use series::Series;
 pub use severity::{
     CriticalMoment, Grade, Hazard, Moments, PairMoments, SEVERITY_NAMES, critical_moments,
 };
 pub use thresholds::{Change, Threshold, ThresholdError, Thresholds};
-pub use time_to_collision::HORIZON;

@@ -1,17 +1,10 @@
-//! The table of measures: what each is called, its unit, its source, and what is dangerous.
+//! The table of measures: what each is called, its unit, its source, what is dangerous; values and lists of them.
 
-use super::along::{
-    brake_threat, crash_potential, drac, headway, integrated, lane_ttc, lateral_deceleration,
-    longitudinal_deceleration, rss_lateral, rss_longitudinal, rss_margin, steer_threat,
-    time_exposed, time_gap, time_headway,
-};
-use super::recorded::{
-    closest_distance, encroachment, first_overlap, post_encroachment, time_to_closest,
-    time_to_manoeuvre,
-};
-use super::{
-    Encounter, Reading, contact_speed, distance, frame, risk, time_to_collision, worst_case,
-};
+use nearmiss_base::system::unknown;
+
+use super::along::{exposure, following, required_acceleration, rss};
+use super::recorded::{closest, conflict, manoeuvre};
+use super::{Encounter, contact, plane, relation, risk};
 
 /// Which values of a measure are dangerous.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,49 +124,245 @@ impl Measure {
 
 /// Every measure, in the order of columns.
 pub const MEASURES: &[Measure] = &[
-    distance::MEASURE,
-    time_to_collision::MEASURE,
+    plane::DISTANCE,
+    plane::TIME_TO_COLLISION,
     risk::MEASURE,
-    frame::GAP_LONG,
-    frame::GAP_LAT,
-    frame::TTC_LONG,
-    frame::TTC_LAT,
-    frame::V_REL_LONG,
-    frame::V_REL_LAT,
-    frame::A_REL_LONG,
-    frame::A_REL_LAT,
-    closest_distance::MEASURE,
-    time_to_closest::MEASURE,
-    first_overlap::MEASURE,
-    contact_speed::MEASURE,
-    worst_case::MEASURE,
-    headway::MEASURE,
-    time_gap::MEASURE,
-    time_headway::MEASURE,
-    lane_ttc::MEASURE,
-    longitudinal_deceleration::MEASURE,
-    lateral_deceleration::MEASURE,
-    drac::MEASURE,
-    brake_threat::MEASURE,
-    steer_threat::MEASURE,
-    time_exposed::MEASURE,
-    integrated::MEASURE,
-    crash_potential::MEASURE,
-    encroachment::MEASURE,
-    post_encroachment::MEASURE,
-    time_to_manoeuvre::BRAKE,
-    time_to_manoeuvre::KICK_DOWN,
-    time_to_manoeuvre::STEER,
-    time_to_manoeuvre::REACT,
-    rss_longitudinal::DISTANCE,
-    rss_longitudinal::MARGIN,
-    rss_lateral::DISTANCE,
-    rss_lateral::MARGIN,
-    rss_margin::MEASURE,
+    relation::GAP_LONG,
+    relation::GAP_LAT,
+    relation::TTC_LONG,
+    relation::TTC_LAT,
+    relation::V_REL_LONG,
+    relation::V_REL_LAT,
+    relation::A_REL_LONG,
+    relation::A_REL_LAT,
+    closest::CLOSEST_DISTANCE,
+    closest::TIME_TO_CLOSEST,
+    closest::FIRST_OVERLAP,
+    contact::CONTACT_SPEED,
+    plane::WORST_CASE_TTC,
+    following::HEADWAY,
+    following::TIME_GAP,
+    following::TIME_HEADWAY,
+    following::LANE_TTC,
+    required_acceleration::LONGITUDINAL_ACCELERATION,
+    required_acceleration::LATERAL_ACCELERATION,
+    following::DRAC,
+    required_acceleration::BRAKE_THREAT,
+    required_acceleration::STEER_THREAT,
+    exposure::TIME_EXPOSED,
+    exposure::TIME_INTEGRATED,
+    exposure::CRASH_POTENTIAL,
+    conflict::ENCROACHMENT_TIME,
+    conflict::POST_ENCROACHMENT_TIME,
+    manoeuvre::BRAKE,
+    manoeuvre::KICK_DOWN,
+    manoeuvre::STEER,
+    manoeuvre::REACT,
+    rss::LONGITUDINAL_DISTANCE,
+    rss::LONGITUDINAL_MARGIN,
+    rss::LATERAL_DISTANCE,
+    rss::LATERAL_MARGIN,
+    rss::RSS_MARGIN,
 ];
 
 /// The measure with this id.
 #[must_use]
 pub fn measure(id: &str) -> Option<&'static Measure> {
     MEASURES.iter().find(|m| m.id == id)
+}
+
+/// Measures chosen by id, each once, in the order in which they were named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct MeasureList {
+    /// Places in [`MEASURES`]; those from `count` on are 0.
+    places: [u8; Self::MOST],
+    count: u8,
+}
+
+impl MeasureList {
+    /// Most measures of a list: more columns no model follows.
+    pub const MOST: usize = 12;
+
+    /// The measures with these ids.
+    ///
+    /// # Errors
+    /// An unknown id, with those that it may mean; an id named twice; none, or more than [`Self::MOST`].
+    pub fn of<'a>(ids: impl IntoIterator<Item = &'a str>) -> Result<Self, String> {
+        let mut list = Self {
+            places: [0; Self::MOST],
+            count: 0,
+        };
+        for id in ids.into_iter().map(str::trim) {
+            let place = MEASURES.iter().position(|measure| measure.id == id);
+            let Some(place) = place.and_then(|place| u8::try_from(place).ok()) else {
+                return Err(unknown("measure", id, MEASURES.iter().map(|m| m.id)));
+            };
+            if list.places[..list.len()].contains(&place) {
+                return Err(format!("measure `{id}` is named twice"));
+            }
+            let Some(free) = list.places.get_mut(usize::from(list.count)) else {
+                return Err(format!("more than {} measures", Self::MOST));
+            };
+            *free = place;
+            list.count += 1;
+        }
+        match list.count {
+            0 => Err("no measure is named".into()),
+            _ => Ok(list),
+        }
+    }
+
+    /// The measures in a text such as `ttc,thw,drac`.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn parse(text: &str) -> Result<Self, String> {
+        Self::of(text.split(','))
+    }
+
+    fn len(&self) -> usize {
+        usize::from(self.count)
+    }
+
+    /// The measures, as they were named.
+    pub fn iter(&self) -> impl Iterator<Item = &'static Measure> + use<> {
+        let places = self.places;
+        (0..self.len()).map(move |at| &MEASURES[usize::from(places[at])])
+    }
+
+    /// Their ids.
+    #[must_use]
+    pub fn ids(&self) -> Vec<&'static str> {
+        self.iter().map(|measure| measure.id).collect()
+    }
+}
+
+impl std::fmt::Display for MeasureList {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.ids().join(","))
+    }
+}
+
+/// The value of a measure for one obstacle at one step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reading {
+    /// A finite number in the measure's unit.
+    Value(f64),
+    /// No value, and why.
+    None(NoValue),
+}
+
+/// Why a measure has no value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum NoValue {
+    /// One of the two is absent at this step.
+    Absent,
+    /// The other is a region that an obstacle may cover, of an occupancy set, whose velocity nobody knows.
+    Occupancy,
+    /// They do not come closer along this direction.
+    NotApproaching,
+    /// The bodies overlap along this axis of the ego's frame, so there is no gap to close.
+    Overlapping,
+    /// With their present motion they do not touch within the horizon.
+    NoContact,
+    /// The ego has no route on the road; [`super::Context::road`] says why.
+    NoRoute,
+    /// The ego or the other is nowhere beside the ego's route.
+    OffRoute,
+    /// The other stands on no lane that the ego stands on.
+    OtherLane,
+    /// The other is behind the ego along its route.
+    Behind,
+    /// The bodies overlap along the ego's route, so there is no gap.
+    Beside,
+    /// The bodies touch, so there is no gap.
+    Contact,
+    /// The ego hardly moves along its route.
+    Standing,
+    /// In the recording the ego does not get to where the other is now.
+    NotReached,
+    /// The recorded bodies do not overlap at this step or later.
+    NoRecordedOverlap,
+    /// The recorded bodies never touch, at no step and between none.
+    NeverTouched,
+    /// A start at an earlier step avoids the recorded overlap, none from this step on does.
+    TooLate,
+    /// No start at any step of the recording avoids the recorded overlap.
+    NeverAvoided,
+    /// The two paths have no place in common, or one of the two stands all the time.
+    NoConflictArea,
+    /// Both are in the conflict area at the same time.
+    Together,
+    /// The recording begins or ends inside the conflict area.
+    CutOff,
+}
+
+impl NoValue {
+    /// In words, for tables and tips.
+    #[must_use]
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::Absent => "not there",
+            Self::Occupancy => "an occupancy set, which has no velocity",
+            Self::NotApproaching => "not approaching",
+            Self::Overlapping => "bodies overlap along this axis",
+            Self::NoContact => "no contact within the horizon",
+            Self::NoRoute => "the ego has no route",
+            Self::OffRoute => "not beside the ego's route",
+            Self::OtherLane => "other lane",
+            Self::Behind => "behind",
+            Self::Beside => "beside",
+            Self::Contact => "the bodies touch",
+            Self::Standing => "the ego hardly moves",
+            Self::NotReached => "not reached in the recording",
+            Self::NoRecordedOverlap => "no recorded overlap to come",
+            Self::NeverTouched => "no recorded contact",
+            Self::TooLate => "too late",
+            Self::NeverAvoided => "avoids it at no recorded step",
+            Self::NoConflictArea => "no conflict area",
+            Self::Together => "in the conflict area together",
+            Self::CutOff => "the recording begins or ends in the conflict area",
+        }
+    }
+}
+
+impl Reading {
+    /// The number, if there is one.
+    #[must_use]
+    pub fn value(self) -> Option<f64> {
+        match self {
+            Self::Value(value) => Some(value),
+            Self::None(_) => None,
+        }
+    }
+}
+
+impl From<Result<f64, NoValue>> for Reading {
+    /// A number that is not finite is none: it stands for something out of reach.
+    fn from(result: Result<f64, NoValue>) -> Self {
+        match result {
+            Ok(value) if value.is_finite() => Self::Value(value),
+            Ok(_) => Self::None(NoValue::NoContact),
+            Err(why) => Self::None(why),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+
+    use crate::metrics::measure;
+
+    #[test]
+    fn ids_keep_their_order_and_mistakes_are_named() {
+        let list = MeasureList::parse("thw, ttc,drac").map(|list| list.to_string());
+        assert_eq!(list.as_deref(), Ok("thw,ttc,drac"));
+        assert!(measure("thw").is_some() && MEASURES.len() <= usize::from(u8::MAX));
+        let wrong = |text: &str| MeasureList::parse(text).expect_err(text);
+        assert!(wrong("ttc,darc").contains("drac"), "{}", wrong("ttc,darc"));
+        assert!(wrong("ttc,ttc").contains("twice"));
+        assert!(wrong("").contains("measure"));
+        let many: Vec<&str> = MEASURES.iter().map(|m| m.id).take(13).collect();
+        assert!(wrong(&many.join(",")).contains("more than 12"));
+    }
 }

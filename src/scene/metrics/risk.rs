@@ -1,4 +1,4 @@
-//! The risk score 0 to 5 of one obstacle at one step, from gaps and times to close them.
+//! The risk score 0 to 5 of one obstacle at one step, from gaps and times to close them, and of a whole scene.
 //!
 //! As in "From Words to Collisions": the longitudinal and lateral scores are weighted by the
 //! direction, for distance and for time, and the mean of the two is rounded (halves up). Gaps are
@@ -10,7 +10,11 @@ use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Danger, Direction, Encounter, Measure, Mirrored, Reading, time_to_collision};
+use super::paper::{self, TooLarge};
+use super::{
+    Danger, Direction, Encounter, MEASURES, Measure, Mirrored, Reading, Thresholds, plane,
+};
+use crate::scenario::Scene;
 
 /// One level of the table.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -90,7 +94,7 @@ impl RiskTable {
         let of_time = |time: Option<f64>| grade(time.unwrap_or(NEVER), |level| level.time);
         let exact = of_distance(encounter.distance());
         let (distance, time) = if relation.gap_long == 0.0 && relation.gap_lat == 0.0 {
-            let time = (time_to_collision::MEASURE.compute)(encounter).value();
+            let time = (plane::TIME_TO_COLLISION.compute)(encounter).value();
             (exact, of_time(time))
         } else {
             let weight = relation.direction.longitudinal_weight();
@@ -162,6 +166,97 @@ fn compute(encounter: &Encounter<'_>) -> Reading {
     Reading::Value(f64::from(
         encounter.thresholds().risk.of_encounter(encounter),
     ))
+}
+
+/// By which numbers and thresholds a risk score is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum RiskConvention {
+    /// Real bodies, and the table of the thresholds in use; see [`super::RISK_LEVELS`].
+    #[default]
+    Exact,
+    /// That of the tables published with "From Words to Collisions", of obstacles within 30 m; see [`paper::Risk`].
+    Paper,
+}
+
+/// The score of an obstacle at a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ScoreAt {
+    /// The time step.
+    pub step: i64,
+    /// 0 (collision) to 5 (negligible).
+    pub score: u8,
+    /// The obstacle.
+    pub obstacle: i64,
+}
+
+impl RiskConvention {
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Paper => "paper",
+        }
+    }
+
+    /// The scores of a scene that are at most `most`, by step, the worst of a step first.
+    ///
+    /// # Errors
+    /// The scene cannot be scored by the paper's convention, whose tables hold no numbers as large as its own.
+    pub fn scores_up_to(
+        self,
+        most: u8,
+        scene: &Scene,
+        thresholds: &Thresholds,
+    ) -> Result<Vec<ScoreAt>, TooLarge> {
+        match self {
+            Self::Exact => Ok(Self::exact_up_to(most, scene, thresholds)),
+            Self::Paper => Ok(up_to(most, of_paper(scene)?)),
+        }
+    }
+
+    /// The same by [`Self::Exact`], which scores every scene.
+    #[must_use]
+    pub fn exact_up_to(most: u8, scene: &Scene, thresholds: &Thresholds) -> Vec<ScoreAt> {
+        up_to(most, exact(scene, thresholds))
+    }
+}
+
+fn up_to(most: u8, mut found: Vec<ScoreAt>) -> Vec<ScoreAt> {
+    found.retain(|one| one.score <= most);
+    found.sort_unstable();
+    found
+}
+
+fn exact(scene: &Scene, thresholds: &Thresholds) -> Vec<ScoreAt> {
+    let Some(risk) = MEASURES.iter().find(|measure| measure.id == "risk") else {
+        return Vec::new();
+    };
+    let everyone: Vec<_> = scene.participants().collect();
+    let of_step = |step: i64| {
+        let at = move |other: &_| {
+            let encounter = Encounter::at(scene, other, step)?.under(thresholds);
+            let score = risk.of(&encounter).value()?;
+            Some(ScoreAt {
+                step,
+                score: score as u8,
+                obstacle: other.obstacle.id,
+            })
+        };
+        everyone.iter().filter_map(at).collect::<Vec<_>>()
+    };
+    scene.steps().flat_map(of_step).collect()
+}
+
+fn of_paper(scene: &Scene) -> Result<Vec<ScoreAt>, TooLarge> {
+    let rows = paper::rows(scene)?;
+    let near = rows.iter().filter(|row| row.distance <= paper::RADIUS);
+    let score = |row: &paper::Row| ScoreAt {
+        step: row.timestep,
+        score: row.risk.risk_score,
+        obstacle: row.obstacle,
+    };
+    Ok(near.map(score).collect())
 }
 
 #[cfg(test)]

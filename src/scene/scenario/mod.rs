@@ -1,21 +1,13 @@
 //! Scenarios: the road network, road users and planning problems; immutable once read.
 
-pub mod benchmark_id;
-mod departure;
-mod ego_source;
-mod human_limits;
-mod identity;
+pub mod identity;
 mod jump;
 mod names;
 mod network;
 mod obstacle;
-mod occupied;
 mod planning;
 pub mod plausibility;
 pub mod prediction;
-mod presence;
-mod quantity;
-mod recorded_ego;
 mod road;
 mod scene;
 mod signs;
@@ -23,12 +15,9 @@ mod summary;
 pub mod track;
 mod transform;
 mod vehicle;
-mod window;
 
 use std::collections::BTreeMap;
 
-pub use ego_source::{EgoSource, obstacle_taken};
-pub use human_limits::HumanLimits;
 pub use identity::{ContentHash, HashedBeginning};
 pub use jump::{Jump, driven_way};
 pub use names::{
@@ -40,21 +29,21 @@ pub use network::{
     SignElement, StopLine, TrafficLight,
 };
 pub use obstacle::{Obstacle, ObstacleParts, Occupancy, Prediction, SignalState};
-pub use planning::{Goal, PlanningProblem};
-pub use quantity::{Position, Quantity, State, Steps};
-pub use recorded_ego::RecordedEgo;
+pub use planning::{Goal, PlanningProblem, Position, Quantity, State, Steps};
 pub use road::{
     Destination, DirectedLanelet, Direction, DrivableArea, Lane, LaneGraph, LaneRelation,
     LaneRelations, Leg, Route, RouteError, Side,
 };
-pub use scene::{Ego, Participant, Scene, SceneError};
+pub use scene::{
+    Ego, EgoSource, Participant, RecordedEgo, Scene, SceneError, Window, WindowEnd, WindowRule,
+    obstacle_taken,
+};
 pub use signs::SignMeaning;
 pub use summary::{alike, in_short};
 pub use track::{DerivedCounts, LONGEST_TRACK, Motion, Sample, Track};
 pub use transform::in_frame;
 pub use transform::{Transform, TransformError, Transformed};
-pub use vehicle::{VehicleModel, VehicleType};
-pub use window::{Window, WindowEnd, WindowRule};
+pub use vehicle::{HumanLimits, VehicleModel, VehicleType};
 
 /// One scenario: a map with traffic on it and a planning problem.
 #[derive(Debug, Clone, PartialEq)]

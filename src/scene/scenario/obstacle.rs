@@ -1,12 +1,16 @@
-//! Obstacles: all road users but the ego, and objects on or beside the road.
+//! Obstacles: all road users but the ego, and objects on or beside the road; where they are at a step, or may be.
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use nearmiss_base::geometry::{
+    Bounds, Footprint, Placed, Point, Pose, Shape, Vector, angle_between,
+};
 use serde::{Serialize, Serializer};
 
-use super::occupied::{Region, Regions};
 use super::{
-    ObstacleRole, ObstacleType, Position, Quantity, Sample, Signal, State, StateField, Steps, Track,
+    LONGEST_TRACK, Motion, ObstacleRole, ObstacleType, Position, Quantity, Sample, Signal, State,
+    StateField, Steps, Track, in_frame,
 };
-use nearmiss_base::geometry::{Footprint, Shape, Vector};
 
 /// Another participant, or a thing in the way.
 #[derive(Debug, Clone, PartialEq)]
@@ -255,4 +259,193 @@ pub(super) fn sample(state: &State) -> Option<Sample> {
         velocity: vector.map(|v| v.norm()).or(said(state.velocity)),
         acceleration,
     })
+}
+
+/// A region that an obstacle may cover at a step.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Region {
+    step: i64,
+    /// Its middle; its velocity is not known, and stands as 0 here.
+    pub motion: Motion,
+    /// In the frame of its middle.
+    pub footprint: Footprint,
+}
+
+/// The regions of an obstacle, one a step; steps without are not there.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Regions(Vec<Region>);
+
+/// As many occupancies of one step become one region; of more the box around them does.
+const MOST_UNITED: usize = 64;
+
+impl Regions {
+    /// The regions of a set; all that hold at a step are one region. At `known` the obstacle's place itself is known.
+    pub fn new(occupancies: &[Occupancy], known: Option<i64>) -> Self {
+        let mut changes: BTreeMap<i64, (Vec<usize>, Vec<usize>)> = BTreeMap::new();
+        for (i, one) in occupancies.iter().enumerate() {
+            changes.entry(one.time.from).or_default().0.push(i);
+            let after = one.time.to.saturating_add(1);
+            changes.entry(after).or_default().1.push(i);
+        }
+        let Some(first) = changes.keys().next().copied() else {
+            return Self::default();
+        };
+        let end = first.saturating_add(LONGEST_TRACK).saturating_add(1);
+        let ends: Vec<i64> = changes.keys().skip(1).map(|s| (*s).min(end)).collect();
+        let (mut found, mut active) = (Vec::new(), BTreeSet::new());
+        for ((from, (begin, over)), until) in changes.into_iter().zip(ends) {
+            active.extend(begin);
+            for i in over {
+                active.remove(&i);
+            }
+            let Some((motion, footprint)) = region(active.iter().map(|i| &occupancies[*i].region))
+            else {
+                continue;
+            };
+            let steps = (from..until).filter(|step| Some(*step) != known);
+            found.extend(steps.map(|step| Region {
+                step,
+                motion,
+                footprint: footprint.clone(),
+            }));
+        }
+        Self(found)
+    }
+
+    pub fn at(&self, step: i64) -> Option<&Region> {
+        let place = self.0.binary_search_by_key(&step, |region| region.step);
+        Some(&self.0[place.ok()?])
+    }
+
+    pub fn first(&self) -> Option<&Region> {
+        self.0.first()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+/// Shapes of the world as one region, and its middle.
+fn region<'a>(shapes: impl ExactSizeIterator<Item = &'a Shape>) -> Option<(Motion, Footprint)> {
+    let united = match shapes.len() {
+        0..=MOST_UNITED => Shape::union(shapes.cloned().collect())?,
+        _ => around(shapes)?,
+    };
+    let heading = match &united {
+        Shape::Rectangle { orientation, .. } => *orientation,
+        _ => 0.0,
+    };
+    let pose = Pose {
+        position: united.centroid()?,
+        heading,
+    };
+    let footprint = Footprint::new(in_frame(&united, &pose)).ok()?;
+    let motion = Motion {
+        pose,
+        velocity: 0.0,
+        acceleration: 0.0,
+    };
+    Some((motion, footprint))
+}
+
+/// The box that holds all shapes.
+fn around<'a>(shapes: impl Iterator<Item = &'a Shape>) -> Option<Shape> {
+    let corners: Vec<Point> = shapes.flat_map(Shape::outlines).flatten().collect();
+    let Bounds { min, max } = Bounds::from_points(&corners)?;
+    Some(Shape::Polygon {
+        vertices: vec![min, Point::new(max.x, min.y), max, Point::new(min.x, max.y)],
+    })
+}
+
+impl Obstacle {
+    /// Its motion at a step; static obstacles are present at all steps. Of a region of an occupancy set the place of its
+    /// middle, and nothing else: see [`Self::is_occupancy_at`].
+    #[must_use]
+    pub fn motion_at(&self, step: i64) -> Option<&Motion> {
+        if let Some(region) = self.region_at(step) {
+            return Some(&region.motion);
+        }
+        match self.role {
+            ObstacleRole::Static => self.track().iter().next().map(|(_, motion)| motion),
+            _ => self.track().at(step),
+        }
+    }
+
+    /// Its body at a step.
+    #[must_use]
+    pub fn placed_at(&self, step: i64) -> Option<Placed<'_>> {
+        Some(self.footprint_at(step)?.at(self.motion_at(step)?.pose))
+    }
+
+    /// Its signals at a step; `None` if the file gives none.
+    #[must_use]
+    pub fn signals_at(&self, step: i64) -> Option<&SignalState> {
+        let covers = |time: &Steps| (time.from..=time.to).contains(&step);
+        self.signals.iter().find(|state| covers(&state.time))
+    }
+
+    /// Its yaw rate at a step, rad/s, and whether the file says it; else it is the change of the heading since the
+    /// step before.
+    #[must_use]
+    pub fn yaw_rate_at(&self, step: i64, dt: f64) -> Option<(f64, bool)> {
+        let said = self.states().find(|s| s.time == Steps::exact(step));
+        if let Some(rate) = said.and_then(|s| s.quantity(StateField::YawRate)) {
+            return Some((rate.middle(), true));
+        }
+        let heading = |step| self.track().at(step).map(|m| m.pose.heading);
+        let turned = angle_between(heading(step.checked_sub(1)?)?, heading(step)?);
+        Some((turned / dt, false))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use crate::scenario::Steps;
+
+    fn occupancy(from: i64, to: i64, x: f64) -> Occupancy {
+        Occupancy {
+            time: Steps { from, to },
+            region: Shape::Circle {
+                radius: 1.0,
+                center: Point::new(x, 0.0),
+            },
+        }
+    }
+
+    #[test]
+    fn each_step_has_all_that_holds_at_it() {
+        let set = [
+            occupancy(1, 2, 0.0),
+            occupancy(2, 3, 10.0),
+            occupancy(6, 6, 4.0),
+        ];
+        let regions = Regions::new(&set, Some(1));
+        let x = |step| regions.at(step).map(|r| r.motion.pose.position.x);
+        assert_eq!(x(1), None, "its place is known then");
+        assert!((x(2).unwrap() - 5.0).abs() < 1e-9, "both hold");
+        assert!((x(3).unwrap() - 10.0).abs() < 1e-9);
+        assert_eq!((x(4), x(5), x(7)), (None, None, None), "gaps stay gaps");
+        let holds = |step, x| {
+            let region = regions.at(step).unwrap();
+            region
+                .footprint
+                .at(region.motion.pose)
+                .holds(&Point::new(x, 0.0))
+        };
+        assert!(holds(2, 0.0) && holds(2, 10.0) && !holds(2, 5.0));
+        assert!(holds(6, 4.5) && !holds(6, 5.5));
+    }
+
+    #[test]
+    fn open_sets_and_crowds_end() {
+        let open = Regions::new(&[occupancy(0, i64::MAX, 0.0)], None);
+        assert!(open.at(LONGEST_TRACK).is_some() && open.at(LONGEST_TRACK + 1).is_none());
+        let crowd: Vec<_> = (0..200).map(|i| occupancy(0, 0, f64::from(i))).collect();
+        let region = Regions::new(&crowd, None);
+        let (length, width) = region.first().unwrap().footprint.shape().size();
+        assert!((length - 201.0).abs() < 0.1 && (width - 2.0).abs() < 0.1);
+    }
 }

@@ -1,9 +1,15 @@
-//! A scenario with its ego: what every measure, description and judge looks at.
+//! A scenario with its ego, which every measure, description and judge looks at, and windows of its steps.
 
+use std::ops::{Range, RangeInclusive};
+use std::path::Path;
 use std::sync::Arc;
 
-use super::{Diagnostic, EgoSource, Motion, Obstacle, ObstacleRole, Sample, Scenario, Track};
 use nearmiss_base::geometry::{Footprint, Placed};
+
+use super::{
+    Diagnostic, Motion, Obstacle, ObstacleParts, ObstacleRole, Position, Prediction, Quantity,
+    Sample, Scenario, State, Steps, Track,
+};
 
 /// The vehicle whose safety is in question.
 #[derive(Debug, Clone, PartialEq)]
@@ -205,5 +211,252 @@ impl Scene {
         obstacle
             .and_then(|o| o.footprint_at(step))
             .unwrap_or(&self.ego.footprint)
+    }
+}
+
+/// Where an ego's motion comes from; shown wherever the ego is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum EgoSource {
+    /// A recording, by its file name or bundled name.
+    Recording(String),
+    /// A log of the planner Frenetix, by its file name.
+    Log(String),
+    /// A CommonRoad solution.
+    Solution {
+        /// Its file name.
+        file: String,
+        /// Model and vehicle, e.g. `KS2`.
+        vehicle: String,
+        /// The planning problem that it solves.
+        planning_problem: i64,
+    },
+    /// An obstacle of the scenario took the ego's place.
+    Obstacle(i64),
+    /// Driven by a planner, not recorded.
+    Planned {
+        /// The planner; `None` for nearmiss' own.
+        planner: Option<String>,
+        /// The vehicle, e.g. `BMW 320i`.
+        vehicle: String,
+        /// The forecast given to the planner, e.g. `lane`.
+        forecast: String,
+        /// The planning problem that it solves.
+        planning_problem: i64,
+    },
+}
+
+/// The obstacle that is the ego, as the store writes an ego; `None` if its motion comes from a file.
+#[must_use]
+pub fn obstacle_taken(ego: &str) -> Option<i64> {
+    let (_, words) = ego.rsplit_once("obstacle ")?;
+    words.strip_suffix(" taken as ego")?.parse().ok()
+}
+
+impl EgoSource {
+    /// In a few words: of a path only the file's name.
+    #[must_use]
+    pub fn short(&self) -> String {
+        let name = |path: &str| {
+            let file = Path::new(path).file_name().map(|f| f.to_string_lossy());
+            file.unwrap_or_default().into_owned()
+        };
+        let mut short = self.clone();
+        if let Self::Recording(file) | Self::Log(file) | Self::Solution { file, .. } = &mut short {
+            *file = name(file);
+        }
+        short.to_string()
+    }
+}
+
+impl std::fmt::Display for EgoSource {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Recording(name) => write!(f, "recorded in {name}"),
+            Self::Log(name) => write!(f, "driven by Frenetix in {name}"),
+            Self::Solution {
+                file,
+                vehicle,
+                planning_problem,
+            } => write!(
+                f,
+                "solution {vehicle} of planning problem {planning_problem} in {file}"
+            ),
+            Self::Obstacle(id) => write!(f, "obstacle {id} taken as ego"),
+            Self::Planned {
+                planner,
+                vehicle,
+                forecast,
+                planning_problem,
+            } => write!(
+                f,
+                "planned by {} for problem {planning_problem} ({vehicle}, forecast {forecast})",
+                planner.as_deref().unwrap_or("nearmiss")
+            ),
+        }
+    }
+}
+
+/// The track that is the ego of a recording, as long as no other is chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RecordedEgo {
+    /// The track, with its size; its id is that of its planning problem too.
+    pub obstacle: Obstacle,
+    /// The file, as messages name it.
+    pub file: String,
+}
+
+impl RecordedEgo {
+    /// It as the ego; `None` if it has no body.
+    #[must_use]
+    pub fn ego(&self) -> Option<Ego> {
+        Some(Ego {
+            id: self.obstacle.id,
+            source: EgoSource::Recording(self.file.clone()),
+            footprint: self.obstacle.footprint.clone()?,
+            track: self.obstacle.track().clone(),
+            recorded: Vec::new(),
+            diagnostics: Vec::new(),
+        })
+    }
+}
+
+impl Scenario {
+    /// The scenario for an ego that is one of its obstacles: the recording's own ego is an obstacle then, as any other.
+    pub(super) fn for_taken_ego(self: Arc<Self>) -> Arc<Self> {
+        if self.recorded_ego.is_none() {
+            return self;
+        }
+        let mut scenario = Arc::unwrap_or_clone(self);
+        let own = scenario.recorded_ego.take().map(|own| own.obstacle);
+        scenario.obstacles.extend(own);
+        Arc::new(scenario)
+    }
+}
+
+impl Obstacle {
+    /// The same obstacle with another motion from the first of `motions` on, time steps in order: that one is the
+    /// recorded state it departs from, what was recorded before stays, what was recorded after is gone. Nothing for
+    /// obstacles that do not move, or are absent at that step.
+    ///
+    /// Changed states say position, orientation, velocity and acceleration; what else the recorded ones said (yaw
+    /// rates, steering angles, signals) would not be true of them and is left out.
+    #[must_use]
+    pub fn departing(&self, motions: &[(i64, Motion)], dt: f64) -> Option<Self> {
+        let (from, _) = *motions.first()?;
+        let initial = self.initial.clone()?;
+        if self.role != ObstacleRole::Dynamic || self.track().at(from).is_none() {
+            return None;
+        }
+        let kept = self.states().skip(1).filter(|s| s.time.from <= from);
+        let signals = self.signals.iter().filter(|s| s.time.to <= from);
+        let new = motions.iter().skip(1).map(|(step, m)| state(*step, m));
+        Some(Self::new(
+            ObstacleParts {
+                id: self.id,
+                role: self.role,
+                kind: self.kind,
+                footprint: self.footprint.clone(),
+                initial: Some(initial),
+                prediction: Prediction::Trajectory(kept.cloned().chain(new).collect()),
+                signals: signals.cloned().collect(),
+            },
+            dt,
+        ))
+    }
+}
+
+fn state(step: i64, motion: &Motion) -> State {
+    State {
+        position: Some(Position::Point(motion.pose.position)),
+        orientation: Some(Quantity::Exact(motion.pose.heading)),
+        velocity: Some(Quantity::Exact(motion.velocity)),
+        acceleration: Some(Quantity::Exact(motion.acceleration)),
+        ..State::at(Steps::exact(step))
+    }
+}
+
+/// Where the window of a question ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WindowEnd {
+    /// With the recording.
+    Recording,
+    /// At the present step.
+    Present,
+    /// With the recording, and it begins with it.
+    Whole,
+}
+
+/// How the window of a question is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WindowRule {
+    /// Where it ends.
+    pub end: WindowEnd,
+    /// How many steps it has, where the recording has as many.
+    pub history: usize,
+}
+
+impl WindowRule {
+    /// The window of a question that is asked at the present step.
+    #[must_use]
+    pub fn at(&self, scene: &Scene, present: i64) -> Window {
+        let last = match self.end {
+            WindowEnd::Whole => return Window::whole(scene),
+            WindowEnd::Recording => scene.last_step(),
+            WindowEnd::Present => present,
+        };
+        Window::ending_at(scene, last, self.history)
+    }
+}
+
+/// Consecutive time steps, ends included; never empty, always inside the ego's recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Window {
+    first: i64,
+    last: i64,
+}
+
+impl Window {
+    /// Steps that a recording goes on after the window of the safety task, as in "From Words to Collisions".
+    pub const AFTER_SAFETY: i64 = 2;
+
+    /// `history` steps (at least one) that end at `last`, cut to the ego's recording.
+    #[must_use]
+    pub fn ending_at(scene: &Scene, last: i64, history: usize) -> Self {
+        Self::within(&scene.steps(), last, history)
+    }
+
+    /// Every step of the ego's recording.
+    #[must_use]
+    pub fn whole(scene: &Scene) -> Self {
+        Self::ending_at(scene, scene.last_step(), usize::MAX)
+    }
+
+    /// The same, cut to these steps.
+    #[must_use]
+    pub fn within(steps: &Range<i64>, last: i64, history: usize) -> Self {
+        let last = last.clamp(steps.start, (steps.end - 1).max(steps.start));
+        let before = i64::try_from(history.max(1) - 1).unwrap_or(i64::MAX);
+        Self {
+            first: last.saturating_sub(before).max(steps.start),
+            last,
+        }
+    }
+
+    /// The first step.
+    #[must_use]
+    pub fn first(&self) -> i64 {
+        self.first
+    }
+
+    /// The last step: the present of a judgement.
+    #[must_use]
+    pub fn last(&self) -> i64 {
+        self.last
+    }
+
+    /// Every step.
+    #[must_use]
+    pub fn steps(&self) -> RangeInclusive<i64> {
+        self.first..=self.last
     }
 }

@@ -1,11 +1,11 @@
-//! R-G1 and R-G2: the safe distance to the vehicle in front, and braking without a reason.
+//! R-G1 to R-G3: the safe distance to the vehicle in front, braking without a reason, and the speed limit.
+
+use nearmiss_base::geometry::angle_between;
 
 use super::Rule;
-use super::ego::{EgoAlong, Moment};
-use super::report::{Finding, merged};
+use super::report::{EgoAlong, Finding, Moment, merged};
 use super::stopping::AT_LINE;
 use crate::scenario::{ObstacleRole, ObstacleType};
-use nearmiss_base::geometry::angle_between;
 
 /// Braking of both vehicles in an emergency, m/s², and the reaction time of the ego, seconds: those of the CommonRoad
 /// monitor of these rules.
@@ -179,4 +179,26 @@ fn may_have_a_reason(ego: &EgoAlong<'_>, moment: &Moment) -> bool {
         at.is_some_and(|at| (at.pose.position - moment.position).norm() < NEARBY)
     });
     lines || slower || bends || near
+}
+
+/// Speeds above the limit by no more than this are rounding of recordings, m/s.
+const TOLERANCE: f64 = 0.1;
+
+pub(super) fn finding(ego: &EgoAlong<'_>) -> Finding {
+    if ego.scene.scenario.network.signs.is_empty() {
+        return Finding::undecided(Rule::SpeedLimit, "the map has no signs");
+    }
+    let mut limited = false;
+    let violations = merged(ego, |_, moment| {
+        let middle = f64::midpoint(moment.front, moment.rear);
+        let limit = ego.regulations.limit_at(middle)?;
+        limited = true;
+        let over = moment.velocity - limit.speed;
+        (over > TOLERANCE).then_some((over, None))
+    });
+    if limited {
+        Finding::applied(Rule::SpeedLimit, violations)
+    } else {
+        Finding::not_applicable(Rule::SpeedLimit, "no limit on the lanes driven")
+    }
 }

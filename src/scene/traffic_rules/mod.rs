@@ -8,22 +8,18 @@
 //! [`Regulations`] are the facts of the map along a way: speed limits, lights, stop signs, and at each intersection
 //! the lanes that have to be given way to. The planner obeys them, and [`RuleReport`] holds any drive to them.
 
-mod conflict;
 mod distance;
-mod ego;
 mod junction;
-mod lines;
-mod precedence;
 mod regulations;
 mod report;
 mod right_of_way;
-mod rule;
-mod speed;
 mod stopping;
 
 pub use junction::{Passage, Rival, Turn};
-pub use lines::{LightLine, StopSignLine};
-pub use precedence::SignRank;
 pub use regulations::{LimitedStretch, Regulations};
-pub use report::{Finding, RuleReport, Violation};
-pub use rule::{Rule, RuleStatus, STANDING, STOP_SECONDS, YIELD_AFTER, YIELD_BEFORE};
+pub use report::{
+    Finding, Rule, RuleReport, RuleStatus, STANDING, STOP_SECONDS, Violation, YIELD_AFTER,
+    YIELD_BEFORE,
+};
+pub use right_of_way::SignRank;
+pub use stopping::{LightLine, StopSignLine};

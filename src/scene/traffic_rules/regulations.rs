@@ -1,8 +1,8 @@
 //! What the map says along a way: limits, lights, stop signs, intersections.
 
 use super::junction::{Passage, Turn, passages};
-use super::lines::{LightLine, StopSignLine, is_for};
-use super::precedence::SignRank;
+use super::right_of_way::SignRank;
+use super::stopping::{LightLine, StopSignLine, is_for};
 use crate::scenario::{
     DirectedLanelet, Direction, Lane, Lanelet, LaneletNetwork, Route, SignMeaning, TrafficLight,
 };

@@ -1,11 +1,13 @@
-//! The rule report of a drive: which rules applied, and which were broken, when, where and by how much.
+//! The rules, and the report of a drive: which applied, and which were broken, when, where, and by how much.
+//!
+//! The rules, their names and sources, and what can become of them.
 
 use std::collections::BTreeSet;
 
-use super::ego::{EgoAlong, Moment};
-use super::{Rule, RuleStatus, distance, right_of_way, speed, stopping};
-use crate::scenario::Scene;
-use nearmiss_base::geometry::Point;
+use nearmiss_base::geometry::{Point, ReferencePath};
+
+use super::{Regulations, distance, right_of_way, stopping};
+use crate::scenario::{Route, RouteError, Scene};
 
 /// What became of all rules in a drive.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,7 +60,7 @@ impl RuleReport {
             return Self::all_undecided("the ego does not move along its lanes");
         }
         let mut findings = distance::findings(&ego);
-        findings.push(speed::finding(&ego));
+        findings.push(distance::finding(&ego));
         findings.extend(stopping::findings(&ego));
         findings.extend(right_of_way::findings(&ego));
         Self { findings }
@@ -175,6 +177,225 @@ pub(super) fn merged(
         }
     }
     found
+}
+
+/// A rule of the road.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Rule {
+    /// R-G1: enough distance to the vehicle in front to stop behind it.
+    SafeDistance,
+    /// R-G2: no abrupt braking without a reason.
+    UnnecessaryBraking,
+    /// R-G3: no faster than the limit of the lane.
+    SpeedLimit,
+    /// R-IN1: a stop at the line of a stop sign.
+    StopSign,
+    /// R-IN2: no crossing of the line at red, nor at yellow where a comfortable stop is possible.
+    RedLight,
+    /// R-IN3: right before left, where neither signs nor lights decide.
+    RightBeforeLeft,
+    /// R-IN4: the right of way of others by signs.
+    Priority,
+    /// R-IN5: oncoming traffic before one's own left turn.
+    LeftTurn,
+}
+
+/// What became of a rule in a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum RuleStatus {
+    /// It was broken.
+    Broken,
+    /// It applied, and was obeyed.
+    Obeyed,
+    /// There was no occasion for it.
+    NotApplicable,
+    /// The scenario does not say what is needed to decide it.
+    Undecided,
+}
+
+/// Below this speed a vehicle stands, m/s: recordings are noisy.
+pub const STANDING: f64 = 0.1;
+
+/// Seconds that a vehicle has to stand at a stop sign (t_slw of the implementations of R-IN1; the law asks for a
+/// standstill without saying how long).
+pub const STOP_SECONDS: f64 = 3.0;
+
+/// Seconds within which another vehicle must not follow into an area of conflict (t_ib of R-IN3 to R-IN5).
+pub const YIELD_BEFORE: f64 = 1.0;
+
+/// Seconds for which an area of conflict is not entered after another vehicle left it (t_ia).
+pub const YIELD_AFTER: f64 = 0.5;
+
+impl Rule {
+    /// All of them, in the order of reports.
+    pub const ALL: [Self; 8] = [
+        Self::SafeDistance,
+        Self::UnnecessaryBraking,
+        Self::SpeedLimit,
+        Self::StopSign,
+        Self::RedLight,
+        Self::RightBeforeLeft,
+        Self::Priority,
+        Self::LeftTurn,
+    ];
+
+    /// Its name in documents and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::SafeDistance => "safe_distance",
+            Self::UnnecessaryBraking => "unnecessary_braking",
+            Self::SpeedLimit => "speed_limit",
+            Self::StopSign => "stop_sign",
+            Self::RedLight => "red_light",
+            Self::RightBeforeLeft => "right_before_left",
+            Self::Priority => "priority",
+            Self::LeftTurn => "left_turn",
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::SafeDistance => "safe distance",
+            Self::UnnecessaryBraking => "unnecessary braking",
+            Self::SpeedLimit => "speed limit",
+            Self::StopSign => "stop sign",
+            Self::RedLight => "red light",
+            Self::RightBeforeLeft => "right before left",
+            Self::Priority => "priority",
+            Self::LeftTurn => "left turn",
+        }
+    }
+
+    /// Its number in the formalisation.
+    #[must_use]
+    pub fn number(self) -> &'static str {
+        match self {
+            Self::SafeDistance => "R-G1",
+            Self::UnnecessaryBraking => "R-G2",
+            Self::SpeedLimit => "R-G3",
+            Self::StopSign => "R-IN1",
+            Self::RedLight => "R-IN2",
+            Self::RightBeforeLeft => "R-IN3",
+            Self::Priority => "R-IN4",
+            Self::LeftTurn => "R-IN5",
+        }
+    }
+
+    /// What a violation is measured in.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::SafeDistance => "m",
+            Self::UnnecessaryBraking => "m/s²",
+            Self::SpeedLimit | Self::RedLight => "m/s",
+            Self::StopSign | Self::RightBeforeLeft | Self::Priority | Self::LeftTurn => "s",
+        }
+    }
+}
+
+impl RuleStatus {
+    /// Its name in documents and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Broken => "broken",
+            Self::Obeyed => "obeyed",
+            Self::NotApplicable => "not_applicable",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// The ego of a scene along the way that it drove.
+#[derive(Debug)]
+pub(super) struct EgoAlong<'a> {
+    pub scene: &'a Scene,
+    pub path: ReferencePath,
+    pub regulations: Regulations,
+    /// Its moments, one a step.
+    pub moments: Vec<Moment>,
+}
+
+/// The ego at a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moment {
+    pub step: i64,
+    /// Arc lengths of the body's front and rear, metres.
+    pub front: f64,
+    pub rear: f64,
+    /// m/s and m/s².
+    pub velocity: f64,
+    pub acceleration: f64,
+    pub position: Point,
+}
+
+/// From one step to the next the place on the path moves less than this, metres.
+const HINT: f64 = 25.0;
+
+impl<'a> EgoAlong<'a> {
+    /// Finds the way of a scene's ego.
+    ///
+    /// # Errors
+    /// It is on no lanes, or they are not connected.
+    pub fn new(scene: &'a Scene) -> Result<Self, RouteError> {
+        let network = &scene.scenario.network;
+        let graph = network.lane_graph(None);
+        let poses = scene.ego.track.iter().map(|(_, motion)| motion.pose);
+        let route: Route = graph.route_along(poses)?;
+        let regulations = Regulations::along(network, &route, &route.path);
+        let (length, _) = scene.ego.footprint.shape().size();
+        let mut hint = route.start;
+        let moments = scene
+            .ego
+            .track
+            .iter()
+            .filter_map(|(step, motion)| {
+                let position = motion.pose.position;
+                let at = route.path.project_near(&position, hint, HINT).ok()?;
+                hint = at.s;
+                Some(Moment {
+                    step,
+                    front: at.s + length / 2.0,
+                    rear: at.s - length / 2.0,
+                    velocity: motion.velocity,
+                    acceleration: motion.acceleration,
+                    position,
+                })
+            })
+            .collect();
+        Ok(Self {
+            scene,
+            regulations,
+            moments,
+            path: route.path,
+        })
+    }
+
+    /// Seconds between two steps.
+    pub fn dt(&self) -> f64 {
+        self.scene.scenario.dt()
+    }
+
+    /// The place of the moment at which the front passes an arc length; nothing where it begins beyond it or never does.
+    pub fn passes(&self, s: f64) -> Option<usize> {
+        let beyond = self.moments.iter().position(|m| m.front > s)?;
+        (beyond > 0).then_some(beyond)
+    }
+
+    /// Whether the front comes within so many metres of an arc length that is ahead of it at first.
+    pub fn comes_near(&self, s: f64, within: f64) -> bool {
+        let first = self.moments.first();
+        first.is_some_and(|m| m.front <= s) && self.moments.iter().any(|m| m.front > s - within)
+    }
+
+    /// The lanelet of the way under the middle of the ego.
+    pub fn lanelet(&self, moment: &Moment) -> Option<i64> {
+        self.regulations
+            .lanelet_at(f64::midpoint(moment.front, moment.rear))
+    }
 }
 
 #[cfg(test)]

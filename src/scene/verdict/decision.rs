@@ -1,9 +1,9 @@
 //! Reads yes or no from an object: by the requested key, by synonyms, or by the obstacles named.
 
-use super::groups::{self, Group};
+use super::critical::{self, Group};
 use super::lenient::JsonPiece;
-use super::notes::Notes;
 use super::parse::NoVerdict;
+use super::parsed_answer::Notes;
 use super::values::{self, Object};
 use super::{ObstacleRisk, Task};
 
@@ -111,7 +111,7 @@ pub(super) fn is_stated(object: &Object) -> bool {
 
 /// The paper's prompts ask for obstacles that collide or will: naming one is a yes, leaving all of them out a no.
 fn of_groups(task: Task, object: &Object) -> Option<Decision> {
-    let groups = groups::groups(object);
+    let groups = critical::groups(object);
     let decisive = groups.iter().filter(|g| decides(task, g));
     let mut present = decisive.peekable();
     present.peek()?;
@@ -137,7 +137,7 @@ pub(super) fn merge(
 ) -> Option<Object> {
     let ((_, last), before) = objects.split_last()?;
     let says_who =
-        |o: &Object| !groups::groups(o).is_empty() || values::find(o, &["obstacle"]).is_some();
+        |o: &Object| !critical::groups(o).is_empty() || values::find(o, &["obstacle"]).is_some();
     let alone = read_decision(task, last)
         .ok()
         .flatten()
@@ -149,7 +149,7 @@ pub(super) fn merge(
     let mut merged = (*last).clone();
     let mut listed = Vec::new();
     for (piece, object) in before.iter().rev() {
-        if groups::is_entry(object) {
+        if critical::is_entry(object) {
             notes.note_repairs(piece);
             listed.push(serde_json::Value::Object((*object).clone()));
         } else if says_who(object) && object.keys().all(|key| !merged.contains_key(key)) {
@@ -178,7 +178,7 @@ pub(super) fn obstacles(
     decision: &Decision,
     notes: &mut Notes,
 ) -> Vec<ObstacleRisk> {
-    let found = groups::obstacles(object, notes);
+    let found = critical::obstacles(object, notes);
     if decision.from_groups && decision.dangerous && found.is_empty() {
         notes.add("an obstacle is named without an id");
     }

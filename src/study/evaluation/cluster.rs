@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use nearmiss_scene::scenario::benchmark_id;
+use nearmiss_scene::scenario::identity;
 
 /// What is drawn, and what differs, as a whole: answers about one are not independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -21,7 +21,7 @@ impl Cluster {
     pub fn of(self, scenario: &str) -> &str {
         match self {
             Self::Scenario => scenario,
-            Self::Map => benchmark_id::family(scenario),
+            Self::Map => identity::family(scenario),
         }
     }
 }

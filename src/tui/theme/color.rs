@@ -3,10 +3,10 @@
 use ratatui::style::Color;
 
 use super::ColorDepth;
-use nearmiss_render::cells::color::{SIXTEEN, nearest};
+use nearmiss_render::cells::compose::{SIXTEEN, nearest};
 use nearmiss_settings::ThemeColor;
 
-pub use nearmiss_render::cells::color::{components, number};
+pub use nearmiss_render::cells::compose::{components, number};
 
 /// A colour of a theme file as the terminal has it.
 pub fn terminal_color(color: ThemeColor) -> Color {
@@ -61,7 +61,7 @@ fn nearest_of_sixteen(color: Color, but: Option<Color>) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nearmiss_render::cells::color::rgb;
+    use nearmiss_render::cells::compose::rgb;
 
     #[test]
     fn fewer_colours() {

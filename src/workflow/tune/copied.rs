@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use nearmiss_scene::scenario::benchmark_id;
+use nearmiss_scene::scenario::identity;
 use nearmiss_study::evaluation::Question;
 
 /// Names, ids and numbers of the dev scenarios.
@@ -47,7 +47,7 @@ impl Traces {
     pub fn new<'a>(scenarios: &[String], questions: impl Iterator<Item = &'a Question>) -> Self {
         let mut found = Self::default();
         for name in scenarios {
-            let parts = [name.as_str(), benchmark_id::family(name)];
+            let parts = [name.as_str(), identity::family(name)];
             let long = parts.iter().filter(|name| name.len() >= SHORTEST_NAME);
             found.names.extend(long.map(|name| name.to_lowercase()));
         }

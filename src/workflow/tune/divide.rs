@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nearmiss_scene::scenario::benchmark_id;
+use nearmiss_scene::scenario::identity;
 use nearmiss_study::evaluation::statistics::SplitMix;
 
 /// A part of the dev split.
@@ -44,7 +44,7 @@ impl Division {
     /// # Errors
     /// There are too few of a kind.
     pub fn new(scenarios: &[(&str, bool)], seed: u64) -> Result<Self, String> {
-        let family = |name: &str| benchmark_id::family(name).to_string();
+        let family = |name: &str| identity::family(name).to_string();
         if let Some(parts) = divided(scenarios, seed, family) {
             let by_map = true;
             return Ok(Self { parts, by_map });

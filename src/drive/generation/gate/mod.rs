@@ -19,21 +19,17 @@
 //! the regions, though it is only somewhere in them. A trailer is straight on the changed steps.
 
 mod compare;
-mod departure;
-mod kinematics;
-mod others;
-mod rolling;
+mod motion_checks;
+mod place_checks;
 mod run;
-mod space;
-mod start;
 
 pub use compare::{Comparison, GateResult};
-pub use departure::Joint;
+pub use motion_checks::Joint;
 
-use self::others::Regions;
 use self::run::{Findings, Run};
 use super::{AttackStyle, Change, JointChange, MOST_ATTACKERS, Refusal};
 use nearmiss_scene::scenario::{DrivableArea, Ego, Scenario};
+use run::Regions;
 
 /// The gate of one scenario; built once, asked often.
 #[derive(Debug, Clone)]

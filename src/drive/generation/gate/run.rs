@@ -1,11 +1,14 @@
-//! One change on its way through the gate: shared input of all checks, and their findings.
+//! One change on its way through the gate: shared input of all checks, other obstacles, and the findings.
 
 use std::ops::ControlFlow;
 
-use super::{Gate, start};
+use nearmiss_base::geometry::{Footprint, Placed, Point, Pose, Way, angle_between};
+use nearmiss_scene::scenario::{
+    Motion, Obstacle, ObstacleRole, Prediction, Scenario, Steps, driven_way,
+};
+
+use super::{Gate, place_checks};
 use crate::generation::{Capability, Change, Refusal};
-use nearmiss_base::geometry::{Footprint, angle_between};
-use nearmiss_scene::scenario::{Motion, Obstacle, Scenario};
 
 /// Continues, or ends at the first refusal.
 pub(super) type Flow = ControlFlow<()>;
@@ -105,15 +108,16 @@ impl<'a> Run<'a> {
         contact: Option<i64>,
         found: &mut Findings,
     ) -> Option<Self> {
-        let (obstacle, footprint, can) = match start::who((gate.scenario, gate.style), change) {
-            Ok(who) => who,
-            Err(refusal) => {
-                let _ = found.say(false, refusal);
-                return None;
-            }
-        };
+        let (obstacle, footprint, can) =
+            match place_checks::who((gate.scenario, gate.style), change) {
+                Ok(who) => who,
+                Err(refusal) => {
+                    let _ = found.say(false, refusal);
+                    return None;
+                }
+            };
         let motions = change.motions.as_slice();
-        if start::is_no_motion(motions, found).is_break() || !found.refusals.is_empty() {
+        if place_checks::is_no_motion(motions, found).is_break() || !found.refusals.is_empty() {
             return None;
         }
         // The first state is the recorded one, whatever acceleration the change continues with.
@@ -210,8 +214,98 @@ pub(super) fn same(a: &Motion, b: &Motion) -> bool {
 
 /// Whether place, heading and speed are the same.
 fn is_placed_alike(a: &Motion, b: &Motion) -> bool {
-    start::differences(a, b).all(|(_, difference)| difference <= SAME)
+    place_checks::differences(a, b).all(|(_, difference)| difference <= SAME)
 }
 
 /// Largest difference between two numbers that should be equal.
 pub(super) const MOST_DIFFERENT: f64 = SAME;
+
+/// A region in which an obstacle is for a while.
+#[derive(Debug, Clone)]
+struct Region {
+    obstacle: i64,
+    time: Steps,
+    body: Footprint,
+    middle: Point,
+    reach: f64,
+}
+
+/// The regions of all obstacles that have some.
+#[derive(Debug, Clone)]
+pub(super) struct Regions(Vec<Region>);
+
+impl Regions {
+    /// Those of a scenario; regions that enclose nothing are left out.
+    pub fn new(scenario: &Scenario) -> Self {
+        let mut regions = Vec::new();
+        for obstacle in &scenario.obstacles {
+            let Prediction::Occupancies(occupancies) = &obstacle.prediction else {
+                continue;
+            };
+            for occupancy in occupancies {
+                let Ok(body) = Footprint::new(occupancy.region.clone()) else {
+                    continue;
+                };
+                let corners = body.corners();
+                let sum = corners.iter().fold(Point::origin(), |s, p| s + p.coords);
+                let middle = sum / corners.len().max(1) as f64;
+                let reach = corners.iter().map(|p| (p - middle).norm());
+                regions.push(Region {
+                    obstacle: obstacle.id,
+                    time: occupancy.time,
+                    reach: reach.fold(0.0, f64::max),
+                    middle,
+                    body,
+                });
+            }
+        }
+        Self(regions)
+    }
+
+    fn overlapped<'s>(&'s self, body: &'s Placed<'_>, step: i64) -> impl Iterator<Item = i64> + 's {
+        let there = self.0.iter().filter(move |r| {
+            (r.time.from..=r.time.to).contains(&step)
+                && (r.middle - body.pose.position).norm() <= r.reach + body.footprint.reach()
+        });
+        let here = Pose::new(0.0, 0.0, 0.0);
+        let hit = there.filter(move |r| body.distance(&r.body.at(here)) <= 0.0);
+        hit.map(|r| r.obstacle)
+    }
+}
+
+/// Whether two bodies overlap or touch: exact distance 0.
+pub(super) fn touch(a: &Placed<'_>, b: &Placed<'_>) -> bool {
+    let far = a.footprint.reach() + b.footprint.reach();
+    (a.pose.position - b.pose.position).norm_squared() <= far * far && a.distance(b) <= 0.0
+}
+
+/// The obstacles that a body touches at a step or on the way there from where it was a step before, without itself.
+pub(super) fn overlapped<'s>(
+    scenario: &'s Scenario,
+    regions: &'s Regions,
+    (before, body): (Option<Placed<'s>>, &'s Placed<'_>),
+    itself: i64,
+    step: i64,
+) -> impl Iterator<Item = i64> + 's {
+    let others = scenario
+        .obstacles
+        .iter()
+        .filter(move |o| {
+            matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && o.id != itself
+        })
+        .filter(move |o| !o.is_occupancy_at(step));
+    let way = before.map(|before| Way::new(before, *body));
+    let on_the_way = move |other: &Obstacle, there: Placed<'_>| {
+        let before = other.placed_at(step.checked_sub(1)?)?;
+        let touch = way?.first_touch(&driven_way(before, there, scenario.dt())?)?;
+        (touch > 0.0).then_some(touch)
+    };
+    let bodies = others.filter(move |o| {
+        o.placed_at(step)
+            .is_some_and(|p| touch(body, &p) || on_the_way(o, p).is_some())
+    });
+    let regions = regions.overlapped(body, step);
+    bodies
+        .map(|o| o.id)
+        .chain(regions.filter(move |id| *id != itself))
+}

@@ -2,8 +2,8 @@
 
 use super::{CAR, attack, behind_a_car, braking, car, state};
 use crate::generation::attacker::{self, Candidate};
-use crate::generation::manoeuvre_space::{ManoeuvreSpace, Numbers};
-use crate::generation::surrogate::{Trial, between};
+use crate::generation::manoeuvre::{ManoeuvreSpace, Numbers};
+use crate::generation::screening::{Trial, between};
 use crate::generation::{AttackContext, AttackPlace, ClosedLoop, Wish};
 use crate::planner::Forecast;
 use nearmiss_base::geometry::Vector;

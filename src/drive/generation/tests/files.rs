@@ -9,7 +9,7 @@ use crate::generation::{Avoidability, Reason, Refusal, Variant, VariantError};
 use crate::planner::Forecast;
 use nearmiss_formats::commonroad::{SaveError, read_file, read_solution};
 use nearmiss_formats::{find_recording, read_ego_file};
-use nearmiss_scene::scenario::benchmark_id::is_valid;
+use nearmiss_scene::scenario::identity::is_valid;
 use nearmiss_scene::verdict::{Manoeuvre, ManoeuvreKind, Motion};
 
 fn names(folder: &Path) -> Vec<String> {

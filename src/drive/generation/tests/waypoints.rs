@@ -2,10 +2,9 @@
 
 use super::{CAR, behind_a_car, braking, car, state};
 use crate::generation::manoeuvre::Plan;
-use crate::generation::waypoints::as_given;
+use crate::generation::motion::{self, through_waypoints};
 use crate::generation::{
     AdmittedAttack, AttackContext, AttackSetup, Change, ClosedLoop, Gate, Reason, Refusal, admit,
-    motion,
 };
 use crate::planner::{Bound, Forecast};
 use nearmiss_base::geometry::{Pose, Vector};
@@ -118,11 +117,11 @@ fn the_example_of_the_prompt_is_near_enough_to_be_repaired() {
     let ego = { closed.baseline().drive() }.ego(driver.problem(), driver.settings());
     let stage = AttackContext::new(&scenario, &ego.footprint, &ego.track).unwrap();
     let obstacle = scenario.obstacle(CAR).unwrap();
-    let given = as_given(&stage, obstacle, &points).unwrap();
+    let given = through_waypoints(&stage, obstacle, &points).unwrap();
     assert_eq!((given.from(), given.until()), (Some(0), Some(20)));
     let plan = Plan {
         from: 0,
-        wanted: motion::as_given(&given.motions),
+        wanted: motion::targets_of(&given.motions),
     };
     let driven = motion::follow(&stage, obstacle, 0, &plan).unwrap();
     let off = { given.motions.iter().zip(&driven.motions) }

@@ -1,10 +1,11 @@
-//! The two sweeps of the programme: the value of each step, backwards; the resulting motion, forwards.
+//! The two sweeps of the programme over the single-track vehicle: the value of each step, backwards; the motion, forwards.
 
 use nalgebra::{SMatrix, SVector};
+use nearmiss_base::geometry::{Pose, angle_between};
 
 use super::TrackingTarget;
-use super::model::{ACCELERATION, Car, HEADING, Input, Moment, SPEED, STEERING, State};
-use nearmiss_base::geometry::angle_between;
+use crate::generation::Capability;
+use crate::planner::{Limits, VehicleState};
 
 /// Weights of squared differences of speed (m/s) and heading (rad), relative to a squared metre.
 const SPEEDS: f64 = 0.2;
@@ -171,3 +172,165 @@ pub fn forward(car: &Car, run: &[Moment], gains: &[Gain], share: f64) -> Vec<Mom
     }
     tried
 }
+
+/// x, y (m) and heading (rad) of the rear axle, velocity (m/s), acceleration (m/s²) and steering angle (rad).
+pub type State = SVector<f64, 6>;
+
+/// Jerk (m/s³) and steering rate (rad/s).
+pub type Input = SVector<f64, 2>;
+
+/// A state, and the input that is held until the next one.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    pub state: State,
+    pub input: Input,
+}
+
+/// Places in a state.
+pub const HEADING: usize = 2;
+pub const SPEED: usize = 3;
+pub const ACCELERATION: usize = 4;
+pub const STEERING: usize = 5;
+
+/// Shares of the limits that motions are made within, so that they pass the whole ones after rounding.
+const SHARE: f64 = 0.97;
+
+/// A vehicle with its limits.
+#[derive(Debug, Clone, Copy)]
+pub struct Car {
+    pub limits: Limits,
+    pub jerk: f64,
+    pub speeding_up: f64,
+    pub lateral: f64,
+    pub dt: f64,
+    /// What a squared jerk costs, m²/(m/s³)².
+    pub jerk_cost: f64,
+}
+
+impl Car {
+    pub fn new(able: &Capability, dt: f64) -> Self {
+        let able = able.scaled(SHARE);
+        Self {
+            limits: able.limits,
+            jerk: able.jerk,
+            speeding_up: able.speeding_up,
+            lateral: able.lateral,
+            dt,
+            jerk_cost: able.jerk_cost,
+        }
+    }
+
+    pub fn state_of(&self, start: &VehicleState) -> State {
+        let limits = &self.limits;
+        let steering = limits.steering_of(start.curvature);
+        State::from([
+            start.rear.position.x,
+            start.rear.position.y,
+            start.rear.heading,
+            start.velocity.max(0.0),
+            start.acceleration,
+            steering.clamp(-limits.steering, limits.steering),
+        ])
+    }
+
+    pub fn vehicle_state(&self, z: &State) -> VehicleState {
+        VehicleState {
+            rear: Pose::new(z[0], z[1], z[HEADING]),
+            velocity: z[SPEED],
+            acceleration: z[ACCELERATION],
+            curvature: z[STEERING].tan() / self.limits.wheelbase,
+        }
+    }
+
+    /// The state after a step: the acceleration is held over it and jumps at its end, the wheels turn evenly.
+    pub fn step(&self, z: &State, u: &Input) -> State {
+        let dt = self.dt;
+        let along = z[SPEED] + z[ACCELERATION] * dt / 2.0;
+        let curvature = (z[STEERING] + u[1] * dt / 2.0).tan() / self.limits.wheelbase;
+        let (sin, cos) = (z[HEADING] + along * curvature * dt / 2.0).sin_cos();
+        State::from([
+            z[0] + along * cos * dt,
+            z[1] + along * sin * dt,
+            z[HEADING] + along * curvature * dt,
+            // Rounding error at a stop.
+            (z[SPEED] + z[ACCELERATION] * dt).max(0.0),
+            z[ACCELERATION] + u[0] * dt,
+            z[STEERING] + u[1] * dt,
+        ])
+    }
+
+    /// Derivatives of [`Self::step`] by state and by input.
+    pub fn slopes(&self, z: &State, u: &Input) -> (SMatrix<f64, 6, 6>, SMatrix<f64, 6, 2>) {
+        let (dt, half) = (self.dt, self.dt / 2.0);
+        let along = z[SPEED] + z[ACCELERATION] * half;
+        let middle = z[STEERING] + u[1] * half;
+        let curvature = middle.tan() / self.limits.wheelbase;
+        let bend = (1.0 + middle.tan().powi(2)) / self.limits.wheelbase;
+        let (sin, cos) = (z[HEADING] + along * curvature * half).sin_cos();
+        let mut a = SMatrix::<f64, 6, 6>::identity();
+        let mut b = SMatrix::<f64, 6, 2>::zeros();
+        let turned = [-along * sin * dt, along * cos * dt];
+        for (row, (ahead, turned)) in [cos, sin].into_iter().zip(turned).enumerate() {
+            let by_speed = dt * ahead + turned * curvature * half;
+            let by_steering = turned * along * bend * half;
+            a[(row, HEADING)] = turned;
+            a[(row, SPEED)] = by_speed;
+            a[(row, ACCELERATION)] = by_speed * half;
+            a[(row, STEERING)] = by_steering;
+            b[(row, 1)] = by_steering * half;
+        }
+        a[(HEADING, SPEED)] = dt * curvature;
+        a[(HEADING, ACCELERATION)] = dt * curvature * half;
+        a[(HEADING, STEERING)] = dt * along * bend;
+        a[(SPEED, ACCELERATION)] = dt;
+        b[(HEADING, 1)] = dt * along * bend * half;
+        b[(ACCELERATION, 0)] = dt;
+        b[(STEERING, 1)] = dt;
+        (a, b)
+    }
+
+    /// The input nearest to `u` after which the limits hold.
+    pub fn bounded(&self, z: &State, u: Input) -> Input {
+        let (dt, limits) = (self.dt, &self.limits);
+        let speed = (z[SPEED] + z[ACCELERATION] * dt).max(0.0);
+        let rate = limits.steering_rate;
+        // Steering first: what it leaves of the friction circle is for accelerating.
+        let across = |angle: f64| speed * speed * angle.tan() / limits.wheelbase;
+        let widest = if speed > 1.0 {
+            let most = (limits.acceleration * ACROSS).min(self.lateral);
+            (most * limits.wheelbase / (speed * speed)).atan()
+        } else {
+            limits.steering
+        };
+        let widest = widest.min(limits.steering);
+        let wanted = (z[STEERING] + u[1] * dt).clamp(-widest, widest);
+        let steering_rate = ((wanted - z[STEERING]) / dt).clamp(-rate, rate);
+        let across = across(z[STEERING] + steering_rate * dt).abs();
+        let left = (limits.acceleration.powi(2) - across.powi(2))
+            .max(0.0)
+            .sqrt();
+        let lowest = (-left).max(-self.releasable(speed));
+        let next_speed = speed + z[ACCELERATION].max(0.0) * dt;
+        let room = (limits.speed - speed).max(0.0);
+        let highest = left
+            .min(limits.forward(next_speed))
+            .min(self.speeding_up)
+            .min((2.0 * self.jerk * room).sqrt() / 2.0);
+        let acceleration = (z[ACCELERATION] + u[0] * dt).clamp(lowest.min(highest), highest);
+        let jerk = ((acceleration - z[ACCELERATION]) / dt).clamp(-self.jerk, self.jerk);
+        Input::new(jerk, steering_rate)
+    }
+
+    /// The braking (m/s²) that can still be taken back, with the jerk there is, before one stands.
+    fn releasable(&self, speed: f64) -> f64 {
+        // In steps of dt, braking by b, b − J dt, … takes b²/2J + b dt/2 of the speed, and up to J dt²/8 more where the
+        // last one is not a whole one. What ends within one step is exact.
+        let change = self.jerk * self.dt;
+        let left = (speed - change * self.dt / 8.0).max(0.0);
+        let several = (change * change / 4.0 + 2.0 * self.jerk * left).sqrt() - change / 2.0;
+        several.max((speed / self.dt).min(change))
+    }
+}
+
+/// The share of the friction circle that steering may take.
+const ACROSS: f64 = 0.9;

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::guide;
-use crate::planner::brake::brake;
+use crate::planner::emergency::brake;
 use crate::planner::{Feasibility, Limits, ReferenceTrack, Settings, VehicleState};
 use nearmiss_base::geometry::Pose;
 

@@ -1,9 +1,8 @@
 //! Tests that profiles, offsets and samples begin and end where they should.
 
 use super::guide;
-use crate::planner::lateral::Lateral;
 use crate::planner::pace::Pace;
-use crate::planner::profile::Profile;
+use crate::planner::profile::{Lateral, Profile};
 use crate::planner::samples::{Level, Sampler, start};
 use crate::planner::{Body, Polynomial, Settings, Traffic};
 use nearmiss_base::geometry::{Footprint, Shape};

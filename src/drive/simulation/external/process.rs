@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::fault::{Fault, PlannerFault};
+use super::{Fault, PlannerFault};
 use crate::planner::Cancel;
 use nearmiss_base::system::{self, ProcessGroup};
 

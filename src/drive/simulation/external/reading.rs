@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::fault::{Fault, PlannerFault};
 use super::protocol::{Answer, OLDEST_PROTOCOL, PROTOCOL, Ready};
+use super::{Fault, PlannerFault};
 
 /// Longest text of a planner that is shown, characters.
 const SHOWN: usize = 300;
@@ -264,8 +264,9 @@ fn with_quoted_infinities(line: &str) -> String {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     #[test]

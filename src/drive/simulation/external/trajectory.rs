@@ -1,7 +1,7 @@
 //! Takes a planner's trajectory: checks it, and makes it states of the vehicle, one a time step.
 
-use super::fault::{Fault, PlannerFault};
 use super::protocol::{PlannedState, ReferencePoint, Trajectory};
+use super::{Fault, PlannerFault};
 use crate::planner::{Limits, MOST_STEPS, VehicleState};
 use nearmiss_base::geometry::{Pose, Vector, angle_between, normalize_angle};
 use nearmiss_scene::scenario::Motion;

@@ -8,13 +8,8 @@
 //! the limits of people ([`HumanLimits`](nearmiss_scene::scenario::HumanLimits)). Nothing is random, and nothing looks into the
 //! future of another road user: where it will be is taken from its path and present speed.
 
-mod beginning;
 mod course;
-mod desired;
-mod driven;
-mod idm;
 mod leader;
-mod neighbour;
 mod reacting;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
@@ -22,8 +17,8 @@ mod tests;
 mod trigger;
 mod world;
 
-pub use driven::{DrivenTraffic, HitFromBehind, Reaction};
 pub(super) use world::World;
+pub use world::{DrivenTraffic, HitFromBehind, Reaction};
 
 /// What the other road users do while the ego is driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

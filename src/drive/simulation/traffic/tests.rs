@@ -1,10 +1,8 @@
 //! Traffic that reacts, worked out by hand: where it stops, who waits, what triggers it, and that it is recorded else.
 
 use super::course::Course;
-use super::idm::Idm;
-use super::leader::Ahead;
-use super::neighbour::{Neighbour, Way};
-use super::reacting::Reacting;
+use super::leader::{Ahead, Neighbour, Way};
+use super::reacting::{Idm, Reacting};
 use super::trigger::Follower;
 use super::{HitFromBehind, TrafficMode};
 use crate::planner::{Forecast, Settings as Planning};

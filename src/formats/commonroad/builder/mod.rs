@@ -1,29 +1,24 @@
-//! Builds a scenario from the parts translated by the XML and protobuf readers: checks, defaults and diagnostics.
+//! Builds a scenario from the parts translated by the XML and protobuf readers: checks, defaults, diagnostics.
 
 mod numbers;
 mod place;
-mod references;
-mod shapes;
-mod times;
 
 use std::collections::HashSet;
 
-pub(crate) use numbers::{
-    coordinate, finite, is_needed, optional_quantity, quantity, refused_step, size,
-};
-pub(crate) use place::{Diagnostics, SourceLocation};
-pub(crate) use references::{Target, Targets};
-pub(crate) use shapes::{checked, footprint, polygon, semi_trailer_truck, truck, union};
-pub(crate) use times::TimeScale;
-
-use super::ReadError;
-use super::xml::short;
-use nearmiss_base::geometry::Point;
+use nearmiss_base::geometry::{Footprint, Point, SemiTrailer, Shape, Truck};
 use nearmiss_scene::scenario::{
     Adjacent, Bound, ContentHash, Header, Intersection, Lanelet, LaneletNetwork, LineMarking,
     Location, Obstacle, ObstacleParts, ObstacleRole, PlanningProblem, Prediction, Quantity,
-    Scenario, Severity, Sign, State, StateField, TrafficLight, benchmark_id,
+    Scenario, Severity, Sign, State, StateField, TrafficLight, identity,
 };
+
+use super::ReadError;
+use super::xml::short;
+
+pub(crate) use numbers::{
+    TimeScale, coordinate, finite, is_needed, optional_quantity, quantity, refused_step, size,
+};
+pub(crate) use place::{Diagnostics, SourceLocation};
 
 /// A scenario that is being read, element by element.
 #[derive(Default)]
@@ -221,11 +216,127 @@ pub(crate) fn set_quantity(state: &mut State, field: StateField, value: Option<Q
 
 /// Notes a benchmark id that does not follow the rule.
 pub(crate) fn check_benchmark_id(at: &impl SourceLocation, id: &str) {
-    if !benchmark_id::is_valid(id) {
+    if !identity::is_valid(id) {
         let message = format!(
             "benchmark id `{}` does not follow the naming scheme",
             short(id)
         );
         at.note(Severity::Note, message);
+    }
+}
+
+/// Kind of element that a reference points to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Target {
+    Lanelet,
+    Sign,
+    Light,
+    Incoming,
+}
+
+/// The elements of a network that can be referred to.
+pub(crate) struct Targets(HashSet<(Target, i64)>);
+
+impl Targets {
+    pub fn new(network: &LaneletNetwork) -> Self {
+        let incomings = network
+            .intersections
+            .iter()
+            .flat_map(|i| &i.incomings)
+            .map(|i| (Target::Incoming, i.id));
+        let lanelets = network.lanelets.iter().map(|l| (Target::Lanelet, l.id));
+        let signs = network.signs.iter().map(|s| (Target::Sign, s.id));
+        let lights = network.lights.iter().map(|l| (Target::Light, l.id));
+        Self(
+            lanelets
+                .chain(signs)
+                .chain(lights)
+                .chain(incomings)
+                .collect(),
+        )
+    }
+
+    pub fn has(&self, target: Target, id: i64) -> bool {
+        self.0.contains(&(target, id))
+    }
+}
+
+/// A shape that encloses something; `None` if the format lets it be left out.
+///
+/// # Errors
+/// It encloses nothing, and cannot be left out.
+pub(crate) fn checked(at: &impl SourceLocation, shape: Shape) -> Result<Option<Shape>, ReadError> {
+    match shape.check() {
+        Ok(()) => Ok(Some(shape)),
+        Err(error) => at.leave_out(&error).map(|()| None),
+    }
+}
+
+/// Shapes as one; nothing, with a diagnostic, where there is none.
+pub(crate) fn union(at: &impl SourceLocation, shapes: Vec<Shape>) -> Option<Shape> {
+    if shapes.is_empty() {
+        at.warn("no shape; it covers nothing");
+    }
+    Shape::union(shapes)
+}
+
+/// The body of an obstacle, ready to be measured; `None` if the format lets it be left out.
+///
+/// # Errors
+/// It cannot be measured, and cannot be left out.
+pub(crate) fn footprint(
+    at: &impl SourceLocation,
+    shape: Option<Shape>,
+) -> Result<Option<Footprint>, ReadError> {
+    match shape.map(Footprint::new).transpose() {
+        Ok(footprint) => Ok(footprint),
+        Err(error) => at.leave_out(&error).map(|()| None),
+    }
+}
+
+/// A polygon; the last corner of a closed ring is left out.
+pub(crate) fn polygon(mut vertices: Vec<Point>) -> Shape {
+    if vertices.len() > 3 && vertices.first() == vertices.last() {
+        vertices.pop();
+    }
+    Shape::Polygon { vertices }
+}
+
+/// A truck of length, width, wheelbase, distance from the rear to the rear axle, length of the cabin, and distance
+/// from the rear axle to the hitch, metres. Its origin is at the rear axle where `shift` says nothing.
+pub(crate) fn truck(dimensions: [f64; 6], shift: Option<f64>) -> Truck {
+    let [
+        length,
+        width,
+        wheelbase,
+        rear_to_rear_axle,
+        cabin_length,
+        rear_axle_to_hitch,
+    ] = dimensions;
+    Truck {
+        length,
+        width,
+        wheelbase,
+        rear_to_rear_axle,
+        cabin_length,
+        rear_axle_to_hitch,
+        origin_x_shift: shift.unwrap_or(rear_to_rear_axle - length / 2.0),
+    }
+}
+
+/// A truck in line with its trailer, which has a length, a width, a wheelbase, and a distance from its front to the
+/// hitch, metres.
+pub(crate) fn semi_trailer_truck(tractor: Truck, trailer: [f64; 4]) -> Shape {
+    let [length, width, wheelbase, front_to_hitch] = trailer;
+    let trailer = SemiTrailer {
+        length,
+        width,
+        wheelbase,
+        front_to_hitch,
+    };
+    Shape::SemiTrailerTruck {
+        tractor,
+        trailer,
+        hitch_angle: 0.0,
     }
 }

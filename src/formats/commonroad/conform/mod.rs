@@ -4,8 +4,7 @@
 //! references, states without a heading. A scenario is written as it is; callers that need a file a validator accepts
 //! run this first.
 
-mod road;
-mod traffic;
+mod contents;
 
 use std::collections::HashSet;
 
@@ -61,16 +60,16 @@ pub fn conform(scenario: &Scenario) -> Conformed {
     let mut fitted = scenario.clone();
     header(&mut fitted, &mut report);
     let network = &scenario.network;
-    fitted.network = road::network(network, &mut report);
+    fitted.network = contents::network(network, &mut report);
     fitted.obstacles = scenario
         .obstacles
         .iter()
-        .map(|o| traffic::obstacle(o, scenario.dt(), &mut report))
+        .map(|o| contents::obstacle(o, scenario.dt(), &mut report))
         .collect();
     let problems = &mut fitted.planning_problems;
     problems
         .iter_mut()
-        .for_each(|p| traffic::problem(p, &fitted.network, &mut report));
+        .for_each(|p| contents::problem(p, &fitted.network, &mut report));
     if problems.is_empty() {
         report.violation("no planning problem, but the schema requires one".into());
     }

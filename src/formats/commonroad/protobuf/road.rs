@@ -1,16 +1,22 @@
-//! The road of 2020a: lanelets, signs, lights and intersections.
+//! The single message of 2020a with its road: lanelets, signs, lights and intersections.
+
+use nearmiss_scene::scenario::{
+    Adjacent, Bound, ContentHash, Incoming, Intersection, Lanelet, LaneletType, LightPhase,
+    LineMarking, RoadUser, Scenario, Sign, SignElement, SignalColor, StopLine, TrafficDirection,
+    TrafficLight,
+};
 
 use super::messages::{self, CycleElement, TrafficSignElement};
-use super::report::FieldPath;
-use super::signs;
-use super::values::ids;
-use super::words::{DIRECTIONS, LANELET_TYPES, LINE_MARKINGS, ROAD_USERS, SIGNAL_COLORS};
-use crate::commonroad::ReadError;
-use crate::commonroad::builder::{self, SourceLocation};
-use nearmiss_scene::scenario::{
-    Adjacent, Bound, Incoming, Intersection, Lanelet, LaneletType, LightPhase, LineMarking,
-    RoadUser, Sign, SignElement, SignalColor, StopLine, TrafficDirection, TrafficLight,
+use super::report::{FieldPath, Report};
+use super::shapes::region;
+use super::values::{Elements, ids};
+use super::words::{
+    DIRECTIONS, ENVIRONMENT_2020A, LANELET_TYPES, LINE_MARKINGS, OBSTACLE_TYPES, ROAD_USERS,
+    SIGNAL_COLORS,
 };
+use super::{ONE, header, obstacles, signs};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::{self, ScenarioBuilder, SourceLocation};
 
 pub(super) fn lanelet(
     at: &FieldPath<'_>,
@@ -182,4 +188,74 @@ pub(super) fn intersection(
         id: at.need("intersection_id", message.intersection_id)?.into(),
         crossings: ids(&message.crossing_lanelets),
     })
+}
+
+/// Reads the message.
+pub(super) fn read(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
+    let report = Report::about(file);
+    let root = FieldPath::root(&report, "");
+    let mut builder = ScenarioBuilder::default();
+    let (mut header, mut tags, mut location) = (None, None, None);
+    let mut elements = Elements::new(&root, &mut builder);
+    root.each_field(bytes, |field| match field.number {
+        1 => {
+            let at = root.field("information");
+            at.part(field, &mut header, header::of_2020a)
+        }
+        2 => {
+            let at = root.field("scenario_tags");
+            at.part(field, &mut tags, |at, m| Ok(obstacles::tags(at, m)))
+        }
+        3 => {
+            let at = root.field("location");
+            at.part(field, &mut location, |at, m| {
+                header::location(at, m, &ENVIRONMENT_2020A)
+            })
+        }
+        4 => elements.add("lanelets", field, |builder, at, m| {
+            builder.lanelet(at, lanelet(at, m)?);
+            Ok(())
+        }),
+        5 => elements.add("traffic_signs", field, |builder, at, m| {
+            builder.sign(at, sign(at, m)?);
+            Ok(())
+        }),
+        6 => elements.add("traffic_lights", field, |builder, at, m| {
+            builder.light(at, light(at, m)?);
+            Ok(())
+        }),
+        7 => elements.add("intersections", field, |builder, at, m| {
+            builder.intersection(at, intersection(at, m)?);
+            Ok(())
+        }),
+        8 => elements.add("static_obstacles", field, |builder, at, m| {
+            builder.obstacle(at, obstacles::fixed(at, m, region)?);
+            Ok(())
+        }),
+        9 => elements.add("dynamic_obstacles", field, |builder, at, m| {
+            builder.obstacle(at, obstacles::moving(at, m, region)?);
+            Ok(())
+        }),
+        10 => elements.add("environment_obstacles", field, |builder, at, m| {
+            builder.obstacle(at, obstacles::environment(at, m, OBSTACLE_TYPES)?);
+            Ok(())
+        }),
+        11 => elements.add("phantom_obstacles", field, |builder, at, m| {
+            builder.obstacle(at, obstacles::phantom(at, m)?);
+            Ok(())
+        }),
+        12 => elements.add("planning_problems", field, |builder, at, m| {
+            builder.problem(at, obstacles::problem(at, m)?);
+            Ok(())
+        }),
+        _ => {
+            root.skip_unknown(field);
+            Ok(())
+        }
+    })?;
+    let header = root.need("information", header)?;
+    builder.tags = root.need("scenario_tags", tags)?;
+    builder.location = Some(root.need("location", location)?);
+    let scenario = builder.finish(header, ContentHash::digest(bytes));
+    Ok(super::finish(report, &ONE, scenario))
 }

@@ -1,9 +1,18 @@
-//! Traffic signs: national sign numbers for the values of the enumerations.
+//! Traffic signs: national sign numbers and values.
 //!
 //! XML files carry the national number (`274`), protobuf an enumeration value: one enumeration a country in 2020a
 //! (commonroad-io 2024.3), one for all in 2024 (commonroad-io 2026.1), with the German signs at the same values.
+//!
+//! Sign values of 2024: in the map, and updated in the dynamic file.
 
+use nearmiss_scene::scenario::SignElement;
+
+use super::messages::MapSignElement;
 use super::messages::traffic_sign_element::Number;
+use super::report::FieldPath;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::commonroad::xml::short;
 
 /// German signs by their place in the enumerations; Zamunda, the country of made-up scenarios, has the same.
 /// Place 200 is not used.
@@ -136,6 +145,37 @@ pub(super) fn of_2024(country: &str, place: i32) -> Sign2024 {
 fn at(signs: &[&'static str], place: i32) -> Option<&'static str> {
     let sign = usize::try_from(place).ok().and_then(|p| signs.get(p));
     sign.copied().filter(|s| !s.is_empty())
+}
+
+/// The sign elements on a post; `country` is that of the map.
+pub(super) fn elements(
+    at: &FieldPath<'_>,
+    messages: &[MapSignElement],
+    country: &str,
+) -> Result<Vec<SignElement>, ReadError> {
+    let element = |(i, message): (usize, &MapSignElement)| {
+        let at = at.nth("traffic_sign_elements", i);
+        let place = at.need("element_id", message.element_id)?;
+        let id = match of_2024(country, place) {
+            Sign2024::Own(id) => id,
+            Sign2024::German(id) => {
+                let country = short(country);
+                at.warn(format!(
+                    "{country} has no number for this sign; the German {id} is used"
+                ));
+                id
+            }
+            Sign2024::Unknown => {
+                at.warn("an unknown sign; its number was left empty");
+                ""
+            }
+        };
+        Ok(SignElement {
+            id: id.to_string(),
+            values: at.texts("additional_values", &message.additional_values),
+        })
+    };
+    messages.iter().enumerate().map(element).collect()
 }
 
 #[cfg(test)]

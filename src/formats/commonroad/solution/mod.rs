@@ -1,8 +1,6 @@
 //! CommonRoad solutions: vehicle motions that solve a scenario's planning problems.
 
-mod id;
 mod kind;
-mod of_track;
 mod reader;
 mod writer;
 
@@ -140,7 +138,7 @@ impl Solution {
     /// The benchmark id of the whole solution, e.g. `KS2:SM1:DEU_Test-1_1_T-1:2020a`.
     #[must_use]
     pub fn benchmark_id(&self) -> String {
-        id::compose(self, &self.problems.iter().collect::<Vec<_>>())
+        kind::compose(self, &self.problems.iter().collect::<Vec<_>>())
     }
 
     /// The solution of one planning problem.

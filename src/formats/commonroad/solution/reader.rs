@@ -4,14 +4,14 @@ use std::collections::HashSet;
 
 use jiff::civil::{Date, DateTime};
 
-use super::id::{BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, legal};
+use super::kind::{BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, legal};
 use super::{ProblemSolution, Solution, SolutionState, SolutionTrajectory, TrajectoryKind};
+use crate::commonroad::ReadError;
 use crate::commonroad::builder::refused_step;
-use crate::commonroad::error::ReadError;
 use crate::commonroad::xml::{Element, Xml, decoded, short};
 use nearmiss_scene::scenario::plausibility::limits::doubtful;
 use nearmiss_scene::scenario::plausibility::missing_steps;
-use nearmiss_scene::scenario::{Quantity, Severity, StateField, Steps, VehicleModel, benchmark_id};
+use nearmiss_scene::scenario::{Quantity, Severity, StateField, Steps, VehicleModel, identity};
 
 const ROOT: &str = "CommonRoadSolution";
 
@@ -120,7 +120,7 @@ fn id<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<BenchmarkId, ReadError
         )
     })?;
     let note = |message| xml.note(Severity::Note, root, message);
-    if !benchmark_id::is_valid(&id.scenario) {
+    if !identity::is_valid(&id.scenario) {
         note(format!(
             "scenario `{}` does not follow the naming scheme of benchmark ids",
             short(&id.scenario)

@@ -10,12 +10,9 @@ use serde_json::value::RawValue;
 use super::LARGEST;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::assembly::Map;
-use crate::recordings::crossing;
-use crate::recordings::ids::Ids;
-use crate::recordings::lane_shape::{matched, same_way};
-use crate::recordings::leftovers::Leftovers;
-use crate::recordings::report::{At, Report};
+use crate::recordings::assembly::{Ids, Map};
+use crate::recordings::lane_shape::{self, matched, same_way};
+use crate::recordings::report::{At, Leftovers, Report};
 use nearmiss_base::geometry::Point;
 use nearmiss_base::system;
 use nearmiss_scene::scenario::{
@@ -258,7 +255,7 @@ impl Archive {
             };
             let (left, right) = matched(left, right);
             map.lanelets
-                .push(crossing::between(ids.keep(said.id), left, right));
+                .push(lane_shape::between(ids.keep(said.id), left, right));
         }
         Ok(map)
     }

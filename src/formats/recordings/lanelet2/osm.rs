@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::commonroad::ReadError;
 use crate::commonroad::xml::{Element, Xml, decoded};
-use crate::recordings::leftovers::Leftovers;
+use crate::recordings::report::Leftovers;
 use nearmiss_base::system::{self, FileCache};
 use nearmiss_scene::scenario::LineMarking;
 

@@ -8,9 +8,8 @@ use std::path::Path;
 use super::rows::Kind;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::columns;
-use crate::recordings::leftovers::Leftovers;
-use crate::recordings::report::{At, Report};
+use crate::recordings::report::{At, Leftovers, Report};
+use crate::recordings::rows;
 use nearmiss_base::system;
 use nearmiss_scene::scenario::ObstacleType;
 
@@ -79,7 +78,7 @@ impl<'r> Fields<'r> {
             return Ok(None);
         };
         let shown = || text.chars().take(40).collect::<String>();
-        let value = columns::number(text, self.separator)
+        let value = rows::number(text, self.separator)
             .ok_or_else(|| self.at(name).fail(format!("`{}` is not a number", shown())));
         self.at(name).number(value?.0).map(Some)
     }
@@ -110,7 +109,7 @@ fn rows(
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(report.file(), &e))?;
     let text = String::from_utf8_lossy(&bytes);
     let text = text.trim_start_matches('\u{feff}');
-    let (separator, header) = columns::of(text.as_bytes());
+    let (separator, header) = rows::of(text.as_bytes());
     let mut table = csv::ReaderBuilder::new()
         .delimiter(separator)
         .flexible(true)
@@ -126,7 +125,7 @@ fn rows(
     let mut count = 0;
     while table.read_record(&mut fields.record).map_err(fail)? {
         let all = fields.record.iter().map(str::as_bytes);
-        if let Some(why) = columns::too_long(all, fields.header.len()) {
+        if let Some(why) = rows::too_long(all, fields.header.len()) {
             let line = fields.record.position().map_or(0, csv::Position::line);
             return Err(report.row(usize::try_from(line).unwrap_or(0), "").fail(why));
         }
@@ -158,7 +157,7 @@ pub fn recording(path: &Path, leftovers: &mut Leftovers) -> Result<Recording, Re
             }
             let mut numbers = pieces
                 .map(|t| {
-                    let value = columns::number(t, row.separator).ok_or_else(|| {
+                    let value = rows::number(t, row.separator).ok_or_else(|| {
                         let shown: String = t.chars().take(40).collect();
                         row.at(name).fail(format!("`{shown}` is not a number"))
                     });

@@ -3,29 +3,29 @@
 //! `XX_tracks.csv` is the recording; `XX_tracksMeta.csv` and `XX_recordingMeta.csv` lie beside it. A recording takes
 //! minutes and is opened in windows around one track.
 
-mod highd;
 mod map;
 mod meta;
-mod recorded;
 mod rows;
 
 use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
+use std::mem::size_of;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::assembly::{About, Map, RecordedTrack, assemble};
-use super::ids::Ids;
+use nearmiss_base::system::FileCache;
+use nearmiss_scene::scenario::{ContentHash, ObstacleType, Scenario};
+
+use super::assembly::{self, About, Ids, Map, RecordedTrack, assemble};
 use super::report::Report;
 use super::windows::{self, LongRecording, Wanted};
-use super::{repeated, sizes};
-use crate::address::Address;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::dispatch::{Format, Parts};
-use meta::TrackMeta;
-use nearmiss_scene::scenario::{ContentHash, ObstacleType, Scenario};
-use recorded::Recorded;
-pub use rows::missing_columns;
+use crate::dispatch::{Address, Format, Parts};
+use crate::recordings::report::Leftovers;
+use meta::{Recording, TrackMeta};
 use rows::{Kind, Row};
+
+pub use rows::missing_columns;
 
 /// The format.
 pub struct LevelX;
@@ -39,7 +39,7 @@ impl Format for LevelX {
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
-        let recorded = recorded::of(path)?;
+        let recorded = of(path)?;
         if !recorded.is_long() {
             return Ok(Parts::One);
         }
@@ -55,7 +55,7 @@ impl Format for LevelX {
             .as_ref()
             .map(|p| Wanted::parse(p, &report))
             .transpose()?;
-        let recorded = recorded::of(file)?;
+        let recorded = of(file)?;
         if wanted.is_none() && recorded.is_long() {
             let first = recorded.tracks.first_key_value();
             let (track, start) = first.map_or((1, 0.0), |(id, track)| {
@@ -226,11 +226,11 @@ fn scenario(
         report.note(format!(
             "tracks without a size: {}; assumed by class: {}",
             assumed.len(),
-            sizes::in_words(assumed)
+            assembly::in_words(assumed)
         ));
     }
     let map = match recording.kind {
-        Kind::HighD => highd::map(&report, recording, recorded.extent, &mut own.ids)?,
+        Kind::HighD => map::map(&report, recording, recorded.extent, &mut own.ids)?,
         Kind::InD => map::beside(&report, file, recording, &mut own.ids)?,
     };
     let number = recording.id.max(0);
@@ -269,12 +269,12 @@ fn track(
 ) -> RecordedTrack {
     let (mut length, mut width) = meta.size;
     if length <= 0.0 || width <= 0.0 {
-        (length, width) = sizes::usual(meta.kind);
+        (length, width) = assembly::usual(meta.kind);
         assumed.push(meta.kind);
     }
     let mut states: Vec<_> = rows.iter().map(|row| row.state(meta, steps)).collect();
     let name = || format!("track {id}");
-    repeated::once(report, name, &mut states, |s| s.step, |s| s.position);
+    super::rows::once(report, name, &mut states, |s| s.step, |s| s.position);
     RecordedTrack {
         shape: None,
         is_static: false,
@@ -283,5 +283,129 @@ fn track(
         length,
         width,
         states,
+    }
+}
+
+/// Rows of recordings that are kept, bytes: a recording of a quarter of an hour has about 50 MB.
+const KEPT: usize = 512 << 20;
+
+/// No recording has more rows.
+const MOST_ROWS: usize = 10_000_000;
+
+/// Rows whose frames are known together.
+const CHUNK: usize = 1024;
+
+static RECORDINGS: FileCache<Recorded> = FileCache::new(KEPT);
+
+/// What the three files of a recording tell.
+#[derive(Debug)]
+struct Recorded {
+    pub recording: Recording,
+    pub tracks: BTreeMap<i64, TrackMeta>,
+    /// The tracks, spelled out for hashes.
+    pub tracks_in_words: String,
+    /// In the order of the file.
+    rows: Vec<Row>,
+    /// First and last frame of every [`CHUNK`] of them.
+    chunks: Vec<(i64, i64)>,
+    /// From where to where there is traffic, metres.
+    pub extent: Option<(f64, f64)>,
+    /// Numbers of the rows with a decimal comma.
+    pub commas: usize,
+    /// What stands in the tables and is not used.
+    pub leftovers: Leftovers,
+}
+
+/// A recording, with the files beside it.
+///
+/// # Errors
+/// One of the files is missing or damaged: with its row and column.
+fn of(path: &Path) -> Result<Arc<Recorded>, ReadError> {
+    let report = Report::about(path.display().to_string());
+    let find = |end: &str| {
+        sibling(path, end).filter(|file| file.is_file()).ok_or_else(|| {
+            report.fail(format!(
+                "its `{end}` is not beside it; recordings of levelXdata are XX{TRACKS}, XX_tracksMeta.csv and XX_recordingMeta.csv"
+            ))
+        })
+    };
+    let (about, tracks) = (find("_recordingMeta.csv")?, find("_tracksMeta.csv")?);
+    RECORDINGS.get(&[path, &about, &tracks], || {
+        let mut leftovers = Leftovers::default();
+        let recording = meta::recording(&about, &mut leftovers)?;
+        let tracks = meta::tracks(&tracks, &recording, &mut leftovers)?;
+        let recorded = Recorded::read(path, &report, recording, tracks, leftovers)?;
+        let size = recorded.size();
+        Ok((recorded, size))
+    })
+}
+
+/// The file of the same recording whose name ends differently.
+fn sibling(path: &Path, end: &str) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let prefix = name.strip_suffix(TRACKS)?;
+    Some(path.with_file_name(format!("{prefix}{end}")))
+}
+
+impl Recorded {
+    fn read(
+        path: &Path,
+        report: &Report,
+        recording: Recording,
+        tracks: BTreeMap<i64, TrackMeta>,
+        mut leftovers: Leftovers,
+    ) -> Result<Self, ReadError> {
+        let mut rows = Vec::new();
+        let mut extent: Option<(f64, f64)> = None;
+        let commas = rows::each(path, report, &mut leftovers, &mut |row: &Row| {
+            if rows.len() == MOST_ROWS {
+                return Err(report.fail(format!("more than {MOST_ROWS} rows")));
+            }
+            let (low, high) = extent.unwrap_or((row.x, row.x));
+            extent = Some((low.min(row.x), high.max(row.x)));
+            rows.push(*row);
+            Ok(())
+        })?;
+        rows.shrink_to_fit();
+        let chunks = rows.chunks(CHUNK).map(|chunk| {
+            let frames = chunk.iter().map(|row| row.frame());
+            frames.fold((i64::MAX, i64::MIN), |(a, b), f| (a.min(f), b.max(f)))
+        });
+        Ok(Self {
+            chunks: chunks.collect(),
+            tracks_in_words: format!("{tracks:?}"),
+            recording,
+            tracks,
+            rows,
+            extent,
+            commas,
+            leftovers,
+        })
+    }
+
+    /// Bytes.
+    fn size(&self) -> usize {
+        self.rows.len() * size_of::<Row>() + self.tracks_in_words.len() * 2
+    }
+
+    /// The rows from one frame to another, in the order of the file.
+    pub fn rows(&self, frames: (i64, i64)) -> impl Iterator<Item = &Row> {
+        let chunks = self.rows.chunks(CHUNK).zip(&self.chunks);
+        let here = chunks.filter(move |(_, (first, last))| *first <= frames.1 && *last >= frames.0);
+        let rows = here.flat_map(|(rows, _)| rows);
+        rows.filter(move |row| (frames.0..=frames.1).contains(&row.frame()))
+    }
+
+    /// The first and last frame; nothing where there are no rows.
+    pub fn frames(&self) -> Option<(i64, i64)> {
+        let all = self.chunks.iter().copied();
+        all.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    /// Whether it is listed as windows.
+    pub fn is_long(&self) -> bool {
+        self.frames().is_some_and(|(first, last)| {
+            (last - first) as f64 / self.recording.frame_rate > windows::SHORT
+        })
     }
 }

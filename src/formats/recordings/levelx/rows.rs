@@ -10,9 +10,8 @@ use super::meta::TrackMeta;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::assembly::{TrackState, along};
-use crate::recordings::columns;
-use crate::recordings::leftovers::Leftovers;
-use crate::recordings::report::Report;
+use crate::recordings::report::{Leftovers, Report};
+use crate::recordings::rows;
 use nearmiss_base::geometry::{Point, Vector};
 use nearmiss_base::system;
 
@@ -74,7 +73,7 @@ pub fn missing_columns(names: &[String]) -> Option<(&'static str, Vec<&'static s
 impl Kind {
     /// That of a file that begins with `head`.
     pub fn of(head: &[u8]) -> Option<Self> {
-        Self::among(&columns::of(head).1)
+        Self::among(&rows::of(head).1)
     }
 
     /// That of a table with these columns.
@@ -178,7 +177,7 @@ pub fn each(
 ) -> Result<usize, ReadError> {
     let io = |error| ReadError::io(report.file(), &error);
     let mut file = BufReader::new(system::open_file(path).map_err(io)?);
-    let (separator, names) = columns::of(file.fill_buf().map_err(io)?);
+    let (separator, names) = rows::of(file.fill_buf().map_err(io)?);
     let kind = Kind::among(&names)
         .ok_or_else(|| report.row(1, "").fail("not the columns of levelXdata"))?;
     let place = |name: &&str| names.iter().position(|n| n == name).unwrap_or(usize::MAX);
@@ -210,7 +209,7 @@ pub fn each(
             Err(error) => return Err(report.row(line(), "").fail(error.to_string())),
         }
         if record.len() > names.len()
-            && let Some(why) = columns::too_long(record.iter(), names.len())
+            && let Some(why) = rows::too_long(record.iter(), names.len())
         {
             return Err(report.row(line(), "").fail(why));
         }
@@ -221,7 +220,7 @@ pub fn each(
                 return Err(at(name).fail("the row ends before it; is the file truncated?"));
             };
             let text = std::str::from_utf8(field).unwrap_or("");
-            match columns::number(text, separator) {
+            match rows::number(text, separator) {
                 Some((value, comma)) => {
                     commas.set(commas.get() + usize::from(comma));
                     if value.abs() < 1e6 {

@@ -4,9 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use super::layers::{Lane, Layers};
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::crossing;
-use crate::recordings::ids::Ids;
-use crate::recordings::lane_shape::{borders, matched, without_repeats};
+use crate::recordings::assembly::Ids;
+use crate::recordings::lane_shape::{self, borders, matched, without_repeats};
 use crate::recordings::report::Report;
 use nearmiss_base::geometry::{Bounds, Point, Vector};
 use nearmiss_scene::scenario::{Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser};
@@ -240,7 +239,7 @@ impl<'m> Cut<'m> {
             } else {
                 ids.fresh()
             };
-            match crossing::of_ring(own, &ring) {
+            match lane_shape::of_ring(own, &ring) {
                 Some(lanelet) => crossings.push(lanelet),
                 None => report
                     .at(format!("crosswalk {id}"))

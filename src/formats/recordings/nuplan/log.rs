@@ -5,14 +5,17 @@ use std::mem::size_of;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::record::Token;
-use super::sqlite::{Asked, Database};
-use super::sweep_rows::SweepRows;
-use crate::commonroad::ReadError;
-use crate::recordings::assembly::median;
 use nearmiss_base::system::FileCache;
 use nearmiss_scene::scenario::ObstacleType;
 use nearmiss_scene::scenario::plausibility::limits::{LATEST_STEP, refused_time_step};
+
+use super::motion::SweepRows;
+use super::sqlite::{Asked, Database, MAGIC, Token, named};
+use crate::commonroad::builder::SourceLocation;
+use crate::commonroad::{ReadError, beginning_of_file};
+use crate::recordings::assembly::median;
+use crate::recordings::has_extension;
+use crate::recordings::report::Report;
 
 /// Logs that are kept for other windows of them, bytes.
 const KEPT: usize = 128 << 20;
@@ -77,7 +80,7 @@ pub struct Log {
 ///
 /// # Errors
 /// A table is missing or damaged: with its row and column.
-pub fn of(path: &Path) -> Result<Arc<Log>, ReadError> {
+pub fn open_log(path: &Path) -> Result<Arc<Log>, ReadError> {
     LOGS.get(&[path], || {
         let log = Log::read(&Database::open(path)?)?;
         let size = log.size();
@@ -245,4 +248,155 @@ fn origin(database: &Database, first: &Sweep) -> Result<((f64, f64), Option<i64>
         Ok(())
     })?;
     Ok((origin, system))
+}
+
+/// Sweeps with the steps that they are at.
+pub struct Clock<'l> {
+    pub log: &'l Log,
+    /// Places in the log, and steps; each step once.
+    pub sweeps: Vec<(usize, i64)>,
+    /// Sweeps of which the step had one already.
+    pub twice: usize,
+    /// Sweeps that are more than a quarter of a step off.
+    pub off: usize,
+}
+
+impl<'l> Clock<'l> {
+    /// Of sweeps in order; the first one is at step 0, and one takes so many seconds.
+    pub fn new(log: &'l Log, sweeps: &[usize], time_step: f64) -> Self {
+        let start = sweeps.first().map_or(0.0, |first| log.seconds(*first));
+        let mut clock = Self {
+            log,
+            sweeps: Vec::with_capacity(sweeps.len()),
+            twice: 0,
+            off: 0,
+        };
+        for sweep in sweeps {
+            let at = (log.seconds(*sweep) - start) / time_step;
+            let step = at.round();
+            if clock
+                .sweeps
+                .last()
+                .is_some_and(|(_, last)| step as i64 <= *last)
+            {
+                clock.twice += 1;
+                continue;
+            }
+            clock.off += usize::from((at - step).abs() > 0.25);
+            clock.sweeps.push((*sweep, step as i64));
+        }
+        clock
+    }
+
+    /// The last step.
+    pub fn last(&self) -> i64 {
+        self.sweeps.last().map_or(0, |(_, step)| *step)
+    }
+
+    /// Says what is odd about it.
+    pub fn tell(&self, report: &Report) {
+        let missing = usize::try_from(self.last() + 1)
+            .unwrap_or(0)
+            .saturating_sub(self.sweeps.len());
+        let at = report.at("table lidar_pc");
+        if self.off > 0 {
+            at.warn(format!(
+                "{} sweeps are not on a grid of {} s; taken as at the nearest step",
+                self.off, self.log.time_step
+            ));
+        }
+        if self.twice + missing > 0 {
+            at.warn(format!(
+                "{missing} steps of {} s have no sweep, and {} have two, of which the first is used",
+                self.log.time_step, self.twice
+            ));
+        }
+    }
+}
+
+/// What a SQLite file is.
+pub enum Evidence {
+    /// A log.
+    Log,
+    /// Its tables cannot be read.
+    Damaged(ReadError),
+    /// A GeoPackage, such as a map.
+    Map,
+    /// Answers that this program keeps.
+    Store,
+    /// A bag of ROS 2.
+    Bag,
+    /// Something else with these tables.
+    Other(Vec<String>),
+}
+
+/// Tables that a log has, and hardly another file has all of.
+const TABLES: [&str; 3] = ["lidar_pc", "ego_pose", "lidar_box"];
+
+/// Tables of the answers that this program keeps.
+const OWN: [&str; 2] = ["runs", "batches"];
+
+/// Tables of a bag of ROS 2.
+const BAG: [&str; 2] = ["topics", "messages"];
+
+/// Whether a file is named or begins like one, also if it is none: what is wrong with it is said here.
+pub fn is_named_or_begins_so(path: &Path, head: &[u8]) -> bool {
+    // XML and the like under another name is read as what it is.
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    let is_xml = text.trim_ascii_start().starts_with(b"<");
+    let named = has_extension(path, "db") || has_extension(path, "gpkg");
+    head.starts_with(MAGIC) || named && !is_xml
+}
+
+/// What a SQLite file is.
+pub fn database_kind(path: &Path) -> Evidence {
+    let database = match Database::open(path) {
+        Ok(database) => database,
+        Err(error) => return Evidence::Damaged(error),
+    };
+    if TABLES.iter().all(|table| database.has(table)) {
+        return Evidence::Log;
+    }
+    if database.has("gpkg_contents") {
+        Evidence::Map
+    } else if OWN.iter().all(|table| database.has(table)) {
+        Evidence::Store
+    } else if BAG.iter().all(|table| database.has(table)) {
+        Evidence::Bag
+    } else {
+        Evidence::Other(database.tables().to_vec())
+    }
+}
+
+/// Refuses what is no log, and says what it is.
+pub fn check(path: &Path) -> Result<(), ReadError> {
+    let report = Report::about(path.display().to_string());
+    let wants =
+        "a nuPlan log is a SQLite file with the tables lidar_pc, ego_pose, lidar_box and others";
+    let head = beginning_of_file(path, MAGIC.len())
+        .map_err(|error| report.fail(format!("{error}; {wants}")))?;
+    if !head.starts_with(MAGIC) {
+        return Err(report.fail(format!("not a SQLite file; {wants}")));
+    }
+    let message = match database_kind(path) {
+        Evidence::Log => return Ok(()),
+        Evidence::Damaged(error) => return Err(error),
+        Evidence::Map => {
+            "a GeoPackage, not a recording; name a nuPlan log (`*.db`), which finds its map where `nearmiss help scenarios` says"
+                .to_string()
+        }
+        Evidence::Store => {
+            "a store of answers of nearmiss, not a recording; `nearmiss report` reads it".into()
+        }
+        Evidence::Bag => {
+            "a bag of ROS 2, not a scenario; `nearmiss help scenarios` lists the formats that are read".into()
+        }
+        Evidence::Other(tables) if tables.is_empty() => {
+            format!("a SQLite file without tables; {wants}")
+        }
+        Evidence::Other(tables) => {
+            format!("a SQLite file with the tables {}; {wants}", named(&tables))
+        }
+    };
+    Err(report.fail(message))
 }

@@ -2,44 +2,30 @@
 //!
 //! A log takes minutes and is opened in windows, of which only the rows are read. Its ego is the vehicle that recorded it.
 
-mod clock;
-mod evidence;
 mod geopackage;
 mod junctions;
 mod lanes;
 mod layers;
-mod lights;
 mod log;
 mod motion;
 mod parts;
-mod places;
-mod projection;
-mod record;
-mod signs;
 mod sqlite;
-mod sweep_rows;
 
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::assembly::{About, Map, RecordedTrack, assemble};
-use super::ids::Ids;
-use super::leftovers::Leftovers;
-use super::report::Report;
+use super::assembly::{About, Ids, Map, RecordedTrack, assemble};
+use super::report::{Leftovers, Report};
 use super::windows::{self, LongRecording};
-use crate::address::Address;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::dispatch::{Format, Parts};
-use clock::Clock;
-use evidence::Evidence;
+use crate::dispatch::{Address, Format, Parts};
+use junctions::{Lights, Signs};
 use lanes::Cut;
-use lights::Lights;
-use log::{EGO, Log};
+use log::{Clock, EGO, Evidence, Log};
 use nearmiss_base::geometry::{Bounds, Vector};
 use nearmiss_scene::scenario::{ContentHash, Scenario};
 use parts::{Part, RECORDER};
-use signs::Signs;
 use sqlite::{Database, MAGIC};
 
 /// The format.
@@ -52,17 +38,20 @@ const AROUND: f64 = 50.0;
 
 impl Format for NuPlan {
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        evidence::is_named_or_begins_so(path, head)
+        log::is_named_or_begins_so(path, head)
     }
 
     fn is_found(&self, path: &Path, head: &[u8]) -> bool {
         head.starts_with(MAGIC)
-            && matches!(evidence::of(path), Evidence::Log | Evidence::Damaged(_))
+            && matches!(
+                log::database_kind(path),
+                Evidence::Log | Evidence::Damaged(_)
+            )
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
-        evidence::check(path)?;
-        let log = log::of(path)?;
+        log::check(path)?;
+        let log = log::open_log(path)?;
         if log.duration() <= windows::SHORT {
             return Ok(Parts::One);
         }
@@ -72,10 +61,10 @@ impl Format for NuPlan {
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
         let Address { file, part } = address;
-        evidence::check(file)?;
+        log::check(file)?;
         let shown = part.as_ref().map_or_else(String::new, |p| format!("#{p}"));
         let report = Report::about(format!("{}{shown}", file.display()));
-        let log = log::of(file)?;
+        let log = log::open_log(file)?;
         let database = Database::open(file)?;
         let part = match part {
             Some(part) => parts::part(part, &log, &database, &report)?,
@@ -157,7 +146,7 @@ fn scenario(
         }
     }
     tell(&report, path, log);
-    let lights = lights::read(database, &clock)?;
+    let lights = junctions::read(database, &clock)?;
     let mut leftovers = Leftovers::default();
     database.count_unused(&log.asked, &mut leftovers);
     leftovers.tell(&report);
@@ -165,13 +154,13 @@ fn scenario(
     (EGO..log::id_of(log.tracks.len())).for_each(|id| {
         ids.take(id);
     });
-    let map = match places::find(path, log) {
+    let map = match layers::find(path, log) {
         Some(file) => {
             report.note(format!("map {}", file.display()));
             map(&report, &file, log, &lights, &tracks, &mut ids)?
         }
         None => {
-            report.at("").warn(places::nowhere(log));
+            report.at("").warn(layers::nowhere(log));
             Map::default()
         }
     };
@@ -206,7 +195,7 @@ fn tell(report: &Report, path: &Path, log: &Log) {
         "tracks are numbered from {} by the rows of table track; the ego is {EGO}",
         EGO + 1
     ));
-    let zone = log.system.and_then(projection::zone);
+    let zone = log.system.and_then(geopackage::zone);
     let zone = zone.map_or_else(String::new, |(zone, south)| {
         format!(" in UTM zone {zone}{}", if south { "S" } else { "N" })
     });
@@ -227,7 +216,7 @@ fn map(
 ) -> Result<Map, ReadError> {
     let layers = layers::of(file)?;
     layers.leftovers.tell(report);
-    if let Some(zone) = log.system.and_then(projection::zone)
+    if let Some(zone) = log.system.and_then(geopackage::zone)
         && zone != layers.zone
     {
         let message = format!(
@@ -253,10 +242,10 @@ fn map(
     }
     let country = Signs::of(&log.map);
     let mut map = Map {
-        signs: signs::speed_limits(&mut cut, &country, ids),
+        signs: junctions::speed_limits(&mut cut, &country, ids),
         ..Map::default()
     };
-    let stops = signs::stop_signs(report, &mut cut, &country, ids);
+    let stops = junctions::stop_signs(report, &mut cut, &country, ids);
     map.signs.extend(stops);
     map.lights = junctions::lights(report, &mut cut, lights, ids);
     map.intersections = junctions::intersections(&mut cut, ids);

@@ -1,19 +1,18 @@
 //! Where everyone is at the sweeps of a log: the vehicle that records by its poses, the others by their boxes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::mem::size_of;
 
-use super::clock::Clock;
-use super::log::{EGO, Log, id_of, kind};
-use super::record::Record;
-use super::sqlite::Database;
-use crate::commonroad::ReadError;
-use crate::commonroad::builder::SourceLocation;
-use crate::recordings::assembly::{RecordedTrack, TrackState, along, median};
-use crate::recordings::repeated;
-use crate::recordings::report::Report;
-use crate::recordings::sizes::{self, LONG};
 use nearmiss_base::geometry::{Point, Vector};
 use nearmiss_scene::scenario::ObstacleType;
+
+use super::log::{Clock, EGO, Log, id_of, kind};
+use super::sqlite::{Database, Record, Token};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::{self, LONG, RecordedTrack, TrackState, along, median};
+use crate::recordings::report::Report;
+use crate::recordings::rows;
 
 /// Length and width of the vehicle that records, metres: a Chrysler Pacifica, by the data set's devkit.
 const VEHICLE: (f64, f64) = (4.049 + 1.127, 2.297);
@@ -186,7 +185,7 @@ pub fn others(
         report.note(format!(
             "tracks without a size: {}; assumed by class: {}",
             assumed.len(),
-            sizes::in_words(assumed)
+            assembly::in_words(assumed)
         ));
     }
     Ok(tracks)
@@ -200,7 +199,7 @@ fn track(
     assumed: &mut Vec<ObstacleType>,
 ) -> RecordedTrack {
     let name = || format!("track {}", id_of(place));
-    repeated::once(report, name, &mut boxes, |s| s.step, |s| s.position);
+    rows::once(report, name, &mut boxes, |s| s.step, |s| s.position);
     let said = &log.tracks[place];
     let mut kind = kind(&said.category);
     let of_boxes = |each: fn(&Seen) -> f64| median(boxes.iter().map(each).collect());
@@ -211,7 +210,7 @@ fn track(
         (Some(length), Some(width)) => (length, width),
         _ => {
             assumed.push(kind);
-            sizes::usual(kind)
+            assembly::usual(kind)
         }
     };
     if kind == ObstacleType::Car && length > LONG {
@@ -257,5 +256,94 @@ fn track(
         shape: None,
         is_static,
         states,
+    }
+}
+
+/// The column that names the sweep of a row.
+const SWEEP: &str = "lidar_pc_token";
+
+/// Where the rows of each sweep are.
+#[derive(Debug)]
+pub enum SweepRows {
+    /// An index of the file finds them.
+    Indexed,
+    /// From one row to another, by the places of sweeps.
+    Runs(Vec<Vec<(i64, i64)>>),
+}
+
+impl SweepRows {
+    /// Of a table, which may be missing; `sweeps` are the places of sweeps.
+    ///
+    /// # Errors
+    /// The table is damaged.
+    pub fn find(
+        database: &Database,
+        table: &str,
+        sweeps: &HashMap<Token, usize>,
+    ) -> Result<Self, ReadError> {
+        if database.has_index(table, SWEEP) {
+            return Ok(Self::Indexed);
+        }
+        let mut runs = vec![Vec::new(); sweeps.len()];
+        if !database.has(table) {
+            return Ok(Self::Runs(runs));
+        }
+        database.each(table, &["rowid", SWEEP], &mut |row| {
+            let Some(place) = sweeps.get(&row.token(1)?) else {
+                return Ok(());
+            };
+            let number = row.whole(0)?;
+            let runs: &mut Vec<(i64, i64)> = &mut runs[*place];
+            match runs.last_mut() {
+                Some((_, last)) if last.checked_add(1) == Some(number) => *last = number,
+                _ => runs.push((number, number)),
+            }
+            Ok(())
+        })?;
+        Ok(Self::Runs(runs))
+    }
+
+    /// Bytes.
+    pub fn size(&self) -> usize {
+        match self {
+            Self::Indexed => 0,
+            Self::Runs(runs) => {
+                let each = runs
+                    .iter()
+                    .map(|runs| size_of::<Vec<()>>() + 16 * runs.capacity());
+                each.sum()
+            }
+        }
+    }
+
+    /// Gives the rows of the sweeps of a clock to `take`, with their steps.
+    ///
+    /// # Errors
+    /// The table is missing or damaged, or `take` refuses a row.
+    pub fn each(
+        &self,
+        database: &Database,
+        (table, columns): (&str, &[&str]),
+        clock: &Clock<'_>,
+        take: &mut dyn FnMut(&Record<'_>, i64) -> Result<(), ReadError>,
+    ) -> Result<(), ReadError> {
+        match self {
+            Self::Indexed => {
+                let query = database.query(table, columns, &format!("WHERE {SWEEP} = ?1"))?;
+                for (place, step) in &clock.sweeps {
+                    let token = clock.log.sweeps[*place].token.to_be_bytes();
+                    query.each([token], &mut |row| take(row, *step))?;
+                }
+            }
+            Self::Runs(runs) => {
+                let query = database.query(table, columns, "WHERE rowid BETWEEN ?1 AND ?2")?;
+                for (place, step) in &clock.sweeps {
+                    for (first, last) in &runs[*place] {
+                        query.each([first, last], &mut |row| take(row, *step))?;
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 }

@@ -1,8 +1,7 @@
 //! Which part of a log is meant: ten seconds around a track, a scene, or what is around one of its tokens.
 
 use super::log::{EGO, Log, id_of};
-use super::record::Token;
-use super::sqlite::Database;
+use super::sqlite::{Database, Token};
 use crate::commonroad::ReadError;
 use crate::recordings::report::Report;
 use crate::recordings::windows::{self, Wanted};

@@ -2,16 +2,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::TOLERANCE;
-use super::kept::{self, KeptSigns};
 use super::lane::{Lane, Section};
 use super::links::{Connection, Key, contacts};
-use super::road::{End, Road};
-use super::signal::Signal;
+use super::road::{End, Road, Signal};
+use super::{KeptSigns, TOLERANCE};
 use crate::commonroad::builder::SourceLocation;
-use crate::opendrive::words::marking;
-use crate::recordings::assembly::Map;
-use crate::recordings::ids::Ids;
+use crate::opendrive::signals::marking;
+use crate::recordings::assembly::{Ids, Map};
 use crate::recordings::lane_shape::without_repeats;
 use crate::recordings::report::Report;
 use nearmiss_base::geometry::Point;
@@ -119,7 +116,7 @@ pub fn lanelets(
     neighbours(roads, &places, &mut map);
     successors(roads, connections, &places, &mut map);
     let lights = signals(roads, &places, &mut map, &mut signal_ids, report, ids);
-    let kept = kept::restore(roads, &places, &mut map);
+    let kept = super::restore(roads, &places, &mut map);
     if map.lanelets.is_empty() {
         report.note("the roads have no lanes");
     }

@@ -1,40 +1,36 @@
 //! OpenSCENARIO XML with its OpenDRIVE: scenarios whose entities follow trajectories, and recordings that a player made.
 
-mod actions;
-mod catalogs;
 mod entities;
 mod expression;
-mod kept;
-mod lights;
 mod motion;
-mod parameters;
-mod played;
 mod player_log;
-mod position;
 mod storyboard;
 mod tracks;
 mod trajectory;
-mod triggers;
 
+use std::collections::HashMap;
 use std::path::Path;
 
-use super::assembly::{About, Map, assemble};
-use super::ids::Ids;
-use super::named_files::named_file;
+use nearmiss_base::system;
+use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
+use nearmiss_scene::scenario::{
+    ContentHash, LaneletNetwork, LightPhase, PlanningProblem, Position, Scenario, SignalColor,
+    TrafficLight,
+};
+
+use super::assembly::{self, About, Ids, Map, assemble};
 use super::opendrive::tree::{self, Node};
 use super::opendrive::{self, Network};
 use super::report::Report;
-use super::{sizes, whole_file};
-use crate::address::Address;
+use super::{named_file, whole_file};
 use crate::commonroad::builder::SourceLocation;
-use crate::commonroad::{ReadError, beginning};
-use crate::dispatch::{Format, Parts};
+use crate::commonroad::{ReadError, beginning, read};
+use crate::dispatch::{Address, Format, Parts};
+use crate::opendrive::signals::{signal_keys, speed_limit};
 use crate::openscenario::DOCUMENT;
+use crate::recordings::opendrive::KeptSigns;
 use entities::{Entity, entities, is_own_property};
-use nearmiss_base::system;
-use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
-use nearmiss_scene::scenario::{ContentHash, Scenario};
-use played::Played;
+use player_log::Played;
 use tracks::{Timeline, own_number};
 
 /// The format.
@@ -67,7 +63,7 @@ impl Format for OpenScenario {
         }
         let root = tree::read(&bytes, &shown, "OpenSCENARIO")?;
         check_version(&root, &report)?;
-        scenario(file, &bytes, parameters::filled(root)?, report)
+        scenario(file, &bytes, expression::filled(root)?, report)
     }
 }
 
@@ -220,7 +216,7 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     let assumed = entities.iter().filter(|e| e.assumed).map(|e| e.kind);
     let assumed: Vec<_> = assumed.collect();
     report.note_count(assumed.len(), |n| {
-        let words = sizes::in_words(assumed);
+        let words = assembly::in_words(assumed);
         format!("entities without a size: {n}; assumed by kind: {words}")
     });
     let mut named = Vec::new();
@@ -256,16 +252,16 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     let mut signs = None;
     if let Ok(network) = roads {
         (map, signs) = (network.map, network.kept);
-        let clock = lights::Clock {
+        let clock = Clock {
             dt,
             origin: origin.unwrap_or(0),
         };
-        lights::phases(&root, clock, &network.lights, &mut map.lights)?;
+        phases(&root, clock, &network.lights, &mut map.lights)?;
     }
     account(&root, &report);
     let mut scenario = assemble(report, about, map, all)?;
     if let Some(document) = document {
-        kept::restore(&mut scenario, &document, signs);
+        restore(&mut scenario, &document, signs);
     }
     Ok(scenario)
 }
@@ -275,4 +271,156 @@ fn ego(entities: &[Entity], is_export: bool) -> Option<&Entity> {
     let named = |e: &&Entity| EGOS.contains(&e.name.to_lowercase().as_str());
     let first = || entities.iter().find(|e| e.is_vehicle && !is_export);
     entities.iter().find(named).or_else(first)
+}
+
+/// Puts what was kept into a scenario. `signs` are there where its lanelets are those of the export; what names lanelets
+/// holds only then.
+///
+/// A document that cannot be read tells nothing: the scenario stays as it is.
+fn restore(scenario: &mut Scenario, document: &str, signs: Option<KeptSigns>) {
+    let Ok(kept) = read(document.as_bytes(), "") else {
+        return;
+    };
+    scenario.location = kept.location;
+    for (name, value) in kept.header.attributes {
+        scenario.header.attributes.insert(name, value);
+    }
+    let holds = |p: &PlanningProblem| signs.is_some() || !names_lanelets(p);
+    if !kept.planning_problems.is_empty() && kept.planning_problems.iter().all(holds) {
+        scenario.planning_problems = kept.planning_problems;
+    }
+    let Some(signs) = signs else {
+        return;
+    };
+    let roads = std::mem::take(&mut scenario.network);
+    scenario.network = match with_signs(&roads, &kept.network, signs) {
+        Some(network) => network,
+        None => LaneletNetwork::new(
+            roads.lanelets,
+            roads.signs,
+            roads.lights,
+            kept.network.intersections,
+        ),
+    };
+}
+
+/// The roads with signs and lights as they were before the export; `None` where the files tell others now.
+fn with_signs(
+    roads: &LaneletNetwork,
+    kept: &LaneletNetwork,
+    mut signs: KeptSigns,
+) -> Option<LaneletNetwork> {
+    let mut lanelets = roads.lanelets.clone();
+    let mut limits = HashMap::new();
+    for lanelet in &mut lanelets {
+        let of = signs.lanelets.remove(&lanelet.id)?;
+        [lanelet.signs, lanelet.lights] = of.own;
+        if let Some(line) = &mut lanelet.stop_line {
+            [line.signs, line.lights] = of.stop_line;
+        }
+        limits.insert(lanelet.id, of.limit);
+    }
+    let network = LaneletNetwork::new(
+        lanelets,
+        kept.signs.clone(),
+        kept.lights.clone(),
+        kept.intersections.clone(),
+    );
+    let same_limit = |id: i64, own: Option<f64>| match (limits.get(&id).copied().flatten(), own) {
+        (Some(a), Some(b)) => (a - b).abs() < SAME_SPEED,
+        (a, b) => a.is_none() && b.is_none(),
+    };
+    let mut all = network.lanelets.iter();
+    let is_unchanged = signal_keys(&network) == signs.signals
+        && all.all(|l| same_limit(l.id, speed_limit(&network, l)))
+        && shows_the_same(&roads.lights, &network.lights);
+    is_unchanged.then_some(network)
+}
+
+/// Speeds that differ by less are the same, m/s: files are rounded.
+const SAME_SPEED: f64 = 1e-3;
+
+/// Whether the lights that were read show at each step what those with the same ids show.
+fn shows_the_same(read: &[TrafficLight], kept: &[TrafficLight]) -> bool {
+    read.iter().all(|light| {
+        let before = kept.iter().find(|k| k.id == light.id);
+        before.is_some_and(|before| {
+            let whole: i64 = before
+                .cycle
+                .iter()
+                .map(|p| p.duration.clamp(0, LONGEST_CYCLE))
+                .sum();
+            (0..=whole.min(LONGEST_CYCLE)).all(|step| light.color_at(step) == before.color_at(step))
+        })
+    })
+}
+
+/// No longer cycle is compared to its end, steps.
+const LONGEST_CYCLE: i64 = 10_000;
+
+fn names_lanelets(problem: &PlanningProblem) -> bool {
+    let mut goals = problem.goals.iter().flat_map(|g| &g.positions);
+    goals.any(|p| matches!(p, Position::Lanelets(_)))
+}
+
+/// No phase is longer, steps.
+const LONGEST_PHASE: f64 = 1e6;
+
+/// When controllers begin.
+#[derive(Clone, Copy)]
+struct Clock {
+    /// Seconds between two steps.
+    pub dt: f64,
+    /// The step of time 0.
+    pub origin: i64,
+}
+
+/// Sets the phases of lights whose signals (by their ids) a controller switches.
+fn phases(
+    root: &Node,
+    clock: Clock,
+    ids: &HashMap<String, i64>,
+    lights: &mut [TrafficLight],
+) -> Result<(), ReadError> {
+    let Some(signals) = root.at(&["RoadNetwork", "TrafficSignals"]) else {
+        return Ok(());
+    };
+    for controller in signals.all("TrafficSignalController") {
+        let mut cycles: HashMap<i64, Vec<LightPhase>> = HashMap::new();
+        for phase in controller.all("Phase") {
+            let steps = (phase.needed_number("duration")? / clock.dt).round();
+            if !(0.0..=LONGEST_PHASE).contains(&steps) {
+                return Err(phase.fail(format!("a phase of {steps} steps")));
+            }
+            for state in phase.all("TrafficSignalState") {
+                let Some(id) = ids.get(state.needed("trafficSignalId")?) else {
+                    continue;
+                };
+                cycles.entry(*id).or_default().push(LightPhase {
+                    duration: steps as i64,
+                    color: color(state.text("state").unwrap_or_default()),
+                });
+            }
+        }
+        for light in lights.iter_mut() {
+            if let Some(cycle) = cycles.remove(&light.id) {
+                light.active = cycle.iter().any(|p| p.color != SignalColor::Inactive);
+                light.cycle = cycle;
+                light.offset = clock.origin;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The colour of a state: lamps from the top, or a word.
+fn color(state: &str) -> SignalColor {
+    let lamps: Vec<bool> = state.split(';').map(|lamp| lamp.trim() == "on").collect();
+    match (&lamps[..], state) {
+        ([true, true, false], _) => SignalColor::RedYellow,
+        ([true, false, false], _) | (_, "red") => SignalColor::Red,
+        ([false, true, false], _) | (_, "yellow") => SignalColor::Yellow,
+        ([false, false, true], _) | (_, "green") => SignalColor::Green,
+        _ => SignalColor::Inactive,
+    }
 }

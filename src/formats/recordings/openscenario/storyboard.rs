@@ -2,16 +2,14 @@
 
 use std::collections::HashMap;
 
-use super::actions::{activates, is_harmless, moves_by};
-use super::motion::Motions;
-use super::position::{has_heading, position_of, unread_position};
-use super::trajectory::{Followed, Told};
-use super::triggers::{Fires, fires, start};
+use nearmiss_base::geometry::Pose;
+
+use super::motion::{Fires, Motions, fires, start};
+use super::trajectory::{Followed, Told, has_heading, position_of, unread_position};
 use crate::commonroad::ReadError;
 use crate::recordings::opendrive::Network;
 use crate::recordings::opendrive::tree::Node;
 use crate::recordings::report::Report;
-use nearmiss_base::geometry::Pose;
 
 /// The end of a scenario, where it is a moment, seconds.
 pub fn end(root: &Node) -> Option<f64> {
@@ -387,4 +385,53 @@ fn without_storyboard(root: &Node) -> String {
         Some(_) => "a catalog, not a scenario".into(),
         None => "no <Storyboard> in it".into(),
     }
+}
+
+/// Actions that do not move an entity by themselves.
+const HARMLESS: [&str; 4] = [
+    "ControllerAction",
+    "VisibilityAction",
+    "ActivateControllerAction",
+    "AppearanceAction",
+];
+
+/// Controllers, visibility, lights and the like do not move an entity by themselves.
+pub fn is_harmless(action: &Node) -> bool {
+    HARMLESS.iter().any(|name| action.has(name))
+}
+
+/// Whether an action makes a controller active, which may move the entity then.
+pub fn activates(action: &Node) -> bool {
+    const SWITCHES: [&str; 4] = [
+        "lateral",
+        "longitudinal",
+        "activateLateral",
+        "activateLongitudinal",
+    ];
+    let all =
+        ["ActivateControllerAction", "AssignControllerAction"].map(|name| action.within(name));
+    let mut any = false;
+    for node in all.into_iter().flatten() {
+        for switch in SWITCHES {
+            any |= node.text(switch) == Some("true");
+        }
+    }
+    let overrides = action.within("OverrideControllerValueAction");
+    let active = |o: &&Node| o.children().any(|v| v.text("active") == Some("true"));
+    any || overrides.iter().any(active)
+}
+
+/// How an action moves an entity, in words.
+pub fn moves_by(action: &Node) -> String {
+    let mut node = action;
+    while let Some(child) = node.children().next() {
+        node = child;
+        if node.name != "RoutingAction"
+            && node.name != "LongitudinalAction"
+            && node.name != "LateralAction"
+        {
+            break;
+        }
+    }
+    format!("moves by <{}>", node.name)
 }

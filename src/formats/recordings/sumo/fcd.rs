@@ -1,12 +1,17 @@
-//! Floating car data, as SUMO writes it with `--fcd-output`: who is where at each time step.
+//! Floating car data, as SUMO writes it with `--fcd-output`: who is where at each time step, in XML or as a table.
 
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 
-use super::geo;
-use crate::recordings::leftovers::Leftovers;
-use crate::recordings::steps::Steps;
 use nearmiss_base::geometry::{Point, normalize_angle};
 use nearmiss_scene::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
+
+use super::geo;
+use crate::commonroad::builder::SourceLocation;
+use crate::commonroad::xml::{Element, Xml, decoded};
+use crate::commonroad::{ReadError, beginning};
+use crate::recordings::report::{Leftovers, Report};
+use crate::recordings::rows::{self, Steps};
 
 /// What is in a file.
 pub struct Recorded {
@@ -227,8 +232,205 @@ pub fn seconds(text: &str) -> Option<f64> {
     Some(sign * sum).filter(|s| s.is_finite() && s.abs() <= 1e9)
 }
 
+/// The columns that tell such a table.
+const TELLING: [&str; 4] = ["timestep_time", "vehicle_id", "vehicle_x", "vehicle_y"];
+
+/// What is used of a vehicle or person.
+const USED: [&str; 8] = [
+    "id",
+    "type",
+    "lane",
+    "x",
+    "y",
+    "angle",
+    "speed",
+    "acceleration",
+];
+
+/// Whether a file that begins so has floating car data.
+pub fn is_csv(head: &[u8]) -> bool {
+    let (_, names) = rows::of(head);
+    TELLING.iter().all(|name| names.iter().any(|n| n == name))
+}
+
+/// Reads a file; `file` names it in errors.
+pub fn read_csv(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
+    let report = Report::about(file);
+    let (separator, names) = rows::of(bytes);
+    let mut table = csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .flexible(true)
+        .from_reader(bytes);
+    let place = |name: &str| names.iter().position(|n| n == name);
+    let mut all = Collector::default();
+    let mut rows = 0;
+    let mut record = csv::StringRecord::new();
+    loop {
+        let more = table.read_record(&mut record);
+        let line = record.position().map_or(0, csv::Position::line);
+        let row = |column: &str| {
+            report.row(
+                usize::try_from(line).unwrap_or(0),
+                if column.is_empty() {
+                    String::new()
+                } else {
+                    format!("column {column}")
+                },
+            )
+        };
+        if !more.map_err(|error| row("").fail(error.to_string()))? {
+            break;
+        }
+        rows += 1;
+        let text = |name: &str| {
+            let field = place(name).and_then(|place| record.get(place));
+            field.unwrap_or_default().trim()
+        };
+        let wrong = |name: &str, what: &str| {
+            let shown: String = text(name).chars().take(40).collect();
+            row(name).fail(format!("`{shown}` is not {what}"))
+        };
+        let optional = |name: &str| match text(name) {
+            "" => Ok(None),
+            said => match said.parse::<f64>() {
+                Ok(value) if value.is_finite() && value.abs() <= 1e9 => Ok(Some(value)),
+                _ => Err(wrong(name, "a number")),
+            },
+        };
+        let need = |name: &str| optional(name)?.ok_or_else(|| row(name).fail("missing"));
+        let time = seconds(text("timestep_time"))
+            .ok_or_else(|| wrong("timestep_time", "a time in seconds"))?;
+        let fail = |message: String| row("").fail(message);
+        // A row is one vehicle, or a time without any.
+        if all.last_time() != Some(time) {
+            all.time(time).map_err(fail)?;
+        }
+        for kind in ["vehicle", "person"] {
+            let of = |what: &str| format!("{kind}_{what}");
+            let name = text(&of("id"));
+            if name.is_empty() {
+                continue;
+            }
+            let row = Row {
+                name,
+                kind: text(&of("type")),
+                is_person: kind == "person",
+                lane: text(&of("lane")),
+                front: (need(&of("x"))?, need(&of("y"))?),
+                angle: need(&of("angle"))?,
+                speed: need(&of("speed"))?,
+                acceleration: optional(&of("acceleration"))?,
+            };
+            all.row(&row).map_err(fail)?;
+        }
+    }
+    let used = |name: &str| {
+        let of = |kind| {
+            name.strip_prefix(kind)
+                .is_some_and(|what| USED.contains(&what))
+        };
+        name == TELLING[0] || of("vehicle_") || of("person_")
+    };
+    for name in names.iter().filter(|name| !used(name)) {
+        let kind = format!("column {name}");
+        all.leftovers.add_times(&kind, rows, || 1);
+    }
+    all.finish(String::new())
+        .map_err(|message| report.fail(message))
+}
+
+/// Whether a file that begins so has floating car data.
+pub fn is_xml(head: &[u8]) -> bool {
+    let head = beginning(head);
+    let text = head.trim_start_matches('\u{feff}').trim_start();
+    text.starts_with('<') && text.contains("<fcd-export")
+}
+
+/// Reads a file; `file` names it in errors.
+pub fn read_xml(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
+    let text = decoded(bytes, file)?;
+    let mut xml = Xml::new(&text, file);
+    let head = beginning(&bytes[..bytes.len().min(1 << 16)]);
+    let comment = head.split("<fcd-export").next().unwrap_or_default();
+    let Some(root) = xml.next()?.filter(|root| root.name == "fcd-export") else {
+        let message = "not floating car data: its root is not <fcd-export>";
+        return Err(xml.fail(0, message.into()));
+    };
+    let mut all = Collector::default();
+    while let Some(element) = xml.next()? {
+        if element.name != "timestep" {
+            all.leftovers.element(&mut xml, "fcd-export", element)?;
+            continue;
+        }
+        all.leftovers.attributes(&xml, element, &["time"]);
+        let at = |message: String| xml.fail(element.at, message);
+        let text = xml
+            .attribute(element, "time")
+            .ok_or_else(|| at("<timestep> has no attribute `time`".into()))?;
+        let time = seconds(&text).ok_or_else(|| {
+            let shown: String = text.chars().take(40).collect();
+            at(format!("time=\"{shown}\" is not a time in seconds"))
+        })?;
+        all.time(time).map_err(at)?;
+        while let Some(child) = xml.next()? {
+            if !matches!(child.name, "vehicle" | "person") {
+                all.leftovers.element(&mut xml, "timestep", child)?;
+                continue;
+            }
+            vehicle(&xml, child, &mut all)?;
+            all.leftovers.rest(&mut xml, child.name)?;
+        }
+    }
+    all.finish(comment.to_string())
+        .map_err(|message| xml.fail_in(root, message))
+}
+
+fn vehicle<'a>(xml: &Xml<'a>, element: Element<'a>, all: &mut Collector) -> Result<(), ReadError> {
+    let fail = |message| xml.fail(element.at, message);
+    let missing = |name: &str| fail(format!("<{}> has no attribute `{name}`", element.name));
+    let mut texts: [Option<Cow<'a, str>>; 3] = Default::default();
+    let mut numbers: [Option<f64>; 5] = Default::default();
+    // Once through all of them, as there are millions.
+    for (key, value) in xml.attributes(element) {
+        if let Some(place) = TEXTS.iter().position(|name| *name == key) {
+            texts[place].get_or_insert(value);
+        } else if let Some(place) = NUMBERS.iter().position(|name| *name == key) {
+            let number = value
+                .parse::<f64>()
+                .ok()
+                .filter(|v| v.is_finite() && v.abs() <= 1e9);
+            numbers[place] = Some(number.ok_or_else(|| {
+                let shown: String = value.chars().take(40).collect();
+                fail(format!("{key}=\"{shown}\" is not a number"))
+            })?);
+        } else {
+            let line = || xml.line(element);
+            all.leftovers.attribute(element.name, key, line);
+        }
+    }
+    let need = |place: usize| numbers[place].ok_or_else(|| missing(NUMBERS[place]));
+    let [name, kind, lane] = texts;
+    let row = Row {
+        name: &name.ok_or_else(|| missing("id"))?,
+        kind: &kind.unwrap_or_default(),
+        is_person: element.name == "person",
+        lane: &lane.unwrap_or_default(),
+        front: (need(0)?, need(1)?),
+        angle: need(2)?,
+        speed: need(3)?,
+        acceleration: numbers[4],
+    };
+    all.row(&row).map_err(fail)
+}
+
+/// The attributes of a vehicle that are used.
+const TEXTS: [&str; 3] = ["id", "type", "lane"];
+const NUMBERS: [&str; 5] = ["x", "y", "angle", "speed", "acceleration"];
+
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     #[test]
@@ -247,6 +449,44 @@ mod tests {
         ];
         for (text, expected) in all {
             assert_eq!(seconds(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_row_is_a_vehicle_or_a_time_without_one() {
+        let table = "timestep_time;vehicle_id;vehicle_x;vehicle_y;vehicle_angle;vehicle_type;vehicle_speed;vehicle_lane\n\
+            0.00;a;1.00;2.00;90.00;car;3.00;e_0\n0.00;b;9.00;2.00;90.00;;3.00;f_1_0\n1.00\n2.00;a;4.00;2.00;90.00;car;3.00;e_0\n";
+        assert!(is_csv(table.as_bytes()));
+        let read = read_csv(table.as_bytes(), "x.csv").unwrap();
+        assert_eq!(read.times, [0.0, 1.0, 2.0]);
+        let [a, b] = &read.vehicles[..] else { panic!() };
+        assert_eq!((a.span(), b.span()), ((0, 2), (0, 0)));
+        assert_eq!((&*a.kind, &*b.kind), ("car", "DEFAULT_VEHTYPE"));
+        assert_eq!(read.edges.iter().collect::<Vec<_>>(), ["e", "f_1"]);
+        let broken = table.replace("9.00", "9,00");
+        let error = super::read_csv(broken.as_bytes(), "x.csv")
+            .err()
+            .unwrap()
+            .to_string();
+        assert!(
+            error.contains(":3") && error.contains("column vehicle_x: `9,00` is not a number"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn angles_are_clockwise_from_north() {
+        let vehicle = |angle| format!("<vehicle id='a' x='1' y='2' angle='{angle}' speed='3'/>");
+        for (angle, degrees) in [(0, 90.0), (90, 0.0), (180, -90.0), (270, 180.0_f64)] {
+            let text = format!(
+                "<fcd-export><timestep time='5'>{0}</timestep><timestep time='0:00:05.5'>{0}</timestep></fcd-export>",
+                vehicle(angle)
+            );
+            let read = read_xml(text.as_bytes(), "x").unwrap();
+            let seen = &read.vehicles[0].seen[1];
+            assert_eq!((read.time_step(), seen.step), (0.5, 1));
+            assert!((seen.heading.cos() - degrees.to_radians().cos()).abs() < 1e-12);
+            assert!((seen.heading.sin() - degrees.to_radians().sin()).abs() < 1e-12);
         }
     }
 }

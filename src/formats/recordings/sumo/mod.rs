@@ -1,13 +1,9 @@
 //! SUMO: floating car data (`--fcd-output`) with the net and the vehicle types that lie beside it.
 
-mod choice;
 mod fcd;
-mod fcd_csv;
-mod fcd_xml;
 mod files;
 mod geo;
 mod lanes;
-mod lights;
 mod net;
 mod types;
 
@@ -15,14 +11,12 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::assembly::{About, Map, RecordedTrack, TrackState, assemble};
-use super::ids::Ids;
-use super::repeated;
+use super::assembly::{About, Ids, Map, RecordedTrack, TrackState, assemble};
 use super::report::Report;
+use super::rows;
 use super::windows::{self, LongRecording, Wanted};
-use crate::address::Address;
 use crate::commonroad::ReadError;
-use crate::dispatch::{Format, Parts};
+use crate::dispatch::{Address, Format, Parts};
 use fcd::{Recorded, Seen, Vehicle};
 use geo::Placement;
 use nearmiss_base::geometry::Point;
@@ -49,7 +43,7 @@ const TOLD: usize = 12;
 
 impl Format for Sumo {
     fn recognises(&self, _: &Path, head: &[u8]) -> bool {
-        fcd_xml::begins(head) || fcd_csv::begins(head)
+        fcd::is_xml(head) || fcd::is_csv(head)
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
@@ -86,10 +80,10 @@ fn read(path: &Path) -> Result<Arc<(Recorded, HashedBeginning)>, ReadError> {
     RECORDINGS.get(&[path], || {
         let bytes =
             system::read_file(path, system::LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-        let recorded = if fcd_csv::begins(&bytes) {
-            fcd_csv::read(&bytes, &file)?
+        let recorded = if fcd::is_csv(&bytes) {
+            fcd::read_csv(&bytes, &file)?
         } else {
-            fcd_xml::read(&bytes, &file)?
+            fcd::read_xml(&bytes, &file)?
         };
         let size = recorded.size();
         Ok(((recorded, HashedBeginning::of(&bytes)), size))
@@ -107,7 +101,7 @@ fn whole(path: &Path, recorded: &Recorded, report: Report) -> Result<LongRecordi
     // The net is needed only to place what is in degrees.
     let net = match recorded.degrees {
         Some(false) => None,
-        _ => choice::net(path, recorded, &report)?,
+        _ => files::net(path, recorded, &report)?,
     };
     let (placement, _) = Placement::of(recorded, net.as_ref().map(|n| &n.1.location), &report);
     let every = (1.0 / windows::MOMENTS / recorded.time_step())
@@ -173,7 +167,7 @@ fn states<'s>(
 ) -> Vec<Seen> {
     let mut seen: Vec<Seen> = seen.copied().collect();
     let name = || format!("vehicle `{}`", vehicle.name);
-    repeated::once(report, name, &mut seen, |s| s.step, |s| s.front);
+    rows::once(report, name, &mut seen, |s| s.step, |s| s.front);
     for seen in &mut seen {
         seen.step = (seen.step - first) / steps;
     }
@@ -255,7 +249,7 @@ fn scenario(
     }
     recorded.steps.tell(&report);
     recorded.leftovers.tell(&report);
-    let net = choice::net(file, recorded, &report)?;
+    let net = files::net(file, recorded, &report)?;
     let location = net.as_ref().map(|(_, net)| &net.location);
     let (placement, has_lanes) = Placement::of(recorded, location, &report);
     let mut ids = OwnIds::of(recorded);

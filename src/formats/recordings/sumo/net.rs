@@ -5,10 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::geo::Location;
-use super::lights::{Program, program};
+use super::lanes::{Program, program};
 use crate::commonroad::ReadError;
 use crate::commonroad::xml::{Element, Xml, decoded};
-use crate::recordings::leftovers::Leftovers;
+use crate::recordings::report::Leftovers;
 use nearmiss_base::geometry::Point;
 use nearmiss_base::system::{self, FileCache};
 use nearmiss_scene::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};

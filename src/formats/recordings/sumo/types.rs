@@ -7,8 +7,7 @@ use super::fcd::Recorded;
 use super::files;
 use crate::commonroad::ReadError;
 use crate::commonroad::xml::{Element, Xml, decoded};
-use crate::recordings::leftovers::Leftovers;
-use crate::recordings::report::Report;
+use crate::recordings::report::{Leftovers, Report};
 use nearmiss_base::system::{self, FileCache};
 use nearmiss_scene::scenario::ObstacleType;
 

@@ -1,15 +1,14 @@
-//! Lanes of a Waymo map as lanelets.
+//! Lanes of a Waymo map as lanelets, and how wide they are: from their boundaries, their neighbours, or assumed.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 
-use super::messages::{BoundarySegment, LaneCenter, LaneNeighbor};
-use super::widths::{
-    self, HALF_BICYCLE_LANE, HALF_LANE, Lines, MeasuredLines, SideOfLane, measured,
-};
-use crate::recordings::lane_shape::borders;
-use crate::recordings::report::Report;
-use nearmiss_base::geometry::Point;
+use nearmiss_base::geometry::{Point, Vector, distance_to_segment};
 use nearmiss_scene::scenario::{Adjacent, Lanelet, LaneletType, LineMarking, RoadUser};
+
+use super::messages::{BoundarySegment, LaneCenter, LaneNeighbor};
+use crate::recordings::lane_shape::{Widths, borders};
+use crate::recordings::report::Report;
 
 /// A lane with its middle.
 pub struct Lane<'m> {
@@ -44,7 +43,7 @@ pub fn lanelets(
     let beside_lanes = measured(&middles);
     let told: Vec<Told> = lanes
         .iter()
-        .map(|lane| self::told(lane, &both, &beside_lanes))
+        .map(|lane| self::lane_border_distances(lane, &both, &beside_lanes))
         .collect();
     let places: HashMap<i64, usize> = lanes.iter().map(|l| l.feature).zip(0..).collect();
     let mut assumed = 0;
@@ -73,7 +72,7 @@ pub fn lanelets(
                 near(&lane.said.entry_lanes, true),
                 near(&lane.said.exit_lanes, false),
             );
-            let widths = widths::filled(left, right, ends);
+            let widths = filled(left, right, ends);
             let (mut left, mut right) = borders(&lane.centre, &lane.heights, &widths);
             left.marking = marking(&lane.said.left_boundaries, edges);
             right.marking = marking(&lane.said.right_boundaries, edges);
@@ -115,13 +114,17 @@ pub fn lanelets(
     made
 }
 
-fn told(lane: &Lane<'_>, lines: &MeasuredLines<'_>, lanes: &MeasuredLines<'_>) -> Told {
+fn lane_border_distances(
+    lane: &Lane<'_>,
+    lines: &MeasuredLines<'_>,
+    lanes: &MeasuredLines<'_>,
+) -> Told {
     let side = |boundaries, neighbors| {
         let side = SideOfLane {
             boundaries,
             neighbors,
         };
-        widths::told(&lane.centre, &lane.places, &side, lines, lanes)
+        border_distances(&lane.centre, &lane.places, &side, lines, lanes)
     };
     let said = lane.said;
     (
@@ -169,5 +172,242 @@ fn marking(boundaries: &[BoundarySegment], edges: &Lines) -> LineMarking {
             LineMarking::Curb
         }
         _ => LineMarking::Unknown,
+    }
+}
+
+/// Half the width of a lane that is not told by anything, metres: lanes in the United States are 3.0 to 3.7 m wide.
+pub const HALF_LANE: f64 = 1.75;
+
+/// The same of a lane for bicycles, metres.
+pub const HALF_BICYCLE_LANE: f64 = 0.75;
+
+/// What lies nearer to or farther from the middle of a lane than this is not its border, metres.
+const BORDER: (f64, f64) = (0.3, 5.0);
+
+/// Distances along a line are exact to less than this, metres.
+const ROUNDED: f64 = 1e-6;
+
+/// Lines and lanes of the map, by the ids of the data set.
+pub type Lines = HashMap<i64, Vec<Point>>;
+
+/// The same, measured once for all lanes beside them.
+pub type MeasuredLines<'l> = HashMap<i64, Measured<'l>>;
+
+/// Measures lines; those of less than two points are left out.
+pub fn measured<'l>(
+    lines: impl IntoIterator<Item = (&'l i64, &'l Vec<Point>)>,
+) -> MeasuredLines<'l> {
+    let each = lines.into_iter();
+    each.filter_map(|(id, line)| Some((*id, Measured::of(line)?)))
+        .collect()
+}
+
+/// One side of a lane.
+pub struct SideOfLane<'a> {
+    pub boundaries: &'a [BoundarySegment],
+    pub neighbors: &'a [LaneNeighbor],
+}
+
+/// Distances of a border from the points of a lane's middle, where they are told; `places` are the points' own numbers.
+pub fn border_distances(
+    centre: &[Point],
+    places: &[usize],
+    side: &SideOfLane<'_>,
+    lines: &MeasuredLines<'_>,
+    lanes: &MeasuredLines<'_>,
+) -> Vec<Option<f64>> {
+    let within = |place: usize, from: Option<i32>, to: Option<i32>| {
+        let index = |i: Option<i32>| usize::try_from(i.unwrap_or(0)).unwrap_or(0);
+        (index(from)..=index(to)).contains(&place)
+    };
+    let usable = |d: &f64| (BORDER.0..=BORDER.1).contains(d);
+    let boundaries = side.boundaries.iter().filter_map(|b| {
+        let line = lines.get(&b.boundary_feature_id?)?;
+        let span = (b.lane_start_index, b.lane_end_index);
+        Some((span, line, Cell::new(0)))
+    });
+    let neighbors = side.neighbors.iter().filter_map(|n| {
+        let line = lanes.get(&n.feature_id?)?;
+        let span = (n.self_start_index, n.self_end_index);
+        Some((span, line, Cell::new(0)))
+    });
+    let (boundaries, neighbors): (Vec<_>, Vec<_>) = (boundaries.collect(), neighbors.collect());
+    let each = centre.iter().zip(places).map(|(p, place)| {
+        let here = |((from, to), ..): &&Beside<'_, '_>| within(*place, *from, *to);
+        let boundary = boundaries
+            .iter()
+            .filter(here)
+            .filter_map(|(_, line, near)| line.distance(p, BORDER.1, near));
+        let nearest = boundary.filter(usable).reduce(f64::min);
+        nearest.or_else(|| {
+            let beside = neighbors.iter().filter(here);
+            let most = 2.0 * BORDER.1;
+            let beside = beside.filter_map(|(_, line, near)| line.distance(p, most, near));
+            beside.map(|d| d / 2.0).filter(usable).reduce(f64::min)
+        })
+    });
+    each.collect()
+}
+
+/// A line beside a lane: from and to which of its points, and the piece of it that was nearest last.
+type Beside<'a, 'l> = ((Option<i32>, Option<i32>), &'a Measured<'l>, Cell<usize>);
+
+/// A line with the distance along it from its first point to each, and the direction of each piece.
+pub struct Measured<'l> {
+    points: &'l [Point],
+    along: Vec<f64>,
+    /// Unit vectors; zero where two points are at the same place.
+    directions: Vec<Vector>,
+    /// The length of the longest piece, metres.
+    longest: f64,
+}
+
+impl<'l> Measured<'l> {
+    fn of(points: &'l [Point]) -> Option<Self> {
+        if points.len() < 2 {
+            return None;
+        }
+        let mut along = vec![0.0];
+        let mut directions = Vec::with_capacity(points.len() - 1);
+        let mut longest = f64::MIN_POSITIVE;
+        for (pair, i) in points.windows(2).zip(0..) {
+            let piece = pair[1] - pair[0];
+            let length = piece.norm();
+            along.push(along[i] + length);
+            longest = length.max(longest);
+            directions.push(if length > 0.0 { piece / length } else { piece });
+        }
+        Some(Self {
+            points,
+            along,
+            directions,
+            longest,
+        })
+    }
+
+    /// The square of the distance of a point from a piece.
+    fn squared(&self, p: &Point, piece: usize) -> f64 {
+        let from = p - self.points[piece];
+        let direction = self.directions[piece];
+        let length = self.along[piece + 1] - self.along[piece];
+        (from - direction * from.dot(&direction).clamp(0.0, length)).norm_squared()
+    }
+
+    /// How far a point is from the line; nothing if it is farther than `most`.
+    ///
+    /// It looks from the piece that was nearest last, which `near` keeps for the next point, to both ends. Where a point
+    /// of the line is far away, so are those not far along from it: they are passed over.
+    fn distance(&self, p: &Point, most: f64, near: &Cell<usize>) -> Option<f64> {
+        let pieces = self.directions.len();
+        let begin = near.get().min(pieces - 1);
+        let mut nearest = self.squared(p, begin);
+        let mut reach = nearest.sqrt().min(most) + ROUNDED;
+        let mut look = |piece: usize, reach: &mut f64| {
+            let here = self.squared(p, piece);
+            if here < nearest {
+                nearest = here;
+                near.set(piece);
+                *reach = here.sqrt().min(most) + ROUNDED;
+            }
+        };
+        // So many whole pieces are within a distance along the line; none within less than nothing.
+        let clear = |along: f64| (along / self.longest) as usize;
+        let mut i = begin + 1;
+        while i < pieces {
+            match clear((self.points[i] - p).norm() - reach) {
+                0 => {
+                    look(i, &mut reach);
+                    i += 1;
+                }
+                far => i += far,
+            }
+        }
+        let mut end = begin;
+        while end > 0 {
+            match clear((self.points[end] - p).norm() - reach) {
+                0 => {
+                    look(end - 1, &mut reach);
+                    end -= 1;
+                }
+                far => end = end.saturating_sub(far),
+            }
+        }
+        let (a, b) = (&self.points[near.get()], &self.points[near.get() + 1]);
+        let nearest = distance_to_segment(p, a, b);
+        (nearest <= most).then_some(nearest)
+    }
+}
+
+/// Both sides along a lane: a point without a width has that of the nearest one with it, and a side without any the
+/// widths that its ends are given.
+pub fn filled(
+    left: &[Option<f64>],
+    right: &[Option<f64>],
+    (start, end): ((f64, f64), (f64, f64)),
+) -> Widths {
+    let count = left.len();
+    let part = |i: usize| i as f64 / (count.max(2) - 1) as f64;
+    let side = |told: &[Option<f64>], from: f64, to: f64| -> Vec<f64> {
+        let known: Vec<usize> = (0..count).filter(|i| told[*i].is_some()).collect();
+        let each = (0..count).map(|i| {
+            let after = known.partition_point(|k| *k < i);
+            let near = [
+                after.checked_sub(1).map(|k| known[k]),
+                known.get(after).copied(),
+            ]
+            .into_iter()
+            .flatten()
+            .min_by_key(|k| k.abs_diff(i));
+            near.and_then(|k| told[k])
+                .unwrap_or_else(|| from + (to - from) * part(i))
+        });
+        each.collect()
+    };
+    let left = side(left, start.0, end.0);
+    let right = side(right, start.1, end.1);
+    left.into_iter().zip(right).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    #[test]
+    fn what_is_passed_over_is_farther() {
+        let bend = |i: i32| {
+            let angle = f64::from(i) * 0.05;
+            Point::new(
+                30.0 * angle.sin() + 0.3 * f64::from(i % 3),
+                -30.0 * angle.cos(),
+            )
+        };
+        let line: Vec<Point> = (0..100).map(bend).collect();
+        let measured = Measured::of(&line).unwrap();
+        let near = Cell::new(0);
+        for (x, y) in (-40..40).flat_map(|x| (-40..40).map(move |y| (x, y))) {
+            let p = Point::new(f64::from(x), f64::from(y));
+            let pieces = line
+                .windows(2)
+                .map(|w| distance_to_segment(&p, &w[0], &w[1]));
+            let nearest = pieces.fold(f64::MAX, f64::min);
+            let expected = (nearest <= 5.0).then_some(nearest);
+            let found = measured.distance(&p, 5.0, &near);
+            // Of pieces that meet in the nearest point, either may be taken.
+            let apart = found.zip(expected).map_or(0.0, |(a, b)| (a - b).abs());
+            assert!(
+                apart < 1e-12 && found.is_some() == expected.is_some(),
+                "{p}"
+            );
+        }
+        assert!(Measured::of(&line[..1]).is_none());
+    }
+
+    #[test]
+    fn a_gap_has_the_nearest_width_and_a_side_without_any_that_of_its_ends() {
+        let left = [None, Some(2.0), None, None, Some(1.0)];
+        let widths = filled(&left, &[None; 5], ((9.0, 1.0), (9.0, 3.0)));
+        let (left, right): (Vec<f64>, Vec<f64>) = widths.into_iter().unzip();
+        assert_eq!(left, [2.0, 2.0, 2.0, 1.0, 1.0]);
+        assert_eq!(right, [1.0, 1.5, 2.0, 2.5, 3.0]);
     }
 }

@@ -1,21 +1,22 @@
-//! The map of a Waymo scenario: lanes, crossings, signs and lights.
+//! The map of a Waymo scenario: lanes, crossings, signs, and lights with what they show.
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::lanes::{self, Lane};
-use super::messages::{MapFeature, MapPoint, StopSign};
-use super::widths::Lines;
-use super::{Recorded, lights};
-use crate::commonroad::ReadError;
-use crate::commonroad::builder::SourceLocation;
-use crate::recordings::assembly::Map;
-use crate::recordings::crossing;
-use crate::recordings::ids::Ids;
-use crate::recordings::lane_shape::{directions, without_repeats};
-use crate::recordings::report::{At, Report};
 use nearmiss_base::geometry::{Point, Vector};
 use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
-use nearmiss_scene::scenario::{Lanelet, LineMarking, Sign, SignElement, StopLine};
+use nearmiss_scene::scenario::{
+    Lanelet, LightPhase, LineMarking, Sign, SignElement, SignalColor, StopLine, TrafficDirection,
+    TrafficLight,
+};
+
+use super::Recorded;
+use super::lanes::{self, Lane, Lines};
+use super::messages::{MapFeature, MapPoint, StopSign};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::assembly::{Ids, Map};
+use crate::recordings::lane_shape::{self, directions, without_repeats};
+use crate::recordings::report::{At, Report};
 
 /// m/s in a mile an hour.
 const MILE_AN_HOUR: f64 = 0.447_04;
@@ -196,7 +197,7 @@ fn lights(
     ids: &mut Ids,
     map: &mut Map,
 ) -> Result<(), ReadError> {
-    for said in lights::read(report, recorded)? {
+    for said in read_lights(report, recorded)? {
         let Some(place) = places.get(&said.lane).copied() else {
             let at = report.at("dynamic_map_states");
             at.warn(format!("a light for missing lane {}; left out", said.lane));
@@ -251,10 +252,77 @@ fn crossings(
         let at = report.at(format!("map_features[{place}]/crosswalk"));
         let (ring, _) = points(&at, &said.polygon)?;
         let id = ids.keep(feature.id.unwrap_or_default());
-        match crossing::of_ring(id, &ring) {
+        match lane_shape::of_ring(id, &ring) {
             Some(lanelet) => map.lanelets.push(lanelet),
             None => at.warn("a crosswalk without an area; left out"),
         }
     }
     Ok(())
+}
+
+/// A light by the lane that it is for, as the data set counts lanes.
+pub struct LaneLight {
+    pub lane: i64,
+    pub stop_point: Option<Point>,
+    pub cycle: Vec<LightPhase>,
+}
+
+/// The colour of a state of a signal.
+fn color(state: i32) -> SignalColor {
+    match state {
+        // Arrows say the same to those they are for; a flashing light is told by its colour.
+        1 | 4 | 7 => SignalColor::Red,
+        2 | 5 | 8 => SignalColor::Yellow,
+        3 | 6 => SignalColor::Green,
+        _ => SignalColor::Inactive,
+    }
+}
+
+/// The lights, by lane.
+pub fn read_lights(report: &Report, recorded: &Recorded) -> Result<Vec<LaneLight>, ReadError> {
+    let steps = recorded.timestamps_seconds.len();
+    let mut lanes: BTreeMap<i64, (Option<Point>, Vec<SignalColor>)> = BTreeMap::new();
+    for (step, states) in recorded.dynamic_map_states.iter().take(steps).enumerate() {
+        for state in &states.lane_states {
+            let Some(lane) = state.lane else { continue };
+            let (point, colors) = lanes.entry(lane).or_default();
+            if let (None, Some(stop)) = (&point, &state.stop_point) {
+                let at = report.at(format!("dynamic_map_states[{step}]"));
+                *point = Some(at.point(stop.x.unwrap_or(0.0), stop.y.unwrap_or(0.0))?);
+            }
+            // Where it is not said, it is not known.
+            colors.resize(step, SignalColor::Inactive);
+            colors.push(color(state.state.unwrap_or(0)));
+        }
+    }
+    let lights = lanes.into_iter().map(|(lane, (stop_point, mut colors))| {
+        colors.resize(steps, SignalColor::Inactive);
+        let mut cycle: Vec<LightPhase> = Vec::new();
+        for color in colors {
+            match cycle.last_mut() {
+                Some(phase) if phase.color == color => phase.duration += 1,
+                _ => cycle.push(LightPhase { duration: 1, color }),
+            }
+        }
+        LaneLight {
+            lane,
+            stop_point,
+            cycle,
+        }
+    });
+    Ok(lights.collect())
+}
+
+impl LaneLight {
+    /// The light, under an id of the scenario.
+    pub fn light(&self, id: i64) -> TrafficLight {
+        TrafficLight {
+            id,
+            position: self.stop_point,
+            active: true,
+            direction: Some(TrafficDirection::All),
+            offset: 0,
+            cycle: self.cycle.clone(),
+        }
+    }
 }

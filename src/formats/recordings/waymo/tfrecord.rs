@@ -1,14 +1,17 @@
-//! TFRecord files: one record after the other, each with its length and the checksums of both.
+//! TFRecord files: one record after the other, each with its checksums, and which scenarios a file holds where.
 
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::SystemTime;
 
-use super::crc32c::masked;
+use nearmiss_base::system;
+
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::report::Report;
-use nearmiss_base::system;
 
 /// Length and its checksum, bytes.
 pub const HEADER: usize = 12;
@@ -217,4 +220,159 @@ const LONGEST_TEXT: u64 = 256;
 /// A record in messages, counted from 1.
 pub fn record(place: usize) -> String {
     format!("record {}", place + 1)
+}
+
+/// The polynomial, its bits reversed.
+const POLYNOMIAL: u32 = 0x82f6_3b78;
+
+/// For each byte, and that byte with up to seven zeros after it: its remainder.
+static TABLES: [[u32; 256]; 8] = tables();
+
+const fn tables() -> [[u32; 256]; 8] {
+    let mut tables = [[0; 256]; 8];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut crc = byte as u32;
+        let mut bit = 0;
+        while bit < 8 {
+            crc = if crc & 1 == 1 {
+                crc >> 1 ^ POLYNOMIAL
+            } else {
+                crc >> 1
+            };
+            bit += 1;
+        }
+        tables[0][byte] = crc;
+        byte += 1;
+    }
+    let mut zeros = 1;
+    while zeros < 8 {
+        let mut byte = 0;
+        while byte < 256 {
+            let before = tables[zeros - 1][byte];
+            tables[zeros][byte] = before >> 8 ^ tables[0][(before & 0xff) as usize];
+            byte += 1;
+        }
+        zeros += 1;
+    }
+    tables
+}
+
+/// The checksum of `bytes`.
+pub fn crc32c(bytes: &[u8]) -> u32 {
+    let mut crc = u32::MAX;
+    let (eights, rest) = bytes.as_chunks::<8>();
+    for eight in eights {
+        let first = crc.to_le_bytes();
+        crc = 0;
+        for (i, byte) in eight.iter().enumerate() {
+            let byte = byte ^ first.get(i).copied().unwrap_or(0);
+            crc ^= TABLES[7 - i][usize::from(byte)];
+        }
+    }
+    for byte in rest {
+        crc = crc >> 8 ^ TABLES[0][usize::from(crc as u8 ^ byte)];
+    }
+    !crc
+}
+
+/// The checksum as TFRecord files write it.
+pub fn masked(bytes: &[u8]) -> u32 {
+    crc32c(bytes).rotate_right(15).wrapping_add(0xa282_ead8)
+}
+
+/// The field of a scenario with its id.
+const SCENARIO_ID: u64 = 5;
+
+/// No name of a scenario is longer.
+const LONGEST_NAME: usize = 64;
+
+/// Names of the scenarios in a file, with their places.
+#[derive(Debug, Default)]
+pub struct Index {
+    /// In the order of the file. A scenario without a usable id has its place as its name, from 1.
+    pub names: Vec<String>,
+    records: Vec<Record>,
+    by_name: HashMap<String, usize>,
+}
+
+impl Index {
+    /// A scenario by its name, or by its place from 1.
+    pub fn record(&self, part: &str) -> Option<Record> {
+        let by_place = || part.parse::<usize>().ok()?.checked_sub(1);
+        let place = self.by_name.get(part).copied().or_else(by_place)?;
+        self.records.get(place).copied()
+    }
+
+    /// The only scenario.
+    pub fn only(&self) -> Option<Record> {
+        match self.records[..] {
+            [only] => Some(only),
+            _ => None,
+        }
+    }
+
+    fn scan(path: &Path) -> Result<Self, ReadError> {
+        let mut file = Records::open(path)?;
+        let mut index = Self::default();
+        while let Some(record) = file.next()? {
+            let id = file.string_field(record, SCENARIO_ID)?;
+            file.pass(record)?;
+            let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+            let usable = |id: &String| {
+                (1..=LONGEST_NAME).contains(&id.len())
+                    && id.chars().all(plain)
+                    && !index.by_name.contains_key(id)
+            };
+            let name = id
+                .filter(usable)
+                .unwrap_or_else(|| (record.place + 1).to_string());
+            index.by_name.entry(name.clone()).or_insert(record.place);
+            index.names.push(name);
+            index.records.push(record);
+        }
+        Ok(index)
+    }
+}
+
+/// A file as it was when it was looked through.
+type Seen = (PathBuf, u64, Option<SystemTime>, Arc<Index>);
+
+/// The file that was looked through last: each of its scenarios asks for the same index.
+static LAST: Mutex<Option<Seen>> = Mutex::new(None);
+
+/// The scenarios of a file, found by reading their ids only.
+///
+/// # Errors
+/// The file cannot be read or is damaged: with the record.
+pub fn of(path: &Path) -> Result<Arc<Index>, ReadError> {
+    let found = path
+        .metadata()
+        .map_err(|error| ReadError::io(&path.display().to_string(), &error))?;
+    let now = (found.len(), found.modified().ok());
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((seen, size, changed, index)) = &*last
+        && seen == path
+        && (*size, *changed) == now
+    {
+        return Ok(Arc::clone(index));
+    }
+    let index = Arc::new(Index::scan(path)?);
+    *last = Some((path.to_path_buf(), now.0, now.1, Arc::clone(&index)));
+    Ok(index)
+}
+
+#[cfg(test)]
+mod tests {
+
+    #[test]
+    fn known_checksums() {
+        assert_eq!(crc32c(b""), 0);
+        assert_eq!(crc32c(b"123456789"), 0xe306_9283);
+        // From RFC 3720: 32 zeros, 32 ones, and 32 bytes counting up.
+        assert_eq!(crc32c(&[0; 32]), 0x8a91_36aa);
+        assert_eq!(crc32c(&[0xff; 32]), 0x62a8_ab43);
+        let up: Vec<u8> = (0..32).collect();
+        assert_eq!(crc32c(&up), 0x46dd_794e);
+    }
 }

@@ -4,10 +4,8 @@ use super::Recorded;
 use super::messages::{ObjectState, Track};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::assembly::{RecordedTrack, TrackState, along, median};
-use crate::recordings::ids::Ids;
+use crate::recordings::assembly::{Ids, LONG, RecordedTrack, TrackState, along, median};
 use crate::recordings::report::{At, Report};
-use crate::recordings::sizes::LONG;
 use nearmiss_scene::scenario::ObstacleType;
 
 /// Sizes that vary by more than this over a track are noted, metres.

@@ -1,8 +1,27 @@
-//! Sums over the rest of the recording that several measures share, from the last step to the first. Steps of contact are
-//! not in them: there is no gap left to close.
+//! Measures that sum over the rest of the recording, from the last step to the first.
+//!
+//! Crash potential index: how likely, over the rest of the recording, the brakes are too weak.
+//!
+//! CPI = mean over the steps from now on, at which both are there, of P(MADR < DRAC); a step without a DRAC
+//! counts as 0. The maximum available deceleration rate MADR is a truncated normal distribution. Source: Cunto
+//! and Saccomanno 2008.
+//!
+//! Time integrated time to collision: by how much, from now to the end of the recording, it is too short.
+//!
+//! TIT = Σ dt·(τ − TTC) over the steps with TTC < τ, with the time to collision along the lane and τ the limit `tau`.
+//! Source: Minderhoud and Bovy 2001.
+//!
+//! Time exposed time to collision: how long, from now to the end of the recording, it is too short.
+//!
+//! TET = Σ dt·[TTC < τ] with the time to collision along the lane and τ the limit `tau`. Steps at which the bodies
+//! overlap along the lane have none and do not count. Source: Minderhoud and Bovy 2001.
 
-use super::{crash_potential, drac, lane_ttc};
+use std::f64::consts::SQRT_2;
+
+use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
+use super::following;
 use crate::metrics::Context;
+use crate::metrics::limits::Madr;
 
 /// The quantity summed from a step to the end of the recording.
 #[derive(Debug, Clone, Copy, Default)]
@@ -27,18 +46,97 @@ impl Exposure {
             let both = context.ego[index].is_some() && context.other(participant, index).is_some();
             sum.steps += u32::from(both);
             if both && let Ok(following) = context.following(participant, index) {
-                if let Ok(time) = lane_ttc::time(&following)
+                if let Ok(time) = following::lane_time_to_collision(&following)
                     && time < limits.tau
                 {
                     sum.exposed += context.dt();
                     sum.integrated += (limits.tau - time) * context.dt();
                 }
-                if let Ok(rate) = drac::rate(&following) {
-                    sum.crash += crash_potential::probability(rate, &limits.madr);
+                if let Ok(rate) = following::deceleration_rate(&following) {
+                    sum.crash += probability(rate, &limits.madr);
                 }
             }
             rows[index] = sum;
         }
         rows
+    }
+}
+
+pub(in crate::metrics) const CRASH_POTENTIAL: Measure = Measure {
+    id: "cpi",
+    name: "crash potential index",
+    unit: "",
+    danger: Danger::High,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "mean probability from now on that DRAC exceeds the brakes (Cunto and Saccomanno 2008)",
+    compute: crash_potential,
+};
+
+fn crash_potential(encounter: &Encounter<'_>) -> Reading {
+    let exposure = encounter.ask(|c, other, index| c.exposure(other, index));
+    exposure.map(|e| e.crash / f64::from(e.steps.max(1))).into()
+}
+
+/// Probability that the brakes give less than `rate`, m/s².
+pub(super) fn probability(rate: f64, madr: &Madr) -> f64 {
+    let below = |x: f64| 0.5 * libm::erfc((madr.mean - x) / (madr.deviation * SQRT_2));
+    let (least, most) = (below(madr.least), below(madr.most));
+    let inside = rate.clamp(madr.least, madr.most);
+    (below(inside) - least) / (most - least)
+}
+
+pub(in crate::metrics) const TIME_INTEGRATED: Measure = Measure {
+    id: "tit",
+    name: "time integrated time to collision",
+    unit: "s²",
+    danger: Danger::High,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "tau minus ttc_lane, integrated from now on (Minderhoud and Bovy 2001)",
+    compute: time_integrated,
+};
+
+fn time_integrated(encounter: &Encounter<'_>) -> Reading {
+    let exposure = encounter.ask(|c, other, index| c.exposure(other, index));
+    exposure.map(|e| e.integrated).into()
+}
+
+pub(in crate::metrics) const TIME_EXPOSED: Measure = Measure {
+    id: "tet",
+    name: "time exposed time to collision",
+    unit: "s",
+    danger: Danger::High,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "time with ttc_lane below tau, from now on (Minderhoud and Bovy 2001)",
+    compute: time_exposed,
+};
+
+fn time_exposed(encounter: &Encounter<'_>) -> Reading {
+    let exposure = encounter.ask(|c, other, index| c.exposure(other, index));
+    exposure.map(|e| e.exposed).into()
+}
+
+#[cfg(test)]
+mod tests {
+
+    use crate::metrics::limits::Limits;
+
+    const MADR: Madr = Limits::SHIPPED.madr;
+
+    fn probability(rate: f64) -> f64 {
+        super::probability(rate, &MADR)
+    }
+
+    #[test]
+    fn the_distribution_is_truncated() {
+        assert_eq!(probability(4.0), 0.0);
+        assert_eq!(probability(20.0), 1.0);
+        // The bounds lie nearly alike around the mean.
+        assert!((probability(MADR.mean) - 0.5).abs() < 1e-3);
+        // One deviation below the mean: Φ(−1) = 0.158655, Φ(−3.0143) = 0.001288, Φ(3.0214) = 0.998742.
+        let expected = (0.158_655 - 0.001_288) / (0.998_742 - 0.001_288);
+        assert!((probability(MADR.mean - MADR.deviation) - expected).abs() < 1e-5);
     }
 }

@@ -1,5 +1,33 @@
-//! The other ahead in the ego's lane: what every measure of following needs.
+//! Measures of following the one ahead in the ego's lane: gaps, times and the deceleration that they need.
+//!
+//! Headway: the free distance along the lane to the one ahead, from the ego's front to the other's rear.
+//!
+//! Both ends are those of the real bodies: of a turned box, its corners. Source: Jansson, Collision Avoidance
+//! Theory, 2005.
+//!
+//! Time gap: the headway over the ego's speed along the lane.
+//!
+//! t = Δs / ṡ_ego: the time in which the ego gets to where the other's rear is now, at its present speed.
+//! Source: SUMO's device SSM (TGAP).
+//!
+//! Time headway: the time until the ego's front is where the rear of the one ahead is now, as recorded.
+//!
+//! THW = min { t ≥ 0 : front_ego(t₀ + t) ≥ rear_other(t₀) } along the route; between two recorded steps it goes evenly.
+//! Source: Jansson, Collision Avoidance Theory, 2005.
+//!
+//! Time to collision along the lane, with acceleration.
+//!
+//! The first t > 0 with Δd + Δv·t + ½Δa·t² = 0, where Δd is the headway, Δv the other's speed along the route
+//! minus the ego's and Δa the same of the accelerations, all kept; 0 while the bodies touch. Source: Jansson, Collision Avoidance Theory,
+//! 2005, eq. 5.26. The root is written so that Δa = 0 needs no case of its own.
+//!
+//! Deceleration rate to avoid a crash, of the follower, with the one half.
+//!
+//! DRAC = ½·Δv² / Δd: constant braking that takes away the closing speed within the headway, the other keeping
+//! its speed. Many papers leave out the half and get twice as much. Source: SUMO's device SSM; Almqvist,
+//! Hydén and Risser 1991.
 
+use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 use super::LaneBody;
 use crate::metrics::{Context, NoValue};
 
@@ -72,4 +100,172 @@ impl Following {
 
 fn still(value: f64) -> f64 {
     if value.abs() < STILL { 0.0 } else { value }
+}
+
+pub(in crate::metrics) const HEADWAY: Measure = Measure {
+    id: "headway",
+    name: "headway",
+    unit: "m",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    reads_ahead: false,
+    source: "gap along the lane, front to rear (Jansson 2005)",
+    compute: headway,
+};
+
+fn headway(encounter: &Encounter<'_>) -> Reading {
+    let following = encounter.ask(|c, other, index| c.following(other, index));
+    following.map(|f| f.gap).into()
+}
+
+pub(in crate::metrics) const TIME_GAP: Measure = Measure {
+    id: "time_gap",
+    name: "time gap",
+    unit: "s",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    reads_ahead: false,
+    source: "headway over the ego's speed (TGAP of SUMO)",
+    compute: time_gap,
+};
+
+/// Slower than this a vehicle stands, m/s.
+const SLOWEST: f64 = 0.1;
+
+fn time_gap(encounter: &Encounter<'_>) -> Reading {
+    let following = encounter.ask(|c, other, index| c.following(other, index));
+    let gap = following.and_then(|f| {
+        let speed = f.ego.velocity.x;
+        if speed < SLOWEST {
+            Err(NoValue::Standing)
+        } else {
+            Ok(f.gap / speed)
+        }
+    });
+    gap.into()
+}
+
+pub(in crate::metrics) const TIME_HEADWAY: Measure = Measure {
+    id: "thw",
+    name: "time headway",
+    unit: "s",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "recorded time until the ego is where the other's rear is now (Jansson 2005)",
+    compute: time_headway,
+};
+
+fn time_headway(encounter: &Encounter<'_>) -> Reading {
+    encounter.ask(time_until_there).into()
+}
+
+fn time_until_there(
+    context: &Context<'_>,
+    participant: usize,
+    index: usize,
+) -> Result<f64, NoValue> {
+    let rear = context.following(participant, index)?.other.rear;
+    let reached = context
+        .ego_reaches(rear, index)
+        .ok_or(NoValue::NotReached)?;
+    // On the way to that step; a gap in the recording before it hides when.
+    let front = |index| context.ego_along(index).map(|ego| ego.front);
+    let before = reached.checked_sub(1).filter(|before| *before >= index);
+    let late = match (before.and_then(|before| front(before).ok()), front(reached)) {
+        (Some(before), Ok(front)) if front > before => (front - rear) / (front - before),
+        _ => 0.0,
+    };
+    Ok(context.time(index, reached as f64 - late.clamp(0.0, 1.0)))
+}
+
+pub(in crate::metrics) const LANE_TTC: Measure = Measure {
+    id: "ttc_lane",
+    name: "time to collision along the lane",
+    unit: "s",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    reads_ahead: false,
+    source: "headway, speeds and accelerations along the lane (Jansson 2005, eq. 5.26); up to 100 s",
+    compute: lane_ttc,
+};
+
+/// Later collisions are none, seconds.
+const HORIZON: f64 = 100.0;
+
+fn lane_ttc(encounter: &Encounter<'_>) -> Reading {
+    let following = encounter.ask(|c, other, index| c.following(other, index));
+    match following {
+        Err(NoValue::Contact) => Reading::Value(0.0),
+        following => following.and_then(|f| lane_time_to_collision(&f)).into(),
+    }
+}
+
+/// The time to collision of a follower, seconds.
+pub(super) fn lane_time_to_collision(following: &Following) -> Result<f64, NoValue> {
+    let (velocity, acceleration) = (following.velocity(), following.acceleration());
+    match root(following.gap, velocity, acceleration) {
+        Some(time) if time <= HORIZON => Ok(time),
+        Some(_) => Err(NoValue::NoContact),
+        None if velocity < 0.0 => Err(NoValue::NoContact),
+        None => Err(NoValue::NotApproaching),
+    }
+}
+
+/// The first time after now at which gap + v·t + ½a·t² is 0.
+fn root(gap: f64, v: f64, a: f64) -> Option<f64> {
+    let inside = v * v - 2.0 * a * gap;
+    if inside < 0.0 {
+        return None;
+    }
+    let below = inside.sqrt() - v;
+    (below > 0.0).then(|| 2.0 * gap / below)
+}
+
+pub(in crate::metrics) const DRAC: Measure = Measure {
+    id: "drac",
+    name: "deceleration rate to avoid a crash",
+    unit: "m/s²",
+    danger: Danger::High,
+    mirrored: Mirrored::Kept,
+    reads_ahead: false,
+    source: "½·Δv²/Δd, with the half as in SUMO",
+    compute: drac,
+};
+
+fn drac(encounter: &Encounter<'_>) -> Reading {
+    let following = encounter.ask(|c, other, index| c.following(other, index));
+    following.and_then(|f| deceleration_rate(&f)).into()
+}
+
+/// The deceleration, m/s², positive.
+pub(super) fn deceleration_rate(following: &Following) -> Result<f64, NoValue> {
+    let closing = following.closing()?;
+    Ok(closing * closing / (2.0 * following.gap))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::root;
+
+    #[test]
+    fn roots_solve_the_equation() {
+        for (gap, v, a) in [
+            (20., -5., 0.),
+            (20., -5., 0.4),
+            (20., 3., -1.),
+            (20., -5., -1.),
+            (20., 0., -2.),
+        ] {
+            let t: f64 = root(gap, v, a).unwrap_or_else(|| panic!("{gap} {v} {a}"));
+            assert!(
+                t > 0.0 && (gap + v * t + a * t * t / 2.0).abs() < 1e-9,
+                "{t}"
+            );
+        }
+        assert_eq!(root(20., 5., 0.), None, "moving apart");
+        assert_eq!(root(20., -5., 2.), None, "the other speeds up in time");
+        // 10 m at 5 m/s and −1 m/s²: 10 − 5t + t²/2 has no double root, its first is 5 − √5.
+        assert!(root(10., -5., 1.).is_some_and(|t| (t - (5.0 - 5.0_f64.sqrt())).abs() < 1e-12));
+    }
 }

@@ -1,10 +1,10 @@
-//! The road of the ego: its route, and which lanes bodies stand on.
+//! The road of the ego: its route, which lanes bodies stand on, and where they are along it.
 
 use std::collections::HashMap;
 
-use super::LaneBody;
+use nearmiss_base::geometry::{Footprint, Frenet, PathPoint, Placed, Point, Pose, Shape, Vector};
+
 use crate::scenario::{Motion, Route, RouteError, Scene};
-use nearmiss_base::geometry::{Footprint, Placed, Pose};
 
 /// The route of the ego with the lanes beside it.
 #[derive(Debug)]
@@ -96,9 +96,128 @@ impl Road {
     }
 }
 
+/// A body in the Frenet frame of a route.
+///
+/// Its outline is projected with the curvature of the route beside its position, which is exact on straight
+/// lines and arcs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LaneBody {
+    /// The position of its state.
+    pub at: Frenet,
+    /// Least arc length of the body, metres.
+    pub rear: f64,
+    /// Greatest arc length of the body, metres.
+    pub front: f64,
+    /// Least offset of the body, metres; offsets grow to the left.
+    pub right: f64,
+    /// Greatest offset of the body, metres.
+    pub left: f64,
+    /// Velocity along and across the route, m/s.
+    pub velocity: Vector,
+    /// Acceleration along the route, m/s²: the recorded one, which is along the heading.
+    pub acceleration: f64,
+}
+
+impl LaneBody {
+    pub(super) fn new(
+        at: Frenet,
+        beside: &PathPoint,
+        motion: &Motion,
+        body: &Footprint,
+    ) -> Option<Self> {
+        // The way at the body's offset is this much longer or shorter than the route.
+        let stretch = beside.stretch(at).ok()?;
+        let frame = Frame {
+            at,
+            curvature: beside.curvature,
+            turn: motion.pose.heading - beside.heading,
+        };
+        let (sin, cos) = frame.turn.sin_cos();
+        let mut found = Self {
+            at,
+            rear: f64::MAX,
+            front: f64::MIN,
+            right: f64::MAX,
+            left: f64::MIN,
+            velocity: Vector::new(motion.velocity * cos / stretch, motion.velocity * sin),
+            acceleration: motion.acceleration * cos / stretch,
+        };
+        if let Shape::Circle { radius, center } = body.shape() {
+            let middle = frame.place(center, sin, cos);
+            let around = frame.curvature * radius
+                / (1.0 - frame.curvature * middle.d).max(*radius * frame.curvature.abs());
+            let half = if frame.curvature == 0.0 {
+                *radius
+            } else {
+                around.clamp(-1.0, 1.0).asin() / frame.curvature
+            };
+            found.take(Frenet {
+                s: middle.s - half,
+                d: middle.d - radius,
+            });
+            found.take(Frenet {
+                s: middle.s + half,
+                d: middle.d + radius,
+            });
+        } else {
+            for corner in body.corners() {
+                found.take(frame.place(corner, sin, cos));
+            }
+        }
+        Some(found)
+    }
+
+    fn take(&mut self, p: Frenet) {
+        self.rear = self.rear.min(p.s);
+        self.front = self.front.max(p.s);
+        self.right = self.right.min(p.d);
+        self.left = self.left.max(p.d);
+    }
+
+    /// Free distance across the route to another body, metres; 0 where they overlap across it.
+    #[must_use]
+    pub fn clearance(&self, other: &Self) -> f64 {
+        (other.right - self.left)
+            .max(self.right - other.left)
+            .max(0.0)
+    }
+}
+
+/// A frame that moves along an arc: where points of a body lie.
+struct Frame {
+    at: Frenet,
+    curvature: f64,
+    turn: f64,
+}
+
+impl Frame {
+    /// Coordinates of a point of the body's frame, along the circle that the route follows here.
+    fn place(&self, p: &Point, sin: f64, cos: f64) -> Frenet {
+        let (along, across) = (p.x * cos - p.y * sin, p.x * sin + p.y * cos);
+        let offset = self.at.d + across;
+        let k = self.curvature;
+        let radial = 1.0 - k * offset;
+        let ds = if k == 0.0 {
+            along
+        } else {
+            (k * along).atan2(radial) / k
+        };
+        // (1 − h)/κ with h the distance from the circle's centre in radii, without cancellation.
+        let h = (k * along).hypot(radial);
+        let d = (2.0 * offset - k * (along * along + offset * offset)) / (1.0 + h);
+        Frenet {
+            s: self.at.s + ds,
+            d,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
+    use nearmiss_base::geometry::{Pose, ReferencePath};
 
     #[test]
     fn sets_of_lanes() {
@@ -109,5 +228,62 @@ mod tests {
         };
         assert!(set(&[0, 1]).meets(set(&[1, 2])) && !set(&[0, -1]).meets(set(&[1, -2])));
         assert_eq!(set(&[40, -40, i32::MAX]), LaneSet::default());
+    }
+
+    #[test]
+    fn corners_on_an_arc_lie_where_projection_finds_them() {
+        let arc = |i: i32| {
+            let angle = f64::from(i) / 100.0;
+            Point::new(30.0 * angle.sin(), 30.0 - 30.0 * angle.cos())
+        };
+        let path = ReferencePath::new((0..200).map(arc)).unwrap();
+        let body = Footprint::new(Shape::rectangle(8.0, 2.5)).unwrap();
+        let angle: f64 = 0.9;
+        let motion = Motion {
+            pose: Pose::new(28.0 * angle.sin(), 30.0 - 28.0 * angle.cos(), angle + 0.2),
+            velocity: 10.0,
+            acceleration: -2.0,
+        };
+        let (at, point) = path.project_point(&motion.pose.position).unwrap();
+        let found = LaneBody::new(at, &point, &motion, &body).unwrap();
+        let corners: Vec<Frenet> = body.at(motion.pose).outlines()[0]
+            .iter()
+            .map(|p| path.project(p).unwrap())
+            .collect();
+        let most = |f: fn(&Frenet) -> f64| corners.iter().map(f).fold(f64::MIN, f64::max);
+        assert!(
+            (found.front - most(|c| c.s)).abs() < 2e-2,
+            "{found:?} {corners:?}"
+        );
+        assert!((found.rear + most(|c| -c.s)).abs() < 2e-2);
+        assert!((found.left - most(|c| c.d)).abs() < 2e-2);
+        assert!((found.right + most(|c| -c.d)).abs() < 2e-2);
+        // Inside the curve the same speed leads farther along the route.
+        assert!(found.velocity.x > 10.0 * 0.2_f64.cos());
+    }
+
+    #[test]
+    fn a_straight_road_is_plain() {
+        let path = ReferencePath::new([Point::new(0.0, 0.0), Point::new(100.0, 0.0)]).unwrap();
+        let disc = Footprint::new(Shape::Circle {
+            radius: 0.5,
+            center: Point::new(0.2, 0.0),
+        })
+        .unwrap();
+        let motion = Motion {
+            pose: Pose::new(40.0, 3.0, 0.0),
+            velocity: 1.0,
+            acceleration: 0.0,
+        };
+        let (at, point) = path.project_point(&motion.pose.position).unwrap();
+        let found = LaneBody::new(at, &point, &motion, &disc).unwrap();
+        for (value, expected) in [
+            (found.rear, 39.7),
+            (found.front, 40.7),
+            (found.right, 2.5),
+            (found.left, 3.5),
+        ] {
+            assert!((value - expected).abs() < 1e-9, "{found:?}");
+        }
     }
 }

@@ -1,6 +1,19 @@
-//! The closest that recorded bodies come at each step or later, in one pass from the last step to the first; a contact
-//! counts also where it is between two steps.
+//! The closest that recorded bodies come at each step or later, when, and when they first overlap.
+//!
+//! Distance of the closest encounter: the smallest distance of the recorded bodies from now on.
+//!
+//! At a step; 0 where the bodies touch, also between two steps. At the first step it is the minimum distance of the whole recording (MDC). Source: Eggert
+//! 2014 (DCE).
+//!
+//! Time to the closest encounter: when the recorded bodies are at their smallest distance from now on.
+//!
+//! At a step, or where the bodies touch between two; the first of several moments alike. Source: Eggert 2014 (TTCE).
+//!
+//! Recorded time to collision, TTC*: the time until the recorded bodies first overlap.
+//!
+//! At a step or between two: 0 while they overlap. Unlike `ttc` it predicts nothing. Source: the TTC* of CommonRoad-CriMe (Lin and Althoff 2023).
 
+use super::super::{Danger, Encounter, Measure, Mirrored, NoValue, Reading};
 use crate::metrics::{Contact, Context};
 
 /// The future distance between two recorded bodies; moments are places of steps, with a share of the way to the next.
@@ -60,4 +73,59 @@ impl Closest {
             contact: Some(at),
         }
     }
+}
+
+pub(in crate::metrics) const CLOSEST_DISTANCE: Measure = Measure {
+    id: "dce",
+    name: "distance of the closest encounter",
+    unit: "m",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "smallest recorded distance from now on (Eggert 2014)",
+    compute: closest_distance,
+};
+
+fn closest_distance(encounter: &Encounter<'_>) -> Reading {
+    let closest = encounter.ask(|c, other, i| c.closest(other, i).ok_or(NoValue::Absent));
+    closest.map(|c| c.distance).into()
+}
+
+pub(in crate::metrics) const TIME_TO_CLOSEST: Measure = Measure {
+    id: "ttce",
+    name: "time to the closest encounter",
+    unit: "s",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "recorded time until dce (Eggert 2014)",
+    compute: time_to_closest,
+};
+
+fn time_to_closest(encounter: &Encounter<'_>) -> Reading {
+    let time = encounter.ask(|c, other, i| {
+        let closest = c.closest(other, i).ok_or(NoValue::Absent)?;
+        Ok(c.time(i, closest.at))
+    });
+    time.into()
+}
+
+pub(in crate::metrics) const FIRST_OVERLAP: Measure = Measure {
+    id: "ttc_star",
+    name: "time to the recorded overlap",
+    unit: "s",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "recorded time until the bodies overlap (TTC* of CriMe)",
+    compute: first_overlap,
+};
+
+fn first_overlap(encounter: &Encounter<'_>) -> Reading {
+    let time = encounter.ask(|c, other, i| {
+        let closest = c.closest(other, i).ok_or(NoValue::Absent)?;
+        let contact = closest.contact.ok_or(NoValue::NoRecordedOverlap)?;
+        Ok(c.time(i, contact))
+    });
+    time.into()
 }

@@ -1,11 +1,26 @@
-//! The conflict area of the ego and another: all places that both bodies sweep in the recording.
+//! The conflict area of the ego and another, which both bodies sweep in the recording, and the times in it.
 //!
 //! Source: Allen, Shin and Cooper, Analysis of traffic conflicts and collisions, 1978. The area is that of the
 //! swept bodies, so it follows what was driven and needs no map.
+//!
+//! Encroachment time: how long the ego's body is in the conflict area, as recorded.
+//!
+//! The conflict area is all places that both bodies sweep in their whole recordings; the time runs from when the
+//! ego first touches it to when it last does, at a step or between two, where it goes evenly. One value for
+//! the pair, the same at every step. Source: Allen, Shin and Cooper 1978.
+//!
+//! Post-encroachment time: from one leaving the conflict area to the other entering it, as recorded.
+//!
+//! PET = t_entry(second) − t_exit(first), whichever is first. The conflict area is all places that both bodies sweep
+//! in their whole recordings; exit is when a body last touches it and entry when it first does, at a step or between
+//! two, where bodies go evenly. One value for the pair, the same at every step; who follows another has none, as both
+//! are in it together. Source: Allen, Shin and Cooper 1978.
 
+use nearmiss_base::geometry::{Bounds, Vector};
+
+use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 use super::swept::Swept;
 use crate::metrics::{Context, NoValue};
-use nearmiss_base::geometry::{Bounds, Vector};
 
 /// When the two are in their conflict area: first and last time of each, at steps and between them.
 #[derive(Debug, Clone, Copy)]
@@ -134,4 +149,36 @@ impl Context<'_> {
         let first = self.ego.iter().flatten().next();
         first.map_or_else(Vector::zeros, |(m, _)| m.pose.position.coords)
     }
+}
+
+pub(in crate::metrics) const ENCROACHMENT_TIME: Measure = Measure {
+    id: "et",
+    name: "encroachment time",
+    unit: "s",
+    danger: Danger::High,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "time of the ego in the area that both bodies sweep (Allen 1978)",
+    compute: encroachment_time,
+};
+
+fn encroachment_time(encounter: &Encounter<'_>) -> Reading {
+    let time = encounter.ask(|c, other, _| Ok(c.conflict(other).encroachment()? * c.dt()));
+    time.into()
+}
+
+pub(in crate::metrics) const POST_ENCROACHMENT_TIME: Measure = Measure {
+    id: "pet",
+    name: "post-encroachment time",
+    unit: "s",
+    danger: Danger::Low,
+    mirrored: Mirrored::Kept,
+    reads_ahead: true,
+    source: "between leaving and entering the area that both bodies sweep (Allen 1978)",
+    compute: post_encroachment_time,
+};
+
+fn post_encroachment_time(encounter: &Encounter<'_>) -> Reading {
+    let time = encounter.ask(|c, other, _| Ok(c.conflict(other).post_encroachment()? * c.dt()));
+    time.into()
 }

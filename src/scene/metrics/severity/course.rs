@@ -5,7 +5,7 @@
 //! crosses: braking as it does at the moment it may stop before the other's way.
 
 use crate::metrics::Encounter;
-use crate::metrics::time_to_collision::HORIZON;
+use crate::metrics::plane::HORIZON;
 use crate::scenario::Motion;
 use nearmiss_base::geometry::{Point, Pose, Vector, angle_between};
 

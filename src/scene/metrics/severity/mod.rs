@@ -16,7 +16,7 @@
 //!    stands.
 //!
 //! A *course* is what both bodies do with the speeds of the moment. Where they also touch if both keep to their place
-//! across the ego's road, and where there is no road, it is straight on, headings kept ([`super::time_to_collision`]);
+//! across the ego's road, and where there is no road, it is straight on, headings kept ([`super::plane`]);
 //! else it is along the way that they drove ([`course`]), where that leads to contact: round a bend to who drives
 //! ahead, and to others where they are on a straight course, too, and do not stop before it with the braking of the
 //! moment. So oncoming traffic that follows its own lane round a bend is on no course, and neither is what is parked
@@ -30,11 +30,10 @@
 
 mod course;
 mod moment;
-mod pass;
 
 use std::cell::OnceCell;
 
-use super::{Context, Encounter, time_to_collision};
+use super::{Context, Encounter, plane};
 use course::{Course, DrivenPath};
 use nearmiss_base::geometry::Vector;
 
@@ -183,7 +182,7 @@ impl PairMoments<'_, '_> {
             if other.is_set_based() {
                 Vec::new()
             } else {
-                pass::passes(pair)
+                moment::passes(pair)
             }
         })
     }
@@ -205,7 +204,7 @@ impl PairPaths<'_, '_> {
     /// The course that both are on, with its grade and its order in it; nothing where they are on none.
     fn graded(&self, encounter: &Encounter<'_>, step: i64) -> Option<(Grade, f64, Course)> {
         let velocities = [encounter.ego, encounter.other].map(|motion| motion.velocity_vector());
-        let straight = (time_to_collision::MEASURE.compute)(encounter)
+        let straight = (plane::TIME_TO_COLLISION.compute)(encounter)
             .value()
             .map(|seconds| Course {
                 seconds,
@@ -224,11 +223,9 @@ impl PairPaths<'_, '_> {
             // Who drives up to another in a bend is on no straight course.
             (None, Some(driven)) if !driven.crosses => Some(Self::as_they_go(driven)),
             // They come after those that are straight.
-            (None, Some(driven)) => Some((
-                Grade::LaterCourse,
-                time_to_collision::HORIZON + driven.seconds,
-                driven,
-            )),
+            (None, Some(driven)) => {
+                Some((Grade::LaterCourse, plane::HORIZON + driven.seconds, driven))
+            }
             (Some(straight), None) if encounter.other.velocity.abs() >= STANDING => {
                 Some((Grade::StraightCourse, -straight.braking(), straight))
             }

@@ -4,24 +4,20 @@
 //! found here once the scenario is built. A [`Finding`] says which element it is about; only the reader knows
 //! where in the file that element is.
 
-mod bodies;
-mod header;
 mod lanelets;
 pub mod limits;
-mod lines;
 mod links;
 mod motion;
 mod obstacles;
-mod overlaps;
 mod problems;
-mod times;
 mod traffic;
 
-pub use motion::{Row, doubts};
-pub use times::missing as missing_steps;
+use nearmiss_base::geometry::{Bounds, Point};
 
 use super::{Scenario, Severity};
-use nearmiss_base::geometry::{Bounds, Point};
+use limits::LONG_TIME_STEP;
+
+pub use motion::{Row, doubts, missing as missing_steps};
 
 /// Which element of a scenario; numbers are places in the scenario's lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -95,12 +91,12 @@ impl Findings {
 /// Everything in a scenario that cannot be true, or hardly.
 pub fn check(scenario: &Scenario) -> Vec<Finding> {
     let mut found = Findings::default();
-    header::check(scenario, &mut found);
+    check_header(scenario, &mut found);
     lanelets::check(&scenario.network, &mut found);
     links::check(&scenario.network, &mut found);
     traffic::check(scenario, &mut found);
     obstacles::check(scenario, &mut found);
-    overlaps::check(scenario, &mut found);
+    obstacles::check_overlaps(scenario, &mut found);
     problems::check(scenario, &mut found);
     found.0
 }
@@ -123,4 +119,43 @@ fn apart(a: &Bounds, b: &Bounds) -> f64 {
     let x = (a.min.x - b.max.x).max(b.min.x - a.max.x).max(0.0);
     let y = (a.min.y - b.max.y).max(b.min.y - a.max.y).max(0.0);
     x.hypot(y)
+}
+
+/// The value that files write for unknown degrees.
+const UNKNOWN_DEGREES: f64 = 999.0;
+
+fn check_header(scenario: &Scenario, found: &mut Findings) {
+    let dt = scenario.dt();
+    if dt > LONG_TIME_STEP {
+        found.warn(
+            ElementRef::Scenario,
+            format!(
+                "a time step of {dt} s is unusually long; between steps, all are taken to go straight and evenly"
+            ),
+        );
+    }
+    let Some(location) = &scenario.location else {
+        return;
+    };
+    for (name, degrees, most) in [
+        ("latitude", location.latitude, 90.0),
+        ("longitude", location.longitude, 180.0),
+    ] {
+        let absurd =
+            degrees.filter(|d| d.is_nan() || (d.abs() > most && d.abs() != UNKNOWN_DEGREES));
+        if let Some(degrees) = absurd {
+            found.warn(
+                ElementRef::Location,
+                format!("a {name} of {degrees}° is not on Earth"),
+            );
+        }
+    }
+    let transformation = location.transformation.as_ref();
+    let scaling = transformation.and_then(|t| t.scaling);
+    if let Some(scaling) = scaling.filter(|s| *s <= 0.0) {
+        found.warn(
+            ElementRef::Location,
+            format!("the map scale {scaling} is implausible"),
+        );
+    }
 }

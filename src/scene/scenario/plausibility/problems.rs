@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{ElementRef, Findings, apart, beyond, bodies, limits, obstacles};
+use super::{ElementRef, Findings, apart, beyond, limits, obstacles};
 use crate::scenario::{
     Goal, LONGEST_TRACK, LaneletNetwork, Obstacle, ObstacleRole, PlanningProblem, Position,
     Quantity, Scenario, StateField, Steps,
@@ -155,7 +155,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
             continue;
         };
         if let Position::Region(region) = position
-            && let Some((a, b)) = bodies::crossing(region)
+            && let Some((a, b)) = obstacles::crossing(region)
         {
             say(format!(
                 "outline of a goal crosses itself after corners {} and {}",

@@ -2,15 +2,10 @@
 //!
 //! Predictions cannot access the future: see [`ObservedHistory`].
 
-mod lanes;
-mod observed_history;
 mod path;
 mod predictor;
 mod present;
-mod speeds;
 
-pub use observed_history::{Observed, ObservedHistory, TrackedObject};
 pub use path::Path;
-pub use predictor::{Course, Model, PredictedPath, Prediction, Predictor, Trajectory};
-pub use present::Present;
-pub use speeds::Speeds;
+pub use predictor::{Course, Model, PredictedPath, Prediction, Predictor, Speeds, Trajectory};
+pub use present::{Observed, ObservedHistory, Present, TrackedObject};

@@ -1,18 +1,18 @@
-//! Map matching: the lanelets that a recording drove along, by heading, offset and connections.
+//! Map matching: the lanelets that a pose can be on, and that a recording drove along.
 //!
 //! Source: Newson and Krumm, Hidden Markov Map Matching Through Noise and Sparseness, 2009; here the
 //! states are lanes, and a step to one that is not connected is refused.
 
 use std::collections::HashMap;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
+use nearmiss_base::geometry::{Point, Pose, angle_between};
 use petgraph::graph::NodeIndex;
 use petgraph::visit::EdgeRef;
 
-use super::candidates::Candidate;
 use super::graph::Step;
 use super::route::{Destination, LegLane, Route};
-use super::{ALIKE, LaneGraph, RouteError, Side, least};
-use nearmiss_base::geometry::Pose;
+use super::{ALIKE, Direction, LaneGraph, RouteError, Side, least};
 
 /// Positions nearer to the one before are skipped, metres.
 const APART: f64 = 1.0;
@@ -248,4 +248,74 @@ impl State {
 /// What it costs to be on a lane: the turn against it and the offset from its middle.
 fn emission(candidate: &Candidate) -> f64 {
     (candidate.turn / TURN).powi(2) + (candidate.d / OFFSET).powi(2)
+}
+
+/// A lane that something is on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    pub node: NodeIndex,
+    /// Arc length along the lane as it is driven, metres.
+    pub s: f64,
+    /// Offset from the centre line, metres.
+    pub d: f64,
+    /// Angle between the heading and the lane, radians, not negative.
+    pub turn: f64,
+}
+
+impl LaneGraph<'_> {
+    /// The lanes under `p`; the turn is against `heading`, or 0 where none is known.
+    pub(super) fn lanes_at(
+        &self,
+        p: &Point,
+        heading: Option<f64>,
+        first_row: bool,
+    ) -> Vec<Candidate> {
+        let mut found = Vec::new();
+        for place in self.network.places_at(p) {
+            let Some(lane) = &self.lanes[place] else {
+                continue;
+            };
+            let along = lane.centre().project(p);
+            for direction in [Direction::Along, Direction::Against] {
+                let Some(node) = self.node(place, direction, first_row) else {
+                    continue;
+                };
+                let s = match direction {
+                    Direction::Along => along.s,
+                    Direction::Against => lane.length() - along.s,
+                };
+                let points = self.heading(self.graph[node], s);
+                found.push(Candidate {
+                    node,
+                    s,
+                    d: along.d,
+                    turn: heading.map_or(0.0, |h| angle_between(points, h).abs()),
+                });
+            }
+        }
+        found
+    }
+
+    /// The lanes that something at `start` can follow: those within 45° of its heading, or if there are
+    /// none, within 90°.
+    pub(super) fn starts(&self, start: &Pose) -> Result<Vec<Candidate>, RouteError> {
+        if self.network.lanelets.is_empty() {
+            return Err(RouteError::NoRoad);
+        }
+        let under = self.lanes_at(&start.position, Some(start.heading), true);
+        if under.is_empty() {
+            return Err(RouteError::StartOffRoad {
+                nearest: self.network.nearest_lanelet(&start.position),
+            });
+        }
+        for most in [FRAC_PI_4, FRAC_PI_2] {
+            let fitting: Vec<_> = under.iter().copied().filter(|c| c.turn < most).collect();
+            if !fitting.is_empty() {
+                return Ok(fitting);
+            }
+        }
+        let mut lanelets: Vec<i64> = under.iter().map(|c| self.driven(c.node).lanelet).collect();
+        lanelets.dedup();
+        Err(RouteError::AgainstDirection { lanelets })
+    }
 }

@@ -1,25 +1,19 @@
 //! The lanelet network as a road: what lies where, lanes, the graph, routes, the drivable area.
 
-mod candidates;
-mod drivable;
-mod error;
-mod goal;
 mod graph;
 mod index;
 mod lane;
-mod lane_numbers;
 mod lane_relation;
 mod matching;
 mod reference;
 mod route;
 
-pub use drivable::DrivableArea;
-pub use error::RouteError;
 pub use graph::{DirectedLanelet, Direction, LaneGraph, Side};
+pub use index::DrivableArea;
 pub(super) use index::Index;
 pub use lane::Lane;
 pub use lane_relation::{LaneRelation, LaneRelations};
-pub use route::{Destination, Leg, Route};
+pub use route::{Destination, Leg, Route, RouteError};
 
 /// Costs and distances that differ by less are alike, metres: rounding must not choose between them.
 const ALIKE: f64 = 1e-6;

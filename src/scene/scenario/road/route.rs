@@ -1,13 +1,17 @@
-//! Routes: from a start to a goal, or ahead along the road, with a smooth reference path.
+//! Routes: from a start to a goal, or ahead along the road, with a smooth reference path; why there is none.
 
+use std::collections::BTreeMap;
+
+use nearmiss_base::geometry::{
+    Footprint, Point, Pose, ReferencePath, ReferencePathError, angle_between,
+};
 use petgraph::algo::astar;
 use petgraph::graph::NodeIndex;
 
-use super::candidates::Candidate;
 use super::graph::{Node, Step};
-use super::{DirectedLanelet, LaneGraph, RouteError, Side, least};
-use crate::scenario::{Goal, PlanningProblem};
-use nearmiss_base::geometry::{Pose, ReferencePath};
+use super::matching::Candidate;
+use super::{DirectedLanelet, Direction, LaneGraph, Side, least};
+use crate::scenario::{Goal, PlanningProblem, Position, Quantity};
 
 /// A way along lanelets with the path that follows it.
 #[derive(Debug, Clone)]
@@ -274,3 +278,205 @@ impl LaneGraph<'_> {
 
 /// How far the smooth path may shift the start along itself, metres.
 const START_REACH: f64 = 10.0;
+
+/// Why there is no route.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RouteError {
+    /// The scenario has no road.
+    #[error("no lanelets")]
+    NoRoad,
+    /// The initial state does not say where.
+    #[error("the start has no position")]
+    NoStart,
+    /// The start is on no lanelet that may be driven.
+    #[error("the start is not on a drivable lanelet{}", closest(.nearest))]
+    StartOffRoad {
+        /// The nearest lanelet, and how far it is in metres.
+        nearest: Option<(i64, f64)>,
+    },
+    /// The start points against the driving direction of every lanelet there.
+    #[error("the start points against the direction of lanelet {}", list(.lanelets))]
+    AgainstDirection {
+        /// The lanelets there.
+        lanelets: Vec<i64>,
+    },
+    /// No goal is on a lanelet that may be driven.
+    #[error("no goal is on a drivable lanelet{}", missing(.unknown))]
+    GoalOffRoad {
+        /// Lanelets that the goals name and that are not in the network.
+        unknown: Vec<i64>,
+    },
+    /// No way leads there.
+    #[error("no route from lanelet {} to lanelet {}", list(.from), list(.to))]
+    Unreachable {
+        /// Lanelets at the start.
+        from: Vec<i64>,
+        /// Lanelets of the goals.
+        to: Vec<i64>,
+    },
+    /// The recorded positions are not on lanelets.
+    #[error("no position is on a drivable lanelet")]
+    NeverOnRoad,
+    /// The recorded positions jump between lanelets that are not connected.
+    #[error("the positions jump from lanelet {from} to lanelet {to}, which are not connected")]
+    Jumps {
+        /// The lanelet before.
+        from: i64,
+        /// The lanelet after.
+        to: i64,
+    },
+    /// No smooth path follows the lanelets.
+    #[error("no smooth path follows lanelets {}: {source}", list(.lanelets))]
+    NoPath {
+        /// The lanelets.
+        lanelets: Vec<i64>,
+        /// Why.
+        source: ReferencePathError,
+    },
+}
+
+/// Ids in words; many are cut short.
+fn list(ids: &[i64]) -> String {
+    let mut words: Vec<String> = ids.iter().take(8).map(i64::to_string).collect();
+    if ids.len() > words.len() {
+        words.push("…".into());
+    }
+    words.join(", ")
+}
+
+fn closest(nearest: &Option<(i64, f64)>) -> String {
+    nearest.map_or_else(String::new, |(id, distance)| {
+        format!("; the nearest lanelet is {id}, {distance:.2} m away")
+    })
+}
+
+fn missing(ids: &[i64]) -> String {
+    if ids.is_empty() {
+        String::new()
+    } else {
+        format!("; no lanelet {}", list(ids))
+    }
+}
+
+/// A lane on which a goal is reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Arrival {
+    /// Place of the goal among those of the problem.
+    pub goal: usize,
+    /// Arc length along the driven lane up to which it is reached, metres.
+    pub until: f64,
+}
+
+/// The lanes of all goals, and the lanelets that goals name and the network does not have.
+#[derive(Debug, Default)]
+pub(super) struct Arrivals {
+    pub at: BTreeMap<NodeIndex, Arrival>,
+    pub unknown: Vec<i64>,
+}
+
+impl LaneGraph<'_> {
+    /// Where `goals` are reached. Of several goals on one lane the farthest counts.
+    pub(super) fn arrivals(&self, goals: &[Goal]) -> Arrivals {
+        let mut arrivals = Arrivals::default();
+        for (place, goal) in goals.iter().enumerate() {
+            let mut found: Vec<(NodeIndex, f64)> = Vec::new();
+            for position in &goal.positions {
+                match position {
+                    Position::Lanelets(ids) => {
+                        for &id in ids {
+                            match self.network.place(id) {
+                                Some(at) => found.extend(self.whole(at)),
+                                None => arrivals.unknown.push(id),
+                            }
+                        }
+                    }
+                    Position::Point(p) => found.extend(self.point(p)),
+                    Position::Region(shape) => {
+                        // A region that is no shape has no place.
+                        if let Ok(region) = Footprint::new(shape.clone()) {
+                            found.extend(self.region(&region));
+                        }
+                    }
+                }
+            }
+            for (node, until) in self.pointing(goal.orientation, found) {
+                let arrival = Arrival { goal: place, until };
+                let known = arrivals.at.entry(node).or_insert(arrival);
+                if known.until < until {
+                    *known = arrival;
+                }
+            }
+        }
+        arrivals
+    }
+
+    fn both(&self, place: usize) -> impl Iterator<Item = NodeIndex> {
+        let directions = [Direction::Along, Direction::Against];
+        directions
+            .into_iter()
+            .filter_map(move |d| self.node(place, d, false))
+    }
+
+    fn whole(&self, place: usize) -> Vec<(NodeIndex, f64)> {
+        let nodes = self.both(place);
+        nodes.map(|n| (n, self.length(self.graph[n]))).collect()
+    }
+
+    fn point(&self, p: &Point) -> Vec<(NodeIndex, f64)> {
+        let lanes = self.lanes_at(p, None, false).into_iter();
+        lanes.map(|c| (c.node, c.s)).collect()
+    }
+
+    /// The lanes whose centre line runs through a region; if there are none, those under its middle;
+    /// if there are none, those it overlaps.
+    fn region(&self, region: &Footprint) -> Vec<(NodeIndex, f64)> {
+        let placed = region.at(Pose::new(0.0, 0.0, 0.0));
+        let under = self.network.places_under(&placed);
+        let mut found = Vec::new();
+        for &place in &under {
+            let Some(lane) = &self.lanes[place] else {
+                continue;
+            };
+            let steps = (lane.length() / 0.5).ceil().min(10_000.0) as usize;
+            for node in self.both(place) {
+                let along = self.graph[node].direction == Direction::Along;
+                let last = (0..=steps).rev().find_map(|i| {
+                    let s = lane.length() * i as f64 / steps.max(1) as f64;
+                    let at = if along { s } else { lane.length() - s };
+                    let p = lane.centre().pose_at(at).position;
+                    placed.holds(&p).then_some(s)
+                });
+                found.extend(last.map(|s| (node, s)));
+            }
+        }
+        if found.is_empty() {
+            found = self.point(&placed.bounds().center());
+        }
+        if found.is_empty() {
+            found = under.into_iter().flat_map(|p| self.whole(p)).collect();
+        }
+        found
+    }
+
+    /// Those that point as the goal wants it, if any does; a lane's direction need not be the car's.
+    fn pointing(
+        &self,
+        orientation: Option<Quantity>,
+        found: Vec<(NodeIndex, f64)>,
+    ) -> Vec<(NodeIndex, f64)> {
+        let (middle, half) = match orientation {
+            None => return found,
+            Some(Quantity::Exact(angle)) => (angle, 0.0),
+            Some(Quantity::Interval(from, to)) => (f64::midpoint(from, to), (to - from) / 2.0),
+        };
+        let fits = |&(node, s): &(NodeIndex, f64)| {
+            let heading = self.heading(self.graph[node], s);
+            angle_between(middle, heading).abs() <= half + ASTRAY
+        };
+        let fitting: Vec<_> = found.iter().copied().filter(fits).collect();
+        if fitting.is_empty() { found } else { fitting }
+    }
+}
+
+/// A lane may point this far from what a goal wants of the car, radians.
+const ASTRAY: f64 = 0.5;

@@ -4,8 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Number, Value};
 
-use super::text::{bare_key, closing, is_blank, is_quote, window};
-use super::{End, MOST_DEPTH, Repair};
+use super::{End, MOST_DEPTH, Repair, bare_key, closing, is_blank, is_quote, window};
 
 /// Bytes looked at for the end of a key.
 const NEAR: usize = 200;

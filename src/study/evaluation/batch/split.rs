@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::shard::spread;
 use nearmiss_formats::Entry;
-use nearmiss_scene::scenario::benchmark_id;
+use nearmiss_scene::scenario::identity;
 use nearmiss_store::SplitPart;
 
 /// Which of the scenarios in its paths a batch asks about, and in which parts.
@@ -36,7 +36,7 @@ impl Split {
     /// are a family and never in different parts.
     #[must_use]
     pub fn part(&self, scenario: &str) -> SplitPart {
-        let text = format!("{}:{}", self.seed, benchmark_id::family(scenario));
+        let text = format!("{}:{}", self.seed, identity::family(scenario));
         // A number from 0 to below 1, evenly spread.
         if (spread(&text) as f64 / 2_f64.powi(64)) < self.test {
             SplitPart::Test

@@ -1,0 +1,426 @@
+//! Files that people have beside or instead of scenarios, and that are not read: what they are, and what to do.
+
+use std::path::Path;
+
+use nearmiss_scene::scenario::Scenario;
+
+use super::commonroad::{self, ReadError};
+use super::dispatch::{Address, Format, Parts};
+use super::recordings;
+use crate::commonroad::root_name_of;
+use crate::recordings::{columns_of, missing_columns};
+
+/// Files that are not read.
+pub(super) struct Unread;
+
+/// What a file is.
+pub(super) struct Kind {
+    /// As in `a road network of SUMO`.
+    pub what: String,
+    /// What its owner can do instead.
+    instead: String,
+    /// How a search of a folder takes it.
+    pub found: Found,
+}
+
+/// What a search of a folder makes of a file that is not read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Found {
+    /// It is data of driving that one could want to open.
+    Data,
+    /// It belongs to recordings, and is worth a word only where there are none.
+    Beside,
+    /// It is anything.
+    Other,
+}
+
+/// What is said where there is nothing better to do.
+const FORMATS: &str = "`nearmiss help scenarios` lists the formats that are read";
+
+impl Kind {
+    fn new(found: Found, what: impl Into<String>, instead: impl Into<String>) -> Self {
+        Self {
+            what: what.into(),
+            instead: instead.into(),
+            found,
+        }
+    }
+
+    /// Data of driving in a format that is not read.
+    fn data(what: impl Into<String>) -> Self {
+        Self::new(Found::Data, what, FORMATS)
+    }
+
+    /// Anything else.
+    fn other(what: impl Into<String>) -> Self {
+        Self::new(Found::Other, what, FORMATS)
+    }
+}
+
+/// What a file is that is not read, by its name and its first bytes; `None` where it may be a scenario.
+pub(super) fn kind(path: &Path, head: &[u8]) -> Option<Kind> {
+    // Which of them are to be unpacked or saved anew is said by their readers.
+    if head.is_empty() || commonroad::is_protobuf_name(path) || commonroad::foreign(head).is_some()
+    {
+        return None;
+    }
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if let Some(columns) = recordings::parquet_columns(path, head) {
+        return Some(parquet(&columns));
+    }
+    if let Some(kind) = binary_kind(&name, head) {
+        return Some(kind);
+    }
+    let text = String::from_utf8_lossy(head);
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    if text.contains('\0') {
+        return None;
+    }
+    if text.starts_with('<') {
+        return xml(&name, text);
+    }
+    other(&name, text)
+}
+
+impl Format for Unread {
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
+        kind(path, head).is_some()
+    }
+
+    fn is_found(&self, _: &Path, _: &[u8]) -> bool {
+        false
+    }
+
+    fn parts(&self, _: &Path) -> Result<Parts, ReadError> {
+        Ok(Parts::One)
+    }
+
+    fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
+        let file = &address.file;
+        let head = commonroad::beginning_of_file(file, super::dispatch::HEAD).unwrap_or_default();
+        let message = match kind(file, &head) {
+            Some(kind) => format!("{}, not a scenario; {}", kind.what, kind.instead),
+            None => format!("not a scenario; {FORMATS}"),
+        };
+        Err(ReadError {
+            file: file.display().to_string(),
+            line: 0,
+            column: 0,
+            element: String::new(),
+            message,
+        })
+    }
+}
+
+/// How files begin, and what they are: data of driving, and the rest.
+const DATA: [(&[u8], &str); 7] = [
+    (b"#ROSBAG", "a bag of ROS 1"),
+    (b"\x89MCAP", "an MCAP file (ROS 2 or ASAM OSI)"),
+    (b"\x89HDF\r\n", "an HDF5 file"),
+    (
+        b"ARROW1",
+        "an Arrow table (Feather), as those of Argoverse 2's sensor data",
+    ),
+    (b"MDF ", "a measurement file (ASAM MDF)"),
+    (b"MATLAB 5.0", "a MATLAB file"),
+    (b"\x93NUMPY", "an array of NumPy"),
+];
+const REST: [(&[u8], &str); 9] = [
+    (b"%PDF-", "a PDF document"),
+    (b"\x89PNG", "a picture (PNG)"),
+    (b"\xff\xd8\xff", "a picture (JPEG)"),
+    (b"GIF8", "a picture (GIF)"),
+    (b"RIFF", "a picture, sound or film (RIFF)"),
+    (b"7z\xbc\xaf", "a 7z archive; unpack it first"),
+    (b"Rar!", "a RAR archive; unpack it first"),
+    (b"\x7fELF", "a program"),
+    (b"MZ", "a program"),
+];
+
+/// Where a tar archive says that it is one.
+const TAR: usize = 257;
+
+/// What a binary file is, if it is known.
+fn binary_kind(name: &str, head: &[u8]) -> Option<Kind> {
+    let of = |all: &[(&[u8], &str)]| -> Option<String> {
+        let found = all.iter().find(|(begin, _)| head.starts_with(begin));
+        found.map(|(_, what)| (*what).to_string())
+    };
+    if let Some(what) = of(&DATA) {
+        return Some(Kind::data(what));
+    }
+    if head
+        .get(TAR..)
+        .is_some_and(|rest| rest.starts_with(b"ustar"))
+    {
+        return Some(Kind::new(Found::Other, "a tar archive", "unpack it first"));
+    }
+    // Programs begin with letters, as words do.
+    if let Some(what) = of(&REST).filter(|what| what != "a program" || head.contains(&0)) {
+        return Some(Kind::other(what));
+    }
+    if head.get(4..8) == Some(b"ftyp") {
+        return Some(Kind::other("a film (MP4)"));
+    }
+    let begin = &head[..head.len().min(64)];
+    if begin.windows(14).any(|w| w == b"CARLA_RECORDER") {
+        let instead = "play it in CARLA and write where everyone is, for instance in the form of highD or of SUMO's floating car data (`nearmiss help scenarios`)";
+        return Some(Kind::new(
+            Found::Data,
+            "a recording of CARLA's recorder",
+            instead,
+        ));
+    }
+    if let [0x80, 2..=5, ..] = head {
+        let instead =
+            format!("it could run any code, so nearmiss does not open such files; {FORMATS}");
+        return Some(Kind::new(Found::Data, "a pickled Python object", instead));
+    }
+    if name.to_lowercase().ends_with(".osi") {
+        return Some(Kind::data("a trace of ASAM OSI"));
+    }
+    None
+}
+
+/// How someone's own tracks come in.
+const OWN_TRACKS: &str = "tracks of your own open in the form of highD or of SUMO's floating car data: `nearmiss help scenarios` has the columns";
+
+/// What XML is, if its root is known to be no scenario.
+fn xml(file: &str, text: &str) -> Option<Kind> {
+    let lower = text.to_lowercase();
+    if lower.starts_with("<!doctype html") || lower.starts_with("<html") {
+        let instead = "was a page saved instead of the file?";
+        return Some(Kind::new(Found::Other, "a web page (HTML)", instead));
+    }
+    let root = root_name_of(text.as_bytes())?;
+    let beside = |what: &str, instead: String| Some(Kind::new(Found::Beside, what, instead));
+    let run = |options: &str| {
+        format!(
+            "run it with floating car data and open that: `sumo {options} --fcd-output fcd.xml`"
+        )
+    };
+    match root.as_str() {
+        "osm" => beside(
+            "a map of Lanelet2 or OpenStreetMap",
+            "it is read beside tracks of inD, rounD, uniD or exiD; alone it opens as CommonRoad, which CommonRoad's Scenario Designer converts it to".into(),
+        ),
+        "net" => beside("a road network of SUMO", run(&format!("-n {file} -r ROUTES"))),
+        "routes" | "trips" => beside(
+            "routes and vehicle types of SUMO",
+            run(&format!("-n NET -r {file}")),
+        ),
+        "additional" | "add" => beside(
+            "an additional file of SUMO",
+            run(&format!("-n NET -r ROUTES -a {file}")),
+        ),
+        "configuration" | "sumoConfiguration" => {
+            beside("a configuration of SUMO", run(&format!("-c {file}")))
+        }
+        "netstate" => Some(Kind::new(
+            Found::Data,
+            "a dump of SUMO's net without positions",
+            run("-n NET -r ROUTES"),
+        )),
+        "nodes" | "edges" | "connections" | "types" | "tlLogics" => beside(
+            "a part of a road network of SUMO",
+            "netconvert makes a net of such parts; of it `sumo -n NET -r ROUTES --fcd-output fcd.xml` makes what opens here".into(),
+        ),
+        _ if text.contains("sumo.dlr.de/xsd/") => {
+            let what = format!("an output of SUMO (<{root}>) without positions");
+            Some(Kind::new(Found::Other, what, run("-n NET -r ROUTES")))
+        }
+        "kml" => Some(Kind::other("a KML file of places")),
+        "gpx" => Some(Kind::other("a GPX file of a track in degrees")),
+        "svg" => Some(Kind::other("a picture (SVG)")),
+        "CityModel" => Some(Kind::other("a CityGML model")),
+        _ => None,
+    }
+}
+
+/// What a table in Parquet is that is none of Argoverse's scenarios.
+fn parquet(columns: &[String]) -> Kind {
+    let has = |name: &str| columns.iter().any(|column| column == name);
+    let begins = |name: &str| columns.iter().any(|column| column.starts_with(name));
+    if has("timestep_time") && has("vehicle_id") {
+        let instead = "write it as XML or CSV: `sumo … --fcd-output fcd.xml`";
+        return Kind::new(Found::Data, "floating car data of SUMO in Parquet", instead);
+    }
+    if begins("key.segment_context_name") || begins("[Lidar") || begins("[Camera") {
+        let instead = "of Waymo the motion data set is read, its TFRecord files under `scenario`";
+        return Kind::new(Found::Data, "data of Waymo's perception data set", instead);
+    }
+    let what = format!("a Parquet table with {}", in_words(columns));
+    Kind::new(
+        Found::Data,
+        what,
+        format!("of Argoverse 2 the motion forecasting scenarios are read; {FORMATS}"),
+    )
+}
+
+/// What a text other than XML is.
+fn other(name: &str, text: &str) -> Option<Kind> {
+    let name = name.to_lowercase();
+    let is = |ending: &str| name.ends_with(ending);
+    if text.starts_with('{') || text.starts_with('[') {
+        return Some(json(text));
+    }
+    if is(".yaml") || is(".yml") {
+        let what = if text.contains("OpenSCENARIO:") {
+            "a scenario of TIER IV in YAML"
+        } else {
+            "a YAML file"
+        };
+        return Some(Kind::other(what));
+    }
+    if is(".osc") && text.contains(':') {
+        let what = "OpenSCENARIO DSL (2.x)";
+        let instead = "OpenSCENARIO XML (.xosc) is read";
+        return Some(Kind::new(Found::Data, what, instead));
+    }
+    table(text).or_else(|| {
+        // A markup further on is searched for by the reader of CommonRoad.
+        let plain = !text.contains('<');
+        plain.then(|| Kind::other("text"))
+    })
+}
+
+fn json(text: &str) -> Kind {
+    let has = |key: &str| text.contains(&format!("\"{key}\""));
+    if has("lane_segments") || has("pedestrian_crossings") && has("drivable_areas") {
+        let instead = "open the scenario_ID.parquet that it belongs to";
+        return Kind::new(Found::Beside, "a map of Argoverse 2", instead);
+    }
+    if [
+        "sample_token",
+        "instance_token",
+        "ego_pose_token",
+        "log_token",
+    ]
+    .iter()
+    .any(|key| has(key))
+    {
+        return Kind::data("a table of nuScenes");
+    }
+    if has("openlabel") {
+        return Kind::data("annotations in ASAM OpenLABEL");
+    }
+    if has("FeatureCollection") {
+        return Kind::other("places in GeoJSON");
+    }
+    if has("nbformat") {
+        return Kind::other("a notebook of Jupyter");
+    }
+    Kind::other("JSON")
+}
+
+/// What a table is; nothing for a text that has no columns, and for trajectories of egos.
+fn table(text: &str) -> Option<Kind> {
+    let (_, columns) = columns_of(text.as_bytes());
+    let lower: Vec<String> = columns.iter().map(|name| name.to_lowercase()).collect();
+    let has = |name: &str| lower.iter().any(|column| column == name);
+    let all = |names: &[&str]| names.iter().all(|name| has(name));
+    let any = |names: &[&str]| names.iter().any(|name| has(name));
+    if lower.len() < 2 || lower.iter().all(String::is_empty) {
+        return None;
+    }
+    let plain =
+        |name: &String| -> String { name.chars().filter(|c| c.is_alphanumeric()).collect() };
+    let plain: Vec<String> = lower.iter().map(plain).collect();
+    let has_plain = |name: &str| plain.iter().any(|column| column == name);
+    if has_plain("trajectorynumber") || has_plain("xposition") && has_plain("timestep") {
+        return None;
+    }
+    if text.starts_with("Version:") && text.contains("OpenSCENARIO") {
+        let instead = "open the .xosc that it lies beside";
+        return Some(Kind::new(Found::Beside, "a log of esmini", instead));
+    }
+    let beside = |of: &str, what: &str| {
+        let instead = format!("open the XX_tracks.csv that it belongs to{of}");
+        Some(Kind::new(Found::Beside, what, instead))
+    };
+    if all(&["framerate", "locationid"]) {
+        return beside("", "a recordingMeta table of levelXdata");
+    }
+    if all(&["initialframe", "finalframe", "class"]) {
+        return beside("", "a tracksMeta table of levelXdata");
+    }
+    let data = |what: &str| Some(Kind::new(Found::Data, what, OWN_TRACKS));
+    if all(&["track_id", "frame_id", "timestamp_ms"]) {
+        return data("tracks of the INTERACTION data set");
+    }
+    if all(&["vehicle_id", "frame_id"]) && any(&["local_x", "global_x"]) {
+        return data("tracks of NGSIM");
+    }
+    if all(&["timestamp", "track_id", "object_type", "city_name"]) {
+        return data("a forecasting sequence of Argoverse 1");
+    }
+    if let Some((set, missing)) = missing_columns(&columns) {
+        let what = format!("a table like the tracks of {set}");
+        let instead = format!(
+            "it opens with the columns that it lacks: {}",
+            missing.join(", ")
+        );
+        return Some(Kind::new(Found::Data, what, instead));
+    }
+    if all(&["timestep_time"]) && any(&["vehicle_id", "person_id"]) {
+        let instead = "it opens with the columns vehicle_x, vehicle_y, vehicle_angle and vehicle_speed (`--fcd-output.attributes`)";
+        return Some(Kind::new(
+            Found::Data,
+            "floating car data of SUMO without positions",
+            instead,
+        ));
+    }
+    let begins = |start: &str| lower.iter().any(|column| column.starts_with(start));
+    if begins("tripinfo_") || begins("interval_") || begins("timestep_") {
+        return Some(Kind::other(
+            "an output of SUMO as a table, without positions",
+        ));
+    }
+    let who = any(&[
+        "id",
+        "track_id",
+        "trackid",
+        "vehicle_id",
+        "object_id",
+        "agent_id",
+        "obstacle_id",
+    ]);
+    let place = all(&["x", "y"])
+        || all(&["lon", "lat"])
+        || all(&["longitude", "latitude"])
+        || all(&["position_x", "position_y"])
+        || all(&["center_x", "center_y"]);
+    let when = any(&[
+        "t",
+        "time",
+        "timestamp",
+        "frame",
+        "frame_id",
+        "step",
+        "timestep",
+        "time_step",
+    ]);
+    let what = in_words(&columns);
+    match () {
+        () if who && place && when => data(&format!("a table of tracks with {what}")),
+        () if lower.len() > 2 && !text.contains('<') => {
+            Some(Kind::other(format!("a table with {what}")))
+        }
+        () => None,
+    }
+}
+
+/// So many columns are named.
+const NAMED: usize = 6;
+
+fn in_words(columns: &[String]) -> String {
+    let names = columns.iter().take(NAMED);
+    let names: Vec<String> = names
+        .map(|name| format!("`{}`", name.chars().take(40).collect::<String>()))
+        .collect();
+    let more = match columns.len() - names.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("the columns {}{more}", names.join(", "))
+}

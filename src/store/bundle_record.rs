@@ -1,0 +1,297 @@
+//! Batches, ratings and scenes as JSON lines of an export or a bundle.
+
+use std::collections::BTreeMap;
+
+use nearmiss_scene::verdict::Verdict;
+use rusqlite::params;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+
+use super::record::RecordError;
+use super::{
+    Batch, BatchId, Choice, Intake, Item, NewRating, RatedAnswer, Rating, Run, Store, StoreError,
+    StoredImage, images,
+};
+
+/// The form of these lines.
+const FORM: u32 = 1;
+
+/// A line of an export.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Record {
+    /// A run.
+    Run(Box<Run>),
+    /// A batch, without its questions.
+    Batch(Box<Batch>),
+    /// A question of a batch.
+    Question(BatchId, Box<Item>),
+    /// An image that questions show.
+    Image(Box<StoredImage>),
+}
+
+impl Record {
+    /// Reads a line of an export, of this version or an older one.
+    ///
+    /// # Errors
+    /// The line is none, or was altered.
+    pub fn from_line(line: &str) -> Result<Self, RecordError> {
+        #[derive(Deserialize)]
+        #[serde(expecting = "a JSON object with nearmiss_run, nearmiss_batch or nearmiss_question")]
+        struct Kind {
+            nearmiss_batch: Option<u32>,
+            nearmiss_question: Option<u32>,
+            nearmiss_image: Option<u32>,
+        }
+        let kind: Kind = serde_json::from_str(line)?;
+        if let Some(form) = kind.nearmiss_image {
+            return if form > images::FORM {
+                Err(RecordError::Newer(form, images::FORM))
+            } else {
+                StoredImage::from_record(line).map(|one| Self::Image(Box::new(one)))
+            };
+        }
+        let Some(form) = kind.nearmiss_batch.or(kind.nearmiss_question) else {
+            return Run::from_record(line).map(|run| Self::Run(Box::new(run)));
+        };
+        if form > FORM {
+            return Err(RecordError::Newer(form, FORM));
+        }
+        let mut record: Map<String, Value> = serde_json::from_str(line)?;
+        let batch = record.remove("batch").unwrap_or_default();
+        let id: BatchId = batch
+            .as_str()
+            .and_then(|name| name.parse().ok())
+            .ok_or_else(|| RecordError::Word {
+                field: "batch",
+                word: batch.to_string(),
+            })?;
+        if kind.nearmiss_batch.is_some() {
+            if let Some(spec) = record.get_mut("spec").filter(|spec| !spec.is_string()) {
+                *spec = spec.to_string().into();
+            }
+            record.insert("id".into(), json!(id.0));
+            let batch = Batch::deserialize(Value::Object(record))?;
+            return Ok(Self::Batch(Box::new(batch)));
+        }
+        if let Some(state) = record.remove("state") {
+            record.insert("now".into(), state);
+        }
+        let item = Item::deserialize(Value::Object(record))?;
+        Ok(Self::Question(id, Box::new(item.with_reason())))
+    }
+}
+
+impl Batch {
+    /// The batch as one JSON object; `nearmiss_batch` says that this is one, and in which form.
+    #[must_use]
+    pub fn to_record(&self) -> Value {
+        // What would not come back letter by letter stays text: stores find the same batch by it.
+        let spec = serde_json::from_str::<Value>(&self.spec);
+        let same = |spec: &Value| serde_json::to_string(spec).is_ok_and(|text| text == self.spec);
+        let spec = spec.ok().filter(same);
+        let mut record = json!({
+            "nearmiss_batch": FORM,
+            "batch": self.id.to_string(),
+            "created_ms": self.created_ms,
+            "updated_ms": self.updated_ms,
+            "shard": self.shard,
+            "spec": spec.unwrap_or_else(|| self.spec.clone().into()),
+        });
+        if !self.looks.is_empty() {
+            record["looks"] = json!(self.looks);
+        }
+        record
+    }
+}
+
+impl Item {
+    /// The question of a batch as one JSON object; `nearmiss_question` says that this is one, and in which form.
+    #[must_use]
+    pub fn to_record(&self, batch: BatchId) -> Value {
+        let mut record = Map::from_iter([
+            ("nearmiss_question".to_string(), FORM.into()),
+            ("batch".to_string(), batch.to_string().into()),
+        ]);
+        if let Ok(Value::Object(fields)) = serde_json::to_value(self) {
+            let renamed = |name: String| match name.as_str() {
+                "now" => "state".to_string(),
+                _ => name,
+            };
+            record.extend(
+                fields
+                    .into_iter()
+                    .map(|(name, value)| (renamed(name), value)),
+            );
+        }
+        Value::Object(record)
+    }
+}
+
+impl Rating {
+    /// A rating from a line that [`Rating::to_record`] wrote.
+    ///
+    /// # Errors
+    /// The line is no rating, or one of a later version.
+    pub fn from_record(line: &str) -> Result<Self, RecordError> {
+        #[derive(Deserialize)]
+        #[serde(expecting = "a JSON object with nearmiss_rating")]
+        struct Form {
+            nearmiss_rating: u32,
+            best: Option<usize>,
+            answers: Vec<RatedAnswer>,
+        }
+        let form: Form = serde_json::from_str(line)?;
+        if form.nearmiss_rating > FORM {
+            return Err(RecordError::Newer(form.nearmiss_rating, FORM));
+        }
+        let fields: Map<String, Value> = serde_json::from_str(line)?;
+        let mut rating = Self::deserialize(Value::Object(fields))?;
+        if let (Choice::Best(_), Some(place)) = (rating.choice, form.best) {
+            rating.choice = Choice::Best(place);
+        }
+        rating.answers = form.answers;
+        Ok(rating)
+    }
+}
+
+impl Store {
+    /// Takes in a rating of another store, whose runs were taken in before, unless it is here already; says whether it
+    /// is new.
+    ///
+    /// # Errors
+    /// SQLite refused.
+    pub fn take_rating(&self, rating: Rating, runs: &Intake<'_>) -> Result<bool, StoreError> {
+        let new = NewRating {
+            person: rating.person,
+            scenario: rating.scenario,
+            task: rating.task,
+            blind: rating.blind,
+            seed: rating.seed,
+            choice: rating.choice,
+            notes: rating.notes,
+            answers: rating
+                .answers
+                .into_iter()
+                .map(|answer| RatedAnswer {
+                    run: answer.run.and_then(|run| runs.run(run)),
+                    ..answer
+                })
+                .collect(),
+        };
+        let known: bool = self.lock().query_row(
+            "SELECT EXISTS (SELECT 1 FROM ratings
+                 WHERE created_ms = ?1 AND person = ?2 AND scenario = ?3 AND task = ?4 AND seed = ?5)",
+            params![
+                rating.created_ms,
+                new.person,
+                new.scenario,
+                new.task.name(),
+                new.seed
+            ],
+            |row| row.get(0),
+        )?;
+        if !known {
+            self.rate_at(&new, rating.created_ms)?;
+        }
+        Ok(!known)
+    }
+}
+
+/// What was read off the scenario of a question where its batch was packed.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SceneRecord {
+    /// The built-in judge's verdict; `None` if it was not needed or could not be asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Verdict>,
+    /// Why the built-in judge could not be asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unjudged: Option<String>,
+    /// From the ids of renumbered obstacles to those in the file; empty if nothing was renumbered.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub ids: BTreeMap<i64, i64>,
+}
+
+impl SceneRecord {
+    /// The verdict of the built-in judge, or why there is none; `None` if nothing is recorded of it.
+    #[must_use]
+    pub fn judgement(&self) -> Option<Result<Verdict, String>> {
+        match (&self.reference, &self.unjudged) {
+            (Some(verdict), _) => Some(Ok(verdict.clone())),
+            (None, Some(why)) => Some(Err(why.clone())),
+            (None, None) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::super::{Intake, ItemState, Store};
+    use crate::items::tests::item;
+    use crate::ratings::tests::rating;
+
+    #[test]
+    fn a_batch_comes_back_from_its_lines() {
+        let store = Store::in_memory().unwrap();
+        let mut known = item("B", 1);
+        (known.collides, known.obstacle) = (Some(true), Some(7));
+        let mut unaskable = item("C", 0);
+        unaskable.unaskable = Some("no ego".into());
+        let asked = [item("A", 0), known, unaskable];
+        let batch = store.begin_batch("{\"z\":1,\"a\":0.25}", Some("1/2"), &asked);
+        let id = batch.unwrap();
+        let failed = ItemState::Failed;
+        store
+            .set_item(id, 0, None, failed, None, Some("429"))
+            .unwrap();
+        store.record_look(id, Default::default()).unwrap();
+        let (batch, items) = (store.batch(id).unwrap().unwrap(), store.items(id).unwrap());
+        assert_eq!(batch.looks.len(), 1);
+        let there = Store::in_memory().unwrap();
+        let mut intake = Intake::new(&there);
+        let Record::Batch(read) = Record::from_line(&batch.to_record().to_string()).unwrap() else {
+            panic!("no batch");
+        };
+        assert_eq!(*read, batch);
+        intake.batch(&read).unwrap();
+        let mut read = Vec::new();
+        for item in &items {
+            let line = item.to_record(id).to_string();
+            let Record::Question(of, item) = Record::from_line(&line).unwrap() else {
+                panic!("no question");
+            };
+            assert_eq!(of, id);
+            read.push(*item);
+        }
+        assert_eq!(read, items);
+        intake.items(id, &read).unwrap();
+        assert_eq!(there.items(id).unwrap(), items);
+        assert_eq!(there.looks(id).unwrap(), batch.looks);
+        let newer = "{\"nearmiss_batch\":9,\"batch\":\"b1\"}";
+        let error = Record::from_line(newer).unwrap_err().to_string();
+        assert!(error.contains("update nearmiss"), "{error}");
+        assert!(Record::from_line("{\"nearmiss_question\":1}").is_err());
+    }
+
+    #[test]
+    fn a_rating_comes_back_from_its_line_and_is_taken_in_once() {
+        let (here, there) = (Store::in_memory().unwrap(), Store::in_memory().unwrap());
+        there.rate(&rating(None, None)).unwrap();
+        let first = there.ratings().unwrap().remove(0);
+        let line = first.to_record().to_string();
+        let read = Rating::from_record(&line).unwrap();
+        assert_eq!(read, first);
+        let intake = Intake::new(&here);
+        assert!(here.take_rating(read.clone(), &intake).unwrap());
+        assert!(!here.take_rating(read, &intake).unwrap());
+        let ours = here.ratings().unwrap();
+        assert_eq!((ours.len(), ours[0].created_ms), (1, first.created_ms));
+        assert_eq!(
+            (ours[0].choice, &ours[0].answers),
+            (first.choice, &first.answers)
+        );
+        let later = line.replace("\"nearmiss_rating\":1", "\"nearmiss_rating\":2");
+        assert!(Rating::from_record(&later).is_err());
+    }
+}
