@@ -67,7 +67,7 @@
 //! | lights, signs, right of way | what holds along a way: [`traffic_rules::Regulations`]; how the planner obeys: `drive/planner/obligation.rs`; reports: [`traffic_rules::RuleReport`] |
 //! | what a key does | `tui/action/default_keys.rs`, then `tui/update/actions.rs` |
 //! | exit statuses of commands | `cli/failure.rs` |
-//! | centre motion of a changed body | `drive/generation/gate/rolling.rs`, after `drive/generation/gate/kinematics.rs` |
+//! | centre motion of a changed body | `drive/generation/gate/motion_checks.rs` |
 //! | prices of tokens | `ask/llm/price.rs`, with the table in `ask/llm/providers.toml` |
 //! | estimates of cost before asking | `study/evaluation/batch/estimate.rs`; for a whole batch [`workflow::batch`] |
 //! | drafts of templates | `tui/model/prompt.rs`; on disk `tui/session/drafts.rs` |

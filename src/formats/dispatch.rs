@@ -222,6 +222,7 @@ pub(super) fn plain_name(part: &str) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn a_part_is_what_follows_a_file_that_is_there() {
         let folder = tempfile::tempdir().unwrap();

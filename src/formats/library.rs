@@ -351,6 +351,7 @@ const MOST_FILES: usize = 10_000;
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn the_name_of_a_window_means_its_address() {
         let folder = tempfile::tempdir().unwrap();

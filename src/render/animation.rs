@@ -152,7 +152,7 @@ pub struct Colors {
 }
 
 /// Colours that a GIF holds.
-const MOST: usize = 256;
+const MAX_COLORS: usize = 256;
 
 /// A box of colours: each with how often it occurs.
 type Crate = Vec<([u8; 3], u64)>;
@@ -169,7 +169,7 @@ impl Colors {
         // A colour that fills the ground shall not push out those of the vehicles.
         let soft = counts.into_iter().map(|(c, n)| (c, n.isqrt() + 1));
         let mut crates: Vec<Crate> = vec![soft.collect()];
-        while crates.len() < MOST {
+        while crates.len() < MAX_COLORS {
             let widest = (0..crates.len())
                 .filter(|&i| crates[i].len() > 1)
                 .max_by_key(|&i| weight(&crates[i]));
@@ -290,7 +290,7 @@ mod tests {
         let frame: Vec<u8> = all.flatten().collect();
         let mut colors = Colors::from_frames(std::iter::once(&frame[..]));
         let table = colors.table();
-        assert_eq!(table.len(), 3 * MOST);
+        assert_eq!(table.len(), 3 * MAX_COLORS);
         for pixel in frame.chunks_exact(3) {
             let place = usize::from(colors.place([pixel[0], pixel[1], pixel[2]]));
             let found = &table[3 * place..3 * place + 3];

@@ -24,7 +24,7 @@ pub enum FigureContent {
 
 /// How a figure looks.
 #[derive(Debug, Clone)]
-pub struct Look {
+pub struct FigureOptions {
     /// What is on it.
     pub what: FigureContent,
     /// Which part of the map.
@@ -56,7 +56,7 @@ pub const PIXEL: f64 = 72.0 / 96.0;
 /// Width of a column of a paper, points.
 pub const COLUMN: f64 = 85.0 * MILLIMETRE;
 
-impl Default for Look {
+impl Default for FigureOptions {
     /// A map in a column of a paper.
     fn default() -> Self {
         Self {
@@ -91,7 +91,7 @@ pub struct Figure<'a> {
     subject: Subject<'a>,
     basemap: Basemap,
     variations: Variations<'a>,
-    look: Look,
+    look: FigureOptions,
     thresholds: &'a Thresholds,
     series: Option<Series>,
     name: &'a str,
@@ -107,7 +107,7 @@ impl<'a> Figure<'a> {
     pub fn new(
         subject: Subject<'a>,
         name: &'a str,
-        mut look: Look,
+        mut look: FigureOptions,
         thresholds: &'a Thresholds,
     ) -> Result<Self, FigureError> {
         let ego = subject.scene.map(|scene| scene.ego.id);
@@ -296,7 +296,7 @@ impl<'a> Figure<'a> {
     }
 
     /// How it looks.
-    pub(super) fn look(&self) -> &Look {
+    pub(super) fn look(&self) -> &FigureOptions {
         &self.look
     }
 

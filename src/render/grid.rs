@@ -15,7 +15,7 @@ const GAP: f64 = 5.0;
 const MARGIN: f64 = 8.0;
 
 /// The common extent is at least so wide, metres.
-const LEAST: f64 = 30.0;
+const MIN_EXTENT: f64 = 30.0;
 
 /// Height of a panel by its width, at least and at most.
 const ASPECT: (f64, f64) = (0.45, 1.2);
@@ -235,7 +235,7 @@ impl FigureGrid<'_> {
         // In the turned frame x is up and y to the left.
         let (width, height) = (size.y + 2.0 * MARGIN, size.x + 2.0 * MARGIN);
         let center = turned.to_world(&bounds.center());
-        Some((center, Point::new(width.max(LEAST), height)))
+        Some((center, Point::new(width.max(MIN_EXTENT), height)))
     }
 
     fn provenance(&self) -> Provenance {

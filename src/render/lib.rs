@@ -29,7 +29,9 @@ pub use chart::{
     Axis as ChartAxis, Bar, BarChart, ChartPoint, ChartSeries, PointChart, coverage_picture,
 };
 pub use display::{Anchor, Area, Format, Item, Picture, Provenance, Segment, Spot, Stroke, Text};
-pub use figure::{COLUMN, Figure, FigureContent, FigureError, Look, MILLIMETRE, MapPage, PIXEL};
+pub use figure::{
+    COLUMN, Figure, FigureContent, FigureError, FigureOptions, MILLIMETRE, MapPage, PIXEL,
+};
 pub use grid::{FigureGrid, GridError, GridRow, PAGE};
 pub use palette::{Color, Palette};
 pub use plot::{Ticks, runs, steps, value_range};

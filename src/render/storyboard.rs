@@ -47,7 +47,7 @@ const SIZE: (u32, u32) = (1152, 768);
 const LEGEND: u32 = 32;
 
 /// Half of what a panel shows from side to side, metres: at least, and beyond the farthest body.
-const LEAST: f64 = 16.0;
+const MIN_EXTENT: f64 = 16.0;
 const MARGIN: f64 = 5.0;
 
 /// The same of the close-up of the last moment, in which small distances can be told.
@@ -166,7 +166,7 @@ impl Storyboard<'_> {
     /// Half of what a panel shows from side to side, metres: everyone who is drawn, in all panels.
     fn half(&self) -> f64 {
         let far = self.distances().map(|(_, far)| far).fold(0.0, f64::max);
-        (far + MARGIN).max(LEAST)
+        (far + MARGIN).max(MIN_EXTENT)
     }
 
     /// Everyone in every panel, and how far its centre is from the ego's, metres.

@@ -22,7 +22,7 @@ fn scene(name: &str) -> Scene {
     Scene::new(scenario, ego)
 }
 
-fn figure(scene: &Scene, look: Look) -> Figure<'_> {
+fn figure(scene: &Scene, look: FigureOptions) -> Figure<'_> {
     Figure::new(
         Subject::with_ego(scene),
         "test",
@@ -57,11 +57,11 @@ fn paths(picture: &Picture, name: &str) -> Vec<(Vec<Spot>, Option<Color>)> {
 fn the_ego_has_its_real_size_and_place_on_the_page() {
     let scene = scene("RedLight");
     for (ego_up, size) in [(false, (240.0, Some(160.0))), (true, (500.0, Some(90.0)))] {
-        let look = Look {
+        let look = FigureOptions {
             seen: MapExtent::Ego { width: 60.0 },
             size,
             ego_up,
-            ..Look::default()
+            ..FigureOptions::default()
         };
         let picture = figure(&scene, look).at(40);
         let (corners, _) = &paths(&picture, "ego")[0];
@@ -88,9 +88,9 @@ fn the_ego_has_its_real_size_and_place_on_the_page() {
 fn labels_lie_over_nothing_that_matters() {
     for name in ["RedLight", "CutIn", "Merge", "JamTail"] {
         let scene = scene(name);
-        let look = Look {
+        let look = FigureOptions {
             seen: MapExtent::Ego { width: 200.0 },
-            ..Look::default()
+            ..FigureOptions::default()
         };
         let picture = figure(&scene, look).at(30);
         let mut open = Vec::new();
@@ -125,7 +125,7 @@ fn labels_lie_over_nothing_that_matters() {
 #[test]
 fn the_contact_is_marked_at_its_step_alone() {
     let scene = scene("RedLight");
-    let figure = figure(&scene, Look::default());
+    let figure = figure(&scene, FigureOptions::default());
     let step = figure.telling_step();
     assert!(!paths(&figure.at(step), "contact").is_empty());
     assert!(paths(&figure.at(step - 5), "contact").is_empty());
@@ -135,10 +135,10 @@ fn the_contact_is_marked_at_its_step_alone() {
 #[test]
 fn plots_shade_the_window_of_the_question_and_mark_the_contact() {
     let drawn = |name, end, step| {
-        let look = Look {
+        let look = FigureOptions {
             what: FigureContent::Plot,
             window: Some(WindowRule { end, history: 10 }),
-            ..Look::default()
+            ..FigureOptions::default()
         };
         let scene = scene(name);
         let picture = figure(&scene, look).at(step);
@@ -167,13 +167,13 @@ fn plots_shade_the_window_of_the_question_and_mark_the_contact() {
 #[test]
 fn the_same_figure_is_the_same_bytes() {
     let scene = scene("CutIn");
-    let look = || Look {
+    let look = || FigureOptions {
         what: FigureContent::Both,
         measures: MEASURES
             .iter()
             .filter(|m| ["ttc", "risk"].contains(&m.id))
             .collect(),
-        ..Look::default()
+        ..FigureOptions::default()
     };
     let pictures = [figure(&scene, look()).at(20), figure(&scene, look()).at(20)];
     let texts = pictures.each_ref().map(svg);
@@ -190,9 +190,9 @@ fn the_same_figure_is_the_same_bytes() {
 #[test]
 fn a_png_has_the_pixels_that_were_asked_for_and_too_many_are_refused() {
     let scene = scene("Merge");
-    let look = Look {
+    let look = FigureOptions {
         size: (800.0 * PIXEL, Some(500.0 * PIXEL)),
-        ..Look::default()
+        ..FigureOptions::default()
     };
     let picture = figure(&scene, look).at(0);
     let bytes = png(&picture, 96.0).unwrap();
@@ -209,7 +209,7 @@ fn a_png_has_the_pixels_that_were_asked_for_and_too_many_are_refused() {
 #[test]
 fn an_animation_has_a_frame_for_every_step_and_can_be_stopped() {
     let scene = scene("RightTurn");
-    let figure = figure(&scene, Look::default());
+    let figure = figure(&scene, FigureOptions::default());
     let stop = AtomicBool::new(false);
     let mut bytes = Vec::new();
     let count = animate(
@@ -256,9 +256,9 @@ fn an_animation_has_a_frame_for_every_step_and_can_be_stopped() {
 #[test]
 fn who_is_not_there_cannot_be_pointed_out() {
     let scene = scene("RedLight");
-    let wanted = |id| Look {
+    let wanted = |id| FigureOptions {
         obstacles: vec![id],
-        ..Look::default()
+        ..FigureOptions::default()
     };
     let subject = Subject::with_ego(&scene);
     let error = |look| Figure::new(subject, "test", look, Thresholds::shipped()).err();
@@ -267,11 +267,19 @@ fn who_is_not_there_cannot_be_pointed_out() {
         scenario: &scene.scenario,
         scene: None,
     };
-    let plot = Look {
+    let plot = FigureOptions {
         what: FigureContent::Plot,
-        ..Look::default()
+        ..FigureOptions::default()
     };
     let none = Figure::new(alone, "test", plot, Thresholds::shipped()).err();
     assert_eq!(none, Some(FigureError::NoEgo));
-    assert!(Figure::new(alone, "test", Look::default(), Thresholds::shipped()).is_ok());
+    assert!(
+        Figure::new(
+            alone,
+            "test",
+            FigureOptions::default(),
+            Thresholds::shipped()
+        )
+        .is_ok()
+    );
 }

@@ -36,7 +36,7 @@ impl MapExtent {
         let wrong = || {
             format!(
                 "unknown view `{text}`; write ego, ego,WIDTH, all or X,Y,WIDTH, in metres, with WIDTH from \
-                 {LEAST} to {MOST}"
+                 {MIN_WIDTH} to {MAX_WIDTH}"
             )
         };
         let numbers = |words: &[&str]| {
@@ -56,7 +56,9 @@ impl MapExtent {
             _ => None,
         };
         let fits = |seen: &Self| match seen {
-            Self::Ego { width } | Self::Around { width, .. } => (LEAST..=MOST).contains(width),
+            Self::Ego { width } | Self::Around { width, .. } => {
+                (MIN_WIDTH..=MAX_WIDTH).contains(width)
+            }
             Self::Usual | Self::All => true,
         };
         seen.filter(fits).ok_or_else(wrong)
@@ -67,8 +69,8 @@ impl MapExtent {
 const USUAL_WIDTH: f64 = 60.0;
 
 /// Metres that a picture is wide at least and at most.
-const LEAST: f64 = 2.0;
-const MOST: f64 = 100_000.0;
+const MIN_WIDTH: f64 = 2.0;
+const MAX_WIDTH: f64 = 100_000.0;
 
 /// How the world lies on the page.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,7 +132,10 @@ impl View {
                 // In the turned frame x is up and y to the left.
                 let width =
                     (size.y + 2.0 * MARGIN).max((size.x + 2.0 * MARGIN) * area.width / area.height);
-                around(turned.to_world(&bounds.center()), width.clamp(LEAST, MOST))
+                around(
+                    turned.to_world(&bounds.center()),
+                    width.clamp(MIN_WIDTH, MAX_WIDTH),
+                )
             }
         }
     }
@@ -146,7 +151,7 @@ impl View {
         });
         let width = half.fold(self.width(), |width, half| width.max(2.0 * half));
         Self {
-            scale: self.area.width / width.min(MOST),
+            scale: self.area.width / width.min(MAX_WIDTH),
             ..self
         }
     }

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::database::now_ms;
 use super::items::{STATE, insert};
 use super::rows::{self, from_row};
-use super::{ClaimCounts, Consumed, Look, NewItem, RunId, RunState, Store, StoreError};
+use super::{ClaimCounts, Consumed, NewItem, RunId, RunState, Store, StoreError, UnlockRecord};
 
 /// Identifies a batch; people call it `b7`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
@@ -48,7 +48,7 @@ pub struct Batch {
     pub shard: Option<String>,
     /// Looks at its test split before that was complete.
     #[serde(default)]
-    pub looks: Vec<Look>,
+    pub looks: Vec<UnlockRecord>,
 }
 
 /// Progress of a batch: its scenarios, and its questions by state.

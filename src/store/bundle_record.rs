@@ -228,6 +228,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::super::{Intake, ItemState, Store};
+    use super::*;
     use crate::items::tests::item;
     use crate::ratings::tests::rating;
 

@@ -315,7 +315,9 @@ impl Key {
 }
 
 /// A key as it was kept, if it can be one.
-pub(super) fn kept<'de, D: serde::Deserializer<'de>>(from: D) -> Result<Option<Key>, D::Error> {
+pub(super) fn deserialize_key<'de, D: serde::Deserializer<'de>>(
+    from: D,
+) -> Result<Option<Key>, D::Error> {
     let text = Option::<String>::deserialize(from)?;
     Ok(text.and_then(|text| Key::parse(&text)))
 }
@@ -354,6 +356,7 @@ fn write(value: &Value, out: &mut String) {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     use serde_json::json;
 
     #[test]

@@ -106,7 +106,7 @@ fn advice(disk_is_full: bool) -> &'static str {
 }
 
 /// How long others are waited for that write at the same time.
-pub(super) const PATIENCE: Duration = Duration::from_secs(10);
+pub(super) const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
 
 impl Store {
     /// Opens the store in a file, making it and its folder where they are missing, bringing it to the newest version
@@ -155,7 +155,7 @@ impl Store {
     }
 
     fn prepare(mut connection: Connection) -> Result<Self, StoreError> {
-        connection.busy_timeout(PATIENCE)?;
+        connection.busy_timeout(BUSY_TIMEOUT)?;
         connection.set_prepared_statement_cache_capacity(64);
         write_ahead(&connection)?;
         // Pieces outlive a killed program as they are; whole answers outlive a power cut (see `durably`).
@@ -253,7 +253,7 @@ fn write_ahead(connection: &Connection) -> Result<(), StoreError> {
     let begun = std::time::Instant::now();
     loop {
         match connection.pragma_update(None, "journal_mode", "wal") {
-            Err(error) if is_busy(&error) && begun.elapsed() < PATIENCE => {
+            Err(error) if is_busy(&error) && begun.elapsed() < BUSY_TIMEOUT => {
                 std::thread::sleep(Duration::from_millis(5));
             }
             done => return Ok(done?),
@@ -379,6 +379,7 @@ fn sync_folder(_: &Path) -> io::Result<()> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn every_commit_is_synced_and_one_sync_is_enough_for_those_before() {
         let folder = tempfile::tempdir().unwrap();

@@ -271,7 +271,7 @@ pub struct MergeCounts {
 }
 
 /// Runs that are read and added at a time.
-const PART: usize = 200;
+const RUNS_AT_ONCE: usize = 200;
 
 impl Store {
     /// Adds every run and batch of another store; each run once. Batches in which the same is asked become one.
@@ -289,7 +289,7 @@ impl Store {
                 intake.image(&image)?;
             }
         }
-        for part in other.run_numbers()?.chunks(PART) {
+        for part in other.run_numbers()?.chunks(RUNS_AT_ONCE) {
             let runs = part.iter().map(|id| other.run(RunId(*id)));
             let runs: Vec<_> = runs.collect::<Result<_, _>>()?;
             intake.runs(runs.into_iter().flatten().collect())?;
@@ -314,6 +314,7 @@ mod tests {
 
     use super::super::ItemState;
     use super::both;
+    use super::*;
     use crate::items::tests::item;
 
     #[test]

@@ -74,7 +74,7 @@ pub struct NewItem {
     )]
     pub scene: Option<SceneRecord>,
     /// The key of the request; `None` if none is sent.
-    #[serde(deserialize_with = "claim::kept")]
+    #[serde(deserialize_with = "claim::deserialize_key")]
     pub key: Option<Key>,
     /// What is true; `None` if it is unknown.
     #[serde(deserialize_with = "rows::truth")]
@@ -126,11 +126,11 @@ pub struct Item {
     /// Why there is no whole answer, or why it was not asked.
     pub error: Option<String>,
     /// Whether the newest whole answer to it has no verdict that could be read; known only from [`Store::items`].
-    #[serde(default, deserialize_with = "said", skip_serializing)]
+    #[serde(default, deserialize_with = "truth_or_false", skip_serializing)]
     pub unparsed: bool,
 }
 
-fn said<'de, D: serde::Deserializer<'de>>(from: D) -> Result<bool, D::Error> {
+fn truth_or_false<'de, D: serde::Deserializer<'de>>(from: D) -> Result<bool, D::Error> {
     rows::truth(from).map(|truth| truth.unwrap_or(false))
 }
 

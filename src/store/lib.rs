@@ -44,7 +44,7 @@ pub use reflections::{NewReflection, Reflection, ReflectionId};
 pub use run::{
     AnswerPiece, Consumed, Ending, NewRun, Origin, Run, RunId, RunState, StoredTemplate,
 };
-pub use split::{Look, SplitPart, SplitProgress};
+pub use split::{SplitPart, SplitProgress, UnlockRecord};
 pub use truths::{ClaimCounts, ItemTruth, RunLabel};
 pub use unstored::UnstoredAnswer;
 

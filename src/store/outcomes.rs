@@ -16,7 +16,7 @@ pub struct Outcome {
     /// Its number.
     pub run: RunId,
     /// The key of the request; `None` if none was sent.
-    #[serde(deserialize_with = "claim::kept")]
+    #[serde(deserialize_with = "claim::deserialize_key")]
     pub key: Option<Key>,
     /// Name of the scenario.
     pub scenario: String,

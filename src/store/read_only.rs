@@ -12,15 +12,17 @@ use super::migrate::VERSION;
 use super::{Store, StoreError, database};
 
 /// What SQLite keeps beside a file: its write-ahead log, that log's index, and a journal of other modes.
-const BESIDE: [&str; 3] = ["-wal", "-shm", "-journal"];
+const SIDE_FILE_ENDINGS: [&str; 3] = ["-wal", "-shm", "-journal"];
 
 /// The file and those that SQLite keeps beside it.
 pub fn files(path: &Path) -> impl Iterator<Item = PathBuf> + '_ {
-    let beside = BESIDE.iter().map(|ending| beside(path, ending));
+    let beside = SIDE_FILE_ENDINGS
+        .iter()
+        .map(|ending| side_file(path, ending));
     std::iter::once(path.to_path_buf()).chain(beside)
 }
 
-fn beside(path: &Path, ending: &str) -> PathBuf {
+fn side_file(path: &Path, ending: &str) -> PathBuf {
     let mut name = OsString::from(path);
     name.push(ending);
     name.into()
@@ -72,7 +74,9 @@ pub fn open(path: &Path) -> Result<Reading, StoreError> {
         Err(error) if !is_refusal(&error) => return Err(error.into()),
         Err(error) => error,
     };
-    let log = beside(path, "-wal").metadata().map_or(0, |log| log.len());
+    let log = side_file(path, "-wal")
+        .metadata()
+        .map_or(0, |log| log.len());
     if let Some(unchanging) = unchanging(path).filter(|_| log == 0) {
         let flags = flags | OpenFlags::SQLITE_OPEN_URI;
         if let Ok(connection) = Connection::open_with_flags(unchanging, flags).and_then(looked_at) {
@@ -93,7 +97,7 @@ pub fn open(path: &Path) -> Result<Reading, StoreError> {
 
 /// SQLite opens a file when it is first read.
 fn looked_at(connection: Connection) -> rusqlite::Result<Connection> {
-    connection.busy_timeout(database::PATIENCE)?;
+    connection.busy_timeout(database::BUSY_TIMEOUT)?;
     connection.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))?;
     Ok(connection)
 }
@@ -123,9 +127,9 @@ fn copied(path: &Path) -> std::io::Result<(TempDir, PathBuf)> {
     let folder = tempfile::Builder::new().prefix("nearmiss-").tempdir()?;
     let copy = folder.path().join("runs.sqlite");
     for ending in ["-wal", ""] {
-        match system::open_file(&beside(path, ending)) {
+        match system::open_file(&side_file(path, ending)) {
             Ok(mut from) => {
-                let to = beside(&copy, ending);
+                let to = side_file(&copy, ending);
                 system::make_file(&to)?;
                 std::io::copy(
                     &mut from,
@@ -192,7 +196,7 @@ impl Store {
 }
 
 /// How long others are waited for that write at the same time.
-const PATIENCE: Duration = Duration::from_millis(500);
+const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// State of the store's file.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -229,7 +233,7 @@ impl Health {
             other => other.to_string(),
         })?;
         let reading = &opened.connection;
-        reading.busy_timeout(PATIENCE).map_err(words)?;
+        reading.busy_timeout(WRITE_TIMEOUT).map_err(words)?;
         let number = |sql: &str| reading.query_row(sql, [], |row| row.get::<_, i64>(0));
         let version = number("PRAGMA user_version").map_err(words)?;
         let runs = number("SELECT count(*) FROM runs").ok();
@@ -251,7 +255,7 @@ impl Health {
 /// Begins to write, and leaves it at that.
 fn locked(path: &Path) -> rusqlite::Result<()> {
     let writing = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_WRITE)?;
-    writing.busy_timeout(PATIENCE)?;
+    writing.busy_timeout(WRITE_TIMEOUT)?;
     writing.execute_batch("BEGIN IMMEDIATE; ROLLBACK")
 }
 
@@ -345,7 +349,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("runs.sqlite");
         for ending in ["", "-wal", "-shm", "-journal"] {
-            let pipe = beside(&path, ending);
+            let pipe = side_file(&path, ending);
             let made = std::process::Command::new("mkfifo").arg(&pipe).status();
             assert!(made.unwrap().success());
             let mut refusals = vec![Store::open(&path).map(drop)];
@@ -371,7 +375,7 @@ mod tests {
         let mode = |path: &Path| path.metadata().unwrap().permissions().mode() & 0o777;
         let store = Store::open(&path).unwrap();
         add(&store);
-        let wal = beside(&path, "-wal");
+        let wal = side_file(&path, "-wal");
         assert_eq!(
             [mode(&path), mode(&wal), mode(path.parent().unwrap())],
             [0o600, 0o600, 0o700]

@@ -199,7 +199,7 @@ fn check_word(
 }
 
 /// Runs, and bytes of lines, that are added in one transaction.
-const PART: (usize, usize) = (200, 16 << 20);
+const TRANSACTION_SIZE: (usize, usize) = (200, 16 << 20);
 
 /// What is being taken in; questions wait for the end, as they name runs.
 pub struct RecordIntake<'a> {
@@ -237,7 +237,7 @@ impl<'a> RecordIntake<'a> {
             Record::Run(run) => {
                 self.runs.push(*run);
                 self.bytes += bytes;
-                if self.runs.len() >= PART.0 || self.bytes >= PART.1 {
+                if self.runs.len() >= TRANSACTION_SIZE.0 || self.bytes >= TRANSACTION_SIZE.1 {
                     self.add()
                 } else {
                     Ok(())

@@ -268,7 +268,7 @@ pub struct Run {
     /// When it was last changed.
     pub updated_ms: i64,
     /// The key that it was kept under, see [`NewRun::key`].
-    #[serde(default, deserialize_with = "claim::kept")]
+    #[serde(default, deserialize_with = "claim::deserialize_key")]
     pub key: Option<Key>,
     /// Where its answer comes from.
     pub origin: Origin,

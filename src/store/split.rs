@@ -33,7 +33,7 @@ pub struct SplitProgress {
 
 /// A look at the figures of a test split before it was complete.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Look {
+pub struct UnlockRecord {
     /// When, milliseconds since 1970, UTC.
     pub at_ms: i64,
     /// Answers that were there.
@@ -65,7 +65,7 @@ impl Store {
     ///
     /// # Errors
     /// SQLite refused.
-    pub fn looks(&self, batch: BatchId) -> Result<Vec<Look>, StoreError> {
+    pub fn looks(&self, batch: BatchId) -> Result<Vec<UnlockRecord>, StoreError> {
         let connection = self.lock();
         let mut statement = connection.prepare_cached(
             "SELECT at_ms, answered, questions FROM looks WHERE batch = ?1 ORDER BY at_ms, answered",
@@ -79,7 +79,7 @@ impl Store {
     /// # Errors
     /// SQLite refused.
     pub fn record_look(&self, batch: BatchId, progress: SplitProgress) -> Result<(), StoreError> {
-        let look = Look {
+        let look = UnlockRecord {
             at_ms: now_ms(),
             answered: progress.answered,
             questions: progress.questions,
@@ -88,8 +88,12 @@ impl Store {
     }
 
     /// Adds looks that another store knows of; each once.
-    pub(super) fn add_looks(&self, batch: BatchId, looks: &[Look]) -> Result<(), StoreError> {
-        let known: BTreeSet<Look> = self.looks(batch)?.into_iter().collect();
+    pub(super) fn add_looks(
+        &self,
+        batch: BatchId,
+        looks: &[UnlockRecord],
+    ) -> Result<(), StoreError> {
+        let known: BTreeSet<UnlockRecord> = self.looks(batch)?.into_iter().collect();
         self.durably(|transaction| {
             for look in looks.iter().filter(|look| !known.contains(look)) {
                 transaction.execute(

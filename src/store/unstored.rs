@@ -13,7 +13,7 @@ use nearmiss_base::system;
 const NAME: (&str, &str) = ("unstored-", ".jsonl");
 
 /// More bytes than such a file has.
-const LONGEST: u64 = 64 << 20;
+const MAX_BYTES: u64 = 64 << 20;
 
 /// An answer that arrived and is not in the store.
 #[derive(Debug)]
@@ -113,7 +113,7 @@ impl Store {
                 continue;
             }
             let path = file.path();
-            let Ok(line) = system::read_text(&path, LONGEST) else {
+            let Ok(line) = system::read_text(&path, MAX_BYTES) else {
                 continue;
             };
             let Ok(run) = Run::from_record(line.trim()) else {

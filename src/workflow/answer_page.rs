@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::StoredQuestion;
 use nearmiss_ask::llm::{Message, Role};
 use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_render::{Figure, Look, MapExtent, PIXEL, Subject, svg};
+use nearmiss_render::{Figure, FigureOptions, MapExtent, PIXEL, Subject, svg};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Scene, Transform};
 use nearmiss_scene::verdict::Task;
@@ -194,11 +194,11 @@ fn look(
 /// The map at the last step of a window, with the critical obstacles pointed out.
 fn picture(scene: &Scene, name: &str, critical: &[i64], step: i64) -> String {
     let there = |id: &&i64| **id != scene.ego.id && scene.scenario.obstacle(**id).is_some();
-    let look = Look {
+    let look = FigureOptions {
         seen: SEEN,
         obstacles: critical.iter().filter(there).copied().collect(),
         size: (PICTURE.0, Some(PICTURE.1)),
-        ..Look::default()
+        ..FigureOptions::default()
     };
     let figure = Figure::new(Subject::with_ego(scene), name, look, Thresholds::shipped());
     let steps = scene.steps();

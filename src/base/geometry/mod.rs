@@ -13,7 +13,7 @@ mod reference_path;
 mod shape;
 mod spatial_index;
 mod spline;
-mod way;
+mod sweep;
 
 pub use area::{Area, Outside};
 pub use footprint::{Contact, Footprint, Gap, Placed, Tip};
@@ -26,7 +26,7 @@ pub use pose::{Pose, angle_between, normalize_angle};
 pub use reference_path::{PathFrame, PathPoint, ReferencePath, ReferencePathError};
 pub use shape::{SemiTrailer, Shape, ShapeError, Truck};
 pub use spatial_index::{BoxTree, Rings};
-pub use way::Way;
+pub use sweep::Sweep;
 
 /// A point in the plane, metres.
 pub type Point = nalgebra::Point2<f64>;
@@ -36,4 +36,4 @@ pub type Vector = nalgebra::Vector2<f64>;
 #[cfg(test)]
 mod frenet_tests;
 #[cfg(test)]
-mod way_tests;
+mod sweep_tests;

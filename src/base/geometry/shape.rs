@@ -394,6 +394,7 @@ impl SemiTrailer {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     use std::f64::consts::FRAC_PI_2;
 
     use crate::geometry::Bounds;

@@ -234,6 +234,7 @@ impl BoxTree {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::geometry::contains;
 
     /// A lane along a wave, with sides of different numbers of points.

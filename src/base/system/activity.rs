@@ -247,7 +247,7 @@ const RUNNING: &str = "running-";
 const HELD: &str = "held-";
 
 /// Longer files are none of ours, bytes.
-const LONGEST: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 impl ActivityLocks {
     /// Opens the folder: what is marked by programs that are gone is held from now on.
@@ -260,7 +260,7 @@ impl ActivityLocks {
         // What a program of the same number left is taken up first.
         take_up(folder, &path);
         for entry in std::fs::read_dir(folder)?.flatten() {
-            if named(&entry.path(), RUNNING) {
+            if has_name(&entry.path(), RUNNING) {
                 take_up(folder, &entry.path());
             }
         }
@@ -276,7 +276,7 @@ impl ActivityLocks {
         })?;
         let held = std::fs::read_dir(folder)?
             .flatten()
-            .filter(|entry| named(&entry.path(), HELD))
+            .filter(|entry| has_name(&entry.path(), HELD))
             .filter_map(|entry| text(&mut File::open(entry.path()).ok()?))
             .map(|name| name.trim_end().to_string())
             .collect();
@@ -335,7 +335,7 @@ pub(super) fn make_private(folder: &Path) -> io::Result<()> {
     builder.create(folder)
 }
 
-fn named(path: &Path, begin: &str) -> bool {
+fn has_name(path: &Path, begin: &str) -> bool {
     let name = path.file_name().and_then(|name| name.to_str());
     name.is_some_and(|name| name.starts_with(begin))
 }
@@ -353,7 +353,7 @@ fn hold(folder: &Path, name: &str) {
 
 fn text(file: &mut File) -> Option<String> {
     let mut text = String::new();
-    file.take(LONGEST).read_to_string(&mut text).ok()?;
+    file.take(MAX_BYTES).read_to_string(&mut text).ok()?;
     Some(text)
 }
 
@@ -376,6 +376,7 @@ fn take_up(folder: &Path, path: &Path) {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn what_a_program_that_is_gone_was_trying_is_held_until_released() {
         let folder = tempfile::tempdir().unwrap();

@@ -37,7 +37,7 @@ impl Stamp {
 type Slot<T> = Arc<Mutex<Option<Arc<T>>>>;
 
 #[derive(Debug)]
-struct Kept<T> {
+struct CacheEntry<T> {
     files: Vec<Stamp>,
     slot: Slot<T>,
     /// Bytes; 0 while it is read.
@@ -48,7 +48,7 @@ struct Kept<T> {
 #[derive(Debug)]
 pub struct FileCache<T> {
     /// The one used last is at the end.
-    kept: Mutex<Vec<Kept<T>>>,
+    kept: Mutex<Vec<CacheEntry<T>>>,
     most: usize,
 }
 
@@ -91,7 +91,7 @@ impl<T> FileCache<T> {
         found.map(|(found, _)| found)
     }
 
-    fn list(&self) -> MutexGuard<'_, Vec<Kept<T>>> {
+    fn list(&self) -> MutexGuard<'_, Vec<CacheEntry<T>>> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -108,7 +108,7 @@ impl<T> FileCache<T> {
                 };
                 let now = paths(&files);
                 list.retain(|kept| paths(&kept.files) != now);
-                Kept {
+                CacheEntry {
                     files,
                     slot: Arc::default(),
                     size: 0,

@@ -434,6 +434,7 @@ fn files() -> MutexGuard<'static, Vec<PathBuf>> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     fn names(folder: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(folder).unwrap();
         let mut names: Vec<_> = entries
@@ -553,6 +554,7 @@ mod tests {
 mod temporary_file_tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     use std::io::Write;
 
     fn names(folder: &Path) -> Vec<String> {

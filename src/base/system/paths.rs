@@ -77,6 +77,7 @@ fn end_of(text: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::without_folders;
+    use super::*;
 
     #[test]
     fn home_is_a_tilde_and_nothing_else_is() {

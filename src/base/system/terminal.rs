@@ -19,25 +19,25 @@ pub struct Terminal {
 }
 
 /// Columns that cells are filled to at most. A longer text stands whole, and pushes what follows it.
-const WIDEST: usize = 256;
+const MAX_COLUMNS: usize = 256;
 
 /// The columns of a terminal that a column of a table has for this text, at most 256.
 #[must_use]
 pub fn columns(text: &str) -> usize {
-    text.width().min(WIDEST)
+    text.width().min(MAX_COLUMNS)
 }
 
 /// `text` with spaces behind it, up to so many columns of a terminal, at most 256.
 #[must_use]
 pub fn pad_end(text: &str, columns: usize) -> String {
-    let missing = columns.min(WIDEST).saturating_sub(text.width());
+    let missing = columns.min(MAX_COLUMNS).saturating_sub(text.width());
     format!("{text}{}", " ".repeat(missing))
 }
 
 /// The same with the spaces before it.
 #[must_use]
 pub fn pad_start(text: &str, columns: usize) -> String {
-    let missing = columns.min(WIDEST).saturating_sub(text.width());
+    let missing = columns.min(MAX_COLUMNS).saturating_sub(text.width());
     format!("{}{text}", " ".repeat(missing))
 }
 
@@ -56,6 +56,7 @@ pub struct KeyBinding {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn cells_are_filled_to_columns_and_no_length_is_too_long() {
@@ -65,8 +66,8 @@ mod tests {
         assert_eq!(pad_end("車", 3), "車 ");
         assert_eq!(pad_end("wider", 3), "wider");
         let long = "x".repeat(70_000);
-        assert_eq!(columns(&long), WIDEST);
+        assert_eq!(columns(&long), MAX_COLUMNS);
         assert_eq!(pad_end(&long, long.len()), long);
-        assert_eq!(pad_start("a", usize::MAX).len(), WIDEST);
+        assert_eq!(pad_start("a", usize::MAX).len(), MAX_COLUMNS);
     }
 }

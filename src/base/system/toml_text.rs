@@ -175,10 +175,10 @@ pub fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     let best = found.first().map_or(0.0, |(likeness, _)| *likeness);
     // Far behind the best one, a name is noise.
-    found.retain(|(likeness, _)| *likeness >= ALIKE && *likeness > best - SPREAD);
+    found.retain(|(likeness, _)| *likeness >= MIN_SIMILARITY && *likeness > best - MAX_SPREAD);
     let mut names: Vec<&str> = found.into_iter().map(|(_, name)| name).collect();
     names.dedup();
-    names.truncate(MOST);
+    names.truncate(MAX_SUGGESTIONS);
     names
 }
 
@@ -187,7 +187,7 @@ pub fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
 pub fn mistyped<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let distance = |known: &str| strsim::damerau_levenshtein(word, known);
     let nearest = known.into_iter().min_by_key(|known| distance(known))?;
-    let most = 1 + usize::from(word.chars().count() >= LONG);
+    let most = 1 + usize::from(word.chars().count() >= LONG_WORD);
     (distance(nearest) <= most).then_some(nearest)
 }
 
@@ -219,28 +219,28 @@ pub fn available<'a>(word: &str, known: impl IntoIterator<Item = &'a str> + Clon
     match all.len() {
         _ if !meant.is_empty() => meant,
         0 => String::new(),
-        1..=FEW => format!("; available: {}", all.join(", ")),
+        1..=MAX_LISTED => format!("; available: {}", all.join(", ")),
         more => {
-            let first = all[..FEW].join(", ");
-            format!("; available: {first} and {} more", more - FEW)
+            let first = all[..MAX_LISTED].join(", ");
+            format!("; available: {first} and {} more", more - MAX_LISTED)
         }
     }
 }
 
 /// Characters of a word with which two may be mistyped.
-const LONG: usize = 8;
+const LONG_WORD: usize = 8;
 
 /// Suggestions, at most.
-const MOST: usize = 3;
+const MAX_SUGGESTIONS: usize = 3;
 
 /// Names that are listed where no one is alike.
-const FEW: usize = 8;
+const MAX_LISTED: usize = 8;
 
 /// Words at least this much alike, 0 to 1, may be the same one mistyped.
-const ALIKE: f64 = 0.82;
+const MIN_SIMILARITY: f64 = 0.82;
 
 /// A suggestion is at most so much less alike than the best one.
-const SPREAD: f64 = 0.08;
+const MAX_SPREAD: f64 = 0.08;
 
 /// How alike a name is that contains the word.
 const CONTAINED: f64 = 0.9;

@@ -10,7 +10,7 @@ use crate::open::{EgoChoice, task};
 use crate::span::history;
 use nearmiss_ask::prompts::Defaults;
 use nearmiss_base::system::unknown;
-use nearmiss_render::{FigureContent, Format, Look, MILLIMETRE, MapExtent, PIXEL};
+use nearmiss_render::{FigureContent, FigureOptions, Format, MILLIMETRE, MapExtent, PIXEL};
 use nearmiss_scene::metrics::{MEASURES, Measure, measure};
 use nearmiss_scene::scenario::WindowRule;
 use nearmiss_scene::verdict::Task;
@@ -276,8 +276,8 @@ impl Render {
     }
 
     /// How the figure looks, but for its colours; `history` is that of the configuration.
-    pub fn look(&self, history: Option<usize>) -> Result<Look, Failure> {
-        let usual = Look::default();
+    pub fn look(&self, history: Option<usize>) -> Result<FigureOptions, Failure> {
+        let usual = FigureOptions::default();
         let what = match self.what {
             RenderContent::Map | RenderContent::Screen => FigureContent::Map,
             RenderContent::Plot => FigureContent::Plot,
@@ -291,7 +291,7 @@ impl Render {
             };
             (size.width * unit, size.height.map(|h| h * unit))
         };
-        Ok(Look {
+        Ok(FigureOptions {
             what,
             seen: self.view.unwrap_or(usual.seen),
             ego_up: self.rotate,

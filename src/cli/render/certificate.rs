@@ -10,7 +10,9 @@ use crate::open::{Opened, scene_and_doubts};
 use crate::{Failure, Outcome, output};
 use nearmiss_drive::generation::DELAYS;
 use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_render::{Figure, FigureGrid, GridRow, Look, MapExtent, PAGE, Picture, Subject};
+use nearmiss_render::{
+    Figure, FigureGrid, FigureOptions, GridRow, MapExtent, PAGE, Picture, Subject,
+};
 use nearmiss_scene::metrics::{Context, Series, Thresholds, measure};
 use nearmiss_scene::scenario::Scene;
 use nearmiss_workflow::VariantOrigin;
@@ -107,7 +109,7 @@ impl Job<'_> {
             return Err(Failure::input("--with-certificate needs --what map"));
         }
         let (origin, planned, survived) = self.drives(entry, reaction)?;
-        let mut look = Look {
+        let mut look = FigureOptions {
             palette: self.palette.clone(),
             ..self.arguments.look(self.history)?
         };

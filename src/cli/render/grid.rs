@@ -9,7 +9,7 @@ use super::{Job, Timeline, without_ego};
 use crate::open::{Opened, scene_beside};
 use crate::{Failure, Outcome, output};
 use nearmiss_formats::Entry;
-use nearmiss_render::{Figure, FigureGrid, GridRow, Look, PAGE, Subject};
+use nearmiss_render::{Figure, FigureGrid, FigureOptions, GridRow, PAGE, Subject};
 use nearmiss_scene::metrics::{Context, MEASURES, Reading, Series, Thresholds};
 use nearmiss_scene::scenario::{Scenario, Scene};
 
@@ -72,7 +72,7 @@ impl Job<'_> {
             Some(original) => Some(Drawn::new(&original.entry, scene_beside(&original.entry)?)?),
             None => None,
         };
-        let mut look = Look {
+        let mut look = FigureOptions {
             palette: self.palette.clone(),
             ..arguments.look(self.history)?
         };

@@ -25,8 +25,8 @@ use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_render::{
-    Figure, FigureError, Format, Look, Palette, Picture, Provenance, ScreenPainter, ScreenRequest,
-    Subject, animate,
+    Figure, FigureError, FigureOptions, Format, Palette, Picture, Provenance, ScreenPainter,
+    ScreenRequest, Subject, animate,
 };
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::Scene;
@@ -177,7 +177,7 @@ impl Job<'_> {
                 }
             }
         };
-        let look = Look {
+        let look = FigureOptions {
             palette: self.palette.clone(),
             ..self.arguments.look(self.history)?
         };

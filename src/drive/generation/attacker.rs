@@ -19,7 +19,7 @@ pub struct Candidate {
     pub step: i64,
     /// How far it is from the ego there while nothing is changed, metres, between the bodies.
     pub distance: f64,
-    /// Whether it is within [`NEAR`] metres in front of the ego or beside it there, as the paper asks.
+    /// Whether it is within [`ATTACKER_DISTANCE`] metres in front of the ego or beside it there, as the paper asks.
     pub near: bool,
     /// Whether it is behind the ego at every step.
     pub behind: bool,
@@ -32,13 +32,13 @@ pub struct Candidate {
 pub const LOOKAHEAD: f64 = 3.0;
 
 /// An attacker is in front or to the side within this distance in the paper, metres.
-pub const NEAR: f64 = 30.0;
+pub const ATTACKER_DISTANCE: f64 = 30.0;
 
 /// No obstacle attacks before it has been seen for so long, seconds.
-const SEEN: f64 = 0.5;
+const MIN_SEEN: f64 = 0.5;
 
 /// An ego slower than this cannot be tested, m/s.
-const MOVING: f64 = 2.0;
+const MIN_EGO_SPEED: f64 = 2.0;
 
 /// The obstacles that could attack, the least change first; ties in the file's order.
 ///
@@ -64,7 +64,11 @@ pub fn rank(stage: &AttackContext<'_>) -> Vec<Candidate> {
 /// Why none of some obstacles, or of all where none is named, can reach the ego; `None` where one can.
 #[must_use]
 pub fn why_none(stage: &AttackContext<'_>, among: &[i64]) -> Option<&'static str> {
-    if stage.ego.iter().all(|(_, ego)| ego.velocity < MOVING) {
+    if stage
+        .ego
+        .iter()
+        .all(|(_, ego)| ego.velocity < MIN_EGO_SPEED)
+    {
         return Some("the ego drives slower than 2 m/s at every step");
     }
     let may = |id: i64| among.is_empty() || among.contains(&id);
@@ -95,7 +99,7 @@ fn candidate(stage: &AttackContext<'_>, obstacle: &Obstacle) -> Option<Candidate
             continue;
         };
         let time = (step - first.max(*stage.steps.start())) as f64 * stage.dt();
-        if time < SEEN || ego.velocity < MOVING {
+        if time < MIN_SEEN || ego.velocity < MIN_EGO_SPEED {
             continue;
         }
         let own = stage.footprint.at(ego.pose);
@@ -114,7 +118,7 @@ fn candidate(stage: &AttackContext<'_>, obstacle: &Obstacle) -> Option<Candidate
                 acceleration,
                 step,
                 distance,
-                near: distance <= NEAR && !behind,
+                near: distance <= ATTACKER_DISTANCE && !behind,
                 behind,
                 reaches,
             });

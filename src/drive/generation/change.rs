@@ -176,6 +176,7 @@ impl From<Change> for JointChange {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     use nearmiss_base::geometry::Pose;
     use nearmiss_scene::scenario::Motion;

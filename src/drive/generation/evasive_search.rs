@@ -11,7 +11,7 @@ use super::certificate::{
 use super::{ClosedLoop, Effect};
 use crate::planner::{Feasibility, Forecast, Limits, ReferenceTrack, RuleMode, VehicleState};
 use crate::simulation::{
-    Collision, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, Rollout, Settings,
+    Collision, Cycle, DriveSpan, DrivenTraffic, Driver, EndOfDriveCheck, Outcome, Rollout, Settings,
 };
 
 /// A search around one change.
@@ -28,7 +28,7 @@ pub(super) struct Search<'a> {
 /// The unchanged drive up to the end of the reaction time.
 struct ReactionPhase<'a> {
     states: Vec<(i64, VehicleState)>,
-    look: Look<'a>,
+    look: EndOfDriveCheck<'a>,
     /// Arc length along the path, metres.
     along: Option<f64>,
 }
@@ -130,7 +130,7 @@ impl<'a> Search<'a> {
         let path = &driver.guide().path;
         let mut begun = ReactionPhase {
             states: Vec::new(),
-            look: Look::new(driver, self.scenario, self.goal_from),
+            look: EndOfDriveCheck::new(driver, self.scenario, self.goal_from),
             along: None,
         };
         let mut along = driver.guide().start;
@@ -367,7 +367,7 @@ impl Search<'_> {
     pub fn verify(&self, avoidance: &EvasiveTrajectory, reaction: i64) -> bool {
         let driver = self.closed.driver();
         let drive = &avoidance.drive;
-        let mut look = Look::new(driver, self.scenario, self.goal_from);
+        let mut look = EndOfDriveCheck::new(driver, self.scenario, self.goal_from);
         let mut goal = None;
         for (step, state) in &drive.states {
             match look.at(*step, state) {

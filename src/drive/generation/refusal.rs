@@ -284,6 +284,7 @@ impl std::fmt::Display for RefusalSummary {
 #[cfg(test)]
 mod tests {
     use super::super::Reason;
+    use super::*;
 
     #[test]
     fn why_nothing_passed_is_the_most_frequent_reason() {

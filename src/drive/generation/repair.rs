@@ -38,12 +38,12 @@ pub const FARTHEST: f64 = 1.0;
 
 /// So much may heading (rad) and speed (m/s) differ from those of the waypoints, and from the recorded ones at the
 /// start. Of fast motions a share of the speed: places say how fast it is, too.
-const TURNED: f64 = 0.2;
-const FASTER: f64 = 2.0;
+const HEADING_TOLERANCE: f64 = 0.2;
+const SPEED_TOLERANCE: f64 = 2.0;
 const FASTER_SHARE: f64 = 0.15;
 
 /// A body that leaves the road by no more than this is repaired, metres.
-const BESIDE: f64 = 0.1;
+const MAX_OFF_ROAD: f64 = 0.1;
 
 /// The attack that is asked of the obstacle with an id.
 ///
@@ -64,7 +64,7 @@ pub fn admit(
 }
 
 /// How many ways are tried that cross the ego's.
-const WAYS: usize = 3;
+const MAX_CROSSING_PATHS: usize = 3;
 
 fn by_manoeuvre(
     ground: &AttackSetup<'_>,
@@ -73,7 +73,7 @@ fn by_manoeuvre(
 ) -> Result<AdmittedAttack, Vec<Refusal>> {
     sensible(ground, obstacle, manoeuvre).map_err(|refusal| vec![refusal])?;
     let ways = match manoeuvre.kind {
-        ManoeuvreKind::LateTurn | ManoeuvreKind::PullOut => WAYS,
+        ManoeuvreKind::LateTurn | ManoeuvreKind::PullOut => MAX_CROSSING_PATHS,
         _ => 1,
     };
     let mut first = None;
@@ -209,8 +209,8 @@ fn is_near(
         let excess = value - refusal.limit.unwrap_or(0.0);
         match refusal.reason {
             Reason::Start("position") => value <= FARTHEST,
-            Reason::Start("heading") => value <= TURNED,
-            Reason::Start(_) => value <= FASTER,
+            Reason::Start("heading") => value <= HEADING_TOLERANCE,
+            Reason::Start(_) => value <= SPEED_TOLERANCE,
             Reason::Kinematics(_)
             | Reason::SpeedingUp
             | Reason::Lateral
@@ -219,7 +219,7 @@ fn is_near(
             | Reason::Heading
             | Reason::Velocity => true,
             Reason::Jump => excess <= FARTHEST,
-            Reason::OffRoad if excess <= BESIDE => true,
+            Reason::OffRoad if excess <= MAX_OFF_ROAD => true,
             Reason::OffRoad | Reason::Overlap(_) => refusal.step.is_some_and(|step| step > over),
             _ => false,
         }
@@ -246,8 +246,8 @@ fn otherwise(
         let (_, motion) = driven.motions.iter().find(|(s, _)| *s == step)?;
         let turned = point.heading.map(|h| angle_between(h, motion.pose.heading).abs());
         let faster = point.velocity.map(|v| (v - motion.velocity).abs());
-        let fastest = FASTER.max(FASTER_SHARE * point.velocity.unwrap_or(0.0).abs());
-        let off = [(turned, TURNED, "rad"), (faster, fastest, "m/s")];
+        let fastest = SPEED_TOLERANCE.max(FASTER_SHARE * point.velocity.unwrap_or(0.0).abs());
+        let off = [(turned, HEADING_TOLERANCE, "rad"), (faster, fastest, "m/s")];
         let (value, most, unit) = off
             .into_iter()
             .find_map(|(value, most, unit)| Some((value.filter(|v| *v > most)?, most, unit)))?;

@@ -299,6 +299,7 @@ pub(super) fn between(
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn a_drive_teaches_all_about_its_place_and_little_about_far_ones() {

@@ -23,27 +23,27 @@ use super::screening::{self, Trial};
 use super::{AllowedAttacks, Effort, Progress, Refusal, SearchResult, attacker, motion};
 
 /// An attack of this cost is as good as one can be: a collision that a good driver survives.
-const BEST: f64 = -3.0;
+const BEST_COST: f64 = -3.0;
 
 /// No more is asked of a collision that costs no more than this beyond it for being unlike recorded motions; so many rounds
 /// after the first are spent to find a more plausible one.
-const PLAUSIBLE: f64 = 0.35;
-const FOR_PLAUSIBLE: usize = 3;
+const IMPLAUSIBILITY_COST: f64 = 0.35;
+const PLAUSIBILITY_ROUNDS: usize = 3;
 
 /// One of this cost is a near miss that a good driver survives; so many rounds after the first are spent to find better
 /// ones.
-const GOOD: f64 = -2.0;
-const FOR_COLLISION: usize = 3;
+const GOOD_COST: f64 = -2.0;
+const COLLISION_ROUNDS: usize = 3;
 
-/// The search ends after so many rounds in a row that found nothing better by [`BETTER`].
-const PATIENCE: usize = 8;
-const BETTER: f64 = 0.05;
+/// The search ends after so many rounds in a row that found nothing better by [`MIN_IMPROVEMENT`].
+const STALL_ROUNDS: usize = 8;
+const MIN_IMPROVEMENT: f64 = 0.05;
 
 /// Motions that each core tries before the progress is told.
-const AT_ONCE: usize = 4;
+const MOTIONS_PER_CORE: usize = 4;
 
 /// Attacks checked for avoidability per round, and where so many could not be survived: that takes longest.
-const LOOKED_AT: usize = 2;
+const CERTIFIED_PER_ROUND: usize = 2;
 const OF_HOPELESS: usize = 1;
 const HOPELESS: usize = 4;
 
@@ -54,10 +54,10 @@ const DRIVEN_AGAIN: usize = 4;
 const BETWEEN: usize = 2;
 
 /// The share of the motions that is tried in the first round.
-const FIRST: f64 = 0.35;
+const FIRST_ROUND_SHARE: f64 = 0.35;
 
 /// An arm of which so many motions were tried and none passed the gate is left alone.
-const FUTILE: usize = 8;
+const MAX_FUTILE_MOTIONS: usize = 8;
 
 /// One motion in so many is kept for the end of a search that found nothing.
 const POLISHED: usize = 10;
@@ -77,7 +77,7 @@ pub fn search_until(
     stop: &(dyn Fn() -> bool + Sync),
 ) -> SearchResult {
     let grounds = std::slice::from_ref(ground);
-    let wanted = Wanted {
+    let wanted = SearchRequest {
         allowed,
         near_misses: true,
         work: usize::MAX,
@@ -87,7 +87,7 @@ pub fn search_until(
 
 /// What a search looks for, and how long.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wanted<'a> {
+pub(super) struct SearchRequest<'a> {
     /// Which attacks may be used.
     pub allowed: AllowedAttacks<'a>,
     /// Whether near misses also end it early, not only collisions.
@@ -100,7 +100,7 @@ pub(super) struct Wanted<'a> {
 pub(super) fn search_on(
     grounds: &[AttackSetup<'_>],
     effort: &Effort,
-    wanted: Wanted<'_>,
+    wanted: SearchRequest<'_>,
     watch: &mut dyn FnMut(Progress) -> bool,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> SearchResult {
@@ -141,7 +141,7 @@ pub(super) fn search_on(
 /// The search in one scenario.
 struct Search<'a> {
     grounds: &'a [AttackSetup<'a>],
-    wanted: Wanted<'a>,
+    wanted: SearchRequest<'a>,
     stop: &'a (dyn Fn() -> bool + Sync),
     arms: Vec<ManoeuvreSpace>,
     /// The ground of each arm.
@@ -155,7 +155,7 @@ struct Search<'a> {
 impl Search<'_> {
     fn run(&mut self, effort: &Effort, watch: &mut dyn FnMut(Progress) -> bool) {
         let mut random = fastrand::Rng::with_seed(effort.seed);
-        let first = (effort.candidates as f64 * FIRST).round() as usize;
+        let first = (effort.candidates as f64 * FIRST_ROUND_SHARE).round() as usize;
         let rounds = effort.rounds.max(1);
         // The rest is for what came nearest.
         let in_rounds = effort.candidates - effort.candidates / POLISHED;
@@ -185,12 +185,16 @@ impl Search<'_> {
             let goes_on = watch(self.found.so_far(self.attacks())) && !(self.stop)();
             let found = { self.attacks() }.filter(|a| a.effect.is_some());
             let now = found.map(Attack::cost).fold(f64::INFINITY, f64::min);
-            since = if now < lowest - BETTER { 0 } else { since + 1 };
+            since = if now < lowest - MIN_IMPROVEMENT {
+                0
+            } else {
+                since + 1
+            };
             lowest = lowest.min(now);
-            let enough = least <= BEST + PLAUSIBLE
-                || best <= BEST && round >= FOR_PLAUSIBLE
-                || self.wanted.near_misses && best <= GOOD && round >= FOR_COLLISION
-                || since > PATIENCE
+            let enough = least <= BEST_COST + IMPLAUSIBILITY_COST
+                || best <= BEST_COST && round >= PLAUSIBILITY_ROUNDS
+                || self.wanted.near_misses && best <= GOOD_COST && round >= COLLISION_ROUNDS
+                || since > STALL_ROUNDS
                 || self.found.work >= self.wanted.work;
             if !goes_on {
                 return;
@@ -226,7 +230,7 @@ impl Search<'_> {
         let passed = |arm: usize| self.tried.iter().any(|t| t.arm == arm);
         let all = 0..self.arms.len();
         let live: Vec<usize> = { all.clone() }
-            .filter(|&arm| self.asked[arm] < FUTILE || passed(arm))
+            .filter(|&arm| self.asked[arm] < MAX_FUTILE_MOTIONS || passed(arm))
             .collect();
         if live.is_empty() { all.collect() } else { live }
     }
@@ -264,7 +268,7 @@ impl Search<'_> {
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> bool {
         let mut place = 0;
-        for some in asked.chunks(AT_ONCE * rayon::current_num_threads()) {
+        for some in asked.chunks(MOTIONS_PER_CORE * rayon::current_num_threads()) {
             let made: Vec<(usize, Numbers, Result<Attack, Refusal>)> = some
                 .par_iter()
                 .map(|(arm, numbers)| {
@@ -360,7 +364,7 @@ impl Search<'_> {
         let most = if self.hopeless() >= HOPELESS {
             OF_HOPELESS
         } else {
-            LOOKED_AT
+            CERTIFIED_PER_ROUND
         };
         let mut effective: Vec<&mut Trial> = { self.tried.iter_mut() }
             .filter(|t| t.attack.has_effect() && t.attack.survivable.is_none())
@@ -376,7 +380,7 @@ impl Search<'_> {
             self.found.work += ground.survive(&mut tried.attack, delay);
             // With all samples the ego may get away.
             looked += usize::from(tried.attack.survivable.is_some());
-            if tried.attack.harmlessness() <= BEST {
+            if tried.attack.harmlessness() <= BEST_COST {
                 break;
             }
         }

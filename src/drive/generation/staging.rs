@@ -14,7 +14,7 @@
 //! to a less bad outcome.
 
 use super::effect::Rank;
-use super::search::{Wanted, search_on};
+use super::search::{SearchRequest, search_on};
 use super::{
     AllowedAttacks, Attack, AttackContext, AttackSetup, AttackStyle, Effect, Effort, Gate,
     Progress, SearchEvent, SearchResult, SelectedAttack, Selection, StagedDrive, VariantGenerator,
@@ -99,7 +99,7 @@ fn round(
         if survived || stopped || left == 0 || workshop.closed.driver().is_cancelled() {
             break;
         }
-        let wanted = Wanted {
+        let wanted = SearchRequest {
             allowed,
             near_misses: rank < Rank::NearMiss,
             work: left.min(MOST_WORK),
@@ -124,7 +124,7 @@ fn pass(
     style: AttackStyle,
     bases: &[Base],
     effort: &Effort,
-    wanted: Wanted<'_>,
+    wanted: SearchRequest<'_>,
     watch: &mut dyn FnMut(Progress) -> bool,
 ) -> SearchResult {
     let stages: Vec<(AttackContext<'_>, Gate<'_>)> = { bases.iter() }

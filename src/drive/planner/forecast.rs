@@ -319,6 +319,7 @@ impl CachedStep<'_> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     use nearmiss_formats::bundled;
 
     #[test]

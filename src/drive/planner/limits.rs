@@ -166,6 +166,7 @@ impl CurvatureSpeedLimit {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     use nearmiss_base::geometry::Point;
 
     #[test]

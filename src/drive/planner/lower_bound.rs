@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1.0 - 1e-9;
 
 /// A change of the offset, for all profiles of a level.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Way {
+pub(super) struct LateralChange {
     pub lateral: Lateral,
     /// Weighted cost of its jerk.
     jerk: f64,
@@ -27,8 +27,8 @@ pub(super) struct Way {
 
 /// The changes of the offset that a level samples: all over time, or all over arc length.
 #[derive(Debug, Default)]
-pub(super) struct Ways {
-    pub list: Vec<Way>,
+pub(super) struct LateralChanges {
+    pub list: Vec<LateralChange>,
     /// For each of them, the least weighted cost of what is left after each step.
     rest: Vec<f64>,
     /// For each of them, the offset after each step with its derivatives by time; empty over arc length.
@@ -39,7 +39,7 @@ pub(super) struct Ways {
     by_length: bool,
 }
 
-impl Ways {
+impl LateralChanges {
     /// Becomes those of a level.
     pub fn lay(
         &mut self,
@@ -68,7 +68,7 @@ impl Ways {
                 self.widest = self.widest.max(widest);
                 self.steepest = self.steepest.max(steepest);
                 let jerk = judge.lateral_jerk(&lateral, along[1]);
-                self.list.push(Way { lateral, jerk });
+                self.list.push(LateralChange { lateral, jerk });
                 let first = self.rest.len();
                 self.rest.resize(first + steps + 1, 0.0);
                 let moments = (0..=steps).map(|step| step as f64 * judge.dt);
@@ -98,7 +98,7 @@ impl Ways {
 
 impl Judge<'_> {
     /// The least weighted cost of speed, rules and acceleration that any of the `ways` has left after each step of a profile.
-    pub fn least(&self, stations: &[Station], ways: &Ways, rest: &mut Vec<f64>) {
+    pub fn least(&self, stations: &[Station], ways: &LateralChanges, rest: &mut Vec<f64>) {
         let mean = ROUNDING / self.steps as f64;
         let (speed, acceleration) = (
             self.settings.weights.speed * mean,
@@ -132,7 +132,7 @@ impl Judge<'_> {
 
     /// The least that a candidate can cost: its profile's jerk costs `along`, and its profile and its way have this
     /// left at the start.
-    pub fn least_cost(&self, along: f64, way: &Way, left: [f64; 2]) -> f64 {
+    pub fn least_cost(&self, along: f64, way: &LateralChange, left: [f64; 2]) -> f64 {
         ROUNDING * (along + way.jerk) + left[0] + left[1]
     }
 }
@@ -266,7 +266,7 @@ mod tests {
             });
             let (mut best, mut bounds) = (f64::INFINITY, Vec::new());
             let level = Level::new(&settings.sampling, 0);
-            let mut ways = Ways::default();
+            let mut ways = LateralChanges::default();
             ways.lay(&judge, level, &start, from, by_length);
             for end in [1.0, 3.0, 6.0, 9.0, 12.0] {
                 for duration in [1.5, 3.0, 4.0] {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::evaluate::{Allowed, CLEAR, Candidate, Cost, Judge, Rejection};
-use super::lower_bound::Ways;
+use super::lower_bound::LateralChanges;
 use super::obligation::StopMemory;
 use super::pace::{Hold, Pace};
 use super::profile::{Lateral, Profile, Start};
@@ -76,7 +76,7 @@ pub struct Planner<'a> {
     /// Of only the best: the cheapest candidate so far that stays on the road, with its cost.
     pub(super) best: Option<(f64, usize)>,
     /// Changes of the offset of a level: over time, and over arc length.
-    pub(super) ways: [Ways; 2],
+    pub(super) ways: [LateralChanges; 2],
     /// Of only the best: what each profile costs at least after each of its steps.
     pub(super) rest: Vec<f64>,
     /// Of only the best: the least that each candidate costs, its index and its way.

@@ -321,6 +321,7 @@ fn bernstein_bound<const N: usize>(coefficients: [f64; N], t: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     fn near(a: f64, b: f64) -> bool {
         (a - b).abs() < 1e-9 * (1.0 + a.abs() + b.abs())

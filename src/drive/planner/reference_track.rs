@@ -305,6 +305,7 @@ fn flatten(given: &[Vector], weights: &[f64]) -> Vec<Vector> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     fn most(path: &ReferencePath, of: impl Fn(&nearmiss_base::geometry::PathPoint) -> f64) -> f64 {
         let steps = (path.length() / 0.25) as usize;
         (0..=steps)

@@ -216,6 +216,7 @@ impl Moved {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     use nearmiss_base::geometry::{FrenetMotion, LateralProfile, ReferencePath};
 
     /// The same state by the vectors of the geometry, which has its own tests.

@@ -7,8 +7,8 @@ use super::external::{ExternalPlanner, ExternalReport, NoTrajectory, PlannerErro
 use super::rollout::start;
 use super::traffic::World;
 use super::{
-    Control, Cycle, DriveError, DrivenTraffic, Look, Outcome, ResumableRollout, Rollout, Settings,
-    TrafficMode,
+    Control, Cycle, DriveError, DrivenTraffic, EndOfDriveCheck, Outcome, ResumableRollout, Rollout,
+    Settings, TrafficMode,
 };
 use crate::planner::{
     Cancel, ForecastCache, Forecaster, Limits, Planner, ReferenceTrack, Road, VehicleState,
@@ -272,7 +272,7 @@ impl Driver {
             memories: Vec::new(),
             taken_over: 0,
         };
-        let mut look = Look::new(self, scenario, stretch.goal_from);
+        let mut look = EndOfDriveCheck::new(self, scenario, stretch.goal_from);
         if let Some(outcome) = look.at(step, &state) {
             noted.drive.outcome = outcome;
             return noted;

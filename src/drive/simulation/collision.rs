@@ -1,6 +1,6 @@
 //! What ends a drive: the edge of the road, the goal, or contact, with whom and which side of the body.
 
-use nearmiss_base::geometry::{Placed, Point, Pose, Vector, Way};
+use nearmiss_base::geometry::{Placed, Point, Pose, Sweep, Vector};
 use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Scenario, driven_way};
 
 use super::{Driver, Outcome};
@@ -97,7 +97,7 @@ impl Collision {
         let Some(before) = before else {
             return Self::at(scenario, ego, step, without);
         };
-        let own = Way::new(ego.footprint.at(before), *ego);
+        let own = Sweep::new(ego.footprint.at(before), *ego);
         let touched = solid(scenario, without)
             .filter_map(|obstacle| Self::on_the_way(obstacle, &own, ego, (step, scenario.dt())));
         let first = touched.min_by(|a, b| a.0.total_cmp(&b.0));
@@ -107,7 +107,7 @@ impl Collision {
     /// With one obstacle at a step or on the way there, and after which share of the way.
     fn on_the_way(
         obstacle: &Obstacle,
-        own: &Way<'_>,
+        own: &Sweep<'_>,
         ego: &Placed<'_>,
         (step, dt): (i64, f64),
     ) -> Option<(f64, Self)> {
@@ -161,7 +161,7 @@ fn solid(scenario: &Scenario, without: Option<i64>) -> impl Iterator<Item = &Obs
 }
 
 /// The way of an obstacle to a step from the one before, `dt` seconds earlier; `None` where it is absent at one of them.
-fn way_to(obstacle: &Obstacle, step: i64, dt: f64) -> Option<Way<'_>> {
+fn way_to(obstacle: &Obstacle, step: i64, dt: f64) -> Option<Sweep<'_>> {
     let before = obstacle.placed_at(step.checked_sub(1)?)?;
     driven_way(before, obstacle.placed_at(step)?, dt)
 }
@@ -229,7 +229,7 @@ fn face(body: &Placed<'_>, at: &Point) -> ContactSide {
 
 /// What ends a drive, state by state.
 #[derive(Debug, Clone)]
-pub struct Look<'a> {
+pub struct EndOfDriveCheck<'a> {
     driver: &'a Driver,
     scenario: &'a Scenario,
     goal_from: i64,
@@ -241,7 +241,7 @@ pub struct Look<'a> {
     before: Option<(i64, Pose)>,
 }
 
-impl<'a> Look<'a> {
+impl<'a> EndOfDriveCheck<'a> {
     /// A look at the states of one drive through `scenario`, in order; goals end it from step `goal_from` on.
     #[must_use]
     pub fn new(driver: &'a Driver, scenario: &'a Scenario, goal_from: i64) -> Self {

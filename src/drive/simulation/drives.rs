@@ -4,7 +4,8 @@ use nearmiss_base::geometry::angle_between;
 use nearmiss_scene::scenario::{Motion, Scenario, Track};
 
 use super::{
-    Collision, Cycle, DriveSpan, DrivenTraffic, Driver, Look, Outcome, ResumableRollout, Rollout,
+    Collision, Cycle, DriveSpan, DrivenTraffic, Driver, EndOfDriveCheck, Outcome, ResumableRollout,
+    Rollout,
 };
 use crate::planner::{Planner, VehicleState};
 
@@ -42,7 +43,7 @@ impl Driver {
     #[must_use]
     pub fn along(&self, scenario: &Scenario, track: &Track) -> Rollout {
         let span = self.whole();
-        let mut look = Look::new(self, scenario, span.goal_from);
+        let mut look = EndOfDriveCheck::new(self, scenario, span.goal_from);
         let mut drive = Rollout {
             states: Vec::new(),
             cycles: Vec::new(),
@@ -78,7 +79,7 @@ impl Driver {
     #[must_use]
     pub fn fault_of(&self, scenario: &Scenario, track: &Track) -> Option<MotionFault> {
         // A goal ends nothing here.
-        let mut look = Look::new(self, scenario, i64::MAX);
+        let mut look = EndOfDriveCheck::new(self, scenario, i64::MAX);
         track.iter().find_map(|(step, motion)| {
             let state = VehicleState::of_centre(motion, 0.0, self.limits());
             match look.at(step, &state) {

@@ -12,7 +12,7 @@ mod rollout;
 mod traffic;
 
 pub use closed_loop::{DriveSpan, Driver, MOST_DRIVEN};
-pub use collision::{Collision, ContactSide, Look};
+pub use collision::{Collision, ContactSide, EndOfDriveCheck};
 pub use drives::{Control, MotionFault};
 pub use external::{
     Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,

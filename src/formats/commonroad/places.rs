@@ -7,7 +7,7 @@ use super::builder::{Target, Targets};
 use super::xml::{Element, SourceLocation, Xml};
 
 /// An element and the states or goals in it.
-type Whole<'a> = (SourceLocation<'a>, Vec<SourceLocation<'a>>);
+type ElementWithParts<'a> = (SourceLocation<'a>, Vec<SourceLocation<'a>>);
 
 /// The elements of a scenario in its own order.
 pub(super) struct Places<'a> {
@@ -17,8 +17,8 @@ pub(super) struct Places<'a> {
     signs: Vec<SourceLocation<'a>>,
     lights: Vec<SourceLocation<'a>>,
     intersections: Vec<SourceLocation<'a>>,
-    obstacles: Vec<Whole<'a>>,
-    problems: Vec<Whole<'a>>,
+    obstacles: Vec<ElementWithParts<'a>>,
+    problems: Vec<ElementWithParts<'a>>,
 }
 
 impl<'a> Places<'a> {
@@ -89,7 +89,7 @@ impl<'a> Places<'a> {
 /// The part at this place among those of these names, all of the first before those of the second; the whole where that
 /// is not there.
 fn inside<'p, 'a>(
-    whole: Option<&'p Whole<'a>>,
+    whole: Option<&'p ElementWithParts<'a>>,
     names: &[&str],
     place: usize,
 ) -> Option<&'p SourceLocation<'a>> {

@@ -345,6 +345,7 @@ fn first_element(head: &str) -> Option<&str> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn the_first_element_decides() {

@@ -8,7 +8,7 @@
 //! rear axle. So the driven state of a step is the first state of its row. Rows whose plans run on for
 //! more than one step are recognised by where the next row begins in the plan, and the states between are the plan's.
 
-use super::recording::{USUAL, whole};
+use super::recording::{USUAL, as_integer};
 use super::table::{self, Table, finite, shown};
 use super::{EgoError, Lines, assumed};
 use nearmiss_base::geometry::{Point, Vector};
@@ -220,9 +220,9 @@ fn row(
     };
     let number = |place: usize, column: &'static str| {
         let number = finite(record.text(place)).ok_or_else(|| value(place, column))?;
-        super::meant(number, file, line, column)
+        super::plausible_number(number, file, line, column)
     };
-    let step = finite(record.text(columns.step)).and_then(whole);
+    let step = finite(record.text(columns.step)).and_then(as_integer);
     let step = step.ok_or_else(|| EgoError::Step {
         file: file.to_string(),
         line,
@@ -245,11 +245,11 @@ fn row(
             return Err(value(place, column));
         }
         if let Some(Some(first)) = list.first() {
-            super::meant(*first, file, line, column)?;
+            super::plausible_number(*first, file, line, column)?;
         }
         // Implausible planned states are dropped.
         for value in list.iter_mut().skip(1) {
-            *value = value.filter(|v| super::meant(*v, file, line, column).is_ok());
+            *value = value.filter(|v| super::plausible_number(*v, file, line, column).is_ok());
         }
     }
     Ok(Row {

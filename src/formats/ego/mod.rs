@@ -143,7 +143,12 @@ impl Lines {
 ///
 /// # Errors
 /// It is out of all reason.
-fn meant(value: f64, file: &str, line: u64, column: &'static str) -> Result<f64, EgoError> {
+fn plausible_number(
+    value: f64,
+    file: &str,
+    line: u64,
+    column: &'static str,
+) -> Result<f64, EgoError> {
     let why = if column.contains("position") {
         refused_coordinate(value)
     } else {

@@ -157,7 +157,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
             match column {
                 // Time steps have their own diagnostics.
                 "timestep" => Ok(value),
-                _ => super::meant(value, file, line, column),
+                _ => super::plausible_number(value, file, line, column),
             }
         };
         let given = |place: Option<usize>| place.filter(|p| !row.text(*p).is_empty());
@@ -167,14 +167,17 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
         let id = given(id_column).map(|place| {
             let text = row.text(place);
             // Tables of numbers write `7.0`.
-            let id = text.parse().ok().or_else(|| finite(text).and_then(whole));
+            let id = text
+                .parse()
+                .ok()
+                .or_else(|| finite(text).and_then(as_integer));
             id.ok_or_else(|| EgoError::Id {
                 file: named(),
                 line,
                 value: shown(text),
             })
         });
-        let at_step = whole(number(step, "timestep")?).ok_or_else(|| EgoError::Step {
+        let at_step = as_integer(number(step, "timestep")?).ok_or_else(|| EgoError::Step {
             file: named(),
             line,
             column: "timestep",
@@ -260,7 +263,7 @@ fn choose(
 }
 
 /// A time step; `None` for fractions and for what no scenario reaches.
-pub(super) fn whole(value: f64) -> Option<i64> {
+pub(super) fn as_integer(value: f64) -> Option<i64> {
     (value.fract() == 0.0 && value.abs() <= LATEST_STEP as f64).then_some(value as i64)
 }
 

@@ -452,6 +452,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::super::profile::deviation;
+    use super::*;
 
     fn line(points: &[(f64, f64)]) -> Polyline {
         Polyline::new(points.iter().map(|(x, y)| Point::new(*x, *y))).unwrap()

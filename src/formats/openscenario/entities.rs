@@ -219,6 +219,7 @@ pub fn read(text: &str) -> Option<Shape> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn a_body_is_read_as_it_was_written() {

@@ -279,7 +279,7 @@ fn element(about: ElementRef, scenario: &Scenario) -> String {
 }
 
 /// How a velocity in the plane goes along a heading: its magnitude, negative where it points backwards, m/s.
-pub fn along(heading: f64, x: f64, y: f64) -> f64 {
+pub fn signed_speed(heading: f64, x: f64, y: f64) -> f64 {
     let speed = x.hypot(y);
     if x * heading.cos() + y * heading.sin() < 0.0 {
         -speed
@@ -341,10 +341,10 @@ impl Ids {
 }
 
 /// Vehicles longer than this are trucks, metres, in data sets that have one class for all.
-pub const LONG: f64 = 7.5;
+pub const TRUCK_LENGTH: f64 = 7.5;
 
 /// Length and width that are assumed, metres.
-pub fn usual(kind: ObstacleType) -> (f64, f64) {
+pub fn default_size(kind: ObstacleType) -> (f64, f64) {
     match kind {
         ObstacleType::Car | ObstacleType::Taxi | ObstacleType::PriorityVehicle => (4.6, 1.9),
         ObstacleType::Truck => (8.5, 2.5),
@@ -363,7 +363,7 @@ pub fn in_words(kinds: impl IntoIterator<Item = ObstacleType>) -> String {
     kinds.sort_unstable();
     kinds.dedup();
     let each = kinds.iter().map(|kind| {
-        let (length, width) = usual(*kind);
+        let (length, width) = default_size(*kind);
         format!("{} {length} m × {width} m", kind.name())
     });
     each.collect::<Vec<_>>().join(", ")
@@ -371,6 +371,7 @@ pub fn in_words(kinds: impl IntoIterator<Item = ObstacleType>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn ids_are_kept_where_they_are_free() {

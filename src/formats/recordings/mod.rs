@@ -92,6 +92,7 @@ fn named_file(by: &Path, name: &str) -> PathBuf {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn files_are_found_as_windows_and_other_machines_name_them() {
         let folder = tempfile::tempdir().unwrap();

@@ -206,6 +206,7 @@ pub fn too_long<'f>(fields: impl Iterator<Item = &'f [u8]>, columns: usize) -> O
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     fn steps(times: &[f64]) -> Result<(f64, Vec<i64>, usize), String> {
         Steps::of(times).map(|found| (found.time_step, found.steps, found.off))
     }

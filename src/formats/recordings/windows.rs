@@ -31,14 +31,14 @@ pub const MOMENTS: f64 = 5.0;
 
 /// Which part of a recording: a track, and when its window begins; without a time, as long as the track is there.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wanted {
+pub struct WindowRequest {
     /// The track's name in the recording.
     pub track: String,
     /// Seconds.
     pub start: Option<f64>,
 }
 
-impl Wanted {
+impl WindowRequest {
     /// Reads `track=NAME` or `track=NAME@34.0s`.
     ///
     /// # Errors
@@ -203,7 +203,7 @@ mod tests {
     fn a_window_is_a_track_and_perhaps_a_time() {
         let report = Report::about("x.csv");
         let parse = |part: &str| {
-            let wanted = Wanted::parse(part, &report).ok()?;
+            let wanted = WindowRequest::parse(part, &report).ok()?;
             Some((wanted.track, wanted.start))
         };
         assert_eq!(parse("track=12"), Some(("12".into(), None)));
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!(parse("track=a@b"), Some(("a@b".into(), None)));
         assert_eq!(parse("track=@1s"), None);
         assert_eq!(parse("12"), None);
-        let error = Wanted::parse("12", &report).unwrap_err().to_string();
+        let error = WindowRequest::parse("12", &report).unwrap_err().to_string();
         assert!(error.contains("track=12@34.0s"), "{error}");
     }
 }

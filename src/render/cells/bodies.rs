@@ -10,7 +10,7 @@ use super::{Appearance, CellView, MapStyle};
 use crate::scene::{Body, MapScene, Owner};
 
 /// Seconds ahead that the velocity line shows.
-const AHEAD: f64 = 0.5;
+const VELOCITY_LINE_SECONDS: f64 = 0.5;
 /// Slower than this, m/s, there is no velocity line.
 const STANDING: f64 = 0.3;
 /// A body of fewer dots than this is not hollow: its outline would be a blot.
@@ -250,7 +250,7 @@ pub fn velocities(
                 Owner::Ego => look.theme.ego,
                 Owner::Obstacle(_) => look.theme.static_obstacle,
             };
-            let end = nose + motion.velocity_vector() * AHEAD;
+            let end = nose + motion.velocity_vector() * VELOCITY_LINE_SECONDS;
             stroke(canvas, view, &[nose, end], color);
         }
     }

@@ -365,7 +365,7 @@ const SPARSE: f64 = 5.0;
 /// Dots from one cross to the next.
 pub const CROSSES: f64 = 9.0;
 /// Pieces of a line that are longer than this are no pieces of a road, metres.
-const FARTHEST: f64 = 1e100;
+const MAX_COORDINATE: f64 = 1e100;
 /// Dashes that fit on the largest map, at a period of a dot.
 const MOST_DASHES: f64 = 10_000.0;
 
@@ -452,7 +452,7 @@ fn walk(view: &CellView, line: &[Point], on: f64, off: f64, mut with: impl FnMut
         let (from, to) = (view.at(&pair[0]), view.at(&pair[1]));
         let length = (to.0 - from.0).hypot(to.1 - from.1);
         // Too far away to be drawn.
-        if length <= 0.0 || length.is_nan() || length > FARTHEST {
+        if length <= 0.0 || length.is_nan() || length > MAX_COORDINATE {
             continue;
         }
         here = Some(to);
@@ -500,6 +500,7 @@ fn walk(view: &CellView, line: &[Point], on: f64, off: f64, mut with: impl FnMut
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     use nearmiss_base::geometry::Pose;
 

@@ -365,6 +365,7 @@ pub fn mix(from: Color, to: Color, part: f64) -> Color {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn characters_by_their_parts() {

@@ -12,13 +12,13 @@ use crate::scene::{
 };
 
 /// Where a dot is at most this large, metres, there is room for a second line.
-const CLOSE: f64 = 0.4;
+const MAX_DOT_OF_SECOND_LINE: f64 = 0.4;
 /// Where a dot is at most this large, metres, there is room for driving directions: elsewhere they look like dashes.
 const DIRECTIONS: f64 = 0.15;
 /// Where a dot is larger than this, metres, the surface alone shows the road: lines within it would run together.
-const FAR: f64 = 1.3;
+const MAX_DOT_OF_LINES: f64 = 1.3;
 /// Dots from one line across a surface to the next at least.
-const APART: f64 = 3.0;
+const MIN_LINE_SPACING: f64 = 3.0;
 
 /// Surfaces, crossings and lanelets to reach.
 pub fn surfaces(
@@ -155,7 +155,7 @@ fn marking(canvas: &mut Canvas<'_>, view: &CellView, border: &Border, look: &App
             let aside = line.offset - first + f64::from(more);
             if aside == 0.0 {
                 painted(canvas, view, &border.points, line.paint, look);
-            } else if view.dot <= CLOSE {
+            } else if view.dot <= MAX_DOT_OF_SECOND_LINE {
                 let points = offset(&border.points, aside * view.dot);
                 painted(canvas, view, &points, line.paint, look);
             }
@@ -167,9 +167,9 @@ fn marking(canvas: &mut Canvas<'_>, view: &CellView, border: &Border, look: &App
 /// far away only painted ones are.
 fn is_left_out(view: &CellView, border: &Border, paint: Paint) -> bool {
     match paint {
-        Paint::None | Paint::Unknown => border.is_crossed || view.dot > FAR,
-        Paint::Dashed => view.dot > FAR,
-        Paint::Solid | Paint::Curb | Paint::LoweredCurb => view.dot > 2.0 * FAR,
+        Paint::None | Paint::Unknown => border.is_crossed || view.dot > MAX_DOT_OF_LINES,
+        Paint::Dashed => view.dot > MAX_DOT_OF_LINES,
+        Paint::Solid | Paint::Curb | Paint::LoweredCurb => view.dot > 2.0 * MAX_DOT_OF_LINES,
     }
 }
 
@@ -233,7 +233,7 @@ fn across<'a>(
     surface: &'a Surface,
     every: f64,
 ) -> impl Iterator<Item = (Point, Point)> + 'a {
-    let lines = surface.across(every.max(APART * view.dot), 0.0);
+    let lines = surface.across(every.max(MIN_LINE_SPACING * view.dot), 0.0);
     lines.filter(|(from, to)| view.sees_point(from) || view.sees_point(to))
 }
 

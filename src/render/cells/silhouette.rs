@@ -3,11 +3,11 @@
 /// Lines of a part in which its coverage is measured.
 const LINES: usize = 4;
 /// Parts around the map that a silhouette may reach.
-const AROUND: f64 = 2.0;
+const REACH: f64 = 2.0;
 /// A part belongs to a body that covers so much of it; a little less than half, so that rounding decides nothing.
 const COVERED: f64 = 0.499;
 /// Silhouettes of fewer parts keep their spurs.
-const FEW: usize = 6;
+const MIN_PARTS_FOR_SPURS: usize = 6;
 
 /// A place in parts of blocks, from the upper left corner of the map.
 type Place = (f64, f64);
@@ -47,7 +47,7 @@ impl Silhouette {
     /// The parts that rings (not closed) cover by half, on a map of so many parts.
     pub fn new(rings: &[Vec<Place>], (columns, rows): (usize, usize)) -> Self {
         let (low, high) = bounds(rings.iter().flatten().copied());
-        let within = |v: f64, size: usize| v.clamp(-AROUND, size as f64 + AROUND);
+        let within = |v: f64, size: usize| v.clamp(-REACH, size as f64 + REACH);
         let from = (
             within(low.0.floor() - 1.0, columns) as i64,
             within(low.1.floor() - 1.0, rows) as i64,
@@ -153,7 +153,7 @@ impl Silhouette {
 
     /// Takes off single parts that stick out, and fills single notches.
     pub fn smooth(&mut self) {
-        if self.count() < FEW {
+        if self.count() < MIN_PARTS_FOR_SPURS {
             return;
         }
         let before = self.clone();

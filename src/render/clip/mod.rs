@@ -6,16 +6,16 @@ use super::display::{Area, Item, Picture, Segment, Spot, Stroke};
 use nearmiss_base::geometry::{Bounds, Point, part_within, ring_within, within_at};
 
 /// What stays within this distance of the page is painted as it is, points.
-const NEAR: f64 = 20_000.0;
+const UNCLIPPED_DISTANCE: f64 = 20_000.0;
 
 /// Dashed lines longer than this are cut off in any case, points.
-const LONG: f64 = 100_000.0;
+const MAX_DASHED_LENGTH: f64 = 100_000.0;
 
 /// No line of a picture is so wide, points: what is wider is not drawn.
 const MOST_WIDTH: f64 = 1000.0;
 
 /// What is cut off is kept up to this distance from the page, and the width of its line, points: its ends are not seen.
-const KEPT: f64 = 200.0;
+const CLIP_DISTANCE: f64 = 200.0;
 
 /// Hands every item of a picture to `paint`; where one reaches too far, what can be seen of it.
 pub fn each(picture: &Picture, mut paint: impl FnMut(&Item)) {
@@ -26,7 +26,7 @@ pub fn each(picture: &Picture, mut paint: impl FnMut(&Item)) {
         height: picture.size.1,
     };
     for item in &picture.items {
-        match cut(item, &page, NEAR) {
+        match cut(item, &page, UNCLIPPED_DISTANCE) {
             None => paint(item),
             Some(items) => items.iter().for_each(&mut paint),
         }
@@ -44,10 +44,11 @@ fn cut(item: &Item, page: &Area, near: f64) -> Option<Vec<Item>> {
             let width = stroke.as_ref().map_or(0.0, |s| s.width);
             let usual = width <= MOST_WIDTH;
             let fits = path.iter().flat_map(spots).all(|spot| holds(&spot));
-            if fits && usual && !(dashed && length(path) > LONG) {
+            if fits && usual && !(dashed && length(path) > MAX_DASHED_LENGTH) {
                 return None;
             }
-            let bounds = bounds(&page.grown(KEPT + if usual { 4.0 * width.max(0.0) } else { 0.0 }));
+            let bounds =
+                bounds(&page.grown(CLIP_DISTANCE + if usual { 4.0 * width.max(0.0) } else { 0.0 }));
             let rings = rings(path);
             let mut items = Vec::new();
             if let Some(color) = fill {

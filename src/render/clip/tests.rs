@@ -102,7 +102,7 @@ fn what_is_near_is_painted_as_it_is() {
     };
     // The circle reaches too far.
     for item in &near[..3] {
-        assert_eq!(cut(item, &page, NEAR), None);
+        assert_eq!(cut(item, &page, UNCLIPPED_DISTANCE), None);
     }
 }
 

@@ -5,7 +5,7 @@ use nearmiss_base::geometry::Point;
 use super::Map;
 use crate::Color;
 use crate::display::{Anchor, Area, Picture, Stroke, Text};
-use crate::scene::{Body, Contact, NAMED, Overlay, Owner};
+use crate::scene::{Body, Contact, MAX_NAMED, Overlay, Owner};
 
 struct Label {
     words: String,
@@ -71,7 +71,7 @@ fn wanted(map: &Map<'_>) -> Vec<Label> {
     let hollow = map.scene.hollow().filter_map(|(name, outline)| {
         label(name.into(), map.color(outline.role), false, &outline.rings)
     });
-    let mut named = map.scene.named(NAMED).into_iter().peekable();
+    let mut named = map.scene.named(MAX_NAMED).into_iter().peekable();
     let ego = named
         .next_if(|body| body.owner == Owner::Ego)
         .and_then(of_body)

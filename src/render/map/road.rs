@@ -95,10 +95,10 @@ fn stop_line(map: &Map<'_>, picture: &mut Picture, line: &StopLine) {
 }
 
 /// On a map that is wider than this, metres, posts would lie over each other.
-const WIDEST: f64 = 120.0;
+const MAX_WIDTH_WITH_POSTS: f64 = 120.0;
 
 pub fn draw_posts(map: &Map<'_>, picture: &mut Picture) {
-    if map.view.width() > WIDEST {
+    if map.view.width() > MAX_WIDTH_WITH_POSTS {
         return;
     }
     let mut taken: Vec<Area> = Vec::new();

@@ -256,7 +256,7 @@ pub fn runs(series: &Series, dt: f64, value: impl Fn(i64) -> Option<f64>) -> Vec
 }
 
 /// So much of what the values take up may be added to reach a threshold.
-const NEAR: f64 = 0.5;
+const MAX_STRETCH: f64 = 0.5;
 
 /// From the lowest to the highest value, and to those of `near` that lie close to them; `None` without values.
 #[must_use]
@@ -268,7 +268,7 @@ pub fn value_range(
     if low > high {
         return None;
     }
-    let room = NEAR * (high - low);
+    let room = MAX_STRETCH * (high - low);
     let within = (low - room)..=(high + room);
     let near = near.filter(|v| within.contains(v));
     let (low, high) = near.fold((low, high), |(l, h), v| (l.min(v), h.max(v)));
@@ -282,6 +282,7 @@ pub fn value_range(
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn levels_hold_until_the_next_one() {

@@ -360,6 +360,7 @@ pub(super) fn seen<'a>(request: &MapRequest<'a>) -> Vec<Trail<'a>> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn the_mark_is_where_the_bodies_overlap() {

@@ -192,7 +192,7 @@ impl<'a> MapScene<'a> {
 }
 
 /// Obstacles that are named on a map at most, beside those that are pointed out.
-pub const NAMED: usize = 9;
+pub const MAX_NAMED: usize = 9;
 
 impl<'a> MapScene<'a> {
     /// Whether an owner is an attacker of a variant, changed or not.
@@ -441,7 +441,8 @@ fn of_attacker(request: &MapRequest<'_>, place: usize, both: &Variation<'_>) -> 
 mod tests;
 
 #[cfg(test)]
-mod tests {
+mod viewport_tests {
+    use super::*;
 
     #[test]
     fn boxes_are_seen_where_they_reach_into_the_turned_rectangle() {

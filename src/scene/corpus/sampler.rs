@@ -68,12 +68,12 @@ pub struct Drawn<T> {
 pub struct Sampler<T> {
     seed: u64,
     most: usize,
-    cells: BTreeMap<Vec<String>, Kept<T>>,
+    cells: BTreeMap<Vec<String>, Retained<T>>,
 }
 
 /// What is kept of a cell.
 #[derive(Debug)]
-struct Kept<T> {
+struct Retained<T> {
     windows: u64,
     /// By random number.
     best: BTreeMap<Number, (Candidate, T)>,
@@ -101,7 +101,7 @@ impl<T> Sampler<T> {
         let kept = self
             .cells
             .entry(candidate.cell.clone())
-            .or_insert_with(Kept::new);
+            .or_insert_with(Retained::new);
         kept.windows += 1;
         if let Some(before) = kept.of_scenario.get(&candidate.path) {
             if *before <= number {
@@ -177,7 +177,7 @@ impl<T> Sampler<T> {
     }
 }
 
-impl<T> Kept<T> {
+impl<T> Retained<T> {
     fn new() -> Self {
         Self {
             windows: 0,

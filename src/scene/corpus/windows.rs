@@ -329,7 +329,8 @@ fn worst_of(context: &Context<'_>, radius: f64) -> Option<WorstMoment> {
     let moments = Moments::new(context);
     let participants = 0..context.participants().len();
     let all = participants.filter_map(|participant| {
-        let near = |step: &i64| apart(context, participant, *step).is_some_and(|d| d <= radius);
+        let near =
+            |step: &i64| centre_distance(context, participant, *step).is_some_and(|d| d <= radius);
         // Most are never near: nothing of theirs is computed.
         context.steps().find(near)?;
         let pair = moments.with(participant);
@@ -347,7 +348,7 @@ fn worst_of(context: &Context<'_>, radius: f64) -> Option<WorstMoment> {
 }
 
 /// How far the centres are apart, where both are there, metres.
-fn apart(context: &Context<'_>, participant: usize, step: i64) -> Option<f64> {
+fn centre_distance(context: &Context<'_>, participant: usize, step: i64) -> Option<f64> {
     let ego = context.scene().ego.track.at(step)?;
     let other = context.participants()[participant].at(step)?;
     Some((other.pose.position - ego.pose.position).norm())

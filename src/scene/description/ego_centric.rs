@@ -1,7 +1,7 @@
 //! The ego-centric description: positions and motions of all participants relative to the ego, in numbers or a sentence.
 
 use super::ego_lane::Lanes;
-use super::nearby::{self, Seen};
+use super::nearby::{self, VisibleObstacle};
 use super::options::{Form, Moment, Options, everyone};
 use super::parts::{
     self, Cell, Column, NO_EGO, column, ego_moves, everyone_there, heading, name_and_place,
@@ -78,7 +78,7 @@ fn prose(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &Op
             let Some(encounter) = Encounter::at(scene, &participant, step) else {
                 continue;
             };
-            let seen = Seen::new(&encounter, options);
+            let seen = VisibleObstacle::new(&encounter, options);
             name_and_place(w, &participant, step, &seen, lanes.of(ego, motion));
             w.words("distance ")
                 .number("distance", seen.distance)
@@ -135,7 +135,7 @@ fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &
             let Some((ego, encounter)) = ego.zip(Encounter::at(scene, &participant, step)) else {
                 continue;
             };
-            let seen = Seen::new(&encounter, options);
+            let seen = VisibleObstacle::new(&encounter, options);
             parts::begin(w, scene, step, Some(&participant));
             parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
             let relation = &seen.relation;
@@ -159,7 +159,7 @@ fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &
 /// The sentence; it follows from the numbers as they are written, so that the two never contradict each other.
 ///
 /// Contact is named only with `contact`; otherwise the sentence about touching bodies says only how the other moves.
-pub(super) fn describe_motion(w: &Writer, seen: &Seen, contact: bool) -> String {
+pub(super) fn describe_motion(w: &Writer, seen: &VisibleObstacle, contact: bool) -> String {
     let (v_long, v_lat) = seen.written_velocity(w);
     let (v_long, v_lat) = (sign(v_long), sign(v_lat));
     let gap_long = sign(w.written("gap_long", seen.relation.gap_long));

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use nearmiss_base::geometry::{Point, Pose, Vector};
 
 use super::ego_centric::{OWN, describe_along_lane, own, turned};
-use super::nearby::{self, Seen, apart};
+use super::nearby::{self, VisibleObstacle, centre_distance};
 use super::options::{EgoAxes, Form, Moment, Options, everyone};
 use super::parts::{
     self, Cell, Column, NO_EGO, column, ego_moves, everyone_there, heading, name_and_place,
@@ -108,7 +108,12 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
     let write = |w: &mut Writer, moments: Vec<Moment<'_>>| {
         let axes = moments.into_iter().map(|moment| {
             let ego = scene.ego.track.at(moment.step);
-            let farthest = |ego| moment.near.iter().map(move |(_, there)| apart(ego, there));
+            let farthest = |ego| {
+                moment
+                    .near
+                    .iter()
+                    .map(move |(_, there)| centre_distance(ego, there))
+            };
             let reach = |ego| farthest(ego).fold(options.radius, f64::max);
             let axes = ego.map(|ego| match options.axes {
                 EgoAxes::Lane => Axes::of(&graph, &ego.pose, reach(ego)),
@@ -164,7 +169,7 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
             let Some(encounter) = Encounter::at(scene, participant, step) else {
                 continue;
             };
-            let seen = Seen::new(&encounter, options);
+            let seen = VisibleObstacle::new(&encounter, options);
             name_and_place(w, participant, step, &seen, lanes.of(ego, motion));
             if is_lane {
                 w.words("distance ")
@@ -251,7 +256,7 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
             let Some(encounter) = Encounter::at(scene, participant, step) else {
                 continue;
             };
-            let seen = Seen::new(&encounter, options);
+            let seen = VisibleObstacle::new(&encounter, options);
             parts::begin(w, scene, step, Some(participant));
             parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
             let both = mine.as_ref().zip(axes.along(motion));

@@ -36,7 +36,7 @@ pub(super) fn first_to_touch(scene: &Scene, step: i64) -> Option<i64> {
 }
 
 /// How far two centres are apart, metres.
-pub(super) fn apart(one: &Motion, other: &Motion) -> f64 {
+pub(super) fn centre_distance(one: &Motion, other: &Motion) -> f64 {
     (other.pose.position - one.pose.position).norm()
 }
 
@@ -80,7 +80,7 @@ impl Approach {
 }
 
 /// An obstacle as the ego sees it at one step.
-pub(super) struct Seen {
+pub(super) struct VisibleObstacle {
     /// The side of the ego that it is on, as descriptions have it.
     pub direction: Direction,
     /// The shortest way between the bodies, metres; 0 where they touch.
@@ -91,7 +91,7 @@ pub(super) struct Seen {
     pub relation: Relation,
 }
 
-impl Seen {
+impl VisibleObstacle {
     pub fn new(encounter: &Encounter<'_>, options: &Options) -> Self {
         let relation = encounter.relation();
         Self {
@@ -187,6 +187,7 @@ pub(super) fn heading(w: &mut Writer, scene: &Scene, window: &Window) {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn the_least_gap_is_that_of_all_times() {

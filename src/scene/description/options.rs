@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::Frame;
-use super::nearby::{self, apart, can_reach, first_to_touch};
+use super::nearby::{self, can_reach, centre_distance, first_to_touch};
 use super::writer::written;
 use crate::metrics::{Encounter, MeasureList};
 use crate::scenario::{Motion, Participant, Scene, Window};
@@ -184,9 +184,9 @@ impl Options {
             .filter(|p| !p.obstacle.is_occupancy_at(step))
             .filter_map(|p| Some((p, p.at(step)?)));
         let mut near: Vec<_> = present
-            .filter(|(p, m)| apart(ego, m) <= self.radius || reaches(p))
+            .filter(|(p, m)| centre_distance(ego, m) <= self.radius || reaches(p))
             .collect();
-        near.sort_by(|a, b| apart(ego, a.1).total_cmp(&apart(ego, b.1)));
+        near.sort_by(|a, b| centre_distance(ego, a.1).total_cmp(&centre_distance(ego, b.1)));
         near
     }
 
@@ -208,7 +208,7 @@ impl Options {
             let ego = scene.ego.track.at(*step);
             for (participant, motion) in near {
                 let stands = written(motion.velocity, self.precision) == 0.0;
-                let far = ego.is_some_and(|ego| apart(ego, motion) > STANDS_FAR);
+                let far = ego.is_some_and(|ego| centre_distance(ego, motion) > STANDS_FAR);
                 let entry = known
                     .entry(participant.obstacle.id)
                     .or_insert((true, *step));

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::ego_lane::Lanes;
-use super::nearby::{Seen, apart};
+use super::nearby::{VisibleObstacle, centre_distance};
 use super::options::Options;
 use super::writer::{Subject, Writer};
 use crate::metrics::Context;
@@ -64,7 +64,7 @@ pub(super) fn left_out(w: &mut Writer, scene: &Scene, window: &Window, told: &[P
         let distances = window
             .steps()
             .filter_map(both)
-            .map(|(ego, there)| apart(ego, there));
+            .map(|(ego, there)| centre_distance(ego, there));
         distances.min_by(f64::total_cmp)
     };
     let others = scene.participants().filter(|other| !is_told(other));
@@ -120,7 +120,7 @@ pub(super) fn name_and_place(
     w: &mut Writer,
     participant: &Participant<'_>,
     step: i64,
-    seen: &Seen,
+    seen: &VisibleObstacle,
     lane_words: Option<&str>,
 ) {
     w.about(subject(participant), Some(step)).words("  ");

@@ -26,7 +26,7 @@ pub(super) fn describe(
     radius: f64,
 ) {
     let network = &scene.scenario.network;
-    let lanelets = around(network, under);
+    let lanelets = lanelets_around(network, under);
     if lanelets.is_empty() {
         w.words("\nThere is no road under them.\n");
         return;
@@ -37,7 +37,7 @@ pub(super) fn describe(
     }
 }
 
-fn around<'n>(network: &'n LaneletNetwork, under: &BTreeSet<i64>) -> Vec<&'n Lanelet> {
+fn lanelets_around<'n>(network: &'n LaneletNetwork, under: &BTreeSet<i64>) -> Vec<&'n Lanelet> {
     let mut ids: Vec<i64> = under.iter().copied().collect();
     for &id in under {
         if let Some(lanelet) = network.lanelet(id) {
@@ -69,8 +69,8 @@ fn one(w: &mut Writer, lanelet: &Lanelet, places: &[Point], radius: f64) {
         w.words("leads to ");
         lanelet_ids(w, &lanelet.successors, " and ");
     }
-    beside(w, "left", lanelet.adjacent_left);
-    beside(w, "right", lanelet.adjacent_right);
+    write_neighbour(w, "left", lanelet.adjacent_left);
+    write_neighbour(w, "right", lanelet.adjacent_right);
     let spacing = SPACING.max(lane.length() / MOST_POINTS);
     let count = (lane.length() / spacing).ceil().max(1.0) as usize;
     let at = |i: usize| {
@@ -94,7 +94,7 @@ fn one(w: &mut Writer, lanelet: &Lanelet, places: &[Point], radius: f64) {
     w.words("\n");
 }
 
-fn beside(w: &mut Writer, side: &str, neighbour: Option<Adjacent>) {
+fn write_neighbour(w: &mut Writer, side: &str, neighbour: Option<Adjacent>) {
     if let Some(neighbour) = neighbour {
         w.words(", on its ")
             .words(side)

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use super::ego_centric::{self, OWN, own, relative};
 use super::ego_lane::Lanes;
-use super::nearby::Seen;
+use super::nearby::VisibleObstacle;
 use super::options::{Form, Moment, Options, everyone};
 use super::parts::{
     self, Cell, Column, NO_EGO, column, ego_moves, everyone_there, heading, name, name_and_place,
@@ -79,7 +79,7 @@ impl Measured<'_, '_> {
                 let Some(encounter) = self.encounter(&participant, step) else {
                     continue;
                 };
-                let seen = Seen::new(&encounter, self.options);
+                let seen = VisibleObstacle::new(&encounter, self.options);
                 name_and_place(w, &participant, step, &seen, lanes.of(ego, motion));
                 relative(w, &seen.relation);
                 measures(w, &self.columns.said, &encounter);
@@ -104,7 +104,7 @@ impl Measured<'_, '_> {
                     continue;
                 };
                 w.about(subject(participant), Some(step));
-                said(w, id, value)
+                write_measure(w, id, value)
                     .words(after)
                     .words(" at t = ")
                     .time(step, self.scene.scenario.dt())
@@ -141,7 +141,7 @@ impl Measured<'_, '_> {
                 let Some((ego, encounter)) = ego.zip(self.encounter(&participant, step)) else {
                     continue;
                 };
-                let seen = Seen::new(&encounter, self.options);
+                let seen = VisibleObstacle::new(&encounter, self.options);
                 let relation = &seen.relation;
                 parts::begin(w, self.scene, step, Some(&participant));
                 parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
@@ -196,14 +196,14 @@ impl Measured<'_, '_> {
 }
 
 /// The measures of an obstacle at a step.
-fn measures(w: &mut Writer, said_of: &[Said], encounter: &Encounter<'_>) {
+fn measures(w: &mut Writer, said_of: &[MeasureAtEachStep], encounter: &Encounter<'_>) {
     for (place, one) in said_of.iter().enumerate() {
         // The two times to close gaps belong together.
         let between = if one.continues { ", " } else { "; " };
         w.words(if place == 0 { "; " } else { between })
             .words(&one.before);
         match read(w, one.id, encounter) {
-            Some(value) => said(w, one.id, value).words(&one.after),
+            Some(value) => write_measure(w, one.id, value).words(&one.after),
             None => w.words("none"),
         };
     }
@@ -236,7 +236,7 @@ fn cell(id: &str, value: Option<f64>) -> Cell {
     }
 }
 
-fn said<'w>(w: &'w mut Writer, id: &'static str, value: f64) -> &'w mut Writer {
+fn write_measure<'w>(w: &'w mut Writer, id: &'static str, value: f64) -> &'w mut Writer {
     match id {
         "risk" => w.whole(id, value as i64),
         _ => w.number(id, value),
@@ -244,7 +244,7 @@ fn said<'w>(w: &'w mut Writer, id: &'static str, value: f64) -> &'w mut Writer {
 }
 
 /// A measure that is told at every step.
-pub(super) struct Said {
+pub(super) struct MeasureAtEachStep {
     pub id: &'static str,
     /// Its title where it has one of its own.
     title: Cow<'static, str>,
@@ -268,7 +268,7 @@ pub(super) struct Worst {
 
 /// The measures of a description.
 pub(super) struct MeasureColumns {
-    pub said: Vec<Said>,
+    pub said: Vec<MeasureAtEachStep>,
     pub worst: Vec<Worst>,
 }
 
@@ -305,7 +305,7 @@ impl MeasureColumns {
     /// Those of the chosen measures; the usual ones for `None`.
     pub fn new(chosen: Option<&MeasureList>) -> Self {
         let Some(chosen) = chosen else {
-            let said = SAID.map(|[id, title, before, after]| Said {
+            let said = SAID.map(|[id, title, before, after]| MeasureAtEachStep {
                 id,
                 title: title.into(),
                 before: before.into(),
@@ -323,7 +323,7 @@ impl MeasureColumns {
                 worst: worst.into(),
             };
         };
-        let said = chosen.iter().map(|measure| Said {
+        let said = chosen.iter().map(|measure| MeasureAtEachStep {
             id: measure.id,
             title: title(measure).into(),
             before: format!("{} ", measure.name).into(),
@@ -393,6 +393,7 @@ fn unit(measure: &Measure) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn chosen_measures_are_titled_as_the_usual_ones() {

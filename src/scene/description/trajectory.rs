@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use super::cartesian::{MOTION, motion};
 use super::ego_centric::relative;
-use super::nearby::Seen;
+use super::nearby::VisibleObstacle;
 use super::options::{Form, Options};
 use super::parts::{
     self, Cell, Column, NO_EGO, column, everyone_there, heading, name, on_lanelets, on_the_map,
@@ -90,7 +90,7 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], op
         }
         w.words("\n");
         if let Some(encounter) = encounter(scene, who, step) {
-            let seen = Seen::new(&encounter, options);
+            let seen = VisibleObstacle::new(&encounter, options);
             w.words("  seen from the ego: ")
                 .words(seen.direction.name())
                 .words(", distance ")
@@ -119,7 +119,7 @@ fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], 
         parts::begin(w, scene, step, Some(who));
         on_the_map_cells(w, scene, known(who, step));
         let cells = encounter(scene, who, step).map(|encounter| {
-            let seen = Seen::new(&encounter, options);
+            let seen = VisibleObstacle::new(&encounter, options);
             let relation = &seen.relation;
             [
                 Cell::Words(seen.direction.name()),

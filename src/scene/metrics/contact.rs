@@ -1,7 +1,7 @@
 //! Contacts of the ego: when its body and another's touch, at a step or between two, how fast, and where.
 //!
 //! Between two steps positions go evenly along straight lines and headings evenly the shorter way round: see
-//! [`nearmiss_base::geometry::Way`]. What is touched only between two steps is touched all the same, unless it overlaps by no
+//! [`nearmiss_base::geometry::Sweep`]. What is touched only between two steps is touched all the same, unless it overlaps by no
 //! more than the ways between the steps are uncertain: a recording tells nothing of motions faster than half its rate, and
 //! evenly joined steps are off by up to π²/32 of the second difference of the steps around (a sine at that rate). Who
 //! passes the other from one side to the opposite one passes through it at any speed: there only what is uncertain across

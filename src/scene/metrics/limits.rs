@@ -191,6 +191,7 @@ limits! {
 #[cfg(test)]
 mod tests {
     use super::super::MEASURES;
+    use super::*;
 
     #[test]
     fn every_limit_is_one_of_its_own_and_may_be_what_is_shipped() {

@@ -173,6 +173,7 @@ fn distance(encounter: &Encounter<'_>) -> Reading {
 #[cfg(test)]
 mod tests {
     use super::super::relation::tests::{motion, with};
+    use super::*;
 
     #[test]
     fn following_and_crossing() {

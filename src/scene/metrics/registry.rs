@@ -350,6 +350,7 @@ impl From<Result<f64, NoValue>> for Reading {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     use crate::metrics::measure;
 

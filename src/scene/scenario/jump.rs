@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::Track;
-use nearmiss_base::geometry::{Placed, Way};
+use nearmiss_base::geometry::{Placed, Sweep};
 
 /// No road user is faster than this on average, m/s.
 const FASTEST: f64 = 100.0;
@@ -67,9 +67,9 @@ impl Track {
 /// The way of a body between two places that are so many seconds apart. `None` for what no road user can have driven,
 /// at more than 100 m/s: a jump touches nothing on its way.
 #[must_use]
-pub fn driven_way<'a>(from: Placed<'a>, to: Placed<'a>, seconds: f64) -> Option<Way<'a>> {
+pub fn driven_way<'a>(from: Placed<'a>, to: Placed<'a>, seconds: f64) -> Option<Sweep<'a>> {
     let metres = (to.pose.position - from.pose.position).norm();
-    (metres <= FASTEST * seconds).then(|| Way::new(from, to))
+    (metres <= FASTEST * seconds).then(|| Sweep::new(from, to))
 }
 
 impl fmt::Display for Jump {

@@ -330,7 +330,7 @@ impl Regions {
 fn region<'a>(shapes: impl ExactSizeIterator<Item = &'a Shape>) -> Option<(Motion, Footprint)> {
     let united = match shapes.len() {
         0..=MOST_UNITED => Shape::union(shapes.cloned().collect())?,
-        _ => around(shapes)?,
+        _ => enclosing_shape(shapes)?,
     };
     let heading = match &united {
         Shape::Rectangle { orientation, .. } => *orientation,
@@ -350,7 +350,7 @@ fn region<'a>(shapes: impl ExactSizeIterator<Item = &'a Shape>) -> Option<(Motio
 }
 
 /// The box that holds all shapes.
-fn around<'a>(shapes: impl Iterator<Item = &'a Shape>) -> Option<Shape> {
+fn enclosing_shape<'a>(shapes: impl Iterator<Item = &'a Shape>) -> Option<Shape> {
     let corners: Vec<Point> = shapes.flat_map(Shape::outlines).flatten().collect();
     let Bounds { min, max } = Bounds::from_points(&corners)?;
     Some(Shape::Polygon {
@@ -403,6 +403,7 @@ impl Obstacle {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     use crate::scenario::Steps;
 
     fn occupancy(from: i64, to: i64, x: f64) -> Occupancy {

@@ -134,7 +134,7 @@ pub fn in_short(diagnostics: &[Diagnostic]) -> Vec<(Severity, String)> {
     let shape = |d: &&Diagnostic| (shape(&d.message), d.severity);
     let mut groups = grouped(&others, shape);
     groups.sort_by_key(|(first, _)| std::cmp::Reverse(first.severity));
-    let words = |(first, more): (&&Diagnostic, usize)| (first.severity, told(first, more));
+    let words = |(first, more): (&&Diagnostic, usize)| (first.severity, name_and_more(first, more));
     let mut short: Vec<_> = groups.into_iter().map(words).collect();
     if !unused.is_empty() {
         let kinds = unused
@@ -156,7 +156,7 @@ pub fn alike(sentences: &[String]) -> Vec<String> {
     let groups = grouped(sentences, |sentence| shape(sentence));
     groups
         .into_iter()
-        .map(|(first, more)| told(first, more))
+        .map(|(first, more)| name_and_more(first, more))
         .collect()
 }
 
@@ -181,7 +181,7 @@ fn grouped<T, K: Eq + Hash>(all: &[T], kind: impl Fn(&T) -> K) -> Vec<(&T, usize
     groups
 }
 
-fn told(first: &impl Display, more: usize) -> String {
+fn name_and_more(first: &impl Display, more: usize) -> String {
     match more {
         0 => first.to_string(),
         more => format!("{first} (and {more} more like this)"),

@@ -257,6 +257,7 @@ pub(super) fn gives_way(own: &Party, other: &Party, lights: bool) -> Option<Rule
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -50,7 +50,7 @@ const RECORDING: [&str; 6] = [
 const CLASSES: [&str; 3] = ["classification", "class", "label"];
 
 /// Yes or no in the value of a key of a task.
-fn said(task: Task, key: &str, value: &serde_json::Value) -> Option<bool> {
+fn stated_answer(task: Task, key: &str, value: &serde_json::Value) -> Option<bool> {
     let key = values::plain(key);
     let names = match task {
         Task::Collision => &COLLISION[..],
@@ -81,8 +81,9 @@ pub(super) fn read_decision(task: Task, object: &Object) -> Result<Option<Decisi
     }
     for (depth, level) in values::levels(object).into_iter().enumerate() {
         let pairs = level.iter().flat_map(|o| o.iter());
-        let mut said = pairs
-            .filter_map(|(key, value)| Some((key, value.is_boolean(), said(task, key, value)?)));
+        let mut said = pairs.filter_map(|(key, value)| {
+            Some((key, value.is_boolean(), stated_answer(task, key, value)?))
+        });
         let Some((key, plainly, dangerous)) = said.next() else {
             continue;
         };

@@ -255,6 +255,7 @@ impl<'de> Deserialize<'de> for Verdict {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn there_and_back_with_and_without_probabilities() {
         let mut verdict = Verdict {

@@ -90,7 +90,7 @@ pub(super) fn id(value: &Value) -> Id {
     let unclear = || Id::Unclear(short(value));
     match value {
         Value::Number(number) => {
-            let whole = number.as_i64().or_else(|| whole(number.as_f64()?));
+            let whole = number.as_i64().or_else(|| as_integer(number.as_f64()?));
             whole.filter(|id| *id >= 0).map_or_else(unclear, Id::Is)
         }
         Value::String(text) => {
@@ -109,7 +109,7 @@ pub(super) fn id(value: &Value) -> Id {
     }
 }
 
-fn whole(number: f64) -> Option<i64> {
+fn as_integer(number: f64) -> Option<i64> {
     (number.fract() == 0.0 && number.abs() < 1e15).then_some(number as i64)
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{GeneratedVariant, VariantShown};
 use nearmiss_drive::generation::AttackerEffect;
-use nearmiss_render::{Format, Look, Screen, Variation, Variations};
+use nearmiss_render::{FigureOptions, Format, Screen, Variation, Variations};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Scenario, Scene};
 use nearmiss_study::evaluation::ScenePicture;
@@ -60,7 +60,7 @@ pub struct PictureJob {
     /// The current step.
     pub step: i64,
     /// How it looks.
-    pub look: Look,
+    pub look: FigureOptions,
     /// From where on values are dangerous.
     pub thresholds: Arc<Thresholds>,
     /// Where it is saved; the current folder if none.

@@ -9,7 +9,7 @@ use crate::loaded::{PictureJob, PictureKind};
 use crate::message::Effect;
 use crate::model::{Model, Pane, Picker, matching};
 use crate::widgets::{picker as list, window};
-use nearmiss_render::{FigureContent, Format, Look, MapExtent};
+use nearmiss_render::{FigureContent, FigureOptions, Format, MapExtent};
 
 /// Pictures by name.
 #[derive(Debug)]
@@ -76,7 +76,7 @@ impl Choice for Pictures {
 }
 
 /// As the map and the plot are seen now, in the colours of a paper.
-fn look(model: &Model, kind: PictureKind) -> Look {
+fn look(model: &Model, kind: PictureKind) -> FigureOptions {
     let (columns, _) = model.drawn.map_size();
     let width = (model.camera.cell * f64::from(columns)).max(2.0);
     let seen = if model.camera.follow {
@@ -97,7 +97,7 @@ fn look(model: &Model, kind: PictureKind) -> Look {
             .filter(|id| Some(**id) != model.picked),
     );
     obstacles.retain(|id| Some(*id) != ego);
-    Look {
+    FigureOptions {
         what: match kind {
             PictureKind::Plot => FigureContent::Plot,
             PictureKind::Both => FigureContent::Both,
@@ -108,7 +108,7 @@ fn look(model: &Model, kind: PictureKind) -> Look {
         obstacles,
         measures: vec![model.plot.measure],
         window: Some(model.window_rule()),
-        ..Look::default()
+        ..FigureOptions::default()
     }
 }
 

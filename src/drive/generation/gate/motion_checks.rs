@@ -14,7 +14,7 @@ use crate::generation::{Capability, Reason, Refusal};
 use crate::planner::{Bound, Feasibility, Limits, Tolerance};
 
 /// How well a place has to be where heading and speed lead, metres.
-const PLACE: f64 = 0.01;
+const POSITION_TOLERANCE: f64 = 0.01;
 
 /// How well a direction has to fit, radians: wheels turn within a step.
 const DIRECTION: f64 = 0.02;
@@ -68,7 +68,7 @@ impl Run<'_> {
         let fastest = way.from.velocity.abs().max(way.to.velocity.abs());
         let swing = limits.rear_to_centre * way.turned().abs();
         let explained = fastest * dt + limits.acceleration * dt * dt / 2.0 + swing;
-        let most = explained + PLACE + 2.0 * self.gate.rounding;
+        let most = explained + POSITION_TOLERANCE + 2.0 * self.gate.rounding;
         if moved > most {
             let refusal = Refusal::at(way.step, Reason::Jump).with(moved, most);
             found.say(self.is_exempt(way.place), refusal)?;
@@ -92,7 +92,8 @@ impl Run<'_> {
         let swing = (swing / length).clamp(-1.0, 1.0).asin();
         let swing = if backwards { -swing } else { swing };
         let off = beyond(&(swing.min(0.0)..=swing.max(0.0)), angle);
-        let most = DIRECTION + ((PLACE / 2.0 + 2.0 * self.gate.rounding) / length).atan();
+        let most =
+            DIRECTION + ((POSITION_TOLERANCE / 2.0 + 2.0 * self.gate.rounding) / length).atan();
         if off > most {
             let refusal = Refusal::at(way.step, Reason::Heading).with(off, most);
             found.say(self.is_exempt(way.place), refusal)?;
@@ -120,7 +121,7 @@ impl Run<'_> {
         let off = beyond(&(a.min(b)..=a.max(b)), said);
         // With the acceleration changing as fast as it may within the step, the mean speed is not that of the ends.
         let bent = self.can.jerk * dt * dt / 12.0;
-        let most = (PLACE + 2.0 * self.gate.rounding) / dt + bent;
+        let most = (POSITION_TOLERANCE + 2.0 * self.gate.rounding) / dt + bent;
         if off > most {
             let refusal = Refusal::at(way.step, Reason::Velocity).with(off, most);
             found.say(self.is_exempt(way.place), refusal)?;
@@ -233,7 +234,7 @@ pub struct Joint {
 }
 
 /// Steering angles are looked for this long before and after the state, seconds.
-const AROUND: f64 = 0.3;
+const STEERING_WINDOW: f64 = 0.3;
 
 impl Joint {
     /// The joint at a recorded step of a track with `dt` seconds between two steps; `None` if none is recorded.
@@ -244,7 +245,7 @@ impl Joint {
             let to = from.checked_add(1)?;
             Some((track.at(from)?, track.at(to)?))
         };
-        let around = (AROUND / dt).ceil().clamp(1.0, 100.0) as i64;
+        let around = (STEERING_WINDOW / dt).ceil().clamp(1.0, 100.0) as i64;
         let ways = step.saturating_sub(around)..step.saturating_add(around);
         let angles = ways
             .filter_map(next)

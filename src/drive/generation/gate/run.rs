@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use nearmiss_base::geometry::{Footprint, Placed, Point, Pose, Way, angle_between};
+use nearmiss_base::geometry::{Footprint, Placed, Point, Pose, Sweep, angle_between};
 use nearmiss_scene::scenario::{
     Motion, Obstacle, ObstacleRole, Prediction, Scenario, Steps, driven_way,
 };
@@ -294,7 +294,7 @@ pub(super) fn overlapped<'s>(
             matches!(o.role, ObstacleRole::Static | ObstacleRole::Dynamic) && o.id != itself
         })
         .filter(move |o| !o.is_occupancy_at(step));
-    let way = before.map(|before| Way::new(before, *body));
+    let way = before.map(|before| Sweep::new(before, *body));
     let on_the_way = move |other: &Obstacle, there: Placed<'_>| {
         let before = other.placed_at(step.checked_sub(1)?)?;
         let touch = way?.first_touch(&driven_way(before, there, scenario.dt())?)?;

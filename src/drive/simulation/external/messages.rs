@@ -330,14 +330,14 @@ pub struct Incoming<'a> {
 }
 
 /// What a planner is told of one step, after what it asked for.
-pub(super) struct Teller<'a> {
+pub(super) struct SceneMessageBuilder<'a> {
     driver: &'a Driver,
     scenario: &'a Scenario,
     first: i64,
     ready: &'a Ready,
 }
 
-impl<'a> Teller<'a> {
+impl<'a> SceneMessageBuilder<'a> {
     /// Of a drive that began at step `first`.
     pub fn new(driver: &'a Driver, scenario: &'a Scenario, first: i64, ready: &'a Ready) -> Self {
         Self {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use nearmiss_base::geometry::{Pose, normalize_angle};
 use nearmiss_scene::scenario::Scenario;
 
-use super::messages::{Teller, hello};
+use super::messages::{SceneMessageBuilder, hello};
 use super::process::{NoLine, Process};
 use super::protocol::{Answer, Bye, Message, Ready, Trajectory};
 use super::reading::{answer, ready, shown};
@@ -120,7 +120,7 @@ impl<'a> Session<'a> {
             let details = format!("before it was asked at step {step}: {}", shown(&unasked));
             return Err(Fault::new(PlannerFault::Flood, details).into());
         }
-        let teller = Teller::new(self.driver, scenario, self.span.step, ready);
+        let teller = SceneMessageBuilder::new(self.driver, scenario, self.span.step, ready);
         let message = teller.message(state, step);
         let began = Instant::now();
         process.send(line(&Message::Plan(&message)));

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::messages::{Teller, hello};
+use super::messages::{SceneMessageBuilder, hello};
 use super::protocol::{Message, PlannedState, Ready, ReferencePoint, Trajectory};
 use super::reading::{answer, ready};
 use super::trajectory::{Reader, joined};
@@ -223,7 +223,7 @@ fn told(scenario: &Scenario, forecast: Forecast, step: i64) -> [Value; 2] {
     }))
     .unwrap();
     let whole = driver.whole();
-    let teller = Teller::new(&driver, scenario, whole.step, &wants);
+    let teller = SceneMessageBuilder::new(&driver, scenario, whole.step, &wants);
     let plan = teller.message(&whole.state, step);
     let hello = hello(&driver, scenario, &whole, "simulated");
     let value = |message: Message<'_>| serde_json::to_value(&message).unwrap();

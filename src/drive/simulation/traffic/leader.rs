@@ -204,12 +204,12 @@ pub struct Neighbour<'a> {
     /// m/s² along its way.
     pub acceleration: f64,
     /// Its way.
-    pub way: Way<'a>,
+    pub way: ExpectedPath<'a>,
 }
 
 /// The way that a body is expected to take.
 #[derive(Debug, Clone)]
-pub enum Way<'a> {
+pub enum ExpectedPath<'a> {
     /// Straight on.
     Straight,
     /// Along a path that begins where it is.
@@ -234,12 +234,12 @@ impl<'a> Neighbour<'a> {
         let distance = self.distance(seconds, expected);
         let pose = match &self.way {
             _ if distance == 0.0 => self.body.pose,
-            Way::Straight => Pose {
+            ExpectedPath::Straight => Pose {
                 position: self.body.pose.position + self.body.pose.forward() * distance,
                 ..self.body.pose
             },
-            Way::Path(path) => path.pose_at(distance),
-            Way::Course(course, s) => course.pose_at(s + distance),
+            ExpectedPath::Path(path) => path.pose_at(distance),
+            ExpectedPath::Course(course, s) => course.pose_at(s + distance),
         };
         self.body.footprint.at(pose)
     }

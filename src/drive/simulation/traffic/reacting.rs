@@ -213,6 +213,7 @@ impl Idm {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn the_gap_in_equilibrium_is_the_formulas() {

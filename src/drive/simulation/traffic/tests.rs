@@ -1,7 +1,7 @@
 //! Traffic that reacts, worked out by hand: where it stops, who waits, what triggers it, and that it is recorded else.
 
 use super::course::Course;
-use super::leader::{Ahead, Neighbour, Way};
+use super::leader::{Ahead, ExpectedPath, Neighbour};
 use super::reacting::{Idm, Reacting};
 use super::trigger::Follower;
 use super::{HitFromBehind, TrafficMode};
@@ -57,7 +57,7 @@ fn neighbour(body: &Footprint, place: Option<usize>, pose: Pose, speed: f64) -> 
         body: body.at(pose),
         speed,
         acceleration: 0.0,
-        way: Way::Straight,
+        way: ExpectedPath::Straight,
     }
 }
 

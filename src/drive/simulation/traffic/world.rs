@@ -10,7 +10,7 @@ use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Scenario};
 
 use super::TrafficMode;
 use super::course::{Course, LONGEST};
-use super::leader::{Neighbour, Way};
+use super::leader::{ExpectedPath, Neighbour};
 use super::reacting::Reacting;
 use crate::planner::{Forecast, VehicleState};
 use crate::simulation::{ContactSide, Driver, Outcome, Rollout};
@@ -148,13 +148,14 @@ impl<'a> Reactive<'a> {
     /// The ego as the others see it: on its way to the goal.
     fn ego(&self, state: &VehicleState) -> Neighbour<'a> {
         let motion = state.centre(self.driver.limits());
-        let way = |line: &Arc<Polyline>| Way::Path(Path::along(Arc::clone(line), &motion.pose));
+        let way =
+            |line: &Arc<Polyline>| ExpectedPath::Path(Path::along(Arc::clone(line), &motion.pose));
         Neighbour {
             place: None,
             body: self.driver.road().body().at(motion.pose),
             speed: motion.velocity,
             acceleration: motion.acceleration,
-            way: self.guide.as_ref().map_or(Way::Straight, way),
+            way: self.guide.as_ref().map_or(ExpectedPath::Straight, way),
         }
     }
 
@@ -176,7 +177,7 @@ impl<'a> Reactive<'a> {
                 body,
                 speed: reacting.v,
                 acceleration: reacting.a,
-                way: Way::Course(&reacting.course, reacting.s),
+                way: ExpectedPath::Course(&reacting.course, reacting.s),
             });
         }
         let motion = obstacle.motion_at(step)?;
@@ -188,7 +189,9 @@ impl<'a> Reactive<'a> {
             body: obstacle.placed_at(step)?,
             speed: if moves { motion.velocity } else { 0.0 },
             acceleration: if moves { motion.acceleration } else { 0.0 },
-            way: course.map_or(Way::Straight, |(course, s)| Way::Course(course, s)),
+            way: course.map_or(ExpectedPath::Straight, |(course, s)| {
+                ExpectedPath::Course(course, s)
+            }),
         })
     }
 

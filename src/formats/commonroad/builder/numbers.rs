@@ -283,6 +283,7 @@ impl TimeScale {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn seconds_become_whole_steps_or_an_error() {
         for (seconds, step, expected) in [

@@ -56,7 +56,7 @@ pub(super) fn read(
             "no planning problems: these are in the scenario file, whose name ends in -SC.pb";
         at.note(Severity::Note, message);
     }
-    let mut parts = beside(&report, head, path)?;
+    let mut parts = read_siblings(&report, head, path)?;
     let mut dynamic_bytes = None;
     if let Some((name, bytes)) = parts.dynamic.take() {
         report.file.replace(name);
@@ -101,7 +101,11 @@ struct Parts {
 }
 
 /// Finds and reads the files that a dynamic or scenario file needs.
-fn beside(report: &Report, head: &FileHeader, path: Option<&Path>) -> Result<Parts, ReadError> {
+fn read_siblings(
+    report: &Report,
+    head: &FileHeader,
+    path: Option<&Path>,
+) -> Result<Parts, ReadError> {
     let root = FieldPath::root(report, "");
     let Some(path) = path else {
         let message =

@@ -363,6 +363,7 @@ pub(super) fn tags(at: &FieldPath<'_>, message: &messages::ScenarioTags) -> Vec<
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn every_quantity_is_read_once() {

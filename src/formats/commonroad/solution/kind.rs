@@ -254,6 +254,7 @@ pub(super) fn compose(solution: &Solution, order: &[&ProblemSolution]) -> String
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn one_vehicle_and_several() {
         let id = BenchmarkId::parse("KS2:SM1:DEU_Test-1_1_T-1:2020a").unwrap();

@@ -29,7 +29,7 @@ pub struct Archive {
 }
 
 #[derive(Deserialize)]
-struct Whole {
+struct MapFile {
     lane_segments: Elements,
     #[serde(default)]
     pedestrian_crossings: Elements,
@@ -125,7 +125,7 @@ struct Corner {
 }
 
 /// The map of a scenario, in the same folder: by the scenario's id, or the only one there.
-pub fn beside(path: &Path, scenario: &str) -> Option<PathBuf> {
+pub fn find_map(path: &Path, scenario: &str) -> Option<PathBuf> {
     let folder = path.parent()?;
     let plain = scenario
         .chars()
@@ -164,7 +164,7 @@ impl Archive {
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let file = path.display().to_string();
         let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-        let whole: Whole = serde_json::from_slice(&bytes).map_err(|error| ReadError {
+        let whole: MapFile = serde_json::from_slice(&bytes).map_err(|error| ReadError {
             file: file.clone(),
             line: error.line(),
             column: error.column(),

@@ -17,7 +17,7 @@ use super::whole_file;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};
-use crate::recordings::assembly::{RecordedTrack, TrackState, along};
+use crate::recordings::assembly::{RecordedTrack, TrackState, signed_speed};
 use crate::recordings::rows;
 use table::{Table, Text};
 
@@ -54,7 +54,7 @@ impl Format for Argoverse {
         let dt = time_step(&report, &table)?;
         table.tell_unused();
         drop(table);
-        let map = match map::beside(path, &rows.scenario) {
+        let map = match map::find_map(path, &rows.scenario) {
             Some(file) => Some(map::Archive::read(&file)?),
             None => {
                 let message = format!(
@@ -191,7 +191,7 @@ impl NamedTrack {
         let (length, width) = if self.is_recorder() {
             recorder
         } else {
-            assembly::usual(self.kind)
+            assembly::default_size(self.kind)
         };
         RecordedTrack {
             shape: None,
@@ -237,7 +237,7 @@ fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
         };
         let heading = plain(headings[row])?;
         let velocity = match &velocities {
-            (Some(x), Some(y)) => Some(along(heading, plain(x[row])?, plain(y[row])?)),
+            (Some(x), Some(y)) => Some(signed_speed(heading, plain(x[row])?, plain(y[row])?)),
             _ => None,
         };
         let (x, y) = (plain(x[row])?, plain(y[row])?);

@@ -114,7 +114,7 @@ impl<'r> Table<'r> {
 
     /// A column of numbers, whole or not; nothing where it is not there.
     pub fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>, ReadError> {
-        let found = self.column(name, Wanted::All, &mut append_numbers);
+        let found = self.column(name, RowSelection::All, &mut append_numbers);
         found.map_err(|what| self.fail(name, &what))
     }
 
@@ -127,7 +127,7 @@ impl<'r> Table<'r> {
     /// The number in the first row of a column; nothing where it is not there.
     pub fn first_number(&self, name: &str) -> Result<Option<f64>, ReadError> {
         let found = self
-            .column(name, Wanted::First, &mut append_numbers)
+            .column(name, RowSelection::First, &mut append_numbers)
             .map_err(|what| self.fail(name, &what))?;
         Ok(found.and_then(|values| values.first().copied()))
     }
@@ -135,7 +135,7 @@ impl<'r> Table<'r> {
     /// The text in the first row of a column; nothing where it is not there.
     pub fn first_text(&self, name: &str) -> Result<Option<String>, ReadError> {
         let found = self
-            .column(name, Wanted::First, &mut append_texts)
+            .column(name, RowSelection::First, &mut append_texts)
             .map_err(|what| self.fail(name, &what))?;
         Ok(found.and_then(|texts| Some(texts.first()?.as_str().to_string())))
     }
@@ -143,7 +143,7 @@ impl<'r> Table<'r> {
     /// A column of texts that must be there.
     pub fn needed_texts(&self, name: &str) -> Result<Vec<Text>, ReadError> {
         let found = self
-            .column(name, Wanted::All, &mut append_texts)
+            .column(name, RowSelection::All, &mut append_texts)
             .map_err(|what| self.fail(name, &what))?;
         found.ok_or_else(|| self.report.fail(format!("the column `{name}` is missing")))
     }
@@ -165,7 +165,7 @@ impl<'r> Table<'r> {
     fn column<T>(
         &self,
         name: &str,
-        wanted: Wanted,
+        wanted: RowSelection,
         read: &mut ReadColumn<'_, T>,
     ) -> Result<Option<Vec<T>>, String> {
         self.asked.borrow_mut().insert(name.to_string());
@@ -185,9 +185,9 @@ impl<'r> Table<'r> {
             let about = self.file.metadata().row_group(group);
             let rows = usize::try_from(about.num_rows()).map_err(|_| "less than no rows")?;
             let rows = match wanted {
-                Wanted::All => rows,
-                Wanted::First if into.is_empty() => rows.min(1),
-                Wanted::First => break,
+                RowSelection::All => rows,
+                RowSelection::First if into.is_empty() => rows.min(1),
+                RowSelection::First => break,
             };
             if about.column(place).uncompressed_size() > LARGEST_COLUMN {
                 return Err(format!("more than {} MiB", LARGEST_COLUMN >> 20));
@@ -221,7 +221,7 @@ impl<'r> Table<'r> {
 
 /// Which rows of a column.
 #[derive(Clone, Copy)]
-enum Wanted {
+enum RowSelection {
     All,
     First,
 }

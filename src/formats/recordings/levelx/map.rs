@@ -18,7 +18,7 @@ use crate::recordings::{has_extension, lanelet2, users_maps};
 const FOLDERS: [&str; 4] = [".", "../lanelets", "../maps/lanelets", "../maps"];
 
 /// Reads the map, if there is one.
-pub fn beside(
+pub fn read_map(
     report: &Report,
     recording_file: &Path,
     recording: &Recording,

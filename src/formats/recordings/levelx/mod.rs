@@ -17,7 +17,7 @@ use nearmiss_scene::scenario::{ContentHash, ObstacleType, Scenario};
 
 use super::assembly::{self, About, Ids, Map, RecordedTrack, assemble};
 use super::report::Report;
-use super::windows::{self, LongRecording, Wanted};
+use super::windows::{self, LongRecording, WindowRequest};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};
@@ -44,7 +44,7 @@ impl Format for LevelX {
             return Ok(Parts::One);
         }
         let report = Report::about(path.display().to_string());
-        Ok(Parts::Long(Box::new(whole(&recorded, report)?)))
+        Ok(Parts::Long(Box::new(long_recording(&recorded, report)?)))
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
@@ -53,7 +53,7 @@ impl Format for LevelX {
         let report = Report::about(format!("{}{shown}", file.display()));
         let wanted = part
             .as_ref()
-            .map(|p| Wanted::parse(p, &report))
+            .map(|p| WindowRequest::parse(p, &report))
             .transpose()?;
         let recorded = of(file)?;
         if wanted.is_none() && recorded.is_long() {
@@ -68,7 +68,7 @@ impl Format for LevelX {
 }
 
 /// Everyone in a long recording, a few times a second.
-fn whole(recorded: &Recorded, report: Report) -> Result<LongRecording, ReadError> {
+fn long_recording(recorded: &Recorded, report: Report) -> Result<LongRecording, ReadError> {
     let rate = recorded.recording.frame_rate;
     let every = (rate / windows::MOMENTS).round().max(1.0) as i64;
     // Frames that are looked at are multiples, whichever is there first.
@@ -133,7 +133,7 @@ fn scenario(
     file: &Path,
     report: Report,
     recorded: &Recorded,
-    wanted: Option<Wanted>,
+    wanted: Option<WindowRequest>,
 ) -> Result<Scenario, ReadError> {
     let Recorded {
         recording, tracks, ..
@@ -231,7 +231,7 @@ fn scenario(
     }
     let map = match recording.kind {
         Kind::HighD => map::map(&report, recording, recorded.extent, &mut own.ids)?,
-        Kind::InD => map::beside(&report, file, recording, &mut own.ids)?,
+        Kind::InD => map::read_map(&report, file, recording, &mut own.ids)?,
     };
     let number = recording.id.max(0);
     // Windows of several egos may have the same rows, and sizes and lanes are in other files.
@@ -269,7 +269,7 @@ fn track(
 ) -> RecordedTrack {
     let (mut length, mut width) = meta.size;
     if length <= 0.0 || width <= 0.0 {
-        (length, width) = assembly::usual(meta.kind);
+        (length, width) = assembly::default_size(meta.kind);
         assumed.push(meta.kind);
     }
     let mut states: Vec<_> = rows.iter().map(|row| row.state(meta, steps)).collect();

@@ -9,7 +9,7 @@ use csv::ByteRecord;
 use super::meta::TrackMeta;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::assembly::{TrackState, along};
+use crate::recordings::assembly::{TrackState, signed_speed};
 use crate::recordings::report::{Leftovers, Report};
 use crate::recordings::rows;
 use nearmiss_base::geometry::{Point, Vector};
@@ -145,7 +145,7 @@ impl Row {
             step: (self.frame() - first) / frames,
             position: Point::new(self.x, self.y),
             heading,
-            velocity: Some(along(heading, self.velocity.x, self.velocity.y)),
+            velocity: Some(signed_speed(heading, self.velocity.x, self.velocity.y)),
             acceleration: None,
         }
     }

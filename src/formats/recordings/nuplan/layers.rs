@@ -10,7 +10,7 @@ use nearmiss_scene::scenario::LineMarking;
 
 use super::geopackage::{DEGREES, projected, shape};
 use super::log::Log;
-use super::sqlite::{Asked, Database, Record, named};
+use super::sqlite::{Database, Record, TableColumns, first_names};
 use crate::commonroad::ReadError;
 use crate::recordings::report::Leftovers;
 use crate::recordings::{has_extension, users_maps};
@@ -118,7 +118,10 @@ impl<'d> Reader<'d> {
             let message = if tables.is_empty() {
                 "not a map of nuPlan: a file without tables".into()
             } else {
-                format!("not a map of nuPlan: its tables are {}", named(tables))
+                format!(
+                    "not a map of nuPlan: its tables are {}",
+                    first_names(tables)
+                )
             };
             return Err(database.fail(message));
         }
@@ -168,7 +171,7 @@ impl<'d> Reader<'d> {
             })?;
         }
         let mut layers = reader.layers;
-        database.count_unused(&Asked::default(), &mut layers.leftovers);
+        database.count_unused(&TableColumns::default(), &mut layers.leftovers);
         Ok(layers)
     }
 
@@ -442,6 +445,7 @@ fn version(map: &Path) -> (Vec<u64>, PathBuf) {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn maps_lie_in_the_data_set_beside_the_log_or_where_the_user_says() {
         let root = tempfile::tempdir().unwrap().path().canonicalize().unwrap();

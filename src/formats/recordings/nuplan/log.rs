@@ -10,7 +10,7 @@ use nearmiss_scene::scenario::ObstacleType;
 use nearmiss_scene::scenario::plausibility::limits::{LATEST_STEP, refused_time_step};
 
 use super::motion::SweepRows;
-use super::sqlite::{Asked, Database, MAGIC, Token, named};
+use super::sqlite::{Database, MAGIC, TableColumns, Token, first_names};
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::{ReadError, beginning_of_file};
 use crate::recordings::assembly::median;
@@ -73,7 +73,7 @@ pub struct Log {
     /// The rows of `traffic_light_status`.
     pub lights: SweepRows,
     /// The columns that were asked for.
-    pub asked: Asked,
+    pub asked: TableColumns,
 }
 
 /// A log, read anew if it changed.
@@ -395,7 +395,7 @@ pub fn check(path: &Path) -> Result<(), ReadError> {
             format!("a SQLite file without tables; {wants}")
         }
         Evidence::Other(tables) => {
-            format!("a SQLite file with the tables {}; {wants}", named(&tables))
+            format!("a SQLite file with the tables {}; {wants}", first_names(&tables))
         }
     };
     Err(report.fail(message))

@@ -56,7 +56,7 @@ impl Format for NuPlan {
             return Ok(Parts::One);
         }
         let report = Report::about(path.display().to_string());
-        Ok(Parts::Long(Box::new(whole(path, &log, report)?)))
+        Ok(Parts::Long(Box::new(long_recording(path, &log, report)?)))
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
@@ -81,7 +81,7 @@ impl Format for NuPlan {
 }
 
 /// Everyone in a long log, a few times a second; the vehicle that records in stretches as long as windows.
-fn whole(path: &Path, log: &Log, report: Report) -> Result<LongRecording, ReadError> {
+fn long_recording(path: &Path, log: &Log, report: Report) -> Result<LongRecording, ReadError> {
     let database = Database::open(path)?;
     let every = (1.0 / windows::MOMENTS / log.time_step).round().max(1.0);
     let time_step = log.time_step * every;

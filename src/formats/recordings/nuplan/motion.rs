@@ -10,7 +10,9 @@ use super::log::{Clock, EGO, Log, id_of, kind};
 use super::sqlite::{Database, Record, Token};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::assembly::{self, LONG, RecordedTrack, TrackState, along, median};
+use crate::recordings::assembly::{
+    self, RecordedTrack, TRUCK_LENGTH, TrackState, median, signed_speed,
+};
 use crate::recordings::report::Report;
 use crate::recordings::rows;
 
@@ -65,7 +67,7 @@ pub fn recorder(database: &Database, clock: &Clock<'_>) -> Result<RecordedTrack,
                 (Some(ahead), Some(left)) => {
                     // In the vehicle's frame; the middle turns around the axle.
                     let turn = row.optional_number(9)?.unwrap_or(0.0);
-                    Some(along(0.0, ahead, left + turn * AXLE_TO_MIDDLE))
+                    Some(signed_speed(0.0, ahead, left + turn * AXLE_TO_MIDDLE))
                 }
                 _ => None,
             };
@@ -109,7 +111,7 @@ fn heading(row: &Record<'_>) -> Result<f64, ReadError> {
 }
 
 /// A box of a track.
-struct Seen {
+struct TrackBox {
     step: i64,
     position: Point,
     heading: f64,
@@ -139,7 +141,7 @@ pub fn others(
     report: &Report,
 ) -> Result<Vec<RecordedTrack>, ReadError> {
     let log = clock.log;
-    let mut seen: BTreeMap<usize, Vec<Seen>> = BTreeMap::new();
+    let mut seen: BTreeMap<usize, Vec<TrackBox>> = BTreeMap::new();
     let mut unknown = 0;
     log.boxes
         .each(database, ("lidar_box", &BOX), clock, &mut |row, step| {
@@ -149,11 +151,11 @@ pub fn others(
             };
             let heading = row.number(3)?;
             let velocity = match (row.optional_number(4)?, row.optional_number(5)?) {
-                (Some(x), Some(y)) => Some(along(heading, x, y)),
+                (Some(x), Some(y)) => Some(signed_speed(heading, x, y)),
                 _ => None,
             };
             let size = |column| row.optional_number(column).map(Option::unwrap_or_default);
-            seen.entry(*track).or_default().push(Seen {
+            seen.entry(*track).or_default().push(TrackBox {
                 step,
                 position: place(log, (row.number(1)?, row.number(2)?), row)?,
                 heading,
@@ -178,7 +180,7 @@ pub fn others(
         .collect();
     report.note_count(long, |n| {
         format!(
-            "vehicles longer than {LONG} m are taken as trucks, as the data set does not tell: {n}"
+            "vehicles longer than {TRUCK_LENGTH} m are taken as trucks, as the data set does not tell: {n}"
         )
     });
     if !assumed.is_empty() {
@@ -195,14 +197,14 @@ fn track(
     report: &Report,
     log: &Log,
     place: usize,
-    mut boxes: Vec<Seen>,
+    mut boxes: Vec<TrackBox>,
     assumed: &mut Vec<ObstacleType>,
 ) -> RecordedTrack {
     let name = || format!("track {}", id_of(place));
     rows::once(report, name, &mut boxes, |s| s.step, |s| s.position);
     let said = &log.tracks[place];
     let mut kind = kind(&said.category);
-    let of_boxes = |each: fn(&Seen) -> f64| median(boxes.iter().map(each).collect());
+    let of_boxes = |each: fn(&TrackBox) -> f64| median(boxes.iter().map(each).collect());
     let usable = |size: Option<f64>| size.filter(|size| *size > 0.0);
     let length = usable(said.size.0).or_else(|| usable(Some(of_boxes(|seen| seen.size.0))));
     let width = usable(said.size.1).or_else(|| usable(Some(of_boxes(|seen| seen.size.1))));
@@ -210,17 +212,17 @@ fn track(
         (Some(length), Some(width)) => (length, width),
         _ => {
             assumed.push(kind);
-            assembly::usual(kind)
+            assembly::default_size(kind)
         }
     };
-    if kind == ObstacleType::Car && length > LONG {
+    if kind == ObstacleType::Car && length > TRUCK_LENGTH {
         kind = ObstacleType::Truck;
     }
     let middle = Point::new(
         of_boxes(|seen| seen.position.x),
         of_boxes(|seen| seen.position.y),
     );
-    let moves = |seen: &Seen| -> bool {
+    let moves = |seen: &TrackBox| -> bool {
         let off: Vector = seen.position - middle;
         off.norm() > MOVES
     };

@@ -4,7 +4,7 @@ use super::log::{EGO, Log, id_of};
 use super::sqlite::{Database, Token};
 use crate::commonroad::ReadError;
 use crate::recordings::report::Report;
-use crate::recordings::windows::{self, Wanted};
+use crate::recordings::windows::{self, WindowRequest};
 
 /// The vehicle that records, as a track.
 pub const RECORDER: &str = "ego";
@@ -40,7 +40,7 @@ pub fn part(
     if let Some(token) = token(said) {
         return around(token, said, log, database, report);
     }
-    let wanted = Wanted::parse(said, report).map_err(|_| {
+    let wanted = WindowRequest::parse(said, report).map_err(|_| {
         report.fail(format!(
             "`{said}` is no part of a log; name ten seconds around a track as `track=ego@34.0s`, a whole track as `track=12`, a scene as `scene=NAME`, or the token of a sweep, a scene or a scenario tag"
         ))

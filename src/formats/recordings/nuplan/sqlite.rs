@@ -38,11 +38,11 @@ pub struct Database {
     tables: Vec<String>,
     most_rows: usize,
     /// The columns of tables that were asked for, in lower case.
-    asked: RefCell<Asked>,
+    asked: RefCell<TableColumns>,
 }
 
 /// Columns of tables.
-pub type Asked = BTreeMap<String, BTreeSet<String>>;
+pub type TableColumns = BTreeMap<String, BTreeSet<String>>;
 
 /// What is done with a row.
 pub type Take<'t> = &'t mut dyn FnMut(&Record<'_>) -> Result<(), ReadError>;
@@ -140,7 +140,7 @@ impl Database {
                 } else if name.len() < column.len() {
                     "NULL".into()
                 } else {
-                    let message = format!("no column `{name}`; it has {}", named(&known));
+                    let message = format!("no column `{name}`; it has {}", first_names(&known));
                     return Err(self.table(table).fail(message));
                 },
             );
@@ -161,12 +161,12 @@ impl Database {
     }
 
     /// The columns that were asked for so far.
-    pub fn asked(&self) -> Asked {
+    pub fn asked(&self) -> TableColumns {
         self.asked.borrow().clone()
     }
 
     /// Counts the tables that neither this nor an earlier reading asked for, and the columns of the others.
-    pub fn count_unused(&self, earlier: &Asked, leftovers: &mut Leftovers) {
+    pub fn count_unused(&self, earlier: &TableColumns, leftovers: &mut Leftovers) {
         let asked = self.asked.borrow();
         let own = |name: &&String| !BOOKKEEPING.iter().any(|start| name.starts_with(start));
         for table in self.tables.iter().filter(own) {
@@ -255,7 +255,7 @@ fn tables(connection: &Connection) -> rusqlite::Result<Vec<String>> {
 }
 
 /// The first ones of some names.
-pub fn named(names: &[String]) -> String {
+pub fn first_names(names: &[String]) -> String {
     let more = match names.len().saturating_sub(NAMED) {
         0 => String::new(),
         more => format!(" and {more} more"),

@@ -62,7 +62,7 @@ pub fn speed(node: &Node, name: &str, unit: &str) -> Result<Option<f64>, ReadErr
 }
 
 /// A section as the file tells it, and the sides of the road of which it tells: left and right.
-struct Read {
+struct SectionInFile {
     section: Section,
     sides: [bool; 2],
 }
@@ -93,12 +93,12 @@ pub fn sections(lanes: &Node, length: f64) -> Result<Vec<Section>, ReadError> {
 const SAME: f64 = 1e-9;
 
 /// What sections tell of a stretch in which none begins.
-fn piece(all: &[Read], from: f64, to: f64) -> Section {
+fn piece(all: &[SectionInFile], from: f64, to: f64) -> Section {
     let mut lanes = Vec::new();
     let mut middle_mark = None;
     for (side, sign) in [(0, 1), (1, -1)] {
         let at = |s: f64| {
-            let tells = |r: &Read| r.sides[side] && r.section.from <= s + SAME;
+            let tells = |r: &SectionInFile| r.sides[side] && r.section.from <= s + SAME;
             all.iter().rposition(tells)
         };
         let Some(place) = at(from) else {
@@ -130,7 +130,7 @@ fn piece(all: &[Read], from: f64, to: f64) -> Section {
     }
 }
 
-fn section(node: &Node) -> Result<Read, ReadError> {
+fn section(node: &Node) -> Result<SectionInFile, ReadError> {
     let mut lanes = Vec::new();
     let from = node.needed_number("s")?;
     let both = node.text("singleSide") != Some("true");
@@ -156,7 +156,7 @@ fn section(node: &Node) -> Result<Read, ReadError> {
         lanes,
         middle_mark: middle.and_then(mark),
     };
-    Ok(Read { section, sides })
+    Ok(SectionInFile { section, sides })
 }
 
 fn mark(lane: &Node) -> Option<(String, String)> {

@@ -78,7 +78,7 @@ const INLINE: [&str; 3] = ["Vehicle", "Pedestrian", "MiscObject"];
 /// An entity of which only the name is known.
 fn unknown(name: String) -> Entity {
     let kind = ObstacleType::Car;
-    let (length, width) = assembly::usual(kind);
+    let (length, width) = assembly::default_size(kind);
     Entity {
         name,
         kind,
@@ -104,7 +104,7 @@ fn entity(name: String, node: &Node) -> Result<Entity, ReadError> {
         properties,
         ..unknown(name)
     };
-    (entity.length, entity.width) = assembly::usual(kind);
+    (entity.length, entity.width) = assembly::default_size(kind);
     let Some(described) = node.child("BoundingBox") else {
         return Ok(entity);
     };

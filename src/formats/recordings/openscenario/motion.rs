@@ -207,12 +207,12 @@ fn condition(condition: &Node) -> Result<(Fires, bool), ReadError> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::super::trajectory::Told;
+    use super::super::trajectory::TimedVertex;
     use super::*;
     use crate::recordings::opendrive::tree;
 
     fn line(triggered: f64, vertices: &[(f64, f64)]) -> Followed {
-        let told = vertices.iter().map(|(time, x)| Told {
+        let told = vertices.iter().map(|(time, x)| TimedVertex {
             time: *time,
             pose: Pose::new(*x, 0.0, 0.0),
             has_heading: true,

@@ -20,7 +20,7 @@ use crate::recordings::report::Report;
 
 /// A state of an entity.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen {
+pub struct RecordedState {
     /// Seconds.
     pub time: f64,
     pub pose: Pose,
@@ -31,7 +31,10 @@ pub struct Seen {
 }
 
 /// Reads a log; entities by name.
-pub fn read(text: &str, report: &Report) -> Result<BTreeMap<String, Vec<Seen>>, ReadError> {
+pub fn read(
+    text: &str,
+    report: &Report,
+) -> Result<BTreeMap<String, Vec<RecordedState>>, ReadError> {
     let mut lines = text.lines().enumerate();
     let header = lines
         .by_ref()
@@ -65,7 +68,7 @@ pub fn read(text: &str, report: &Report) -> Result<BTreeMap<String, Vec<Seen>>, 
         .position(|n| n.starts_with("TimeStamp"))
         .unwrap_or(1);
     let first = names.iter().position(|n| n.starts_with("#1 ")).unwrap_or(2);
-    let mut all: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
+    let mut all: BTreeMap<String, Vec<RecordedState>> = BTreeMap::new();
     for (i, line) in lines {
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         if cells.len() <= first {
@@ -92,7 +95,7 @@ pub fn read(text: &str, report: &Report) -> Result<BTreeMap<String, Vec<Seen>>, 
             let [x, y, heading, speed, bx, by, length, width] = values;
             let row = report.row(i + 1, name);
             let position = row.point(x, y)?;
-            let seen = Seen {
+            let seen = RecordedState {
                 time: now,
                 pose: Pose { position, heading },
                 speed,

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nearmiss_base::geometry::Pose;
 
 use super::motion::{Fires, Motions, fires, start};
-use super::trajectory::{Followed, Told, has_heading, position_of, unread_position};
+use super::trajectory::{Followed, TimedVertex, has_heading, position_of, unread_position};
 use crate::commonroad::ReadError;
 use crate::recordings::opendrive::Network;
 use crate::recordings::opendrive::tree::Node;
@@ -315,7 +315,7 @@ impl Reader<'_> {
             mode.takes("followingMode", "position");
         }
         let own = self.all.get(actor).and_then(|m| m.pose_at(at));
-        let mut told: Vec<Told> = Vec::new();
+        let mut told: Vec<TimedVertex> = Vec::new();
         for vertex in line.all("Vertex") {
             let Some(time) = vertex.number("time")? else {
                 return without_times();
@@ -337,7 +337,7 @@ impl Reader<'_> {
                     before.time
                 )));
             }
-            told.push(Told {
+            told.push(TimedVertex {
                 time,
                 pose,
                 has_heading: has_heading(position),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::STEP;
 use super::entities::Entity;
 use super::motion::Motions;
-use super::player_log::Seen;
+use super::player_log::RecordedState;
 use super::storyboard::AllMotions;
 use super::trajectory::SAME_TIME;
 use crate::commonroad::builder::SourceLocation;
@@ -224,7 +224,7 @@ fn is_ghost(name: &str, entities: &[Entity]) -> bool {
 /// The tracks of a player's recording, and its time step.
 pub fn recorded(
     entities: &[Entity],
-    mut seen: BTreeMap<String, Vec<Seen>>,
+    mut seen: BTreeMap<String, Vec<RecordedState>>,
     report: &Report,
     ids: &mut Ids,
 ) -> (f64, Named) {

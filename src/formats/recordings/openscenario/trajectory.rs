@@ -19,7 +19,7 @@ const SAME_PLACE: f64 = 1e-3;
 
 /// A vertex as a file tells it.
 #[derive(Debug, Clone, Copy)]
-pub struct Told {
+pub struct TimedVertex {
     /// Seconds from the beginning of the scenario.
     pub time: f64,
     pub pose: Pose,
@@ -47,8 +47,8 @@ impl Followed {
     /// A trajectory through some vertices in order of time, from a moment on; `None` of no vertex.
     ///
     /// A vertex that tells no heading looks along each of its segments; where the entity stands, it looks as it did before.
-    pub fn through(told: Vec<Told>, triggered: f64) -> Option<Self> {
-        let along = |a: &Told, b: &Told| {
+    pub fn through(told: Vec<TimedVertex>, triggered: f64) -> Option<Self> {
+        let along = |a: &TimedVertex, b: &TimedVertex| {
             let way: Vector = b.pose.position - a.pose.position;
             (way.norm() > SAME_PLACE).then(|| way.y.atan2(way.x))
         };
@@ -257,15 +257,15 @@ mod tests {
     use super::*;
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    fn told(time: f64, x: f64, y: f64, heading: Option<f64>) -> Told {
-        Told {
+    fn told(time: f64, x: f64, y: f64, heading: Option<f64>) -> TimedVertex {
+        TimedVertex {
             time,
             pose: Pose::new(x, y, heading.unwrap_or(7.0)),
             has_heading: heading.is_some(),
         }
     }
 
-    fn headings(vertices: &[Told], times: &[f64]) -> Vec<f64> {
+    fn headings(vertices: &[TimedVertex], times: &[f64]) -> Vec<f64> {
         let followed = Followed::through(vertices.to_vec(), 0.0).unwrap();
         let at = |t: &f64| followed.at(*t).unwrap().heading;
         times.iter().map(at).collect()

@@ -37,12 +37,12 @@ pub struct Vehicle {
     /// The name of its type.
     pub kind: String,
     /// In order.
-    pub seen: Vec<Seen>,
+    pub seen: Vec<VehicleAtStep>,
 }
 
 /// A vehicle at a step.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen {
+pub struct VehicleAtStep {
     pub step: i64,
     /// The middle of its front: metres, or longitude and latitude in degrees.
     pub front: Point,
@@ -73,14 +73,14 @@ impl Recorded {
             + self.times.len() * (size_of::<f64>() + size_of::<i64>())
             + self.vehicles.len() * each
             + self.edges.len() * 64
-            + states * size_of::<Seen>()
+            + states * size_of::<VehicleAtStep>()
     }
 }
 
 impl Vehicle {
     /// Its first and last step.
     pub fn span(&self) -> (i64, i64) {
-        let step = |seen: Option<&Seen>| seen.map_or(0, |s| s.step);
+        let step = |seen: Option<&VehicleAtStep>| seen.map_or(0, |s| s.step);
         (step(self.seen.first()), step(self.seen.last()))
     }
 }
@@ -176,7 +176,7 @@ impl Collector {
                 place
             }
         };
-        self.vehicles[place].seen.push(Seen {
+        self.vehicles[place].seen.push(VehicleAtStep {
             // The place of its time, until steps are known.
             step: i64::try_from(self.times.len()).unwrap_or(i64::MAX) - 1,
             front: Point::new(x, y),

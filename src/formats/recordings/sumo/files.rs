@@ -32,7 +32,7 @@ fn plain(name: &str) -> &str {
 
 /// The files that an option names and that are there: as they are named from the folder of the file, or beside the file,
 /// where files may have been moved together.
-fn named(file: &Path, comment: &str, option: &str) -> Vec<PathBuf> {
+fn named_by_option(file: &Path, comment: &str, option: &str) -> Vec<PathBuf> {
     let folder = file.parent().unwrap_or_else(|| Path::new(""));
     let paths = values(comment, option).filter_map(|name| {
         let places = [name, plain(name)].map(|name| folder.join(name));
@@ -42,7 +42,7 @@ fn named(file: &Path, comment: &str, option: &str) -> Vec<PathBuf> {
 }
 
 /// Files beside one whose names end so, by name.
-fn beside(file: &Path, end: &str) -> Vec<PathBuf> {
+fn siblings_ending_in(file: &Path, end: &str) -> Vec<PathBuf> {
     let folder = file
         .parent()
         .filter(|f| !f.as_os_str().is_empty())
@@ -66,10 +66,13 @@ pub enum Nets {
 
 /// The nets of a file.
 pub fn nets(file: &Path, comment: &str) -> Nets {
-    if let Some(named) = named(file, comment, "net-file").into_iter().next() {
+    if let Some(named) = named_by_option(file, comment, "net-file")
+        .into_iter()
+        .next()
+    {
         return Nets::Told(named);
     }
-    let nets = beside(file, ".net.xml");
+    let nets = siblings_ending_in(file, ".net.xml");
     let name = |path: &Path| path.file_name().map(|n| n.to_string_lossy().into_owned());
     let own = name(file).unwrap_or_default();
     let own = format!("{}.net.xml", own.split('.').next().unwrap_or_default());
@@ -84,11 +87,11 @@ pub fn nets(file: &Path, comment: &str) -> Nets {
 
 /// The files that may define types of vehicles.
 pub fn with_types(file: &Path, comment: &str) -> Vec<PathBuf> {
-    let mut found = named(file, comment, "route-files");
-    found.extend(named(file, comment, "additional-files"));
+    let mut found = named_by_option(file, comment, "route-files");
+    found.extend(named_by_option(file, comment, "additional-files"));
     if found.is_empty() {
-        found = beside(file, ".rou.xml");
-        found.extend(beside(file, ".add.xml"));
+        found = siblings_ending_in(file, ".rou.xml");
+        found.extend(siblings_ending_in(file, ".add.xml"));
     }
     found
 }

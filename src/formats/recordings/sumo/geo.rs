@@ -45,15 +45,15 @@ pub fn degrees(vehicles: &[Vehicle], time_step: f64, comment: &str) -> Option<bo
     }
     let fits = |distance: f64| (0.3..3.0).contains(&(distance / driven));
     match () {
-        () if driven < TELLING => said(comment),
+        () if driven < TELLING => geo_option(comment),
         () if fits(as_degrees) && !fits(moved) => Some(true),
         () if moved > driven / 100.0 => Some(false),
-        () => said(comment),
+        () => geo_option(comment),
     }
 }
 
 /// What SUMO's options say, where they are there.
-fn said(comment: &str) -> Option<bool> {
+fn geo_option(comment: &str) -> Option<bool> {
     let option = comment.split("<fcd-output.geo value=\"").nth(1);
     match option.and_then(|rest| rest.split('"').next()) {
         Some(value) => Some(matches!(value, "true" | "1" | "yes" | "on" | "x" | "t")),
@@ -229,11 +229,11 @@ fn epsg(words: &str) -> Option<TransverseMercator> {
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod tests {
-    use super::super::fcd::Seen;
+    use super::super::fcd::VehicleAtStep;
     use super::*;
 
     fn vehicle(fronts: &[(f64, f64)], speed: f64) -> Vehicle {
-        let seen = fronts.iter().zip(0..).map(|(front, step)| Seen {
+        let seen = fronts.iter().zip(0..).map(|(front, step)| VehicleAtStep {
             step,
             front: Point::new(front.0, front.1),
             heading: 0.0,

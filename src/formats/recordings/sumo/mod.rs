@@ -14,10 +14,10 @@ use std::sync::Arc;
 use super::assembly::{About, Ids, Map, RecordedTrack, TrackState, assemble};
 use super::report::Report;
 use super::rows;
-use super::windows::{self, LongRecording, Wanted};
+use super::windows::{self, LongRecording, WindowRequest};
 use crate::commonroad::ReadError;
 use crate::dispatch::{Address, Format, Parts};
-use fcd::{Recorded, Seen, Vehicle};
+use fcd::{Recorded, Vehicle, VehicleAtStep};
 use geo::Placement;
 use nearmiss_base::geometry::Point;
 use nearmiss_base::system::{self, FileCache};
@@ -52,7 +52,9 @@ impl Format for Sumo {
             return Ok(Parts::One);
         }
         let report = Report::about(path.display().to_string());
-        Ok(Parts::Long(Box::new(whole(path, recorded, report)?)))
+        Ok(Parts::Long(Box::new(long_recording(
+            path, recorded, report,
+        )?)))
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
@@ -61,7 +63,7 @@ impl Format for Sumo {
         let report = Report::about(format!("{}{shown}", file.display()));
         let wanted = part
             .as_ref()
-            .map(|p| Wanted::parse(p, &report))
+            .map(|p| WindowRequest::parse(p, &report))
             .transpose()?;
         let (recorded, hashed) = &*read(file)?;
         if wanted.is_none() && is_long(recorded) {
@@ -96,7 +98,11 @@ fn is_long(recorded: &Recorded) -> bool {
 }
 
 /// Everyone in a long recording, a few times a second.
-fn whole(path: &Path, recorded: &Recorded, report: Report) -> Result<LongRecording, ReadError> {
+fn long_recording(
+    path: &Path,
+    recorded: &Recorded,
+    report: Report,
+) -> Result<LongRecording, ReadError> {
     let types = Types::beside(path, recorded, &report)?;
     // The net is needed only to place what is in degrees.
     let net = match recorded.degrees {
@@ -161,11 +167,11 @@ impl OwnIds {
 /// The states of a vehicle; the first step of the scenario is `first`, and one is so many of the recording's.
 fn states<'s>(
     vehicle: &Vehicle,
-    seen: impl Iterator<Item = &'s Seen>,
+    seen: impl Iterator<Item = &'s VehicleAtStep>,
     (first, steps): (i64, i64),
     report: &Report,
-) -> Vec<Seen> {
-    let mut seen: Vec<Seen> = seen.copied().collect();
+) -> Vec<VehicleAtStep> {
+    let mut seen: Vec<VehicleAtStep> = seen.copied().collect();
     let name = || format!("vehicle `{}`", vehicle.name);
     rows::once(report, name, &mut seen, |s| s.step, |s| s.front);
     for seen in &mut seen {
@@ -174,7 +180,12 @@ fn states<'s>(
     seen
 }
 
-fn track(id: i64, size: &VehicleType, seen: Vec<Seen>, placement: &Placement) -> RecordedTrack {
+fn track(
+    id: i64,
+    size: &VehicleType,
+    seen: Vec<VehicleAtStep>,
+    placement: &Placement,
+) -> RecordedTrack {
     let states = seen.iter().map(|seen| TrackState {
         step: seen.step,
         position: middle(placement.metres(seen.front), seen.heading, size),
@@ -205,7 +216,7 @@ fn scenario(
     hashed: &HashedBeginning,
     recorded: &Recorded,
     report: Report,
-    wanted: Option<Wanted>,
+    wanted: Option<WindowRequest>,
 ) -> Result<Scenario, ReadError> {
     let dt = recorded.time_step();
     let types = Types::beside(file, recorded, &report)?;
@@ -227,7 +238,7 @@ fn scenario(
     }
     let steps = match (&wanted, chosen) {
         (
-            Some(Wanted {
+            Some(WindowRequest {
                 start: Some(start), ..
             }),
             _,

@@ -22,7 +22,7 @@ pub struct Lane<'m> {
 }
 
 /// A lane with the distances of its borders that are told, left and right.
-type Told = (Vec<Option<f64>>, Vec<Option<f64>>);
+type BorderDistances = (Vec<Option<f64>>, Vec<Option<f64>>);
 
 /// A lane for bicycles.
 const BIKE_LANE: i32 = 3;
@@ -41,7 +41,7 @@ pub fn lanelets(
         .collect();
     let both = measured(lines.iter().chain(edges));
     let beside_lanes = measured(&middles);
-    let told: Vec<Told> = lanes
+    let told: Vec<BorderDistances> = lanes
         .iter()
         .map(|lane| self::lane_border_distances(lane, &both, &beside_lanes))
         .collect();
@@ -79,10 +79,10 @@ pub fn lanelets(
             let linked =
                 |wanted: &[i64]| wanted.iter().map(|id| *ids.get(id).unwrap_or(id)).collect();
             let adjacent = |left: bool| {
-                let id = beside(lane, left)?;
+                let id = main_neighbour(lane, left)?;
                 let other = &lanes[*places.get(&id)?];
                 // CommonRoad has one neighbour a side, and the two name each other.
-                (beside(other, !left) == Some(lane.feature)).then(|| Adjacent {
+                (main_neighbour(other, !left) == Some(lane.feature)).then(|| Adjacent {
                     id: ids[&id],
                     same_direction: true,
                 })
@@ -118,7 +118,7 @@ fn lane_border_distances(
     lane: &Lane<'_>,
     lines: &MeasuredLines<'_>,
     lanes: &MeasuredLines<'_>,
-) -> Told {
+) -> BorderDistances {
     let side = |boundaries, neighbors| {
         let side = SideOfLane {
             boundaries,
@@ -134,7 +134,7 @@ fn lane_border_distances(
 }
 
 /// The lane beside one for the longest part of it, if that is more than half of it.
-fn beside(lane: &Lane<'_>, left: bool) -> Option<i64> {
+fn main_neighbour(lane: &Lane<'_>, left: bool) -> Option<i64> {
     let neighbors = if left {
         &lane.said.left_neighbors
     } else {
@@ -233,7 +233,7 @@ pub fn border_distances(
     });
     let (boundaries, neighbors): (Vec<_>, Vec<_>) = (boundaries.collect(), neighbors.collect());
     let each = centre.iter().zip(places).map(|(p, place)| {
-        let here = |((from, to), ..): &&Beside<'_, '_>| within(*place, *from, *to);
+        let here = |((from, to), ..): &&LateralNeighbour<'_, '_>| within(*place, *from, *to);
         let boundary = boundaries
             .iter()
             .filter(here)
@@ -250,7 +250,7 @@ pub fn border_distances(
 }
 
 /// A line beside a lane: from and to which of its points, and the piece of it that was nearest last.
-type Beside<'a, 'l> = ((Option<i32>, Option<i32>), &'a Measured<'l>, Cell<usize>);
+type LateralNeighbour<'a, 'l> = ((Option<i32>, Option<i32>), &'a Measured<'l>, Cell<usize>);
 
 /// A line with the distance along it from its first point to each, and the direction of each piece.
 pub struct Measured<'l> {
@@ -372,6 +372,7 @@ pub fn filled(
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn what_is_passed_over_is_farther() {
         let bend = |i: i32| {

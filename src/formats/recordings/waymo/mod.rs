@@ -19,7 +19,7 @@ use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::wire::{Fields, Value};
 use crate::dispatch::{Address, Format, Parts};
 use crate::recordings::report::Leftovers;
-use Of::{Unused, Used};
+use FieldUse::{Unused, Used};
 use messages::Scenario as Recorded;
 use tfrecord::Records;
 
@@ -126,11 +126,11 @@ fn time_step(report: &Report, recorded: &Recorded) -> Result<f64, ReadError> {
 }
 
 /// A field that a message can have: its number, its name, and what is known of the message in it.
-type Field = (u32, &'static str, Of);
+type Field = (u32, &'static str, FieldUse);
 
 /// What is made of a field.
 #[derive(Clone, Copy)]
-enum Of {
+enum FieldUse {
     /// Its value is used.
     Used,
     /// Nothing.
@@ -140,8 +140,11 @@ enum Of {
 }
 
 const POINT: &[Field] = &[(1, "x", Used), (2, "y", Used), (3, "z", Used)];
-const LINE: &[Field] = &[(1, "type", Unused), (2, "polyline", Of::Message(POINT))];
-const POLYGON: &[Field] = &[(1, "polygon", Of::Message(POINT))];
+const LINE: &[Field] = &[
+    (1, "type", Unused),
+    (2, "polyline", FieldUse::Message(POINT)),
+];
+const POLYGON: &[Field] = &[(1, "polygon", FieldUse::Message(POINT))];
 const NEIGHBOUR: &[Field] = &[
     (1, "feature_id", Used),
     (2, "self_start_index", Used),
@@ -160,31 +163,31 @@ const LANE: &[Field] = &[
     (1, "speed_limit_mph", Used),
     (2, "type", Used),
     (3, "interpolating", Unused),
-    (8, "polyline", Of::Message(POINT)),
+    (8, "polyline", FieldUse::Message(POINT)),
     (9, "entry_lanes", Used),
     (10, "exit_lanes", Used),
-    (11, "left_neighbors", Of::Message(NEIGHBOUR)),
-    (12, "right_neighbors", Of::Message(NEIGHBOUR)),
-    (13, "left_boundaries", Of::Message(BOUNDARY)),
-    (14, "right_boundaries", Of::Message(BOUNDARY)),
+    (11, "left_neighbors", FieldUse::Message(NEIGHBOUR)),
+    (12, "right_neighbors", FieldUse::Message(NEIGHBOUR)),
+    (13, "left_boundaries", FieldUse::Message(BOUNDARY)),
+    (14, "right_boundaries", FieldUse::Message(BOUNDARY)),
 ];
-const STOP_SIGN: &[Field] = &[(1, "lane", Used), (2, "position", Of::Message(POINT))];
+const STOP_SIGN: &[Field] = &[(1, "lane", Used), (2, "position", FieldUse::Message(POINT))];
 const MAP_FEATURE: &[Field] = &[
     (1, "id", Used),
-    (3, "lane", Of::Message(LANE)),
-    (4, "road_line", Of::Message(LINE)),
-    (5, "road_edge", Of::Message(LINE)),
-    (7, "stop_sign", Of::Message(STOP_SIGN)),
-    (8, "crosswalk", Of::Message(POLYGON)),
+    (3, "lane", FieldUse::Message(LANE)),
+    (4, "road_line", FieldUse::Message(LINE)),
+    (5, "road_edge", FieldUse::Message(LINE)),
+    (7, "stop_sign", FieldUse::Message(STOP_SIGN)),
+    (8, "crosswalk", FieldUse::Message(POLYGON)),
     (9, "speed_bump", Unused),
     (10, "driveway", Unused),
 ];
 const LANE_STATE: &[Field] = &[
     (1, "lane", Used),
     (2, "state", Used),
-    (3, "stop_point", Of::Message(POINT)),
+    (3, "stop_point", FieldUse::Message(POINT)),
 ];
-const MAP_STATE: &[Field] = &[(1, "lane_states", Of::Message(LANE_STATE))];
+const MAP_STATE: &[Field] = &[(1, "lane_states", FieldUse::Message(LANE_STATE))];
 const STATE: &[Field] = &[
     (2, "center_x", Used),
     (3, "center_y", Used),
@@ -200,16 +203,16 @@ const STATE: &[Field] = &[
 const TRACK: &[Field] = &[
     (1, "id", Used),
     (2, "object_type", Used),
-    (3, "states", Of::Message(STATE)),
+    (3, "states", FieldUse::Message(STATE)),
 ];
 const SCENARIO: &[Field] = &[
     (1, "timestamps_seconds", Used),
-    (2, "tracks", Of::Message(TRACK)),
+    (2, "tracks", FieldUse::Message(TRACK)),
     (4, "objects_of_interest", Unused),
     (5, "scenario_id", Used),
     (6, "sdc_track_index", Used),
-    (7, "dynamic_map_states", Of::Message(MAP_STATE)),
-    (8, "map_features", Of::Message(MAP_FEATURE)),
+    (7, "dynamic_map_states", FieldUse::Message(MAP_STATE)),
+    (8, "map_features", FieldUse::Message(MAP_FEATURE)),
     (10, "current_time_index", Unused),
     (11, "tracks_to_predict", Unused),
     (12, "compressed_frame_laser_data", Unused),
@@ -228,7 +231,7 @@ fn fields(message: &[u8], known: &[Field], within: &str, leftovers: &mut Leftove
         let found = known.iter().find(|(number, ..)| *number == field.number);
         match (found, field.value) {
             (Some((.., Used)), _) => {}
-            (Some((_, name, Of::Message(known))), Value::Bytes(bytes)) => {
+            (Some((_, name, FieldUse::Message(known))), Value::Bytes(bytes)) => {
                 let within = match within {
                     "" => (*name).to_string(),
                     _ => format!("{within}/{name}"),

@@ -336,10 +336,10 @@ impl Index {
 }
 
 /// A file as it was when it was looked through.
-type Seen = (PathBuf, u64, Option<SystemTime>, Arc<Index>);
+type CachedIndex = (PathBuf, u64, Option<SystemTime>, Arc<Index>);
 
 /// The file that was looked through last: each of its scenarios asks for the same index.
-static LAST: Mutex<Option<Seen>> = Mutex::new(None);
+static LAST: Mutex<Option<CachedIndex>> = Mutex::new(None);
 
 /// The scenarios of a file, found by reading their ids only.
 ///
@@ -364,6 +364,7 @@ pub fn of(path: &Path) -> Result<Arc<Index>, ReadError> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     #[test]
     fn known_checksums() {

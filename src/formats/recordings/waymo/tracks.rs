@@ -4,7 +4,9 @@ use super::Recorded;
 use super::messages::{ObjectState, Track};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::assembly::{Ids, LONG, RecordedTrack, TrackState, along, median};
+use crate::recordings::assembly::{
+    Ids, RecordedTrack, TRUCK_LENGTH, TrackState, median, signed_speed,
+};
 use crate::recordings::report::{At, Report};
 use nearmiss_scene::scenario::ObstacleType;
 
@@ -48,7 +50,7 @@ pub fn read(
     }
     report.note_count(long, |n| {
         format!(
-            "vehicles longer than {LONG} m are taken as trucks, as the data set does not tell: {n}"
+            "vehicles longer than {TRUCK_LENGTH} m are taken as trucks, as the data set does not tell: {n}"
         )
     });
     Ok(tracks)
@@ -105,7 +107,7 @@ fn track(
     let varies = spread(&lengths).max(spread(&widths));
     let length = median(lengths);
     let kind = match track.object_type {
-        Some(1) if length > LONG => ObstacleType::Truck,
+        Some(1) if length > TRUCK_LENGTH => ObstacleType::Truck,
         Some(1) => ObstacleType::Car,
         Some(2) => ObstacleType::Pedestrian,
         Some(3) => ObstacleType::Bicycle,
@@ -159,7 +161,7 @@ fn state(
     let velocity = match (said.velocity_x, said.velocity_y) {
         (Some(x), Some(y)) => {
             let (x, y) = (at.number(f64::from(x))?, at.number(f64::from(y))?);
-            Some(along(heading, x, y))
+            Some(signed_speed(heading, x, y))
         }
         _ => None,
     };

@@ -120,6 +120,7 @@ fn time_exposed(encounter: &Encounter<'_>) -> Reading {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     use crate::metrics::limits::Limits;
 

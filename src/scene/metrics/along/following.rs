@@ -81,12 +81,12 @@ impl Following {
 
     /// Velocity of the other minus the ego's along the route, m/s; negative when closing.
     pub fn velocity(&self) -> f64 {
-        still(self.other.velocity.x - self.ego.velocity.x)
+        without_rounding(self.other.velocity.x - self.ego.velocity.x)
     }
 
     /// Acceleration of the other minus the ego's along the route, m/s².
     pub fn acceleration(&self) -> f64 {
-        still(self.other.acceleration - self.ego.acceleration)
+        without_rounding(self.other.acceleration - self.ego.acceleration)
     }
 
     /// Closing speed, m/s.
@@ -98,7 +98,7 @@ impl Following {
     }
 }
 
-fn still(value: f64) -> f64 {
+fn without_rounding(value: f64) -> f64 {
     if value.abs() < STILL { 0.0 } else { value }
 }
 
@@ -247,6 +247,7 @@ pub(super) fn deceleration_rate(following: &Following) -> Result<f64, NoValue> {
 #[cfg(test)]
 mod tests {
     use super::root;
+    use super::*;
 
     #[test]
     fn roots_solve_the_equation() {

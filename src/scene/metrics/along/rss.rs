@@ -199,6 +199,7 @@ pub(in crate::metrics) const RSS_MARGIN: Measure = Measure {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     use crate::metrics::limits::Limits;
 
@@ -220,6 +221,7 @@ mod tests {
 
 #[cfg(test)]
 mod rss_lateral_tests {
+    use super::*;
 
     use crate::metrics::limits::Limits;
 

@@ -17,7 +17,7 @@
 
 use std::ops::Range;
 
-use nearmiss_base::geometry::{Placed, Point, Pose, Way};
+use nearmiss_base::geometry::{Placed, Point, Pose, Sweep};
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
 use crate::metrics::limits::Limits;
@@ -201,7 +201,7 @@ fn avoids(
             let apart = (other.pose.position - ego.pose.position).norm() > reach;
             let touched_on_the_way = || {
                 let way = driven_way(there(index.checked_sub(1)?)?, other, context.dt())?;
-                Way::new(was?, ego).first_touch(&way)
+                Sweep::new(was?, ego).first_touch(&way)
             };
             (apart || ego.distance(&other) > 0.0) && touched_on_the_way().is_none()
         })

@@ -2,12 +2,12 @@
 
 use crate::scenario::driven_way;
 use nearmiss_base::geometry::{
-    Bounds, BoxTree, Footprint, Placed, Point, Pose, Vector, Way, convex_hull, convex_overlap,
+    Bounds, BoxTree, Footprint, Placed, Point, Pose, Sweep, Vector, convex_hull, convex_overlap,
 };
 
 /// A body that stands from one time to another, and its way to where it stands next. Times are in steps.
 #[derive(Debug, Clone)]
-struct Stay {
+struct Occupancy {
     from: f64,
     to: f64,
     footprint: Footprint,
@@ -27,7 +27,7 @@ struct Stay {
 /// places in between.
 #[derive(Debug, Clone, Default)]
 pub(in crate::metrics) struct Swept {
-    stays: Vec<Stay>,
+    stays: Vec<Occupancy>,
     /// Boxes around what the stays sweep.
     tree: BoxTree,
     /// Coordinates are taken from here.
@@ -53,7 +53,7 @@ impl Swept {
         dt: f64,
         origin: Vector,
     ) -> Self {
-        let mut stays: Vec<Stay> = Vec::new();
+        let mut stays: Vec<Occupancy> = Vec::new();
         let mut before: Option<(i64, Placed<'a>)> = None;
         for (step, mut pose, footprint) in bodies {
             pose.position -= origin;
@@ -76,10 +76,10 @@ impl Swept {
                 let shares = (1..parts as u32).map(|part| f64::from(part) / parts);
                 for share in shares {
                     let time = earlier + (time - earlier) * share;
-                    Stay::after(&mut stays, time, &way.at(share), true);
+                    Occupancy::after(&mut stays, time, &way.at(share), true);
                 }
             }
-            Stay::after(&mut stays, time, &here, way.is_some());
+            Occupancy::after(&mut stays, time, &here, way.is_some());
         }
         let tree = BoxTree::new(stays.iter().map(|stay| stay.bounds));
         Self {
@@ -91,7 +91,7 @@ impl Swept {
 
     /// The first and the last time at which this body is where the other sweeps, in steps.
     pub fn inside(&self, other: &Self) -> Option<(f64, f64)> {
-        let stands = |stay: &Stay| other.meets(&stay.body, &bounds(&stay.body));
+        let stands = |stay: &Occupancy| other.meets(&stay.body, &bounds(&stay.body));
         let first = (0..self.stays.len()).find_map(|place| {
             let stay = other.met_near(&self.stays[place])?;
             if stands(stay) {
@@ -109,7 +109,7 @@ impl Swept {
     }
 
     /// A stay of another body that sweeps something of this area.
-    fn met_near<'s>(&self, stay: &'s Stay) -> Option<&'s Stay> {
+    fn met_near<'s>(&self, stay: &'s Occupancy) -> Option<&'s Occupancy> {
         self.meets(&stay.swept, &stay.bounds).then_some(stay)
     }
 
@@ -118,7 +118,7 @@ impl Swept {
     fn met_on(&self, place: usize, other: &Self, last: bool) -> Option<f64> {
         let stay = self.stays.get(place).filter(|stay| stay.goes_on)?;
         let next = self.stays.get(place + 1)?;
-        let way = Way::new(stay.place(), next.place());
+        let way = Sweep::new(stay.place(), next.place());
         let mut open = vec![(0.0, 1.0)];
         while let Some((from, to)) = open.pop() {
             let swept = hulls(&hull_parts(&way.at(from)), &hull_parts(&way.at(to)));
@@ -168,7 +168,7 @@ impl Swept {
     }
 }
 
-impl Stay {
+impl Occupancy {
     fn place(&self) -> Placed<'_> {
         self.footprint.at(self.pose)
     }

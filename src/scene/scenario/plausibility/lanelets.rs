@@ -305,6 +305,7 @@ fn cross([a, b]: [&Point; 2], [c, d]: [&Point; 2]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     fn line(points: &[(f64, f64)]) -> Vec<Point> {
         points.iter().map(|&(x, y)| Point::new(x, y)).collect()

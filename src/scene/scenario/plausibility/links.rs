@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::{ElementRef, Findings, apart};
+use super::{ElementRef, Findings, gap};
 use crate::scenario::{Adjacent, Lanelet, LaneletNetwork};
 use nearmiss_base::geometry::{Point, Polyline, Vector};
 
@@ -24,15 +24,15 @@ pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
         let mut say = |message: String| {
             found.warn(about, format!("lanelet {}: {message}", lanelet.id));
         };
-        itself(lanelet, &mut say);
-        along(network, lanelet, &mut say);
-        beside(network, place, &mut say);
+        check_self_links(lanelet, &mut say);
+        check_joints(network, lanelet, &mut say);
+        check_neighbours(network, place, &mut say);
     }
-    astray(network, found);
+    check_isolated(network, found);
 }
 
 /// Links of a lanelet to itself, and repeated links.
-fn itself(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
+fn check_self_links(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
     let id = lanelet.id;
     for (what, ids) in [
         ("successor", &lanelet.successors),
@@ -68,7 +68,7 @@ fn itself(lanelet: &Lanelet, say: &mut impl FnMut(String)) {
 }
 
 /// The lanelets that it leads to and comes from.
-fn along(network: &LaneletNetwork, lanelet: &Lanelet, say: &mut impl FnMut(String)) {
+fn check_joints(network: &LaneletNetwork, lanelet: &Lanelet, say: &mut impl FnMut(String)) {
     let id = lanelet.id;
     let others = |ids: &[i64]| -> Vec<&Lanelet> {
         let others = ids.iter().filter(|other| **other != id);
@@ -111,7 +111,7 @@ fn ends(lanelet: &Lanelet) -> Option<(Point, Point)> {
 }
 
 /// The lanelets on its left and right.
-fn beside(network: &LaneletNetwork, place: usize, say: &mut impl FnMut(String)) {
+fn check_neighbours(network: &LaneletNetwork, place: usize, say: &mut impl FnMut(String)) {
     let lanelet = &network.lanelets[place];
     for (side, neighbour) in [
         (Side::Left, lanelet.adjacent_left),
@@ -123,7 +123,7 @@ fn beside(network: &LaneletNetwork, place: usize, say: &mut impl FnMut(String)) 
         let Some(other) = network.place(adjacent.id) else {
             continue;
         };
-        let gap = apart(&network.bounds_of(place), &network.bounds_of(other));
+        let gap = gap(&network.bounds_of(place), &network.bounds_of(other));
         let other = &network.lanelets[other];
         let side_name = side.name();
         if gap > BESIDE {
@@ -249,7 +249,7 @@ fn straight(lanelet: &Lanelet) -> Option<Vector> {
 }
 
 /// Lanelets far from all others.
-fn astray(network: &LaneletNetwork, found: &mut Findings) {
+fn check_isolated(network: &LaneletNetwork, found: &mut Findings) {
     let count = network.lanelets.len();
     let wide = network
         .bounds()
@@ -259,7 +259,7 @@ fn astray(network: &LaneletNetwork, found: &mut Findings) {
     }
     for (place, lanelet) in network.lanelets.iter().enumerate() {
         let own = network.bounds_of(place);
-        let gap = |other: usize| apart(&own, &network.bounds_of(other));
+        let gap = |other: usize| gap(&own, &network.bounds_of(other));
         // Those before and behind it in the file are nearly always near.
         let mut near = (place.saturating_sub(8)..(place + 8).min(count))
             .chain(0..count)

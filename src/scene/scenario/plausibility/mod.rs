@@ -115,7 +115,7 @@ fn beyond(bounds: &Bounds, p: &Point) -> f64 {
 }
 
 /// Distance between two boxes, metres; 0 where they meet.
-fn apart(a: &Bounds, b: &Bounds) -> f64 {
+fn gap(a: &Bounds, b: &Bounds) -> f64 {
     let x = (a.min.x - b.max.x).max(b.min.x - a.max.x).max(0.0);
     let y = (a.min.y - b.max.y).max(b.min.y - a.max.y).max(0.0);
     x.hypot(y)

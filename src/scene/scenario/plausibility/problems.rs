@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{ElementRef, Findings, apart, beyond, limits, obstacles};
+use super::{ElementRef, Findings, beyond, gap, limits, obstacles};
 use crate::scenario::{
     Goal, LONGEST_TRACK, LaneletNetwork, Obstacle, ObstacleRole, PlanningProblem, Position,
     Quantity, Scenario, StateField, Steps,
@@ -151,7 +151,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
     }
     let around = scenario.network.bounds();
     for position in &goal.positions {
-        let Some(bounds) = self::around(&scenario.network, position) else {
+        let Some(bounds) = self::position_bounds(&scenario.network, position) else {
             continue;
         };
         if let Position::Region(region) = position
@@ -163,7 +163,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
                 b + 1
             ));
         }
-        let off = around.map_or(0.0, |road| apart(&road, &bounds));
+        let off = around.map_or(0.0, |road| gap(&road, &bounds));
         if off > GOAL_OFF_ROAD {
             say(format!(
                 "a goal {off:.0} m from the road; is a coordinate wrong?"
@@ -203,7 +203,7 @@ fn ends(quantity: Quantity) -> (f64, f64) {
 }
 
 /// The box around a place; `None` for missing lanelets.
-fn around(network: &LaneletNetwork, position: &Position) -> Option<Bounds> {
+fn position_bounds(network: &LaneletNetwork, position: &Position) -> Option<Bounds> {
     match position {
         Position::Point(p) => Some(Bounds { min: *p, max: *p }),
         Position::Region(shape) => Bounds::from_points(shape.outlines().iter().flatten()),

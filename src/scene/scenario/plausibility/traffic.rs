@@ -25,14 +25,14 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
         sign(one, &mut |message| {
             found.warn(about, format!("sign {}: {message}", one.id));
         });
-        if let Some(message) = astray(around.as_ref(), one.position) {
+        if let Some(message) = misplaced(around.as_ref(), one.position) {
             found.warn(about, format!("sign {}: {message}", one.id));
         }
     }
     for (i, one) in network.lights.iter().enumerate() {
         let about = ElementRef::Light(i);
         light(one, scenario.dt(), about, found);
-        if let Some(message) = astray(around.as_ref(), one.position) {
+        if let Some(message) = misplaced(around.as_ref(), one.position) {
             found.warn(about, format!("light {}: {message}", one.id));
         }
     }
@@ -47,7 +47,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
     }
 }
 
-fn astray(around: Option<&Bounds>, position: Option<Point>) -> Option<String> {
+fn misplaced(around: Option<&Bounds>, position: Option<Point>) -> Option<String> {
     let off = beyond(around?, &position?);
     (off > FARTHEST).then(|| format!("{off:.0} m from the road; is a coordinate wrong?"))
 }

@@ -288,6 +288,7 @@ impl Speeds {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
 
     fn speeds(speed: f64, acceleration: f64, fade: Option<f64>) -> Speeds {
         Speeds {

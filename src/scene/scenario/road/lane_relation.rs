@@ -286,7 +286,7 @@ impl CentreLines {
         let pieces: Vec<[Point; 2]> = lines.flat_map(|line| in_pieces(&line)).collect();
         Self {
             lanelets: lanelets.iter().copied().collect(),
-            boxes: BoxTree::new(pieces.iter().map(around)),
+            boxes: BoxTree::new(pieces.iter().map(bounds_of)),
             pieces,
         }
     }
@@ -295,7 +295,7 @@ impl CentreLines {
     fn meet(&self, line: &[Point]) -> bool {
         in_pieces(line).iter().any(|s| {
             let crosses = |place: usize| pieces_cross(s, &self.pieces[place]);
-            self.boxes.any_meeting(&around(s), crosses)
+            self.boxes.any_meeting(&bounds_of(s), crosses)
         })
     }
 }
@@ -305,7 +305,7 @@ fn in_pieces(line: &[Point]) -> Vec<[Point; 2]> {
 }
 
 /// The box around a piece.
-fn around(piece: &[Point; 2]) -> Bounds {
+fn bounds_of(piece: &[Point; 2]) -> Bounds {
     let [a, b] = piece.map(|p| Bounds { min: p, max: p });
     a.union(&b)
 }

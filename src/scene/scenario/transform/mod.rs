@@ -236,6 +236,7 @@ impl Transform {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     #[test]
     fn what_is_written_reads_back() {
         for text in [

@@ -294,9 +294,10 @@ fn start(answer: &str) -> Option<usize> {
 mod tests;
 
 #[cfg(test)]
-mod tests {
+mod reasons_tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::*;
     const ANSWER: &str = "```json\n{\n  \"justification\": \"1. \\\"Car\\\" 7 is 2\\u00a0m ahead \\ud83d\\ude97.\\n2. It \
          closes.\",\n  \"obstacles\": [],\n  \"collision\": true\n}\n```";
     const REASONS: &str = "1. \"Car\" 7 is 2\u{a0}m ahead 🚗.\n2. It closes.";

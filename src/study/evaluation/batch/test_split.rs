@@ -2,7 +2,7 @@
 
 use super::Spec;
 use crate::evaluation::report::PartProgress;
-use nearmiss_store::{Batch, Look, SplitPart, SplitProgress, Store, StoreError};
+use nearmiss_store::{Batch, SplitPart, SplitProgress, Store, StoreError, UnlockRecord};
 
 /// The test split of a batch as it stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub struct TestSplit {
     /// The parts of the batch that are here, such as `1/4`; `None` if it is whole.
     pub shard: Option<String>,
     /// Looks at its figures before it was complete.
-    pub looks: Vec<Look>,
+    pub looks: Vec<UnlockRecord>,
     /// Whether its figures are shown although it is not complete.
     pub unlocked: bool,
 }

@@ -65,7 +65,7 @@ impl Default for Method {
     fn default() -> Self {
         Self {
             votes: VOTES,
-            within: nearmiss_drive::generation::attacker::NEAR,
+            within: nearmiss_drive::generation::attacker::ATTACKER_DISTANCE,
             samples: SAMPLES,
             retries: RETRIES,
             feedback: true,

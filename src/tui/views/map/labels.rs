@@ -6,7 +6,7 @@ use super::CellView;
 use super::label_placer::{Area, Body, LabelPlacer};
 use crate::model::{Model, Moment};
 use nearmiss_render::cells::attacker_color;
-use nearmiss_render::scene::{Importance, MapScene, NAMED, Owner, Role};
+use nearmiss_render::scene::{Importance, MAX_NAMED, MapScene, Owner, Role};
 
 struct Label {
     text: String,
@@ -26,7 +26,7 @@ pub fn draw(
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
     let touches = |id| scene.contacts.iter().any(|contact| contact.obstacle == id);
     let mut labels = Vec::new();
-    for named in scene.named(NAMED) {
+    for named in scene.named(MAX_NAMED) {
         let outside = !view.sees_point(&named.motion.pose.position);
         let corners = named.rings.iter().flatten().map(|p| view.at(p));
         let Some(body) = Body::around(corners) else {

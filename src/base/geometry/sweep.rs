@@ -12,7 +12,7 @@ use super::{Footprint, Placed, Point, Pose, Vector, angle_between, pose};
 
 /// A body on its way from one place to another. Shares of the way are from 0 to 1.
 #[derive(Debug, Clone, Copy)]
-pub struct Way<'a> {
+pub struct Sweep<'a> {
     from: Placed<'a>,
     to: Placed<'a>,
 }
@@ -41,7 +41,7 @@ impl Pose {
     }
 }
 
-impl<'a> Way<'a> {
+impl<'a> Sweep<'a> {
     /// The way from one place to another. A body that is not the same at both (a trailer bends) changes halfway.
     #[must_use]
     pub fn new(from: Placed<'a>, to: Placed<'a>) -> Self {
@@ -148,7 +148,7 @@ struct Gap {
 }
 
 impl<'a> Pair<'a> {
-    fn of(a: &Way<'a>, b: &Way<'a>) -> Vec<Self> {
+    fn of(a: &Sweep<'a>, b: &Sweep<'a>) -> Vec<Self> {
         let halves: &[(f64, f64)] = if a.changes() || b.changes() {
             &[(0.0, 0.5), (0.5, 1.0)]
         } else {
@@ -170,8 +170,8 @@ impl<'a> Pair<'a> {
                 to,
                 bodies: [a, b].map(|way| way.at(from).footprint),
                 start,
-                moved: [a, b].map(Way::moved),
-                turned: [a, b].map(Way::turn),
+                moved: [a, b].map(Sweep::moved),
+                turned: [a, b].map(Sweep::turn),
             }
         };
         halves.iter().map(stretch).collect()

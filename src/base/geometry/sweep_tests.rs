@@ -1,16 +1,16 @@
 //! Bodies on their ways: cases that can be worked out by hand, and random ones against many looks.
 
 #![allow(clippy::unwrap_used)]
-use super::{Footprint, Placed, Point, Pose, Shape, Way};
+use super::{Footprint, Placed, Point, Pose, Shape, Sweep};
 use proptest::prelude::*;
 
 fn boxed(length: f64, width: f64) -> Footprint {
     Footprint::new(Shape::rectangle(length, width)).unwrap()
 }
 
-fn way(body: &Footprint, from: (f64, f64, f64), to: (f64, f64, f64)) -> Way<'_> {
+fn way(body: &Footprint, from: (f64, f64, f64), to: (f64, f64, f64)) -> Sweep<'_> {
     let place = |(x, y, heading)| body.at(Pose::new(x, y, heading));
-    Way::new(place(from), place(to))
+    Sweep::new(place(from), place(to))
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn a_body_that_changes_does_so_halfway() {
         footprint: body,
         pose: Pose::new(0.0, 0.0, 0.0),
     };
-    let grows = Way::new(place(&small), place(&large));
+    let grows = Sweep::new(place(&small), place(&large));
     let beside = way(&other, (3.5, 0.0, 0.0), (3.5, 0.0, 0.0));
     assert_eq!(grows.first_touch(&beside), Some(0.5));
 }
