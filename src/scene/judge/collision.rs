@@ -424,7 +424,6 @@ fn median(mut contacts: Vec<(f64, f64)>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::median;
-    use super::*;
 
     #[test]
     fn half_of_the_weight_lies_before_the_median() {

@@ -177,20 +177,28 @@ mod tests {
 
     #[test]
     fn following_and_crossing() {
-        let follow = with(motion(0., 0., 0., 10.), motion(14., 0., 0., 5.), compute);
+        let follow = with(
+            motion(0., 0., 0., 10.),
+            motion(14., 0., 0., 5.),
+            time_to_collision,
+        );
         assert!(follow.value().is_some_and(|t| (t - 2.0).abs() < 1e-6));
         let up = std::f64::consts::FRAC_PI_2;
         // Both reach the crossing at the same time; the fronts meet before the centres do.
         let cross = with(
             motion(-20., 0., 0., 10.),
             motion(0., -20., up, 10.),
-            compute,
+            time_to_collision,
         );
         assert!(
             cross.value().is_some_and(|t| t > 1.5 && t < 2.0),
             "{cross:?}"
         );
-        let past = with(motion(0., 0., 0., 10.), motion(14., 5., 0., 5.), compute);
+        let past = with(
+            motion(0., 0., 0., 10.),
+            motion(14., 5., 0., 5.),
+            time_to_collision,
+        );
         assert_eq!(past, Reading::None(NoValue::NoContact));
     }
 

@@ -165,7 +165,6 @@ mod tests {
 
 #[cfg(test)]
 mod naming_tests {
-    use super::*;
     use crate::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 
     fn verdict(dangerous: bool, scores: &[(i64, u8)], critical: Option<&[i64]>) -> Verdict {

@@ -247,7 +247,6 @@ pub(super) fn deceleration_rate(following: &Following) -> Result<f64, NoValue> {
 #[cfg(test)]
 mod tests {
     use super::root;
-    use super::*;
 
     #[test]
     fn roots_solve_the_equation() {
