@@ -372,7 +372,6 @@ pub struct Document {
 impl json::Output for Document {
     const NAME: &'static str = "batches";
     const TITLE: &'static str = "`batches --json`: one batch at a provider a line";
-    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[("batch", "provider_batch")];
 }
 
 impl Document {

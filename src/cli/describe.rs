@@ -63,12 +63,6 @@ pub struct Document {
     tokens: usize,
     /// Wording: prose or compact.
     form: &'static str,
-    /// Use window.
-    #[schemars(extend("deprecated" = true))]
-    first_step: i64,
-    /// Use window.
-    #[schemars(extend("deprecated" = true))]
-    last_step: i64,
     /// The description.
     text: String,
     /// The picture of a frame that has one.
@@ -142,8 +136,6 @@ fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
             window: [window.first(), window.last()],
             tokens,
             form: decided.options.form.name(),
-            first_step: window.first(),
-            last_step: window.last(),
             text: described.text,
             picture: picture.map(|picture| {
                 let (image, tokens) = (picture.image(), picture.tokens());

@@ -6,7 +6,7 @@ use jiff::civil::Date;
 use serde_json::{Value, json};
 
 use super::open::configuration;
-use super::{Failure, Outcome, json, output};
+use super::{Failure, Outcome, output};
 use nearmiss_ask::llm::{
     Client, Discovered, Environment, KeyState, ModelListing, PriceTable, Pricing, Probed, Registry,
     probe,
@@ -147,11 +147,7 @@ fn documents(listed: &[ModelListing], found: &[Discovered], today: Date) -> Vec<
             "running": is_found(model, found),
         })
     });
-    let mut all: Vec<Value> = std::iter::once(reference).chain(known).collect();
-    for one in &mut all {
-        json::with_old_names(one, &[("id", "model")]);
-    }
-    all
+    std::iter::once(reference).chain(known).collect()
 }
 
 /// A price with its source, and those of longer questions in it.

@@ -185,11 +185,6 @@ pub struct Document {
 impl json::Output for Document {
     const NAME: &'static str = "prompts";
     const TITLE: &'static str = "`prompts --json`: one template a line";
-    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[
-        ("file", "template"),
-        ("version", "template_version"),
-        ("hash", "template_hash"),
-    ];
 }
 
 fn list(library: &Library, as_json: bool) -> Outcome {

@@ -57,7 +57,7 @@ const HOMES: [(&str, &[&str]); 24] = [
     (
         "parquet",
         &[
-            "cli/output/",
+            "record/",
             "scene/corpus/parts.rs",
             "formats/recordings/argoverse/",
         ],

@@ -311,7 +311,7 @@ async fn a_server_of_another_dialect_is_asked_in_it() {
     let document = tokio::task::block_in_place(|| home.run(&arguments))
         .status(0)
         .json();
-    assert_eq!(document["collision"], false);
+    assert_eq!(document["verdict"]["collision"], false);
     assert_eq!(server.requests()[0].path, "/api/chat");
     let run = &home.runs()[0];
     assert_eq!(run["reasoning"].as_deref(), Some("far away"));

@@ -111,7 +111,7 @@ async fn an_answer_under_another_name_says_so_and_has_its_price() {
         assert!(again.contains(words), "{words}: {again}");
     }
     let document = run(&home, &[&asked[..], &["--json"]].concat()).json();
-    assert_eq!(document["cost"]["usd"], 0.954);
+    assert_eq!(document["cost_usd"], 0.954);
     assert_eq!(document["stored"]["asked_as"], "x/tiny");
 }
 

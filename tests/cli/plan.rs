@@ -316,7 +316,7 @@ fn a_collision_is_a_finding() {
         .says(&["1 of 1 drive ended"]);
     let said = ended.json();
     assert_eq!(said["outcome"], "collision");
-    assert_eq!(said["collided_with"], 9999);
+    assert_eq!(said["collision_with"], 9999);
     assert_eq!(said["collision_step"], said["first_step"]);
     assert!(said["ego_side"].is_string() && said["other_side"].is_string());
     assert_eq!((&said["steps"], &said["cycles"]), (&0.into(), &0.into()));

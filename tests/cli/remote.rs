@@ -75,8 +75,8 @@ async fn a_streamed_verdict_is_printed_and_kept() {
     ];
     let document = ask(&home, server.base_url(), &more).status(0).json();
     assert_eq!(document["task"], "collision");
-    assert_eq!(document["collision"], true);
-    assert_eq!(document["obstacles"], verdict()["obstacles"]);
+    assert_eq!(document["verdict"]["collision"], true);
+    assert_eq!(document["verdict"]["obstacles"], verdict()["obstacles"]);
     assert_eq!(document["model"], "lab/tiny");
     assert_eq!(document["model_returned"], "tiny-2026");
 

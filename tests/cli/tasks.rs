@@ -41,12 +41,12 @@ async fn an_attacker_is_printed_and_kept() {
     let ended = ask(&home, server.base_url(), &["--task", "attacker", "--json"]).status(0);
     let document = ended.json();
     assert_eq!(
-        (&document["task"], &document["attacker"]),
+        (&document["task"], &document["verdict"]["attacker"]),
         (&json!("attacker"), &json!(301))
     );
-    assert_eq!(document["obstacles"], choice["obstacles"]);
+    assert_eq!(document["verdict"]["obstacles"], choice["obstacles"]);
     assert_eq!(
-        (&document["how"], &document["repaired"]),
+        (&document["reading"], &document["repaired"]),
         (&json!("strict"), &json!([]))
     );
     assert_eq!(
@@ -87,8 +87,8 @@ async fn a_trajectory_is_printed_and_kept() {
     )
     .status(0)
     .json();
-    assert_eq!(document["waypoints"][1]["step"], 5);
-    assert_eq!(document["waypoints"][1]["velocity"], 7.0);
+    assert_eq!(document["verdict"]["waypoints"][1]["step"], 5);
+    assert_eq!(document["verdict"]["waypoints"][1]["velocity"], 7.0);
     let repaired = document["repaired"].to_string();
     assert!(
         repaired.contains("read as steps") && repaired.contains("quotation marks"),

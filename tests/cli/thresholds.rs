@@ -170,9 +170,9 @@ fn scenes_are_measured_a_row_a_step() {
     }
     // The least distance of all obstacles is that of the scene.
     let each = home.run(&["metrics", CUT_IN]).status(0).stdout;
-    let (steps, of_each) = (column(&each, "timestep"), column(&each, "dce"));
+    let (steps, of_each) = (column(&each, "step"), column(&each, "dce"));
     for i in (0..scenario.len()).filter(|&i| scenario[i] == CUT_IN) {
-        let step = &column(&text, "timestep")[i];
+        let step = &column(&text, "step")[i];
         let here = steps.iter().zip(&of_each).filter(|(s, _)| *s == step);
         let least = here
             .map(|(_, d)| d.parse::<f64>().unwrap())
@@ -182,7 +182,7 @@ fn scenes_are_measured_a_row_a_step() {
     let json = run(&["--format", "json"]);
     let first: serde_json::Value = serde_json::from_str(json.lines().next().unwrap()).unwrap();
     assert_eq!(first["scenario"], BUNDLED[0].0);
-    assert!(first["ttb"].is_number() && first.get("obstacle_id").is_none());
+    assert!(first["ttb"].is_number() && first.get("obstacle").is_none());
     home.run(&["metrics", CUT_IN, "--scene", "--radius", "30"])
         .status(2)
         .says(&["--radius"]);

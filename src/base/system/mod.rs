@@ -21,6 +21,7 @@ mod terminal;
 mod text;
 mod toml_text;
 mod unfinished;
+mod visible;
 mod without_folders;
 mod words;
 
@@ -40,5 +41,6 @@ pub use terminal::Terminal;
 pub use text::text_of;
 pub use toml_text::{KeyLines, Mistake, TomlText, line_at, shown_value, toml_mistake};
 pub use unfinished::{Unfinished, remove_unfinished};
+pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use without_folders::without_folders;
 pub use words::words;

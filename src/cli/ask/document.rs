@@ -1,9 +1,9 @@
 //! The answer of `ask` as one JSON line.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::{past, words};
-use crate::{cost, json, time};
+use crate::{cost, time};
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::{Answer, Case, Judge, JudgeOutcome, Question};
@@ -81,31 +81,7 @@ pub(super) fn document(answer: &Answer, question: &Question, judge: &Judge) -> V
     if answer.model == judge::MODEL && case.task == Task::Safety {
         value["prediction"] = prediction(case);
     }
-    add_old_keys(&mut value, &verdict);
     value
-}
-
-/// Keys of the form before `schema_version`.
-fn add_old_keys(value: &mut Value, verdict: &Value) {
-    let newer = ["critical_obstacles", "probability", "token_probability"];
-    for (name, said) in verdict.as_object().into_iter().flatten() {
-        if value.get(name).is_none() && !newer.contains(&name.as_str()) {
-            value[name] = said.clone();
-        }
-    }
-    json::with_old_names(value, &[("how", "reading")]);
-    let tokens = [
-        "input_tokens",
-        "output_tokens",
-        "reasoning_tokens",
-        "cached_tokens",
-    ];
-    let usage = tokens.map(|name| (name.to_string(), value[name].clone()));
-    value["usage"] = usage.into_iter().collect::<Map<_, _>>().into();
-    value["cost"] = match &value["cost_unknown"] {
-        Value::Null => json!({"usd": value["cost_usd"], "source": value["price_source"]}),
-        why => json!({"usd": null, "unknown": why}),
-    };
 }
 
 /// The basis of the built-in judge's verdict on safety.

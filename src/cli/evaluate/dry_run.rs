@@ -109,7 +109,6 @@ struct Refused<'a> {
 impl json::Output for DryRunDocument<'_> {
     const NAME: &'static str = "evaluate-dry-run";
     const TITLE: &'static str = "`evaluate --dry-run --json`: what would be asked";
-    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[("usd", "most_usd")];
 }
 
 /// Writes what would be asked; `refused` is why models cannot be asked as things stand.

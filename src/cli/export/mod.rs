@@ -83,7 +83,7 @@ pub fn run(arguments: &Export) -> Outcome {
         // Chats are written above.
         Format::Parquet | Format::Chat => output::Format::Parquet,
     };
-    format.check(file)?;
+    output::check_format(format, file)?;
     arguments.spreadsheet.check(format == output::Format::Csv)?;
     let store = if arguments.unlock.is_given() {
         // A look is recorded.
@@ -110,7 +110,7 @@ pub fn run(arguments: &Export) -> Outcome {
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some());
     let (target, mut table) = (arguments.output.begin()?, columns::table());
-    table.spreadsheet = arguments.spreadsheet;
+    table.for_spreadsheet = arguments.spreadsheet.is_asked();
     if format == output::Format::Parquet {
         let runs = numbers.iter().copied().collect();
         let provenance = Provenance::of_runs(&store, &runs).map_err(Failure::input)?;

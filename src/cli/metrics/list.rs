@@ -45,7 +45,6 @@ struct ListedThreshold {
 impl json::Output for ListDocument {
     const NAME: &'static str = "metrics-list";
     const TITLE: &'static str = "`metrics --list --json`: one measure a line";
-    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[("id", "measure")];
 }
 
 /// Prints the list.

@@ -177,12 +177,7 @@ fn radius(word: &str) -> Result<f64, String> {
 /// The table, with the meaning of its columns.
 fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
     let mut table = Table::new("measures", rows.columns());
-    table.spreadsheet = arguments.spreadsheet;
-    table.json_keys = &[
-        ("step", "timestep"),
-        ("obstacle", "obstacle_id"),
-        ("risk_score", "risk"),
-    ];
+    table.for_spreadsheet = arguments.spreadsheet.is_asked();
     let columns = table
         .columns
         .iter()
@@ -264,7 +259,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
         ));
     }
     let format = format.of_table();
-    format.check(file)?;
+    output::check_format(format, file)?;
     arguments.spreadsheet.check(format == output::Format::Csv)?;
     let (rows, thresholds) = measured(arguments)?;
     let entries = arguments.many.part.of(found(&arguments.paths)?);

@@ -4,8 +4,8 @@ use serde_json::{Map, Value, json};
 
 use super::driven::DrivenScenario;
 use super::{monitor, rules};
+use crate::output;
 use crate::row_file::short_hash;
-use crate::{json, output};
 use nearmiss_drive::planner::{Emergency, VehicleState};
 use nearmiss_drive::simulation::{
     BeyondVehicle, ContactSide, Cycle, ExternalReport, HitFromBehind, Outcome, PlannerFault,
@@ -77,7 +77,6 @@ pub fn document(driven: &DrivenScenario) -> Value {
     if let Some(report) = &driven.monitor {
         value["monitor"] = monitor::document(report);
     }
-    json::with_old_names(&mut value, &[("collided_with", "collision_with")]);
     value
 }
 

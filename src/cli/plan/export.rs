@@ -239,7 +239,7 @@ impl Export {
             .iter()
             .map(|(name, _)| Column::new(name, Kind::Text, "", source).optional());
         let mut table = Table::new("drives", columns.chain(rules).collect());
-        table.spreadsheet = self.spreadsheet;
+        table.for_spreadsheet = self.spreadsheet.is_asked();
         let rows = table.encode(self.format, self.rows);
         let written =
             TableWriter::begin(self.target, self.format, &table).and_then(|mut writer| {

@@ -169,7 +169,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     let known = ".md, .tex, .csv, .parquet, .json and .html";
     let format = output::format_of(asked, file, Format::Md, (ENDINGS, known))?;
     if format == Format::Parquet {
-        output::Format::Parquet.check(file)?;
+        output::check_format(output::Format::Parquet, file)?;
     }
     spreadsheet.check(format == Format::Csv || arguments.pairs.is_some())?;
     if (arguments.pairs.as_deref()).is_some_and(|pairs| file_of(Some(pairs)) == file) {

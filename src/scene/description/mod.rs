@@ -18,17 +18,16 @@ mod safety_metrics;
 mod seen;
 mod table;
 mod trajectory;
-mod visible;
 mod writer;
 
 use crate::metrics::Context;
 use crate::scenario::{Participant, Scene, Window};
 
 pub use measure_columns::measure_column;
+pub use nearmiss_base::system::{disguises, escaped_json, escaped_xml, visible};
 pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
 pub use picture::{PictureMoment, picture_moments};
 pub use reach::GIVE;
-pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use writer::{Description, Span, Subject, Value, has_relative_times};
 
 use writer::Writer;

@@ -2,30 +2,37 @@
 
 use std::borrow::Cow;
 
-use super::ForSpreadsheet;
-
 /// A column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
+    /// Its key in JSON, CSV and Parquet.
     pub name: Cow<'static, str>,
+    /// Of its cells.
     pub kind: Kind,
     /// Whether cells may be without a value.
     pub optional: bool,
     /// Of SI; empty where there is none.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Where its definition comes from, or what it is.
-    pub source: &'static str,
+    pub source: Cow<'static, str>,
+    /// Its heading for people; empty where tables for people leave it out.
+    pub title: Cow<'static, str>,
+    /// Digits behind the point for people; `None`: as many as the number has.
+    pub decimals: Option<usize>,
 }
 
 /// Type of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
+    /// Words.
     Text,
+    /// Whole numbers.
     Integer,
     /// In text as short as can be: `3`.
     Number,
     /// In text with a point: `3.0`.
     Float,
+    /// Yes or no.
     Truth,
 }
 
@@ -41,8 +48,10 @@ impl Column {
             name: Cow::Borrowed(name),
             kind,
             optional: false,
-            unit,
-            source,
+            unit: Cow::Borrowed(unit),
+            source: Cow::Borrowed(source),
+            title: Cow::Borrowed(""),
+            decimals: None,
         }
     }
 
@@ -56,10 +65,13 @@ impl Column {
 /// A value of a table, or why there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
+    /// Words.
     Text(Cow<'static, str>),
+    /// A whole number.
     Integer(i64),
     /// Finite.
     Number(f64),
+    /// Yes or no.
     Truth(bool),
     /// No value, for this reason; empty where none is known.
     None(&'static str),
@@ -93,6 +105,15 @@ impl Cell {
                 (None, None) => Self::Text(number.to_string().into()),
             },
             other => Self::Text(other.to_string().into()),
+        }
+    }
+
+    /// For people, with the digits of its column; `-` where there is no value.
+    pub fn shown(&self, column: &Column) -> Cow<'_, str> {
+        match (self, column.decimals) {
+            (Self::Number(value), Some(digits)) => format!("{value:.digits$}").into(),
+            (Self::Truth(truth), _) => (if *truth { "yes" } else { "no" }).into(),
+            _ => self.text(Kind::Number).unwrap_or("-".into()),
         }
     }
 
@@ -144,6 +165,7 @@ impl From<&'static str> for Cell {
 pub struct Table {
     /// What its rows are.
     pub name: &'static str,
+    /// Its columns, in order.
     pub columns: Vec<Column>,
     /// The columns whose reasons are columns, too, behind all others.
     reasons: Vec<usize>,
@@ -151,15 +173,14 @@ pub struct Table {
     pub metadata: Vec<(&'static str, String)>,
     /// Rows that are kept in memory before they are written as a row group of Parquet.
     pub group: usize,
-    /// Keys that JSON has for columns of other names, beside those: pairs of the key and the column.
-    pub json_keys: &'static [(&'static str, &'static str)],
-    /// Whether its CSV is for a spreadsheet.
-    pub spreadsheet: ForSpreadsheet,
+    /// Whether its CSV is for a spreadsheet, which runs text that begins like a formula.
+    pub for_spreadsheet: bool,
     /// Keys and values that every line of JSON has behind the columns.
     pub json_values: Vec<(&'static str, serde_json::Value)>,
 }
 
 impl Table {
+    /// A table of these columns, without metadata.
     pub fn new(name: &'static str, columns: Vec<Column>) -> Self {
         Self {
             name,
@@ -167,8 +188,7 @@ impl Table {
             reasons: Vec::new(),
             metadata: Vec::new(),
             group: 65_536,
-            json_keys: &[],
-            spreadsheet: ForSpreadsheet::default(),
+            for_spreadsheet: false,
             json_values: Vec::new(),
         }
     }
@@ -188,7 +208,7 @@ impl Table {
     }
 
     /// The rows with their reasons, where the table has any.
-    pub(super) fn completed(&self, mut rows: Vec<Row>) -> Vec<Row> {
+    pub(crate) fn completed(&self, mut rows: Vec<Row>) -> Vec<Row> {
         for row in &mut rows {
             let reasons: Row = self.reasons.iter().map(|i| row[*i].reason()).collect();
             row.extend(reasons);

@@ -12,7 +12,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{Type, TypePtr};
 
-use super::table::{Cell, Column, Kind, Row, Table};
+use crate::table::{Cell, Column, Kind, Row, Table};
 
 /// A Parquet file in the making.
 pub struct ParquetFile<W: Write + Send> {
@@ -23,6 +23,10 @@ pub struct ParquetFile<W: Write + Send> {
 }
 
 impl<W: Write + Send> ParquetFile<W> {
+    /// Begins a file of this table.
+    ///
+    /// # Errors
+    /// Two columns have one name.
     pub fn new(out: W, table: &Table) -> io::Result<Self> {
         let entries = table
             .metadata
@@ -43,6 +47,10 @@ impl<W: Write + Send> ParquetFile<W> {
         })
     }
 
+    /// Takes rows; they are written by groups.
+    ///
+    /// # Errors
+    /// The target cannot be written.
     pub fn write(&mut self, rows: Vec<Row>) -> io::Result<()> {
         self.waiting.extend(rows);
         if self.waiting.len() >= self.group {
@@ -51,6 +59,10 @@ impl<W: Write + Send> ParquetFile<W> {
         Ok(())
     }
 
+    /// Writes the last rows and the footer.
+    ///
+    /// # Errors
+    /// The target cannot be written.
     pub fn finish(mut self) -> io::Result<W> {
         self.write_group()
             .and_then(|()| self.file.into_inner())

@@ -1,14 +1,12 @@
-//! Writes a table into a target, in any of the formats.
+//! Writes a table piece by piece, in any of the formats.
 
 use std::io::{self, Write};
-use std::path::Path;
 
-use super::parquet::ParquetFile;
-use super::table::{Row, Table};
-use super::{Target, text};
-use crate::{Failure, Outcome};
+use crate::parquet::ParquetFile;
+use crate::table::{Row, Table};
+use crate::text;
 
-/// Formats of tables.
+/// Formats of tables for other programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Comma-separated, with a header.
@@ -28,19 +26,13 @@ impl Format {
             Self::Parquet => "parquet",
         }
     }
-
-    /// Refuses what a terminal or a pipe cannot take.
-    pub fn check(self, file: Option<&Path>) -> Outcome {
-        match (self, file) {
-            (Self::Parquet, None) => Err(Failure::input("Parquet needs a file: -o FILE")),
-            _ => Ok(()),
-        }
-    }
 }
 
 /// Rows, as far as they can be written without the others.
 pub enum Encoded {
+    /// Of CSV or JSON.
     Text(Vec<u8>),
+    /// Of Parquet, which is written by columns.
     Rows(Vec<Row>),
 }
 
@@ -49,7 +41,7 @@ impl Table {
     pub fn encode(&self, format: Format, rows: Vec<Row>) -> Encoded {
         let rows = self.completed(rows);
         match format {
-            Format::Csv => Encoded::Text(self.spreadsheet.applied(text::csv_rows(self, &rows))),
+            Format::Csv => Encoded::Text(text::csv_rows(self, &rows)),
             Format::Json => Encoded::Text(text::json_rows(self, &rows)),
             Format::Parquet => Encoded::Rows(rows),
         }
@@ -57,14 +49,19 @@ impl Table {
 }
 
 /// A table in the making.
-pub enum TableWriter {
-    Text(Target),
-    Parquet(Box<ParquetFile<Target>>),
+pub enum TableWriter<W: Write + Send> {
+    /// CSV or JSON.
+    Text(W),
+    /// Parquet.
+    Parquet(Box<ParquetFile<W>>),
 }
 
-impl TableWriter {
+impl<W: Write + Send> TableWriter<W> {
     /// Begins the table with its header.
-    pub fn begin(mut target: Target, format: Format, table: &Table) -> io::Result<Self> {
+    ///
+    /// # Errors
+    /// The target cannot be written.
+    pub fn begin(mut target: W, format: Format, table: &Table) -> io::Result<Self> {
         Ok(match format {
             Format::Parquet => Self::Parquet(Box::new(ParquetFile::new(target, table)?)),
             Format::Csv => {
@@ -75,6 +72,10 @@ impl TableWriter {
         })
     }
 
+    /// Writes rows that [`Table::encode`] made for the same format.
+    ///
+    /// # Errors
+    /// The target cannot be written, or the rows are for another format.
     pub fn write(&mut self, rows: Encoded) -> io::Result<()> {
         match (self, rows) {
             (Self::Text(target), Encoded::Text(text)) => target.write_all(&text),
@@ -84,7 +85,10 @@ impl TableWriter {
     }
 
     /// Ends the table; it is not yet in its place.
-    pub fn finish(self) -> io::Result<Target> {
+    ///
+    /// # Errors
+    /// The target cannot be written.
+    pub fn finish(self) -> io::Result<W> {
         let mut target = match self {
             Self::Text(target) => target,
             Self::Parquet(file) => file.finish()?,
