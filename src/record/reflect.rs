@@ -29,7 +29,7 @@ pub fn schema<R: JsonSchema>() -> Value {
 }
 
 /// The columns of a noun. A field of a field is `outer.inner`, a pair of numbers is `field_low` and `field_high`; lists
-/// and maps are text.
+/// of plain values and maps are text, lists of nouns have no column.
 pub fn columns<R: JsonSchema>() -> Vec<Column> {
     let mut found = Vec::new();
     collect("", &schema::<R>(), false, &mut found);
@@ -40,7 +40,7 @@ pub fn columns<R: JsonSchema>() -> Vec<Column> {
 ///
 /// # Errors
 /// A map in it has keys that JSON does not allow.
-pub fn row<R: Record>(record: &R) -> serde_json::Result<Row> {
+pub fn row<R: Serialize + JsonSchema>(record: &R) -> serde_json::Result<Row> {
     let value = serde_json::to_value(record)?;
     Ok(columns::<R>()
         .iter()
@@ -52,7 +52,7 @@ pub fn row<R: Record>(record: &R) -> serde_json::Result<Row> {
 ///
 /// # Errors
 /// A map in one has keys that JSON does not allow.
-pub fn rows<'r, R: Record + 'r>(
+pub fn rows<'r, R: Serialize + JsonSchema + 'r>(
     records: impl IntoIterator<Item = &'r R>,
 ) -> serde_json::Result<Vec<Row>> {
     let columns = columns::<R>();
@@ -67,7 +67,7 @@ pub fn rows<'r, R: Record + 'r>(
 ///
 /// # Errors
 /// A map in it has keys that JSON does not allow.
-pub fn titled<R: Record>(record: &R) -> serde_json::Result<Vec<(String, String)>> {
+pub fn titled<R: Serialize + JsonSchema>(record: &R) -> serde_json::Result<Vec<(String, String)>> {
     let cells = row(record)?;
     let titled = columns::<R>().into_iter().zip(cells);
     Ok(titled
@@ -93,6 +93,9 @@ fn collect(name: &str, schema: &Value, optional: bool, into: &mut Vec<Column>) {
             let always = required.is_some_and(|all| all.iter().any(|one| one == key));
             collect(&name, field, optional || !always, into);
         }
+        return;
+    }
+    if is_list_of_objects(schema) {
         return;
     }
     if is_interval(schema) {
@@ -157,6 +160,12 @@ fn kind(schema: &Value) -> Kind {
     }
 }
 
+/// Whether a value is a list of nouns, which no cell holds.
+fn is_list_of_objects(schema: &Value) -> bool {
+    let items = schema.get("items");
+    items.is_some_and(|item| item.get("properties").is_some() || item.get("anyOf").is_some())
+}
+
 /// Whether a value is a pair of numbers: the two ends of an interval.
 fn is_interval(schema: &Value) -> bool {
     let pair = schema.get("prefixItems").and_then(Value::as_array);
@@ -184,7 +193,14 @@ fn cell(record: &Value, name: &str) -> Cell {
                 Value::String(text) => text.clone(),
                 other => other.to_string(),
             });
-            words.collect::<Vec<_>>().join(" ").into()
+            let words: Vec<String> = words.collect();
+            // Lines stay lines.
+            let between = if words.iter().any(|word| word.contains(' ')) {
+                "\n"
+            } else {
+                " "
+            };
+            words.join(between).into()
         }
         plain => Cell::from_json(plain),
     }

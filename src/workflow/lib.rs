@@ -10,7 +10,7 @@
 //! - [`Sentence`]: words that become a filter
 //! - [`prepare`]: the planner drives the ego of a planning problem
 //! - [`Monitor`]: a judge beside the planner, whose warnings may brake
-//! - [`VariantOrigin`]: the original of a saved variant, and [`VariantRecord`]: what its manifest says
+//! - [`VariantOrigin`]: a saved variant with its manifest, and where its original is
 //! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
 //! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
 //! - [`search_index`]: the windows of an index that a filter lets through
@@ -47,7 +47,6 @@ mod simulator_export;
 mod stored_question;
 mod truth;
 pub mod tune;
-mod variant_record;
 mod verify_variant;
 mod wish;
 
@@ -77,7 +76,7 @@ pub use monitor::{
     Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
 };
 pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_of};
-pub use original::{Attacker, VariantOrigin};
+pub use original::VariantOrigin;
 pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 pub use planner_failure::PlannerFailure;
 pub use scenario_filter::{
@@ -88,7 +87,6 @@ pub use sentence::{NotUnderstood, Sentence};
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
 pub use stored_question::StoredQuestion;
 pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
-pub use variant_record::{VariantRecord, good_driver_words};
 pub use verify_variant::{VariantProofs, VerifiedCertificate, is_unchanged, verify_variant};
 pub use wish::{ReadWish, read_wish};
 

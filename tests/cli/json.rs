@@ -148,6 +148,10 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         ),
         ("metrics-list", vec!["metrics", "--list", "--json"]),
         ("models", vec!["models", "--offline", "--json"]),
+        (
+            "not-driven",
+            vec!["plan", CUT_IN, "--planning-problem", "99", "--json"],
+        ),
         ("plan", vec!["plan", CUT_IN, "--json"]),
         (
             "plan",

@@ -85,7 +85,7 @@ fn the_convention_of_the_paper_begins_with_the_published_columns() {
         home.run(&["metrics", CUT_IN, "--convention", "exact"])
             .stdout
     );
-    assert!(exact.starts_with("scenario,file,hash,ego,timestep,time,"));
+    assert!(exact.starts_with("scenario,file,hash,ego,step,time,"));
     let ended = home
         .run(&["metrics", CUT_IN, "--convention", "loose"])
         .status(2);

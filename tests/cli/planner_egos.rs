@@ -134,7 +134,7 @@ fn drives_are_exported_as_tables() {
     let rows: Vec<&str> = csv.lines().collect();
     assert_eq!(rows.len(), 3, "{csv}");
     assert!(
-        rows[0].starts_with("scenario,file,hash,planner,planner_name"),
+        rows[0].starts_with("scenario,file,hash,planner,outcome"),
         "{csv}"
     );
     for column in [

@@ -145,9 +145,9 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
     for column in [
         "rules_broken",
         "rule_red_light",
-        "worst_undrivable",
-        "planner_stderr",
-        "planner_error_step",
+        "external_planner.worst_undrivable.bound",
+        "external_planner.stderr",
+        "external_planner.error_step",
     ] {
         assert!(
             header.split(',').any(|name| name == column),

@@ -128,7 +128,7 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
     });
     assert_eq!(counts.sum::<u64>(), 3, "four programs at once");
     let replayed = ask(&other, server.base_url(), &["--json"]).status(0).json();
-    assert_eq!(replayed["justification"], "brakes \u{7}hard");
+    assert_eq!(replayed["verdict"]["justification"], "brakes \u{7}hard");
     assert_eq!(replayed["stored"]["origin"], "replayed");
     assert_eq!(server.requests().len(), 2);
 

@@ -120,7 +120,9 @@ fn wrong_files_are_named_and_nothing_is_written() {
 fn prompts_and_the_judge_score_alike() {
     let home = Home::new();
     let (prompt, ask) = (["prompt", CUT_IN], ["ask", CUT_IN, "--json"]);
-    let risk = |home: &Home| home.run(&ask).status(0).json()["obstacles"][0]["risk_score"].clone();
+    let risk = |home: &Home| {
+        home.run(&ask).status(0).json()["verdict"]["obstacles"][0]["risk_score"].clone()
+    };
     let before = (home.run(&prompt).status(0).stdout, risk(&home));
     home.write(
         home.config().join("thresholds.toml"),
@@ -152,7 +154,7 @@ fn scenes_are_measured_a_row_a_step() {
         home.run(&arguments).status(0).stdout
     };
     let text = run(&["--reasons"]);
-    let head = "scenario,file,hash,ego,timestep,time,dce,ttc_star,ttb,ttk,tts,ttr,dce_reason,";
+    let head = "scenario,file,hash,ego,step,time,dce,ttc_star,ttb,ttk,tts,ttr,dce_reason,";
     assert!(text.starts_with(head), "{text:.200}");
     let (dce, star) = (column(&text, "dce"), column(&text, "ttc_star"));
     let why = column(&text, "ttc_star_reason");

@@ -10,6 +10,7 @@ mod model;
 mod model_figures;
 mod note;
 mod resume;
+mod settings;
 mod summary;
 mod table;
 mod together;
@@ -17,11 +18,11 @@ mod variant;
 mod wished;
 
 pub use check::CheckDocument;
+pub use line::VariantLine;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-
-use serde_json::json;
+pub use summary::GenerateReport;
 
 use super::ask::budget;
 use super::interrupt::{INTERRUPTED, interrupted};
@@ -276,15 +277,14 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let stop = interrupted(true);
     let cancel = Cancel::from_flag(&stop);
     let asked = planner.as_ref().filter(|_| past.is_some());
-    let identity = asked
-        .and_then(|planner| identity(&entries, problem, &settings, planner, &cancel))
-        .map(|(name, version)| json!({"name": name, "version": version}));
+    let identity =
+        asked.and_then(|planner| identity(&entries, problem, &settings, planner, &cancel));
     let wanted = GenerateJob {
         writer,
         settings,
         planner,
         problem,
-        identity: identity.unwrap_or_default(),
+        identity,
         effort,
         style,
         only: together::named(&arguments.attacker),

@@ -3,10 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
+use super::settings::WriterSettings;
 use crate::Failure;
 use crate::open::{judge_of, user_thresholds};
 use crate::templates::templates;
@@ -105,16 +106,16 @@ impl Writer {
     }
 
     /// All that decides what it is asked, and how often.
-    pub fn settings(&self) -> Value {
+    pub fn settings(&self) -> WriterSettings {
         let author = &self.author;
-        json!({
-            "id": self.id(),
-            "method": author.method.document(),
-            "obey": author.obey,
-            "parameters": self.parameters,
-            "templates": author.templates(),
-            "thresholds": Spec::thresholds_of(&author.thresholds),
-        })
+        WriterSettings {
+            id: self.id().into(),
+            method: author.method,
+            obey: author.obey,
+            parameters: json!(self.parameters),
+            templates: author.templates(),
+            thresholds: Spec::thresholds_of(&author.thresholds),
+        }
     }
 
     /// Its id.

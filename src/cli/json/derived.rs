@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::{
     batches, describe, doctor, evaluate, experiment, export, find, generate, import, inspect,
-    metrics, prompt,
+    metrics, plan, prompt,
 };
 use crate::{index, prompts, runs, sample, themes_and_keys, tune};
 use nearmiss_base::system::KeyBinding;
@@ -52,6 +52,8 @@ const fn derived<T: Output>() -> Derived {
 pub const DERIVED: &[Derived] = &[
     derived::<batches::Document>(),
     derived::<generate::CheckDocument>(),
+    derived::<generate::GenerateReport>(),
+    derived::<generate::VariantLine>(),
     derived::<describe::Document>(),
     derived::<doctor::Document>(),
     derived::<evaluate::DryRunDocument<'static>>(),
@@ -63,6 +65,12 @@ pub const DERIVED: &[Derived] = &[
     derived::<index::ShowDocument>(),
     derived::<inspect::FolderLine>(),
     derived::<metrics::ListDocument>(),
+    derived::<plan::ComparisonRecord>(),
+    derived::<plan::CycleRecord>(),
+    derived::<plan::DriveRecord>(),
+    derived::<plan::MonitorDryRun>(),
+    derived::<plan::NotDrivenRecord>(),
+    derived::<plan::StandardErrorRecord>(),
     derived::<prompt::Document>(),
     derived::<prompts::Document>(),
     derived::<QuestionLine>(),

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 
 use super::driven::{self, DrivenScenario};
 use super::planners::{BUILT_IN, PlannerChoice};
-use super::{PlannerOptions, document};
+use super::{DriveRecord, PlannerOptions};
 use crate::interrupt::{INTERRUPTED, interrupted};
 use crate::open::configuration;
 use crate::{Failure, output};
@@ -164,7 +164,7 @@ impl Kept {
             .map_err(|error| Failure::input(format!("{}: {error}", driven.file)))?;
         let name = PlannerDrives::file_name(driven.scenario.hash);
         self.files.insert(name, recording);
-        self.lines += &output::json_line(&document::document(driven))?;
+        self.lines += &output::json_line(&DriveRecord::new(driven))?;
         Ok(())
     }
 

@@ -9,6 +9,7 @@ mod export;
 mod figures;
 mod files;
 mod monitor;
+mod monitor_record;
 mod monitor_table;
 mod options;
 mod places;
@@ -21,6 +22,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::interrupt::{INTERRUPTED, interrupted};
@@ -30,11 +32,15 @@ use super::parallel::in_order;
 use super::progress::Progress;
 use super::row_file::Labels;
 use super::{Failure, Outcome, output};
-pub use document::{failed, missing};
+pub use compare::ComparisonRecord;
+pub use document::{
+    CycleRecord, DriveRecord, NotDrivenRecord, PlannerFailure, StandardErrorRecord,
+};
 use driven::DrivenScenario;
 use export::Export;
 use files::{Files, Targets};
 use monitor::MonitorOptions;
+pub use monitor_record::MonitorDryRun;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Outcome as Ended;
 use nearmiss_formats::Entry;
@@ -202,6 +208,14 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     job.end(failure, stop.load(Ordering::Relaxed))
 }
 
+/// What a run notes of a drive for the run that continues it.
+#[derive(Serialize, Deserialize)]
+pub struct FinishedDrive {
+    pub document: DriveRecord,
+    /// Whether it ended at the goal or out of time.
+    unharmed: bool,
+}
+
 /// What became of a scenario.
 enum Work {
     /// An earlier run has driven it, with these notes.
@@ -246,9 +260,12 @@ impl Job<'_> {
     fn keep(&mut self, notes: &Value) -> Result<ControlFlow<()>, Failure> {
         self.next += 1;
         self.kept += 1;
-        self.harmed += usize::from(notes["unharmed"] == false);
-        self.failed += usize::from(notes["document"]["outcome"] == "planner_error");
-        self.tell(&notes["document"])?;
+        let drive = FinishedDrive::deserialize(notes).map_err(|why| {
+            Failure::input(format!("the notes of an earlier run cannot be read: {why}"))
+        })?;
+        self.harmed += usize::from(!drive.unharmed);
+        self.failed += usize::from(drive.document.outcome == "planner_error");
+        self.report(&drive.document)?;
         Ok(self.next_one())
     }
 
@@ -265,7 +282,7 @@ impl Job<'_> {
             Err(error) => {
                 let is_finding = matches!(error, PlanError::NothingToPlan(_));
                 if self.arguments.json {
-                    self.line(&document::missing(entry, &error))?;
+                    self.line(&NotDrivenRecord::new(entry, &error))?;
                 }
                 if self.entries.len() == 1 && !is_finding {
                     return Err(Failure::input(error));
@@ -290,14 +307,14 @@ impl Job<'_> {
             failure.say();
             return Ok(self.next_one());
         }
-        self.tell(&document::document(&driven))?;
+        self.report(&DriveRecord::new(&driven))?;
         Ok(self.next_one())
     }
 
     /// Shows a drive, whenever it was driven.
-    fn tell(&mut self, drive: &Value) -> Result<(), Failure> {
+    fn report(&mut self, drive: &DriveRecord) -> Result<(), Failure> {
         if let Some(export) = &mut self.export {
-            export.add(drive);
+            export.add(drive)?;
         }
         if self.arguments.json {
             return self.line(drive);
@@ -319,7 +336,7 @@ impl Job<'_> {
         }
     }
 
-    fn line(&mut self, value: &serde_json::Value) -> Result<(), Failure> {
+    fn line(&mut self, value: &impl Serialize) -> Result<(), Failure> {
         let line = output::json_line(value)?;
         self.show(&line)
     }

@@ -165,11 +165,7 @@ impl Job<'_> {
             Reaction::Seconds(seconds) => Some(seconds),
         };
         let Some((delay, file)) = origin.certificate(delay) else {
-            let known: Vec<&str> = origin
-                .certificates
-                .iter()
-                .map(|(s, _)| s.as_str())
-                .collect();
+            let known: Vec<&str> = origin.certificates().map(|(seconds, _)| seconds).collect();
             return Err(named(&match (delay, known.is_empty()) {
                 (_, true) => "no good driver survives it, so there is no certificate".to_string(),
                 (delay, false) => format!(
@@ -191,7 +187,7 @@ impl Job<'_> {
         })?);
         // A certificate is driven with the same vehicle; its recording cannot say so.
         survived.ego.footprint = planned.ego.footprint.clone();
-        let planner = origin.planner.clone().unwrap_or_else(|| "planner".into());
+        let planner = origin.planner();
         let thresholds = &self.thresholds;
         let survivor = format!("good driver, {delay:.1} s");
         Ok((

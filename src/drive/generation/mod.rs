@@ -17,6 +17,7 @@ mod evasive_review;
 mod evasive_search;
 mod gate;
 mod joint_change;
+mod manifest;
 pub mod manoeuvre;
 mod manoeuvre_space;
 pub mod motion;
@@ -35,7 +36,6 @@ mod surrogate;
 mod tests;
 mod tracking;
 mod variant;
-mod variant_document;
 mod variant_generator;
 mod waypoints;
 mod wish;
@@ -55,6 +55,10 @@ pub use evasive_manoeuvre::EvasiveManoeuvre;
 pub use evasive_review::EvasiveReview;
 pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
 pub use joint_change::{JointChange, MOST_ATTACKERS};
+pub use manifest::{
+    AttackerRecord, CertificateRecord, ContactRecord, DriveEnd, EvasionRecord, LogLikelihoods,
+    Manifest, OriginalRecord, OutcomeName, PlannerIdentity, RefusalRecord, RequestedMotion,
+};
 pub use nearmiss_scene::scenario::HumanLimits;
 pub use plausibility::{MotionQuantity, MotionSamples, Plausibility, RecordedMotions};
 pub use refusal::{Reason, Refusal};
@@ -67,6 +71,5 @@ pub use select_attack::{SelectedAttack, choose};
 pub use style::AttackStyle;
 pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles, attacked_planner};
-pub use variant_document::{asked, attacker as attacker_document, refusal};
 pub use variant_generator::{GeneratorError, SearchEvent, Selection, VariantGenerator};
 pub use wish::{AllowedAttacks, AttackPlace, Wish};

@@ -220,7 +220,7 @@ impl VariantDisplay {
         let author = self
             .authorship
             .as_ref()
-            .map(|wrote| wrote.authored.document(Some(&chosen.attack)));
+            .map(|wrote| serde_json::json!(wrote.authored.record(Some(&chosen.attack))));
         let Attack {
             asked,
             change,

@@ -316,7 +316,7 @@ impl Model {
             Ok(_) => format!(
                 "{what}; {} opens the original {}, {} shows it beside",
                 self.look.key(Action::SwitchVariant),
-                saved.origin.id,
+                saved.origin.manifest.original.benchmark_id,
                 self.look.key(Action::SplitMap)
             ),
             Err(why) => format!("{what}; {why}"),

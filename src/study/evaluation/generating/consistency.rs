@@ -17,7 +17,7 @@ use super::choosing::other_task;
 use super::feedback::nearest;
 use super::outcome::{Authored, AuthoredAttack, Source};
 use super::{AuthorError, AuthorSession, Progress};
-use nearmiss_drive::generation::{Attack, Refusal, asked};
+use nearmiss_drive::generation::{Attack, Refusal, RequestedMotion};
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::scenario::{ContentHash, Scene, Window};
 use nearmiss_scene::verdict::Task;
@@ -129,7 +129,8 @@ impl AuthorSession<'_> {
             Err(_) => stage.scenario.clone(),
         };
         // An answer about it is none about the original.
-        let motion = format!("{} {:?}", asked(written), change.motions);
+        let asked = serde_json::json!(RequestedMotion::from(written));
+        let motion = format!("{asked} {:?}", change.motions);
         let parts = [&stage.scenario.hash.bytes()[..], motion.as_bytes()];
         scenario.hash = ContentHash::of_parts(parts);
         let scene = Scene::new(Arc::new(scenario), self.scene.ego.clone());
