@@ -109,15 +109,19 @@ pub struct AgreementRecord {
     pub of: usize,
     /// How probable it is by chance.
     pub by_chance: f64,
-    by_model: Place,
-    exact: Place,
+    /// The motion with the best grade.
+    pub by_model: Place,
+    /// The best motion by the exact ranking.
+    pub exact: Place,
 }
 
 /// Which conversation and which answer in it, both from 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-struct Place {
-    sample: u32,
-    retry: u32,
+pub struct Place {
+    /// Which conversation.
+    pub sample: u32,
+    /// Which answer in it.
+    pub retry: u32,
 }
 
 impl From<Source> for Place {

@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub use bound::{Bound, bound};
 pub use choosing::{Choice, ChosenBy, Proposal};
 pub use consistency::{Agreement, Grade, unchanged_name};
-pub use document::{AgreementRecord, AuthoredRecord};
+pub use document::{AgreementRecord, AuthoredRecord, Place};
 pub use feedback::{Nearest, nearest};
 pub use method::{Method, RETRIES, Ranking, SAMPLES, VOTES};
 pub use outcome::{Authored, AuthoredAttack, RefusedAnswer, Source, Tries};
