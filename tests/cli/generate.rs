@@ -24,15 +24,7 @@ fn a_variant_is_written_that_passes_the_gate_and_opens_again() {
         .map(String::as_str)
         .collect();
     let first = [
-        "variant",
-        "ego",
-        "attacker",
-        "outcome",
-        "min_risk_before",
-        "min_risk_after",
-        "avoidable",
-        "candidates",
-        "rejected",
+        "scenario", "file", "hash", "id", "variant", "ego", "by", "outcome", "attacker",
     ];
     assert_eq!(keys[0], "schema_version");
     assert_eq!(keys[1..10], first);

@@ -50,13 +50,7 @@ fn one_scenario_as_json_and_its_ego_as_csv() {
         .collect();
     assert_eq!(
         keys[..5],
-        [
-            "schema_version",
-            "outcome",
-            "collision_with",
-            "steps",
-            "cycles"
-        ]
+        ["schema_version", "scenario", "file", "hash", "planner"]
     );
     assert_eq!(said["outcome"], "goal");
     assert!(said["collision_with"].is_null() && said["goal"] == 0);

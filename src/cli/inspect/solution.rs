@@ -113,7 +113,6 @@ fn document(solution: &Solution) -> Value {
     json!({
         "scenario": solution.scenario_id,
         "benchmark_id": solution.benchmark_id(),
-        "scenario_id": solution.scenario_id,
         "version": solution.version,
         "date": solution.date.map(|d| d.to_string()),
         "computation_time": solution.computation_time,
