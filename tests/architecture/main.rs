@@ -1,6 +1,7 @@
 //! The module map of the design holds in the source: imports, homes of outside crates, sizes, first lines.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod figures;
 mod fixtures;
 mod rules;
 mod source;
@@ -9,11 +10,11 @@ use std::path::Path;
 
 const MOST_LINES: usize = 800;
 
-fn root() -> &'static Path {
+pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn none(complaints: &[String]) {
+pub fn none(complaints: &[String]) {
     assert!(complaints.is_empty(), "\n{}\n", complaints.join("\n"));
 }
 
