@@ -80,9 +80,8 @@ pub struct Ask {
     /// Number of the sample: each number is asked once and stored.
     #[arg(long, value_name = "N", default_value_t = 0)]
     sample: u32,
-    /// Print one JSON object; the answer is not streamed.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Neither read from nor write to the store.
     #[arg(long)]
     no_store: bool,
@@ -125,7 +124,12 @@ pub fn run(arguments: &Ask) -> Outcome {
     let bound = budget::resolve(arguments.budget, &config, &folders);
     let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
     if arguments.dry_run {
-        return dry_run::run(&question, &judge, bound.as_ref(), arguments.json);
+        return dry_run::run(
+            &question,
+            &judge,
+            bound.as_ref(),
+            arguments.format.is_json(),
+        );
     }
     let store = store(arguments, &folders)?;
     let options = RunOptions {
@@ -159,7 +163,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         options,
     };
     let outcome = runtime.block_on(async {
-        let mut words = stream::AnswerPrinter::new(!arguments.json);
+        let mut words = stream::AnswerPrinter::new(!arguments.format.is_json());
         let mut number = None;
         let outcome = tokio::select! {
             outcome = ask(request, |event| {
@@ -182,7 +186,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         })
     });
     let AskOutcome { answer, not_stored } = outcome?;
-    if arguments.json {
+    if arguments.format.is_json() {
         output::json(&document::document(&answer, &question, &judge))?;
     } else {
         output::text(&summary(&answer, &question.case, &judge))?;

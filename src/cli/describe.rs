@@ -1,4 +1,4 @@
-//! `nearmiss describe`: describes a window of a scene, and the source of each number in the text.
+//! `nearmiss prompt describe`: describes a window of a scene, and the source of each number in the text.
 
 use std::path::{Path, PathBuf};
 
@@ -29,9 +29,8 @@ pub struct Describe {
     frame: Frame,
     #[command(flatten)]
     span: Span,
-    /// Print one JSON object: the text, and the position (in bytes) and source of each number in it.
-    #[arg(long, alias = "trace")]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// File for the picture of a frame that has one: .png, as models are sent it, or .svg; with another name for the
     /// text.
     #[arg(short, long, value_name = "FILE")]
@@ -79,8 +78,9 @@ pub struct Document {
 }
 
 impl json::Output for Document {
-    const NAME: &'static str = "describe";
-    const TITLE: &'static str = "`describe --json`: a description and the source of its numbers";
+    const NAME: &'static str = "prompt-describe";
+    const TITLE: &'static str =
+        "`prompt describe --format json`: a description and the source of its numbers";
 }
 
 /// Runs `describe`.
@@ -135,7 +135,7 @@ fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
     let tokens =
         estimate_tokens(&described.text) + picture.as_ref().map_or(0, ScenePicture::tokens);
     let drawn = arguments.write(picture.as_ref(), &described.text)?;
-    if arguments.json {
+    if arguments.format.is_json() {
         output::document(&Document {
             scenario: entry.name,
             frame: arguments.frame.name(),

@@ -188,7 +188,7 @@ pub fn chosen_index(arguments: &Arguments) -> Result<Option<PathBuf>, Failure> {
     };
     if arguments.command.is_some() {
         return Err(Failure::input(
-            "--index before a command applies to the workbench; `nearmiss index show FOLDER` prints an index",
+            "--index before a command applies to the workbench; `nearmiss corpus show FOLDER` prints an index",
         ));
     }
     index_parts(folder).map_err(Failure::input)?;

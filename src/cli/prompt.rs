@@ -87,9 +87,8 @@ impl QuestionArguments {
 pub struct PromptArguments {
     #[command(flatten)]
     asked: QuestionArguments,
-    /// Print one JSON object: the messages, the template and its hash.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
 }
 
 /// The messages for programs.
@@ -109,15 +108,15 @@ pub struct Document {
 }
 
 impl json::Output for Document {
-    const NAME: &'static str = "prompt";
-    const TITLE: &'static str = "`prompt --json`: the messages to a model";
+    const NAME: &'static str = "prompt-show";
+    const TITLE: &'static str = "`prompt show --format json`: the messages to a model";
 }
 
 /// Runs `prompt`.
 pub fn run(arguments: &PromptArguments) -> Outcome {
     let (folders, config) = configuration()?;
     let question = arguments.asked.question(&folders, &config)?;
-    if arguments.json {
+    if arguments.format.is_json() {
         let case = &question.case;
         output::document(&Document {
             scenario: case.name.clone(),
@@ -139,7 +138,7 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
     if let Some(picture) = &question.picture {
         let (width, height) = picture.size();
         output::say(&format!(
-            "with a picture of {width} × {height} pixels, about {} tokens (estimated; models differ); `nearmiss describe --frame {} -o FILE.png` writes it",
+            "with a picture of {width} × {height} pixels, about {} tokens (estimated; models differ); `nearmiss prompt describe --frame {} -o FILE.png` writes it",
             picture.tokens(),
             question.case.frame.name(),
         ));

@@ -31,7 +31,11 @@ fn what_an_earlier_run_has_made_is_taken_over_and_not_attacked() {
     let home = Home::new();
     let xml = bundled_xml(CUT_IN);
     home.write("all/first.xml", &xml);
-    let told = [&["generate", "all", "-o", "all", "--json"][..], &FEW[..]].concat();
+    let told = [
+        &["generate", "all", "-o", "all", "--format=json"][..],
+        &FEW[..],
+    ]
+    .concat();
     let with = |more: &[&str]| home.run(&[&told[..], more].concat());
     let ended = with(&["--report", "r.json"]);
     let before = ended.json();
@@ -73,7 +77,7 @@ fn what_an_earlier_run_has_made_is_taken_over_and_not_attacked() {
     }
     // Another seed may make another variant.
     std::fs::remove_file(home.files().join("all/notes.json")).unwrap();
-    let one = ["generate", "all/first.xml", "-o", "all", "--json"];
+    let one = ["generate", "all/first.xml", "-o", "all", "--format=json"];
     let other = [&one[..], &FEW[..], &["--resume", "--seed", "2"]].concat();
     let other = home.run(&other).json();
     assert_eq!(other["taken_over"], false);
@@ -112,7 +116,13 @@ fn an_interrupt_keeps_and_tells_what_is_finished() {
         home.write(format!("all/s{i:02}.xml"), &xml);
     }
     let told = [
-        "generate", "all", "-o", "out", "--json", "--report", "r.json",
+        "generate",
+        "all",
+        "-o",
+        "out",
+        "--format=json",
+        "--report",
+        "r.json",
     ];
     let child = home.start(&[&told[..], &FEW[..]].concat());
     let begun = Instant::now();
@@ -151,7 +161,7 @@ const ASKED: [&str; 14] = [
     "--retries",
     "0",
     "--no-grades",
-    "--json",
+    "--format=json",
     "-o",
     "out",
 ];
@@ -168,7 +178,7 @@ async fn what_a_model_wrote_is_taken_over_too() {
         "301",
         "--seed",
         "5",
-        "--json",
+        "--format=json",
     ];
     let searched = tokio::task::block_in_place(|| home.run(&[&search[..], &FEW[..]].concat()));
     let answer = json!({
@@ -232,7 +242,9 @@ fn nothing_is_made_for_nobody() {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let mut command = home.command();
-        command.args(["generate", "all", "--json"]).args(more);
+        command
+            .args(["generate", "all", "--format=json"])
+            .args(more);
         let ended = command.stdout(writer).output().unwrap();
         let ended = Ended::of(&ended);
         ended.stderr.matches("no planning problem").count()

@@ -36,7 +36,7 @@ fn the_table_tells_keys_and_ends() {
     }
     assert!(!ended.stdout.contains(KEY) && !ended.stderr.contains(KEY));
     let ended = home
-        .run_with(&["models", "--offline", "--json"], &keys)
+        .run_with(&["models", "--offline", "--format=json"], &keys)
         .status(0);
     assert!(!ended.stdout.contains(KEY));
     let document = ended.json_lines();
@@ -95,7 +95,7 @@ async fn a_price_table_overlays_the_shipped_prices_until_its_file_is_deleted() {
     std::fs::remove_dir_all(home.config()).unwrap();
     let today = jiff::Zoned::now().date().to_string();
     let shown = |model: &str| {
-        let rows = run(&["models", "--offline", "--json"])
+        let rows = run(&["models", "--offline", "--format=json"])
             .status(0)
             .json_lines();
         row(&rows, model)["usd_per_million_tokens"].clone()
@@ -135,7 +135,7 @@ async fn a_price_table_overlays_the_shipped_prices_until_its_file_is_deleted() {
         "openai/tiny",
         "--base-url",
         server.base_url(),
-        "--json",
+        "--format=json",
     ];
     let keys = [("OPENAI_API_KEY", KEY)];
     let document = tokio::task::block_in_place(|| home.run_with(&ask, &keys))
@@ -226,7 +226,7 @@ async fn servers_of_this_machine_are_listed() {
     let run = |arguments: &[&str]| {
         tokio::task::block_in_place(|| home.run_with(arguments, &host).status(0))
     };
-    let document = run(&["models", "--json"]).json_lines();
+    let document = run(&["models", "--format=json"]).json_lines();
     let found = row(&document, "ollama/qwen3:8b");
     assert_eq!(
         (&found["dialect"], &found["running"]),
@@ -306,7 +306,7 @@ async fn a_server_of_another_dialect_is_asked_in_it() {
         url,
         "--dialect",
         "ollama",
-        "--json",
+        "--format=json",
     ];
     let document = tokio::task::block_in_place(|| home.run(&arguments))
         .status(0)
@@ -328,7 +328,7 @@ async fn a_key_in_a_file_is_used_and_shows_nowhere() {
     );
     home.write(home.config().join("config.toml"), config);
     let file = home.write(".env", format!("HOUSE_KEY='{KEY}'\n"));
-    let arguments = ["ask", CUT_IN, "--model", "house/big", "--json"];
+    let arguments = ["ask", CUT_IN, "--model", "house/big", "--format=json"];
     let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
     assert!(!ended.stdout.contains(KEY) && !ended.stderr.contains(KEY));
     // A file that came with downloaded scenarios would lead questions to a stranger's account.
@@ -482,7 +482,7 @@ async fn what_a_model_does_not_take_is_said() {
         "openai/old",
         "--seed",
         "4",
-        "--json",
+        "--format=json",
     ];
     let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
     ended.says(&[
@@ -536,7 +536,7 @@ fn the_configuration_in_the_manual_is_right() {
     let (block, _) = block.split_once("```").unwrap();
     home.write(home.config().join("config.toml"), block);
     let document = home
-        .run(&["models", "--offline", "--json"])
+        .run(&["models", "--offline", "--format=json"])
         .status(0)
         .json_lines();
     let mine = row(&document, "lab/my-model");

@@ -32,7 +32,7 @@ fn built_in(home: &Home, scenario: &str, more: &[&str], status: i32) -> Value {
         scenario,
         "--monitor",
         "reference/geometry",
-        "--json",
+        "--format=json",
     ];
     home.run(&[&told[..], more].concat()).status(status).json()
 }
@@ -80,7 +80,7 @@ fn the_built_in_judge_warns_before_a_contact_and_is_silent_without_danger() {
         "nothing is stored of the built-in judge"
     );
     // Without a monitor, nothing is said of one.
-    let alone = home.run(&["plan", TURN, "--json"]).status(0).json();
+    let alone = home.run(&["plan", TURN, "--format=json"]).status(0).json();
     assert!(alone.get("monitor").is_none());
     assert_eq!(alone["steps"], safe["steps"]);
 }
@@ -131,13 +131,13 @@ async fn answers_of_a_model_count_from_their_arrival_and_are_paid_for_once() {
     let told = [&told[..], &["--monitor-every", "2"]].concat();
     let planned = |more: &[&str]| run(&home, &[&told[..], more].concat());
 
-    let counted = planned(&["--dry-run", "--json"]).status(0).json();
+    let counted = planned(&["--dry-run", "--format=json"]).status(0).json();
     assert_eq!(
         (&counted["questions"], server.requests().len()),
         (&json!(4), 0)
     );
 
-    let first = planned(&["--json"])
+    let first = planned(&["--format=json"])
         .status(0)
         .says(&["lab/tiny: 4 questions"])
         .json();
@@ -165,7 +165,7 @@ async fn answers_of_a_model_count_from_their_arrival_and_are_paid_for_once() {
     );
 
     // The same again asks nothing, and counts the stored latencies.
-    let again = planned(&["--json"]).status(0).json();
+    let again = planned(&["--format=json"]).status(0).json();
     assert_eq!(server.requests().len(), 4);
     assert_eq!(again["monitor"]["warnings"], monitor["warnings"]);
     let stored = again["monitor"]["answers"].as_array().unwrap();

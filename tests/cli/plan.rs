@@ -38,7 +38,7 @@ fn timeless(mut line: Value) -> Value {
 fn one_scenario_as_json_and_its_ego_as_csv() {
     let home = Home::new();
     let told = ["plan", CUT_IN, "--prediction", "recorded", "--replan", "3"];
-    let arguments = [&told[..], &["--json", "-o"]].concat();
+    let arguments = [&told[..], &["--format=json", "-o"]].concat();
     let ended = home.run(&[&arguments[..], &["ego.csv"]].concat()).status(0);
     assert_eq!(ended.stderr, "");
     let said = ended.json();
@@ -106,7 +106,8 @@ fn one_scenario_as_json_and_its_ego_as_csv() {
     // `-` is standard output, where then nothing else is.
     let out = home.run(&[&told[..], &["-o", "-"]].concat()).status(0);
     assert_eq!(out.stdout, text);
-    home.run(&["plan", CUT_IN, "--json", "-o", "-"]).status(2);
+    home.run(&["plan", CUT_IN, "--format=json", "-o", "-"])
+        .status(2);
 }
 
 #[test]
@@ -284,7 +285,7 @@ fn what_cannot_be_planned_is_named_and_counted() {
         "all/turn.xml",
         "--planning-problem",
         &problem.to_string(),
-        "--json",
+        "--format=json",
     ];
     assert_eq!(
         home.run(&right).status(0).json()["planning_problem"],
@@ -311,7 +312,7 @@ fn a_collision_is_a_finding() {
     let home = Home::new();
     home.write("stands.xml", standing_in_the_ego());
     let ended = home
-        .run(&["plan", "stands.xml", "--json"])
+        .run(&["plan", "stands.xml", "--format=json"])
         .status(1)
         .says(&["1 of 1 drive ended"]);
     let said = ended.json();
@@ -336,7 +337,7 @@ fn every_scenario_has_a_line_of_json() {
         "all/c.xml",
         "<commonRoad timeStepSize=\"0.1\"><lanelet id=\"x\"",
     );
-    let said = lines(&home.run(&["plan", "all", "--json"]).status(1));
+    let said = lines(&home.run(&["plan", "all", "--format=json"]).status(1));
     assert_eq!(said.len(), 3);
     for (line, (name, why)) in said.iter().zip([
         ("a", "a.xml: no planning problem"),
@@ -358,7 +359,7 @@ fn every_scenario_has_a_line_of_json() {
         assert!(line["error"].as_str().unwrap_or_default().contains(why));
     }
     // The same status as with the table.
-    let broken = home.run(&["plan", "all/c.xml", "--json"]).status(2);
+    let broken = home.run(&["plan", "all/c.xml", "--format=json"]).status(2);
     assert!(broken.json()["error"].is_string());
 }
 
@@ -371,7 +372,10 @@ fn drives_that_end_where_they_start_say_so() {
     let (_, after) = goal.split_once("</goalState>").unwrap();
     let at_once = "<goalState><time><intervalStart>0</intervalStart><intervalEnd>20</intervalEnd></time></goalState>";
     home.write("there.xml", format!("{before}{at_once}{after}"));
-    let said = home.run(&["plan", "there.xml", "--json"]).status(0).json();
+    let said = home
+        .run(&["plan", "there.xml", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(
         (&said["outcome"], &said["steps"]),
         (&"goal".into(), &0.into())
@@ -387,7 +391,9 @@ fn nothing_is_driven_beyond_the_horizon() {
     let told = ["plan", TURN, "--horizon", "2", "--replan"];
     let refused = home.run(&[&told[..], &["21"]].concat()).status(2);
     refused.says(&["horizon of 2 s has 20 steps of 0.1 s; use at most --replan 20"]);
-    let most = home.run(&[&told[..], &["20", "--json"]].concat()).json();
+    let most = home
+        .run(&[&told[..], &["20", "--format=json"]].concat())
+        .json();
     assert_eq!(most["replan"], 20);
     assert!(most["note"].is_null());
 }
@@ -440,7 +446,7 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
         &config,
         "[planner]\nhorizon = 2\nprediction = \"constant-velocity\"\n\n[planner.weights]\noffset = 7.5\n",
     );
-    let of_file = home.run(&["plan", TURN, "--json"]).json();
+    let of_file = home.run(&["plan", TURN, "--format=json"]).json();
     assert_eq!(
         (&of_file["horizon"], &of_file["prediction"]),
         (&2.0.into(), &"constant-velocity".into())
@@ -449,7 +455,7 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
         .run(&[
             "plan",
             TURN,
-            "--json",
+            "--format=json",
             "--horizon",
             "3.5",
             "--replan",
@@ -467,7 +473,7 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
     assert_eq!((&said["replan"], &said["vehicle"]), (&3.into(), &3.into()));
     assert!(said["cycles"].as_u64() < said["steps"].as_u64());
 
-    let printed = home.run(&["--print-config"]).status(0).stdout;
+    let printed = home.run(&["config", "print"]).status(0).stdout;
     let line = |start: &str| {
         let found = printed.lines().find(|line| line.starts_with(start));
         found
@@ -557,7 +563,7 @@ fn an_interrupt_ends_with_the_part_that_is_done() {
 fn traffic_rules_are_reported_and_can_be_switched_off() {
     let home = Home::new();
     for (mode, more) in [("obey", &[][..]), ("off", &["--rules", "off"][..])] {
-        let ended = home.run(&[&["plan", TURN, "--json"][..], more].concat());
+        let ended = home.run(&[&["plan", TURN, "--format=json"][..], more].concat());
         let said = ended.json();
         assert_eq!(said["rule_mode"], mode);
         let rules = said["rules"].as_array().unwrap();
@@ -583,7 +589,7 @@ fn every_bundled_scenario_can_be_planned() {
         &[
             &[
                 "plan",
-                "--json",
+                "--format=json",
                 "--prediction",
                 "recorded",
                 "--replan",
@@ -613,7 +619,7 @@ fn without_a_named_problem_the_one_of_the_recorded_ego_is_solved() {
     let other = own.replacen(&format!("\"{id}\""), "\"98765\"", 1);
     home.write("two.xml", xml.replacen(own, &format!("{other}{own}"), 1));
     let solved = |more: &[&str]| {
-        let arguments = ["plan", "two.xml", "--json", "--horizon", "2"];
+        let arguments = ["plan", "two.xml", "--format=json", "--horizon", "2"];
         let said = home.run(&[&arguments[..], more].concat()).json();
         said["planning_problem"].to_string()
     };
@@ -627,7 +633,7 @@ fn without_a_named_problem_the_one_of_the_recorded_ego_is_solved() {
 fn traffic_that_reacts_is_written_as_it_was_driven() {
     let home = Home::new();
     std::fs::create_dir(home.files().join("out")).unwrap();
-    let told = ["plan", CUT_IN, "--traffic", "reactive", "--json"];
+    let told = ["plan", CUT_IN, "--traffic", "reactive", "--format=json"];
     let written = [&told[..], &["-o", "out", "--with-scenario"]].concat();
     let said = home.run(&written).status(0).json();
     assert_eq!(said["traffic"], "reactive");
@@ -656,7 +662,10 @@ fn traffic_that_reacts_is_written_as_it_was_driven() {
         assert!(from.is_none() || differs, "{} is as recorded", old.id);
     }
     // Without it, nothing reacts.
-    let said = home.run(&["plan", CUT_IN, "--json"]).status(0).json();
+    let said = home
+        .run(&["plan", CUT_IN, "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(
         (&said["traffic"], &said["reacted"]),
         (&"recorded".into(), &0.into())

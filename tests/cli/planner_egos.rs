@@ -87,7 +87,15 @@ fn drives_that_are_gone_are_missed() {
 fn a_planner_is_an_ego_wherever_one_is_named() {
     let home = Home::new();
     let described = |more: &[&str]| {
-        let told = ["describe", CUT_IN, "--frame", "cartesian", "--at", "20"];
+        let told = [
+            "prompt",
+            "describe",
+            CUT_IN,
+            "--frame",
+            "cartesian",
+            "--at",
+            "20",
+        ];
         home.run(&[&told[..], more].concat()).status(0).stdout
     };
     assert_ne!(described(&[]), described(&["--ego", "planner"]));
@@ -98,7 +106,10 @@ fn a_planner_is_an_ego_wherever_one_is_named() {
         .status(0)
         .stdout;
     assert_ne!(measured, home.run(&["metrics", CUT_IN]).status(0).stdout);
-    let wrong = |ego: &str| home.run(&["describe", CUT_IN, "--ego", ego]).status(2);
+    let wrong = |ego: &str| {
+        home.run(&["prompt", "describe", CUT_IN, "--ego", ego])
+            .status(2)
+    };
     wrong("planner:nearmis").says(&["no planner of this name", "did you mean `nearmiss`"]);
     wrong("planner:sh -c 'exit 3'").says(&["not driven", "exit status 3"]);
     let ids = home.run(&["evaluate", CUT_IN, "--ego", "7"]).status(2);
@@ -171,7 +182,7 @@ fn the_good_driver_stands_beside_the_drive_in_a_variant() {
         "40",
         "-o",
         "out",
-        "--json",
+        "--format=json",
     ];
     let ended = home.run(&told);
     let line = ended.json();

@@ -76,7 +76,7 @@ fn a_failure_says_its_name_the_step_the_place_and_the_last_words() {
     let attacked = ["generate", CUT_IN, "--planner", "sh fake.sh die"];
     let ended = home.run(&attacked).status(1);
     ended.says(&["died at step 3", "stderr: boom"]);
-    let json = home.run(&[&attacked[..], &["--json", "--report", "report.json"]].concat());
+    let json = home.run(&[&attacked[..], &["--format=json", "--report", "report.json"]].concat());
     let line = &lines(&json)[0];
     assert_eq!(line["external_planner"]["error"], "died", "{line}");
     assert_eq!(line["external_planner"]["error_step"], 3);
@@ -106,7 +106,7 @@ fn steps_that_no_vehicle_can_do_are_remarked_and_not_judged() {
         table.contains("drives with steps beyond the vehicle: 1;"),
         "{table}"
     );
-    let said = home.run(&[&told[..], &["--json"]].concat()).json();
+    let said = home.run(&[&told[..], &["--format=json"]].concat()).json();
     let worst = &said["external_planner"]["worst_undrivable"];
     assert_eq!(worst["bound"], "displacement", "{said}");
     assert!(worst["value"].as_f64() > worst["limit"].as_f64());
@@ -198,7 +198,7 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
         table.stdout,
         table.stderr
     );
-    let drives = lines(&home.run(&[&told[..], &["--json"]].concat()));
+    let drives = lines(&home.run(&[&told[..], &["--format=json"]].concat()));
     assert_eq!(drives[1]["planner"], "recorded", "{}", drives[1]);
     assert_eq!(drives[1]["cycles"], 0);
     assert!(drives[1]["steps"].as_u64().unwrap() > 10);
@@ -218,7 +218,13 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
         (&beyond["scenarios"], &beyond["difference"]),
         (&0.into(), &Value::Null)
     );
-    let broken = ["plan", CUT_IN, "--against", "sh fake.sh die", "--json"];
+    let broken = [
+        "plan",
+        CUT_IN,
+        "--against",
+        "sh fake.sh die",
+        "--format=json",
+    ];
     let drives = lines(&home.run(&broken));
     let differences = drives[2]["differences"].as_array().unwrap();
     let of = |name: &str| {
@@ -285,7 +291,7 @@ fn an_attack_that_breaks_the_planner_is_an_outcome_of_its_own() {
         "20",
         "-o",
         "out",
-        "--json",
+        "--format=json",
     ];
     let ended = home.run(&made).status(0);
     let line = &lines(&ended)[0];
@@ -339,7 +345,7 @@ fn variants_of_another_version_of_the_planner_are_not_reused() {
         "12",
         "-o",
         "out",
-        "--json",
+        "--format=json",
         "--resume",
     ];
     home.run(&made);

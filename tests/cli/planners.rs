@@ -76,7 +76,7 @@ fn home() -> Home {
 /// Drives with the fake planner in a mode.
 fn drive(home: &Home, mode: &str, more: &[&str]) -> Ended {
     let planner = format!("sh fake.sh {mode}");
-    let told = ["plan", CUT_IN, "--planner", &planner, "--json"];
+    let told = ["plan", CUT_IN, "--planner", &planner, "--format=json"];
     home.run(&[&told[..], more].concat())
 }
 
@@ -149,7 +149,7 @@ fn each_misbehaviour_is_a_clear_outcome_and_leaves_nothing_running() {
             mode => format!("sh fake.sh {mode}"),
         };
         let ended = home
-            .run(&["plan", CUT_IN, "--planner", &name, "--json"])
+            .run(&["plan", CUT_IN, "--planner", &name, "--format=json"])
             .status(1);
         let said = ended.json();
         let external = &said["external_planner"];
@@ -373,7 +373,12 @@ fn the_planner_of_the_manual_drives_the_bundled_scenarios() {
     let Some(folder) = python() else { return };
     let planner = format!("python3 '{}'", folder.join("minimal.py").display());
     let names = BUNDLED.map(|(name, _)| name);
-    let told = [&["plan"], &names[..], &["--planner", &planner, "--json"]].concat();
+    let told = [
+        &["plan"],
+        &names[..],
+        &["--planner", &planner, "--format=json"],
+    ]
+    .concat();
     let ended = home.run(&told);
     let drives = lines(&ended);
     assert_eq!(drives.len(), BUNDLED.len(), "{}", ended.stderr);
@@ -417,7 +422,7 @@ fn two_planners_are_compared_and_another_one_is_attacked() {
         "40",
         "-o",
         "out",
-        "--json",
+        "--format=json",
     ];
     let ended = home.run(&made);
     let line = &lines(&ended)[0];

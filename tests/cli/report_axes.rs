@@ -30,7 +30,9 @@ fn a_table_over_axes_has_every_format() {
         markdown.contains("| Model ") && markdown.contains(", n = 12 |"),
         "{markdown}"
     );
-    let json = report(&[&axes[..], &["--json"]].concat()).status(0).stdout;
+    let json = report(&[&axes[..], &["--format=json"]].concat())
+        .status(0)
+        .stdout;
     let json: Value = serde_json::from_str(&json).unwrap();
     let cells = json["tables"][0]["cells"].as_array().unwrap();
     assert_eq!(
@@ -62,7 +64,7 @@ fn a_table_over_axes_has_every_format() {
     ] {
         assert!(latex.contains(words), "{words}: {latex}");
     }
-    let against = report(&["--rows", "model", "--against", "lab/large", "--json"])
+    let against = report(&["--rows", "model", "--against", "lab/large", "--format=json"])
         .status(0)
         .stdout;
     let against: Value = serde_json::from_str(&against).unwrap();

@@ -25,7 +25,7 @@ fn ask(home: &Home, url: &str, dialect: Dialect, more: &[&str]) -> Ended {
         "--dialect",
         name,
     ];
-    all.extend(["--json", "--tools"]);
+    all.extend(["--format=json", "--tools"]);
     all.extend(more);
     tokio::task::block_in_place(|| home.run(&all))
 }
@@ -192,7 +192,7 @@ async fn a_killed_run_goes_on_after_its_paid_rounds() {
         "--dialect",
         "anthropic",
         "--tools",
-        "--json",
+        "--format=json",
     ];
     let mut child = home.start(&arguments);
     for _ in 0..400 {
@@ -323,7 +323,7 @@ async fn models_whose_chat_refuses_tools_are_asked_by_responses() {
     let url = format!("{}/v1", server.base_url());
     let ask = |more: &[&str]| {
         let mut all = vec!["ask", CUT_IN, "--model", "openai/gpt-6-luna"];
-        all.extend(["--base-url", &url, "--json"].iter().chain(more));
+        all.extend(["--base-url", &url, "--format=json"].iter().chain(more));
         let keys = [("OPENAI_API_KEY", "sk-0123456789")];
         tokio::task::block_in_place(|| home.run_with(&all, &keys)).status(0)
     };

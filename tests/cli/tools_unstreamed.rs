@@ -142,7 +142,7 @@ async fn calls_in_whole_documents_are_answered_stored_and_counted_in_every_diale
             server.base_url(),
             "--dialect",
             dialect.name(),
-            "--json",
+            "--format=json",
             "--tools",
         ];
         let asked = || {

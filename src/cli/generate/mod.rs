@@ -94,7 +94,7 @@ pub struct GenerateArguments {
     fresh: bool,
     /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost; with --wish,
     /// only print what is understood.
-    #[arg(long, conflicts_with_all = ["output", "report", "check", "json"])]
+    #[arg(long, conflicts_with_all = ["output", "report", "check", "format"])]
     dry_run: bool,
     /// Maximum total cost of all answers in US dollars.
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
@@ -133,9 +133,8 @@ pub struct GenerateArguments {
     how: PlanOptions,
     #[command(flatten)]
     planner: PlannerOptions,
-    /// Print JSON lines: one object a scenario.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Folder for the variants with their egos, solutions, certificates and manifests; created if missing.
     #[arg(short = 'o', long, value_name = "FOLDER")]
     output: Option<PathBuf>,
@@ -233,7 +232,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let entries = found(&arguments.paths)?;
     if let Some(variant) = &arguments.check {
         let gate = (arguments.style, arguments.attackers);
-        return check::run(&entries, variant, gate, arguments.json);
+        return check::run(&entries, variant, gate, arguments.format.is_json());
     }
     if arguments.rank == Ranking::Model && arguments.no_grades {
         return Err(Failure::input(
@@ -296,7 +295,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     }
     let mut job = Job {
         folder: arguments.output.as_deref(),
-        json: arguments.json,
+        json: arguments.format.is_json(),
         by: &by,
         unheard: arguments.output.is_some() || arguments.report.is_some(),
         summary: Summary::new(entries.len()),
@@ -325,7 +324,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     drop(progress);
     let done = job.done;
     let summary = job.summary;
-    if !arguments.json && done > 0 {
+    if !arguments.format.is_json() && done > 0 {
         output::text(&summary.words())?;
     }
     if let Some(path) = &arguments.report {

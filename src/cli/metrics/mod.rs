@@ -64,9 +64,6 @@ pub struct Metrics {
     /// Format of the table [default: from the file name, else csv].
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// The same as --format json.
-    #[arg(long, conflicts_with = "format")]
-    json: bool,
     #[command(flatten)]
     spreadsheet: output::ForSpreadsheet,
     #[command(flatten)]
@@ -235,7 +232,7 @@ fn in_a_line(provenance: &Provenance) -> Value {
 impl Metrics {
     /// The format that is named.
     fn asked(&self) -> Option<Format> {
-        self.format.or(self.json.then_some(Format::Json))
+        self.format
     }
 
     /// The folder for Parquet parts.

@@ -1,5 +1,6 @@
 //! What commands write: data on standard output or into a file, as text or as a table; words on standard error.
 
+mod format;
 mod parquet;
 mod spreadsheet;
 mod table;
@@ -10,6 +11,7 @@ mod writer;
 use std::io::{self, Write};
 
 use super::{Failure, Outcome, json};
+pub use format::FormatOption;
 pub use spreadsheet::ForSpreadsheet;
 pub use table::{Cell, Column, Kind, Row, Table};
 pub use target::{OutputFile, Target, file_of, format_of, format_of_name, refused, written};

@@ -54,7 +54,7 @@ pub fn run(
     let problem = arguments.how.planning_problem;
     let labels = Labels::new(entries);
     let mut job = Comparison {
-        json: arguments.json,
+        json: arguments.format.is_json(),
         export: Export::begin(
             (arguments.table.as_deref(), arguments.spreadsheet),
             arguments.files.overwrites(),

@@ -20,7 +20,7 @@ const ENDINGS: &[(&str, Format)] = &[
     ("parquet", Format::Parquet),
 ];
 
-/// The columns, and where their values are in what `plan --json` prints; lists are joined by spaces, lines of standard
+/// The columns, and where their values are in what `plan --format json` prints; lists are joined by spaces, lines of standard
 /// error by line breaks. Behind them each rule has a column with what became of it.
 const COLUMNS: [(&str, &str, Kind, &str); 42] = [
     ("scenario", "/scenario", Kind::Text, ""),
@@ -199,7 +199,7 @@ impl Export {
         }))
     }
 
-    /// Adds a drive, as `plan --json` prints it.
+    /// Adds a drive, as `plan --format json` prints it.
     pub fn add(&mut self, drive: &Value) {
         let nothing = Value::Null;
         let cell = |(_, place, kind, _): &(&str, &str, Kind, &str)| {

@@ -65,9 +65,8 @@ pub struct PlanArguments {
     against: Option<String>,
     #[command(flatten)]
     monitor: MonitorOptions,
-    /// Print JSON lines: one object per scenario; `error` if it could not be planned.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Write a table with a row for each drive: outcome, kind of collision, comfort, time to the goal, near misses, time
     /// a cycle; .csv, .json, .jsonl or .parquet. With two planners each scenario has two rows.
     #[arg(long, value_name = "FILE")]
@@ -80,9 +79,9 @@ pub struct PlanArguments {
 
 /// Runs `plan`.
 pub fn run(arguments: &PlanArguments) -> Outcome {
-    if arguments.files.to_stdout() && arguments.json {
+    if arguments.files.to_stdout() && arguments.format.is_json() {
         return Err(Failure::input(
-            "-o - and --json both write to standard output; name a file for -o",
+            "-o - and --format json both write to standard output; name a file for -o",
         ));
     }
     let (folders, config) = configuration()?;
@@ -104,7 +103,13 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     let setup = arguments.monitor.setup(&folders, &config)?;
     let stop = interrupted(true);
     if let Some(setup) = setup.as_ref().filter(|_| arguments.monitor.is_dry_run()) {
-        return setup.dry_run(&entries, problem, &settings, &stop, arguments.json);
+        return setup.dry_run(
+            &entries,
+            problem,
+            &settings,
+            &stop,
+            arguments.format.is_json(),
+        );
     }
     let external = planner.and_then(|planner| planner.external.as_ref());
     let said = match external {
@@ -264,7 +269,7 @@ impl Job<'_> {
             Ok(driven) => driven,
             Err(error) => {
                 let is_finding = matches!(error, PlanError::NothingToPlan(_));
-                if self.arguments.json {
+                if self.arguments.format.is_json() {
                     self.line(&document::missing(entry, &error))?;
                 }
                 if self.entries.len() == 1 && !is_finding {
@@ -299,7 +304,7 @@ impl Job<'_> {
         if let Some(export) = &mut self.export {
             export.add(drive);
         }
-        if self.arguments.json {
+        if self.arguments.format.is_json() {
             return self.line(drive);
         }
         if !std::mem::replace(&mut self.begun, true) {
@@ -345,7 +350,7 @@ impl Job<'_> {
     /// The sum, and the exit status.
     fn end(mut self, failure: Option<Failure>, interrupted: bool) -> Outcome {
         let (missed, all) = (self.missed.input + self.missed.finding, self.entries.len());
-        if !self.arguments.json && self.next > 0 && (all > 1 || self.begun) {
+        if !self.arguments.format.is_json() && self.next > 0 && (all > 1 || self.begun) {
             let sum =
                 std::mem::replace(&mut self.table, Table::new(Labels::default(), false, false))
                     .sum(missed);

@@ -45,7 +45,7 @@ pub fn names(rules: impl Iterator<Item = Rule>) -> Vec<&'static str> {
     rules.map(Rule::name).collect()
 }
 
-/// The rules that a drive broke, as `plan --json` prints it.
+/// The rules that a drive broke, as `plan --format json` prints it.
 fn broken(drive: &Value) -> impl Iterator<Item = Rule> {
     let named = drive["rules_broken"].as_array().into_iter().flatten();
     named.filter_map(|name| Rule::ALL.into_iter().find(|rule| name == rule.name()))

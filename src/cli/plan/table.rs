@@ -1,6 +1,6 @@
 //! The table of outcomes: one line a scenario, printed as it finishes, and a summary.
 //!
-//! It reads the drives as `plan --json` prints them, so those that an earlier run has finished are shown like new ones.
+//! It reads the drives as `plan --format json` prints them, so those that an earlier run has finished are shown like new ones.
 
 use serde_json::Value;
 
