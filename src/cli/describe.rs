@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::open::{EgoChoice, configuration, entry, frame, scene, user_thresholds};
-use super::span::Span;
+use super::set::{Assignment, assignment, settings};
+use super::span::{Span, Wording};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -29,6 +30,10 @@ pub struct Describe {
     frame: Frame,
     #[command(flatten)]
     span: Span,
+    /// Change how the scene is described: stride, radius, precision, form (compact or prose), contact, road, axes, measures.
+    /// See `nearmiss help prompting`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<Wording>)]
+    set: Vec<Assignment>,
     #[command(flatten)]
     format: output::FormatOption,
     /// File for the picture of a frame that has one: .png, as models are sent it, or .svg; with another name for the
@@ -120,9 +125,10 @@ fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
     let (folders, config) = configuration()?;
     let entry = entry(file)?;
     let scene = scene(&entry, &arguments.ego)?;
+    let wording = settings(&arguments.set).map_err(Failure::input)?;
     let decided = arguments
         .span
-        .settings(None, arguments.frame, &config)?
+        .settings(&wording, None, arguments.frame, &config)?
         .with(&Defaults::default());
     let thresholds = user_thresholds(&folders)?;
     let window = arguments

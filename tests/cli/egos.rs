@@ -179,14 +179,8 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
     let ended = home.run(&["metrics", CUT_IN, "--ego", "two.xml"]).status(0);
     ended.says(&["nearmiss: ego solution KS2", "cooperative", "9000"]);
     let chosen = |problem: &str| {
-        home.run(&[
-            "metrics",
-            CUT_IN,
-            "--ego",
-            "two.xml",
-            "--planning-problem",
-            problem,
-        ])
+        let ego = format!("two.xml#{problem}");
+        home.run(&["metrics", CUT_IN, "--ego", &ego])
     };
     chosen("9000")
         .status(2)
@@ -194,7 +188,7 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
     chosen("5")
         .status(2)
         .says(&["no ego for planning problem 5", "9000"]);
-    let alone = ["metrics", CUT_IN, "--planning-problem", "5"];
+    let alone = ["metrics", CUT_IN, "--ego", "#5"];
     home.run(&alone).status(2).says(&["planning problem 5"]);
     // Beside the scenario it is chosen without being named.
     home.write("in/s.xml", bundled_xml(CUT_IN));
@@ -202,7 +196,7 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
         "in/s.ego_trajectory.csv",
         solution(VehicleModel::Ks, &[9000]),
     );
-    home.run(&["metrics", "in/s.xml", "--planning-problem", "5"])
+    home.run(&["metrics", "in/s.xml", "--ego", "#5"])
         .status(2)
         .says(&["s.ego_trajectory.csv", "no ego for planning problem 5"]);
     let inspected = home
@@ -210,12 +204,10 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
         .status(0)
         .json();
     let own = inspected["ego"]["id"].to_string();
-    home.run(&["metrics", "in/s.xml", "--planning-problem", &own])
+    home.run(&["metrics", "in/s.xml", "--ego", &format!("#{own}")])
         .status(0);
-    let obstacle = ["metrics", CUT_IN, "--ego", "301", "--planning-problem", "5"];
-    home.run(&obstacle)
-        .status(2)
-        .says(&["--planning-problem chooses"]);
+    let obstacle = ["metrics", CUT_IN, "--ego", "301#5"];
+    home.run(&obstacle).status(2).says(&["301 is an obstacle"]);
 }
 
 #[test]
@@ -302,7 +294,14 @@ fn an_ego_that_does_not_fit_its_scenario_is_doubted() {
     let gap = gap.to_str().unwrap();
     let ended = home
         .run(&[
-            "prompt", "describe", CUT_IN, "--ego", gap, "--at", "62", "--form", "prose",
+            "prompt",
+            "describe",
+            CUT_IN,
+            "--ego",
+            gap,
+            "--at",
+            "62",
+            "--set=form=prose",
         ])
         .status(0);
     assert!(

@@ -175,8 +175,7 @@ async fn nothing_that_a_server_says_reaches_the_terminal_from_the_store() {
             &model,
             "--base-url",
             server.base_url(),
-            "--key-env",
-            "LAB_KEY",
+            "--set=key_env=LAB_KEY",
             "--fresh",
         ];
         let ended =

@@ -74,7 +74,7 @@ fn every_command_ends_with_a_sentence_whatever_is_missing() {
                 "--overwrite",
             ],
             &["render", name, "--what", "screen"],
-            &["plan", name, "--horizon", "0.5", "--replan", "5"],
+            &["plan", name, "--set=horizon=0.5", "--set=replan=5"],
             &["convert", name, "-o", "again.xml", "--overwrite"],
         ];
         for command in commands {

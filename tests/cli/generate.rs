@@ -241,7 +241,7 @@ fn an_attacker_that_vanishes_is_noted_with_step_and_seconds() {
     let home = Home::new();
     home.write("original.xml", bundled_xml(CUT_IN));
     let told = ["generate", "original.xml", "-o", "out", "--format=json"];
-    let few = ["--candidates", "6", "--replan", "10"];
+    let few = ["--candidates", "6", "--set=replan=10"];
     let said = home.run(&[&told[..], &few[..]].concat()).json();
     let file = home.files().join(said["variant"].as_str().unwrap());
     let xml = std::fs::read_to_string(file).unwrap();
@@ -300,7 +300,10 @@ async fn a_failing_server_is_no_rejected_motion() {
     scripts.extend(vec![Script::json(404, "{}"); 9]);
     let server = Server::start(scripts).await;
     let url = server.base_url().to_owned();
-    let told = by_model(&url, &["--samples", "2", "--retries", "1", "--format=json"]);
+    let told = by_model(
+        &url,
+        &["--set=samples=2", "--set=retries=1", "--format=json"],
+    );
     let ended = tokio::task::block_in_place(|| home.run(&told))
         .status(1)
         .says(&["answer 1, try 1: failed: ", "stopped: "]);
@@ -317,10 +320,8 @@ async fn a_model_that_answers_nonsense_exports_nothing() {
     let server = Server::start(says("I like trains.", 12)).await;
     let url = server.base_url().to_owned();
     let more = [
-        "--samples",
-        "2",
-        "--retries",
-        "1",
+        "--set=samples=2",
+        "--set=retries=1",
         "--format=json",
         "-o",
         "out",
@@ -353,7 +354,7 @@ async fn a_dry_run_counts_votes_motions_and_grades_and_asks_nothing() {
     let url = server.base_url().to_owned();
     let told = by_model(&url, &["--dry-run"]);
     let run = |more: &[&str]| {
-        let told = [&told[..], &["--replan", "10"], more].concat();
+        let told = [&told[..], &["--set=replan=10"], more].concat();
         let ended = tokio::task::block_in_place(|| home.run(&told)).status(0);
         let row = ended.stdout.lines().nth(1).unwrap().to_string();
         let cells: Vec<String> = row.split_whitespace().skip(1).map(str::to_string).collect();
@@ -362,18 +363,15 @@ async fn a_dry_run_counts_votes_motions_and_grades_and_asks_nothing() {
     // Three votes, five conversations of three answers, and a grade of each motion.
     assert_eq!(run(&[])[..4], ["33", "3", "15", "15"]);
     let least = [
-        "--votes",
-        "1",
-        "--samples",
-        "2",
-        "--retries",
-        "0",
-        "--no-grades",
+        "--set=votes=1",
+        "--set=samples=2",
+        "--set=retries=0",
+        "--set=grades=off",
     ];
     let least = run(&least);
     assert_eq!(least[..4], ["3", "1", "2", "0"]);
     assert!(least[4].parse::<usize>().unwrap() > 3000);
-    let named = ["--attacker", "301", "--no-feedback"];
+    let named = ["--attacker", "301", "--set=feedback=off"];
     assert_eq!(run(&named)[..4], ["20", "0", "15", "5"]);
     assert!(server.requests().is_empty() && home.runs().is_empty());
     let search = home.run(&["generate", CUT_IN, "--dry-run"]).status(2);

@@ -12,7 +12,7 @@ use super::support::server::{Script, Server};
 use super::{CUT_IN, bundled_xml};
 
 /// Very few motions and plans: what is made need not be good.
-const FEW: [&str; 4] = ["--candidates", "6", "--replan", "10"];
+const FEW: [&str; 3] = ["--candidates", "6", "--set=replan=10"];
 
 fn report(home: &Home, name: &str) -> Value {
     let bytes = std::fs::read(home.files().join(name)).unwrap();
@@ -149,18 +149,16 @@ fn an_interrupt_keeps_and_tells_what_is_finished() {
 }
 
 /// Asks a model at `url` for one motion of an obstacle.
-const ASKED: [&str; 14] = [
+const ASKED: [&str; 12] = [
     "generate",
     CUT_IN,
     "--model",
     "local/any",
     "--attacker",
     "301",
-    "--samples",
-    "1",
-    "--retries",
-    "0",
-    "--no-grades",
+    "--set=samples=1",
+    "--set=retries=0",
+    "--set=grades=off",
     "--format=json",
     "-o",
     "out",
@@ -187,7 +185,7 @@ async fn what_a_model_wrote_is_taken_over_too() {
     });
     let server = Server::start(says(&answer.to_string(), 1)).await;
     let url = server.base_url().to_owned();
-    let told = [&ASKED[..], &["--replan", "10", "--base-url", &url]].concat();
+    let told = [&ASKED[..], &["--set=replan=10", "--base-url", &url]].concat();
     let run = |more: &[&str]| {
         let told = [&told[..], more].concat();
         tokio::task::block_in_place(|| home.run(&told)).json()
@@ -199,13 +197,13 @@ async fn what_a_model_wrote_is_taken_over_too() {
     assert_eq!(again["taken_over"], true);
     assert_eq!(again["model"], before["model"]);
     // Another way of asking is another matter, though what was paid for stays.
-    let other = run(&["--resume", "--no-feedback"]);
+    let other = run(&["--resume", "--set=feedback=off"]);
     assert_eq!(other["taken_over"], false);
     assert_eq!(other["model"]["from_store"], 1);
     // What is not graded cannot be ranked by grades.
-    let told = [&told[..], &["--rank", "model"]].concat();
+    let told = [&told[..], &["--set=rank=model"]].concat();
     let refused = tokio::task::block_in_place(|| home.run(&told));
-    refused.status(2).says(&["--rank model", "--no-grades"]);
+    refused.status(2).says(&["rank=model", "grades=off"]);
 }
 
 #[cfg(unix)]

@@ -8,13 +8,12 @@ use super::support::program::Home;
 use super::{CUT_IN, bundled_xml};
 
 /// Very few motions and plans: what is made need not be good.
-const TOLD: [&str; 8] = [
+const TOLD: [&str; 7] = [
     "generate",
     CUT_IN,
     "--candidates",
     "6",
-    "--replan",
-    "10",
+    "--set=replan=10",
     "--attackers",
     "2",
 ];

@@ -194,7 +194,7 @@ fn inspect_shows_the_chosen_ego() {
         (&["--ego", "301"], "301, obstacle 301 taken as ego"),
         (&["--ego", "mine.csv"], "recorded in mine.csv"),
         (
-            &["--ego", "two.xml", "--planning-problem", &own],
+            &["--ego", &format!("two.xml#{own}")],
             "solution KS2 of planning problem",
         ),
     ];
@@ -259,7 +259,7 @@ fn the_workbench_takes_an_ego_for_one_scenario() {
     home.run(&[CUT_IN, "--ego", "5"])
         .status(2)
         .says(&["no obstacle 5"]);
-    home.run(&[CUT_IN, "--planning-problem", "5"])
+    home.run(&[CUT_IN, "--ego", "#5"])
         .status(2)
         .says(&["planning problem 5"]);
     home.run(&["--ego", "301", "inspect", CUT_IN])

@@ -246,7 +246,11 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         let kind = kinds.into_iter().find(is).expect("a line of a known kind");
         all.push((kind, line.to_string()));
     }
-    let compared = ["plan", CUT_IN, "--against", "nearmiss", "--format=json"];
+    let compared = [
+        &["plan", CUT_IN, "--format=json"],
+        &["--planner", "nearmiss"].repeat(2)[..],
+    ]
+    .concat();
     let compared = home.run(&compared).stdout;
     let (drives, comparison) = compared.trim_end().rsplit_once('\n').unwrap();
     all.push(("plan", drives.to_string()));

@@ -304,8 +304,7 @@ async fn a_server_of_another_dialect_is_asked_in_it() {
         "lab/tiny",
         "--base-url",
         url,
-        "--dialect",
-        "ollama",
+        "--set=dialect=ollama",
         "--format=json",
     ];
     let document = tokio::task::block_in_place(|| home.run(&arguments))
@@ -390,7 +389,7 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
         let arguments = [&["ask", CUT_IN, "--model", "lab/tiny"], more].concat();
         tokio::task::block_in_place(|| home.run(&arguments))
     };
-    let limit = ["--budget", "0.5", "--max-tokens", "100"];
+    let limit = ["--budget", "0.5", "--set=max_tokens=100"];
     // A server here that wants a key may forward to one that is paid.
     let forwarding = format!("{entry}key_command = \"echo key\"\n");
     ask(&forwarding, &limit)
@@ -403,12 +402,12 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
     ask(&entry, &["--budget", "-1"])
         .status(2)
         .says(&["positive"]);
-    let ended = ask(&entry, &["--budget", "0.05", "--max-tokens", "100"]).status(2);
+    let ended = ask(&entry, &["--budget", "0.05", "--set=max_tokens=100"]).status(2);
     ended.says(&["was not asked", "budget"]);
     // Nothing was sent, and a dry run says so beforehand.
     let dry = ask(
         &entry,
-        &["--budget", "0.05", "--max-tokens", "100", "--dry-run"],
+        &["--budget", "0.05", "--set=max_tokens=100", "--dry-run"],
     )
     .status(2);
     dry.says(&[
@@ -419,7 +418,7 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
         .status(2)
         .says(&["would not be asked: a budget needs a limit"]);
     assert!(server.requests().is_empty(), "nothing was sent");
-    let ended = ask(&entry, &["--budget", "5", "--max-tokens", "100"]).status(0);
+    let ended = ask(&entry, &["--budget", "5", "--set=max_tokens=100"]).status(0);
     assert!(
         ended.stdout.contains("cost          0.954000 USD"),
         "{}",
@@ -444,22 +443,22 @@ async fn the_budget_of_the_configuration_holds_unless_the_option_says_another() 
     let said = "config.toml:2: budget = 0.05; --budget USD";
     let little = format!("mouse = true\nbudget = 0.05\n{lab}");
     let forwarding = format!("{little}key_command = \"echo key\"\n");
-    ask(&forwarding, &["--max-tokens", "100"])
+    ask(&forwarding, &["--set=max_tokens=100"])
         .status(2)
         .says(&["none is known for tiny", said]);
     let little = little + prices;
     ask(&little, &[])
         .status(2)
-        .says(&["set max_tokens", said, "--max-tokens N"]);
-    ask(&little, &["--max-tokens", "100"])
+        .says(&["set max_tokens", said, "--set max_tokens=N"]);
+    ask(&little, &["--set=max_tokens=100"])
         .status(2)
         .says(&["raise the budget", said]);
-    let ended = ask(&little, &["--max-tokens", "100", "--budget", "0.04"])
+    let ended = ask(&little, &["--set=max_tokens=100", "--budget", "0.04"])
         .status(2)
         .says(&["budget of $0.0400"]);
     assert!(!ended.stderr.contains("config.toml:2"), "{}", ended.stderr);
     assert!(server.requests().is_empty(), "nothing was sent");
-    ask(&little, &["--max-tokens", "100", "--budget", "5"]).status(0);
+    ask(&little, &["--set=max_tokens=100", "--budget", "5"]).status(0);
     assert_eq!((server.requests().len(), home.runs().len()), (1, 1));
     // The built-in judge costs nothing.
     let built_in = ["ask", CUT_IN, "--model", "reference/geometry"];
@@ -480,8 +479,7 @@ async fn what_a_model_does_not_take_is_said() {
         CUT_IN,
         "--model",
         "openai/old",
-        "--seed",
-        "4",
+        "--set=seed=4",
         "--format=json",
     ];
     let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);

@@ -151,7 +151,7 @@ async fn what_breaks_off_has_a_bound_of_its_cost() {
     listed.says(&["2 runs: 0.954000 US dollars; 1 of unknown cost, at most "]);
     let shown = run(&home, &["runs", "show", "2"]).status(0).stdout;
     assert!(shown.contains("cost          at most "), "{shown}");
-    ask(1).says(&["--form compact", "--history", "--techniques base"]);
+    ask(1).says(&["form=compact", "--history", "--techniques base"]);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -308,7 +308,7 @@ async fn log_probabilities_are_kept_with_the_verdict_and_counted_in_reports() {
 async fn an_effort_that_the_model_does_not_take_is_refused_with_those_it_takes() {
     let home = Home::new();
     let ask = ["ask", CUT_IN, "--model", "deepseek/deepseek-flash"];
-    let ended = run(&home, &[&ask[..], &["--effort", "medium"]].concat()).status(2);
+    let ended = run(&home, &[&ask[..], &["--set=effort=medium"]].concat()).status(2);
     ended.says(&[
         "nothing was sent",
         "deepseek-flash does not take effort medium; it takes off, low, high or max",

@@ -13,11 +13,9 @@ const BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
 const TURN: &str = "ZAM_RightTurn-1_1_T-1";
 
 /// A planner that does not look far ahead runs into the queue.
-const SHORT: [&str; 6] = [
-    "--prediction",
-    "constant-velocity",
-    "--horizon",
-    "1",
+const SHORT: [&str; 4] = [
+    "--set=prediction=constant-velocity",
+    "--set=horizon=1",
     "--monitor-every",
     "0.5",
 ];
@@ -183,7 +181,7 @@ async fn costs_are_bounded_and_mistakes_are_named() {
     let url = server.base_url();
     let config = format!("max_tokens = 1000\n[provider.lab]\nbase_url = \"{url}\"\n{prices}");
     home.write(home.config().join("config.toml"), config);
-    let plan = |more: &[&str]| run(&home, &[&["plan", CUT_IN, "--replan", "5"], more].concat());
+    let plan = |more: &[&str]| run(&home, &[&["plan", CUT_IN, "--set=replan=5"], more].concat());
     let lab = ["--monitor", "lab/tiny"];
     let refused = plan(&[&lab[..], &["--budget", "0.000001"]].concat()).status(2);
     refused.says(&["at most $", "budget $0.000001", "nothing was sent"]);
@@ -218,8 +216,7 @@ async fn an_interrupt_ends_a_question_that_is_on_its_way() {
     let told = [
         "plan",
         TURN,
-        "--replan",
-        "10",
+        "--set=replan=10",
         "--monitor",
         "lab/tiny",
         "--base-url",

@@ -26,8 +26,7 @@ fn ask(home: &Home, url: &str, dialect: Dialect, more: &[&str]) -> Ended {
     let of_server = [
         "--base-url",
         url,
-        "--dialect",
-        dialect.name(),
+        &format!("--set=dialect={}", dialect.name()),
         "--format=json",
     ];
     let all = [
@@ -113,7 +112,7 @@ fn the_same_window_is_the_same_file_and_says_nothing_of_where_it_comes_from() {
     assert_eq!(first, drawn(&home, CUT_IN, &["--frame", "ego+picture"]));
     for other in [
         &["--frame", "picture", "--at", "20"][..],
-        &["--frame", "picture", "--radius", "15"],
+        &["--frame", "picture", "--set=radius=15"],
         &["--frame", "cartesian+picture"],
     ] {
         assert_ne!(first, drawn(&home, CUT_IN, other), "{other:?}");
@@ -228,12 +227,16 @@ fn what_cannot_be_written_is_said() {
         CUT_IN,
         "--frame",
         "ego+picture",
-        "--axes",
-        "lane",
+        "--set=axes=lane",
     ])
     .status(0);
     home.run(&[
-        "prompt", "describe", CUT_IN, "--frame", "picture", "--axes", "lane",
+        "prompt",
+        "describe",
+        CUT_IN,
+        "--frame",
+        "picture",
+        "--set=axes=lane",
     ])
     .status(2);
 }
@@ -353,8 +356,7 @@ async fn the_picture_is_counted_before_it_is_sent() {
             "picture",
             "--budget",
             "40",
-            "--max-tokens",
-            "100",
+            "--set=max_tokens=100",
         ],
     );
     refused.status(2).says(&["budget"]);

@@ -141,7 +141,7 @@ fn drives_are_exported_as_tables() {
         home.run(&[&told[..], more].concat()).status(0);
         std::fs::read(home.files().join(name)).unwrap()
     };
-    let csv = String::from_utf8(table("drives.csv", &["--against", "nearmiss"])).unwrap();
+    let csv = String::from_utf8(table("drives.csv", &["--planner", "nearmiss"])).unwrap();
     let rows: Vec<&str> = csv.lines().collect();
     assert_eq!(rows.len(), 3, "{csv}");
     assert!(
@@ -230,9 +230,9 @@ fn the_good_driver_stands_beside_the_drive_in_a_variant() {
 fn attacks_are_not_searched_in_traffic_that_reacts() {
     let home = Home::new();
     let told = home
-        .run(&["generate", CUT_IN, "--traffic", "reactive"])
+        .run(&["generate", CUT_IN, "--set=traffic=reactive"])
         .status(2);
-    told.says(&["--traffic reactive is not for `generate`"]);
+    told.says(&["--set traffic=reactive is not for `generate`"]);
 }
 
 #[test]

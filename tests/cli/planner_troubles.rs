@@ -48,7 +48,7 @@ fn a_failure_says_its_name_the_step_the_place_and_the_last_words() {
         ),
         (
             "slow",
-            &["cycle_timeout at step 3", "--planner-timeout", "`timeout`"],
+            &["cycle_timeout at step 3", "--set timeout", "`timeout`"],
         ),
         (
             "never",
@@ -129,8 +129,7 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
         "all",
         "-o",
         "out",
-        "--replan",
-        "20",
+        "--set=replan=20",
         "--resume",
         "--table",
         "drives.csv",
@@ -163,7 +162,7 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
     std::fs::remove_dir_all(home.files().join("out").join(BRAKING)).unwrap();
     let third = run(&[]).says(&["1 drive of an earlier run kept"]);
     assert_eq!(third.stdout.lines().count(), first.stdout.lines().count());
-    home.run(&[&plan[..4], &["--resume", "--replan", "5"], &plan[9..]].concat())
+    home.run(&[&plan[..4], &["--resume", "--set=replan=5"], &plan[8..]].concat())
         .status(2)
         .says(&["replan 20, now 5"]);
     home.write("drives.csv", "mine");
@@ -190,7 +189,14 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
         super::bundled_ego(CUT_IN),
     );
     let file = format!("{CUT_IN}.xml");
-    let told = ["plan", &file, "--against", "recorded"];
+    let told = [
+        "plan",
+        &file,
+        "--planner",
+        "nearmiss",
+        "--planner",
+        "recorded",
+    ];
     let table = home.run(&told);
     assert!(
         table.stdout.contains("recorded"),
@@ -221,7 +227,9 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
     let broken = [
         "plan",
         CUT_IN,
-        "--against",
+        "--planner",
+        "nearmiss",
+        "--planner",
         "sh fake.sh die",
         "--format=json",
     ];

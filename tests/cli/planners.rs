@@ -271,7 +271,7 @@ fn standard_error_is_kept_in_bounds_and_written_with_the_log() {
 #[test]
 fn in_real_time_answers_count_when_they_are_there() {
     let home = home();
-    let told = ["--real-time", "--planner-timeout", "5"];
+    let told = ["--real-time", "--set=timeout=5"];
     let said = drive(&home, "late", &told).json();
     let external = &said["external_planner"];
     assert_eq!(external["clock"], "real");
@@ -283,7 +283,7 @@ fn in_real_time_answers_count_when_they_are_there() {
         "{said}"
     );
     // The same planner is waited for in simulated time: a cycle a step.
-    let waited = drive(&home, "late", &["--replan", "20"]).json();
+    let waited = drive(&home, "late", &["--set=replan=20"]).json();
     assert_eq!(waited["external_planner"]["late_steps"], 0);
 }
 
@@ -330,11 +330,11 @@ fn what_is_asked_wrongly_is_refused() {
         "nearmiss",
         "--planner",
         "nearmiss",
-        "--against",
+        "--planner",
         "nearmiss",
     ];
     plan(&three).says(&["two can be compared"]);
-    plan(&["--against", "nearmiss", "-o", "ego.csv"]).says(&["without files"]);
+    plan(&[&three[..4], &["-o", "ego.csv"]].concat()).says(&["without files"]);
     let two = [
         "generate",
         CUT_IN,
@@ -401,7 +401,14 @@ fn two_planners_are_compared_and_another_one_is_attacked() {
     let Some(folder) = python() else { return };
     let home = home();
     let planner = format!("python3 '{}'", folder.join("minimal.py").display());
-    let told = ["plan", CUT_IN, "--against", &planner];
+    let told = [
+        "plan",
+        CUT_IN,
+        "--planner",
+        "nearmiss",
+        "--planner",
+        &planner,
+    ];
     let table = home.run(&told).stdout;
     for part in [
         "nearmiss",

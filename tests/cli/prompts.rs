@@ -49,14 +49,13 @@ fn techniques_change_the_text() {
 fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
     let home = Home::new();
     let run = |arguments: &[&str]| home.run(&[&["prompt", "show", CUT_IN], arguments].concat());
-    let paper = run(&["--pack", "paper"]).status(0).stdout;
+    let paper = run(&["--set=pack=paper"]).status(0).stdout;
     for words in ["TTC", "MDC", "Laterally aligned", "IsCollisionScenario"] {
         assert!(paper.contains(words), "{words}: {paper}");
     }
     assert!(!paper.contains("critical_obstacles"), "{paper}");
     let paper = run(&[
-        "--pack",
-        "paper",
+        "--set=pack=paper",
         "--task",
         "safety",
         "--frame",
@@ -65,13 +64,12 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
     .status(0)
     .stdout;
     assert!(paper.contains("HighRiskObstacle") && paper.contains("left border"));
-    let none = run(&["--pack", "paper", "--task", "attacker"]).status(2);
+    let none = run(&["--set=pack=paper", "--task", "attacker"]).status(2);
     assert!(none.stderr.contains("of the pack paper"), "{}", none.stderr);
     let chosen = run(&[
         "--frame",
         "metrics",
-        "--measures",
-        "thw,btn",
+        "--set=measures=thw,btn",
         "--techniques",
         "cp",
     ])
@@ -85,7 +83,7 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
         chosen.contains(",thw [s],btn\n") && !chosen.contains("- time gap:"),
         "{chosen}"
     );
-    let lane = run(&["--axes", "lane"]).status(0).stdout;
+    let lane = run(&["--set=axes=lane"]).status(0).stdout;
     assert!(
         lane.contains("- s and d: ") && lane.contains(",s [m],d [m],"),
         "{lane}"
@@ -94,8 +92,7 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
     let centre = run(&[
         "--task",
         "safety",
-        "--axes",
-        "centre",
+        "--set=axes=centre",
         "--techniques",
         "base",
     ])
@@ -122,13 +119,13 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
         .unwrap();
     let long: f64 = cells[at].parse().unwrap();
     assert!((long - (5.88 + (4.51 + 4.30) / 2.0)).abs() < 0.02, "{told}");
-    let wrong = run(&["--measures", "ttc"]).status(2);
+    let wrong = run(&["--set=measures=ttc"]).status(2);
     assert!(
         wrong.stderr.contains("option of the metrics frame"),
         "{}",
         wrong.stderr
     );
-    let wrong = run(&["--frame", "metrics", "--measures", "darc"]).status(2);
+    let wrong = run(&["--frame", "metrics", "--set=measures=darc"]).status(2);
     assert!(
         wrong.stderr.contains("did you mean `drac`"),
         "{}",
@@ -254,10 +251,17 @@ fn every_frame_is_described_in_both_forms_and_traced() {
     for frame in ["ego", "cartesian", "metrics", "trajectory"] {
         let mut lengths = Vec::new();
         for form in ["prose", "compact"] {
+            let form = format!("--set=form={form}");
             let mut arguments = vec![
-                "prompt", "describe", CUT_IN, "--frame", frame, "--form", form, "--stride", "3",
+                "prompt",
+                "describe",
+                CUT_IN,
+                "--frame",
+                frame,
+                &form,
+                "--set=stride=3",
             ];
-            arguments.extend(["--precision", "3", "--history", "20", "--obstacle", "301"]);
+            arguments.extend(["--set=precision=3", "--history", "20", "--obstacle", "301"]);
             let ended = home.run(&arguments).status(0).says(&["tokens (estimated)"]);
             lengths.push(ended.stdout.len());
             arguments.push("--format=json");
@@ -296,11 +300,11 @@ fn what_cannot_be_described_is_said_with_advice() {
     home.run(&["prompt", "describe", CUT_IN, "--frame", "polar"])
         .status(2)
         .says(&["cartesian, metrics, trajectory"]);
-    home.run(&["prompt", "describe", CUT_IN, "--stride", "0"])
+    home.run(&["prompt", "describe", CUT_IN, "--set=stride=0"])
         .status(2);
-    home.run(&["prompt", "describe", CUT_IN, "--precision", "10"])
+    home.run(&["prompt", "describe", CUT_IN, "--set=precision=10"])
         .status(2);
-    home.run(&["prompt", "describe", CUT_IN, "--form", "verse"])
+    home.run(&["prompt", "describe", CUT_IN, "--set=form=verse"])
         .status(2)
         .says(&["prose or compact"]);
 }
@@ -327,7 +331,7 @@ fn a_templates_defaults_hold_until_the_user_says_otherwise() {
         "{text}"
     );
     assert!(text.contains("4.5 m long"), "{text}");
-    let text = prompt(&["--history", "6", "--stride", "1", "--techniques", "cot"]);
+    let text = prompt(&["--history", "6", "--set=stride=1", "--techniques", "cot"]);
     assert!(
         text.contains("Be mine. COT\n") && steps(&text) == 6,
         "{text}"

@@ -392,7 +392,7 @@ fn a_scenario_is_described_in_both_frames() {
     let mut short = vec!["prompt", "describe", CUT_IN, "--at", "40", "--history", "3"];
     let table = home.run(&short).status(0).stdout;
     assert_eq!(table.matches(",ego,").count(), 3);
-    short.extend(["--form", "prose"]);
+    short.extend(["--set=form=prose"]);
     let prose = home.run(&short).status(0).stdout;
     assert_eq!(prose.matches("\nt = ").count(), 3);
     // Nothing tells where in the recording it is.
@@ -410,12 +410,12 @@ fn a_description_outside_the_recording_is_refused() {
     }
     home.run(&["prompt", "describe", CUT_IN, "--at", "soon"])
         .status(2);
-    home.run(&["prompt", "describe", CUT_IN, "--radius", "0"])
+    home.run(&["prompt", "describe", CUT_IN, "--set=radius=0"])
         .status(2)
-        .says(&["--radius"]);
-    home.run(&["prompt", "describe", CUT_IN, "--radius", "NaN"])
+        .says(&["radius"]);
+    home.run(&["prompt", "describe", CUT_IN, "--set=radius=NaN"])
         .status(2)
-        .says(&["--radius"]);
+        .says(&["radius"]);
     home.run(&["prompt", "describe", CUT_IN, "--frame", "upside-down"])
         .status(2)
         .says(&["ego, cartesian, metrics, trajectory"]);

@@ -132,7 +132,7 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     assert!(!times(described).contains(&"-3.50".to_string()));
     assert!(nearest.contains("-3.50,bus 304,"), "{nearest}");
     // An explicit stride holds.
-    let every = user(&prompt(&["--frame", "ego", "--stride", "1"]));
+    let every = user(&prompt(&["--frame", "ego", "--set=stride=1"]));
     assert_eq!(times(every.split_once("The nearest").unwrap().0).len(), 61);
     let metrics = user(&prompt(&["--frame", "metrics"]));
     assert!(metrics.contains("min ttc [s]"), "{metrics}");
@@ -142,13 +142,12 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     let chosen = user(&prompt(&[
         "--frame",
         "metrics",
-        "--measures",
-        "distance,risk",
+        "--set=measures=distance,risk",
     ]));
     assert!(chosen.contains(",risk"), "{chosen}");
-    let prose = prompt(&["--frame", "ego", "--form", "prose"]);
+    let prose = prompt(&["--frame", "ego", "--set=form=prose"]);
     assert!(user(&prose).contains("The nearest moment of each obstacle from t = -6.00 s"));
-    let lane = user(&prompt(&["--frame", "ego", "--axes", "lane"]));
+    let lane = user(&prompt(&["--frame", "ego", "--set=axes=lane"]));
     assert!(
         lane.contains("The nearest moment of each obstacle"),
         "{lane}"

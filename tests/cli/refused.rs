@@ -37,7 +37,7 @@ async fn what_is_in_the_store_needs_neither_key_nor_budget() {
     };
     stored(&[]);
     stored(&["--budget", "0.01"]);
-    stored(&["--base-url", server.base_url(), "--key-env", "LAB_OTHER"]);
+    stored(&["--base-url", server.base_url(), "--set=key_env=LAB_OTHER"]);
     configure(&home, &format!("{entry}key_command = \"false\""));
     stored(&[]);
     let fresh = ["--fresh"];
@@ -51,7 +51,7 @@ async fn what_is_refused_is_no_run() {
     let server = Server::start(vec![verdict()]).await;
     let here = format!("base_url = \"{}\"\n", server.base_url());
     let price = "[[provider.lab.prices]]\nmodel = \"tiny\"\ninput = 100\noutput = 1000\n";
-    let budget = ["--budget", "0.01", "--max-tokens", "100"];
+    let budget = ["--budget", "0.01", "--set=max_tokens=100"];
     let cases: [(String, &[&str], &str); 6] = [
         ("base_url = \"ftp://x\"".into(), &[], "`ftp:`"),
         (

@@ -48,7 +48,7 @@ fn verdict() -> Value {
 /// Asks the server at `url` about a bundled scenario, with the key in the environment.
 pub fn ask(home: &Home, url: &str, more: &[&str]) -> Ended {
     let mut arguments = vec!["ask", CUT_IN, "--model", "lab/tiny", "--base-url", url];
-    arguments.extend(["--key-env", "LAB_KEY"]);
+    arguments.extend(["--set=key_env=LAB_KEY"]);
     arguments.extend(more);
     let ended = tokio::task::block_in_place(|| home.run_with(&arguments, &[("LAB_KEY", KEY)]));
     assert!(
@@ -66,12 +66,9 @@ async fn a_streamed_verdict_is_printed_and_kept() {
     let server = Server::start(vec![streamed(&answer)]).await;
     let more = [
         "--format=json",
-        "--temperature",
-        "0.5",
-        "--max-tokens",
-        "900",
-        "--seed",
-        "4",
+        "--set=temperature=0.5",
+        "--set=max_tokens=900",
+        "--set=seed=4",
     ];
     let document = ask(&home, server.base_url(), &more).status(0).json();
     assert_eq!(document["task"], "collision");
@@ -321,8 +318,7 @@ async fn a_missing_key_is_asked_for_by_name() {
         "lab/tiny",
         "--base-url",
         url,
-        "--key-env",
-        "LAB_KEY_NOT_SET",
+        "--set=key_env=LAB_KEY_NOT_SET",
     ];
     let ended = tokio::task::block_in_place(|| home.run(&arguments));
     ended

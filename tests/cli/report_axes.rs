@@ -1,4 +1,4 @@
-//! `report --rows … --columns …`, `--against`, `--ablation` and `--figure`.
+//! `report --rows … --columns …`, `--against` and `--figure`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -53,9 +53,18 @@ fn a_table_over_axes_has_every_format() {
         csv.lines().nth(1).unwrap().split(',').nth(6),
         Some(of_json.as_str())
     );
-    let latex = report(&["--ablation", "--columns", "model", "--format", "latex"])
-        .status(0)
-        .stdout;
+    let latex = report(&[
+        "--rows",
+        "techniques",
+        "--against",
+        "base",
+        "--columns",
+        "model",
+        "--format",
+        "latex",
+    ])
+    .status(0)
+    .stdout;
     for words in [
         "\\toprule",
         "\\label{tab:nearmiss-collision-right-of-all-techniques-model-against}",

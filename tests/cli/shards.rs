@@ -293,8 +293,7 @@ fn drives_are_kept_with_their_outcomes() {
             "all",
             "-o",
             "out",
-            "--replan",
-            "20",
+            "--set=replan=20",
             "--format=json",
             "--resume",
         ];
@@ -307,5 +306,7 @@ fn drives_are_kept_with_their_outcomes() {
     assert_eq!(again.stdout, first.stdout);
     assert_eq!(files(&home.files().join("out")), before);
     run(&["--log", "log.json"]).status(2).says(&["--log"]);
-    run(&["--horizon", "3"]).status(2).says(&["other settings"]);
+    run(&["--set=horizon=3"])
+        .status(2)
+        .says(&["other settings"]);
 }

@@ -48,7 +48,7 @@ async fn the_same_request_is_sent_once() {
     assert_eq!(ask(&[])["justification"], "b", "the newest counts");
     assert_eq!(ask(&["--sample", "1"])["justification"], "c");
     assert_eq!(ask(&["--sample", "1"])["justification"], "c");
-    assert_eq!(ask(&["--temperature", "0.3"])["justification"], "d");
+    assert_eq!(ask(&["--set=temperature=0.3"])["justification"], "d");
     assert_eq!((server.requests().len(), home.runs().len()), (4, 4));
     run(&home, &["runs", "delete", "3"]).status(0);
     let none = super::remote::ask(&home, server.base_url(), &["--sample", "1"]);

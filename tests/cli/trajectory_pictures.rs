@@ -13,7 +13,7 @@ fn the_picture_has_the_times_of_its_words_and_one_obstacle() {
     };
     // No radius hides the obstacle, and the step in the recording is told.
     let usual = drawn(&home, CUT_IN, &asked(&["--at", "30"]));
-    assert!(usual == drawn(&home, CUT_IN, &asked(&["--at", "30", "--radius", "1"])));
+    assert!(usual == drawn(&home, CUT_IN, &asked(&["--at", "30", "--set=radius=1"])));
     assert!(usual != drawn(&home, CUT_IN, &asked(&["--at", "31"])));
     let words = home
         .run(&[&["prompt", "describe", CUT_IN][..], &asked(&["--at", "30"])].concat())

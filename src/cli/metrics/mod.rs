@@ -41,7 +41,7 @@ pub struct Metrics {
     paths: Vec<PathBuf>,
     /// List the measures instead: id, unit, dangerous direction, thresholds, name and source. With --scene, list the
     /// measures of whole scenes.
-    #[arg(long, conflicts_with_all = ["paths", "output", "radius", "reasons", "ego", "planning_problem"])]
+    #[arg(long, conflicts_with_all = ["paths", "output", "radius", "reasons", "ego"])]
     list: bool,
     #[command(flatten)]
     ego: EgoChoice,

@@ -29,6 +29,7 @@ use super::open::{configuration, found};
 use super::parallel::in_order;
 use super::progress::Progress;
 use super::row_file::Labels;
+use super::set::{Assignment, assignment, settings};
 use super::{Failure, Outcome, output};
 pub use document::{failed, missing};
 use driven::DrivenScenario;
@@ -40,7 +41,7 @@ use nearmiss_drive::simulation::Outcome as Ended;
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::VehicleType;
 use nearmiss_workflow::PlanError;
-pub use options::PlanOptions;
+pub use options::{PlannerSettings, ProblemOption};
 pub use planners::{PlannerOptions, identity};
 use table::Table;
 
@@ -56,13 +57,14 @@ pub struct PlanArguments {
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     #[command(flatten)]
-    how: options::PlanOptions,
+    how: ProblemOption,
+    /// Change a setting of the planner, with the keys of [planner] in config.toml: prediction (recorded,
+    /// constant-velocity, lane), traffic (recorded, reactive), rules (obey, off), replan (steps), horizon (seconds),
+    /// vehicle (1 to 4) and others, and timeout (seconds a cycle) of a process. See `nearmiss help configuration`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<PlannerSettings>)]
+    set: Vec<Assignment>,
     #[command(flatten)]
     planners: PlannerOptions,
-    /// Drive every scenario with this planner too, and compare both: paired differences with intervals. The same as a
-    /// second --planner. `recorded` compares with the recorded ego.
-    #[arg(long, value_name = "NAME|COMMAND", conflicts_with = "monitor")]
-    against: Option<String>,
     #[command(flatten)]
     monitor: MonitorOptions,
     #[command(flatten)]
@@ -85,17 +87,14 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         ));
     }
     let (folders, config) = configuration()?;
-    let settings = arguments.how.settings(&config)?;
+    let set: PlannerSettings = settings(&arguments.set).map_err(Failure::input)?;
+    let settings = set.over(&config)?;
     let entries = arguments.files.part_of(found(&arguments.paths)?);
     if entries.is_empty() {
         return Ok(());
     }
     let problem = arguments.how.planning_problem;
-    let planners = arguments
-        .planners
-        .clone()
-        .and(arguments.against.as_deref())
-        .chosen(&config)?;
+    let planners = arguments.planners.chosen(&config, set.timeout)?;
     if planners.len() > 1 {
         return compare::run(arguments, &entries, &planners, &settings);
     }

@@ -80,7 +80,7 @@ pub struct ReportArguments {
         long,
         value_name = "FIGURE",
         value_parser = ReportFigure::parse,
-        conflicts_with_all = ["paper", "against", "ablation", "format", "pairs"]
+        conflicts_with_all = ["paper", "against", "format", "pairs"]
     )]
     figure: Option<ReportFigure>,
     #[command(flatten)]
