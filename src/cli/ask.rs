@@ -11,16 +11,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use budget::Bound;
-use clap::builder::PossibleValuesParser;
 
 use super::cost;
 use super::interrupt::{self, INTERRUPTED};
 use super::open::{configuration, judge_of};
-use super::prompt::QuestionArguments;
+use super::prompt::{QuestionArguments, QuestionSettings};
+use super::set::{Assignment, Settable, assignment, number, on_or_off, settings};
 use super::time;
 use super::tool_options::ToolLimitOptions;
 use super::{Failure, Outcome, output};
 use nearmiss_ask::llm::{Dialect, Effort, Environment, Parameters, Registry};
+use nearmiss_base::system::unknown;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::{CriticalObstacle, Task};
 use nearmiss_settings::{Config, Folders};
@@ -42,34 +43,11 @@ pub struct Ask {
     /// Address of the server, in place of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
-    /// Wire protocol of --base-url [default: the dialect of the provider, else openai_chat].
-    #[arg(long, value_name = "NAME", requires = "base_url", value_parser = PossibleValuesParser::new(Dialect::ALL.map(Dialect::name)))]
-    dialect: Option<String>,
-    /// Environment variable that holds the key for --base-url [default: that of the provider].
-    #[arg(long, value_name = "NAME", requires = "base_url")]
-    key_env: Option<String>,
-    /// Sampling temperature, 0 to 2 [default: the server's].
-    #[arg(long, allow_negative_numbers = true, value_parser = temperature)]
-    temperature: Option<f64>,
-    /// Maximum number of tokens in the answer [default: the server's].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    max_tokens: Option<u32>,
-    /// Sampling seed, if the server supports one.
-    #[arg(long)]
-    seed: Option<u64>,
-    /// Reasoning effort: off, minimal, low, medium, high, xhigh or max [default: the server's].
-    #[arg(long, value_parser = effort)]
-    effort: Option<Effort>,
-    /// Let the model call tools that compute distances, measures, lanes and predictions from the described window
-    /// [default: `tools` in config.toml, else no]; `nearmiss help tools` lists them.
-    #[arg(long)]
-    tools: bool,
-    #[command(flatten)]
-    tool_limits: ToolLimitOptions,
-    /// Ask for the log probabilities of the answer, where the model gives them [default: `log_probabilities` in
-    /// config.toml, else no].
-    #[arg(long)]
-    log_probabilities: bool,
+    /// Change a setting of the question (those of `prompt show`), or of the request: temperature, max_tokens, seed, effort,
+    /// tools, tool_rounds, tool_calls, log_probabilities [default: from config.toml]; with --base-url dialect and key_env,
+    /// the variable that holds the key [default: those of the provider]. See `nearmiss help providers`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<AskSettings>)]
+    set: Vec<Assignment>,
     /// Maximum cost of the answer in US dollars; needs a known price and a token limit [default: `budget` in
     /// config.toml, else none].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
@@ -80,15 +58,73 @@ pub struct Ask {
     /// Number of the sample: each number is asked once and stored.
     #[arg(long, value_name = "N", default_value_t = 0)]
     sample: u32,
-    /// Print one JSON object; the answer is not streamed.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Neither read from nor write to the store.
     #[arg(long)]
     no_store: bool,
     /// Say how many tokens the question has and what it costs at most; nothing is sent.
     #[arg(long)]
     dry_run: bool,
+}
+
+/// Settings of a question and its request.
+#[derive(Debug, Clone, Default)]
+struct AskSettings {
+    question: QuestionSettings,
+    temperature: Option<f64>,
+    max_tokens: Option<u32>,
+    seed: Option<u64>,
+    effort: Option<Effort>,
+    tools: Option<bool>,
+    tool_limits: ToolLimitOptions,
+    log_probabilities: Option<bool>,
+    dialect: Option<String>,
+    key_env: Option<String>,
+}
+
+impl Settable for AskSettings {
+    fn keys() -> Vec<&'static str> {
+        let request = vec![
+            "temperature",
+            "max_tokens",
+            "seed",
+            "effort",
+            "tools",
+            "tool_rounds",
+            "tool_calls",
+            "log_probabilities",
+            "dialect",
+            "key_env",
+        ];
+        [QuestionSettings::keys(), request].concat()
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        match key {
+            "temperature" => self.temperature = Some(temperature(value)?),
+            "max_tokens" => self.max_tokens = Some(number(value, 1, u32::MAX)?),
+            "seed" => self.seed = Some(number(value, 0, u64::MAX)?),
+            "effort" => self.effort = Some(effort(value)?),
+            "tools" => self.tools = Some(on_or_off(value)?),
+            "tool_rounds" => self.tool_limits.tool_rounds = Some(number(value, 1, 100)?),
+            "tool_calls" => self.tool_limits.tool_calls = Some(number(value, 1, 1000)?),
+            "log_probabilities" => self.log_probabilities = Some(on_or_off(value)?),
+            "dialect" => self.dialect = Some(dialect(value)?),
+            "key_env" => self.key_env = Some(value.into()),
+            _ => self.question.set(key, value)?,
+        }
+        Ok(())
+    }
+}
+
+fn dialect(word: &str) -> Result<String, String> {
+    let known = Dialect::ALL.map(Dialect::name);
+    if known.contains(&word) {
+        Ok(word.into())
+    } else {
+        Err(unknown("dialect", word, known))
+    }
 }
 
 pub fn temperature(text: &str) -> Result<f64, String> {
@@ -116,16 +152,22 @@ pub fn budget(text: &str) -> Result<f64, String> {
 /// Runs `ask`.
 pub fn run(arguments: &Ask) -> Outcome {
     let (folders, config) = configuration()?;
-    let question = arguments.asked.question(&folders, &config)?;
+    let set: AskSettings = settings(&arguments.set).map_err(Failure::input)?;
+    let question = arguments.asked.question(&set.question, &folders, &config)?;
     let model = arguments
         .model
         .as_deref()
         .or(config.model.as_deref())
         .unwrap_or(judge::MODEL);
     let bound = budget::resolve(arguments.budget, &config, &folders);
-    let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
+    let judge = judge(arguments, &set, model, &folders, &config, bound.as_ref())?;
     if arguments.dry_run {
-        return dry_run::run(&question, &judge, bound.as_ref(), arguments.json);
+        return dry_run::run(
+            &question,
+            &judge,
+            bound.as_ref(),
+            arguments.format.is_json(),
+        );
     }
     let store = store(arguments, &folders)?;
     let options = RunOptions {
@@ -159,7 +201,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         options,
     };
     let outcome = runtime.block_on(async {
-        let mut words = stream::AnswerPrinter::new(!arguments.json);
+        let mut words = stream::AnswerPrinter::new(!arguments.format.is_json());
         let mut number = None;
         let outcome = tokio::select! {
             outcome = ask(request, |event| {
@@ -182,7 +224,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         })
     });
     let AskOutcome { answer, not_stored } = outcome?;
-    if arguments.json {
+    if arguments.format.is_json() {
         output::json(&document::document(&answer, &question, &judge))?;
     } else {
         output::text(&summary(&answer, &question.case, &judge))?;
@@ -216,11 +258,17 @@ fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
 
 fn judge(
     arguments: &Ask,
+    set: &AskSettings,
     model: &str,
     folders: &Folders,
     config: &Config,
     bound: Option<&Bound>,
 ) -> Result<Judge, Failure> {
+    if arguments.base_url.is_none() && (set.dialect.is_some() || set.key_env.is_some()) {
+        return Err(Failure::input(
+            "--set dialect and key_env need --base-url; a provider has its own in config.toml",
+        ));
+    }
     let mut providers = config.providers.clone();
     if let Some(url) = &arguments.base_url {
         let Some((name, _)) = model
@@ -233,8 +281,8 @@ fn judge(
         };
         let server = Server {
             url,
-            dialect: arguments.dialect.as_deref(),
-            key_env: arguments.key_env.as_deref(),
+            dialect: set.dialect.as_deref(),
+            key_env: set.key_env.as_deref(),
         };
         server.overlay(&mut providers, name);
     }
@@ -244,16 +292,14 @@ fn judge(
     for (_, broken) in registry.broken().filter(|(name, _)| *name != asked) {
         output::say(&format!("nearmiss: {broken}"));
     }
+    let tools = set.tools.unwrap_or(set.tool_limits.any() || config.tools);
     let parameters = Parameters {
-        temperature: arguments.temperature.or(config.temperature),
-        max_tokens: arguments.max_tokens.or(config.max_tokens),
-        seed: arguments.seed,
-        effort: arguments
-            .effort
-            .or(config.effort.as_deref().and_then(Effort::parse)),
-        log_probabilities: arguments.log_probabilities || config.log_probabilities,
-        tools: (arguments.tools || arguments.tool_limits.any() || config.tools)
-            .then(|| arguments.tool_limits.limits()),
+        temperature: set.temperature.or(config.temperature),
+        max_tokens: set.max_tokens.or(config.max_tokens),
+        seed: set.seed,
+        effort: { set.effort }.or(config.effort.as_deref().and_then(Effort::parse)),
+        log_probabilities: set.log_probabilities.unwrap_or(config.log_probabilities),
+        tools: tools.then(|| set.tool_limits.limits()),
     };
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
     let budget = bound.map(|bound| bound.usd);

@@ -1,4 +1,4 @@
-//! `nearmiss find`: windows of an index that a sentence or a filter means. The filter is shown before it is used.
+//! `nearmiss corpus find`: windows of an index that a sentence or a filter means. The filter is shown before it is used.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -29,7 +29,7 @@ Exit status: 0 windows were found; 1 none was; 2 nothing was understood, or an e
 pub struct Find {
     /// What is looked for: "cut-ins under 1.5 s TTC on motorways".
     sentence: Option<String>,
-    /// Folder of the index, see `nearmiss index` [default: `index` of the configuration].
+    /// Folder of the index, see `nearmiss corpus index` [default: `index` of the configuration].
     #[arg(long, value_name = "FOLDER")]
     index: Option<PathBuf>,
     /// A filter instead of a sentence, such as one that was edited.
@@ -41,9 +41,8 @@ pub struct Find {
     /// Number of windows that are printed, the most severe ones; all are counted.
     #[arg(short, long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     number: u32,
-    /// Print one JSON object.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     #[command(flatten)]
     output: output::OutputFile,
 }
@@ -94,8 +93,9 @@ struct FindWindow {
 }
 
 impl json::Output for FindDocument {
-    const NAME: &'static str = "find";
-    const TITLE: &'static str = "`find --json`: the filter of a sentence and the windows it finds";
+    const NAME: &'static str = "corpus-find";
+    const TITLE: &'static str =
+        "`corpus find --format json`: the filter of a sentence and the windows it finds";
 }
 
 /// Runs `find`.
@@ -170,7 +170,7 @@ fn folder(arguments: &Find, config: &Config) -> Result<PathBuf, Failure> {
     let folder = arguments.index.as_ref().or(config.index.as_ref());
     folder.cloned().ok_or_else(|| {
         Failure::input(
-            "no index: name one with --index FOLDER or `index` in config.toml; `nearmiss index PATH… -o FOLDER` makes one",
+            "no index: name one with --index FOLDER or `index` in config.toml; `nearmiss corpus index PATH… -o FOLDER` makes one",
         )
     })
 }
@@ -325,7 +325,7 @@ fn table(document: &FindDocument, found: &FoundWindows) -> String {
 }
 
 fn write(arguments: &Find, document: &FindDocument, text: &str) -> Outcome {
-    let text = if arguments.json {
+    let text = if arguments.format.is_json() {
         let document = json::Output::document(document).map_err(Failure::input)?;
         output::json_line(&document)?
     } else {
@@ -334,7 +334,7 @@ fn write(arguments: &Find, document: &FindDocument, text: &str) -> Outcome {
     match arguments.output.file() {
         None => output::text(&text),
         Some(file) => {
-            Target::begin(Some(file), arguments.output.overwrite())?.save(text.as_bytes())
+            Target::begin(Some(file), arguments.output.overwrites())?.save(text.as_bytes())
         }
     }
 }

@@ -18,9 +18,8 @@ use nearmiss_settings::Folders;
 /// Arguments of `models`.
 #[derive(Debug, clap::Args)]
 pub struct Models {
-    /// Print JSON lines: one object a model.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Do not look for servers on this machine.
     #[arg(long)]
     offline: bool,
@@ -28,7 +27,7 @@ pub struct Models {
     #[arg(long)]
     all: bool,
     /// Lay a price table over the shipped prices: the JSON of models.dev or litellm, a file or an address.
-    #[arg(long, value_name = "FILE|URL", conflicts_with_all = ["json", "offline", "all"])]
+    #[arg(long, value_name = "FILE|URL", conflicts_with_all = ["format", "offline", "all"])]
     update: Option<String>,
 }
 
@@ -64,7 +63,7 @@ pub fn run(arguments: &Models) -> Outcome {
         .filter_map(|d| registry.known(&d.id, &environment, today));
     let shown: Vec<ModelListing> = shown.collect();
     let listed = [listed, shown].concat();
-    if arguments.json {
+    if arguments.format.is_json() {
         documents(&listed, &found, today)
             .iter()
             .try_for_each(output::json)

@@ -39,13 +39,14 @@ pub struct ScenarioArguments {
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct EgoChoice {
     /// The ego: id of an obstacle, file with a recorded trajectory, Frenetix log or CommonRoad solution, `planner` (the
-    /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command [default: the
-    /// recording beside the scenario].
-    #[arg(long, value_name = "ID|FILE|planner", allow_negative_numbers = true)]
+    /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command. FILE#ID and
+    /// planner#ID choose the planning problem, #ID in the recording beside the scenario [default: that recording].
+    #[arg(
+        long,
+        value_name = "ID|FILE[#ID]|planner[#ID]",
+        allow_negative_numbers = true
+    )]
     ego: Option<PathBuf>,
-    /// Planning problem whose vehicle is the ego, if the file solves several, or that the planner solves.
-    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
-    planning_problem: Option<i64>,
 }
 
 impl EgoChoice {
@@ -54,39 +55,52 @@ impl EgoChoice {
     /// # Errors
     /// An obstacle is named and a planning problem too, or standard input; or the planner drives in none of them.
     pub fn wanted(&self, entries: &[Entry]) -> Result<EgoSelection, Failure> {
-        let said = self.ego.as_deref().and_then(Path::to_str);
-        match said.and_then(as_ego::named) {
-            Some(planner) => as_ego::drive(planner, self.planning_problem, entries),
-            None => self.recorded(),
+        let (said, planning_problem) = self.parts();
+        match said.and_then(Path::to_str).and_then(as_ego::named) {
+            Some(planner) => as_ego::drive(planner, planning_problem, entries),
+            None => recorded(said, planning_problem),
         }
     }
 
     /// Whether it is the one beside the scenario.
     pub fn is_beside(&self) -> bool {
-        self.ego.is_none() && self.planning_problem.is_none()
+        self.ego.is_none()
     }
 
-    fn recorded(&self) -> Result<EgoSelection, Failure> {
-        let planning_problem = self.planning_problem;
-        let Some(wanted) = &self.ego else {
-            return Ok(match planning_problem {
-                Some(planning_problem) => EgoSelection::BesideFor { planning_problem },
-                None => EgoSelection::Beside,
-            });
-        };
-        // A file that is called like a number is meant by `./7`.
-        match wanted.to_str().and_then(|text| text.parse().ok()) {
-            Some(_) if planning_problem.is_some() => Err(Failure::input(
-                "--planning-problem chooses an ego of a file, and --ego names an obstacle; leave one out",
-            )),
-            Some(id) => Ok(EgoSelection::Obstacle(id)),
-            None => {
-                not_standard_input(wanted).map_err(Failure::input)?;
-                Ok(EgoSelection::File {
-                    path: wanted.clone(),
-                    planning_problem,
-                })
-            }
+    /// Who it is, and of which planning problem. A file whose name ends like one is a file.
+    fn parts(&self) -> (Option<&Path>, Option<i64>) {
+        let said = self.ego.as_deref();
+        let split = said.filter(|file| !file.exists()).and_then(|said| {
+            let (of, id) = said.to_str()?.rsplit_once('#')?;
+            Some((of, id.parse().ok()?))
+        });
+        match split {
+            Some(("", id)) => (None, Some(id)),
+            Some((of, id)) => (Some(Path::new(of)), Some(id)),
+            None => (said, None),
+        }
+    }
+}
+
+fn recorded(said: Option<&Path>, planning_problem: Option<i64>) -> Result<EgoSelection, Failure> {
+    let Some(wanted) = said else {
+        return Ok(match planning_problem {
+            Some(planning_problem) => EgoSelection::BesideFor { planning_problem },
+            None => EgoSelection::Beside,
+        });
+    };
+    // A file that is called like a number is meant by `./7`.
+    match wanted.to_str().and_then(|text| text.parse().ok()) {
+        Some(id) if planning_problem.is_some() => Err(Failure::input(format!(
+            "--ego {id} is an obstacle, which has no planning problem; #ID chooses one of a file or planner"
+        ))),
+        Some(id) => Ok(EgoSelection::Obstacle(id)),
+        None => {
+            not_standard_input(wanted).map_err(Failure::input)?;
+            Ok(EgoSelection::File {
+                path: wanted.to_path_buf(),
+                planning_problem,
+            })
         }
     }
 }
@@ -148,13 +162,13 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
     }
     if arguments.command.is_some() {
         return Err(Failure::input(
-            "--ego and --planning-problem before a command apply to the workbench; put them after it: \
+            "--ego before a command applies to the workbench; put it after it: \
              nearmiss COMMAND FILE --ego ID|FILE",
         ));
     }
     if let Some(file) = experiment_among(&arguments.paths).map_err(Failure::input)? {
         return Err(Failure::input(format!(
-            "--ego and --planning-problem need one scenario; {} asks about the ego beside each of its scenarios",
+            "--ego needs one scenario; {} asks about the ego beside each of its scenarios",
             file.display()
         )));
     }
@@ -168,7 +182,7 @@ pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
     };
     let [entry] = &entries[..] else {
         return Err(Failure::input(format!(
-            "--ego and --planning-problem need one scenario, not {}; name one file or bundled scenario",
+            "--ego needs one scenario, not {}; name one file or bundled scenario",
             entries.len()
         )));
     };
@@ -188,7 +202,7 @@ pub fn chosen_index(arguments: &Arguments) -> Result<Option<PathBuf>, Failure> {
     };
     if arguments.command.is_some() {
         return Err(Failure::input(
-            "--index before a command applies to the workbench; `nearmiss index show FOLDER` prints an index",
+            "--index before a command applies to the workbench; `nearmiss corpus show FOLDER` prints an index",
         ));
     }
     index_parts(folder).map_err(Failure::input)?;
@@ -310,7 +324,7 @@ fn possible(scenario: &Scenario) -> String {
 /// An error about an ego, with what to do on the command line.
 pub fn advised(error: EgoError) -> Failure {
     let advice = match &error {
-        EgoError::Several { .. } => ", with --planning-problem ID",
+        EgoError::Several { .. } => ", as --ego FILE#ID",
         EgoError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
             "; --ego takes the id of an obstacle, a file, or planner"
         }

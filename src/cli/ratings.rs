@@ -1,4 +1,4 @@
-//! `nearmiss ratings`: people's ratings of answers side by side, summed up or as a file.
+//! `nearmiss runs ratings`: people's ratings of answers side by side, summed up or as a file.
 
 use super::filters::store_to_read;
 use super::output::{
@@ -17,9 +17,8 @@ pub struct Ratings {
     /// Compare models or prompts.
     #[arg(long, value_enum, default_value = "model")]
     by: RatingsQuery,
-    /// Print JSON lines: one object per model or prompt.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -34,9 +33,8 @@ enum RatingsQuery {
 enum RatingsCommand {
     /// How far persons who rated the same answers agree: Cohen's and Fleiss' kappa.
     Agreement {
-        /// Print one JSON object.
-        #[arg(long)]
-        json: bool,
+        #[command(flatten)]
+        format: output::FormatOption,
     },
     /// Export every rating.
     Export(Export),
@@ -44,7 +42,7 @@ enum RatingsCommand {
 
 #[derive(Debug, clap::Args)]
 struct Export {
-    /// Format [default: from the file name, else jsonl].
+    /// Format [default: from the file name, else json].
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -54,7 +52,8 @@ struct Export {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
     /// JSON lines: one object per rating.
-    Jsonl,
+    #[value(alias = "jsonl")]
+    Json,
     /// CSV with a header, one row an answer; control characters become symbols.
     Csv,
 }
@@ -62,7 +61,7 @@ enum Format {
 /// Runs `ratings`.
 pub fn run(arguments: &Ratings) -> Outcome {
     match &arguments.what {
-        Some(RatingsCommand::Agreement { json }) => agreement(*json),
+        Some(RatingsCommand::Agreement { format }) => agreement(*format),
         Some(RatingsCommand::Export(wanted)) => export(wanted),
         None => summary(arguments),
     }
@@ -79,7 +78,7 @@ fn summary(arguments: &Ratings) -> Outcome {
         RatingsQuery::Prompt => StandingsBy::Prompt,
     };
     let standings = Standings::from_ratings(&ratings, by);
-    if arguments.json {
+    if arguments.format.is_json() {
         standings.rows.iter().try_for_each(output::document)?;
     } else if !ratings.is_empty() {
         output::text(&output::visible(&table(&standings)))?;
@@ -92,9 +91,9 @@ fn summary(arguments: &Ratings) -> Outcome {
     Ok(())
 }
 
-fn agreement(json: bool) -> Outcome {
+fn agreement(format: output::FormatOption) -> Outcome {
     let found = RaterAgreement::from_ratings(&ratings()?);
-    if json {
+    if format.is_json() {
         return output::json(&found);
     }
     let kappa = |kappa: Option<f64>| kappa.map_or_else(|| "-".into(), |k| format!("{k:.2}"));
@@ -163,17 +162,17 @@ fn strength(row: &Standing) -> String {
 
 /// What the endings of names ask for.
 const ENDINGS: &[(&str, Format)] = &[
-    ("jsonl", Format::Jsonl),
-    ("ndjson", Format::Jsonl),
-    ("json", Format::Jsonl),
+    ("jsonl", Format::Json),
+    ("ndjson", Format::Json),
+    ("json", Format::Json),
     ("csv", Format::Csv),
 ];
 
 fn export(wanted: &Export) -> Outcome {
     let file = wanted.output.file();
     let known = ".jsonl, .ndjson, .json and .csv";
-    let format = match output::format_of(wanted.format, file, Format::Jsonl, (ENDINGS, known))? {
-        Format::Jsonl => output::Format::Json,
+    let format = match output::format_of(wanted.format, file, Format::Json, (ENDINGS, known))? {
+        Format::Json => output::Format::Json,
         Format::Csv => output::Format::Csv,
     };
     let ratings = ratings()?;

@@ -37,7 +37,7 @@ impl std::fmt::Display for UnstoredAnswer {
             ),
             Some(file) => write!(
                 f,
-                "saved to {0}; run `nearmiss import {0}` when the store is writable again",
+                "saved to {0}; run `nearmiss runs import {0}` when the store is writable again",
                 file.display()
             ),
             None => f.write_str("it could not be saved to a file either; free disk space"),
@@ -60,7 +60,7 @@ impl Store {
         self.durably(|transaction| conclude_whole(transaction, run, reasoning, answer, ending))
     }
 
-    /// Keeps an answer that the store cannot have, as a line that `nearmiss import` reads: beside the store, else in
+    /// Keeps an answer that the store cannot have, as a line that `nearmiss runs import` reads: beside the store, else in
     /// the folder for temporary files. With the rounds of its tool calls, JSON, if it has some.
     #[must_use]
     pub fn set_aside(

@@ -196,7 +196,7 @@ fn has_measures(part: &Part, wanted: &[&'static Measure]) -> Result<(), SearchEr
     match wanted.iter().find(|m| !there.iter().any(|t| t == m.id)) {
         None => Ok(()),
         Some(missing) => Err(SearchError::Filter(format!(
-            "this index has no measure {}; it has {}; `nearmiss index PATH… -o FOLDER --measure {},…` measures it",
+            "this index has no measure {}; it has {}; `nearmiss corpus index PATH… -o FOLDER --measure {},…` measures it",
             missing.id,
             there.join(", "),
             missing.id

@@ -7,7 +7,7 @@ use super::{BUNDLED, CUT_IN};
 fn the_verdict_is_one_json_document_of_a_fixed_form() {
     let home = Home::new();
     for (name, collides) in BUNDLED {
-        let document = home.run(&["ask", name, "--json"]).status(0).json();
+        let document = home.run(&["ask", name, "--format=json"]).status(0).json();
         assert_eq!(document["dangerous"], collides, "{name}");
         assert_eq!(document["task"], "collision");
         assert_eq!(document["verdict"]["collision"], collides, "{name}");
@@ -41,7 +41,7 @@ fn the_safety_task_has_its_own_key() {
         "ZAM_HardBraking-1_1_T-1",
         "--task",
         "safety",
-        "--json",
+        "--format=json",
     ];
     let document = home.run(&arguments).status(0).json();
     assert_eq!(
@@ -82,7 +82,10 @@ fn people_get_words_and_the_label_of_the_judge() {
 #[test]
 fn the_same_question_has_the_same_answer() {
     let home = Home::new();
-    let ask = || home.run(&["ask", CUT_IN, "--json", "--no-store"]).status(0);
+    let ask = || {
+        home.run(&["ask", CUT_IN, "--format=json", "--no-store"])
+            .status(0)
+    };
     assert_eq!(ask().stdout, ask().stdout);
 }
 
@@ -140,7 +143,7 @@ fn critical_obstacles_of_the_safety_task_follow_the_probabilities() {
     let home = Home::new();
     for (name, _) in BUNDLED {
         for at in ["15", "30", "45"] {
-            let ended = home.run(&["ask", name, "--task", "safety", "--at", at, "--json"]);
+            let ended = home.run(&["ask", name, "--task", "safety", "--at", at, "--format=json"]);
             let document = ended.status(0).json();
             let said = &document["verdict"];
             let scores = said["obstacles"].as_array().unwrap();

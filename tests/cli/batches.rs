@@ -271,7 +271,7 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
     assert_eq!(server.requests().len(), 8);
 
     // A changed template would be another batch.
-    run(&home, &["prompts", "copy", "safety-ego"]).status(0);
+    run(&home, &["prompt", "copy", "safety-ego"]).status(0);
     let template = home.config().join("prompts/safety-ego.md");
     let text = std::fs::read_to_string(&template).unwrap();
     std::fs::write(&template, format!("{text}\nBe brief.\n")).unwrap();
@@ -411,7 +411,7 @@ async fn parts_of_a_batch_are_merged() {
     assert_eq!(server.requests().len(), 2 * asked);
     asked *= 2;
     let other = homes[2].data().join("runs.sqlite").display().to_string();
-    let merged = run(&homes[1], &["import", &other]).status(0);
+    let merged = run(&homes[1], &["runs", "import", &other]).status(0);
     assert!(merged.stdout.contains("imported"), "{}", merged.stdout);
     let ended = run(&homes[1], &["evaluate", "--resume", "b1", "--json"]).status(0);
     assert_eq!(total(&cells(&ended), &["n"]), 64);

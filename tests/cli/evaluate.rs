@@ -316,13 +316,14 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     for words in ["Transformed scenes and leads", "| mirror ", "Said yes"] {
         assert!(report.contains(words), "{words}: {report}");
     }
-    let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last", "--json"]))
-        .status(0)
-        .json();
+    let report =
+        tokio::task::block_in_place(|| home.run(&["report", "--batch", "last", "--format=json"]))
+            .status(0)
+            .json();
     assert_eq!(report["lead"], document["lead"]);
     assert_eq!(report["invariance"], document["invariance"]);
     // Of the store as a whole the same questions are counted as of the batch.
-    let whole = tokio::task::block_in_place(|| home.run(&["report", "--json"])).status(0);
+    let whole = tokio::task::block_in_place(|| home.run(&["report", "--format=json"])).status(0);
     let cells = &whole.json()["cells"];
     let all = cells
         .as_array()

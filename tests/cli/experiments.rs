@@ -88,12 +88,20 @@ fn a_title_heads_lists_and_reports_and_questions_are_listed_after_they_were_answ
     assert!(report.stdout.starts_with(&format!("# {title}\n")));
     let list = home.run(&["evaluate", "--list"]).status(0);
     assert!(list.stdout.contains(title), "{}", list.stdout);
-    home.run(&["experiment", "pack", "b1", "-o", "b.nearmiss"])
-        .status(0);
+    home.run(&[
+        "runs",
+        "export",
+        "--format=bundle",
+        "--batch",
+        "b1",
+        "-o",
+        "b.nearmiss",
+    ])
+    .status(0);
     let other = Home::new();
     let bundle = home.files().join("b.nearmiss");
     other
-        .run(&["experiment", "unpack", bundle.to_str().unwrap()])
+        .run(&["runs", "import", bundle.to_str().unwrap()])
         .status(0);
     let there = other.run(&["report", "--batch", "last"]).status(0);
     assert!(there.stdout.starts_with(&format!("# {title}\n")));

@@ -5,7 +5,10 @@ use super::support::program::Home;
 
 fn indexed(home: &Home) {
     let names = BUNDLED.iter().map(|(name, _)| *name);
-    let run: Vec<&str> = ["index", "-o", "index"].into_iter().chain(names).collect();
+    let run: Vec<&str> = ["corpus", "index", "-o", "index"]
+        .into_iter()
+        .chain(names)
+        .collect();
     home.run(&run).status(0);
 }
 
@@ -15,7 +18,16 @@ fn a_sentence_finds_what_its_filter_and_the_table_of_the_index_say() {
     indexed(&home);
     let sentence = "cut-ins or crossing traffic in fog";
     let found = home
-        .run(&["find", sentence, "--index", "index", "-n", "5", "--json"])
+        .run(&[
+            "corpus",
+            "find",
+            sentence,
+            "--index",
+            "index",
+            "-n",
+            "5",
+            "--format=json",
+        ])
         .status(0)
         .says(&[
             "not understood, left out: fog",
@@ -24,7 +36,7 @@ fn a_sentence_finds_what_its_filter_and_the_table_of_the_index_say() {
         .json();
     assert_eq!(found["not_understood"][0], "fog");
     let show = home
-        .run(&["index", "show", "index", "--json"])
+        .run(&["corpus", "show", "index", "--format=json"])
         .status(0)
         .json();
     let rows = show["coverage"]
@@ -49,7 +61,15 @@ fn a_sentence_finds_what_its_filter_and_the_table_of_the_index_say() {
     // The filter that was shown finds the same.
     let filter = found["filter"].as_str().unwrap();
     let again = home.run(&[
-        "find", "--filter", filter, "--index", "index", "-n", "5", "--json",
+        "corpus",
+        "find",
+        "--filter",
+        filter,
+        "--index",
+        "index",
+        "-n",
+        "5",
+        "--format=json",
     ]);
     assert_eq!(again.status(0).json()["found"], found["found"]);
 }
@@ -60,11 +80,20 @@ fn numbers_are_those_of_the_window_and_terms_about_scenarios_read_them() {
     indexed(&home);
     let find = |filter: &str| {
         let run = [
-            "find", "--filter", filter, "--index", "index", "-n", "100000", "--json",
+            "corpus",
+            "find",
+            "--filter",
+            filter,
+            "--index",
+            "index",
+            "-n",
+            "100000",
+            "--format=json",
         ];
         home.run(&run).json()
     };
     let tailgating = [
+        "corpus",
         "find",
         "--filter",
         "manoeuvre:followed time_gap<9",
@@ -102,7 +131,7 @@ fn the_filter_alone_needs_no_index() {
     let home = Home::new();
     let sentence = "cut-ins under 1.5 s TTC on motorways";
     for option in ["--filter-only", "--dry-run"] {
-        let run = home.run(&["find", sentence, option]).status(0);
+        let run = home.run(&["corpus", "find", sentence, option]).status(0);
         assert_eq!(run.stdout, "manoeuvre:cut_in ttc<1.5 road:highway\n");
     }
 }
@@ -111,34 +140,43 @@ fn the_filter_alone_needs_no_index() {
 fn what_cannot_be_searched_says_why() {
     let home = Home::new();
     for (arguments, says) in [
-        (&["find", "qwertz"][..], "not understood, left out: qwertz"),
-        (&["find", "qwertz"], "nothing of this is a filter"),
-        (&["find", "cut-ins"], "--index FOLDER"),
-        (&["find", "cut-ins", "--index", "nowhere"], "nowhere"),
         (
-            &["find", "--filter", "rode:urban"],
+            &["corpus", "find", "qwertz"][..],
+            "not understood, left out: qwertz",
+        ),
+        (&["corpus", "find", "qwertz"], "nothing of this is a filter"),
+        (&["corpus", "find", "cut-ins"], "--index FOLDER"),
+        (
+            &["corpus", "find", "cut-ins", "--index", "nowhere"],
+            "nowhere",
+        ),
+        (
+            &["corpus", "find", "--filter", "rode:urban"],
             "unknown filter `rode:`",
         ),
-        (&["find", "--filter", "ttc<"], "no value"),
-        (&["find"], "--filter FILTER"),
-        (&["find", ""], "nothing of this is a filter"),
+        (&["corpus", "find", "--filter", "ttc<"], "no value"),
+        (&["corpus", "find"], "--filter FILTER"),
+        (&["corpus", "find", ""], "nothing of this is a filter"),
         (
-            &["find", "show me everything"],
+            &["corpus", "find", "show me everything"],
             "nothing of this is a filter",
         ),
-        (&["find", "pedestrain"], "did you mean `pedestrian`?"),
         (
-            &["find", "cut-ins", "--filter", "ttc<1"],
+            &["corpus", "find", "pedestrain"],
+            "did you mean `pedestrian`?",
+        ),
+        (
+            &["corpus", "find", "cut-ins", "--filter", "ttc<1"],
             "cannot be used with",
         ),
     ] {
         home.run(arguments).status(2).says(&[says]);
     }
     indexed(&home);
-    home.run(&["find", "wttc under 1 s", "--index", "index"])
+    home.run(&["corpus", "find", "wttc under 1 s", "--index", "index"])
         .status(2)
         .says(&["no measure wttc", "distance, ttc"]);
-    home.run(&["find", "cut-ins in China", "--index", "index"])
+    home.run(&["corpus", "find", "cut-ins in China", "--index", "index"])
         .status(1)
         .says(&["none of"]);
 }

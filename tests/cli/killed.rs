@@ -71,7 +71,7 @@ fn ask(home: &Home, url: &str, sample: usize) -> Child {
         "lab/tiny",
         "--base-url",
         url,
-        "--json",
+        "--format=json",
         "--sample",
     ];
     home.start(&[&arguments[..], &[&sample]].concat())

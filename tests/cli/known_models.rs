@@ -109,7 +109,7 @@ async fn asked(paths: &[&str], leads: &str) -> (Home, Vec<Value>, Value, Value) 
         "--json",
     ];
     let batch = run(&home, &[&all[..], &models[..]].concat()).status(0);
-    let report = run(&home, &["report", "--batch", "last", "--json"]).status(0);
+    let report = run(&home, &["report", "--batch", "last", "--format=json"]).status(0);
     (home, questions.json_lines(), batch.json(), report.json())
 }
 

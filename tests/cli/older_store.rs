@@ -20,18 +20,24 @@ fn home(url: &str) -> Home {
 #[test]
 fn its_runs_are_listed_shown_and_exported() {
     let home = home("http://127.0.0.1:9/v1");
-    let listed = home.run(&["runs"]).status(0).stdout;
+    let listed = home.run(&["runs", "list"]).status(0).stdout;
     for words in ["lab/tiny", "reference/geometry", "failed"] {
         assert!(listed.contains(words), "{words}: {listed}");
     }
-    let shown = home.run(&["runs", "show", "1", "--json"]).status(0).json();
+    let shown = home
+        .run(&["runs", "show", "1", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(shown["model"], "lab/tiny");
     assert_eq!(shown["input_tokens"], 900);
     assert!(
         shown["answer"].as_str().unwrap().contains("keeps its lane"),
         "{shown}"
     );
-    let exported = home.run(&["export", "--format", "jsonl"]).status(0).stdout;
+    let exported = home
+        .run(&["runs", "export", "--format", "jsonl"])
+        .status(0)
+        .stdout;
     let runs = exported
         .lines()
         .filter(|line| line.contains("\"nearmiss_run\""));
@@ -58,7 +64,7 @@ async fn its_batch_is_reported_and_not_mixed_with_other_templates() {
             .unwrap();
         ["tn", "fn", "failed"].map(|count| all[count].as_u64().unwrap())
     };
-    let before = run(&["report", "--batch", "b1", "--json"]).json();
+    let before = run(&["report", "--batch", "b1", "--format=json"]).json();
     assert_eq!(cells(&before), [1, 0, 1]);
     // It pins its template, which is not the one of today: what was answered must not be mixed with other questions.
     let resume = ["evaluate", "--resume", "b1"];
@@ -66,6 +72,6 @@ async fn its_batch_is_reported_and_not_mixed_with_other_templates() {
         .status(2)
         .says(&["collision-ego.md", "start a new batch"]);
     assert_eq!(server.requests().len(), 0);
-    let after = run(&["report", "--batch", "b1", "--json"]).json();
+    let after = run(&["report", "--batch", "b1", "--format=json"]).json();
     assert_eq!(cells(&after), [1, 0, 1], "nothing is lost");
 }

@@ -87,7 +87,15 @@ fn drives_that_are_gone_are_missed() {
 fn a_planner_is_an_ego_wherever_one_is_named() {
     let home = Home::new();
     let described = |more: &[&str]| {
-        let told = ["describe", CUT_IN, "--frame", "cartesian", "--at", "20"];
+        let told = [
+            "prompt",
+            "describe",
+            CUT_IN,
+            "--frame",
+            "cartesian",
+            "--at",
+            "20",
+        ];
         home.run(&[&told[..], more].concat()).status(0).stdout
     };
     assert_ne!(described(&[]), described(&["--ego", "planner"]));
@@ -98,7 +106,10 @@ fn a_planner_is_an_ego_wherever_one_is_named() {
         .status(0)
         .stdout;
     assert_ne!(measured, home.run(&["metrics", CUT_IN]).status(0).stdout);
-    let wrong = |ego: &str| home.run(&["describe", CUT_IN, "--ego", ego]).status(2);
+    let wrong = |ego: &str| {
+        home.run(&["prompt", "describe", CUT_IN, "--ego", ego])
+            .status(2)
+    };
     wrong("planner:nearmis").says(&["no planner of this name", "did you mean `nearmiss`"]);
     wrong("planner:sh -c 'exit 3'").says(&["not driven", "exit status 3"]);
     let ids = home.run(&["evaluate", CUT_IN, "--ego", "7"]).status(2);
@@ -130,7 +141,7 @@ fn drives_are_exported_as_tables() {
         home.run(&[&told[..], more].concat()).status(0);
         std::fs::read(home.files().join(name)).unwrap()
     };
-    let csv = String::from_utf8(table("drives.csv", &["--against", "nearmiss"])).unwrap();
+    let csv = String::from_utf8(table("drives.csv", &["--planner", "nearmiss"])).unwrap();
     let rows: Vec<&str> = csv.lines().collect();
     assert_eq!(rows.len(), 3, "{csv}");
     assert!(
@@ -171,7 +182,7 @@ fn the_good_driver_stands_beside_the_drive_in_a_variant() {
         "40",
         "-o",
         "out",
-        "--json",
+        "--format=json",
     ];
     let ended = home.run(&told);
     let line = ended.json();
@@ -219,9 +230,9 @@ fn the_good_driver_stands_beside_the_drive_in_a_variant() {
 fn attacks_are_not_searched_in_traffic_that_reacts() {
     let home = Home::new();
     let told = home
-        .run(&["generate", CUT_IN, "--traffic", "reactive"])
+        .run(&["generate", CUT_IN, "--set=traffic=reactive"])
         .status(2);
-    told.says(&["--traffic reactive is not for `generate`"]);
+    told.says(&["--set traffic=reactive is not for `generate`"]);
 }
 
 #[test]

@@ -55,7 +55,14 @@ fn a_recording_is_asked_about_as_a_whole() {
     let home = Home::new();
     let mut decisions = [0, 0];
     for (name, scene) in scenes() {
-        let asked = ["ask", &name, "--task", "recording", "--no-store", "--json"];
+        let asked = [
+            "ask",
+            &name,
+            "--task",
+            "recording",
+            "--no-store",
+            "--format=json",
+        ];
         let answer = home.run(&asked).status(0).json();
         let wanted = lowest(&scene, scene.steps().start..=scene.last_step()) <= 1;
         assert_eq!(answer["dangerous"], wanted, "{name}");
@@ -71,13 +78,14 @@ fn a_recording_is_asked_about_as_a_whole() {
         .stdout;
     assert!(words.contains("high risk"), "{words}");
     for option in [&["--at", "20"][..], &["--history", "5"]] {
-        let asked = ["prompt", CUT_IN, "--task", "recording"];
+        let asked = ["prompt", "show", CUT_IN, "--task", "recording"];
         home.run(&[&asked[..], option].concat())
             .status(2)
             .says(&["whole recording", option[0]]);
     }
     home.run(&[
         "prompt",
+        "show",
         CUT_IN,
         "--task",
         "recording",
@@ -94,12 +102,13 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     let prompt = |more: &[&str]| {
         let asked = [
             "prompt",
+            "show",
             RED_LIGHT,
             "--task",
             "recording",
             "--techniques",
             "base",
-            "--json",
+            "--format=json",
         ];
         home.run(&[&asked[..], more].concat()).status(0).json()
     };
@@ -123,7 +132,7 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     assert!(!times(described).contains(&"-3.50".to_string()));
     assert!(nearest.contains("-3.50,bus 304,"), "{nearest}");
     // An explicit stride holds.
-    let every = user(&prompt(&["--frame", "ego", "--stride", "1"]));
+    let every = user(&prompt(&["--frame", "ego", "--set=stride=1"]));
     assert_eq!(times(every.split_once("The nearest").unwrap().0).len(), 61);
     let metrics = user(&prompt(&["--frame", "metrics"]));
     assert!(metrics.contains("min ttc [s]"), "{metrics}");
@@ -133,13 +142,12 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     let chosen = user(&prompt(&[
         "--frame",
         "metrics",
-        "--measures",
-        "distance,risk",
+        "--set=measures=distance,risk",
     ]));
     assert!(chosen.contains(",risk"), "{chosen}");
-    let prose = prompt(&["--frame", "ego", "--form", "prose"]);
+    let prose = prompt(&["--frame", "ego", "--set=form=prose"]);
     assert!(user(&prose).contains("The nearest moment of each obstacle from t = -6.00 s"));
-    let lane = user(&prompt(&["--frame", "ego", "--axes", "lane"]));
+    let lane = user(&prompt(&["--frame", "ego", "--set=axes=lane"]));
     assert!(
         lane.contains("The nearest moment of each obstacle"),
         "{lane}"
@@ -269,7 +277,7 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
     run(&home, &["evaluate", "e.toml"]).status(0);
     run(&home, &with("ego")).status(0);
     let report = |batch: &str| {
-        let asked = ["report", "--batch", batch, "--json"];
+        let asked = ["report", "--batch", batch, "--format=json"];
         run(&home, &asked).status(0).json()
     };
     let notes = |report: &Value| report["notes"].to_string();
@@ -304,9 +312,16 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
     }
     // Stored answers, whatever their batch said.
     let stored = |truth: &str| {
-        let asked = ["report", "--truth", truth, "--frame", "ego", "--json"];
+        let asked = [
+            "report",
+            "--truth",
+            truth,
+            "--frame",
+            "ego",
+            "--format=json",
+        ];
         run(&home, &asked[..3]);
-        run(&home, &["report", "--truth", truth, "--json"])
+        run(&home, &["report", "--truth", truth, "--format=json"])
             .status(0)
             .json()
     };
@@ -331,7 +346,7 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
     );
     let runs = run(
         &home,
-        &["runs", "--task", "recording", "--verdict", "dangerous"],
+        &["runs", "list", "task:recording", "verdict:dangerous"],
     );
     assert!(runs.status(0).stdout.contains("high risk"));
 }
@@ -366,14 +381,18 @@ async fn the_score_is_the_truth_of_recordings_with_auto_too_and_reports_and_chat
     let note =
         "The truth of the recording task is a risk score, and its metrics frame prints risk scores";
     for asked in [
-        &["report", "--batch", "b1", "--json"][..],
-        &["report", "--json"],
+        &["report", "--batch", "b1", "--format=json"][..],
+        &["report", "--format=json"],
     ] {
         let report = run(&home, asked).status(0).json();
         let notes = report["notes"].to_string();
         assert!(notes.contains(note), "{asked:?}: {notes}");
     }
-    run(&home, &["export", "--format", "chat", "-o", "chats"]).status(0);
+    run(
+        &home,
+        &["runs", "export", "--format", "chat", "-o", "chats"],
+    )
+    .status(0);
     let manifest = std::fs::read(home.files().join("chats").join("manifest.json")).unwrap();
     let manifest: Value = serde_json::from_slice(&manifest).unwrap();
     let notes = manifest["notes"].to_string();
@@ -388,8 +407,8 @@ async fn the_score_is_the_truth_of_recordings_with_auto_too_and_reports_and_chat
         &["evaluate", "--resume", "b1", "--truth", "truth.csv"],
     );
     for asked in [
-        &["report", "--batch", "b1", "--json"][..],
-        &["report", "--json"],
+        &["report", "--batch", "b1", "--format=json"][..],
+        &["report", "--format=json"],
     ] {
         let notes = run(&home, asked).status(0).json()["notes"].to_string();
         assert!(!notes.contains("prints risk scores"), "{asked:?}: {notes}");
@@ -438,12 +457,15 @@ async fn stored_answers_are_judged_over_the_look_ahead_that_they_were_asked_with
         let all = cells.iter().find(|cell| cell["label"] == "all").unwrap();
         ["tp", "fp", "fn", "tn"].map(|key| all[key].as_u64().unwrap())
     };
-    let own = counts(&["report", "--batch", "b1", "--json"]);
+    let own = counts(&["report", "--batch", "b1", "--format=json"]);
     assert!(own[0] > 0, "{own:?}");
-    assert_eq!(counts(&["report", "--truth", "score", "--json"]), own);
+    assert_eq!(
+        counts(&["report", "--truth", "score", "--format=json"]),
+        own
+    );
     // Without the batch it is not known how far ahead the question looks.
     home.rows("UPDATE runs SET batch = 'b77'");
-    let lost = run(&home, &["report", "--truth", "score", "--json"]);
+    let lost = run(&home, &["report", "--truth", "score", "--format=json"]);
     assert!(
         lost.stderr
             .contains("the batch that says how far ahead they look is not in the store"),

@@ -51,7 +51,7 @@ async fn a_report_of_a_batch_says_what_it_is_of_and_asks_the_judge_itself() {
     let more = ["--model", "lab/tiny", "--task", "collision,safety"];
     run(&home, &[&["evaluate"], &names[..], &more].concat()).status(0);
     let report = || {
-        run(&home, &["report", "--batch", "b1", "--json"])
+        run(&home, &["report", "--batch", "b1", "--format=json"])
             .status(0)
             .json()
     };
@@ -103,7 +103,7 @@ async fn without_a_batch_an_answer_is_held_against_the_truth_of_its_own() {
     let more = ["--model", "lab/tiny", "--task", "collision"];
     run(&home, &[&["evaluate"], &names[..], &more].concat()).status(0);
     let count = |arguments: &[&str]| {
-        let report = run(&home, &[&["report", "--json"], arguments].concat())
+        let report = run(&home, &[&["report", "--format=json"], arguments].concat())
             .status(0)
             .json();
         let words = report["truth"]["words"].as_str().unwrap().to_string();
@@ -149,7 +149,7 @@ async fn a_safe_window_long_before_a_collision_stays_safe_whatever_its_scenario_
         &["--truth", "auto"],
         &["--truth", truth.to_str().unwrap()],
     ] {
-        let report = run(&home, &[&["report", "--json"], arguments].concat()).status(0);
+        let report = run(&home, &[&["report", "--format=json"], arguments].concat()).status(0);
         let [tp, fp, missed, tn] = counts(whole(&report.json(), "lab/tiny", "safety"));
         assert_eq!((tp + missed, fp + tn), (1, 1), "{arguments:?}");
     }
@@ -180,7 +180,7 @@ async fn what_was_not_asked_and_what_cannot_be_judged_is_said() {
     let names = ["n", "failed", "unasked", "unlabelled"];
     assert_eq!(names.map(|name| of(cell, name)), [2, 0, 1, 0], "{table}");
     assert_eq!(cell["label"], "all", "{table}");
-    let ended = run(&home, &["report", "--batch", "b1", "--json"]).status(0);
+    let ended = run(&home, &["report", "--batch", "b1", "--format=json"]).status(0);
     let report = ended.says(&["1 cannot be asked"]).json();
     let counted = whole(&report, "lab/tiny", "collision");
     assert_eq!(
@@ -191,7 +191,7 @@ async fn what_was_not_asked_and_what_cannot_be_judged_is_said() {
     assert_eq!(counted["kappa_n"], 1);
     // Without the file no judge can be asked about it, and the report says so.
     std::fs::remove_file(whole_one).unwrap();
-    let report = run(&home, &["report", "--batch", "b1", "--json"])
+    let report = run(&home, &["report", "--batch", "b1", "--format=json"])
         .status(0)
         .json();
     assert!(whole(&report, "lab/tiny", "collision")["kappa_n"].is_null());
@@ -241,7 +241,7 @@ async fn the_report_and_the_results_screen_have_one_answer_to_what_is_true() {
         };
         store.finish(run, &ending).unwrap();
     }
-    let report = run(&home, &["report", "--json"]).status(0).json();
+    let report = run(&home, &["report", "--format=json"]).status(0).json();
     let entries = bundled();
     let mut stage = Stage::open(&entries[0], (120, 40)).unwrap();
     stage.list(entries[1..].to_vec());

@@ -54,8 +54,16 @@ fn a_bundle_is_a_baseline_for_the_same_questions() {
     let names = BUNDLED.map(|(name, _)| name);
     let all = [&["evaluate"], &names[..], &JUDGE, &["1"]].concat();
     home.run(&all).status(0);
-    home.run(&["experiment", "pack", "last", "-o", "b.nearmiss"])
-        .status(0);
+    home.run(&[
+        "runs",
+        "export",
+        "--format=bundle",
+        "--batch",
+        "last",
+        "-o",
+        "b.nearmiss",
+    ])
+    .status(0);
     let against = ["--baseline-bundle", "b.nearmiss", "--no-worse-than", "0.02"];
     let batch = [&["report", "--batch", "b1"], &against[..]].concat();
     home.run(&batch).status(0);

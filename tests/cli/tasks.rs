@@ -38,7 +38,12 @@ async fn an_attacker_is_printed_and_kept() {
         streamed(&choice.to_string()),
     ])
     .await;
-    let ended = ask(&home, server.base_url(), &["--task", "attacker", "--json"]).status(0);
+    let ended = ask(
+        &home,
+        server.base_url(),
+        &["--task", "attacker", "--format=json"],
+    )
+    .status(0);
     let document = ended.json();
     assert_eq!(
         (&document["task"], &document["verdict"]["attacker"]),
@@ -83,7 +88,7 @@ async fn a_trajectory_is_printed_and_kept() {
     let document = ask(
         &home,
         server.base_url(),
-        &["--task", "trajectory", "--json"],
+        &["--task", "trajectory", "--format=json"],
     )
     .status(0)
     .json();

@@ -99,7 +99,7 @@ fn wrong_files_are_named_and_nothing_is_written() {
     let ended = home.run(&["metrics", CUT_IN, "-o", "table.csv"]).status(2);
     assert!(ended.says(&words).stdout.is_empty());
     assert!(!home.files().join("table.csv").exists());
-    for command in [&["prompt", CUT_IN][..], &["ask", CUT_IN]] {
+    for command in [&["prompt", "show", CUT_IN][..], &["ask", CUT_IN]] {
         home.run(command).status(2).says(&words);
     }
     std::fs::remove_file(config).unwrap();
@@ -119,7 +119,7 @@ fn wrong_files_are_named_and_nothing_is_written() {
 #[test]
 fn prompts_and_the_judge_score_alike() {
     let home = Home::new();
-    let (prompt, ask) = (["prompt", CUT_IN], ["ask", CUT_IN, "--json"]);
+    let (prompt, ask) = (["prompt", "show", CUT_IN], ["ask", CUT_IN, "--format=json"]);
     let risk = |home: &Home| {
         home.run(&ask).status(0).json()["verdict"]["obstacles"][0]["risk_score"].clone()
     };

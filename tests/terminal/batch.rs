@@ -102,7 +102,9 @@ async fn a_batch_of_the_workbench_is_one_of_the_command_line() {
     for body in &questions {
         assert!(body.contains("Be brief."), "the draft: {body}");
     }
-    let report: Value = run(&["report", "--batch", "b1", "--json"]).status(0).json();
+    let report: Value = run(&["report", "--batch", "b1", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(report["batch"], "b1");
     assert_eq!(report["asked"]["models"], json!(["lab/small"]));
     let asked = home.runs();

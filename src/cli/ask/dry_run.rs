@@ -19,7 +19,7 @@ pub fn run(question: &Question, judge: &Judge, bound: Option<&Bound>, as_json: b
         Price::AtMost(usd) => (format!("at most ${usd:.4}"), Some(usd)),
         Price::Question { usd, million } => (
             format!(
-                "${usd:.4} and the answer, ${million:.2} per 1M tokens; --max-tokens bounds it"
+                "${usd:.4} and the answer, ${million:.2} per 1M tokens; --set max_tokens=N bounds it"
             ),
             None,
         ),
@@ -61,7 +61,7 @@ fn forbidden(price: &Price, budget: f64) -> Option<String> {
         Price::AtMost(usd) => (*usd > budget)
             .then(|| format!("it may cost ${usd:.4}, more than the budget of ${budget:.4}")),
         Price::Question { .. } => {
-            Some("a budget needs a limit of the answer's tokens: --max-tokens N".into())
+            Some("a budget needs a limit of the answer's tokens: --set max_tokens=N".into())
         }
         Price::Unknown => Some("a budget needs a price, and none is known".into()),
     }

@@ -10,7 +10,7 @@ pub(super) fn missing(missing: &MissingVerdict) -> String {
     match missing {
         MissingVerdict::NotSent(why) => format!("no answer: {why}"),
         MissingVerdict::NoAnswer(why) if is_too_long(why) => format!(
-            "{missing}; a shorter question may fit: --form compact, a smaller --history or --radius, --techniques base"
+            "{missing}; a shorter question may fit: --set form=compact, a smaller --history or radius, --techniques base"
         ),
         missing => missing.to_string(),
     }

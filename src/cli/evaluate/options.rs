@@ -119,7 +119,7 @@ pub struct Options {
     #[command(flatten)]
     pub gate: Gate,
     /// Submit the questions through the batch APIs of OpenAI, Anthropic and Gemini: answers within a day, at half the
-    /// price. `nearmiss batches collect` fetches the answers, `--resume` counts them.
+    /// price. `nearmiss runs batches collect` fetches the answers, `--resume` counts them.
     #[arg(long, conflicts_with_all = ["dry_run", "concurrency"])]
     pub batch: bool,
     /// Print what would be asked, its tokens and its maximum cost; send nothing.

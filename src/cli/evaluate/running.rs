@@ -55,7 +55,7 @@ pub fn ask(
     let (items, with_providers) = run.items(dry_run).map_err(Failure::input)?;
     if with_providers > 0 {
         output::say(&format!(
-            "nearmiss: {with_providers} of them submitted to providers: `nearmiss batches collect` fetches the answers"
+            "nearmiss: {with_providers} of them submitted to providers: `nearmiss runs batches collect` fetches the answers"
         ));
     }
     for batch in context.store.provider_batches().map_err(Failure::input)? {

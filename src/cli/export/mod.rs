@@ -1,4 +1,4 @@
-//! `nearmiss export`: writes stored runs, and batches with their questions, to a file.
+//! `nearmiss runs export`: writes stored runs, and batches with their questions, to a file.
 
 mod batches;
 mod chat;
@@ -11,7 +11,8 @@ use std::sync::atomic::Ordering;
 
 use serde_json::{Value, json};
 
-use super::filters::{Filters, store, store_to_read};
+use super::bundle::{self, BundleOptions};
+use super::filters::Filters;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::locked::Unlock;
 use super::output::{self, Encoded, ForSpreadsheet, OutputFile, TableWriter, format_of, written};
@@ -20,15 +21,12 @@ use super::{Failure, Outcome};
 use nearmiss_store::{Filter, Outcome as StoredAnswer, Run, Store};
 use nearmiss_study::evaluation::{AnswerState, Provenance};
 
-/// Arguments of `export`.
+/// Arguments of `runs export`.
 #[derive(Debug, clap::Args)]
 pub struct Export {
     #[command(flatten)]
     filters: Filters,
-    /// Only runs that have all these words in model, scenario, answer, reasoning, justification or notes.
-    #[arg(long, value_name = "WORDS")]
-    words: Option<String>,
-    /// Format [default: from the file name, else jsonl].
+    /// Format [default: from the file name, else json].
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -39,13 +37,16 @@ pub struct Export {
     unlock: Unlock,
     #[command(flatten)]
     chat: chat::ChatOptions,
+    #[command(flatten)]
+    bundle: BundleOptions,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// JSON lines: one complete run a line; `nearmiss import` reads it. Without filters, or with --batch alone, batches
+    /// JSON lines: one complete run a line; `nearmiss runs import` reads it. Without filters, or with --batch alone, batches
     /// with their questions and truths are lines, too.
-    Jsonl,
+    #[value(alias = "jsonl")]
+    Json,
     /// CSV with a header; control characters become symbols.
     Csv,
     /// Apache Parquet; needs a file.
@@ -53,18 +54,22 @@ enum Format {
     /// Examples for fine-tuning: right answers with checked claims as chats (system, user, assistant), in the folder
     /// -o: train.jsonl, validation.jsonl, and manifest.json with their origin. See `nearmiss help fine-tuning`.
     Chat,
+    /// The batch of --batch (b7, last, or an experiment file that was run) with its answers, truth and templates as one
+    /// file for other machines, BATCH.nearmiss. See `nearmiss help bundles`.
+    Bundle,
 }
 
 /// What the endings of names ask for.
 const ENDINGS: &[(&str, Format)] = &[
-    ("jsonl", Format::Jsonl),
-    ("ndjson", Format::Jsonl),
-    ("json", Format::Jsonl),
+    ("jsonl", Format::Json),
+    ("ndjson", Format::Json),
+    ("json", Format::Json),
     ("csv", Format::Csv),
     ("parquet", Format::Parquet),
+    (bundle::ENDING, Format::Bundle),
 ];
 
-/// Runs `export`.
+/// Runs `runs export`.
 pub fn run(arguments: &Export) -> Outcome {
     let file = arguments.output.file();
     if arguments.format == Some(Format::Chat) {
@@ -76,24 +81,28 @@ pub fn run(arguments: &Export) -> Outcome {
             "{option} is an option of --format chat"
         )));
     }
-    let known = ".jsonl, .ndjson, .json, .csv and .parquet";
-    let format = match format_of(arguments.format, file, Format::Jsonl, (ENDINGS, known))? {
-        Format::Jsonl => output::Format::Json,
+    let known = ".jsonl, .ndjson, .json, .csv, .parquet and .nearmiss";
+    let format = format_of(arguments.format, file, Format::Json, (ENDINGS, known))?;
+    if format == Format::Bundle {
+        arguments.spreadsheet.check(false)?;
+        let batch = arguments.filters.batch_alone()?;
+        return bundle::pack(&batch, &arguments.output, &arguments.bundle);
+    }
+    if let Some(option) = arguments.bundle.given() {
+        return Err(Failure::input(format!(
+            "{option} is an option of --format bundle"
+        )));
+    }
+    let format = match format {
+        Format::Json => output::Format::Json,
         Format::Csv => output::Format::Csv,
-        // Chats are written above.
-        Format::Parquet | Format::Chat => output::Format::Parquet,
+        // The others are written above.
+        Format::Parquet | Format::Chat | Format::Bundle => output::Format::Parquet,
     };
     output::check_format(format, file)?;
     arguments.spreadsheet.check(format == output::Format::Csv)?;
-    let store = if arguments.unlock.is_given() {
-        // A look is recorded.
-        store()?
-    } else {
-        store_to_read()?
-    };
-    let filter = arguments
-        .filters
-        .in_store(arguments.words.clone(), &store)?;
+    let store = arguments.unlock.store()?;
+    let filter = arguments.filters.in_store(&store)?;
     let mut numbers = store.numbers(&filter).map_err(Failure::input)?;
     // Tables hold runs alone.
     let batches = match format {
@@ -196,14 +205,8 @@ fn images(store: &Store, run: &Run, shown: &mut BTreeSet<String>) -> Result<Vec<
 
 /// Writes examples for fine-tuning.
 fn chats(arguments: &Export) -> Outcome {
-    let store = if arguments.unlock.is_given() {
-        store()?
-    } else {
-        store_to_read()?
-    };
-    let filter = arguments
-        .filters
-        .in_store(arguments.words.clone(), &store)?;
+    let store = arguments.unlock.store()?;
+    let filter = arguments.filters.in_store(&store)?;
     let runs = match &filter.batch {
         None => store.outcomes(&filter).map_err(Failure::input)?,
         // With answers that were asked for elsewhere.
@@ -219,7 +222,7 @@ fn chats(arguments: &Export) -> Outcome {
     };
     let numbers = runs.iter().map(|run| run.run);
     let locked = arguments.unlock.locked(&store, numbers)?;
-    let place = (arguments.output.file(), arguments.output.overwrite());
+    let place = (arguments.output.file(), arguments.output.overwrites());
     chat::run(&arguments.chat, place, &store, runs, &locked)
 }
 

@@ -84,8 +84,8 @@ struct CheckedMotion {
 }
 
 impl json::Output for CheckDocument {
-    const NAME: &'static str = "check";
-    const TITLE: &'static str = "`generate --check --json`: a variant against its original";
+    const NAME: &'static str = "generate-check";
+    const TITLE: &'static str = "`generate --check --format json`: a variant against its original";
 }
 
 /// Says what is wrong with `variant` beside the one scenario of `entries`.

@@ -149,7 +149,7 @@ fn ranking(generated: &Generated) -> Vec<RankedAttacker> {
 pub fn authoring_notes(authored: &Authored) -> Vec<String> {
     let proposal = authored.choice.proposal.as_ref();
     let instead = match authored.choice.by {
-        ChosenBy::NoAttacker => "nothing is generated (--obey)",
+        ChosenBy::NoAttacker => "nothing is generated (obey=on)",
         _ => "the first of the reference ranking attacks",
     };
     let choice = proposal

@@ -112,7 +112,7 @@ pub struct VariantLine {
 
 impl Output for VariantLine {
     const NAME: &'static str = "generate";
-    const TITLE: &'static str = "`generate --json`: one scenario a line";
+    const TITLE: &'static str = "`generate --format json`: one scenario a line";
 }
 
 /// The driver of the longest reaction time who survives.

@@ -3,6 +3,7 @@
 mod check;
 mod document;
 mod dry_run;
+mod identity;
 mod inputs;
 mod job;
 mod line;
@@ -29,8 +30,9 @@ use super::interrupt::{INTERRUPTED, interrupted};
 use super::many_files::ShardOption;
 use super::open::{configuration, found};
 use super::parallel::in_order_and_kept;
-use super::plan::{PlanOptions, PlannerOptions, identity};
+use super::plan::{PlannerOptions, ProblemOption, identity};
 use super::progress::Progress;
+use super::set::{self, Assignment, assignment};
 use super::{Failure, Outcome, output};
 use job::Job;
 use model::Writer;
@@ -40,8 +42,9 @@ use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
 use nearmiss_formats::commonroad::NewFile;
 use nearmiss_settings::Config;
-use nearmiss_study::evaluation::generating::{Method, RETRIES, Ranking, SAMPLES, VOTES};
+use nearmiss_study::evaluation::generating::Ranking;
 use resume::EarlierRun;
+use settings::GenerateSettings;
 use summary::Summary;
 use table::Table;
 use variant::GenerateJob;
@@ -63,39 +66,12 @@ pub struct GenerateArguments {
     /// Address of the server, in place of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
-    /// Votes for the attacker, each an answer to the same question; 1 asks once.
-    #[arg(long, value_name = "N", default_value_t = VOTES, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    votes: u32,
-    /// Let the model choose the attacker within this distance in metres ahead of or beside the ego [default:
-    /// `attack_within` of the configuration, else 30].
-    #[arg(long, value_name = "METRES", value_parser = metres)]
-    within: Option<f64>,
-    /// Motions to request from the model, each in its own conversation.
-    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    samples: u32,
-    /// Maximum number of times that a motion goes back to the model: with the reasons of its rejection, or with what
-    /// came of the drive.
-    #[arg(long, value_name = "K", default_value_t = RETRIES, value_parser = clap::value_parser!(u32).range(0..=100))]
-    retries: u32,
-    /// What decides between the model's motions: the closed loop and exact risk scores, or its own grades.
-    #[arg(long, value_name = "RANKING", default_value = "exact", value_parser = ranking)]
-    rank: Ranking,
-    /// Do not ask the model to grade its motions.
-    #[arg(long)]
-    no_grades: bool,
-    /// Do not tell the model what came of the drives; a conversation ends with its first motion that passes the gate.
-    #[arg(long)]
-    no_feedback: bool,
-    /// Generate nothing if the model names no possible attacker, or is not asked as no obstacle comes near; without it the
-    /// first of the reference ranking attacks.
-    #[arg(long)]
-    obey: bool,
     /// Ask the model even if the store has its answer.
     #[arg(long)]
     fresh: bool,
     /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost; with --wish,
     /// only print what is understood.
-    #[arg(long, conflicts_with_all = ["output", "report", "check", "json"])]
+    #[arg(long, conflicts_with_all = ["output", "report", "check", "format"])]
     dry_run: bool,
     /// Maximum total cost of all answers in US dollars.
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
@@ -131,12 +107,16 @@ pub struct GenerateArguments {
     #[arg(long, value_name = "STYLE", value_parser = style)]
     style: Option<AttackStyle>,
     #[command(flatten)]
-    how: PlanOptions,
+    how: ProblemOption,
+    /// Change a setting of the planner (those of `plan`), or how a model is asked: votes (for the attacker), within
+    /// (metres, in which it chooses it), samples (motions), retries, feedback (on, off), grades (on, off), rank (exact,
+    /// model), obey (on, off). See `nearmiss help model-attacks`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<GenerateSettings>)]
+    set: Vec<Assignment>,
     #[command(flatten)]
     planner: PlannerOptions,
-    /// Print JSON lines: one object a scenario.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Folder for the variants with their egos, solutions, certificates and manifests; created if missing.
     #[arg(short = 'o', long, value_name = "FOLDER")]
     output: Option<PathBuf>,
@@ -169,17 +149,6 @@ fn reaction_time(word: &str) -> Result<f64, String> {
     })
 }
 
-fn ranking(word: &str) -> Result<Ranking, String> {
-    Ranking::parse(word).ok_or_else(|| unknown("ranking", word, Ranking::ALL.map(Ranking::name)))
-}
-
-fn metres(word: &str) -> Result<f64, String> {
-    match word.parse::<f64>() {
-        Ok(metres) if metres.is_finite() && metres > 0.0 => Ok(metres),
-        _ => Err("expected a number of metres above 0".into()),
-    }
-}
-
 fn style(word: &str) -> Result<AttackStyle, String> {
     AttackStyle::parse(word)
         .ok_or_else(|| unknown("style", word, AttackStyle::ALL.map(AttackStyle::name)))
@@ -197,19 +166,6 @@ impl GenerateArguments {
     pub fn report(&self) -> Option<&Path> {
         self.report.as_deref()
     }
-
-    /// How a model is asked.
-    fn method(&self, config: &Config) -> Method {
-        Method {
-            votes: self.votes,
-            within: self.within.unwrap_or(config.attack_within),
-            samples: self.samples,
-            retries: self.retries,
-            feedback: !self.no_feedback,
-            grades: !self.no_grades,
-            rank: self.rank,
-        }
-    }
 }
 
 /// The style that is asked for, else that of the configuration.
@@ -221,24 +177,25 @@ fn style_of(arguments: &GenerateArguments, config: &Config) -> AttackStyle {
 /// Runs it.
 pub fn run(arguments: &GenerateArguments) -> Outcome {
     let (folders, config) = configuration()?;
-    if arguments.how.asks_for_reactions() {
+    let set: GenerateSettings = set::settings(&arguments.set).map_err(Failure::input)?;
+    if set.planner.asks_for_reactions() {
         return Err(Failure::input(
-            "--traffic reactive is not for `generate`: variants are recordings, in which only the attackers move otherwise; \
-             leave it out. `nearmiss plan VARIANT --traffic reactive` shows whether the attack succeeds where others react",
+            "--set traffic=reactive is not for `generate`: variants are recordings, in which only the attackers move otherwise; \
+             leave it out. `nearmiss plan VARIANT --set traffic=reactive` shows whether the attack succeeds where others react",
         ));
     }
     let settings = Settings {
         traffic: TrafficMode::Recorded,
-        ..arguments.how.settings(&config)?
+        ..set.planner.over(&config)?
     };
     let entries = found(&arguments.paths)?;
     if let Some(variant) = &arguments.check {
         let gate = (arguments.style, arguments.attackers);
-        return check::run(&entries, variant, gate, arguments.json);
+        return check::run(&entries, variant, gate, arguments.format.is_json());
     }
-    if arguments.rank == Ranking::Model && arguments.no_grades {
+    if set.rank == Ranking::Model && !set.grades {
         return Err(Failure::input(
-            "--rank model ranks by the grades of the model; remove --no-grades",
+            "rank=model ranks by the grades of the model; leave out grades=off",
         ));
     }
     let effort = Effort {
@@ -257,7 +214,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         ));
     }
     let writer = (!searching)
-        .then(|| Writer::new(arguments, &folders, &config))
+        .then(|| Writer::new(arguments, &set, &folders, &config))
         .transpose()?;
     let by = match (&writer, &wish) {
         (Some(writer), _) => writer.id().to_owned(),
@@ -271,7 +228,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         return Ok(());
     }
     let past = prepared(arguments)?;
-    let planner = arguments.planner.only(&config)?;
+    let planner = arguments.planner.only(&config, set.planner.timeout)?;
     let planner = planner.and_then(|planner| planner.external);
     let problem = arguments.how.planning_problem;
     let stop = interrupted(true);
@@ -296,7 +253,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     }
     let mut job = Job {
         folder: arguments.output.as_deref(),
-        json: arguments.json,
+        json: arguments.format.is_json(),
         by: &by,
         unheard: arguments.output.is_some() || arguments.report.is_some(),
         summary: Summary::new(entries.len()),
@@ -325,7 +282,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     drop(progress);
     let done = job.done;
     let summary = job.summary;
-    if !arguments.json && done > 0 {
+    if !arguments.format.is_json() && done > 0 {
         output::text(&summary.words())?;
     }
     if let Some(path) = &arguments.report {

@@ -7,7 +7,8 @@ use serde_json::json;
 use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
-use super::settings::WriterSettings;
+use super::identity::WriterSettings;
+use super::settings::GenerateSettings;
 use crate::Failure;
 use crate::open::{judge_of, user_thresholds};
 use crate::templates::templates;
@@ -31,6 +32,7 @@ impl Writer {
     /// The model that the arguments name.
     pub fn new(
         arguments: &GenerateArguments,
+        set: &GenerateSettings,
         folders: &Folders,
         config: &Config,
     ) -> Result<Self, Failure> {
@@ -73,10 +75,10 @@ impl Writer {
             thresholds: Arc::new(user_thresholds(folders)?),
             settings: Settings::default(),
             frame: None,
-            method: arguments.method(config),
+            method: set.method(config),
             at_once: config.concurrency.get() as usize,
             attacker: arguments.attacker.first().copied(),
-            obey: arguments.obey,
+            obey: set.obey,
             fresh: arguments.fresh,
             batch: None,
         };

@@ -1,173 +1,92 @@
-//! What decides what is made of a scenario, as manifests record it: a variant made with the same settings is reused.
+//! `generate --set KEY=VALUE`: settings of the planner, and how a model is asked.
 
-use std::collections::BTreeMap;
+use crate::plan::PlannerSettings;
+use crate::set::{Settable, number, on_or_off};
+use nearmiss_base::system::unknown;
+use nearmiss_settings::Config;
+use nearmiss_study::evaluation::generating::{Method, RETRIES, Ranking, SAMPLES, VOTES};
 
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
-
-use crate::output;
-use nearmiss_drive::simulation::ExternalPlanner;
-use nearmiss_study::evaluation::generating::Method;
-
-/// All settings of a variant but for the content of its original.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct GenerationSettings {
-    /// Id of the planning problem.
-    pub problem: i64,
-    /// The planner's settings by key, without the traffic, which is as recorded.
-    pub planning: BTreeMap<String, Value>,
-    /// The obstacles that may attack; any where none is named.
-    pub attacker: Vec<i64>,
-    /// How many attack together at most.
-    pub attackers: usize,
-    /// Reaction time of the good driver who has to survive, seconds.
-    pub survive: f64,
-    /// Whose limits attackers keep.
-    pub style: String,
-    /// The search, where no model writes the attack.
-    pub search: Option<SearchSettings>,
-    /// The model that writes it.
-    pub model: Option<WriterSettings>,
-    /// What attacks are wished to be.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wish: Option<String>,
-    /// The planner that is attacked, where that is a process.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub planner: Option<PlannerProcess>,
-}
-
-/// How far a search goes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SearchSettings {
-    /// Motions tried at most.
-    pub candidates: usize,
-    /// See [`nearmiss_drive::generation::Effort`].
-    pub rounds: usize,
-    /// See there.
-    pub drives: usize,
-    /// See there.
-    pub attackers: usize,
-    /// Of the search.
-    pub seed: u64,
-}
-
-/// How a model is asked.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct WriterSettings {
-    /// Its id.
-    pub id: String,
-    /// How often, and what for.
-    pub method: Method,
-    /// Whether its choice of no attacker counts.
+/// What `--set` changes.
+#[derive(Debug, Clone)]
+pub struct GenerateSettings {
+    /// The planner.
+    pub planner: PlannerSettings,
+    votes: u32,
+    /// Metres within which the model chooses the attacker.
+    within: Option<f64>,
+    samples: u32,
+    retries: u32,
+    feedback: bool,
+    /// Whether the model grades its motions.
+    pub grades: bool,
+    /// What decides between its motions.
+    pub rank: Ranking,
+    /// Whether nothing is generated where the model names no possible attacker.
     pub obey: bool,
-    /// Parameters of its requests.
-    pub parameters: Value,
-    /// Templates by name, each with its hash.
-    pub templates: BTreeMap<String, String>,
-    /// Changes to the shipped thresholds.
-    pub thresholds: Vec<String>,
 }
 
-/// A planner's process, and what it says of itself.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlannerProcess {
-    command: Vec<String>,
-    /// To get ready, and for a cycle.
-    seconds: [f64; 2],
-    predictions: bool,
-    history: usize,
-    clock: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    name: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    version: Option<String>,
-}
-
-impl PlannerProcess {
-    /// That of a planner that has not run yet.
-    pub fn new(planner: &ExternalPlanner) -> Self {
-        let options = planner.options();
+impl Default for GenerateSettings {
+    fn default() -> Self {
         Self {
-            command: options.command.clone(),
-            seconds: [options.start.as_secs_f64(), options.cycle.as_secs_f64()],
-            predictions: options.predictions,
-            history: options.history,
-            clock: options.clock.name().into(),
-            name: None,
-            version: None,
+            planner: PlannerSettings::default(),
+            votes: VOTES,
+            within: None,
+            samples: SAMPLES,
+            retries: RETRIES,
+            feedback: true,
+            grades: true,
+            rank: Ranking::default(),
+            obey: false,
         }
-    }
-
-    fn command(&self) -> String {
-        format!("`{}`", self.command.join(" "))
     }
 }
 
-/// How a difference of prompts begins.
-pub const PROMPTS: &str = "model.templates";
-
-/// How a search goes about it: no option sets these, and what another version found stays found.
-const SEARCH: [&str; 3] = ["search.rounds", "search.drives", "search.attackers"];
-
-/// What a planner's process says of itself.
-const IDENTITY: [&str; 2] = ["planner.name", "planner.version"];
-
-impl GenerationSettings {
-    /// The same with name and version of the planner's process, where one is attacked.
-    pub fn with_identity(mut self, identity: Option<(String, String)>) -> Self {
-        if let Some(planner) = &mut self.planner {
-            (planner.name, planner.version) = identity.unzip();
-        }
-        self
+impl Settable for GenerateSettings {
+    fn keys() -> Vec<&'static str> {
+        let asked = vec![
+            "votes", "within", "samples", "retries", "feedback", "grades", "rank", "obey",
+        ];
+        [PlannerSettings::keys(), asked].concat()
     }
 
-    /// Where these are others than those asked for now: `key then, now`.
-    pub fn differences(&self, now: &Self) -> Vec<String> {
-        if self.planner.is_some() != now.planner.is_some() {
-            // Of a planner in place of another kind of planner the command says all.
-            let named = |settings: &Self| match &settings.planner {
-                Some(planner) => planner.command(),
-                None => "the built-in one".into(),
-            };
-            let words = format!("planner {}, now {}", named(self), named(now));
-            return vec![output::visible(&words)];
+    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        match key {
+            "votes" => self.votes = number(value, 1, 1000)?,
+            "within" => self.within = Some(metres(value)?),
+            "samples" => self.samples = number(value, 1, 1000)?,
+            "retries" => self.retries = number(value, 0, 100)?,
+            "feedback" => self.feedback = on_or_off(value)?,
+            "grades" => self.grades = on_or_off(value)?,
+            "rank" => self.rank = ranking(value)?,
+            "obey" => self.obey = on_or_off(value)?,
+            _ => self.planner.set(key, value)?,
         }
-        let mut found = Vec::new();
-        compare("", &written(self), &written(now), &mut found);
-        found
+        Ok(())
     }
 }
 
-/// Settings as a file has them: digits that no file keeps make no difference.
-fn written(settings: &GenerationSettings) -> Value {
-    let text = serde_json::to_string(settings);
-    text.and_then(|text| serde_json::from_str(&text))
-        .unwrap_or_default()
+impl GenerateSettings {
+    /// How a model is asked.
+    pub fn method(&self, config: &Config) -> Method {
+        Method {
+            votes: self.votes,
+            within: self.within.unwrap_or(config.attack_within),
+            samples: self.samples,
+            retries: self.retries,
+            feedback: self.feedback,
+            grades: self.grades,
+            rank: self.rank,
+        }
+    }
 }
 
-fn compare(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
-    if let (Value::Object(then), Value::Object(now)) = (then, now) {
-        let more = now.keys().filter(|key| !then.contains_key(*key));
-        for key in then.keys().chain(more) {
-            let inner = if path.is_empty() {
-                key.clone()
-            } else {
-                format!("{path}.{key}")
-            };
-            let of = |all: &serde_json::Map<String, Value>| all.get(key).cloned();
-            let (then, now) = (of(then).unwrap_or_default(), of(now).unwrap_or_default());
-            compare(&inner, &then, &now, found);
-        }
-        return;
+fn ranking(word: &str) -> Result<Ranking, String> {
+    Ranking::parse(word).ok_or_else(|| unknown("ranking", word, Ranking::ALL.map(Ranking::name)))
+}
+
+fn metres(word: &str) -> Result<f64, String> {
+    match word.parse::<f64>() {
+        Ok(metres) if metres.is_finite() && metres > 0.0 => Ok(metres),
+        _ => Err("expected a number of metres above 0".into()),
     }
-    // A planner that does not get ready is found out when it drives.
-    let unknown = now.is_null() && IDENTITY.contains(&path);
-    if then == now || unknown || SEARCH.contains(&path) {
-        return;
-    }
-    found.push(if path.starts_with(PROMPTS) {
-        format!("{path}, another version")
-    } else {
-        output::visible(&format!("{path} {then}, now {now}"))
-    });
 }

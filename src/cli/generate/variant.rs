@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 
+use super::identity::{GenerationSettings, PlannerProcess, SearchSettings};
 use super::line::VariantLine;
 use super::model::Writer;
 use super::resume::EarlierRun;
-use super::settings::{GenerationSettings, PlannerProcess, SearchSettings};
 use crate::output;
 use nearmiss_drive::generation::{AttackStyle, Effort, Refusal, Selection, VariantGenerator, Wish};
 use nearmiss_drive::planner::Cancel;

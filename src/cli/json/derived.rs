@@ -5,8 +5,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::{
-    batches, describe, doctor, evaluate, experiment, export, find, generate, import, inspect,
-    metrics, plan, prompt,
+    batches, bundle, describe, doctor, evaluate, export, find, generate, import, inspect, metrics,
+    plan, prompt,
 };
 use crate::{index, prompts, runs, sample, themes_and_keys, tune};
 use nearmiss_base::system::KeyBinding;
@@ -58,7 +58,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<doctor::Document>(),
     derived::<evaluate::DryRunDocument<'static>>(),
     derived::<evaluate::ListedDocument>(),
-    derived::<experiment::Document>(),
+    derived::<bundle::Document>(),
     derived::<export::ChatManifest>(),
     derived::<find::FindDocument>(),
     derived::<import::Counts>(),
@@ -89,11 +89,11 @@ impl Output for QuestionLine {
 }
 
 impl Output for Standing {
-    const NAME: &'static str = "ratings";
-    const TITLE: &'static str = "`ratings --json`: one model or prompt a line";
+    const NAME: &'static str = "runs-ratings";
+    const TITLE: &'static str = "`runs ratings --format json`: one model or prompt a line";
 }
 
 impl Output for KeyBinding {
-    const NAME: &'static str = "keys";
-    const TITLE: &'static str = "`keys --json`: one action a line";
+    const NAME: &'static str = "config-keys";
+    const TITLE: &'static str = "`config keys --format json`: one action a line";
 }

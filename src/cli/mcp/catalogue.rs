@@ -202,7 +202,7 @@ pub const JOBS: &[Job] = &[
         about: "The table of the window that ends at a moment, as prompts have it: who, lane, speed, acceleration, direction, \
                 distance, gaps and relative motion at each step. t = 0 is the end of the window. Frame metrics adds times to \
                 collision, braking, risk scores and the worst value of each.",
-        command: &["describe", "--contact=yes"],
+        command: &["prompt", "describe", "--set=contact=on"],
         options: &[
             SCENARIO,
             AT,
@@ -214,7 +214,7 @@ pub const JOBS: &[Job] = &[
             ),
             option(
                 "measures",
-                "--measures",
+                "--set=measures",
                 JobValue::Text,
                 "Columns of the frame metrics, such as ttc,thw,drac,pet,ttb,rss_margin.",
             ),
@@ -226,7 +226,7 @@ pub const JOBS: &[Job] = &[
             ),
             option(
                 "stride",
-                "--stride",
+                "--set=stride",
                 JobValue::Whole(Some(1), Some(10_000)),
                 "Every Nth step alone [default: 1].",
             ),
@@ -317,7 +317,7 @@ pub const JOBS: &[Job] = &[
             ),
             option(
                 "max_tokens",
-                "--max-tokens",
+                "--set=max_tokens",
                 JobValue::Whole(Some(1), Some(u32::MAX as u64)),
                 "Most tokens of the answer, which bound its cost [default: that of config.toml, without which it is needed].",
             ),

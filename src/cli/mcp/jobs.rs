@@ -139,7 +139,7 @@ pub fn run(job: &Job, scenario: &str, words: &[String], aside: &Aside<'_>) -> Jo
     let picture = (job.gives == Gives::Picture).then(|| folder.path().join("figure.png"));
     let output = match (&picture, job.gives) {
         (Some(path), _) => Some(format!("--output={}", path.display())),
-        (None, Gives::Json) => Some("--json".to_string()),
+        (None, Gives::Json) => Some("--format=json".to_string()),
         (None, _) => None,
     };
     let program = std::env::current_exe();

@@ -44,7 +44,7 @@ struct ListedThreshold {
 
 impl json::Output for ListDocument {
     const NAME: &'static str = "metrics-list";
-    const TITLE: &'static str = "`metrics --list --json`: one measure a line";
+    const TITLE: &'static str = "`metrics --list --format json`: one measure a line";
 }
 
 /// Prints the list.

@@ -1,11 +1,13 @@
 //! What commands write: data on standard output or into a file, as text or as a table; words on standard error.
 
+mod format;
 mod spreadsheet;
 mod target;
 
 use std::io::{self, Write};
 
 use super::{Failure, Outcome, json};
+pub use format::FormatOption;
 pub use nearmiss_record::{
     Align, Cell, Column, Encoded, Format, Kind, Row, Table, line, lines as table_lines,
 };

@@ -22,7 +22,7 @@ use nearmiss_workflow::PlannerFailure;
 /// How a planner is named as the ego: `planner` for the built-in one, else a name or command after it.
 const WORD: &str = "planner";
 
-/// The drives of a planner, one JSON line each, as `plan --json` prints them.
+/// The drives of a planner, one JSON line each, as `plan --format json` prints them.
 const LINES: &str = "drives.jsonl";
 
 /// The planner that a value of `--ego` names; nothing where it names something else.

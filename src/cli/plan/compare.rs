@@ -55,7 +55,7 @@ pub fn run(
     let problem = arguments.how.planning_problem;
     let labels = Labels::new(entries);
     let mut job = Comparison {
-        json: arguments.json,
+        json: arguments.format.is_json(),
         export: Export::begin(
             (arguments.table.as_deref(), arguments.spreadsheet),
             arguments.files.overwrites(),
@@ -336,7 +336,7 @@ pub struct ComparisonRecord {
 
 impl Output for ComparisonRecord {
     const NAME: &'static str = "plan-comparison";
-    const TITLE: &'static str = "`plan --planner A --planner B --json`: the last line";
+    const TITLE: &'static str = "`plan --planner A --planner B --format json`: the last line";
 }
 
 /// A figure of both planners.

@@ -119,7 +119,7 @@ pub struct DriveRecord {
 
 impl Output for DriveRecord {
     const NAME: &'static str = "plan";
-    const TITLE: &'static str = "`plan --json`: one drive a line";
+    const TITLE: &'static str = "`plan --format json`: one drive a line";
 }
 
 /// An obstacle that reacted.
@@ -203,7 +203,7 @@ pub struct NotDrivenRecord {
 impl Output for NotDrivenRecord {
     const NAME: &'static str = "not-driven";
     const TITLE: &'static str =
-        "`plan --json`, `generate --json`: a scenario that could not be driven";
+        "`plan --format json`, `generate --format json`: a scenario that could not be driven";
 }
 
 /// How a planner's process failed.

@@ -31,6 +31,7 @@ use super::open::{configuration, found};
 use super::parallel::in_order;
 use super::progress::Progress;
 use super::row_file::Labels;
+use super::set::{Assignment, assignment, settings};
 use super::{Failure, Outcome, output};
 pub use compare::ComparisonRecord;
 pub use document::{
@@ -46,7 +47,7 @@ use nearmiss_drive::simulation::Outcome as Ended;
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::VehicleType;
 use nearmiss_workflow::PlanError;
-pub use options::PlanOptions;
+pub use options::{PlannerSettings, ProblemOption};
 pub use planners::{PlannerOptions, identity};
 use table::Table;
 
@@ -62,18 +63,18 @@ pub struct PlanArguments {
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     #[command(flatten)]
-    how: options::PlanOptions,
+    how: ProblemOption,
+    /// Change a setting of the planner, with the keys of [planner] in config.toml: prediction (recorded,
+    /// constant-velocity, lane), traffic (recorded, reactive), rules (obey, off), replan (steps), horizon (seconds),
+    /// vehicle (1 to 4) and others, and timeout (seconds a cycle) of a process. See `nearmiss help configuration`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<PlannerSettings>)]
+    set: Vec<Assignment>,
     #[command(flatten)]
     planners: PlannerOptions,
-    /// Drive every scenario with this planner too, and compare both: paired differences with intervals. The same as a
-    /// second --planner. `recorded` compares with the recorded ego.
-    #[arg(long, value_name = "NAME|COMMAND", conflicts_with = "monitor")]
-    against: Option<String>,
     #[command(flatten)]
     monitor: MonitorOptions,
-    /// Print JSON lines: one object per scenario; `error` if it could not be planned.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Write a table with a row for each drive: outcome, kind of collision, comfort, time to the goal, near misses, time
     /// a cycle; .csv, .json, .jsonl or .parquet. With two planners each scenario has two rows.
     #[arg(long, value_name = "FILE")]
@@ -86,23 +87,20 @@ pub struct PlanArguments {
 
 /// Runs `plan`.
 pub fn run(arguments: &PlanArguments) -> Outcome {
-    if arguments.files.to_stdout() && arguments.json {
+    if arguments.files.to_stdout() && arguments.format.is_json() {
         return Err(Failure::input(
-            "-o - and --json both write to standard output; name a file for -o",
+            "-o - and --format json both write to standard output; name a file for -o",
         ));
     }
     let (folders, config) = configuration()?;
-    let settings = arguments.how.settings(&config)?;
+    let set: PlannerSettings = settings(&arguments.set).map_err(Failure::input)?;
+    let settings = set.over(&config)?;
     let entries = arguments.files.part_of(found(&arguments.paths)?);
     if entries.is_empty() {
         return Ok(());
     }
     let problem = arguments.how.planning_problem;
-    let planners = arguments
-        .planners
-        .clone()
-        .and(arguments.against.as_deref())
-        .chosen(&config)?;
+    let planners = arguments.planners.chosen(&config, set.timeout)?;
     if planners.len() > 1 {
         return compare::run(arguments, &entries, &planners, &settings);
     }
@@ -110,7 +108,13 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     let setup = arguments.monitor.setup(&folders, &config)?;
     let stop = interrupted(true);
     if let Some(setup) = setup.as_ref().filter(|_| arguments.monitor.is_dry_run()) {
-        return setup.dry_run(&entries, problem, &settings, &stop, arguments.json);
+        return setup.dry_run(
+            &entries,
+            problem,
+            &settings,
+            &stop,
+            arguments.format.is_json(),
+        );
     }
     let external = planner.and_then(|planner| planner.external.as_ref());
     let said = match external {
@@ -281,7 +285,7 @@ impl Job<'_> {
             Ok(driven) => driven,
             Err(error) => {
                 let is_finding = matches!(error, PlanError::NothingToPlan(_));
-                if self.arguments.json {
+                if self.arguments.format.is_json() {
                     self.line(&NotDrivenRecord::new(entry, &error))?;
                 }
                 if self.entries.len() == 1 && !is_finding {
@@ -316,7 +320,7 @@ impl Job<'_> {
         if let Some(export) = &mut self.export {
             export.add(drive)?;
         }
-        if self.arguments.json {
+        if self.arguments.format.is_json() {
             return self.line(drive);
         }
         if !std::mem::replace(&mut self.begun, true) {
@@ -362,7 +366,7 @@ impl Job<'_> {
     /// The sum, and the exit status.
     fn end(mut self, failure: Option<Failure>, interrupted: bool) -> Outcome {
         let (missed, all) = (self.missed.input + self.missed.finding, self.entries.len());
-        if !self.arguments.json && self.next > 0 && (all > 1 || self.begun) {
+        if !self.arguments.format.is_json() && self.next > 0 && (all > 1 || self.begun) {
             let sum =
                 std::mem::replace(&mut self.table, Table::new(Labels::default(), false, false))
                     .sum(missed);

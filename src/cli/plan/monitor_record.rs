@@ -25,7 +25,7 @@ pub struct MonitorDryRun {
 
 impl Output for MonitorDryRun {
     const NAME: &'static str = "plan-dry-run";
-    const TITLE: &'static str = "`plan --monitor --dry-run --json`: what the questions cost";
+    const TITLE: &'static str = "`plan --monitor --dry-run --format json`: what the questions cost";
 }
 
 /// What a monitor said of a drive.

@@ -20,7 +20,7 @@ use nearmiss_workflow::VariantOrigin;
 pub struct CertificateOption {
     /// Below each map of a variant of `nearmiss generate` the good driver of its certificate with this reaction time at
     /// the same moment, with the gap of each; with --all -o FILE.gif a film [default: the longest that survives].
-    #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "longest", value_parser = reaction, conflicts_with_all = ["grid", "case_study", "with_original", "ego", "planning_problem"])]
+    #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "longest", value_parser = reaction, conflicts_with_all = ["grid", "case_study", "with_original", "ego"])]
     pub with_certificate: Option<Reaction>,
 }
 

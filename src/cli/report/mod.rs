@@ -17,7 +17,7 @@ use serde_json::Value;
 
 use super::declared::Declared;
 use super::evaluate::part_of_split;
-use super::filters::{Filters, LAST, last_batch, store_to_read};
+use super::filters::{FilterOption, LAST, last_batch, store_to_read};
 use super::gate::{Gate, both};
 use super::output::{self, Target, file_of};
 use super::{Failure, Outcome};
@@ -40,7 +40,7 @@ pub struct ReportArguments {
     #[arg(long, value_name = "FOLDER")]
     paper: Option<PathBuf>,
     #[command(flatten)]
-    filters: Filters,
+    filters: FilterOption,
     /// Ground truth, separated by commas: CSV files with the columns `scenario` and `label` or `obstacle_id`; `batch`
     /// for the truth of each batch; folders with scenarios and recorded egos, or with annotations; `auto` for the exact
     /// geometry of bundled scenarios and the stored verdicts of the built-in judge on whole recordings. CSV files count
@@ -80,7 +80,7 @@ pub struct ReportArguments {
         long,
         value_name = "FIGURE",
         value_parser = ReportFigure::parse,
-        conflicts_with_all = ["paper", "against", "ablation", "format", "json", "pairs"]
+        conflicts_with_all = ["paper", "against", "format", "pairs"]
     )]
     figure: Option<ReportFigure>,
     #[command(flatten)]
@@ -88,9 +88,6 @@ pub struct ReportArguments {
     /// Format of the report [default: from the file name, else md].
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// The same as --format json.
-    #[arg(long, conflicts_with = "format")]
-    json: bool,
     #[command(flatten)]
     spreadsheet: output::ForSpreadsheet,
     /// File to write; - is standard output, which is the default.
@@ -144,9 +141,9 @@ enum AnyReport {
 pub fn run(arguments: &ReportArguments) -> Outcome {
     let file = file_of(arguments.output.as_deref());
     let of_folder = arguments.paper.is_some() || arguments.folder.is_some();
-    if of_folder && arguments.filters.filter(None) != Filter::default() {
+    if of_folder && arguments.filters.filter()? != Filter::default() {
         return Err(Failure::input(
-            "filters apply to the runs of the store, not to a folder of recorded answers; `nearmiss import FOLDER` puts these into the store",
+            "filters apply to the runs of the store, not to a folder of recorded answers; `nearmiss runs import FOLDER` puts these into the store",
         ));
     }
     if arguments.paper.is_some() && arguments.declared.any() {
@@ -165,9 +162,8 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         spreadsheet.check(false)?;
         return figure::write(arguments, figure, file);
     }
-    let asked = arguments.format.or(arguments.json.then_some(Format::Json));
     let known = ".md, .tex, .csv, .parquet, .json and .html";
-    let format = output::format_of(asked, file, Format::Md, (ENDINGS, known))?;
+    let format = output::format_of(arguments.format, file, Format::Md, (ENDINGS, known))?;
     if format == Format::Parquet {
         output::check_format(output::Format::Parquet, file)?;
     }
@@ -223,7 +219,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
 impl ReportArguments {
     /// Holds what is required against the report.
     fn required(&self, reports: &[&Report]) -> Outcome {
-        let batch = self.filters.filter(None).batch;
+        let batch = self.filters.filter()?.batch;
         if !self.gate.any() || batch.is_none() && !self.gate.needs_batch() {
             return self.gate.check(reports, None);
         }

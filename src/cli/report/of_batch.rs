@@ -47,7 +47,7 @@ pub fn made(
     let mut notes: Vec<String> = words.iter().map(|words| sentence(words)).collect();
     if let Some(parts) = &batch.shard {
         let words = format!(
-            "only part {parts} of the batch is here; `nearmiss import` and `nearmiss experiment unpack` add the others"
+            "only part {parts} of the batch is here; `nearmiss runs import` and `nearmiss runs import` add the others"
         );
         output::say(&format!("nearmiss: {words}"));
         notes.push(sentence(&words));

@@ -22,7 +22,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     } else {
         arguments.truth.clone()
     };
-    let filter = arguments.filters.filter(None);
+    let filter = arguments.filters.filter()?;
     let last = match filter.batch.as_deref() {
         Some(LAST) => {
             let store = store_to_read()?;
@@ -38,7 +38,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
         };
         if filter != alone || !arguments.truth.is_empty() || arguments.reread {
             return Err(Failure::input(
-                "--batch reports a whole batch with its own truth: remove --truth, --reread and filters such as --task; `nearmiss evaluate --resume ID --truth …` changes its truth",
+                "--batch reports a whole batch with its own truth: remove --truth, --reread and other filters; `nearmiss evaluate --resume ID --truth …` changes its truth",
             ));
         }
         let store = store_to_read()?;
@@ -58,7 +58,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     let mut runs = store.outcomes(&filter).map_err(Failure::input)?;
     if runs.is_empty() {
         return Err(Failure::finding(
-            "no matching runs; `nearmiss runs` lists all, `nearmiss report FOLDER` reports recorded answers",
+            "no matching runs; `nearmiss runs list` lists all, `nearmiss report FOLDER` reports recorded answers",
         ));
     }
     if arguments.reread {

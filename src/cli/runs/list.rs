@@ -137,8 +137,8 @@ impl<'a> RunLine<'a> {
 }
 
 impl Output for RunLine<'_> {
-    const NAME: &'static str = "runs";
-    const TITLE: &'static str = "`runs --json`: one run a line, in short";
+    const NAME: &'static str = "runs-list";
+    const TITLE: &'static str = "`runs list --format json`: one run a line, in short";
     const COMMON_WORDS: bool = true;
 }
 

@@ -70,7 +70,7 @@ fn cut_question(counted: Option<u64>, sent: usize) -> Option<MissingVerdict> {
     is_cut.then(|| {
         MissingVerdict::NotInAnswer(format!(
             "the server counts {counted} of about {sent} tokens that were sent, so it read only a part of the question; raise \
-             its context (num_ctx, --ctx-size), or shorten the question (--stride, --radius, --history), and ask with --fresh"
+             its context (num_ctx, --ctx-size), or shorten the question (stride, radius, history), and ask with --fresh"
         ))
     })
 }

@@ -346,7 +346,7 @@ fn shown(path: &Path) -> String {
 fn write(new: &NewExperiment, ego: &EgoSelection) -> Result<ExperimentWritten, String> {
     if *ego != EgoSelection::Beside {
         return Err(
-            "an experiment asks about the ego beside each scenario; start nearmiss without --ego and --planning-problem"
+            "an experiment asks about the ego beside each scenario; start nearmiss without --ego"
                 .into(),
         );
     }

@@ -237,7 +237,7 @@ fn done(id: nearmiss_store::RunId, result: Result<(), nearmiss_store::StoreError
     HistoryEvent::Done(id, result.map_err(|e| e.to_string()))
 }
 
-/// Writes the runs that fit into a new file, as `nearmiss export` does: whole or not at all.
+/// Writes the runs that fit into a new file, as `nearmiss runs export` does: whole or not at all.
 fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String> {
     let wrong = |error: &std::io::Error| format!("{}: {}", path.display(), system::words(error));
     let file = NewFile::begin(path, false).map_err(|error| match error {

@@ -116,7 +116,12 @@ fn terms_of_an_index_say_what_to_do_until_it_is_read() {
     let all = bundled().len();
     let wrong = |bench: &Bench| bench.model.list.read.wrong.join(" ");
     assert_eq!(filtered(&mut bench, "manoeuvre:cut_in").len(), all);
-    for words in ["manoeuvre:", ":index FOLDER", "--index", "nearmiss index"] {
+    for words in [
+        "manoeuvre:",
+        ":index FOLDER",
+        "--index",
+        "nearmiss corpus index",
+    ] {
         assert!(wrong(&bench).contains(words), "{}", wrong(&bench));
     }
     bench.perform("index /data/index");

@@ -68,8 +68,12 @@ async fn killed_between_handing_over_and_fetching_nothing_is_lost_or_sent_twice(
         let (there, _) = second.world().batches[0].items[0].clone();
         assert!(there.starts_with(&tag), "{there}");
         let begins = format!("question ids starting with {tag}; ");
-        let listed = run(&home, &["batches"]).status(0).stdout;
-        let lost = ["no id came back", &begins, "`nearmiss batches collect 2`"];
+        let listed = run(&home, &["runs", "batches"]).status(0).stdout;
+        let lost = [
+            "no id came back",
+            &begins,
+            "`nearmiss runs batches collect 2`",
+        ];
         assert!(lost.iter().all(|words| listed.contains(words)), "{listed}");
         assert_eq!(listed.matches("no id came back").count(), 1, "{listed}");
         run(&home, &["evaluate", "--resume", "b1"])
@@ -87,7 +91,7 @@ async fn killed_between_handing_over_and_fetching_nothing_is_lost_or_sent_twice(
             world.creation = Creation::Answered;
             world.state = "completed".into();
         }
-        run(&home, &["batches", "collect", "--wait"]).status(0);
+        run(&home, &["runs", "batches", "collect", "--wait"]).status(0);
         let table = run(&home, &["evaluate", "--resume", "b1", "--json"])
             .status(0)
             .json();

@@ -101,7 +101,7 @@ async fn json_of_an_answer_that_cannot_be_stored_is_whole() {
     let server = Server::start(vec![Script::events().send(usual())]).await;
     let home = home(server.base_url());
     fill(&home);
-    let ended = run(&home, &[&ASK[..], &["--json"]].concat()).status(2);
+    let ended = run(&home, &[&ASK[..], &["--format=json"]].concat()).status(2);
     assert_eq!(ended.json()["collision"], true);
     assert_eq!(ended.json()["run"], serde_json::Value::Null);
 }
@@ -180,7 +180,7 @@ async fn an_answer_is_cut_off_at_its_limit_and_says_so() {
     let home = home(server.base_url());
     let words = ["nearmiss cut the answer off", "4 MiB", "max_tokens"];
     run(&home, &ASK).status(1).says(&words);
-    let ended = run(&home, &[&ASK[..], &["--json"]].concat())
+    let ended = run(&home, &[&ASK[..], &["--format=json"]].concat())
         .status(1)
         .says(&words);
     let document = ended.json();

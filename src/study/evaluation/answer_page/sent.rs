@@ -64,7 +64,7 @@ impl SentPictures {
             Some(picture) => self.add(picture).unwrap_or_else(|| {
                 self.left_out += 1;
                 Sent::Missing(format!(
-                    "The page would become too large with the picture {short}…; \"nearmiss runs picture\" writes it."
+                    "The page would become too large with the picture {short}…; \"nearmiss runs show\" writes it."
                 ))
             }),
         };

@@ -74,7 +74,7 @@ fn other(file: &str, place: Option<&Path>) -> String {
             path.display()
         ),
         None => format!(
-            "the program's own text is used now; put the older text into your folder of templates (`nearmiss prompts show \
+            "the program's own text is used now; put the older text into your folder of templates (`nearmiss prompt text \
              {file}` with the nearmiss that began the batch prints it), or start a new batch. Reports still have its answers"
         ),
     }

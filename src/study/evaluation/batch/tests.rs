@@ -249,7 +249,7 @@ fn a_changed_template_is_noticed() {
     for words in [
         "template collision-ego.md",
         "(000000000000…)",
-        "`nearmiss prompts show collision-ego.md`",
+        "`nearmiss prompt text collision-ego.md`",
         "or start a new batch",
     ] {
         assert!(error.contains(words), "{words}: {error}");

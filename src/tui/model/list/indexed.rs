@@ -38,7 +38,7 @@ impl ListIndex {
             Self::Ready(_) => None,
             Self::None => Some(
                 "needs an index: choose one with `:index FOLDER` or `nearmiss --index FOLDER`; \
-                 `nearmiss index PATH… -o FOLDER` makes one",
+                 `nearmiss corpus index PATH… -o FOLDER` makes one",
             ),
             Self::Reading => Some("waits for the index, which is being read"),
             Self::Failed => {

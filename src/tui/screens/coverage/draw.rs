@@ -94,7 +94,7 @@ fn without(model: &Model) -> String {
             format!("{error}; {choose} chooses another index")
         }
         ListIndex::None => format!(
-            "no index: {choose} chooses one, `nearmiss index PATH… -o FOLDER` makes one (nearmiss help corpora)"
+            "no index: {choose} chooses one, `nearmiss corpus index PATH… -o FOLDER` makes one (nearmiss help corpora)"
         ),
     }
 }

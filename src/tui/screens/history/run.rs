@@ -170,7 +170,7 @@ fn messages(json: &str) -> Vec<(String, String)> {
         let images = message["images"].as_array().into_iter().flatten();
         let words = |image: &Value| {
             let hash = text(image, "sha256");
-            format!("\n\n[picture {hash}: nearmiss runs picture writes it]")
+            format!("\n\n[picture {hash}: nearmiss runs show writes it]")
         };
         images.map(words).collect()
     };

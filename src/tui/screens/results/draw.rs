@@ -61,7 +61,7 @@ fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
         (None, false, _) => {
             let key = model.look.key(Action::Run);
             format!(
-                "no model has been asked yet; {key} on the main screen asks one, `nearmiss import` reads recorded answers"
+                "no model has been asked yet; {key} on the main screen asks one, `nearmiss runs import` reads recorded answers"
             )
         }
     };

@@ -1,4 +1,4 @@
-//! `nearmiss experiment pack`: writes a bundle.
+//! `nearmiss runs export --format bundle`: writes a bundle.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -6,46 +6,55 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::super::filters::{LAST, last_batch, store_to_read};
 use super::super::open::{configuration, found, user_thresholds};
-use super::super::output::{self, Target};
+use super::super::output::{self, OutputFile, Target};
 use super::super::{Failure, Outcome};
+use super::ENDING;
 use nearmiss_ask::prompts::Library;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::TextFile;
 use nearmiss_store::{BatchId, Store};
 use nearmiss_study::evaluation::validate;
-use nearmiss_workflow::{Experiment, PackRequest, pack};
+use nearmiss_workflow::{Experiment, PackRequest};
 
-/// Arguments of `experiment pack`.
+/// Options of `--format bundle`.
 #[derive(Debug, clap::Args)]
-pub struct Pack {
-    /// A batch (b7), the last one (last), or an experiment file that was run.
-    #[arg(value_name = "BATCH|FILE.toml")]
-    batch: String,
-    /// The bundle to write [default: BATCH.nearmiss].
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Replace an existing file.
-    #[arg(long)]
-    overwrite: bool,
-    /// Include the scenario files with their egos; without it, they are known by their hashes.
+pub struct BundleOptions {
+    /// Bundle: include the scenario files with their egos; without it, they are known by their hashes.
     #[arg(long)]
     with_scenarios: bool,
-    /// Leave out ratings, which name the persons who rated.
+    /// Bundle: leave out ratings, which name the persons who rated.
     #[arg(long)]
     without_ratings: bool,
 }
 
-/// Runs `experiment pack`.
-pub fn run(arguments: &Pack) -> Outcome {
+impl BundleOptions {
+    /// An option that is given, which other formats do not have.
+    pub fn given(&self) -> Option<&'static str> {
+        match self {
+            Self {
+                with_scenarios: true,
+                ..
+            } => Some("--with-scenarios"),
+            Self {
+                without_ratings: true,
+                ..
+            } => Some("--without-ratings"),
+            _ => None,
+        }
+    }
+}
+
+/// Writes a batch (b7, `last`, or an experiment file that was run) to the file of -o, else BATCH.nearmiss.
+pub fn pack(named: &str, output: &OutputFile, options: &BundleOptions) -> Outcome {
     let (folders, _) = configuration()?;
     let library = validate(Library::load(Some(&folders.prompts())));
     let thresholds = Arc::new(user_thresholds(&folders)?);
     let text = TextFile::read_if_there(&folders.thresholds()).map_err(Failure::input)?;
     let store = store_to_read()?;
-    let (batch, budget) = batch(&arguments.batch, &store, &library, &thresholds)?;
-    let default = PathBuf::from(format!("{batch}.nearmiss"));
-    let file = arguments.output.as_deref().unwrap_or(&default);
-    let mut target = Target::begin(Some(file), arguments.overwrite)?;
+    let (batch, budget) = batch(named, &store, &library, &thresholds)?;
+    let default = PathBuf::from(format!("{batch}.{ENDING}"));
+    let file = output.file().unwrap_or(&default);
+    let mut target = Target::begin(Some(file), output.overwrites())?;
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     let request = PackRequest {
         store: &store,
@@ -53,22 +62,22 @@ pub fn run(arguments: &Pack) -> Outcome {
         budget,
         library: &library,
         thresholds: (thresholds, text.map(|file| file.text)),
-        with_scenarios: arguments.with_scenarios,
-        with_ratings: !arguments.without_ratings,
+        with_scenarios: options.with_scenarios,
+        with_ratings: !options.without_ratings,
         now_ms: now.map_or(0, |since| {
             i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
         }),
     };
-    let packed = pack(&request, &mut target).map_err(Failure::input)?;
+    let packed = nearmiss_workflow::pack(&request, &mut target).map_err(Failure::input)?;
     target.finish()?;
     for note in &packed.notes {
         output::say(&format!("nearmiss: {note}"));
     }
     output::say(&format!(
-        "nearmiss: wrote {}: {batch}, {}, {}; `nearmiss experiment unpack {}` unpacks it",
+        "nearmiss: wrote {}: {batch}, {}, {}; `nearmiss runs import {}` unpacks it",
         file.display(),
-        super::super::output::counted(packed.manifest.questions as usize, "question"),
-        super::super::output::counted(packed.manifest.runs as usize, "run"),
+        output::counted(packed.manifest.questions as usize, "question"),
+        output::counted(packed.manifest.runs as usize, "run"),
         file.display()
     ));
     Ok(())

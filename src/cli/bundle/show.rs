@@ -1,22 +1,13 @@
-//! `nearmiss experiment show`: what is in a bundle.
+//! `nearmiss runs import BUNDLE --dry-run`: what is in a bundle.
+
+use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::super::output::{self, counted};
 use super::super::{Failure, Outcome, json, time};
-use super::BundleFile;
 use nearmiss_workflow::{Manifest, read_manifest};
-
-/// Arguments of `experiment show`.
-#[derive(Debug, clap::Args)]
-pub struct Show {
-    #[command(flatten)]
-    bundle: BundleFile,
-    /// Print the manifest as one JSON object.
-    #[arg(long)]
-    json: bool,
-}
 
 /// The manifest of a bundle.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -24,14 +15,15 @@ pub struct Show {
 pub struct Document(Manifest);
 
 impl json::Output for Document {
-    const NAME: &'static str = "experiment-show";
-    const TITLE: &'static str = "`experiment show --json`: the manifest of a bundle";
+    const NAME: &'static str = "runs-import-dry-run";
+    const TITLE: &'static str =
+        "`runs import BUNDLE --dry-run --format json`: the manifest of a bundle";
 }
 
-/// Runs `experiment show`.
-pub fn run(arguments: &Show) -> Outcome {
-    let manifest = read_manifest(&arguments.bundle.file).map_err(Failure::input)?;
-    if arguments.json {
+/// Checks a bundle, and prints what is in it.
+pub fn show(file: &Path, format: output::FormatOption) -> Outcome {
+    let manifest = read_manifest(file).map_err(Failure::input)?;
+    if format.is_json() {
         return output::document(&Document(manifest));
     }
     output::text(&output::visible(&words(&manifest)))
