@@ -49,7 +49,6 @@ mod truth;
 pub mod tune;
 mod variant_record;
 mod verify_variant;
-mod wish;
 
 pub use answer_page::answer_page;
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
@@ -90,7 +89,6 @@ pub use stored_question::StoredQuestion;
 pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
 pub use variant_record::{VariantRecord, good_driver_words};
 pub use verify_variant::{VariantProofs, VerifiedCertificate, is_unchanged, verify_variant};
-pub use wish::{ReadWish, read_wish};
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
