@@ -99,7 +99,7 @@ fn an_index_with_other_severities_is_refused() {
     bytes[at.unwrap() + key.len() - 1] = b'x';
     std::fs::write(&part, bytes).unwrap();
     for command in [
-        &["find", "--filter", "severity:contact", "--index", "index"][..],
+        &["find", "severity:contact", "--index", "index"][..],
         &["index", "show", "index"],
         &["sample", "index", "-n", "1"],
     ] {

@@ -127,7 +127,7 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             "find",
             vec![
                 "find",
-                "cut-ins under 5 s TTC in fog",
+                "manoeuvre:cut_in ttc<5",
                 "--index",
                 "index",
                 "--json",
