@@ -194,7 +194,7 @@ fn a_wish_is_held_to() {
     for (wish, said) in [
         (" ", "expected terms, such as actor:"),
         ("a car cuts in", "unknown term `a`; available: actor:"),
-        ("actor:\u{1b}[2Jx", "unknown actor: `␛[2Jx`"),
+        ("actor:giraffe", "unknown value `giraffe` of `actor:`"),
     ] {
         let ended = with(wish).status(2);
         assert!(ended.stderr.contains(said), "{wish}: {}", ended.stderr);

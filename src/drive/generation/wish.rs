@@ -6,7 +6,7 @@ use std::str::FromStr;
 use super::AttackContext;
 use super::attacker::{Candidate, LOOKAHEAD};
 use nearmiss_base::geometry::{Placed, Point, angle_between};
-use nearmiss_base::system::unknown;
+use nearmiss_base::system::available;
 use nearmiss_scene::scenario::ObstacleType;
 use nearmiss_scene::verdict::ManoeuvreKind;
 
@@ -216,9 +216,10 @@ fn named<T: Copy>(
     let plain = |word: &str| word.replace(['-', '_'], "").to_lowercase();
     let found = all.iter().find(|one| plain(name(**one)) == plain(word));
     let known = all.iter().map(|one| name(*one));
-    found
-        .copied()
-        .ok_or_else(|| unknown(&format!("{key}:"), word, known))
+    found.copied().ok_or_else(|| {
+        let known = available(word, known);
+        format!("unknown value `{word}` of `{key}:`{known}")
+    })
 }
 
 /// Whether an obstacle is at such a place at any step within [`LOOKAHEAD`] before it could meet the ego.
@@ -320,14 +321,14 @@ mod tests {
                 "unknown term `a`; available: actor: manoeuvre: place:",
             ),
             ("who:car", "unknown term `who:car`"),
-            ("actor:car,giraffe", "unknown actor: `giraffe`"),
-            ("actor:car, manoeuvre:drift", "unknown actor: ``"),
+            ("actor:car,giraffe", "unknown value `giraffe` of `actor:`"),
+            ("actor:car, manoeuvre:drift", "unknown value `` of `actor:`"),
             ("manoeuvre:cutin2", "did you mean `cut-in`?"),
             (
                 "place:ahead,hidden",
-                "unknown place: `ahead,hidden`; available: from-left",
+                "unknown value `ahead,hidden` of `place:`; did you mean `ahead`",
             ),
-            ("place:", "unknown place: ``"),
+            ("place:", "unknown value `` of `place:`"),
         ] {
             let error = text.parse::<Wish>().unwrap_err();
             assert!(error.contains(says), "{text}: {error}");
