@@ -286,28 +286,55 @@ fn judge(
         };
         server.overlay(&mut providers, name);
     }
-    let registry = Registry::lenient(&providers, &folders.config_file());
+    let tools = set.tools.unwrap_or(set.tool_limits.any() || config.tools);
+    let usual = parameters(config);
+    let parameters = Parameters {
+        temperature: set.temperature.or(usual.temperature),
+        max_tokens: set.max_tokens.or(usual.max_tokens),
+        seed: set.seed,
+        effort: set.effort.or(usual.effort),
+        log_probabilities: set.log_probabilities.unwrap_or(config.log_probabilities),
+        tools: tools.then(|| set.tool_limits.limits()),
+    };
+    let budget = bound.map(|bound| bound.usd);
+    judge_of(
+        &models(model, &providers, folders, parameters, budget),
+        model,
+    )
+}
+
+/// The parameters of the configuration, for a text.
+pub fn parameters(config: &Config) -> Parameters {
+    Parameters {
+        temperature: config.temperature,
+        max_tokens: config.max_tokens,
+        seed: None,
+        effort: config.effort.as_deref().and_then(Effort::parse),
+        log_probabilities: false,
+        tools: None,
+    }
+}
+
+/// The models of these providers; what is wrong with other providers, and what is doubtful about this model, is said.
+pub fn models(
+    model: &str,
+    providers: &toml::Table,
+    folders: &Folders,
+    parameters: Parameters,
+    budget: Option<f64>,
+) -> Models {
+    let registry = Registry::lenient(providers, &folders.config_file());
     // The provider being asked reports its own problem.
     let asked = model.split('/').next().unwrap_or_default();
     for (_, broken) in registry.broken().filter(|(name, _)| *name != asked) {
         output::say(&format!("nearmiss: {broken}"));
     }
-    let tools = set.tools.unwrap_or(set.tool_limits.any() || config.tools);
-    let parameters = Parameters {
-        temperature: set.temperature.or(config.temperature),
-        max_tokens: set.max_tokens.or(config.max_tokens),
-        seed: set.seed,
-        effort: { set.effort }.or(config.effort.as_deref().and_then(Effort::parse)),
-        log_probabilities: set.log_probabilities.unwrap_or(config.log_probabilities),
-        tools: tools.then(|| set.tool_limits.limits()),
-    };
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
-    let budget = bound.map(|bound| bound.usd);
     let models = Models::new(registry, environment, parameters, budget);
     if let Some(warning) = models.warning(model, jiff::Zoned::now().date()) {
         output::say(&format!("nearmiss: {model}: {warning}"));
     }
-    judge_of(&models, model)
+    models
 }
 
 fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failure> {

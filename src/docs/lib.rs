@@ -76,15 +76,15 @@ topics! {
     generating, "generating", "generating.md", ["generate"],
         "Dangerous variants of safe scenarios: attack, gate, certificate";
     wishes, "wishes", "wishes.md", [],
-        "Attacks that a sentence asks for: who, which manoeuvre, from where";
+        "Attacks that terms describe: who, which manoeuvre, from where";
     model_attacks, "model-attacks", "model-attacks.md", [],
         "Attacks by language models: votes, motions, feedback, grades";
     figures, "figures", "figures.md", ["render"],
         "Figures for papers: map, plot, screen; SVG, PNG, GIF";
     corpora, "corpora", "corpora.md", ["corpus"],
         "Thousands of scenarios: parts for several machines, continuing, an index, samples";
-    finding, "finding", "finding.md", [],
-        "Windows of an index by a sentence: its words, and the filter language";
+    finding, "finding", "finding.md", ["find"],
+        "Windows of an index by terms, or by a sentence that a model writes as terms";
     clusters, "clusters", "clusters.md", [],
         "Slurm job arrays, and parts of an experiment asked by several persons";
     store, "store", "store.md", ["runs"],

@@ -107,14 +107,7 @@ fn an_index_with_other_severities_is_refused() {
     bytes[at.unwrap() + key.len() - 1] = b'x';
     std::fs::write(&part, bytes).unwrap();
     for command in [
-        &[
-            "corpus",
-            "find",
-            "--filter",
-            "severity:contact",
-            "--index",
-            "index",
-        ][..],
+        &["corpus", "find", "severity:contact", "--index", "index"][..],
         &["corpus", "show", "index"],
         &["corpus", "sample", "index", "-n", "1"],
     ] {

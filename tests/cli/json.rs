@@ -147,7 +147,7 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             vec![
                 "corpus",
                 "find",
-                "cut-ins under 5 s TTC in fog",
+                "manoeuvre:cut_in ttc<5",
                 "--index",
                 "index",
                 "--format=json",

@@ -185,7 +185,7 @@ fn an_agent_finds_the_worst_scenario_and_explains_it_in_six_calls() {
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     let frame = reader.next_frame(&mut pixels).unwrap();
     assert!(frame.width > 500 && frame.height > 300);
-    let query = json!({"query": "cut-ins under 1 s TTC", "number": 1});
+    let query = json!({"filter": "manoeuvre:cut_in ttc<1", "number": 1});
     let found = client.call("find", query)["structuredContent"].clone();
     assert_eq!(found["filter"], "manoeuvre:cut_in ttc<1");
     let [window] = found["found"].as_array().unwrap().as_slice() else {
@@ -193,11 +193,16 @@ fn an_agent_finds_the_worst_scenario_and_explains_it_in_six_calls() {
     };
     assert_eq!(window["scenario"], CUT_IN);
     assert!(found["windows"].as_u64() >= Some(1), "{found}");
-    let again = client.call("find", json!({"query": "rain on the moon"}));
-    assert!(
-        again.to_string().contains("is understood") && again["isError"] == true,
-        "{again}"
-    );
+    for (filter, says) in [
+        ("rain on the moon", "reads as a sentence"),
+        ("manoeuvre:cutting", "available: cut_in"),
+    ] {
+        let again = client.call("find", json!({"filter": filter}));
+        assert!(
+            again.to_string().contains(says) && again["isError"] == true,
+            "{again}"
+        );
+    }
     client.end();
 }
 

@@ -21,11 +21,11 @@ const WRITING: &[&[&str]] = &[
     &["corpus", "show", "index", "--format=json"],
     &["corpus", "sample", "index"],
     &["corpus", "sample", "index", "--format=json"],
-    &["corpus", "find", "cut-ins", "--index", "index"],
+    &["corpus", "find", "manoeuvre:cut_in", "--index", "index"],
     &[
         "corpus",
         "find",
-        "cut-ins",
+        "manoeuvre:cut_in",
         "--filter-only",
         "--format=json",
     ],

@@ -36,7 +36,7 @@ pub use process_groups::{ProcessGroup, end_process_groups};
 pub use programs::is_program;
 pub use read_file::{LARGEST, LARGEST_TEXT, check_file, open_file, read_file, read_text};
 pub use shown_path::shown_path;
-pub use similar::{available, did_you_mean, mistyped, nearest, similar, unknown};
+pub use similar::{available, did_you_mean, nearest, similar, unknown};
 pub use terminal::Terminal;
 pub use text::text_of;
 pub use toml_text::{KeyLines, Mistake, TomlText, line_at, shown_value, toml_mistake};

@@ -16,7 +16,6 @@ mod summary;
 mod table;
 mod together;
 mod variant;
-mod wished;
 
 pub use check::CheckDocument;
 pub use line::VariantLine;
@@ -37,7 +36,7 @@ use super::{Failure, Outcome, output};
 use job::Job;
 use model::Writer;
 use nearmiss_base::system::unknown;
-use nearmiss_drive::generation::{AttackStyle, DELAYS, Effort};
+use nearmiss_drive::generation::{AttackStyle, DELAYS, Effort, Wish};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
 use nearmiss_formats::commonroad::NewFile;
@@ -69,8 +68,7 @@ pub struct GenerateArguments {
     /// Ask the model even if the store has its answer.
     #[arg(long)]
     fresh: bool,
-    /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost; with --wish,
-    /// only print what is understood.
+    /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost.
     #[arg(long, conflicts_with_all = ["output", "report", "check", "format"])]
     dry_run: bool,
     /// Maximum total cost of all answers in US dollars.
@@ -84,10 +82,10 @@ pub struct GenerateArguments {
         allow_negative_numbers = true
     )]
     attacker: Vec<i64>,
-    /// Search only for attacks that these words describe: who, which manoeuvre, from where. \"a cyclist comes from behind
-    /// the parked van\", \"a car cuts in from the left lane\". What is understood is printed; see `nearmiss help wishes`.
-    #[arg(long, value_name = "WORDS", conflicts_with = "check")]
-    wish: Option<String>,
+    /// Search only for attacks that these terms describe: who, which manoeuvre, from where. \"actor:car,truck
+    /// manoeuvre:cut-in place:left-lane\"; `nearmiss help wishes` lists them.
+    #[arg(long, value_name = "TERMS", conflicts_with = "check")]
+    wish: Option<Wish>,
     /// Maximum number of obstacles that attack together, 1 to 3; further ones are added only where they make the outcome
     /// worse. With --check, how many may be changed [default: as many as --attacker names, else `attackers` of the
     /// configuration, else 1; with --check 3].
@@ -207,8 +205,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     };
     let style = style_of(arguments, &config);
     let searching = arguments.model == SEARCH;
-    let wish = arguments.wish.as_deref().map(wished::read).transpose()?;
-    if wish.is_some() && !searching {
+    if arguments.wish.is_some() && !searching {
         return Err(Failure::input(
             "--wish is for the search, not for a model: leave out --model, or change the model's template",
         ));
@@ -216,7 +213,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     let writer = (!searching)
         .then(|| Writer::new(arguments, &set, &folders, &config))
         .transpose()?;
-    let by = match (&writer, &wish) {
+    let by = match (&writer, &arguments.wish) {
         (Some(writer), _) => writer.id().to_owned(),
         (None, Some(wish)) => format!("{effort}, wish: {wish}, style {style}"),
         (None, None) => format!("{effort}, style {style}"),
@@ -245,7 +242,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         effort,
         style,
         only: together::named(&arguments.attacker),
-        wish,
+        wish: arguments.wish.clone(),
         past,
     };
     if arguments.dry_run {

@@ -151,9 +151,14 @@ const AT: JobOption = option(
 pub const CURSOR: JobOption = option("cursor", "", JobValue::Text, "`cursor` of the page before.");
 
 /// What is looked for.
-pub const QUERY: JobOption = JobOption {
+pub const FILTER: JobOption = JobOption {
     required: true,
-    ..option("query", "", JobValue::Text, "Sentence or filter.")
+    ..option(
+        "filter",
+        "",
+        JobValue::Text,
+        "Terms, separated by spaces: manoeuvre:cut_in,merging ttc<1.5 road:highway.",
+    )
 };
 
 /// How much is given.
@@ -185,11 +190,14 @@ pub const LOOKS: &[Look] = &[
     },
     Look {
         name: "find",
-        about: "Searches windows of 2 s of every pair of road users in all scenarios, the most severe first. A sentence, \
-                such as \"cut-ins under 1.5 s TTC on motorways\", or a filter: manoeuvre:cut_in road:highway actor:truck \
-                severity<=2 ttc<1.5 pet<1. Where `ego_source` is obstacle, give `ego_id` as `ego` to other tools. The first \
-                call measures all scenarios and takes longer.",
-        options: &[QUERY, NUMBER],
+        about: "Searches windows of 2 s of every pair of road users in all scenarios, the most severe first, for those that \
+                fit all terms: manoeuvre: (cut_in, lane_change, merging, following, followed, parallel, oncoming, crossing, \
+                turning_across, standing, other), road: (intersection, highway, ramp, urban, country, untyped, off_road), \
+                actor: (car, truck, bus, motorcycle, bicycle, pedestrian, …), severity<=2, measures such as ttc<1.5, pet<1, \
+                drac>4, distance<2; country:DEU, tag:, a word of a name. `,` separates alternatives, `!` negates a term. \
+                Where `ego_source` is obstacle, give `ego_id` as `ego` to other tools. The first call measures all \
+                scenarios and takes longer.",
+        options: &[FILTER, NUMBER],
         takes_long: true,
         call: looks::find,
     },

@@ -1,4 +1,4 @@
-//! What this process answers: the scenarios by severity, what is in one, and the windows that a sentence means.
+//! What this process answers: the scenarios by severity, what is in one, and the windows that fit terms.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::aside::Aside;
-use super::catalogue::{EGO, NUMBER, QUERY, SCENARIO};
+use super::catalogue::{EGO, FILTER, NUMBER, SCENARIO};
 use super::ranking::{Ranked, Worst};
 use super::resources::page;
 use super::server::Server;
@@ -20,7 +20,6 @@ use crate::parts::{Measured, write};
 use crate::{Failure, output};
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::{Scene, in_short};
-use nearmiss_workflow::Sentence;
 
 /// Scenarios of one page.
 const PAGE: usize = 25;
@@ -129,18 +128,10 @@ struct Found {
     left_out: usize,
 }
 
-/// The windows that a sentence means.
+/// The windows that fit terms.
 pub fn find(server: &Server, arguments: &Value, aside: &Aside<'_>) -> Result<Value, String> {
-    let sentence = arguments[QUERY.name].as_str().unwrap_or_default();
-    let read = Sentence::read(sentence);
-    if read.filter.trim().is_empty() {
-        return Err(format!(
-            "nothing of `{}` is understood; write such as `cut-ins under 1.5 s TTC`, or a filter, such as \
-             `manoeuvre:cut_in ttc<1.5`",
-            QUERY.name
-        ));
-    }
-    let mut document = FindDocument::of(Some(sentence), &read).map_err(words)?;
+    let filter = arguments[FILTER.name].as_str().unwrap_or_default();
+    let mut document = FindDocument::of(filter).map_err(words)?;
     let entries = server.places.entries();
     let mut index = server.index.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = match &mut *index {
@@ -152,7 +143,7 @@ pub fn find(server: &Server, arguments: &Value, aside: &Aside<'_>) -> Result<Val
     let number = usize::try_from(number).unwrap_or(usize::MAX);
     let found = search(
         folder.path(),
-        &read.filter,
+        filter,
         number,
         &server.thresholds,
         aside.cancel,

@@ -176,8 +176,7 @@ fn filter(f: &mut Frame<'_>, inner: &mut Rect, model: &Model) {
         },
     );
     *inner = below(*inner, 1);
-    let left_out = filtering.and_then(|filtering| filtering.left_out.as_ref());
-    for wrong in list.read.wrong.first().into_iter().chain(left_out) {
+    if let Some(wrong) = list.read.wrong.first() {
         let words = visible(&format!("! {wrong}")).into_owned();
         let text = Paragraph::new(words).wrap(Wrap { trim: true });
         let rows = u16::try_from(text.line_count(inner.width)).unwrap_or(1);
