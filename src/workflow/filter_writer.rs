@@ -57,7 +57,7 @@ pub enum FilterError {
     Store(#[from] StoreError),
 }
 
-/// Asks for the terms of a sentence, once; the same sentence, model and index are paid for once.
+/// Asks for the terms of a sentence, once; terms that the store has of the same sentence, model and measures cost nothing.
 ///
 /// # Errors
 /// See [`FilterError`].
@@ -79,14 +79,17 @@ pub async fn write_filter(request: FilterRequest<'_>) -> Result<WrittenFilter, F
         tools: None,
     };
     let question = TextQuestion::new(model, question, 0);
-    let text = match question.stored(store)? {
-        Some(text) => text,
-        None => question.ask(store).await.map_err(|error| match error {
-            TextError::Stopped(why) => FilterError::NoAnswer(why),
-            TextError::Failed(why) => FilterError::NoAnswer(format!("{}: {why}", model.id)),
-            TextError::Store(error) => FilterError::Store(error),
-        })?,
-    };
+    // An answer that is no filter is not worth keeping to.
+    if let Some(Ok(text)) = question.stored(store)?
+        && let Ok(found) = written(&text)
+    {
+        return Ok(found);
+    }
+    let text = question.ask(store).await.map_err(|error| match error {
+        TextError::Stopped(why) => FilterError::NoAnswer(why),
+        TextError::Failed(why) => FilterError::NoAnswer(format!("{}: {why}", model.id)),
+        TextError::Store(error) => FilterError::Store(error),
+    })?;
     let text = text.map_err(|why| FilterError::NoAnswer(format!("{}: {why}", model.id)))?;
     written(&text).map_err(|why| FilterError::NoFilter {
         model: model.id.clone(),

@@ -268,6 +268,9 @@ async fn what_is_no_filter_is_shown_and_not_searched() {
         "reads as a sentence",
         "its answer: Sorry, ␛[31mI cannot do this.",
     ]);
+    // It is not kept to.
+    ask(&home, "cut-ins", &[]).status(2);
+    assert_eq!(server.requests().len(), 2);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
