@@ -25,6 +25,7 @@ mod index;
 mod inspect;
 mod interrupt;
 mod json;
+mod knobs;
 mod locked;
 mod many_files;
 mod mcp;
@@ -121,7 +122,7 @@ pub enum Command {
     Experiment(experiment::ExperimentArguments),
     /// Improve a prompt template from wrong answers of an experiment's dev split.
     Tune(tune::Tune),
-    /// List, collect and cancel provider batches (those of `evaluate`: `evaluate --list`).
+    /// List, collect and cancel provider batches (those of `evaluate`: `evaluate list`).
     Batches(batches::Batches),
     /// Report the accuracy of stored or recorded answers.
     Report(report::ReportArguments),

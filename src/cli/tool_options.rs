@@ -28,12 +28,3 @@ impl ToolLimitOptions {
         }
     }
 }
-
-/// Reads `on` or `off`.
-pub fn on_or_off(text: &str) -> Result<bool, String> {
-    match text {
-        "on" | "true" => Ok(true),
-        "off" | "false" => Ok(false),
-        _ => Err("expected on or off".into()),
-    }
-}

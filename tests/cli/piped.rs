@@ -30,7 +30,7 @@ const WRITING: &[&[&str]] = &[
     &["ask", CUT_IN, "--json"],
     &["models"],
     &["evaluate", CUT_IN],
-    &["evaluate", "--list"],
+    &["evaluate", "list"],
     &["tune", "tune.toml", "--dry-run"],
     &["tune", "tune.toml", "--dry-run", "--json"],
     &["batches"],

@@ -269,3 +269,5 @@ fn participant(scene: &Scene, id: i64) -> Result<Participant<'_>, DescriptionErr
         }
     })
 }
+
+nearmiss_record::word!(Frame, "frame");

@@ -13,9 +13,6 @@ use nearmiss_ask::llm::{self, Chunk, Finish, Message, Request, Schema};
 use nearmiss_store::{Consumed, Key, NewReflection, Reflection, Store};
 use nearmiss_study::evaluation::ModelJudge;
 
-/// The most tokens of a proposal by default, reasoning included: several times those of the shipped templates.
-pub const PROPOSAL_TOKENS: u32 = 8192;
-
 /// The word of the store for an answer that was cut off.
 const CUT_OFF: &str = "length";
 
