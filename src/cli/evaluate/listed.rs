@@ -36,7 +36,7 @@ pub fn list(as_json: bool) -> Outcome {
                 joined(&spec.experiment.frames, |frame| frame.name().to_string()),
                 joined(&spec.experiment.techniques, ToString::to_string),
                 spec.experiment.models.join(","),
-                spec.experiment.samples,
+                spec.experiment.samples(),
                 varied(&spec.experiment)
             ),
             Err(error) => error.to_string(),
@@ -176,7 +176,7 @@ impl Asks {
                 .map(ToString::to_string)
                 .collect(),
             models: experiment.models.clone(),
-            samples: experiment.samples,
+            samples: experiment.samples(),
             leads: experiment.leads.iter().map(ToString::to_string).collect(),
             transforms: experiment
                 .transforms

@@ -185,8 +185,8 @@ impl ResumeRequest {
         if !kept.is_empty() {
             return Err(BatchError::Kept { batch, keys: kept });
         }
-        if more.samples > 1 && more.samples < has.samples {
-            let (wanted, has) = (more.samples, has.samples);
+        if let Some(wanted) = more.samples.filter(|wanted| *wanted < has.samples()) {
+            let has = has.samples();
             return Err(BatchError::FewerSamples { wanted, batch, has });
         }
         if more.leads.is_empty() {

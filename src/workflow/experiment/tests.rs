@@ -116,7 +116,7 @@ fn what_is_not_said_is_as_on_the_command_line() {
     let small = read("scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n").unwrap();
     assert_eq!(small.tasks, [Task::Safety]);
     assert_eq!(small.techniques, [Techniques::ALL]);
-    assert_eq!((small.samples, small.budget), (1, None));
+    assert_eq!((small.samples(), small.budget), (1, None));
     assert_eq!(
         (&small.leads[..], small.within),
         (&[Lead::Seconds(1.0)][..], Some(2.0))

@@ -87,7 +87,7 @@ fn of_one_way(experiment: &Experiment) -> Result<Experiment, String> {
         ));
     }
     Ok(Experiment {
-        samples: 1,
+        samples: Some(1),
         leads: experiment.lead().into_iter().collect(),
         transforms: Vec::new(),
         baseline: None,

@@ -26,6 +26,7 @@ fn specs_that_are_stored_already_keep_their_meaning() {
         split: Some(Split { test: 0.5, seed: 2 }),
         truth: Some(TruthSource::Geometry),
         models: vec!["reference/geometry".into()],
+        samples: Some(1),
         tasks: vec![Task::Safety, Task::Collision],
         frames: vec![Frame::Cartesian, Frame::Ego, Frame::Metrics],
         techniques: vec![techniques("all")],

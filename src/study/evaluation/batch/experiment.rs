@@ -46,7 +46,7 @@ nearmiss_record::fields! {
             /// Prompting techniques: base, cp, cot, icl, all, or combinations such as cp+cot; by default all.
             techniques [grows]: Vec<Techniques>;
             /// Answers to each question; by default 1.
-            samples [grows]: u32 = 1, Takes::Whole(1, 1000);
+            samples [grows]: Option<u32>, Takes::Whole(1, 1000);
             /// Ends of the dangerous windows of the safety task: seconds before the contact, or `end`; by default 1.
             leads [grows]: Vec<Lead>;
             /// Changes of the scene under which everything is asked once more: rotate:DEGREES, mirror, move:X,Y,
@@ -223,6 +223,7 @@ impl Experiment {
         if self.techniques.is_empty() {
             self.techniques = vec![Techniques::ALL];
         }
+        self.samples = self.samples.or(Some(1));
         self.draw_windows();
         let beyond = |lead: &&Lead| lead.is_beyond(self.within);
         if let Some(lead) = self.leads.iter().find(beyond) {
@@ -327,6 +328,12 @@ impl Experiment {
     #[must_use]
     pub fn lead(&self) -> Option<Lead> {
         self.leads.first().copied()
+    }
+
+    /// Answers to each question.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.samples.unwrap_or(1)
     }
 
     /// The leads beside the first.

@@ -91,7 +91,7 @@ impl Experiment {
         if way.model == judge::MODEL {
             1
         } else {
-            self.samples
+            self.samples()
         }
     }
 

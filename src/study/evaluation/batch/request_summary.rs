@@ -125,7 +125,7 @@ impl Spec {
         let egos = self.ego.planner().map(PlannerDrives::words);
         let parts = [
             Some(self.windows_words()),
-            Some(format!("samples {}", self.experiment.samples)),
+            Some(format!("samples {}", self.experiment.samples())),
             egos.map(|egos| format!("egos {egos}")),
         ];
         let parts: Vec<String> = parts.into_iter().flatten().chain(said).collect();

@@ -25,7 +25,7 @@ pub(super) fn experiment() -> Experiment {
         frames: vec![Frame::Ego, Frame::Cartesian],
         techniques: vec![techniques("base"), techniques("cp+cot")],
         models: vec!["lab/a".into(), judge::MODEL.into()],
-        samples: 3,
+        samples: Some(3),
         ..Experiment::default()
     }
 }
@@ -85,18 +85,18 @@ fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
     more.extend(&Experiment {
         models: vec!["lab/a".into(), "lab/b".into()],
         techniques: vec![techniques("cot+cp")],
-        samples: 2,
+        samples: Some(2),
         ..Experiment::default()
     });
     assert_eq!(more.models, ["lab/a", judge::MODEL, "lab/b"]);
     assert_eq!(more.techniques, experiment().techniques);
-    assert_eq!(more.samples, 3, "samples are not taken away");
+    assert_eq!(more.samples(), 3, "samples are not taken away");
     more.extend(&Experiment {
         techniques: vec![techniques("all")],
-        samples: 5,
+        samples: Some(5),
         ..Experiment::default()
     });
-    assert_eq!((more.techniques.len(), more.samples), (3, 5));
+    assert_eq!((more.techniques.len(), more.samples()), (3, 5));
     let (before, after) = (experiment().ways(), more.ways());
     assert!(before.iter().all(|way| after.contains(way)));
     assert_eq!(after.len(), 2 * (2 * 3 * 2 + 1));
