@@ -235,7 +235,7 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
         GivenUp::Freed { questions, batches } => {
             let again: Vec<String> = batches
                 .iter()
-                .map(|batch| format!("`nearmiss evaluate --resume {batch}`"))
+                .map(|batch| format!("`nearmiss evaluate {batch}`"))
                 .collect();
             let again = if again.is_empty() {
                 String::new()

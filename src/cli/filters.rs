@@ -113,7 +113,7 @@ fn known_batch(word: &str, store: &Store) -> Result<(), Failure> {
     };
     let unknown = || {
         Failure::input(format!(
-            "no batch {word}; `nearmiss evaluate --list` lists batches"
+            "no batch {word}; `nearmiss evaluate list` lists batches"
         ))
     };
     known.then_some(()).ok_or_else(unknown)

@@ -12,7 +12,7 @@ use super::{Arguments, Failure, Outcome, json, output};
 use nearmiss_base::system::{did_you_mean, unknown};
 use nearmiss_docs::{TOPICS, explaining, topic};
 use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
-use nearmiss_workflow::{EXPERIMENT_KEYS, experiment_schema};
+use nearmiss_workflow::experiment_schema;
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
@@ -44,7 +44,7 @@ pub fn run(arguments: &Help) -> Outcome {
         output::text(topic.text)?;
         return match topic.name {
             "json" => output::text(&vocabulary()),
-            "experiments" => output::text(&experiment_keys()),
+            "experiments" => output::text(&format!("\n## Keys\n\n{}", super::knobs::keys())),
             "planners" => output::text(&planner_messages()),
             "tools" => output::text(&nearmiss_study::tools::table()),
             _ => Ok(()),
@@ -157,15 +157,6 @@ fn schema(words: &[String], name: &str) -> Outcome {
 
 /// The schema of the topic experiments.
 const EXPERIMENT: &str = "experiment";
-
-/// The keys of an experiment file.
-fn experiment_keys() -> String {
-    let lines = EXPERIMENT_KEYS.iter().map(|key| {
-        let about = textwrap::fill(key.about, 68).replace('\n', &format!("\n{:20}", ""));
-        format!("    {:<15} {about}\n", key.name)
-    });
-    format!("\n## Keys\n\n{}", lines.collect::<String>())
-}
 
 /// The messages of the planner protocol.
 fn planner_messages() -> String {

@@ -27,6 +27,7 @@ mod index;
 mod inspect;
 mod interrupt;
 mod json;
+mod knobs;
 mod locked;
 mod many_files;
 mod mcp;

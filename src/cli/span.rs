@@ -95,13 +95,6 @@ pub struct OfFrames {
     pub measures: Option<MeasureList>,
 }
 
-impl OfFrames {
-    /// Whether any is given.
-    pub fn any(&self) -> bool {
-        self.road.is_some() || self.axes.is_some() || self.measures.is_some()
-    }
-}
-
 /// `heading` or `lane`.
 fn axes(word: &str) -> Result<EgoAxes, String> {
     EgoAxes::parse(word).ok_or_else(|| unknown("axes", word, EgoAxes::ALL.map(EgoAxes::name)))

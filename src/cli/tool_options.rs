@@ -1,6 +1,5 @@
 //! Options about tools that models may call.
 
-pub use super::set::on_or_off;
 use nearmiss_ask::llm::ToolLimits;
 
 /// Limits of the calls of one answer.

@@ -1,4 +1,5 @@
-//! Nouns as typed columns, and every face of a table: text, CSV, JSON lines, Parquet, panel, schema.
+//! Nouns and knobs, described once: a noun has every face of a table, text, CSV, JSON lines, Parquet, panel and schema; a
+//! knob ([`fields`]) is read and written in every form.
 //!
 //! A noun is a struct. What its fields are called, mean and are measured in stands once, at the field:
 //!
@@ -26,6 +27,7 @@
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 
+pub mod fields;
 mod parquet;
 mod reflect;
 mod table;

@@ -4,7 +4,7 @@
 //! - [`open`]: a scenario with its ego, optionally with a changed scene
 //! - [`ask`]: one question to a model, its answer stored before it is shown
 //! - [`batch`]: many questions, stored before they are asked, and resumable
-//! - [`Experiment`]: a batch written down in a file, for others to repeat
+//! - [`read_experiment`]: a batch written down in a file, for others to repeat
 //! - [`pack`], [`unpack`]: a batch with its answers as one file, for other machines
 //! - [`Selector`]: the scenarios that a filter of the list lets through
 //! - [`prepare`]: the planner drives the ego of a planning problem
@@ -60,10 +60,12 @@ pub use bundle::{
 pub use claims::{count_claims, files_of_batches, is_unchecked};
 pub use corpus_index::{index_parts, read_index};
 pub use experiment::{
-    EXPERIMENT_KEYS, Experiment, ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentKey,
-    ExperimentProgress, FolderOfExperiments, PreparedExperiment, WayProgress, WriteExperimentError,
-    experiment_among, experiment_schema, experiments_in, hashes_in, hashes_of, is_experiment_file,
-    name_of, reasons_of, selected,
+    ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentProgress, FolderOfExperiments,
+    PreparedExperiment, WayProgress, WriteExperimentError, add_experiment_file,
+    complete_experiment, configured_experiment, experiment_among, experiment_axes,
+    experiment_facts, experiment_of, experiment_schema, experiment_toml, experiments_in,
+    find_scenarios, hashes_in, hashes_of, is_experiment_file, name_of, pins_of, prepare_experiment,
+    read_experiment, reasons_of, request_of, selected, write_experiment,
 };
 pub use filter_writer::{FilterError, FilterRequest, WrittenFilter, write_filter};
 pub use generate::{

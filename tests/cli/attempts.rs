@@ -254,8 +254,8 @@ async fn every_table_agrees_to_the_answer_and_to_the_cent_also_after_an_import()
         "lab/tiny",
         "--task",
         "collision",
-        "--max-tokens",
-        "200",
+        "--set",
+        "max_tokens=200",
         "--truth",
         &four_and_four(&home),
     ];
@@ -272,7 +272,7 @@ async fn every_table_agrees_to_the_answer_and_to_the_cent_also_after_an_import()
         "{cut}"
     );
     better.store(true, Ordering::Relaxed);
-    run(&home, &["evaluate", "--resume", "b1", "--retry-failed"]).status(0);
+    run(&home, &["evaluate", "b1", "--retry-failed"]).status(0);
     let second = agree(&home);
     assert_eq!(
         (second["failed"], second["superseded"]),

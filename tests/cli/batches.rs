@@ -75,8 +75,8 @@ const MATRIX: [&str; 10] = [
     "lab/tiny",
     "--task",
     "collision",
-    "--frame",
-    "ego,cartesian",
+    "--set",
+    "frames=ego,cartesian",
     "--techniques",
     "base,cp+cot",
     "--samples",
@@ -137,7 +137,7 @@ async fn a_batch_that_is_killed_comes_to_the_same_table_and_pays_for_nothing_twi
     for kill in [8, 24, 40] {
         let arguments = match kill {
             8 => begin(&[]),
-            _ => vec!["evaluate", "--resume", "last"],
+            _ => vec!["evaluate", "last"],
         };
         let mut child = home.start(&arguments);
         let begun = Instant::now();
@@ -151,13 +151,13 @@ async fn a_batch_that_is_killed_comes_to_the_same_table_and_pays_for_nothing_twi
         child.kill().unwrap();
         tokio::task::block_in_place(|| child.wait()).unwrap();
     }
-    let mut ended = run(&home, &["evaluate", "--resume", "b1", "--json"]);
+    let mut ended = run(&home, &["evaluate", "b1", "--json"]);
     for _ in 0..5 {
         if ended.status == Some(0) {
             break;
         }
         // Streams that were cut off are asked for again.
-        ended = run(&home, &["evaluate", "--resume", "b1", "--json"]);
+        ended = run(&home, &["evaluate", "b1", "--json"]);
     }
     assert_eq!(cells(&ended.status(0)), wanted);
 
@@ -189,7 +189,7 @@ async fn a_batch_that_is_killed_comes_to_the_same_table_and_pays_for_nothing_twi
         "{twice} paid twice, {interrupted} killed"
     );
     let requests = server.requests().len();
-    let again = run(&home, &["evaluate", "--resume", "b1", "--json"]).status(0);
+    let again = run(&home, &["evaluate", "b1", "--json"]).status(0);
     assert_eq!(cells(&again), wanted);
     assert_eq!(server.requests().len(), requests, "nothing is asked again");
 }
@@ -228,29 +228,21 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
     assert_eq!((&dry["requests"], &dry["stored"]), (&4.into(), &2.into()));
 
     // A technique and a sample more: only those are asked, and the answers that are there count.
-    let more = [
-        "evaluate",
-        "--resume",
-        "b1",
-        "--add-techniques",
-        "base",
-        "--samples",
-        "2",
-    ];
+    let more = ["evaluate", "b1", "--techniques", "base", "--samples", "2"];
     let more = run(&home, &[&more[..], &["--json"]].concat()).status(0);
     assert_eq!(total(&cells(&more), &["n"]), 2 * 2 * 2 + 2);
     assert_eq!(server.requests().len(), 8);
-    let list = run(&home, &["evaluate", "--list"]).status(0).stdout;
+    let list = run(&home, &["evaluate", "list"]).status(0).stdout;
     assert!(
         list.contains("b1") && list.contains("10 of 10 answered"),
         "{list}"
     );
-    run(&home, &["evaluate", "--resume", "b1", "--samples", "1"])
+    run(&home, &["evaluate", "b1", "--samples", "1"])
         .status(2)
         .says(&["already has 2"]);
-    run(&home, &["evaluate", "--resume", "b9"])
+    run(&home, &["evaluate", "b9"])
         .status(2)
-        .says(&["no batch b9", "--list"]);
+        .says(&["no batch b9", "list"]);
 
     // Another truth changes the table without asking.
     let truth = home
@@ -260,11 +252,7 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
         )
         .display()
         .to_string();
-    let turned = run(
-        &home,
-        &["evaluate", "--resume", "b1", "--truth", &truth, "--json"],
-    )
-    .status(0);
+    let turned = run(&home, &["evaluate", "b1", "--truth", &truth, "--json"]).status(0);
     let (before, after) = (cells(&more), cells(&turned));
     assert_eq!(before[0]["n"], after[0]["n"]);
     assert_ne!(before, after);
@@ -275,7 +263,7 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
     let template = home.config().join("prompts/safety-ego.md");
     let text = std::fs::read_to_string(&template).unwrap();
     std::fs::write(&template, format!("{text}\nBe brief.\n")).unwrap();
-    run(&home, &["evaluate", "--resume", "b1"])
+    run(&home, &["evaluate", "b1"])
         .status(2)
         .says(&["safety-ego.md", "start a new batch"]);
 }
@@ -303,8 +291,8 @@ async fn a_batch_may_ask_again_by_itself() {
     let options = [
         "--model",
         "lab/tiny",
-        "--concurrency",
-        "1",
+        "--set",
+        "concurrency=1",
         "--retry",
         "3",
         "--json",
@@ -324,19 +312,15 @@ async fn failed_and_unparsed_answers_are_counted_and_asked_again() {
     let server = stumbling().await;
     let home = home(server.base_url());
     let names = BUNDLED.map(|(name, _)| name);
-    let options = ["--model", "lab/tiny", "--concurrency", "1", "--json"];
+    let options = ["--model", "lab/tiny", "--set", "concurrency=1", "--json"];
     let arguments = [&["evaluate"], &names[..4], &options[..]].concat();
     let ended = run(&home, &arguments)
         .status(1)
-        .says(&["of 4 questions, 1 without a complete answer", "--resume b1"]);
+        .says(&["of 4 questions, 1 without a complete answer", "evaluate b1"]);
     let cell = &cells(&ended)[0];
     let of = |name: &str| cell[name].as_u64().unwrap();
     assert_eq!((of("n"), of("failed"), of("unparsed")), (4, 1, 1));
-    let again = run(
-        &home,
-        &["evaluate", "--resume", "b1", "--retry-failed", "--json"],
-    )
-    .status(0);
+    let again = run(&home, &["evaluate", "b1", "--retry-failed", "--json"]).status(0);
     assert_eq!(total(&cells(&again), &["failed", "unparsed"]), 0);
     assert_eq!(total(&cells(&again), &["n"]), 4);
     assert_eq!(server.requests().len(), 6);
@@ -363,7 +347,7 @@ async fn interrupted_and_resumed(signal: &str) {
     })
     .await;
     let home = home(server.base_url());
-    let child = home.start(&begin(&["--concurrency", "2"]));
+    let child = home.start(&begin(&["--set", "concurrency=2"]));
     while server.requests().len() < 2 {
         tokio::time::sleep(Duration::from_millis(5)).await;
     }
@@ -375,7 +359,7 @@ async fn interrupted_and_resumed(signal: &str) {
     let output = tokio::task::block_in_place(|| child.wait_with_output()).unwrap();
     let ended = Ended::of(&output)
         .status(130)
-        .says(&["interrupted", "`nearmiss evaluate --resume b1`"]);
+        .says(&["interrupted", "`nearmiss evaluate b1`"]);
     assert_eq!(ended.stdout, "");
     assert_eq!(server.requests().len(), 2, "nothing more was begun");
     assert!(
@@ -383,7 +367,7 @@ async fn interrupted_and_resumed(signal: &str) {
             .iter()
             .all(|run| run["state"].as_deref() == Some("answered"))
     );
-    let ended = run(&home, &["evaluate", "--resume", "last", "--json"]).status(0);
+    let ended = run(&home, &["evaluate", "last", "--json"]).status(0);
     assert_eq!(total(&cells(&ended), &["n"]), 64);
     assert_eq!(
         server.requests().len(),
@@ -413,7 +397,7 @@ async fn parts_of_a_batch_are_merged() {
     let other = homes[2].data().join("runs.sqlite").display().to_string();
     let merged = run(&homes[1], &["runs", "import", &other]).status(0);
     assert!(merged.stdout.contains("imported"), "{}", merged.stdout);
-    let ended = run(&homes[1], &["evaluate", "--resume", "b1", "--json"]).status(0);
+    let ended = run(&homes[1], &["evaluate", "b1", "--json"]).status(0);
     assert_eq!(total(&cells(&ended), &["n"]), 64);
     let sorted = |cells: &Value| {
         let mut cells: Vec<_> = cells

@@ -57,14 +57,14 @@ async fn home_with_batch() -> Home {
             "base,all",
             "--samples",
             "2",
-            "--lead",
-            "0.5,1",
-            "--transform",
-            "mirror;renumber:1",
+            "--set",
+            "leads=0.5,1",
+            "--set",
+            "transforms=mirror;renumber:1",
             "--truth",
             "labels.csv",
-            "--compare",
-            "ego · base · lab/tiny,ego · all · lab/tiny",
+            "--set",
+            "compare=ego · base · lab/tiny,ego · all · lab/tiny",
         ],
     );
     assert!(matches!(batch.status, Some(0 | 1)), "{}", batch.stderr);
@@ -302,7 +302,7 @@ async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_chang
         "{}",
         again.stderr
     );
-    run(&other, &["evaluate", "--resume", "b2"])
+    run(&other, &["evaluate", "b2"])
         .status(2)
         .says(&["thresholds.toml has changed"]);
     // With its own everything is answered, and the scenarios are found.
@@ -318,9 +318,6 @@ async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_chang
     }
     let providers = std::fs::read(home.config().join("config.toml")).unwrap();
     other.write(other.config().join("config.toml"), providers);
-    let resumed = run(
-        &other,
-        &["evaluate", "--resume", "b2", "--dry-run", "--json"],
-    );
+    let resumed = run(&other, &["evaluate", "b2", "--dry-run", "--json"]);
     assert_eq!(resumed.status(0).json()["requests"], 0);
 }

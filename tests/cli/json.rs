@@ -117,15 +117,21 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             "evaluate-collision",
             [&["evaluate", CUT_IN, BRAKING], &labels[..]].concat(),
         ),
-        ("evaluate-questions", with(&["--questions"])),
-        ("evaluate-leaks", with(&["--leaks", "--json"])),
+        ("evaluate-questions", with(&["--dry-run=questions"])),
+        ("evaluate-leaks", with(&["--dry-run=leaks", "--json"])),
         ("evaluate-dry-run", with(&["--dry-run", "--json"])),
         ("evaluate", with(&["--json"])),
         (
             "evaluate",
-            with(&["--lead", "0.5,1", "--transform", "mirror", "--json"]),
+            with(&[
+                "--set",
+                "leads=0.5,1",
+                "--set",
+                "transforms=mirror",
+                "--json",
+            ]),
         ),
-        ("evaluate-list", vec!["evaluate", "--list", "--json"]),
+        ("evaluate-list", vec!["evaluate", "list", "--json"]),
         (
             "generate",
             vec!["generate", CUT_IN, "--candidates", "10", "--format=json"],
@@ -316,7 +322,7 @@ fn evaluate_has_one_table_whatever_the_option_is_called() {
     let paths = ["evaluate", CUT_IN, BRAKING];
     for more in [
         &[][..],
-        &["--model", "reference/geometry", "--frame", "ego"],
+        &["--model", "reference/geometry", "--set", "frames=ego"],
     ] {
         let said = |option: &[&str]| home.run(&[&paths, more, option].concat()).json();
         let (mut short, mut long) = (said(&["--json"]), said(&["--format", "json"]));

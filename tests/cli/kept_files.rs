@@ -105,7 +105,7 @@ fn a_store_that_cannot_be_written_is_read() {
         &["runs", "export", "--format", "csv"],
         &["runs", "ratings"],
         &["report"],
-        &["evaluate", "--list"],
+        &["evaluate", "list"],
         &["runs", "list", "planted"],
     ];
     // What is in the log only is there as well.

@@ -54,7 +54,7 @@ async fn its_batch_is_reported_and_not_mixed_with_other_templates() {
     .await;
     let home = home(server.base_url());
     let run = |arguments: &[&str]| tokio::task::block_in_place(|| home.run(arguments).status(0));
-    let listed = run(&["evaluate", "--list"]).stdout;
+    let listed = run(&["evaluate", "list"]).stdout;
     assert!(listed.contains("1 of 2 answered, 1 failed"), "{listed}");
     let cells = |answered: &serde_json::Value| {
         let cells = answered["cells"].as_array().unwrap().clone();
@@ -67,7 +67,7 @@ async fn its_batch_is_reported_and_not_mixed_with_other_templates() {
     let before = run(&["report", "--batch", "b1", "--format=json"]).json();
     assert_eq!(cells(&before), [1, 0, 1]);
     // It pins its template, which is not the one of today: what was answered must not be mixed with other questions.
-    let resume = ["evaluate", "--resume", "b1"];
+    let resume = ["evaluate", "b1"];
     tokio::task::block_in_place(|| home.run(&resume))
         .status(2)
         .says(&["collision-ego.md", "start a new batch"]);

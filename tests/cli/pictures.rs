@@ -322,14 +322,15 @@ async fn the_picture_is_counted_before_it_is_sent() {
     );
     let config = PRICES.replacen("[provider.lab]", &format!("[provider.lab]\n{settings}"), 1);
     home.write(home.config().join("config.toml"), config);
-    let dry = |frame: &str| {
+    let dry = |frames: &str| {
+        let frames = format!("frames={frames}");
         let all = [
             "evaluate",
             CUT_IN,
             "--model",
             "lab/tiny",
-            "--frame",
-            frame,
+            "--set",
+            &frames,
             "--dry-run",
         ];
         let ended = run(&home, &all).status(0);
@@ -375,8 +376,8 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
     home.write(home.config().join("config.toml"), &config);
     let all = ["evaluate", CUT_IN, HARD_BRAKING, "--model", "lab/tiny"];
     let frames = [
-        "--frame",
-        "ego,picture,ego+picture",
+        "--set",
+        "frames=ego,picture,ego+picture",
         "--task",
         "collision",
         "--json",
@@ -386,7 +387,7 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
         assert!(rows.contains(frame), "{frame}: {rows}");
     }
     assert_eq!(server.requests().len(), 6);
-    run(&home, &["evaluate", "--resume", "last"]).status(0);
+    run(&home, &["evaluate", "last"]).status(0);
     assert_eq!(server.requests().len(), 6, "nothing is asked twice");
     assert_eq!(home.rows("SELECT sha256 FROM images").len(), 2);
 

@@ -36,7 +36,7 @@ const WRITING: &[&[&str]] = &[
     &["ask", CUT_IN, "--format=json"],
     &["models"],
     &["evaluate", CUT_IN],
-    &["evaluate", "--list"],
+    &["evaluate", "list"],
     &["tune", "tune.toml", "--dry-run"],
     &["tune", "tune.toml", "--dry-run", "--json"],
     &["runs", "batches"],

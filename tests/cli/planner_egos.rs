@@ -38,7 +38,7 @@ fn evaluate(home: &Home, ego: &str) -> Ended {
 }
 
 fn batches(home: &Home) -> Vec<Value> {
-    home.run(&["evaluate", "--list", "--json"])
+    home.run(&["evaluate", "list", "--json"])
         .status(0)
         .json_lines()
 }
@@ -52,7 +52,7 @@ fn egos_of_the_built_in_planner_are_evaluated_and_resumed() {
     let batch = batches(&home).remove(0);
     assert_eq!(batch["planner"]["planner"], "nearmiss");
     assert_eq!(batch["planner"]["settings"]["prediction"], "lane");
-    let resumed = home.run(&["evaluate", "--resume", "last"]);
+    let resumed = home.run(&["evaluate", "last"]);
     resumed.status(0).says(&["nothing to ask"]);
     // The same drives have the same hash; those of other settings have another one.
     let drives = |home: &Home| batches(home)[0]["planner"]["sha256"].clone();
@@ -69,7 +69,7 @@ fn egos_of_the_built_in_planner_are_evaluated_and_resumed() {
     evaluate(&home, "planner").status(0);
     assert_ne!(drives(&home), first);
     assert_eq!(batches(&home).len(), 3);
-    let refused = home.run(&["evaluate", "--resume", "last", "--ego", "planner"]);
+    let refused = home.run(&["evaluate", "last", "--ego", "planner"]);
     refused.status(2);
 }
 
@@ -78,7 +78,7 @@ fn drives_that_are_gone_are_missed() {
     let home = Home::new();
     evaluate(&home, "planner").status(0);
     std::fs::remove_dir_all(home.data().join("drives")).unwrap();
-    let more = ["evaluate", "--resume", "last", "--add-transform", "mirror"];
+    let more = ["evaluate", "last", "--set", "transforms=mirror"];
     let ended = home.run(&more);
     ended.says(&["1 cannot be asked", "not driven by nearmiss"]);
 }
@@ -128,8 +128,8 @@ fn a_process_drives_the_egos_and_is_named_by_its_version() {
     assert_eq!(batch["planner"]["said"], "minimal 1");
     assert_eq!(batch["planner"]["planner"], planner.as_str());
     // Nothing is left of the planner that resuming would need.
-    home.run(&["evaluate", "--resume", "last"]).status(0);
-    let listed = home.run(&["evaluate", "--list"]).status(0).stdout;
+    home.run(&["evaluate", "last"]).status(0);
+    let listed = home.run(&["evaluate", "list"]).status(0).stdout;
     assert!(listed.contains("egos driven by minimal 1"), "{listed}");
 }
 

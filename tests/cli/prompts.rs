@@ -219,8 +219,8 @@ fn nothing_is_sent_in_place_of_a_broken_template() {
             CUT_IN,
             "--model",
             "lab/m",
-            "--base-url",
-            "http://127.0.0.1:9",
+            "--set",
+            "base_url=http://127.0.0.1:9",
         ],
     ] {
         let ended = home.run(command).status(2);

@@ -162,11 +162,11 @@ fn labels_by_risk_score_are_those_of_the_scores_after_each_window() {
     let asked = [
         "--task",
         "safety,recording,collision",
-        "--lead",
-        "0.5,1",
+        "--set",
+        "leads=0.5,1",
         "--truth",
         "score",
-        "--questions",
+        "--dry-run=questions",
     ];
     let text = home.run(&[&["evaluate"], &names[..], &asked].concat());
     let mut tasks: BTreeMap<(String, bool), usize> = BTreeMap::new();
@@ -229,7 +229,14 @@ fn the_built_in_judge_is_held_against_the_score_of_the_paper() {
     assert_eq!(cells.iter().sum::<u64>(), 2, "{counts}");
     // Leads count from the first moment of extreme risk, which is before the contact.
     let safety = |truth: &str| {
-        let asked = ["evaluate", CUT_IN, RED_LIGHT, "--lead", "0.5", "--json"];
+        let asked = [
+            "evaluate",
+            CUT_IN,
+            RED_LIGHT,
+            "--set",
+            "leads=0.5",
+            "--json",
+        ];
         home.run(&[&asked[..], &["--truth", truth]].concat())
             .status(0)
             .json()
@@ -266,16 +273,20 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
         "--truth",
         "score",
     ];
-    let with = |frame: &'static str| [&asked[..], &["--frame", frame]].concat();
+    let with = |frames: &'static str| [&asked[..], &["--set", frames]].concat();
     run(
         &home,
-        &[&with("metrics")[..], &["--write-experiment", "e.toml"]].concat(),
+        &[
+            &with("frames=metrics")[..],
+            &["--write-experiment", "e.toml"],
+        ]
+        .concat(),
     )
     .status(0);
     let text = std::fs::read_to_string(home.files().join("e.toml")).unwrap();
     assert!(text.contains("truth = [\"score\"]"), "{text}");
     run(&home, &["evaluate", "e.toml"]).status(0);
-    run(&home, &with("ego")).status(0);
+    run(&home, &with("frames=ego")).status(0);
     let report = |batch: &str| {
         let asked = ["report", "--batch", batch, "--format=json"];
         run(&home, &asked).status(0).json()
@@ -332,10 +343,7 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
         .status(2)
         .says(&["--truth score stands alone", "batch"]);
     // Another truth of the same answers.
-    run(
-        &home,
-        &["evaluate", "--resume", "b2", "--truth", "score:paper"],
-    );
+    run(&home, &["evaluate", "b2", "--truth", "score:paper"]);
     let paper = report("b2");
     assert!(
         paper["truth"]["words"]
@@ -375,8 +383,8 @@ const ASKED: [&str; 7] = [
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_score_is_the_truth_of_recordings_with_auto_too_and_reports_and_chats_say_so() {
     let (home, _server) = alarmed().await;
-    let options = ["--task", "recording", "--frame", "metrics"];
-    let measured = ["--measures", "distance,risk", "--truth", "auto"];
+    let options = ["--task", "recording", "--set", "frames=metrics"];
+    let measured = ["--set", "measures=distance,risk", "--truth", "auto"];
     run(&home, &[&ASKED[..], &options, &measured].concat()).status(0);
     let note =
         "The truth of the recording task is a risk score, and its metrics frame prints risk scores";
@@ -402,10 +410,7 @@ async fn the_score_is_the_truth_of_recordings_with_auto_too_and_reports_and_chat
         "truth.csv",
         format!("scenario,label\n{CUT_IN},collision\n{RED_LIGHT},safe\n"),
     );
-    run(
-        &home,
-        &["evaluate", "--resume", "b1", "--truth", "truth.csv"],
-    );
+    run(&home, &["evaluate", "b1", "--truth", "truth.csv"]);
     for asked in [
         &["report", "--batch", "b1", "--format=json"][..],
         &["report", "--format=json"],
@@ -418,7 +423,14 @@ async fn the_score_is_the_truth_of_recordings_with_auto_too_and_reports_and_chat
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn another_truth_leaves_no_critical_obstacles_of_the_one_before() {
     let (home, _server) = alarmed().await;
-    let safety = ["--task", "safety", "--frame", "ego", "--lead", "0.5"];
+    let safety = [
+        "--task",
+        "safety",
+        "--set",
+        "frames=ego",
+        "--set",
+        "leads=0.5",
+    ];
     run(
         &home,
         &[&ASKED[..], &safety, &["--truth", "score"]].concat(),
@@ -438,7 +450,7 @@ async fn another_truth_leaves_no_critical_obstacles_of_the_one_before() {
         "truth.csv",
         format!("scenario,label\n{CUT_IN},collision\n{RED_LIGHT},collision\n"),
     );
-    let resume = |truth: &str| run(&home, &["evaluate", "--resume", "b1", "--truth", truth]);
+    let resume = |truth: &str| run(&home, &["evaluate", "b1", "--truth", truth]);
     resume("truth.csv");
     assert!(critical().iter().all(|ids| ids == "[]"), "{:?}", critical());
     resume("score");
@@ -448,8 +460,15 @@ async fn another_truth_leaves_no_critical_obstacles_of_the_one_before() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn stored_answers_are_judged_over_the_look_ahead_that_they_were_asked_with() {
     let (home, _server) = alarmed().await;
-    let safety = ["--task", "safety", "--frame", "ego", "--history", "5"];
-    let far = ["--lead", "3", "--within", "4", "--truth", "score"];
+    let safety = [
+        "--task",
+        "safety",
+        "--set",
+        "frames=ego",
+        "--set",
+        "history=5",
+    ];
+    let far = ["--set", "leads=3", "--set", "within=4", "--truth", "score"];
     run(&home, &[&ASKED[..], &safety, &far].concat()).status(0);
     let counts = |asked: &[&str]| {
         let report = run(&home, asked).status(0).json();

@@ -62,17 +62,7 @@ async fn a_report_of_a_batch_says_what_it_is_of_and_asks_the_judge_itself() {
     assert!(alone["asked"].get("base_url").is_none(), "{alone}");
     assert_eq!(alone["truth"]["sources"], json!(["auto"]));
     // The judge's answers as the batch asks it, once it does, are the same.
-    run(
-        &home,
-        &[
-            "evaluate",
-            "--resume",
-            "b1",
-            "--add-model",
-            "reference/geometry",
-        ],
-    )
-    .status(0);
+    run(&home, &["evaluate", "b1", "--model", "reference/geometry"]).status(0);
     let asked = report();
     for task in ["collision", "safety"] {
         let [a, b] = [&alone, &asked].map(|report| whole(report, "lab/tiny", task));
@@ -124,7 +114,7 @@ async fn without_a_batch_an_answer_is_held_against_the_truth_of_its_own() {
         words.contains("of drawn windows that of each answer's batch"),
         "{words}"
     );
-    run(&home, &["evaluate", "--resume", "b1", "--truth", truth]).status(0);
+    run(&home, &["evaluate", "b1", "--truth", truth]).status(0);
     let (own, words) = count(&[]);
     assert!(
         words.contains("b1, 4 answers: labels from") && words.contains("turned.csv"),

@@ -300,8 +300,8 @@ fn no_secret_is_sent_where_others_can_read_it() {
                 CUT_IN,
                 "--model",
                 &model,
-                "--max-tokens",
-                "9",
+                "--set",
+                "max_tokens=9",
                 "--batch",
             ],
         ] {
@@ -332,14 +332,14 @@ fn no_secret_is_sent_where_others_can_read_it() {
             CUT_IN,
             "--model",
             "lab/tiny",
-            "--base-url",
-            "http://me:hunter22@127.0.0.1:1",
+            "--set",
+            "base_url=http://me:hunter22@127.0.0.1:1",
         ],
         &variables,
     );
     ended
         .status(2)
-        .says(&["--base-url", "password", "config.toml"]);
+        .says(&["--set base_url", "password", "config.toml"]);
     assert!(home.files_with("hunter22").is_empty());
 }
 

@@ -35,14 +35,14 @@ async fn each_value_of_an_axis_is_sent_and_has_its_row() {
         "collision",
         "--techniques",
         "base",
-        "--temperature",
-        "0,0.7",
-        "--seed",
-        "1,2",
-        "--form",
-        "compact",
-        "--stride",
-        "2",
+        "--set",
+        "temperature=0,0.7",
+        "--set",
+        "seed=1,2",
+        "--set",
+        "form=compact",
+        "--set",
+        "stride=2",
     ];
     run(
         &home,
@@ -74,9 +74,7 @@ async fn each_value_of_an_axis_is_sent_and_has_its_row() {
         })
         .collect();
     assert_eq!(sent.len(), 4, "each combination once: {sent:?}");
-    let list = run(&home, &["evaluate", "--list", "--json"])
-        .status(0)
-        .json();
+    let list = run(&home, &["evaluate", "list", "--json"]).status(0).json();
     assert_eq!(
         list["axes"],
         serde_json::json!({ "temperature": [0.0, 0.7], "seed": [1, 2] })
@@ -124,8 +122,8 @@ fn a_filter_selects_and_is_written_down() {
         HARD_BRAKING,
         "--model",
         "reference/geometry",
-        "--select",
-        "!RedLight country:ZAM",
+        "--set",
+        "select=!RedLight country:ZAM",
     ];
     home.run(&[&flags[..], &["--write-experiment", "e.toml"]].concat())
         .status(0);
@@ -136,7 +134,7 @@ fn a_filter_selects_and_is_written_down() {
     );
     assert!(!text.contains("RedLight-1_1_T-1 ="), "{text}");
     home.run(&["evaluate", "e.toml"]).status(0);
-    let list = home.run(&["evaluate", "--list", "--json"]).status(0).json();
+    let list = home.run(&["evaluate", "list", "--json"]).status(0).json();
     assert_eq!(list["scenarios"], 2);
     // Another filter is another batch.
     home.write("e.toml", text.replace("!RedLight", "!CutIn"));
@@ -145,7 +143,7 @@ fn a_filter_selects_and_is_written_down() {
         .says(&["hashes: ZAM_CutIn-1_1_T-1 is not among the scenarios"]);
     home.run(&[&flags[..7], &["risk<"]].concat())
         .status(2)
-        .says(&["--select: `risk<`: a term has no value"]);
+        .says(&["--set select: `risk<`: a term has no value"]);
     home.run(&[&flags[..7], &["verdict:differ"]].concat())
         .status(2)
         .says(&["depends on your stored answers"]);
@@ -249,11 +247,7 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
     locked
         .status(0)
         .says(&["the test split was looked at once before it was complete"]);
-    run(
-        &home,
-        &["evaluate", "--resume", "b1", "--unlock", "--dry-run"],
-    )
-    .status(0);
+    run(&home, &["evaluate", "b1", "--unlock", "--dry-run"]).status(0);
     broken.store(false, std::sync::atomic::Ordering::SeqCst);
     let whole = run(&home, &["evaluate", "e.toml"]).status(0).stdout;
     assert!(whole.contains("test split: 2 of 2 answered\n"), "{whole}");
@@ -416,13 +410,13 @@ fn a_split_without_one_of_its_parts_and_a_part_without_a_split_are_mistakes() {
         CUT_IN,
         "--model",
         "reference/geometry",
-        "--test-share",
-        "0.5",
+        "--set",
+        "split.test=0.5",
     ];
     home.run(&flags)
         .status(2)
         .says(&["no scenario is in the", "change its seed or its share"]);
-    home.run(&[&flags[..4], &["--test-share", "1"]].concat())
+    home.run(&[&flags[..4], &["--set", "split.test=1"]].concat())
         .status(2)
         .says(&["above 0 and below 1"]);
 }

@@ -261,15 +261,16 @@ async fn with_and_without_tools_are_an_axis() {
         }))
     })
     .await;
+    let address = format!("base_url={}", server.base_url());
     let arguments = [
         "evaluate",
         CUT_IN,
         "--model",
         "lab/tiny",
-        "--base-url",
-        server.base_url(),
-        "--tools",
-        "off,on",
+        "--set",
+        &address,
+        "--set",
+        "tools=off,on",
         "--json",
     ];
     let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
@@ -293,8 +294,9 @@ async fn with_and_without_tools_are_an_axis() {
     let priced = |tools: &str| {
         // Another frame: nothing of it is stored.
         let all = ["evaluate", CUT_IN, "--model", "lab/tiny", "--dry-run"];
-        let more = ["--frame", "metrics", "--base-url", server.base_url()];
-        home.run(&[&all[..], &more, &["--tools", tools]].concat())
+        let more = ["--set", "frames=metrics", "--set", &address];
+        let tools = format!("tools={tools}");
+        home.run(&[&all[..], &more, &["--set", &tools]].concat())
             .status(0)
             .stdout
     };

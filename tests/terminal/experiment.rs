@@ -46,7 +46,7 @@ fn workbench_and_command_line_ask_the_same_of_one_file() {
     session.see("b2: every question has its answer");
     session.press("qq");
     assert_eq!(session.end(), 0);
-    let list = home.run(&["evaluate", "--list"]).status(0).stdout;
+    let list = home.run(&["evaluate", "list"]).status(0).stdout;
     assert!(list.contains("b2 ") && !list.contains("b3 "), "{list}");
 }
 

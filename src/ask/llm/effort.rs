@@ -154,6 +154,8 @@ pub(super) fn check(endpoint: &Endpoint, request: &Request) -> Result<(), Error>
     })
 }
 
+nearmiss_record::word!(Effort, "effort");
+
 #[cfg(test)]
 mod tests {
     use super::*;

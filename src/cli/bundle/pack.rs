@@ -7,14 +7,15 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::super::filters::{LAST, last_batch, store_to_read};
 use super::super::open::{configuration, found, user_thresholds};
 use super::super::output::{self, OutputFile, Target};
-use super::super::{Failure, Outcome};
+use super::super::{Failure, Outcome, knobs};
 use super::ENDING;
 use nearmiss_ask::prompts::Library;
+use nearmiss_record::fields::Layers;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::TextFile;
 use nearmiss_store::{BatchId, Store};
 use nearmiss_study::evaluation::validate;
-use nearmiss_workflow::{Experiment, PackRequest};
+use nearmiss_workflow::{PackRequest, request_of};
 
 /// Options of `--format bundle`.
 #[derive(Debug, clap::Args)]
@@ -102,12 +103,12 @@ fn batch(
         })?;
         return Ok((id, None));
     }
-    let text = TextFile::read(file).map_err(Failure::input)?.text;
-    let experiment = Experiment::from_toml(&text, file, library)
-        .map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
-    let entries = found(&experiment.paths)?;
+    let mut layers = Layers::default();
+    knobs::add_file(&mut layers, file)?;
+    let experiment = knobs::complete(layers, library)?;
+    let entries = found(&experiment.scenarios)?;
     let wrong = |why: String| Failure::input(format!("{}: {why}", file.display()));
-    let mut request = experiment.request(entries, None, library).map_err(wrong)?;
+    let mut request = request_of(&experiment, entries, None, library).map_err(wrong)?;
     let budget = experiment.budget;
     let stored = request.stored(store, library, thresholds);
     if let Some(id) = stored.map_err(Failure::input)? {

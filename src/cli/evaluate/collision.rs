@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use super::{About, Evaluate, Format, Truth, built_in, number, outcome, share};
+use super::{About, Format, Run, Truth, built_in, number, outcome, share};
 use crate::open::{configuration, user_thresholds};
 use crate::{Failure, Outcome, output};
 use nearmiss_scene::judge::{self, Judgement, judge_collision, judge_recording};
@@ -12,7 +12,7 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::{AnswerStatus, Confusion, Label, Scored};
 use nearmiss_workflow::batch::BuiltInAnswers;
 
-pub(super) fn run(arguments: &Evaluate, task: Task, about: About<'_>) -> Outcome {
+pub(super) fn run(arguments: &Run, task: Task, about: About<'_>) -> Outcome {
     let truth = about.0;
     let (judge, others): (fn(&Scene, &Thresholds) -> Judgement, _) = match task {
         Task::Recording => (judge_recording, "CSV or score:paper"),
@@ -71,12 +71,7 @@ impl<'a> Row<'a> {
     }
 }
 
-fn write(
-    arguments: &Evaluate,
-    task: Task,
-    truth: &Truth,
-    answers: &BuiltInAnswers<Scored>,
-) -> Outcome {
+fn write(arguments: &Run, task: Task, truth: &Truth, answers: &BuiltInAnswers<Scored>) -> Outcome {
     let c = Confusion::from_scored(answers.judged.iter().map(|(_, one)| one), Scored::positive);
     let rows: Vec<Row<'_>> = answers.judged.iter().map(Row::of).collect();
     // Of the collisions that were found and have an obstacle in their label.

@@ -1,4 +1,4 @@
-//! `nearmiss evaluate --leaks`: what the surface of the questions gives away.
+//! `nearmiss evaluate --dry-run=leaks`: what the surface of the questions gives away.
 
 use serde_json::json;
 

@@ -74,7 +74,7 @@ pub fn ask(
     let ask = |items| {
         let paused = runtime.block_on(until_interrupted(run, items))?;
         paused.ok_or_else(|| Failure {
-            message: format!("interrupted; `nearmiss evaluate --resume {id}` continues it"),
+            message: format!("interrupted; `nearmiss evaluate {id}` continues it"),
             status: INTERRUPTED,
         })
     };
@@ -145,7 +145,7 @@ fn unanswered(
             n => (format!("{n} complete answers have"), "them"),
         };
         output::say(&format!(
-            "nearmiss: {answers} no readable verdict (unparsed); `nearmiss evaluate --resume {id} --retry-failed` asks for {them} again"
+            "nearmiss: {answers} no readable verdict (unparsed); `nearmiss evaluate {id} --retry-failed` asks for {them} again"
         ));
     }
     let open: Vec<_> = items
@@ -169,9 +169,9 @@ fn unanswered(
     }
     say_reasons(&open);
     let again = if open.iter().any(|item| Selection::Open.has(item.state)) {
-        format!("`nearmiss evaluate --resume {id}` asks them again")
+        format!("`nearmiss evaluate {id}` asks them again")
     } else {
-        format!("`nearmiss evaluate --resume {id} --retry-failed` asks them again")
+        format!("`nearmiss evaluate {id} --retry-failed` asks them again")
     };
     let askable = if never.is_empty() {
         ""

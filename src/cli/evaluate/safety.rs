@@ -5,31 +5,36 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
-use super::{About, Evaluate, Format, Truth, built_in, number, outcome, share};
+use super::{About, Format, Run, Truth, built_in, number, outcome, share};
 use crate::open::{configuration, user_thresholds};
 use crate::{Failure, Outcome, output};
 use nearmiss_formats::Entry;
 use nearmiss_scene::verdict::Task;
-use nearmiss_study::evaluation::batch::path_of;
-use nearmiss_study::evaluation::windows::{MATCHED_ON, Recording, SampledWindow};
+use nearmiss_study::evaluation::batch::{Experiment, path_of};
+use nearmiss_study::evaluation::windows::{MATCHED_ON, Recording, SampledWindow, WITHIN};
 use nearmiss_study::evaluation::{
     Alarms, Candidate, Confusion, CriticalMoments, Labelled, Lead, Naming, Predictions, Scored,
     Setting,
 };
 use nearmiss_workflow::batch::{BuiltInAnswers, BuiltInRequest};
 
-pub(super) fn run(arguments: &Evaluate, candidates: Vec<Candidate>, about: About<'_>) -> Outcome {
+pub(super) fn run(
+    arguments: &Run,
+    asked: &Experiment,
+    candidates: Vec<Candidate>,
+    about: About<'_>,
+) -> Outcome {
     let truth = about.0;
     let (folders, _) = configuration()?;
     let setting = Setting {
-        leads: if arguments.lead.is_empty() {
+        leads: if asked.leads.is_empty() {
             LEADS.to_vec()
         } else {
-            arguments.lead.clone()
+            asked.leads.clone()
         },
-        history: arguments.history.unwrap_or(10) as usize,
-        within: arguments.within()?,
-        radius: arguments.radius.unwrap_or(30.0),
+        history: asked.history.unwrap_or(10),
+        within: asked.within.unwrap_or(WITHIN),
+        radius: asked.radius.unwrap_or(30.0),
         candidates,
         thresholds: Arc::new(user_thresholds(&folders)?),
         every_window: true,

@@ -116,7 +116,7 @@ fn merged(path: &Path, merged: MergeCounts, counts: &mut Counts) {
     counts.already_there += merged.already_there;
     if merged.batches + merged.united > 0 {
         output::say(&format!(
-            "nearmiss: {}: {} new {}, {} merged; `nearmiss evaluate --list` lists them",
+            "nearmiss: {}: {} new {}, {} merged; `nearmiss evaluate list` lists them",
             path.display(),
             merged.batches,
             if merged.batches == 1 {

@@ -85,7 +85,7 @@ pub const DERIVED: &[Derived] = &[
 
 impl Output for QuestionLine {
     const NAME: &'static str = "evaluate-questions";
-    const TITLE: &'static str = "`evaluate --questions`: one question a line";
+    const TITLE: &'static str = "`evaluate --dry-run=questions`: one question a line";
 }
 
 impl Output for Standing {

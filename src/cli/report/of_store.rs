@@ -38,7 +38,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
         };
         if filter != alone || !arguments.truth.is_empty() || arguments.reread {
             return Err(Failure::input(
-                "--batch reports a whole batch with its own truth: remove --truth, --reread and other filters; `nearmiss evaluate --resume ID --truth …` changes its truth",
+                "--batch reports a whole batch with its own truth: remove --truth, --reread and filters such as --task; `nearmiss evaluate ID --truth …` changes its truth",
             ));
         }
         let store = store_to_read()?;
@@ -145,7 +145,7 @@ fn notices(stored: &Stored) -> Vec<String> {
         ),
         (
             stored.other_leads,
-            "at further leads of their batch; `nearmiss evaluate --resume ID` shows them",
+            "at further leads of their batch; `nearmiss evaluate BATCH` shows them",
         ),
         (
             stored.locked,
@@ -153,7 +153,7 @@ fn notices(stored: &Stored) -> Vec<String> {
         ),
         (
             stored.changed,
-            "about transformed scenes; `nearmiss evaluate --resume ID` shows them",
+            "about transformed scenes; `nearmiss evaluate BATCH` shows them",
         ),
     ].into_iter().filter(|(count, _)| *count > 0);
     let mut notices: Vec<String> = left_out

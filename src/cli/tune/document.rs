@@ -170,7 +170,7 @@ impl TuneDocument {
             reflect: tuned.reflect.to_string(),
             template: plan.file.clone(),
             template_hash: plan.hash.clone(),
-            seed: tuned.arguments.seed,
+            seed: tuned.settings.seed,
             parts: parts(plan),
             divided_by_map: plan.division.by_map,
             test_scenarios: tuned.test_scenarios,

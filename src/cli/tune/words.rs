@@ -206,7 +206,7 @@ pub fn end(tuned: &Tuned<'_>, outcome: &TuneOutcome) {
         output::say(&format!(
             "nearmiss: ended in round {} of {}: {why}",
             outcome.rounds.max(1),
-            tuned.arguments.rounds
+            tuned.settings.rounds
         ));
     }
     if outcome.winner().is_none() {

@@ -268,3 +268,5 @@ fn participant(scene: &Scene, id: i64) -> Result<Participant<'_>, DescriptionErr
         }
     })
 }
+
+nearmiss_record::word!(Frame, "frame");

@@ -192,3 +192,5 @@ impl Verdict {
         }
     }
 }
+
+nearmiss_record::word!(Task, "task");

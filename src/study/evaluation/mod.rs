@@ -76,7 +76,7 @@ pub use answer::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
 pub use answer_case::AnswerCase;
 pub use answer_page::{AnswerDetail, AnswerPage, ShownClaim};
 pub use answer_state::{AnswerState, CountedAs};
-pub use axes::{Axes, AxisValues, tools_word};
+pub use axes::{AxisValues, tools_word};
 pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use cluster::Cluster;
 pub use confusion::Confusion;

@@ -14,9 +14,7 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::Transform;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{BatchId, ItemState, NewItem, RunId};
-use nearmiss_study::evaluation::batch::{
-    AnswerSet, BatchPart, Matrix, RequestSettings, Spec, TruthSource,
-};
+use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Experiment, Spec, TruthSource};
 use nearmiss_study::evaluation::report::{DataHalf, Report};
 use nearmiss_workflow::TruthChoice;
 use ratatui::layout::Position;
@@ -52,28 +50,17 @@ pub(super) fn item(scenario: &str, label: (bool, Option<i64>), transform: Option
 
 pub(super) fn spec() -> Spec {
     Spec {
-        title: None,
-        paths: Vec::new(),
-        matrix: Matrix {
+        experiment: Experiment {
             tasks: vec![Task::Safety],
             frames: vec![Frame::Cartesian],
             techniques: vec![Techniques::parse("cp").unwrap()],
             models: vec!["lab/small".into()],
-            samples: 1,
-            more_leads: Vec::new(),
             transforms: vec![Transform::Mirror],
-            axes: Default::default(),
-            request: RequestSettings::default(),
+            truth: Some(TruthSource::Files(vec!["/labels/ours.csv".into()])),
+            scenarios: vec!["recorded".into()],
+            ..Experiment::default()
         },
-        truth: TruthSource::Files(vec!["/labels/ours.csv".into()]),
-        templates: BTreeMap::new(),
-        thresholds: Vec::new(),
-        base_url: None,
-        ego: EgoSelection::Beside,
-        drafts: BTreeMap::new(),
-        comparison: Default::default(),
-        subset: Default::default(),
-        drawn_from: Vec::new(),
+        ..Spec::default()
     }
 }
 

@@ -8,12 +8,11 @@ use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model, Pane};
 use super::super::screens::batch::BatchScreen;
 use super::{actions, editing, jobs};
-use nearmiss_ask::llm::Effort;
 use nearmiss_formats::Entry;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
-use nearmiss_study::evaluation::Protocol;
-use nearmiss_study::evaluation::batch::RequestSettings;
+use nearmiss_study::evaluation::batch::Experiment;
+use nearmiss_workflow::configured_experiment;
 
 /// Marks the selected scenario, or takes its mark away.
 pub fn mark(model: &mut Model) {
@@ -66,10 +65,8 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
     let draft = model.prompt.draft().filter(|_| asked != judge::MODEL);
     let mut batch = batch_of(model, entries, draft);
     if Task::VERDICTS.contains(&batch.task) {
-        batch.request = RequestSettings {
-            every_scenario: true,
-            ..batch.request.drawn(&[batch.task])
-        };
+        batch.experiment.every_scenario = true;
+        batch.experiment.draw_windows();
     }
     let batch = Arc::new(batch);
     let id = JobId(model.new_id());
@@ -87,30 +84,18 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
 /// template that is not saved.
 pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, String)>) -> Batch {
     let decided = model.decided();
-    let config = &model.config;
     Batch {
         task: model.task,
         frame: model.frame,
         techniques: decided.techniques,
-        request: RequestSettings {
-            history: config.history,
-            radius: config.radius,
-            lead: None,
-            within: None,
-            every_scenario: false,
-            protocol: Protocol::Matched,
-            temperature: config.temperature,
-            max_tokens: config.max_tokens,
-            effort: config.effort.as_deref().and_then(Effort::parse),
-            log_probabilities: config.log_probabilities,
-            tools: model.tool_limits(),
-            form: None,
-            stride: None,
-            road: None,
-            axes: None,
-            measures: None,
+        experiment: Experiment {
+            models: vec![model.model.clone()],
+            tasks: vec![model.task],
+            frames: vec![model.frame],
+            techniques: vec![decided.techniques],
+            tools: model.tool_limits().map(|_| true).into(),
             pack: model.library.pack(),
-            seed: None,
+            ..configured_experiment(&model.config)
         },
         history: decided.history,
         library: model.library.clone(),

@@ -11,9 +11,6 @@ use nearmiss_ask::llm::{Message, Request, Schema};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::ModelJudge;
 
-/// The most tokens of a proposal by default, reasoning included: several times those of the shipped templates.
-pub const PROPOSAL_TOKENS: u32 = 8192;
-
 /// Who proposes templates.
 pub(super) struct Reflector {
     pub model: Box<ModelJudge>,

@@ -127,26 +127,24 @@ async fn evaluate_hands_its_questions_over_and_counts_what_came_back() {
             "lab/tiny,reference/geometry",
             "--task",
             "collision",
-            "--max-tokens",
-            "500",
+            "--set",
+            "max_tokens=500",
             "--batch",
         ];
         // The built-in judge answers at once; the others are with the provider.
         let first = run(&asked)
             .status(1)
-            .says(&["2 questions with the provider", "--resume b1"]);
+            .says(&["2 questions with the provider", "evaluate b1"]);
         assert!(!first.stderr.contains(KEY));
         // Going on neither sends anything nor waits for it.
-        run(&["evaluate", "--resume", "b1"])
+        run(&["evaluate", "b1"])
             .status(1)
             .says(&["2 of them submitted to providers"]);
         assert_eq!(home.runs().len(), 4);
         provider.world().fates = vec![Fate::Answered; 2];
         provider.world().state = "completed".into();
         run(&["runs", "batches", "collect", "--wait"]).status(0);
-        let table = run(&["evaluate", "--resume", "b1", "--json"])
-            .status(0)
-            .json();
+        let table = run(&["evaluate", "b1", "--json"]).status(0).json();
         let cells = table["cells"].as_array().unwrap();
         let cell = cells
             .iter()

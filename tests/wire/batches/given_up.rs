@@ -45,7 +45,7 @@ async fn what_the_provider_deleted_can_be_given_up_and_asked_again() {
             run(&home, &["runs", "batches", "give-up", "1"])
                 .status(0)
                 .says(&[
-                    "given up; 2 questions can be asked again: `nearmiss evaluate --resume b1`",
+                    "given up; 2 questions can be asked again: `nearmiss evaluate b1`",
                     "may pay twice",
                 ]);
             assert_eq!(
@@ -65,11 +65,11 @@ async fn what_the_provider_deleted_can_be_given_up_and_asked_again() {
                 let mut world = provider.world();
                 (world.refuse, world.without_results) = (None, false);
             }
-            run(&home, &["evaluate", "--resume", "b1", "--batch"])
+            run(&home, &["evaluate", "b1", "--batch"])
                 .status(0)
                 .says(&["2 questions with the provider as 2"]);
             run(&home, &["runs", "batches", "collect", "--wait"]).status(0);
-            let table = run(&home, &["evaluate", "--resume", "b1", "--json"]).status(0);
+            let table = run(&home, &["evaluate", "b1", "--json"]).status(0);
             assert_eq!(table.json()["cells"][0]["failed"], 0, "{dialect:?}");
             assert_eq!(provider.world().batches.len(), 2);
         }
@@ -91,7 +91,7 @@ async fn a_provider_that_refuses_keeps_no_other_from_its_questions() {
             "rejected the key",
             "b/tiny: 2 questions with the provider",
             "not everything could be submitted for 1 model",
-            "--resume b1",
+            "evaluate b1",
         ]);
     assert_eq!(second.world().batches.len(), 1);
 }

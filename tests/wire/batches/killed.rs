@@ -27,8 +27,8 @@ pub const ASKED: [&str; 9] = [
     "ZAM_CutIn-1_1_T-1",
     "--task",
     "collision",
-    "--max-tokens",
-    "500",
+    "--set",
+    "max_tokens=500",
     "--batch",
     "--model",
 ];
@@ -76,15 +76,12 @@ async fn killed_between_handing_over_and_fetching_nothing_is_lost_or_sent_twice(
         ];
         assert!(lost.iter().all(|words| listed.contains(words)), "{listed}");
         assert_eq!(listed.matches("no id came back").count(), 1, "{listed}");
-        run(&home, &["evaluate", "--resume", "b1"])
-            .status(1)
-            .says(&[
-                "4 of them submitted to providers",
-                "batch 2: no id came back",
-                &begins,
-            ]);
-        run(&home, &["evaluate", "--resume", "b1", "--batch"])
-            .says(&["4 of them submitted to providers"]);
+        run(&home, &["evaluate", "b1"]).status(1).says(&[
+            "4 of them submitted to providers",
+            "batch 2: no id came back",
+            &begins,
+        ]);
+        run(&home, &["evaluate", "b1", "--batch"]).says(&["4 of them submitted to providers"]);
 
         for provider in [&first, &second] {
             let mut world = provider.world();
@@ -92,9 +89,7 @@ async fn killed_between_handing_over_and_fetching_nothing_is_lost_or_sent_twice(
             world.state = "completed".into();
         }
         run(&home, &["runs", "batches", "collect", "--wait"]).status(0);
-        let table = run(&home, &["evaluate", "--resume", "b1", "--json"])
-            .status(0)
-            .json();
+        let table = run(&home, &["evaluate", "b1", "--json"]).status(0).json();
         for cell in table["cells"].as_array().unwrap() {
             let counts = (&cell["n"], &cell["failed"]);
             assert_eq!(counts, (&2.into(), &0.into()), "{dialect:?} {table}");

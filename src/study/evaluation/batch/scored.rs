@@ -157,7 +157,7 @@ fn protocol(store: &Store, batch: BatchId) -> Result<Protocol, StoreError> {
         return Ok(Protocol::default());
     };
     let spec = Spec::from_json(&batch.spec).map_err(|why| StoreError::Word(why.to_string()))?;
-    Ok(spec.matrix.request.protocol)
+    Ok(spec.experiment.protocol)
 }
 
 /// The templates that a batch asks with, by task and frame: it pins one version of each, which its answers tell.

@@ -25,7 +25,7 @@ impl TestSplit {
     /// The store cannot be read or written.
     pub fn of(store: &Store, batch: &Batch, unlock: bool) -> Result<Option<Self>, StoreError> {
         let spec = Spec::from_json(&batch.spec).ok();
-        if spec.is_none_or(|spec| spec.subset.split.is_none()) {
+        if spec.is_none_or(|spec| spec.experiment.split.is_none()) {
             return Ok(None);
         }
         let mut found = Self {

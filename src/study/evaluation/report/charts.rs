@@ -152,7 +152,7 @@ impl Report {
             ("lead: seconds before the contact", (0.0, most)),
             ("dangerous windows called so", (0.0, 1.0)),
         ];
-        let missing = "the answers have no leads; `nearmiss evaluate --lead 0.5,1,2` asks with several, and `nearmiss report --batch ID` has them";
+        let missing = "the answers have no leads; `nearmiss evaluate --set leads=0.5,1,2` asks with several, and `nearmiss report --batch ID` has them";
         self.points(axes, series, true, missing, palette)
             .map(|chart| chart.picture())
     }

@@ -1,14 +1,11 @@
 //! What the cells of a table over axes measure.
 
-use serde::{Deserialize, Serialize};
-
 use super::super::Cell;
 use crate::evaluation::statistics::Interval;
 use nearmiss_base::system::unknown;
 
 /// A measure of answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Measure {
     /// The share of the questions asked that it is right about: no verdict is not right.
     #[default]
@@ -28,10 +25,8 @@ pub enum Measure {
     /// Of the obstacles named, the share that is critical.
     NamingPrecision,
     /// Median time of an answer, seconds.
-    #[serde(rename = "seconds_median")]
     Seconds,
     /// What all answers cost, US dollars.
-    #[serde(rename = "cost_usd")]
     Cost,
 }
 
@@ -125,5 +120,19 @@ impl Measure {
             Self::NamingPrecision => naming.precision,
             Self::Seconds | Self::Cost => None,
         }
+    }
+}
+
+impl nearmiss_record::fields::Word for Measure {
+    fn known() -> Vec<&'static str> {
+        Self::ALL.map(Self::name).to_vec()
+    }
+
+    fn of_word(word: &str) -> Result<Self, String> {
+        Self::parse(word)
+    }
+
+    fn word(&self) -> String {
+        self.name().into()
     }
 }
