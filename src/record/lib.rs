@@ -1,4 +1,4 @@
-//! Nouns as typed columns, and every face of a table: text, CSV, JSON lines, Parquet, panel, schema.
+//! Nouns as typed columns, and every face of a table: text, CSV, JSON lines, Parquet, HTML, LaTeX, Markdown, panel, schema.
 //!
 //! A noun is a struct. What its fields are called, mean and are measured in stands once, at the field:
 //!
@@ -26,6 +26,10 @@
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 
+mod captioned;
+mod html;
+mod latex;
+mod markdown;
 mod parquet;
 mod reflect;
 mod table;
@@ -34,8 +38,12 @@ mod tests;
 mod text;
 mod writer;
 
+pub use captioned::{CaptionedTable, NONE, with_interval};
+pub use html::escaped as escaped_html;
+pub use latex::comment as latex_comment;
+pub use markdown::escaped as escaped_markdown;
 pub use parquet::ParquetFile;
-pub use reflect::{Record, columns, row, rows, schema, titled};
+pub use reflect::{Record, columns, columns_of, row, rows, schema, titled};
 pub use table::{Cell, Column, Kind, Row, Table};
 pub use text::{
     Align, SCHEMA_VERSION, TextTable, begins_formula, csv, json_line, line, lines, text_table,

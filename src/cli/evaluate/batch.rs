@@ -23,7 +23,7 @@ use super::leaks;
 use super::listed;
 use super::resume;
 use super::running::{self, Table};
-use super::table::Rows;
+use super::table::BatchTable;
 use super::truth::truth_source;
 
 /// Runs what is no evaluation of the built-in judge alone.
@@ -169,7 +169,7 @@ fn empty_part(arguments: &Evaluate, context: &BatchContext, plan: &BatchPlan) ->
         written.map_err(Failure::input)?;
     }
     if json(arguments) {
-        output::json(&Rows::from_scored(&[]).document(None))
+        output::document(&BatchTable::document(None, Vec::new(), Vec::new()))
     } else {
         Ok(())
     }
