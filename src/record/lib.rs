@@ -27,7 +27,11 @@
 //! # Ok::<(), serde_json::Error>(())
 //! ```
 
+mod captioned;
 pub mod fields;
+mod html;
+mod latex;
+mod markdown;
 mod parquet;
 mod reflect;
 mod table;
@@ -36,8 +40,12 @@ mod tests;
 mod text;
 mod writer;
 
+pub use captioned::{CaptionedTable, NONE, with_interval};
+pub use html::escaped as escaped_html;
+pub use latex::comment as latex_comment;
+pub use markdown::escaped as escaped_markdown;
 pub use parquet::ParquetFile;
-pub use reflect::{Record, columns, row, rows, schema, titled};
+pub use reflect::{Record, columns, columns_of, row, rows, schema, titled};
 pub use table::{Cell, Column, Kind, Row, Table};
 pub use text::{
     Align, SCHEMA_VERSION, TextTable, begins_formula, csv, json_line, line, lines, text_table,

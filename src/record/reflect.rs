@@ -32,7 +32,7 @@ pub fn schema<R: JsonSchema>() -> Value {
 /// of plain values and maps are text, lists of nouns have no column.
 pub fn columns<R: JsonSchema>() -> Vec<Column> {
     let mut found = Vec::new();
-    collect("", &schema::<R>(), false, &mut found);
+    collect("", &schema::<R>(), (false, ""), &mut found);
     found
 }
 
@@ -79,9 +79,27 @@ pub fn titled<R: Serialize + JsonSchema>(record: &R) -> serde_json::Result<Vec<(
         .collect())
 }
 
-fn collect(name: &str, schema: &Value, optional: bool, into: &mut Vec<Column>) {
+/// The columns of a noun that one of its tables for people shows: those of this `table`, and those of every one.
+pub fn columns_of<R: JsonSchema>(table: &str) -> Vec<Column> {
+    let mut all = columns::<R>();
+    for column in &mut all {
+        if !column.table.is_empty() && column.table != table {
+            column.title = "".into();
+        }
+    }
+    all
+}
+
+/// Adds the columns of a value, which may be missing, and which stand in a `table` as the field says that it is of.
+fn collect(name: &str, schema: &Value, (optional, table): (bool, &str), into: &mut Vec<Column>) {
     let (schema, null) = without_null(schema);
     let optional = optional || null;
+    let own = schema.get("table").and_then(Value::as_str);
+    let table = if table.is_empty() {
+        own.unwrap_or_default()
+    } else {
+        table
+    };
     if let Some(fields) = schema.get("properties").and_then(Value::as_object) {
         let required = schema.get("required").and_then(Value::as_array);
         for (key, field) in fields {
@@ -91,25 +109,24 @@ fn collect(name: &str, schema: &Value, optional: bool, into: &mut Vec<Column>) {
                 format!("{name}.{key}")
             };
             let always = required.is_some_and(|all| all.iter().any(|one| one == key));
-            collect(&name, field, optional || !always, into);
+            collect(&name, field, (optional || !always, table), into);
         }
         return;
     }
     if is_list_of_objects(schema) {
         return;
     }
+    let column = |name: &str, kind: Kind| Column {
+        table: table.to_owned().into(),
+        ..column(name, schema, kind, optional)
+    };
     if is_interval(schema) {
         for end in ["low", "high"] {
-            into.push(column(
-                &format!("{name}_{end}"),
-                schema,
-                Kind::Float,
-                optional,
-            ));
+            into.push(column(&format!("{name}_{end}"), Kind::Float));
         }
         return;
     }
-    into.push(column(name, schema, kind(schema), optional));
+    into.push(column(name, kind(schema)));
 }
 
 /// A column as its field's schema describes it.
@@ -119,6 +136,7 @@ fn column(name: &str, schema: &Value, kind: Kind, optional: bool) -> Column {
         found.unwrap_or_default().to_owned().into()
     };
     let decimals = schema.get("decimals").and_then(Value::as_u64);
+    let is = |key: &str| schema.get(key) == Some(&Value::Bool(true));
     Column {
         name: name.to_owned().into(),
         kind,
@@ -127,6 +145,9 @@ fn column(name: &str, schema: &Value, kind: Kind, optional: bool) -> Column {
         source: text("description"),
         title: text("title"),
         decimals: decimals.and_then(|digits| usize::try_from(digits).ok()),
+        table: "".into(),
+        rare: is("rare"),
+        bounded: is("bounded"),
     }
 }
 

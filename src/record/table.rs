@@ -19,6 +19,12 @@ pub struct Column {
     pub title: Cow<'static, str>,
     /// Digits behind the point for people; `None`: as many as the number has.
     pub decimals: Option<usize>,
+    /// Which of a noun's tables for people has it; empty where every one has.
+    pub table: Cow<'static, str>,
+    /// Whether tables for people leave it out where all its values are missing or 0.
+    pub rare: bool,
+    /// Whether people see a number below its last digit as `< 0.001`, not as 0.
+    pub bounded: bool,
 }
 
 /// Type of a column.
@@ -52,6 +58,9 @@ impl Column {
             source: Cow::Borrowed(source),
             title: Cow::Borrowed(""),
             decimals: None,
+            table: Cow::Borrowed(""),
+            rare: false,
+            bounded: false,
         }
     }
 
@@ -111,7 +120,14 @@ impl Cell {
     /// For people, with the digits of its column; `-` where there is no value.
     pub fn shown(&self, column: &Column) -> Cow<'_, str> {
         match (self, column.decimals) {
-            (Self::Number(value), Some(digits)) => format!("{value:.digits$}").into(),
+            (Self::Number(value), Some(digits)) => {
+                let last = 1.0 / 10_f64.powi(i32::try_from(digits).unwrap_or(i32::MAX));
+                if column.bounded && *value < last {
+                    format!("< {last:.digits$}").into()
+                } else {
+                    format!("{value:.digits$}").into()
+                }
+            }
             (Self::Truth(truth), _) => (if *truth { "yes" } else { "no" }).into(),
             _ => self.text(Kind::Number).unwrap_or("-".into()),
         }
@@ -205,6 +221,14 @@ impl Table {
             }
         }
         self
+    }
+
+    /// Rows as CSV with a header.
+    #[must_use]
+    pub fn csv(&self, rows: Vec<Row>) -> Vec<u8> {
+        let mut text = crate::text::csv_header(self);
+        text.extend(crate::text::csv_rows(self, &self.completed(rows)));
+        text
     }
 
     /// The rows with their reasons, where the table has any.

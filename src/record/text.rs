@@ -153,8 +153,12 @@ impl TextTable {
     #[must_use]
     pub fn fitted(of: &[Column], rows: &[Row]) -> Self {
         let all = of.iter().enumerate();
+        let is_empty = |cell: &Cell| matches!(cell, Cell::None(_) | Cell::Integer(0));
         let shown: Vec<(usize, Column)> = all
             .filter(|(_, column)| !column.title.is_empty())
+            .filter(|(place, column)| {
+                !column.rare || !rows.iter().all(|row| is_empty(&row[*place]))
+            })
             .map(|(place, column)| (place, column.clone()))
             .collect();
         let width = |(place, column): &(usize, Column)| {
@@ -192,7 +196,7 @@ impl TextTable {
 }
 
 /// A title with its unit: `took s`.
-fn heading(column: &Column) -> String {
+pub(crate) fn heading(column: &Column) -> String {
     format!("{} {}", column.title, column.unit)
         .trim_end()
         .to_string()

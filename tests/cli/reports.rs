@@ -236,7 +236,8 @@ async fn the_report_and_the_results_screen_have_one_answer_to_what_is_true() {
     let mut stage = Stage::open(&entries[0], (120, 40)).unwrap();
     stage.list(entries[1..].to_vec());
     stage.read_results(&store);
-    let rows = stage.results();
+    let rows = stage.results().into_iter().map(|row| json!(row));
+    let rows: Vec<Value> = rows.collect();
     assert_eq!(rows.len(), 3, "{rows:?}");
     let mut unlabelled = 0;
     for row in &rows {

@@ -25,7 +25,7 @@ use super::drawing::planned;
 use super::dry_run;
 use super::leaks;
 use super::running::{self, Table};
-use super::table::Rows;
+use super::table::BatchTable;
 
 /// Runs what is no evaluation of the built-in judge alone.
 pub fn run(arguments: &Run, subject: Subject<'_>) -> Outcome {
@@ -292,7 +292,7 @@ fn empty_part(arguments: &Run, context: &BatchContext, plan: &BatchPlan) -> Outc
         written.map_err(Failure::input)?;
     }
     if arguments.format() == Format::Json {
-        output::json(&Rows::from_scored(&[]).document(None))
+        output::document(&BatchTable::document(None, Vec::new(), Vec::new()))
     } else {
         Ok(())
     }

@@ -14,15 +14,16 @@ mod split_table;
 mod submit;
 mod table;
 mod truth;
-mod varied;
 
 pub use context::BatchContext;
 pub use drawing::planned;
 pub use dry_run::{DryRunDocument, make as questions_of};
+pub use leaks::LeaksDocument;
 pub use listed::ListedDocument;
 pub use options::part_of_split;
 pub use running::runtime;
 use std::path::{Path, PathBuf};
+pub use table::BatchDocument;
 
 use super::doubts::doubts;
 use super::open::{found, not_opened};

@@ -6,8 +6,7 @@ use std::time::Instant;
 use tokio::runtime::Runtime;
 
 use super::context::BatchContext;
-use super::table::Rows;
-use super::varied::Varied;
+use super::table::BatchTable;
 use super::{dry_run, split_table, submit};
 use crate::batches::lost;
 use crate::interrupt::{GRACE, INTERRUPTED, signal};
@@ -108,16 +107,13 @@ pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
         return unanswered(context, id, table.part, counted);
     }
     let answers = answers(&context.store, id).map_err(Failure::input)?;
-    let rows = Rows::from_scored(&answers.plain);
-    let varied = Varied::from_answers(&answers);
+    let counted = BatchTable::new(None, &answers);
     if table.json {
-        let mut document = rows.document(Some(id));
-        varied.add_to(&mut document);
-        output::json(&document)?;
+        output::document(&BatchTable::document(Some(id), vec![counted], Vec::new()))?;
     } else if table.csv {
-        Rows::write_csv(&[(None, &rows)])?;
+        BatchTable::write_csv(id, &[counted])?;
     } else {
-        output::text(&(rows.table() + &varied.tables()))?;
+        output::text(&counted.text()?)?;
     }
     output::say(&format!(
         "nearmiss: `nearmiss report --batch {id}` has intervals and comparisons"

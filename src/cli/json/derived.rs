@@ -12,6 +12,7 @@ use crate::{index, prompts, runs, sample, themes_and_keys, tune};
 use nearmiss_base::system::KeyBinding;
 use nearmiss_study::evaluation::Standing;
 use nearmiss_study::evaluation::batch::QuestionLine;
+use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 
 /// An output of a command as one type. Fields without a doc comment have the meaning that the vocabulary gives their key.
 pub trait Output: Serialize + JsonSchema {
@@ -56,6 +57,8 @@ pub const DERIVED: &[Derived] = &[
     derived::<generate::VariantLine>(),
     derived::<describe::Document>(),
     derived::<doctor::Document>(),
+    derived::<evaluate::BatchDocument>(),
+    derived::<evaluate::LeaksDocument>(),
     derived::<evaluate::DryRunDocument<'static>>(),
     derived::<evaluate::ListedDocument>(),
     derived::<bundle::Document>(),
@@ -75,6 +78,8 @@ pub const DERIVED: &[Derived] = &[
     derived::<prompts::Document>(),
     derived::<QuestionLine>(),
     derived::<Standing>(),
+    derived::<ReportDocument>(),
+    derived::<AxesDocument>(),
     derived::<runs::RunLine<'static>>(),
     derived::<sample::SampleLine>(),
     derived::<KeyBinding>(),
@@ -86,6 +91,17 @@ pub const DERIVED: &[Derived] = &[
 impl Output for QuestionLine {
     const NAME: &'static str = "evaluate-questions";
     const TITLE: &'static str = "`evaluate --dry-run=questions`: one question a line";
+}
+
+impl Output for ReportDocument {
+    const NAME: &'static str = "report";
+    const TITLE: &'static str = "`report --json`: tables of stored or recorded answers";
+}
+
+impl Output for AxesDocument {
+    const NAME: &'static str = "report-axes";
+    const TITLE: &'static str =
+        "`report --rows AXIS --json`: a measure over axes, and differences from a baseline";
 }
 
 impl Output for Standing {

@@ -49,7 +49,12 @@ pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
 
 /// Writes an output as one JSON object on one line, with the version of its form.
 pub fn document(output: &impl json::Output) -> Result<(), Failure> {
-    json(&output.document().map_err(Failure::input)?)
+    text(&document_line(output)?)
+}
+
+/// An output as one JSON object on one line, with the version of its form.
+pub fn document_line(output: &impl json::Output) -> Result<String, Failure> {
+    json_line(&output.document().map_err(Failure::input)?)
 }
 
 /// One JSON object as a line that no terminal obeys, with the version of its form.

@@ -13,8 +13,6 @@ pub mod truth;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use serde_json::Value;
-
 use super::declared::Declared;
 use super::evaluate::part_of_split;
 use super::filters::{FilterOption, LAST, last_batch, store_to_read};
@@ -23,7 +21,7 @@ use super::output::{self, Target, file_of};
 use super::{Failure, Outcome};
 use nearmiss_store::{Filter, SplitPart};
 use nearmiss_study::evaluation::report::{
-    self, Comparison, Document, Pivot, Report, ReportFigure, SplitReport,
+    self, AxesDocument, Comparison, Document, FlatRows, Pivot, Report, ReportFigure, SplitReport,
 };
 use nearmiss_study::evaluation::{AnswerPage, Cluster, PromptConfig, Provenance, Scored};
 use nearmiss_study::paper::Paper;
@@ -187,7 +185,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         .transpose()?;
     let provenance = made.provenance();
     match format {
-        Format::Parquet => parquet::write((file, target), &made.rows(), provenance)?,
+        Format::Parquet => parquet::write((file, target), made.rows(), provenance)?,
         Format::Csv => target.save(&spreadsheet.applied(made.text(format)?.into_bytes()))?,
         _ => target.save(made.text(format)?.as_bytes())?,
     }
@@ -201,7 +199,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     }
     match pairs {
         None => made.hint_at_pairs(format),
-        Some(target) => target.save(&spreadsheet.applied(made.pairs_csv()?.into_bytes()))?,
+        Some(target) => target.save(&spreadsheet.applied(made.pairs_csv().into_bytes()))?,
     }
     let required = arguments.required(&made.reports().collect::<Vec<_>>());
     let whole = match lost {
@@ -271,7 +269,7 @@ impl AnyReport {
     }
 
     /// The rows of formats that are flat.
-    fn rows(&self) -> Vec<Value> {
+    fn rows(&self) -> FlatRows {
         match self {
             Self::Report(report) => report.rows(),
             Self::Split(split) => split.rows(),
@@ -291,15 +289,14 @@ impl AnyReport {
             .chain(parts.iter().map(|(_, report)| report))
     }
 
-    fn pairs_csv(&self) -> Result<String, Failure> {
-        let text = match self {
-            Self::Report(report) => report.pairs_csv(),
-            Self::Split(split) => split.pairs_csv(),
-            Self::Paper(paper) => paper.report.pairs_csv(),
+    fn pairs_csv(&self) -> String {
+        match self {
+            Self::Report(report) => report.pair_rows().csv(),
+            Self::Split(split) => split.pair_rows().csv(),
+            Self::Paper(paper) => paper.report.pair_rows().csv(),
             // Refused before anything is read.
-            Self::Pivot(_) => Ok(String::new()),
-        };
-        text.map_err(Failure::input)
+            Self::Pivot(_) => String::new(),
+        }
     }
 
     /// A table of cells has no place for pairs.
@@ -325,16 +322,13 @@ impl AnyReport {
                     Self::Pivot(_) => &none,
                 })
             }
-            Format::Csv | Format::Parquet => report::csv(&self.rows()).map_err(Failure::input)?,
-            Format::Json => {
-                let json = match self {
-                    Self::Report(report) => report.json(),
-                    Self::Split(split) => split.json(),
-                    Self::Paper(paper) => paper.json(),
-                    Self::Pivot(pivot) => pivot.json(),
-                };
-                output::json_line(&json)?
-            }
+            Format::Csv | Format::Parquet => self.rows().csv(),
+            Format::Json => match self {
+                Self::Report(report) => output::document_line(&report.json())?,
+                Self::Split(split) => output::document_line(&split.json())?,
+                Self::Paper(paper) => output::document_line(&paper.json())?,
+                Self::Pivot(pivot) => output::document_line(&AxesDocument::from(&**pivot))?,
+            },
         })
     }
 

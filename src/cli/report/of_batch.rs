@@ -13,7 +13,7 @@ use nearmiss_study::evaluation::batch::{
     UnjudgedScenario, beside_the_judge,
 };
 use nearmiss_study::evaluation::report::{
-    AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, Varied,
+    AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, TruthSubject, Varied,
 };
 use nearmiss_study::evaluation::{
     AnswerPage, AnswerStatus, Lead, Provenance, RuleScore, leaks, note_on_score, rules, validate,
@@ -244,8 +244,10 @@ fn read(
         title: spec.experiment.title.as_deref().map(output::visible),
         split: part.map(SplitPart::name),
         asked: Some(spec.asked(described.as_ref())),
-        truth,
-        sources: shown.truth().sources(),
+        truth: TruthSubject {
+            words: truth,
+            sources: shown.truth().sources(),
+        },
         notes,
     };
     Ok(Part {

@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use crate::{Failure, output};
 use nearmiss_scene::verdict::{self, ParsedAnswer};
 use nearmiss_store::{Filter, Outcome as Run, Store};
-use nearmiss_study::evaluation::report::{self, Comparison, ReportSubject, Stored};
+use nearmiss_study::evaluation::report::{self, Comparison, ReportSubject, Stored, TruthSubject};
 use nearmiss_study::evaluation::{
     AnswerCase, AnswerPage, Provenance, note_on_score, tool_rounds, with_token_probability,
 };
@@ -110,8 +110,10 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     let provenance = Provenance::of_runs(&store, &counted).map_err(Failure::input)?;
     let about = ReportSubject {
         provenance: Some(provenance),
-        truth: words,
-        sources: sources.iter().map(|s| s.display().to_string()).collect(),
+        truth: TruthSubject {
+            words,
+            sources: sources.iter().map(|s| s.display().to_string()).collect(),
+        },
         notes,
         ..ReportSubject::default()
     };

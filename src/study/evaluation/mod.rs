@@ -100,7 +100,7 @@ pub use question::{AttackTerms, Case, CaseError, Question, prepare, template, wi
 pub use rater_agreement::{PersonPair, RaterAgreement};
 pub use regression::{Regression, regressions};
 pub use requirement::{Check, Requirement};
-pub use results::{AnswerOutcome, Outcome, Results, results, with_intervals};
+pub use results::{AnswerOutcome, Outcome, Results, ResultsRow, results, with_intervals};
 pub use rules::{Rule, RuleScore, rules};
 pub use run_case::{AskError, Event, RunOptions, can_ask, run};
 pub use score::{CriticalMoments, note_on_score, says_the_score};

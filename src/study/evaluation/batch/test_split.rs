@@ -77,14 +77,16 @@ impl TestSplit {
     #[must_use]
     pub fn parts(&self, dev: SplitProgress) -> [PartProgress; 2] {
         let dev = PartProgress {
-            part: SplitPart::Dev,
-            progress: dev,
+            split: SplitPart::Dev.name(),
+            questions: dev.questions,
+            answered: dev.answered,
             locked: false,
             looks: 0,
         };
         let test = PartProgress {
-            part: SplitPart::Test,
-            progress: self.progress,
+            split: SplitPart::Test.name(),
+            questions: self.progress.questions,
+            answered: self.progress.answered,
             locked: self.is_locked(),
             looks: self.looks.len(),
         };

@@ -1,5 +1,8 @@
 //! Declared comparisons: the one that matters, and the baseline that others are compared with.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::super::PromptConfig;
 use super::names;
 use nearmiss_record::fields::Fields;
@@ -16,7 +19,8 @@ pub struct Comparison {
 }
 
 /// Comparisons that are corrected together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Family {
     /// The declared one; several where two models were declared that were asked in several ways.
     Declared,

@@ -1,9 +1,10 @@
 //! What tells answers apart: the axes of tables, and the values that they have.
 
-use super::super::names::{NONE, technique};
+use super::super::names::technique;
 use crate::evaluation::{AnswerCase, Lead, tools_word};
 use nearmiss_ask::llm::Parameters;
 use nearmiss_base::system::unknown;
+use nearmiss_record::NONE;
 
 /// An axis of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -13,6 +13,7 @@ pub use against::Difference;
 pub use axis::{Axis, AxisValue};
 pub use facts::AskedFacts;
 pub use measure::Measure;
+pub use output::AxesDocument;
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,57 +1,43 @@
-//! Reports as LaTeX: booktabs tables to include in a paper.
+//! Tables as LaTeX: with the rules of booktabs, to include in a paper.
 
-use super::document::{Align, Block, Document, Table, clean};
+use crate::captioned::{CaptionedTable, one_line};
 
-impl Document {
-    /// The tables as LaTeX, for `\input`, each with its notes beneath; figures are left out, and headings and
-    /// paragraphs are comments.
+impl CaptionedTable {
+    /// The table as a float over the whole page, with its notes beneath; it needs booktabs and graphicx.
     #[must_use]
     pub fn latex(&self) -> String {
-        let comment = |words: &str| {
-            let lines = textwrap::wrap(words, 110).into_iter();
-            lines.map(|line| format!("% {line}\n")).collect::<String>()
+        let sides = self
+            .columns
+            .iter()
+            .map(|(_, is_number)| if *is_number { 'r' } else { 'l' });
+        let line = |cells: &mut dyn Iterator<Item = &String>| {
+            let cells: Vec<String> = cells.map(|cell| escaped(cell)).collect();
+            format!("  {} \\\\\n", cells.join(" & "))
         };
-        let mut text = comment(&clean(&self.title));
-        text += "% \\usepackage{booktabs,graphicx}\n";
-        for block in &self.blocks {
-            match block {
-                Block::Heading(words) => text += &format!("\n%\n{}", comment(&clean(words))),
-                Block::Text(words) => text += &comment(&clean(words)),
-                Block::Table(table) => text += &latex(table),
-                Block::Figures(..) => {}
-            }
+        let mut text = format!(
+            "\n\\begin{{table*}}[t]\n\\centering\n\\caption{{{}}}\n\\label{{tab:{}}}\n{FITTED}{{%\n\
+             \\begin{{tabular}}{{@{{}}{}@{{}}}}\n  \\toprule\n",
+            escaped(&self.caption),
+            self.name,
+            sides.collect::<String>()
+        );
+        text += &line(&mut self.columns.iter().map(|(title, _)| title));
+        text += "  \\midrule\n";
+        for row in &self.rows {
+            text += &line(&mut row.iter());
         }
-        text
+        text += "  \\bottomrule\n\\end{tabular}}\n";
+        text += &notes(&self.notes);
+        text + "\\end{table*}\n"
     }
 }
 
-fn latex(table: &Table) -> String {
-    let sides: String = table
-        .columns
-        .iter()
-        .map(|(_, align)| match align {
-            Align::Left => 'l',
-            Align::Right => 'r',
-        })
-        .collect();
-    let line = |cells: &mut dyn Iterator<Item = &String>| {
-        let cells: Vec<String> = cells.map(|cell| escaped(cell)).collect();
-        format!("  {} \\\\\n", cells.join(" & "))
-    };
-    let mut text = format!(
-        "\n\\begin{{table*}}[t]\n\\centering\n\\caption{{{}}}\n\\label{{tab:{}}}\n{FITTED}{{%\n\
-         \\begin{{tabular}}{{@{{}}{sides}@{{}}}}\n  \\toprule\n",
-        escaped(&table.caption),
-        table.name
-    );
-    text += &line(&mut table.columns.iter().map(|(title, _)| title));
-    text += "  \\midrule\n";
-    for row in &table.rows {
-        text += &line(&mut row.iter());
-    }
-    text += "  \\bottomrule\n\\end{tabular}}\n";
-    text += &notes(&table.notes);
-    text + "\\end{table*}\n"
+/// Words as comments.
+#[must_use]
+pub fn comment(words: &str) -> String {
+    let words = one_line(words);
+    let lines = textwrap::wrap(&words, 110).into_iter();
+    lines.map(|line| format!("% {line}\n")).collect()
 }
 
 /// Tables that are wider than the page are made smaller, others stay as they are.
@@ -74,7 +60,7 @@ fn notes(notes: &[String]) -> String {
 /// Text that means nothing to LaTeX; signs that its usual fonts lack are written as mathematics, or by their number.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
-    let text = clean(text);
+    let text = one_line(text);
     let mut rest = text.chars().peekable();
     while let Some(c) = rest.next() {
         match c {
