@@ -52,8 +52,15 @@ const HOMES: [(&str, &[&str]); 24] = [
     ("petgraph", &["scene/scenario/road/"]),
     ("shell_words", &["drive/simulation/external/"]),
     ("tar", &["workflow/bundle/"]),
-    // Bundles, and answers that a server packs unasked.
-    ("flate2", &["workflow/bundle/", "ask/llm/body_text.rs"]),
+    // Bundles, answers that a server packs unasked, and images for kitty.
+    (
+        "flate2",
+        &[
+            "workflow/bundle/",
+            "ask/llm/body_text.rs",
+            "tui/pixels/kitty.rs",
+        ],
+    ),
     (
         "parquet",
         &[

@@ -54,7 +54,7 @@ pub fn prepare(
     let mut background = asked.unwrap_or_else(|| background::of_environment(env));
     let map = MapChoice::of_config(config.map.as_deref());
     let encoder = if pixels::is_worth_asking(map, env) {
-        Encoder::ask(background::PATIENCE)
+        Encoder::ask(background::PATIENCE, env)
     } else {
         None
     };
