@@ -6,11 +6,6 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::with_old_names;
-use crate::{
-    batches, describe, doctor, evaluate, experiment, export, find, generate, import, inspect,
-    metrics, prompt,
-};
-use crate::{index, prompts, runs, sample, themes_and_keys, tune};
 use nearmiss_base::system::KeyBinding;
 use nearmiss_study::evaluation::Standing;
 use nearmiss_study::evaluation::batch::QuestionLine;
@@ -46,7 +41,7 @@ pub struct Derived {
     pub schema: fn() -> Value,
 }
 
-const fn derived<T: Output>() -> Derived {
+pub const fn derived<T: Output>() -> Derived {
     Derived {
         name: T::NAME,
         title: T::TITLE,
@@ -55,33 +50,6 @@ const fn derived<T: Output>() -> Derived {
         schema: schema::<T>,
     }
 }
-
-/// Every output that is one type.
-pub const DERIVED: &[Derived] = &[
-    derived::<batches::Document>(),
-    derived::<generate::CheckDocument>(),
-    derived::<describe::Document>(),
-    derived::<doctor::Document>(),
-    derived::<evaluate::DryRunDocument<'static>>(),
-    derived::<evaluate::ListedDocument>(),
-    derived::<experiment::Document>(),
-    derived::<export::ChatManifest>(),
-    derived::<find::FindDocument>(),
-    derived::<import::Counts>(),
-    derived::<index::ShowDocument>(),
-    derived::<inspect::FolderLine>(),
-    derived::<metrics::ListDocument>(),
-    derived::<prompt::Document>(),
-    derived::<prompts::Document>(),
-    derived::<QuestionLine>(),
-    derived::<Standing>(),
-    derived::<runs::RunLine<'static>>(),
-    derived::<sample::SampleLine>(),
-    derived::<KeyBinding>(),
-    derived::<themes_and_keys::ThemeDocument>(),
-    derived::<tune::TuneDocument>(),
-    derived::<tune::TuneDryRunDocument>(),
-];
 
 impl Output for QuestionLine {
     const NAME: &'static str = "evaluate-questions";

@@ -1,6 +1,7 @@
 //! JSON that commands print: the version of its form, deprecated names of keys, and the schemas of `nearmiss help json`.
 
 mod derived;
+mod list;
 mod schemas;
 
 use serde_json::{Map, Value};
