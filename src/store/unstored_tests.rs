@@ -59,7 +59,7 @@ fn an_answer_that_was_set_aside_ends_its_run_when_the_store_opens() {
     let ending = Ending::bare(RunState::Answered);
     let why = StoreError::Word("the disk is full".into());
     let texts = ("because", "the beginning and the end");
-    let unstored = store.set_aside((run, &question()), texts, (&ending, None), why);
+    let unstored = store.set_aside(run, &question(), texts, &ending, None, why);
     let words = unstored.to_string();
     assert!(
         unstored.beside && words.contains("the disk is full"),

@@ -149,7 +149,7 @@ impl ImageRequest {
     pub fn run(self) -> Result<MapImage, String> {
         let (picture, dpi) = (&self.picture, self.dpi);
         let id = KITTY_IDS[usize::from(!self.count.is_multiple_of(2))];
-        let sequences = match self.encoder.protocol {
+        let encoded = match self.encoder.protocol {
             Protocol::Kitty { compress } => pixels(picture, dpi).map(|pixmap| {
                 kitty::sequences(pixmap.data(), pixmap.width(), self.cells, id, compress)
             }),
@@ -158,7 +158,7 @@ impl ImageRequest {
                 png(picture, dpi).map(|file| vec![erase(self.cells) + &iterm(&file, self.cells)])
             }
         };
-        let sequences = sequences.map_err(|error| error.to_string())?;
+        let sequences = encoded.map_err(|error| error.to_string())?;
         let passed = sequences.iter().map(|s| passed(s, self.encoder.in_tmux));
         Ok(MapImage {
             cells: self.cells,

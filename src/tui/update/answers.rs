@@ -113,7 +113,8 @@ pub fn missing_truths(model: &mut Model) -> Option<Computation> {
 /// Takes judgements of windows; those of a scene or task that is no longer open are dropped.
 pub fn judged(
     model: &mut Model,
-    (scene, task): (&Arc<Scene>, Task),
+    scene: &Arc<Scene>,
+    task: Task,
     thresholds: &Arc<Thresholds>,
     found: &[WindowJudgement],
 ) {

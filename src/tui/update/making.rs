@@ -79,8 +79,10 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     };
     // A variant against another planner is replaced.
     let attacked = model.driver.planner;
-    let kept = model.maker.find(hash, change);
-    let kept = kept.filter(|kept| kept.planner() == attacked);
+    let kept = model
+        .maker
+        .find(hash, change)
+        .filter(|kept| kept.planner() == attacked);
     if model.variant().is_none() && only.is_none() && kept.is_some() {
         return show(model, true);
     }

@@ -17,7 +17,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     model.opening = None;
     timeline::opened(model, id);
     let opened = match result {
-        Ok(opened) => planning::instead(model, (id, ego), opened),
+        Ok(opened) => planning::instead(model, id, ego, opened),
         Err(_) if restore::is_wanted(model) && ego.is_some() => {
             // The obstacle that was the ego is no longer in the file.
             let place = model.list.opened;

@@ -45,8 +45,9 @@ fn drive(model: &mut Model) -> Vec<Effect> {
         model.say("planning is cancelled");
         return cancel(model);
     }
-    let planned = model.planned();
-    let planned = planned.map(|planned| (planned.forecast, planned.planner));
+    let planned = model
+        .planned()
+        .map(|planned| (planned.forecast, planned.planner));
     if planned == Some((model.driver.forecast, model.driver.planner)) {
         let key = model.look.key(Action::NextForecast);
         model.say(format!(

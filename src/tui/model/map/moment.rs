@@ -137,8 +137,11 @@ impl<'a> Moment<'a> {
     fn planner_name(&self) -> String {
         let planned = self.opened.planned.as_ref();
         let process = planned.and_then(|planned| planned.process.as_ref());
-        let saved = self.opened.saved.as_ref();
-        let saved = saved.and_then(|saved| saved.origin.planner.clone());
+        let saved = self
+            .opened
+            .saved
+            .as_ref()
+            .and_then(|saved| saved.origin.planner.clone());
         let name = process.map(|process| process.named()).or(saved);
         name.map_or("nearmiss".into(), |name| visible(&name).into_owned())
     }
