@@ -14,7 +14,6 @@ use ratatui::buffer::CellDiffOption;
 use ratatui::layout::Rect;
 
 use super::model::MapChoice;
-use super::terminal;
 use nearmiss_render::{Picture, pixels, png, sixel};
 
 /// Ids of the images at kitty, used in turn: the new one is sent while the old one is shown.
@@ -90,10 +89,14 @@ pub fn is_worth_asking(choice: MapChoice, env: impl Fn(&str) -> Option<String>) 
 }
 
 impl Encoder {
-    /// Asks the terminal what it shows, for at most `patience`; `None` where it shows no images. Nothing else may read
-    /// the terminal meanwhile.
+    /// Asks the terminal what it shows, for at most `patience`; `None` where it shows no images. `answers` gives what it
+    /// answers to a question.
     #[must_use]
-    pub fn ask(patience: Duration, env: impl Fn(&str) -> Option<String>) -> Option<Self> {
+    pub fn ask(
+        answers: impl FnOnce(&str, Duration) -> Option<String>,
+        patience: Duration,
+        env: impl Fn(&str) -> Option<String>,
+    ) -> Option<Self> {
         let environment = support::Environment::read(env);
         if environment.in_tmux {
             let _ = Command::new("tmux")
@@ -103,8 +106,7 @@ impl Encoder {
                 .stderr(Stdio::null())
                 .status();
         }
-        let answers = terminal::answers(&environment.question(), support::END, patience)?;
-        environment.encoder(&answers)
+        environment.encoder(&answers(&environment.question(), patience)?)
     }
 
     /// As for kitty with cells of so many pixels, without asking a terminal.

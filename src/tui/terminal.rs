@@ -168,25 +168,28 @@ fn let_go(terminal: Option<Terminal<CrosstermBackend<Stdout>>>) {
     }
 }
 
-/// What the terminal answers to a question, up to `end`; `None` where that does not come within `patience`. Nothing else
-/// may read the terminal meanwhile.
+/// The answer to [`STATUS`](super::background::STATUS).
+const WELL: &[u8] = b"\x1b[0n";
+
+/// What the terminal answers to a question that ends in [`STATUS`](super::background::STATUS); `None` where it does not within `patience`. Nothing
+/// else may read the terminal meanwhile.
 #[cfg(unix)]
 #[must_use]
-pub fn answers(question: &str, end: &str, patience: Duration) -> Option<String> {
+pub fn answers(question: &str, patience: Duration) -> Option<String> {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
     let deadline = Instant::now() + patience;
     // Read past the buffer of standard input: what follows the answers is crossterm's.
-    let mut input = File::from(io::stdin().as_fd().try_clone_to_owned().ok()?);
-    if !input.is_terminal() {
-        return None;
-    }
+    let mut input = if io::stdin().is_terminal() {
+        File::from(io::stdin().as_fd().try_clone_to_owned().ok()?)
+    } else {
+        File::open("/dev/tty").ok()?
+    };
     enable_raw_mode().ok()?;
     let mut read = || {
         stdout().write_all(question.as_bytes()).ok()?;
         stdout().flush().ok()?;
         let mut answers = Vec::new();
-        let end_at = |answers: &[u8]| answers.windows(end.len()).any(|w| w == end.as_bytes());
-        while !end_at(&answers) {
+        while !answers.windows(WELL.len()).any(|end| end == WELL) {
             let left = deadline.checked_duration_since(Instant::now())?;
             let left = Timespec::try_from(left).ok()?;
             let mut waiting = [PollFd::new(&input, PollFlags::IN)];
@@ -207,7 +210,7 @@ pub fn answers(question: &str, end: &str, patience: Duration) -> Option<String> 
 /// Nothing where terminals cannot be asked.
 #[cfg(not(unix))]
 #[must_use]
-pub fn answers(_: &str, _: &str, _: Duration) -> Option<String> {
+pub fn answers(_: &str, _: Duration) -> Option<String> {
     None
 }
 

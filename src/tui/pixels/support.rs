@@ -1,5 +1,6 @@
 //! What a terminal says about images: which it shows, and how large its cells are.
 
+use super::super::background::STATUS;
 use super::{Encoder, Protocol};
 
 /// Asks for kitty's images.
@@ -10,10 +11,6 @@ const COMPRESSED: &str = "\x1b_Gi=32,s=1,v=1,a=q,t=d,f=24,o=z;eJxjYGAAAAADAAE=\x
 const ATTRIBUTES: &str = "\x1b[c";
 /// Asks for the pixels of a cell (XTWINOPS).
 const CELL: &str = "\x1b[16t";
-/// Asks whether it is well (DSR): every terminal answers, so the answers end.
-const STATUS: &str = "\x1b[5n";
-/// The answer to [`STATUS`].
-pub const END: &str = "\x1b[0n";
 
 /// Values of `TERM_PROGRAM` of terminals that show iTerm2's images and do not say so.
 const AS_ITERM: [&str; 9] = [
