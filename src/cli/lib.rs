@@ -4,6 +4,7 @@ mod ask;
 mod at;
 mod batches;
 mod bundle;
+mod chosen;
 mod config;
 mod convert;
 mod corpus;
@@ -59,9 +60,10 @@ mod tool_options;
 mod tune;
 mod verdicts;
 
+pub use chosen::{chosen_ego, chosen_index, chosen_paths};
 pub use crash::report_panics;
 pub use failure::{Failure, Outcome};
-pub use open::{EgoChoice, chosen_ego, chosen_index, chosen_paths, use_maps};
+pub use open::{EgoChoice, use_maps};
 pub use themes_and_keys::Workbench;
 pub use verdicts::{has_terminal, without_terminal};
 

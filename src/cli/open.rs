@@ -9,11 +9,11 @@ use super::doubts::doubts;
 use super::plan::as_ego;
 use super::row_file::say_shared_names;
 use super::side_files::without_side_files;
-use super::{Arguments, Failure, output};
+use super::{Failure, output};
 use nearmiss_ask::prompts::{Pack, Techniques};
 use nearmiss_base::system::unknown;
 use nearmiss_formats::{
-    self as formats, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled,
+    self as formats, EgoError, EgoSelection, Entry, EntryLocation, SearchResults,
     not_standard_input, only_part,
 };
 use nearmiss_scene::description::Frame;
@@ -22,9 +22,7 @@ use nearmiss_scene::scenario::{Scenario, Scene};
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, ConfigError, Folders, TextFile};
 use nearmiss_study::evaluation::Judge;
-use nearmiss_workflow::{
-    Models, OpenError, OpenRequest, OpenedScene, experiment_among, find, index_parts, open,
-};
+use nearmiss_workflow::{Models, OpenError, OpenRequest, OpenedScene, find, open};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
@@ -126,87 +124,6 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
         ))),
         _ => Ok(entry),
     }
-}
-
-/// The paths that the workbench opens.
-///
-/// # Errors
-/// A scenario does not exist, or a name is the beginning of several: in words, with suggestions.
-pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
-    let of_argument = |path: &PathBuf| {
-        resolved(path).map_err(|failure| Failure {
-            message: as_command(path, failure.message),
-            ..failure
-        })
-    };
-    arguments.paths.iter().map(of_argument).collect()
-}
-
-/// What is said of a path that does not exist and could have been meant as a command.
-fn as_command(path: &Path, message: String) -> String {
-    let is_word = path.components().count() == 1 && path.extension().is_none();
-    if is_word {
-        message.replacen("no such file or", "no such file, command or", 1)
-    } else {
-        message
-    }
-}
-
-/// Who shall be the ego in the workbench, checked as far as that needs no screen.
-///
-/// # Errors
-/// An ego is chosen, and there is a command, or the paths are not one scenario, or it cannot be the ego there.
-pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
-    if arguments.ego.is_beside() {
-        return Ok(EgoSelection::Beside);
-    }
-    if arguments.command.is_some() {
-        return Err(Failure::input(
-            "--ego before a command applies to the workbench; put it after it: \
-             nearmiss COMMAND FILE --ego ID|FILE",
-        ));
-    }
-    if let Some(file) = experiment_among(&arguments.paths).map_err(Failure::input)? {
-        return Err(Failure::input(format!(
-            "--ego needs one scenario; {} asks about the ego beside each of its scenarios",
-            file.display()
-        )));
-    }
-    let entries = match &arguments.paths[..] {
-        [] => bundled(),
-        _ => {
-            find(&chosen_paths(arguments)?)
-                .map_err(Failure::input)?
-                .entries
-        }
-    };
-    let [entry] = &entries[..] else {
-        return Err(Failure::input(format!(
-            "--ego needs one scenario, not {}; name one file or bundled scenario",
-            entries.len()
-        )));
-    };
-    let wanted = arguments.ego.wanted(&entries)?;
-    let scenario = entry.read().map_err(Failure::input)?;
-    wanted.resolve(entry, &scenario).map_err(advised)?;
-    Ok(wanted)
-}
-
-/// The folder of the index that the workbench opens with.
-///
-/// # Errors
-/// There is a command, or no index in the folder.
-pub fn chosen_index(arguments: &Arguments) -> Result<Option<PathBuf>, Failure> {
-    let Some(folder) = &arguments.index else {
-        return Ok(None);
-    };
-    if arguments.command.is_some() {
-        return Err(Failure::input(
-            "--index before a command applies to the workbench; `nearmiss corpus show FOLDER` prints an index",
-        ));
-    }
-    index_parts(folder).map_err(Failure::input)?;
-    Ok(Some(folder.clone()))
 }
 
 /// The path that an argument means: itself, or the bundled scenario whose name begins so, if it is the only one.

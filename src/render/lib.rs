@@ -23,6 +23,7 @@ mod quantize;
 mod raster;
 pub mod scene;
 mod screen;
+mod sixel;
 mod storyboard;
 mod svg;
 #[cfg(test)]
@@ -42,6 +43,7 @@ pub use palette::Palette;
 pub use plot::{Ticks, runs, steps, value_range};
 pub use raster::{MOST_PIXELS, RasterError, pixels, png};
 pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
+pub use sixel::sixel;
 pub use storyboard::{Storyboard, StoryboardPanel};
 pub use svg::svg;
 pub use view::{MapExtent, Subject, Variation, Variations};

@@ -65,9 +65,11 @@ impl Store {
     #[must_use]
     pub fn set_aside(
         &self,
-        (id, question): (RunId, &NewRun),
+        id: RunId,
+        question: &NewRun,
         (reasoning, answer): (&str, &str),
-        (ending, tool_rounds): (&Ending, Option<String>),
+        ending: &Ending,
+        tool_rounds: Option<String>,
         why: StoreError,
     ) -> UnstoredAnswer {
         let now = now_ms();
@@ -107,8 +109,8 @@ impl Store {
             return;
         };
         for file in files.flatten() {
-            let name = file.file_name();
-            let name = name.to_string_lossy();
+            let os_name = file.file_name();
+            let name = os_name.to_string_lossy();
             if !(name.starts_with(NAME.0) && name.ends_with(NAME.1)) {
                 continue;
             }

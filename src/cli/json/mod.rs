@@ -1,6 +1,7 @@
 //! JSON that commands print: the version of its form, and the schemas of `nearmiss help json`.
 
 mod derived;
+mod list;
 mod schemas;
 
 pub use derived::Output;

@@ -3,7 +3,8 @@
 use serde_json::{Map, Value};
 
 use super::SCHEMA_VERSION;
-use super::derived::{DERIVED, Derived};
+use super::derived::Derived;
+use super::list::DERIVED;
 
 /// Schemas of outputs that are not one type, as JSON: their keys refer to the vocabulary.
 const OUTPUTS: &str = include_str!("outputs.json");

@@ -245,13 +245,7 @@ impl Search<'_> {
         let between = asked.len();
         let more = count - asked.len();
         let live = self.live();
-        asked.extend(draw(
-            &self.arms,
-            &live,
-            &elite,
-            (more, first, spread),
-            random,
-        ));
+        asked.extend(draw(&self.arms, &live, &elite, more, first, spread, random));
         self.make_all(&asked, between, watch)
     }
 

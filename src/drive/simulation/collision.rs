@@ -96,7 +96,7 @@ impl Collision {
         };
         let own = Way::new(ego.footprint.at(before), *ego);
         let touched = solid(scenario, without)
-            .filter_map(|obstacle| Self::on_the_way(obstacle, &own, ego, (step, scenario.dt())));
+            .filter_map(|obstacle| Self::on_the_way(obstacle, &own, ego, step, scenario.dt()));
         let first = touched.min_by(|a, b| a.0.total_cmp(&b.0));
         first.map(|(_, collision)| collision)
     }
@@ -106,7 +106,8 @@ impl Collision {
         obstacle: &Obstacle,
         own: &Way<'_>,
         ego: &Placed<'_>,
-        (step, dt): (i64, f64),
+        step: i64,
+        dt: f64,
     ) -> Option<(f64, Self)> {
         let at_step = Self::with(obstacle, ego, step);
         let way = way_to(obstacle, step, dt);

@@ -253,8 +253,8 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
             let seen = Seen::new(&encounter, options);
             table::begin(w, scene, step, Some(participant));
             table::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
-            let both = mine.as_ref().zip(axes.along(motion));
-            let both = both.as_ref();
+            let pair = mine.as_ref().zip(axes.along(motion));
+            let both = pair.as_ref();
             let of = |value: fn(&Along, &Along) -> f64| {
                 Cell::number(both.map(|(mine, other)| value(mine, other)))
             };

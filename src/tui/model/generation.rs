@@ -110,8 +110,10 @@ impl GenerationState {
     /// Where the variant was written to.
     #[must_use]
     pub fn files(&self, made: &Arc<GeneratedVariant>) -> Option<&str> {
-        let mut kept = self.kept.iter();
-        let kept = kept.find(|kept| Arc::ptr_eq(&kept.made, made))?;
+        let kept = self
+            .kept
+            .iter()
+            .find(|kept| Arc::ptr_eq(&kept.made, made))?;
         kept.saved.as_deref()
     }
 

@@ -156,7 +156,7 @@ impl Reading {
             let left_out = dry_run.unlabelled.len();
             doubts.push(format!("{left_out} without ground truth left out"));
         }
-        let counted = counted(&plan, &dry_run, (refused, usd), stored);
+        let counted = counted(&plan, &dry_run, refused, usd, stored);
         // It is set once.
         let _ = ready.set(Ready {
             plan,
@@ -201,12 +201,12 @@ impl Stored {
         let unanswered = items.iter().filter(|item| unanswered.contains(&item.state));
         let reasons = reasons_of(unanswered);
         let batch = store.batch(id).map_err(words)?;
-        let test = batch
+        let split = batch
             .map(|batch| TestSplit::of(store, &batch, false))
             .transpose()
             .map_err(words)?
             .flatten();
-        let test = test.map(|test| [Some(test.words()), test.looks_words()]);
+        let test = split.map(|test| [Some(test.words()), test.looks_words()]);
         let runs = Filter {
             batch: Some(id.to_string()),
             deleted: false,
@@ -233,7 +233,8 @@ const MOST_RUNS: usize = 10_000_000;
 fn counted(
     plan: &BatchPlan,
     dry_run: &DryRun,
-    (refused, usd): (Vec<(String, String)>, Option<f64>),
+    refused: Vec<(String, String)>,
+    usd: Option<f64>,
     stored: Stored,
 ) -> CountedExperiment {
     let estimate = &dry_run.estimate;

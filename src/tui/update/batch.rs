@@ -7,7 +7,8 @@ use super::super::message::runs::{Batch, BatchAnswer, Counts};
 use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model, Pane};
 use super::super::screens::batch::BatchScreen;
-use super::{actions, editing, jobs};
+use super::editing::show_error;
+use super::stored_answers;
 use nearmiss_formats::Entry;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
@@ -47,7 +48,7 @@ pub fn mark(model: &mut Model) {
 pub fn propose(model: &mut Model) -> Vec<Effect> {
     let entries = model.marks.chosen(&model.list);
     let asked = model.model.clone();
-    if asked != judge::MODEL && editing::show_error(model) {
+    if asked != judge::MODEL && show_error(model) {
         return Vec::new();
     }
     if entries.is_empty() {
@@ -126,7 +127,7 @@ pub fn on_update(model: &mut Model, id: JobId, update: Update<BatchProgress, ()>
 
 /// An answer about the scenario that is open stands among the others; what is shown stays shown.
 fn show(model: &mut Model, ended: BatchAnswer) {
-    let about = actions::stored_of(model);
+    let about = stored_answers::subject(model);
     let same = about.is_some_and(|of| ended.about == Some((of.scenario, of.ego, of.task)));
     let run = ended.answer.run;
     let is_it = |c: &Column| run.is_some() && c.answer().and_then(|a| a.run) == run;
@@ -173,13 +174,11 @@ pub fn stop_all(model: &mut Model) -> Vec<Effect> {
         .filter(|job| job.kind == JobKind::Batch)
         .map(|job| job.id);
     let batches: Vec<_> = batches.collect();
-    batches
-        .into_iter()
-        .flat_map(|id| jobs::stop(model, id))
-        .collect()
+    batches.into_iter().flat_map(|id| stop(model, id)).collect()
 }
 
-/// Says what stopping a batch means.
-pub fn stopping(model: &mut Model) {
+/// Lets a batch begin nothing more; the second time, what it began is cancelled too.
+pub fn stop(model: &mut Model, id: JobId) -> Vec<Effect> {
     model.say("no new requests; again cancels those already sent");
+    vec![Effect::Cancel(id)]
 }

@@ -69,7 +69,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             ShownAnswer::Scenario(place, _) => {
                 let mut line = Line::from(indent);
                 let room = wide.saturating_sub(indent.len());
-                let row = scenario(model, *place, (&columns, room), matching.as_mut());
+                let row = scenario(model, *place, &columns, room, matching.as_mut());
                 line.spans.extend(row.spans);
                 line
             }
@@ -223,7 +223,8 @@ fn head(model: &Model, group: &Group) -> Line<'static> {
 fn scenario(
     model: &Model,
     place: usize,
-    (columns, width): (&[Column], usize),
+    columns: &[Column],
+    width: usize,
     matching: Option<&mut Matching>,
 ) -> Line<'static> {
     let row = &model.list.rows[place];

@@ -66,7 +66,8 @@ pub(super) fn touch(a: &Placed<'_>, b: &Placed<'_>) -> bool {
 pub(super) fn overlapped<'s>(
     scenario: &'s Scenario,
     regions: &'s Regions,
-    (before, body): (Option<Placed<'s>>, &'s Placed<'_>),
+    before: Option<Placed<'s>>,
+    body: &'s Placed<'_>,
     itself: i64,
     step: i64,
 ) -> impl Iterator<Item = i64> + 's {

@@ -101,11 +101,12 @@ impl<'a> Run<'a> {
     /// Nothing where there is nothing that more could be asked of; the refusals say why.
     pub fn begin(
         gate: &'a Gate<'a>,
-        (change, around): (&'a Change, &'a Scenario),
+        change: &'a Change,
+        around: &'a Scenario,
         contact: Option<i64>,
         found: &mut Findings,
     ) -> Option<Self> {
-        let (obstacle, footprint, can) = match start::who((gate.scenario, gate.style), change) {
+        let (obstacle, footprint, can) = match start::who(gate.scenario, gate.style, change) {
             Ok(who) => who,
             Err(refusal) => {
                 let _ = found.say(false, refusal);

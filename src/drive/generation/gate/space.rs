@@ -21,11 +21,12 @@ impl Run<'_> {
                 continue;
             }
             let body = self.body(place);
-            let before = place.checked_sub(1);
-            let before = before.filter(|before| self.motions[*before].0 + 1 == *step);
-            let bodies = (before.map(|before| self.body(before)), &body);
+            let before = place
+                .checked_sub(1)
+                .filter(|before| self.motions[*before].0 + 1 == *step)
+                .map(|before| self.body(before));
             let (scenario, regions) = (self.around, &self.gate.regions);
-            for id in overlapped(scenario, regions, bodies, self.obstacle.id, *step) {
+            for id in overlapped(scenario, regions, before, &body, self.obstacle.id, *step) {
                 let refusal = Refusal::at(*step, Reason::Overlap(id));
                 found.say(self.is_kept(place), refusal)?;
             }

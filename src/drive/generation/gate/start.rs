@@ -7,7 +7,8 @@ use nearmiss_scene::scenario::{Motion, Obstacle, ObstacleRole, Scenario};
 
 /// The obstacle whose motion is changed, its body and its limits.
 pub(super) fn who<'a>(
-    (scenario, style): (&'a Scenario, AttackStyle),
+    scenario: &'a Scenario,
+    style: AttackStyle,
     change: &Change,
 ) -> Result<(&'a Obstacle, &'a Footprint, Capability), Refusal> {
     let id = change.obstacle;

@@ -15,7 +15,9 @@ pub(super) fn draw(
     arms: &[ManoeuvreSpace],
     live: &[usize],
     elite: &[(f64, &Trial)],
-    (count, first, spread): (usize, bool, f64),
+    count: usize,
+    first: bool,
+    spread: f64,
     random: &mut fastrand::Rng,
 ) -> Vec<(usize, Numbers)> {
     let best = elite.first().map_or(0.0, |(cost, _)| *cost);

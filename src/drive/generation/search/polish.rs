@@ -37,7 +37,7 @@ impl Search<'_> {
                     return;
                 }
                 let left = effort.candidates.saturating_sub(self.found.candidates);
-                let children = self.children(parent, (step, left), random, watch);
+                let children = self.children(parent, step, left, random, watch);
                 if !self.drive_all(children.clone(), watch) || (self.stop)() {
                     return;
                 }
@@ -77,7 +77,8 @@ impl Search<'_> {
     fn children(
         &mut self,
         parent: usize,
-        (step, left): (f64, usize),
+        step: f64,
+        left: usize,
         random: &mut fastrand::Rng,
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> Vec<usize> {

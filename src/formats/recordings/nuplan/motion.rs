@@ -143,7 +143,7 @@ pub fn others(
     let mut seen: BTreeMap<usize, Vec<Seen>> = BTreeMap::new();
     let mut unknown = 0;
     log.boxes
-        .each(database, ("lidar_box", &BOX), clock, &mut |row, step| {
+        .each(database, "lidar_box", &BOX, clock, &mut |row, step| {
             let Some(track) = log.by_track.get(&row.token(8)?) else {
                 unknown += 1;
                 return Ok(());

@@ -72,7 +72,8 @@ impl SweepRows {
     pub fn each(
         &self,
         database: &Database,
-        (table, columns): (&str, &[&str]),
+        table: &str,
+        columns: &[&str],
         clock: &Clock<'_>,
         take: &mut dyn FnMut(&Record<'_>, i64) -> Result<(), ReadError>,
     ) -> Result<(), ReadError> {

@@ -46,12 +46,14 @@ impl Thresholds {
                 bound("time", own.time, shipped.time, "s"),
             ]
         });
-        let limits = LIMITS.iter().filter(|l| self.own_limit(l));
-        let limits = limits.map(|limit| Change {
-            entry: format!("limit {}", limit.id),
-            value: limit.value(&self.limits),
-            unit: limit.unit,
-        });
+        let limits = LIMITS
+            .iter()
+            .filter(|l| self.own_limit(l))
+            .map(|limit| Change {
+                entry: format!("limit {}", limit.id),
+                value: limit.value(&self.limits),
+                unit: limit.unit,
+            });
         critical.chain(bounds.flatten()).chain(limits).collect()
     }
 }

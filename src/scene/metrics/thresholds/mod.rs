@@ -88,15 +88,6 @@ impl Thresholds {
         &SHIPPED
     }
 
-    /// Those that come with the program, changed entry by entry by the text of a file; `file` is its name, for errors
-    /// and for people.
-    ///
-    /// # Errors
-    /// The first thing that is wrong: file, line, key, and what is allowed.
-    pub fn read(text: &str, file: &str) -> Result<Self, ThresholdError> {
-        file::read(Self::shipped(), text, file)
-    }
-
     /// The critical values of a measure, the most dangerous first.
     pub fn for_measure(&self, measure: &str) -> impl Iterator<Item = &Threshold> {
         self.critical.iter().filter(move |t| t.measure == measure)

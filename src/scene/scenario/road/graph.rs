@@ -216,8 +216,10 @@ impl<'a> LaneGraph<'a> {
         driven: DirectedLanelet,
         wanted: impl Fn(Step) -> bool,
     ) -> Vec<DirectedLanelet> {
-        let node = self.network.place(driven.lanelet);
-        let node = node.and_then(|place| self.node(place, driven.direction, false));
+        let node = self
+            .network
+            .place(driven.lanelet)
+            .and_then(|place| self.node(place, driven.direction, false));
         let Some(node) = node else { return Vec::new() };
         let edges = self.graph.edges(node).filter(|e| wanted(e.weight().step));
         let mut found: Vec<DirectedLanelet> = edges.map(|e| self.driven(e.target())).collect();

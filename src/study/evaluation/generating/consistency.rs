@@ -13,6 +13,7 @@ use super::super::answer::{Answer, JudgeOutcome};
 use super::super::question::{CaseError, Question};
 use super::super::run_case::AskError;
 use super::super::settings::Settings;
+use super::candidate_name::CANDIDATE;
 use super::choosing::other_task;
 use super::feedback::nearest;
 use super::outcome::{Authored, AuthoredAttack, Source};
@@ -53,15 +54,6 @@ pub struct Agreement {
 
 /// The window ends so long before the motion is nearest to the ego's planned drive, seconds.
 const BEFORE: f64 = 0.5;
-
-/// What is put behind a scenario's name where it has a motion in it that is only a candidate.
-const CANDIDATE: &str = " with a candidate motion";
-
-/// The name of the scenario that a candidate motion was put into; another name as it is.
-#[must_use]
-pub fn unchanged_name(name: &str) -> &str {
-    name.strip_suffix(CANDIDATE).unwrap_or(name)
-}
 
 impl AuthorSession<'_> {
     /// Has the model grade every motion that passed the gate.

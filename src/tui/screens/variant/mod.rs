@@ -81,7 +81,7 @@ impl Screen for VariantScreen {
             Some(_) => "what the model wrote",
             None => "the variant",
         };
-        window::at_right(frame, screen, model, title, text, (width, self.scroll));
+        window::at_right(frame, screen, model, title, text, width, self.scroll);
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
