@@ -318,6 +318,6 @@ async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_chang
     }
     let providers = std::fs::read(home.config().join("config.toml")).unwrap();
     other.write(other.config().join("config.toml"), providers);
-    let resumed = run(&other, &["evaluate", "b2", "--dry-run", "--json"]);
+    let resumed = run(&other, &["evaluate", "b2", "--dry-run", "--format=json"]);
     assert_eq!(resumed.status(0).json()["requests"], 0);
 }

@@ -255,7 +255,7 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     };
     let plain = yes_first().await;
     let home = home_with(plain.base_url());
-    let wanted = run(&home, &["--set", "leads=0.5", "--json"])
+    let wanted = run(&home, &["--set", "leads=0.5", "--format=json"])
         .status(0)
         .json();
     assert_eq!(
@@ -270,10 +270,10 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     let server = yes_first().await;
     let home = home_with(server.base_url());
     let varied = ["--set", "transforms=mirror", "--set", "leads=0.5,1"];
-    let dry = [&varied[..], &["--dry-run", "--json"]].concat();
+    let dry = [&varied[..], &["--dry-run", "--format=json"]].concat();
     // The collision and the safe scenario at two leads, and both mirrored.
     assert_eq!(run(&home, &dry).status(0).json()["questions"], 6);
-    let document = run(&home, &[&varied[..], &["--json"]].concat())
+    let document = run(&home, &[&varied[..], &["--format=json"]].concat())
         .status(0)
         .json();
     // The safe windows of both leads are the same one, whose answer is in the store then.
@@ -306,7 +306,7 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
         let all = [&["evaluate", "last"], more].concat();
         tokio::task::block_in_place(|| home.run(&all)).status(0)
     };
-    assert_eq!(resume(&["--json"]).json(), document);
+    assert_eq!(resume(&["--format=json"]).json(), document);
     assert_eq!(server.requests().len(), 5, "nothing is asked again");
     let table = resume(&[]).stdout;
     for words in ["mirror", "flips", "to the collision", "0.500"] {
@@ -390,7 +390,7 @@ async fn new_numbers_are_told_back() {
         "concurrency=1",
         "--set",
         "transforms= renumber:1 ; mirror",
-        "--json",
+        "--format=json",
     ];
     let document = tokio::task::block_in_place(|| home.run(&arguments))
         .status(0)

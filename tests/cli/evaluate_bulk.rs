@@ -34,7 +34,7 @@ fn a_yes_is_a_yes_and_whom_it_names_is_counted_apart() {
             .json()["judges"][0]["leads"][0]
             .clone();
         let batch = home
-            .run(&[&all[..], &["--samples", "1", "--json"]].concat())
+            .run(&[&all[..], &["--samples", "1", "--format=json"]].concat())
             .status(0)
             .json()["cells"][0]
             .clone();
@@ -115,14 +115,14 @@ async fn a_budget_that_is_too_small_is_said_before_and_leaves_questions_unasked(
     let dry = with("0.15", &["--dry-run"]).status(0).stdout;
     assert!(dry.contains("0.15 USD, too little"), "{dry}");
     assert_eq!(
-        with("0.15", &["--dry-run", "--json"]).json()["within_budget"],
+        with("0.15", &["--dry-run", "--format=json"]).json()["within_budget"],
         false
     );
     assert_eq!(
-        with("5", &["--dry-run", "--json"]).json()["within_budget"],
+        with("5", &["--dry-run", "--format=json"]).json()["within_budget"],
         true
     );
-    let ended = with("0.15", &["--json"]).status(1);
+    let ended = with("0.15", &["--format=json"]).status(1);
     let cell = ended.json()["cells"][0].clone();
     assert_eq!(
         (&cell["failed"], &cell["unasked"]),

@@ -52,14 +52,14 @@ fn begin(home: &Home, more: &[&str]) -> Ended {
     let all = [
         &["evaluate", HARD_BRAKING, CUT_IN, "--truth", &truth],
         &["--model", "lab/tiny", "--set", "frames=cartesian"][..],
-        &["--set", "concurrency=1", "--json"],
+        &["--set", "concurrency=1", "--format=json"],
         more,
     ];
     run(home, &all.concat())
 }
 
 fn resume(home: &Home, more: &[&str]) -> Ended {
-    let all = [&["evaluate", "last", "--json"], more];
+    let all = [&["evaluate", "last", "--format=json"], more];
     run(home, &all.concat())
 }
 
@@ -122,7 +122,7 @@ async fn a_batch_of_two_tasks_asks_what_one_asks_that_was_planned_whole() {
             "collision,safety",
             "--set",
             "frames=cartesian,ego,metrics",
-            "--json",
+            "--format=json",
             "--samples",
             samples,
             "--model",

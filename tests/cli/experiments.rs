@@ -41,18 +41,20 @@ fn flags_and_their_file_give_the_same_table_and_a_second_run_goes_on() {
     // Nothing was asked.
     nothing_is_stored(&home);
     let flagged = home
-        .run(&[&FLAGS[..], &["--json"]].concat())
+        .run(&[&FLAGS[..], &["--format=json"]].concat())
         .status(0)
         .stdout;
     let again = home
-        .run(&["evaluate", "e.toml", "--json"])
+        .run(&["evaluate", "e.toml", "--format=json"])
         .status(0)
         .says(&["going on with b1"]);
     assert_eq!(again.stdout, flagged, "the file asks what the flags asked");
     // Another folder, another home, without the flags.
     let other = Home::new();
     other.write("e.toml", &text);
-    let first = other.run(&["evaluate", "e.toml", "--json"]).status(0);
+    let first = other
+        .run(&["evaluate", "e.toml", "--format=json"])
+        .status(0);
     assert_eq!(first.stdout, flagged);
     assert!(!first.stderr.contains("going on"), "{}", first.stderr);
     // A change of the file is another batch.
@@ -188,7 +190,10 @@ fn a_batch_with_the_keys_of_before_is_gone_on_with() {
         .says(&["going on with b1"]);
     home.run(&["evaluate", "b1", "--set", "leads=0.5"])
         .status(0);
-    let list = home.run(&["evaluate", "list", "--json"]).status(0).json();
+    let list = home
+        .run(&["evaluate", "list", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(list["leads"], serde_json::json!(["1", "0.5"]));
     home.run(&["evaluate", "b1", "--set", "history=9"])
         .status(2)

@@ -79,7 +79,13 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         "1",
     ];
     let with = |more: &[&'static str]| [&batch[..], more].concat();
-    let labels = ["--task", "collision", "--truth", "labels.csv", "--json"];
+    let labels = [
+        "--task",
+        "collision",
+        "--truth",
+        "labels.csv",
+        "--format=json",
+    ];
     let commands: Vec<(&str, Vec<&str>)> = vec![
         ("ask", vec!["ask", BRAKING, "--format=json"]),
         (
@@ -111,16 +117,19 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         ("doctor", vec!["doctor", "--format=json"]),
         (
             "evaluate-safety",
-            vec!["evaluate", CUT_IN, BRAKING, "--json"],
+            vec!["evaluate", CUT_IN, BRAKING, "--format=json"],
         ),
         (
             "evaluate-collision",
             [&["evaluate", CUT_IN, BRAKING], &labels[..]].concat(),
         ),
         ("evaluate-questions", with(&["--dry-run=questions"])),
-        ("evaluate-leaks", with(&["--dry-run=leaks", "--json"])),
-        ("evaluate-dry-run", with(&["--dry-run", "--json"])),
-        ("evaluate", with(&["--json"])),
+        (
+            "evaluate-leaks",
+            with(&["--dry-run=leaks", "--format=json"]),
+        ),
+        ("evaluate-dry-run", with(&["--dry-run", "--format=json"])),
+        ("evaluate", with(&["--format=json"])),
         (
             "evaluate",
             with(&[
@@ -128,10 +137,10 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
                 "leads=0.5,1",
                 "--set",
                 "transforms=mirror",
-                "--json",
+                "--format=json",
             ]),
         ),
-        ("evaluate-list", vec!["evaluate", "list", "--json"]),
+        ("evaluate-list", vec!["evaluate", "list", "--format=json"]),
         (
             "generate",
             vec!["generate", CUT_IN, "--candidates", "10", "--format=json"],
@@ -325,7 +334,7 @@ fn evaluate_has_one_table_whatever_the_option_is_called() {
         &["--model", "reference/geometry", "--set", "frames=ego"],
     ] {
         let said = |option: &[&str]| home.run(&[&paths, more, option].concat()).json();
-        let (mut short, mut long) = (said(&["--json"]), said(&["--format", "json"]));
+        let (mut short, mut long) = (said(&["--format=json"]), said(&["--format", "json"]));
         for value in [&mut short, &mut long] {
             // Another batch of the same questions.
             value["batch"] = Value::Null;

@@ -107,7 +107,7 @@ async fn asked(paths: &[&str], leads: &str) -> (Home, Vec<Value>, Value, Value) 
     let models = [
         "--model",
         "lab/copies,lab/spams,reference/geometry",
-        "--json",
+        "--format=json",
     ];
     let batch = run(&home, &[&all[..], &models[..]].concat()).status(0);
     let report = run(&home, &["report", "--batch", "last", "--format=json"]).status(0);

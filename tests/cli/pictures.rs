@@ -380,7 +380,7 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
         "frames=ego,picture,ego+picture",
         "--task",
         "collision",
-        "--json",
+        "--format=json",
     ];
     let rows = run(&home, &[&all[..], &frames].concat()).status(0).stdout;
     for frame in ["\"ego\"", "\"picture\"", "\"ego+picture\""] {

@@ -38,7 +38,7 @@ const WRITING: &[&[&str]] = &[
     &["evaluate", CUT_IN],
     &["evaluate", "list"],
     &["tune", "tune.toml", "--dry-run"],
-    &["tune", "tune.toml", "--dry-run", "--json"],
+    &["tune", "tune.toml", "--dry-run", "--format=json"],
     &["runs", "batches"],
     &["report"],
     &["runs", "list"],

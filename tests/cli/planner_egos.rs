@@ -38,7 +38,7 @@ fn evaluate(home: &Home, ego: &str) -> Ended {
 }
 
 fn batches(home: &Home) -> Vec<Value> {
-    home.run(&["evaluate", "list", "--json"])
+    home.run(&["evaluate", "list", "--format=json"])
         .status(0)
         .json_lines()
 }

@@ -218,7 +218,7 @@ fn the_built_in_judge_is_held_against_the_score_of_the_paper() {
             .status(2)
             .says(&["--task recording needs --truth", "score:paper"]);
     }
-    let counts = evaluate(&["--truth", "score:paper", "--json"])
+    let counts = evaluate(&["--truth", "score:paper", "--format=json"])
         .status(0)
         .json();
     assert_eq!(
@@ -235,7 +235,7 @@ fn the_built_in_judge_is_held_against_the_score_of_the_paper() {
             RED_LIGHT,
             "--set",
             "leads=0.5",
-            "--json",
+            "--format=json",
         ];
         home.run(&[&asked[..], &["--truth", truth]].concat())
             .status(0)

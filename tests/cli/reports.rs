@@ -162,7 +162,7 @@ async fn what_was_not_asked_and_what_cannot_be_judged_is_said() {
         "lab/tiny",
         "--task",
         "collision",
-        "--json",
+        "--format=json",
     ];
     let table = run(&home, &arguments).status(0).json();
     let cell = &table["cells"][0];

@@ -74,7 +74,9 @@ async fn each_value_of_an_axis_is_sent_and_has_its_row() {
         })
         .collect();
     assert_eq!(sent.len(), 4, "each combination once: {sent:?}");
-    let list = run(&home, &["evaluate", "list", "--json"]).status(0).json();
+    let list = run(&home, &["evaluate", "list", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(
         list["axes"],
         serde_json::json!({ "temperature": [0.0, 0.7], "seed": [1, 2] })
@@ -82,7 +84,7 @@ async fn each_value_of_an_axis_is_sent_and_has_its_row() {
     for wanted in [(0.0, 1), (0.0, 2), (0.7, 1), (0.7, 2)] {
         assert!(sent.contains(&wanted), "{wanted:?}: {sent:?}");
     }
-    let again = run(&home, &["evaluate", "e.toml", "--json"])
+    let again = run(&home, &["evaluate", "e.toml", "--format=json"])
         .status(0)
         .says(&["going on with b1"])
         .json();
@@ -134,7 +136,10 @@ fn a_filter_selects_and_is_written_down() {
     );
     assert!(!text.contains("RedLight-1_1_T-1 ="), "{text}");
     home.run(&["evaluate", "e.toml"]).status(0);
-    let list = home.run(&["evaluate", "list", "--json"]).status(0).json();
+    let list = home
+        .run(&["evaluate", "list", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(list["scenarios"], 2);
     // Another filter is another batch.
     home.write("e.toml", text.replace("!RedLight", "!CutIn"));
@@ -190,9 +195,12 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
         dev.stdout
     );
     assert_eq!(server.requests().len(), 2);
-    let half = run(&home, &["evaluate", "e.toml", "--split", "test", "--json"])
-        .status(1)
-        .json();
+    let half = run(
+        &home,
+        &["evaluate", "e.toml", "--split", "test", "--format=json"],
+    )
+    .status(1)
+    .json();
     let of = |cells: &serde_json::Value, part: &str| {
         let cells = cells["cells"].as_array().unwrap();
         cells.iter().filter(|cell| cell["split"] == part).count()

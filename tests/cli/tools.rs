@@ -271,7 +271,7 @@ async fn with_and_without_tools_are_an_axis() {
         &address,
         "--set",
         "tools=off,on",
-        "--json",
+        "--format=json",
     ];
     let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
     assert!(ended.stdout.contains("tools"), "{ended:?}");

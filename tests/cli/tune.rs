@@ -201,7 +201,7 @@ const TUNE: [&str; 7] = [
     "3",
     "--set",
     "tune.rounds=2",
-    "--json",
+    "--format=json",
 ];
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -430,7 +430,11 @@ async fn a_budget_holds_and_ends_a_tune() {
     let server = Server::answering(|_, request| played(request, true)).await;
     let home = home(server.base_url());
     // A proposal costs 0.1 USD at most.
-    let ended = run(&home, &["tune", "e.toml", "--budget", "0.01", "--json"]).status(2);
+    let ended = run(
+        &home,
+        &["tune", "e.toml", "--budget", "0.01", "--format=json"],
+    )
+    .status(2);
     ended.says(&[
         "lab/tiny: a proposal cannot be asked for",
         "$0.0100 is left",
@@ -440,7 +444,11 @@ async fn a_budget_holds_and_ends_a_tune() {
     run(&home, &["evaluate", "e.toml", "--split", "dev"]);
     let dev = server.requests().len();
     assert!(dev > 25, "{dev}");
-    let ended = run(&home, &["tune", "e.toml", "--budget", "0.11", "--json"]).status(1);
+    let ended = run(
+        &home,
+        &["tune", "e.toml", "--budget", "0.11", "--format=json"],
+    )
+    .status(1);
     let document = ended
         .says(&["ended in round ", "of the budget of $0.1100 is left"])
         .json();

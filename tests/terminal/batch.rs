@@ -92,7 +92,7 @@ async fn a_batch_of_the_workbench_is_one_of_the_command_line() {
     for words in ["b1 ", "3 of 8 answered", "lab/small", "8 scenarios"] {
         assert!(listed.stdout.contains(words), "{words}: {}", listed.stdout);
     }
-    let resumed = run(&["evaluate", "b1", "--json"]).status(0);
+    let resumed = run(&["evaluate", "b1", "--format=json"]).status(0);
     let cell = &resumed.json()["cells"][0];
     // Two of the eight scenarios end in a collision.
     let counted = ["n", "tp", "fp", "fn", "tn"].map(|name| cell[name].as_u64());

@@ -160,7 +160,7 @@ fn planner(drives: &PlannerDrives) -> Value {
 
 impl json::Output for ListedDocument {
     const NAME: &'static str = "evaluate-list";
-    const TITLE: &'static str = "`evaluate list --json`: one stored batch a line";
+    const TITLE: &'static str = "`evaluate list --format json`: one stored batch a line";
 }
 
 impl Asks {

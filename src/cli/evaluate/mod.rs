@@ -64,9 +64,8 @@ enum EvaluateCommand {
 /// Arguments of `evaluate list`.
 #[derive(Debug, clap::Args)]
 struct List {
-    /// Print one JSON object a line.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: crate::output::FormatOption,
 }
 
 /// What is evaluated.
@@ -130,7 +129,7 @@ impl Run {
 
     /// How the result is written.
     fn format(&self) -> Format {
-        if self.json { Format::Json } else { self.format }
+        self.format
     }
 
     /// Whether an option is given that only a batch understands.
@@ -165,7 +164,7 @@ const BUILT_IN: [&str; 7] = [
 /// Runs `evaluate`.
 pub fn run(arguments: &Evaluate) -> Outcome {
     if let Some(EvaluateCommand::List(list)) = &arguments.command {
-        return listed::list(list.json);
+        return listed::list(list.format.is_json());
     }
     let arguments = &arguments.run;
     let subject = arguments.subject()?;

@@ -92,9 +92,6 @@ pub struct Run {
     /// configuration for a batch.
     #[arg(long, value_enum, default_value = "table")]
     pub format: Format,
-    /// The same as --format json.
-    #[arg(long, conflicts_with = "format")]
-    pub json: bool,
     #[command(flatten)]
     pub gate: Gate,
 }

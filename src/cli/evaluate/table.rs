@@ -40,7 +40,7 @@ pub struct BatchDocument {
 
 impl json::Output for BatchDocument {
     const NAME: &'static str = "evaluate";
-    const TITLE: &'static str = "`evaluate --json` of a batch: its table";
+    const TITLE: &'static str = "`evaluate --format json` of a batch: its table";
 }
 
 impl BatchTable {

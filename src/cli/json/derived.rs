@@ -51,13 +51,13 @@ impl Output for QuestionLine {
 
 impl Output for ReportDocument {
     const NAME: &'static str = "report";
-    const TITLE: &'static str = "`report --json`: tables of stored or recorded answers";
+    const TITLE: &'static str = "`report --format json`: tables of stored or recorded answers";
 }
 
 impl Output for AxesDocument {
     const NAME: &'static str = "report-axes";
     const TITLE: &'static str =
-        "`report --rows AXIS --json`: a measure over axes, and differences from a baseline";
+        "`report --rows AXIS --format json`: a measure over axes, and differences from a baseline";
 }
 
 impl Output for Standing {

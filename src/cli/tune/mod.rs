@@ -50,9 +50,8 @@ pub struct Tune {
     /// Print what would be asked and its maximum cost; send nothing.
     #[arg(long, conflicts_with_all = ["output"])]
     dry_run: bool,
-    /// Print one JSON object.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: crate::output::FormatOption,
 }
 
 /// What a tune was about, for its result.
@@ -117,7 +116,7 @@ pub fn run(arguments: &Tune) -> Outcome {
             &estimate.map_err(Failure::input)?,
             about,
             budget,
-            arguments.json,
+            arguments.format.is_json(),
         );
     }
     // Nothing is paid where a proposal could not be.
@@ -137,7 +136,7 @@ pub fn run(arguments: &Tune) -> Outcome {
         pinned: !experiment.templates.is_empty(),
     };
     files::write(&tuned, &outcome)?;
-    if arguments.json {
+    if arguments.format.is_json() {
         output::document(&TuneDocument::new(&tuned, &outcome))?
     } else {
         output::text(&output::visible(&words::result(&tuned, &outcome)))?

@@ -62,7 +62,7 @@ pub fn result(tuned: &Tuned<'_>, outcome: &TuneOutcome) -> String {
     text += &format!("\n{}\n", gain(outcome));
     if !outcome.refused.is_empty() {
         text += &format!(
-            "{} refused or not better; `--json` lists them\n",
+            "{} refused or not better; `--format json` lists them\n",
             counted(outcome.refused.len(), "proposal")
         );
     }

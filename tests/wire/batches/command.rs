@@ -144,7 +144,7 @@ async fn evaluate_hands_its_questions_over_and_counts_what_came_back() {
         provider.world().fates = vec![Fate::Answered; 2];
         provider.world().state = "completed".into();
         run(&["runs", "batches", "collect", "--wait"]).status(0);
-        let table = run(&["evaluate", "b1", "--json"]).status(0).json();
+        let table = run(&["evaluate", "b1", "--format=json"]).status(0).json();
         let cells = table["cells"].as_array().unwrap();
         let cell = cells
             .iter()

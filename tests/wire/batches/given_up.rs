@@ -69,7 +69,7 @@ async fn what_the_provider_deleted_can_be_given_up_and_asked_again() {
                 .status(0)
                 .says(&["2 questions with the provider as 2"]);
             run(&home, &["runs", "batches", "collect", "--wait"]).status(0);
-            let table = run(&home, &["evaluate", "b1", "--json"]).status(0);
+            let table = run(&home, &["evaluate", "b1", "--format=json"]).status(0);
             assert_eq!(table.json()["cells"][0]["failed"], 0, "{dialect:?}");
             assert_eq!(provider.world().batches.len(), 2);
         }

@@ -89,7 +89,9 @@ async fn killed_between_handing_over_and_fetching_nothing_is_lost_or_sent_twice(
             world.state = "completed".into();
         }
         run(&home, &["runs", "batches", "collect", "--wait"]).status(0);
-        let table = run(&home, &["evaluate", "b1", "--json"]).status(0).json();
+        let table = run(&home, &["evaluate", "b1", "--format=json"])
+            .status(0)
+            .json();
         for cell in table["cells"].as_array().unwrap() {
             let counts = (&cell["n"], &cell["failed"]);
             assert_eq!(counts, (&2.into(), &0.into()), "{dialect:?} {table}");
