@@ -71,7 +71,7 @@ use std::path::PathBuf;
 
 /// A terminal workbench for safety-critical driving scenarios.
 #[derive(Debug, clap::Parser)]
-#[command(name = "nearmiss", version, about, disable_help_subcommand = true)]
+#[command(name = "nearmiss", version, disable_help_subcommand = true)]
 #[command(
     after_help = "Manual: `nearmiss help` lists its topics, `nearmiss help TOPIC` prints one."
 )]
@@ -153,10 +153,7 @@ pub fn arguments() -> Arguments {
     parsed.unwrap_or_else(|mut error| {
         // It would advise to pass a mistyped option as a file: `-- -o`.
         error.remove(ContextKind::Suggested);
-        let mut said = error.render().to_string();
-        if let Some(moved) = help::moved_option(&error) {
-            said = format!("error: {moved}\n");
-        }
+        let said = error.render().to_string();
         let plain = said
             .replace("invalid digit found in string", NO_NUMBER)
             .replace("cannot parse integer from empty string", NO_NUMBER);
@@ -169,10 +166,11 @@ pub fn arguments() -> Arguments {
                 |()| error.exit_code(),
             ));
         }
-        if plain == said {
-            error.exit();
+        match help::moved_option(&error) {
+            Some(moved) => output::lines(&format!("error: {moved}")),
+            None if plain == said => error.exit(),
+            None => output::lines(&plain),
         }
-        output::lines(&plain);
         std::process::exit(error.exit_code());
     })
 }

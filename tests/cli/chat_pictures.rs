@@ -99,7 +99,7 @@ fn a_picture_stands_before_its_words_as_it_was_sent() {
         manifest["left_out"],
         json!({"no_picture": 1, "picture_form": 3})
     );
-    let schema = home.run(&["help", "json", "--schema", "export-chat"]);
+    let schema = home.run(&["help", "json", "--schema", "runs-export-chat"]);
     let schema: Value = serde_json::from_str(&schema.status(0).stdout).unwrap();
     assert!(
         jsonschema::validator_for(&schema)

@@ -194,7 +194,7 @@ fn right_answers_become_chats_split_by_map_with_their_origin_beside_them() {
     assert_eq!(without.sum::<u64>(), 1);
     assert_eq!(manifest["truth"], "truth.csv");
     assert!(manifest["provenance"]["models"]["lab/x"].is_array());
-    let schema = home.run(&["help", "json", "--schema", "export-chat"]);
+    let schema = home.run(&["help", "json", "--schema", "runs-export-chat"]);
     let schema: Value = serde_json::from_str(&schema.status(0).stdout).unwrap();
     let validator = jsonschema::validator_for(&schema).unwrap();
     let errors: Vec<String> = validator

@@ -33,7 +33,7 @@ fn a_panic_in_any_thread_leaves_a_report_and_one_sentence() {
         let report = std::fs::read_to_string(&path).unwrap();
         for words in [
             env!("CARGO_PKG_VERSION"),
-            "models --format json",
+            "models --format=json",
             "doing: running `models`",
             "a test asked for this panic, with [key]",
             "crash.rs",

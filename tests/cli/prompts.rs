@@ -402,11 +402,8 @@ fn templates_are_listed_with_where_they_come_from() {
 #[test]
 fn templates_are_shown_copied_and_compared() {
     let home = Home::new();
-    let folder = home.run(&["prompt", "show", "path"]).status(0).stdout;
-    assert_eq!(
-        std::path::Path::new(folder.trim()),
-        home.config().join("prompts")
-    );
+    let folder = home.config().join("prompts").display().to_string();
+    home.run(&["prompt", "list"]).status(0).says(&[&folder]);
     let shown = home
         .run(&["prompt", "text", "collision-ego"])
         .status(0)
