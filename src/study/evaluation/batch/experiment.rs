@@ -68,8 +68,6 @@ nearmiss_record::fields! {
             /// Obstacles within this distance of the ego are described, metres, and farther away those that can reach it
             /// soon; by default that of the template.
             radius: Option<f64>, Takes::Above(0.0, 1e6), "m";
-            /// Decimals of metres and m/s in the description; by default those of the template.
-            precision: Option<usize>, Takes::Whole(0, 6);
             /// Wording of the description, or several; by default that of the template, else compact.
             form [axis]: OneOrMore<Form>;
             /// Every so many steps are described, or several numbers; by default those of the template, else 1.
@@ -379,7 +377,6 @@ impl Experiment {
         Settings {
             history: self.history,
             radius: self.radius,
-            precision: self.precision,
             form: self.form.one(),
             stride: self.stride.one(),
             road: self.road,
