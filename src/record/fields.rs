@@ -135,7 +135,7 @@ pub trait Fields: Sized + Clone + PartialEq + Default {
     /// The table, in the order in which files are written.
     fn rows() -> &'static [Row];
 
-    /// The value of a field; nothing where it is the default.
+    /// The value of a field; nothing where it is the default, unless it is required.
     fn get(&self, key: &str) -> Option<Value>;
 
     /// Sets a field.
@@ -308,8 +308,9 @@ macro_rules! fields {
 
             fn get(&self, key: &str) -> Option<$crate::fields::Toml> {
                 let usual = Self::default();
+                let is_required = Self::row(key).is_ok_and(|row| row.is("required"));
                 match key {
-                    $($(stringify!($key) if self.$key != usual.$key => {
+                    $($(stringify!($key) if is_required || self.$key != usual.$key => {
                         $crate::fields::FieldValue::write(&self.$key)
                     })*)*
                     _ => None,

@@ -39,6 +39,8 @@ crate::fields! {
             share [required]: f64, Takes::Between(0.0, 1.0);
             /// Its seed.
             seed: u64 = 1;
+            /// Its colour.
+            colour [required]: Colour = Colour::Red;
         }
     }
 }
@@ -71,7 +73,7 @@ crate::fields! {
 }
 
 const FILE: &str = "title = \"T\"\ncolours = [\"red\", \"blue\", \"red\"]\nheat = [0, 0.5]\nlength = 2\nwhether = true\n\n\
-    [part]\nshare = 0.5\nseed = 1\n\n[named]\na = \"x\"\nb = [\"x\", \"y\"]\n";
+    [part]\nshare = 0.5\nseed = 1\ncolour = \"red\"\n\n[named]\na = \"x\"\nb = [\"x\", \"y\"]\n";
 
 fn read(text: &str) -> Result<Kinds, String> {
     let mut layers = Layers::default();
@@ -89,7 +91,8 @@ fn a_file_is_read_and_written_and_read_the_same() {
         kinds.part,
         Some(Part {
             share: 0.5,
-            seed: 1
+            seed: 1,
+            colour: Colour::Red
         })
     );
     assert_eq!(
@@ -174,6 +177,9 @@ fn the_schema_says_what_is_read() {
         properties["colours"]["items"]["enum"],
         serde_json::json!(["red", "blue"])
     );
-    assert_eq!(properties["part"]["required"], serde_json::json!(["share"]));
+    assert_eq!(
+        properties["part"]["required"],
+        serde_json::json!(["share", "colour"])
+    );
     assert_eq!(schema["required"], serde_json::json!(["colours"]));
 }

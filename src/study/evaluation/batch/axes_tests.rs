@@ -31,7 +31,7 @@ fn specs_that_are_stored_already_keep_their_meaning() {
         frames: vec![Frame::Cartesian, Frame::Ego, Frame::Metrics],
         techniques: vec![techniques("all")],
         leads: vec![Lead::Seconds(0.5), Lead::Paper],
-        transforms: vec![Transform::Mirror, Transform::Rotate(90.0)],
+        transforms: vec![Transform::Mirror, "rotate:90".parse().unwrap()],
         protocol: Protocol::Paper,
         within: Some(1.5),
         history: Some(12),

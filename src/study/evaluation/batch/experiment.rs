@@ -241,7 +241,7 @@ impl Experiment {
         }
         if let Err(why) = self.check_size() {
             mistakes.push(("models", why));
-        } else if mistakes.is_empty() {
+        } else {
             mistakes.extend(self.unknown_names());
         }
         mistakes
