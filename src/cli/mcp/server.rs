@@ -105,7 +105,7 @@ impl Server {
             }
             Does::Run(job) => job,
         };
-        words.push(self.scenario(job, arguments)?);
+        words.insert(0, self.scenario(job, arguments)?);
         let purse = self.purse.as_ref().filter(|_| tool.paid);
         let reserved = purse.map(|purse| purse.reserve(arguments)).transpose()?;
         let budget = reserved.filter(|_| arguments[BUDGET].is_null());
@@ -129,7 +129,7 @@ impl Server {
         progress: &Progress,
     ) -> Result<GetPromptResult, String> {
         let (mut words, arguments) = prompts::words(request)?;
-        words.push(self.scenario(&PROMPT, &arguments)?);
+        words.insert(0, self.scenario(&PROMPT, &arguments)?);
         let given = self.run(&PROMPT, prompts::OPTIONS, &words, progress)?;
         prompts::filled(&given, &self.places)
     }

@@ -138,46 +138,41 @@ fn read_all(mut input: impl BufRead, open: &Open, messages: &Sender<ClientJsonRp
             [] => Ok(None),
             line => parse(line).map(Some),
         });
-        let refused = match message {
+        let message = match message {
             Ok(None) => continue,
-            Ok(Some(JsonRpcMessage::Request(request)))
-                if !open.ids().insert(request.id.clone()) =>
-            {
-                let why = "a request with this id is still running";
-                (Some(request.id), ErrorData::invalid_request(why, None))
-            }
-            Ok(Some(message)) => {
-                if let JsonRpcMessage::Notification(cancelled) = &message
-                    && let ClientNotification::CancelledNotification(cancelled) =
-                        &cancelled.notification
-                {
-                    cancelled
-                        .params
-                        .request_id
-                        .iter()
-                        .for_each(|id| open.remove(id));
-                }
-                has_begun |= matches!(message, JsonRpcMessage::Request(_));
-                // What is told before the first request ends the session otherwise.
-                if has_begun && messages.blocking_send(message).is_err() {
-                    return;
-                }
-                open.wait(WAITING);
+            Ok(Some(message)) => message,
+            Err((id, error)) => {
+                write(&JsonRpcMessage::error(error, id));
                 continue;
             }
-            Err(refused) => refused,
         };
-        write(&refused_message(refused));
+        match &message {
+            JsonRpcMessage::Request(request) => {
+                has_begun = true;
+                if !open.ids().insert(request.id.clone()) {
+                    let why = "a request with this id is still running";
+                    let error = ErrorData::invalid_request(why, None);
+                    write(&JsonRpcMessage::error(error, Some(request.id.clone())));
+                    continue;
+                }
+            }
+            JsonRpcMessage::Notification(told) => {
+                if let ClientNotification::CancelledNotification(gone) = &told.notification {
+                    gone.params.request_id.iter().for_each(|id| open.remove(id));
+                }
+            }
+            _ => {}
+        }
+        // What is told before the first request would end the session.
+        if has_begun && messages.blocking_send(message).is_err() {
+            return;
+        }
+        open.wait(WAITING);
     }
 }
 
 /// Why a message is refused, with its id if it has one.
-pub type Refused = (Option<RequestId>, ErrorData);
-
-/// The answer to a message that is refused.
-pub fn refused_message((id, error): Refused) -> ServerJsonRpcMessage {
-    JsonRpcMessage::error(error, id)
-}
+type Refused = (Option<RequestId>, ErrorData);
 
 /// Reads a message.
 ///
