@@ -28,13 +28,14 @@ const SHARED: [&str; 5] = ["base", "scene", "drive", "ask", "study"];
 const FACES: [&str; 2] = ["cli", "tui"];
 
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
-const HOMES: [(&str, &[&str]); 24] = [
+const HOMES: [(&str, &[&str]); 25] = [
     ("ratatui", &["tui/", "render/cells/"]),
     ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
     ("reqwest", &["ask/llm/"]),
     ("hyper", &["cli/mcp/"]),
     ("http_body_util", &["cli/mcp/"]),
     ("getrandom", &["cli/mcp/token.rs"]),
+    ("rmcp", &["cli/mcp/"]),
     ("quick_xml", &["formats/commonroad/"]),
     (
         "encoding_rs",
