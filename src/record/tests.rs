@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use crate::table::Kind;
 use crate::{
-    Format, Record, Table, TableWriter, columns, json_line, row, rows, schema, text_table, titled,
+    CaptionedTable, Format, Record, Table, TableWriter, columns, columns_of, json_line, row, rows,
+    schema, text_table, titled,
 };
 
 /// A noun with every type of field.
@@ -166,4 +167,88 @@ fn parquet_has_the_types_of_the_fields() {
     let row = reader.get_row_iter(None).expect("rows").next();
     let row = row.expect("a row").expect("readable").to_string();
     assert!(row.contains("deceleration: 3.25"), "{row}");
+}
+
+/// A noun that stands in several tables of a document.
+#[derive(Serialize, JsonSchema)]
+struct Result {
+    #[schemars(title = "Model")]
+    model: &'static str,
+    #[schemars(title = "Recall", extend("decimals" = 2, "table" = "shares"))]
+    recall: Option<f64>,
+    recall_ci: Option<(f64, f64)>,
+    #[schemars(title = "Not asked", extend("rare" = true, "table" = "shares"))]
+    unasked: u32,
+    #[schemars(title = "p", extend("decimals" = 3, "bounded" = true, "table" = "tests"))]
+    p: f64,
+}
+
+impl Record for Result {
+    const NAME: &'static str = "result";
+    const TITLE: &'static str = "A result";
+}
+
+#[test]
+fn a_table_of_a_document_has_its_columns_with_intervals_in_every_markup() {
+    let results = |unasked| {
+        [
+            Result {
+                model: "lab/a_b <i>",
+                recall: Some(0.5),
+                recall_ci: Some((0.25, 0.75)),
+                unasked,
+                p: 0.0001,
+            },
+            Result {
+                model: "lab/c",
+                recall: None,
+                recall_ci: None,
+                unasked: 0,
+                p: 0.001,
+            },
+        ]
+    };
+    let table = |name: &str, unasked| {
+        let rows = rows(&results(unasked)).expect("plain keys");
+        CaptionedTable::new("Shares & p", "shares", &columns_of::<Result>(name), &rows)
+    };
+    let shares = table("shares", 0).with_notes(["Why: 5 %.".to_string()]);
+    assert_eq!(
+        shares.markdown(),
+        "\n**Shares & p**\n\n\
+         | Model        |            Recall |\n\
+         |:------------ | -----------------:|\n\
+         | lab/a_b \\<i> | 0.50 [0.25, 0.75] |\n\
+         | lab/c        |                 – |\n"
+    );
+    let latex = shares.latex();
+    for part in [
+        "\\caption{Shares \\& p}",
+        "  Model & Recall \\\\",
+        "  lab/a\\_b $<$i$>$ & 0.50 [0.25, 0.75] \\\\",
+        "\\emph{Notes.} Why: 5 \\%.",
+    ] {
+        assert!(latex.contains(part), "{part}: {latex}");
+    }
+    let html = shares.html();
+    for part in [
+        "<td>lab/a_b &lt;i&gt;</td><td class=\"n\">0.50 <span class=\"ci\">[0.25, 0.75]</span></td>",
+        "aria-labelledby=\"shares\"",
+    ] {
+        assert!(html.contains(part), "{part}: {html}");
+    }
+    let titles = |table: &CaptionedTable| {
+        let titles = table.columns.iter().map(|(title, _)| title.clone());
+        titles.collect::<Vec<_>>()
+    };
+    assert_eq!(
+        titles(&table("shares", 2)),
+        ["Model", "Recall", "Not asked"]
+    );
+    let tests = table("tests", 0);
+    assert_eq!(titles(&tests), ["Model", "p"]);
+    assert_eq!(
+        (&*tests.rows[0][1], &*tests.rows[1][1]),
+        ("< 0.001", "0.001")
+    );
 }

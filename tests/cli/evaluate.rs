@@ -81,10 +81,13 @@ fn csv_and_json_hold_the_same_counts() {
         }
         assert_eq!((&*row["collisions"], &*row["safe"]), ("2", "2"));
         let windows = &judge["all_safe_windows"];
-        assert_eq!(row["all_safe_windows"], windows["windows"].to_string());
+        assert_eq!(
+            row["all_safe_windows.windows"],
+            windows["windows"].to_string()
+        );
     }
     // 0.2 s before, all judges see both collisions; 1.5 s before, a horizon of 1 s cannot.
-    assert_eq!((&*rows[0]["tp"], &*rows[0]["f1"]), ("2", "1"));
+    assert_eq!((&*rows[0]["tp"], &*rows[0]["f1"]), ("2", "1.0"));
     assert_eq!((&*rows[3]["tp"], &*rows[3]["fn"]), ("0", "2"));
     assert_eq!(rows[3]["precision"], "", "no model said yes");
     assert_eq!(

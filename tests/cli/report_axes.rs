@@ -48,7 +48,7 @@ fn a_table_over_axes_has_every_format() {
         "{csv}"
     );
     // Every cell is in CSV what it is in JSON.
-    let of_json = cells[0]["accuracy"].to_string();
+    let of_json = cells[0]["value"].to_string();
     assert_eq!(
         csv.lines().nth(1).unwrap().split(',').nth(6),
         Some(of_json.as_str())

@@ -15,6 +15,7 @@ mod submit;
 mod table;
 mod truth;
 
+pub use collision::CollisionDocument;
 pub use context::BatchContext;
 pub use drawing::planned;
 pub use dry_run::{DryRunDocument, make as questions_of};
@@ -22,6 +23,7 @@ pub use leaks::LeaksDocument;
 pub use listed::ListedDocument;
 pub use options::part_of_split;
 pub use running::runtime;
+pub use safety::SafetyDocument;
 use std::path::{Path, PathBuf};
 pub use table::BatchDocument;
 

@@ -128,10 +128,7 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     let mut cells = report.cells.iter();
     let cell = cells.find(|c| c.half == DataHalf::All).unwrap();
     let row = &kept.bench.model.results.rows[0];
-    assert_eq!(
-        (row.confusion(), row.f1),
-        (cell.confusion, cell.intervals.f1)
-    );
+    assert_eq!((row.confusion(), row.f1), (cell.confusion, cell.f1_ci));
     for (columns, rows) in [(80, 24), (200, 60)] {
         let frame = kept.bench.frame(columns, rows);
         let line: Vec<&str> = frame.split_whitespace().collect();
