@@ -12,8 +12,9 @@ use std::sync::Arc;
 
 use budget::Bound;
 use clap::builder::PossibleValuesParser;
+pub use document::AskDocument;
+pub use dry_run::AskDryRun;
 
-use super::cost;
 use super::interrupt::{self, INTERRUPTED};
 use super::open::{configuration, judge_of};
 use super::prompt::QuestionArguments;
@@ -25,10 +26,10 @@ use nearmiss_scene::judge;
 use nearmiss_scene::verdict::{CriticalObstacle, Task};
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::{Origin, RunId, Store};
-use nearmiss_study::evaluation::tool_rounds;
 use nearmiss_study::evaluation::{
     Answer, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin,
 };
+use nearmiss_study::evaluation::{consumption, tool_rounds};
 use nearmiss_workflow::{AskOutcome, AskRequest, Models, Server, ask};
 
 /// Arguments of `ask`.
@@ -183,7 +184,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     });
     let AskOutcome { answer, not_stored } = outcome?;
     if arguments.json {
-        output::json(&document::document(&answer, &question, &judge))?;
+        output::document(&AskDocument::new(&answer, &question, &judge))?;
     } else {
         output::text(&summary(&answer, &question.case, &judge))?;
     }
@@ -340,7 +341,7 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
         ));
     }
     let consumed = &answer.consumed;
-    if let Some(tokens) = cost::tokens(consumed) {
+    if let Some(tokens) = consumption::tokens(consumed) {
         text.push_str(&format!("tokens        {tokens}\n"));
         let cost = match (consumed.cost_usd, past::worked_out(answer, judge)) {
             (Some(0.0), _) if answer.price_source.is_some() => {
@@ -350,7 +351,7 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
             (None, Some((usd, how))) => format!("{usd:.6} USD ({how})"),
             (None, None) => format!(
                 "unknown ({})",
-                cost::unknown(consumed, &answer.model, answer.model_returned.as_deref())
+                consumption::unknown(consumed, &answer.model, answer.model_returned.as_deref())
             ),
         };
         text.push_str(&format!("cost          {cost}\n"));

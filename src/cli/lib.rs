@@ -4,7 +4,6 @@ mod ask;
 mod at;
 mod batches;
 mod convert;
-mod cost;
 mod crash;
 mod declared;
 mod describe;

@@ -35,7 +35,7 @@ mod text;
 mod writer;
 
 pub use parquet::ParquetFile;
-pub use reflect::{Record, columns, row, rows, schema, titled};
+pub use reflect::{Record, columns, row, row_of, rows, schema, titled};
 pub use table::{Cell, Column, Kind, Row, Table};
 pub use text::{
     Align, SCHEMA_VERSION, TextTable, begins_formula, csv, json_line, line, lines, text_table,

@@ -87,6 +87,7 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
                 "ask", BRAKING, "--task", "safety", "--at", "worst", "--json",
             ],
         ),
+        ("ask-dry-run", vec!["ask", BRAKING, "--dry-run", "--json"]),
         (
             "check",
             vec![

@@ -5,13 +5,15 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::{
-    batches, describe, doctor, evaluate, experiment, export, find, generate, import, inspect,
-    metrics, prompt,
+    ask, batches, describe, doctor, evaluate, experiment, export, find, generate, import, inspect,
+    metrics, models, plan, prompt,
 };
-use crate::{index, prompts, runs, sample, themes_and_keys, tune};
+use crate::{index, prompts, sample, themes_and_keys, tune};
 use nearmiss_base::system::KeyBinding;
-use nearmiss_study::evaluation::Standing;
+use nearmiss_record::Record;
+use nearmiss_store::{BatchRecord, ImageRecord, QuestionRecord, RatingRecord, RunRecord, Summary};
 use nearmiss_study::evaluation::batch::QuestionLine;
+use nearmiss_study::evaluation::{RaterAgreement, Standing};
 
 /// An output of a command as one type. Fields without a doc comment have the meaning that the vocabulary gives their key.
 pub trait Output: Serialize + JsonSchema {
@@ -48,8 +50,20 @@ const fn derived<T: Output>() -> Derived {
     }
 }
 
+/// A noun from outside the commands.
+const fn noun<T: Record>() -> Derived {
+    Derived {
+        name: T::NAME,
+        title: T::TITLE,
+        common_words: false,
+        schema: nearmiss_record::schema::<T>,
+    }
+}
+
 /// Every output that is one type.
 pub const DERIVED: &[Derived] = &[
+    derived::<ask::AskDocument<'static>>(),
+    derived::<ask::AskDryRun<'static>>(),
     derived::<batches::Document>(),
     derived::<generate::CheckDocument>(),
     derived::<describe::Document>(),
@@ -62,27 +76,32 @@ pub const DERIVED: &[Derived] = &[
     derived::<import::Counts>(),
     derived::<index::ShowDocument>(),
     derived::<inspect::FolderLine>(),
+    derived::<inspect::ScenarioDocument<'static>>(),
+    derived::<inspect::SolutionDocument<'static>>(),
     derived::<metrics::ListDocument>(),
+    derived::<models::ModelLine<'static>>(),
+    derived::<plan::MonitorDryRun<'static>>(),
     derived::<prompt::Document>(),
     derived::<prompts::Document>(),
     derived::<QuestionLine>(),
-    derived::<Standing>(),
-    derived::<runs::RunLine<'static>>(),
     derived::<sample::SampleLine>(),
     derived::<KeyBinding>(),
     derived::<themes_and_keys::ThemeDocument>(),
     derived::<tune::TuneDocument>(),
     derived::<tune::TuneDryRunDocument>(),
+    noun::<BatchRecord<'static>>(),
+    noun::<ImageRecord<'static>>(),
+    noun::<QuestionRecord<'static>>(),
+    noun::<RatingRecord<'static>>(),
+    noun::<RaterAgreement>(),
+    noun::<RunRecord<'static>>(),
+    noun::<Standing>(),
+    noun::<Summary>(),
 ];
 
 impl Output for QuestionLine {
     const NAME: &'static str = "evaluate-questions";
     const TITLE: &'static str = "`evaluate --questions`: one question a line";
-}
-
-impl Output for Standing {
-    const NAME: &'static str = "ratings";
-    const TITLE: &'static str = "`ratings --json`: one model or prompt a line";
 }
 
 impl Output for KeyBinding {

@@ -34,6 +34,7 @@ pub use document::{failed, missing};
 use driven::DrivenScenario;
 use export::Export;
 use files::{Files, Targets};
+pub use monitor::MonitorDryRun;
 use monitor::MonitorOptions;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Outcome as Ended;

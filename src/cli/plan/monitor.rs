@@ -4,6 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde_json::{Value, json};
 use tokio::runtime::{Builder, Runtime};
 
@@ -12,7 +14,7 @@ use crate::interrupt::INTERRUPTED;
 use crate::open::{judge_of, user_thresholds};
 use crate::parallel::in_order;
 use crate::templates::templates;
-use crate::{Failure, Outcome, output};
+use crate::{Failure, Outcome, json, output};
 use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry};
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::planner::Cancel;
@@ -68,6 +70,27 @@ fn interval(text: &str) -> Result<f64, String> {
 fn latency(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok().filter(|s| (0.0..=60.0).contains(s));
     seconds.ok_or_else(|| "expected 0 to 60 seconds".into())
+}
+
+/// What the questions of a monitor would take.
+#[derive(Serialize, JsonSchema)]
+pub struct MonitorDryRun<'a> {
+    model: &'a str,
+    /// Scenarios.
+    scenarios: usize,
+    /// Questions of the monitor, if nothing brakes.
+    questions: usize,
+    /// Estimated tokens of all questions.
+    input_tokens: u64,
+    /// Maximum cost in US dollars; null if nothing bounds it.
+    most_usd: Option<f64>,
+    /// Budget in US dollars.
+    budget_usd: Option<f64>,
+}
+
+impl json::Output for MonitorDryRun<'_> {
+    const NAME: &'static str = "plan-dry-run";
+    const TITLE: &'static str = "`plan --monitor MODEL --dry-run --json`";
 }
 
 /// A judge, ready to watch drives.
@@ -215,14 +238,14 @@ impl MonitorSetup {
     ) -> Outcome {
         let cost = self.cost(entries, problem, settings, stop)?;
         if as_json {
-            return output::json(&json!({
-                "model": self.judge.id(),
-                "scenarios": entries.len(),
-                "questions": cost.questions,
-                "input_tokens": cost.tokens,
-                "most_usd": cost.most_usd,
-                "budget_usd": self.budget,
-            }));
+            return output::document(&MonitorDryRun {
+                model: self.judge.id(),
+                scenarios: entries.len(),
+                questions: cost.questions,
+                input_tokens: cost.tokens,
+                most_usd: cost.most_usd,
+                budget_usd: self.budget,
+            });
         }
         output::text(&format!("{}\n", self.words(&cost)))
     }
