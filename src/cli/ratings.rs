@@ -149,9 +149,8 @@ fn export(wanted: &Export) -> Outcome {
             Encoded::Text(lines.collect::<Result<String, _>>()?.into_bytes())
         }
         _ => {
-            let rows = ratings.iter().flat_map(RatingRow::all);
-            let rows = rows.map(|row| row_of(&table.columns, &row));
-            let rows: Result<_, _> = rows.collect();
+            let answers = ratings.iter().flat_map(RatingRow::all);
+            let rows: Result<_, _> = answers.map(|one| row_of(&table.columns, &one)).collect();
             table.encode(format, rows.map_err(Failure::input)?)
         }
     };

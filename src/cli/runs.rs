@@ -261,9 +261,8 @@ fn words(run: &Run, most: Option<f64>) -> String {
     let mut text: String = rows.map(|(name, v)| format!("{name:<13} {v}\n")).collect();
     let rounds = tool_rounds::stored(run.tool_rounds.as_deref());
     let calls: Vec<String> = rounds.iter().flat_map(tool_rounds::lines).collect();
-    let calls = calls.join("\n");
     for (name, part) in [
-        ("tool calls", &calls),
+        ("tool calls", &calls.join("\n")),
         ("reasoning", &run.reasoning),
         ("answer", &run.answer),
     ] {

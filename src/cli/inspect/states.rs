@@ -35,8 +35,8 @@ pub struct StateDocument<'s> {
 impl<'s> StateDocument<'s> {
     pub fn new(state: &'s State) -> Self {
         let (time, point) = (state.time, state.point());
-        let direction = state.point_mass_velocity();
-        let direction = direction.map(|v| Quantity::Exact(v.y.atan2(v.x)));
+        let velocity = state.point_mass_velocity();
+        let direction = velocity.map(|v| Quantity::Exact(v.y.atan2(v.x)));
         let more = state.more.iter();
         Self {
             time_step: time.from,

@@ -8,13 +8,11 @@ pub fn tokens(consumed: &Consumed) -> Option<String> {
     let (input, output) = (consumed.input_tokens, consumed.output_tokens);
     let count = |tokens: Option<u64>| tokens.map_or("unknown".into(), thousands);
     input.or(output)?;
-    let reasoning = consumed.reasoning_tokens;
-    let reasoning = reasoning.map(|tokens| format!(", {} of them reasoning", thousands(tokens)));
-    let (input, output) = (count(input), count(output));
-    Some(format!(
-        "{input} in, {output} out{}",
-        reasoning.unwrap_or_default()
-    ))
+    let mut words = format!("{} in, {} out", count(input), count(output));
+    if let Some(reasoning) = consumed.reasoning_tokens {
+        words += &format!(", {} of them reasoning", thousands(reasoning));
+    }
+    Some(words)
 }
 
 /// How long an answer took, where that is known.

@@ -106,7 +106,7 @@ pub use requirement::{Check, Requirement};
 pub use results::{AnswerOutcome, Outcome, Results, results, with_intervals};
 pub use rules::{Rule, RuleScore, rules};
 pub use run_case::{AskError, Event, RunOptions, can_ask, run};
-pub use run_words::run_words;
+pub use run_words::{motion_words, run_words};
 pub use score::{CriticalMoments, note_on_score, says_the_score};
 pub use scored::{AnswerStatus, PromptConfig, Scored};
 pub use settings::{EffectiveSettings, Settings};

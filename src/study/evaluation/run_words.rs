@@ -1,8 +1,10 @@
-//! A stored run in words: everything that people want to know of it beside its verdict and its texts.
+//! Runs and answers in words, for every face: everything that people want to know of a run beside its verdict and its
+//! texts, and motions that answers ask for.
 
 use super::consumption::{local_time, tokens, took, unknown};
 use super::prompt_summary::TemplateVersion;
 use nearmiss_scene::judge;
+use nearmiss_scene::verdict::{Moment, Motion, Waypoint};
 use nearmiss_store::{Origin, Run};
 
 /// Names and values, what people look for first; `most` is what it can have cost, US dollars.
@@ -55,8 +57,8 @@ pub fn run_words(run: &Run, most: Option<f64>) -> Vec<(&'static str, String)> {
             Some(question.parameters.clone()).filter(|p| p != "{}"),
         ),
     ];
-    let rows = rows.into_iter();
-    rows.filter_map(|(name, value)| Some((name, value.filter(|v| !v.is_empty())?)))
+    rows.into_iter()
+        .filter_map(|(name, value)| Some((name, value.filter(|v| !v.is_empty())?)))
         .collect()
 }
 
@@ -83,4 +85,38 @@ fn cost(run: &Run, most: Option<f64>) -> Option<String> {
             )
         }
     })
+}
+
+/// A motion that an answer asks for, a line for each of its parts.
+#[must_use]
+pub fn motion_words(motion: &Motion) -> Vec<String> {
+    let number = |name: &str, value: Option<f64>, unit: &str| {
+        value.map_or(String::new(), |v| format!(", {name} {v:.2} {unit}"))
+    };
+    match motion {
+        Motion::Manoeuvre(m) => vec![format!(
+            "{} from {:.2} s for {:.2} s{}{}",
+            m.kind.name(),
+            m.start,
+            m.duration,
+            number("gap", m.gap, "m"),
+            number("speed", m.speed, "m/s"),
+        )],
+        Motion::Waypoints(points) => {
+            let words = |p: &Waypoint| {
+                let at = match p.at {
+                    Moment::Step(step) => format!("step {step}"),
+                    Moment::Seconds(seconds) => format!("{seconds:.2} s"),
+                };
+                format!(
+                    "{at}: ({:.2}, {:.2}) m{}{}",
+                    p.x,
+                    p.y,
+                    number("heading", p.heading, "rad"),
+                    number("velocity", p.velocity, "m/s"),
+                )
+            };
+            points.iter().map(words).collect()
+        }
+    }
 }

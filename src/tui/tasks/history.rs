@@ -252,8 +252,8 @@ fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String>
     for number in numbers {
         // One that is gone meanwhile is no longer listed either.
         if let Some(run) = store.run(number).map_err(|e| e.to_string())? {
-            let line = record_line(&run.to_record(superseded.contains(&number)));
-            let line = line.map_err(|e| e.to_string())?;
+            let record = run.to_record(superseded.contains(&number));
+            let line = record_line(&record).map_err(|e| e.to_string())?;
             writer.write_all(line.as_bytes()).map_err(|e| wrong(&e))?;
             written += 1;
         }
