@@ -11,8 +11,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use budget::Bound;
+pub use document::AskDocument;
+pub use dry_run::AskDryRun;
 
-use super::cost;
 use super::interrupt::{self, INTERRUPTED};
 use super::open::{configuration, judge_of};
 use super::prompt::{QuestionArguments, QuestionSettings};
@@ -23,13 +24,13 @@ use super::{Failure, Outcome, output};
 use nearmiss_ask::llm::{Dialect, Effort, Environment, Parameters, Registry};
 use nearmiss_base::system::unknown;
 use nearmiss_scene::judge;
-use nearmiss_scene::verdict::{CriticalObstacle, Task};
+use nearmiss_scene::verdict::{CriticalObstacle, Task, Verdict};
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::{Origin, RunId, Store};
-use nearmiss_study::evaluation::tool_rounds;
 use nearmiss_study::evaluation::{
     Answer, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin,
 };
+use nearmiss_study::evaluation::{consumption, tool_rounds};
 use nearmiss_workflow::{AskOutcome, AskRequest, Models, Server, ask};
 
 /// Arguments of `ask`.
@@ -225,7 +226,7 @@ pub fn run(arguments: &Ask) -> Outcome {
     });
     let AskOutcome { answer, not_stored } = outcome?;
     if arguments.format.is_json() {
-        output::json(&document::document(&answer, &question, &judge))?;
+        output::document(&AskDocument::new(&answer, &question, &judge))?;
     } else {
         output::text(&summary(&answer, &question.case, &judge))?;
     }
@@ -350,71 +351,31 @@ fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failu
 
 fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     let whose = past::whose(answer, judge.id());
-    let mut text = String::new();
-    match &answer.judged {
-        JudgeOutcome::Verdict(parsed) => {
-            let verdict = &parsed.verdict;
-            // The probability that a body is at one place of its region is unknown.
-            let possible = match (verdict.dangerous, verdict.task, verdict.probability) {
-                (true, Task::Collision, None) if answer.model == judge::MODEL => {
-                    ", as a possible contact"
-                }
-                _ => "",
-            };
-            let word = verdict.word();
-            text.push_str(&format!("verdict       {word}{possible} ({whose})\n"));
-            if let Some(probability) = verdict.probability {
-                text.push_str(&format!("probability   {probability:.2}\n"));
-            }
-            if let Some(probability) = verdict.token_probability {
-                text.push_str(&format!("by tokens     {probability:.2}\n"));
-            }
-            if let Some(critical) = verdict.critical.as_ref().filter(|all| !all.is_empty()) {
-                let one = |c: &CriticalObstacle| match c.probability {
-                    Some(probability) => format!("{} ({probability:.2})", c.id),
-                    None => c.id.to_string(),
-                };
-                let all: Vec<String> = critical.iter().map(one).collect();
-                text.push_str(&format!("critical      {}\n", all.join(", ")));
-            }
-            for o in &verdict.obstacles {
-                text.push_str(&format!(
-                    "  risk {}      {}  {}\n",
-                    o.risk_score, o.id, o.reason
-                ));
-            }
-            let (listed, all) = (verdict.obstacles.len(), case.scene.participants().count());
-            if answer.model == judge::MODEL && listed < all {
-                text.push_str(&format!("  {listed} of {all} obstacles listed\n"));
-            }
-            text.push_str(&format!("justification {}\n", verdict.justification));
-        }
-        JudgeOutcome::Other(reading) => text.push_str(&words::said(&reading.said, &whose)),
-        JudgeOutcome::Missing(_) if answer.text.trim().is_empty() => {}
-        JudgeOutcome::Missing(_) => text.push_str(&format!("{}\n", answer.text.trim_end())),
-    }
-    for flag in answer.flags(&case.scene.scenario) {
-        text.push_str(&format!("doubtful      {flag}\n"));
-    }
+    let mut lines = match &answer.judged {
+        JudgeOutcome::Verdict(parsed) => verdict_lines(&parsed.verdict, answer, case, &whose),
+        JudgeOutcome::Other(reading) => words::said(&reading.said, &whose),
+        JudgeOutcome::Missing(_) if answer.text.trim().is_empty() => Vec::new(),
+        JudgeOutcome::Missing(_) => vec![answer.text.trim_end().into()],
+    };
+    let flags = answer.flags(&case.scene.scenario).into_iter();
+    lines.extend(flags.map(|flag| line("doubtful", flag)));
     if !answer.repairs().is_empty() {
-        text.push_str(&format!("repaired      {}\n", answer.repairs().join("; ")));
+        lines.push(line("repaired", answer.repairs().join("; ")));
     }
-    if let Some(why) = answer.cut_off() {
-        text.push_str(&format!("cut off       {why}\n"));
-    }
-    if answer.model_differs() {
-        let returned = answer.model_returned.as_deref().unwrap_or_default();
-        text.push_str(&format!("answered by   {returned}\n"));
+    lines.extend(answer.cut_off().map(|why| line("cut off", why)));
+    if let Some(returned) = answer
+        .model_returned
+        .as_ref()
+        .filter(|_| answer.model_differs())
+    {
+        lines.push(line("answered by", returned));
     }
     if !answer.tool_rounds.is_empty() {
-        text.push_str(&format!(
-            "tool calls    {}\n",
-            tool_rounds::words(&answer.tool_rounds, "")
-        ));
+        let calls = tool_rounds::words(&answer.tool_rounds, "");
+        lines.push(line("tool calls", calls));
     }
     let consumed = &answer.consumed;
-    if let Some(tokens) = cost::tokens(consumed) {
-        text.push_str(&format!("tokens        {tokens}\n"));
+    if let Some(tokens) = consumption::tokens(consumed) {
         let cost = match (consumed.cost_usd, past::worked_out(answer, judge)) {
             (Some(0.0), _) if answer.price_source.is_some() => {
                 answer.price_source.clone().unwrap_or_default()
@@ -423,19 +384,52 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
             (None, Some((usd, how))) => format!("{usd:.6} USD ({how})"),
             (None, None) => format!(
                 "unknown ({})",
-                cost::unknown(consumed, &answer.model, answer.model_returned.as_deref())
+                consumption::unknown(consumed, &answer.model, answer.model_returned.as_deref())
             ),
         };
-        text.push_str(&format!("cost          {cost}\n"));
+        lines.extend([line("tokens", tokens), line("cost", cost)]);
     }
-    match (answer.run, &answer.past) {
-        (Some(run), Some(past)) => {
-            text.push_str(&format!("run           {run}, {}\n", stored(past)))
-        }
-        (Some(run), None) => text.push_str(&format!("run           {run}\n")),
-        (None, _) => {}
+    lines.extend(answer.run.map(|run| match &answer.past {
+        Some(past) => line("run", format!("{run}, {}", stored(past))),
+        None => line("run", run),
+    }));
+    let lines = lines.into_iter().map(|line| line + "\n");
+    output::visible(&lines.collect::<String>())
+}
+
+/// A name and a value, below those of other lines.
+fn line(name: &str, value: impl std::fmt::Display) -> String {
+    format!("{name:<13} {value}")
+}
+
+/// What a verdict says.
+fn verdict_lines(verdict: &Verdict, answer: &Answer, case: &Case, whose: &str) -> Vec<String> {
+    let is_built_in = answer.model == judge::MODEL;
+    // The probability that a body is at one place of its region is unknown.
+    let possible = match (verdict.dangerous, verdict.task, verdict.probability) {
+        (true, Task::Collision, None) if is_built_in => ", as a possible contact",
+        _ => "",
+    };
+    let said = format!("{}{possible} ({whose})", verdict.word());
+    let mut lines = vec![line("verdict", said)];
+    let probability = |name, value: Option<f64>| value.map(|v| line(name, format!("{v:.2}")));
+    lines.extend(probability("probability", verdict.probability));
+    lines.extend(probability("by tokens", verdict.token_probability));
+    if let Some(critical) = verdict.critical.as_ref().filter(|all| !all.is_empty()) {
+        let one = |c: &CriticalObstacle| match c.probability {
+            Some(probability) => format!("{} ({probability:.2})", c.id),
+            None => c.id.to_string(),
+        };
+        let all: Vec<String> = critical.iter().map(one).collect();
+        lines.push(line("critical", all.join(", ")));
     }
-    output::visible(&text)
+    lines.extend(verdict.obstacles.iter().map(words::risk));
+    let (listed, all) = (verdict.obstacles.len(), case.scene.participants().count());
+    if is_built_in && listed < all {
+        lines.push(format!("  {listed} of {all} obstacles listed"));
+    }
+    lines.push(line("justification", &verdict.justification));
+    lines
 }
 
 /// Describes the origin of a stored answer.

@@ -8,7 +8,6 @@ mod chosen;
 mod config;
 mod convert;
 mod corpus;
-mod cost;
 mod crash;
 mod declared;
 mod describe;

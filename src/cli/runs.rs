@@ -3,21 +3,17 @@
 mod list;
 mod picture;
 
-pub use list::RunLine;
-
 use std::path::PathBuf;
 
 use super::batches::{self, Batches};
-use super::export::{self, Export, record};
+use super::export::{self, Export};
 use super::filters::{Filters, store};
 use super::import::{self, Import};
 use super::locked::Unlock;
 use super::ratings::{self, Ratings};
-use super::{Failure, Outcome, cost, output, time};
-use nearmiss_scene::judge;
-use nearmiss_store::{Origin, Run, RunId, Store, StoreError};
-use nearmiss_study::evaluation::TemplateVersion;
-use nearmiss_study::evaluation::tool_rounds;
+use super::{Failure, Outcome, output};
+use nearmiss_store::{Run, RunId, Store, StoreError};
+use nearmiss_study::evaluation::{run_words, tool_rounds};
 
 /// Subcommands of `runs`.
 #[derive(Debug, clap::Subcommand)]
@@ -199,9 +195,7 @@ fn list(wanted: &List) -> Outcome {
     found.truncate(wanted.number);
     locked.say("lists");
     if wanted.format.is_json() {
-        return found
-            .iter()
-            .try_for_each(|run| output::document(&list::RunLine::of(run)));
+        return found.iter().try_for_each(output::json);
     }
     output::text(&list::table(&found))?;
     output::say(&match found.len() {
@@ -227,7 +221,7 @@ fn show(wanted: &Show) -> Outcome {
     }
     if wanted.format.is_json() {
         let superseded = store.superseded().map_err(Failure::input)?;
-        return output::json(&record(&run, superseded.contains(&id)));
+        return output::json(&run.to_record(superseded.contains(&id)));
     }
     let most = store.bound_of(id).map_err(Failure::input)?;
     output::text(&output::visible(&words(&run, most)))
@@ -246,97 +240,26 @@ fn refuse_locked(store: &Store, id: RunId, unlock: Unlock) -> Outcome {
 
 /// Everything of a run that people want to see; `most` is what it can have cost, US dollars.
 fn words(run: &Run, most: Option<f64>) -> String {
-    let (question, ending, consumed) = (&run.question, &run.ending, &run.ending.consumed);
-    let mut text = String::new();
-    let mut row = |name: &str, value: Option<String>| {
-        if let Some(value) = value.filter(|v| !v.is_empty()) {
-            text.push_str(&format!("{name:<13} {value}\n"));
-        }
-    };
-    row("run", Some(run.id.to_string()));
-    // The time of a recorded answer is unknown.
-    let when = match run.origin {
-        Origin::Recorded => "imported",
-        Origin::Asked | Origin::Replayed => "asked",
-    };
-    row(when, Some(time::local(run.created_ms)));
-    row("origin", Some(run.origin.name().into()));
-    row("read from", run.source.clone());
-    row("scenario", Some(question.scenario.clone()));
-    row("ego", Some(question.ego.clone()));
-    row("task", Some(question.task.name().into()));
-    let asked = || format!("{} · {}", question.frame, question.techniques);
-    row(
-        "asked with",
-        Some(judge::how(&question.model).map_or_else(asked, String::from)),
-    );
-    // The built-in judge reads no prompt.
-    let template = || TemplateVersion::described(&question.template());
-    row(
-        "template",
-        judge::how(&question.model).map_or_else(template, |_| None),
-    );
-    let window = question
-        .window
-        .map(|(first, last)| format!("{first} to {last}"));
-    let all = judge::looks_at(&question.model, question.task).map(String::from);
-    row("steps", all.or(window));
-    row("model", Some(question.model.clone()));
-    row("answered by", ending.model_returned.clone());
-    row("server", Some(question.endpoint.clone()));
+    let mut rows = vec![("run", run.id.to_string())];
+    let verdict = run.ending.verdict.as_ref().and_then(|said| said.verdict());
+    rows.extend(verdict.map(|verdict| ("verdict", verdict.word().into())));
+    rows.extend(run_words(run, most));
     let messages: Vec<serde_json::Value> =
-        serde_json::from_str(&question.messages).unwrap_or_default();
-    let messages = Some(messages.len()).filter(|count| *count > 0);
-    row(
-        "messages",
-        messages.map(|count| format!("{count}; --format json shows them")),
-    );
-    row("pictures", Some(question.image_hashes().join(", ")));
-    row(
-        "parameters",
-        Some(question.parameters.clone()).filter(|p| p != "{}"),
-    );
-    row(
-        "sample",
-        Some(question.sample)
-            .filter(|n| *n > 0)
-            .map(|n| n.to_string()),
-    );
-    row("batch", question.batch.clone());
-    row("state", Some(ending.state.name().into()));
-    row("problem", ending.error.clone());
-    let verdict = ending.verdict.as_ref().and_then(|said| said.verdict());
-    row("verdict", verdict.map(|v| v.word().into()));
-    row("reading", ending.reading.clone());
-    let tokens = cost::tokens(consumed);
-    let cost = match consumed.cost_usd {
-        Some(usd) => {
-            let source = ending.price_source.as_deref().unwrap_or("source unknown");
-            Some(format!("{usd} US dollars ({source})"))
-        }
-        None if run.origin == Origin::Recorded || question.model == judge::MODEL => None,
-        None => Some(match most {
-            Some(0.0) => "0 US dollars (nothing was sent, or the server is free)".into(),
-            Some(most) => format!(
-                "at most {most:.6} US dollars (no token counts from the server; computed from estimated tokens, the token limit and prices)"
-            ),
-            None => {
-                let returned = ending.model_returned.as_deref();
-                let why = cost::unknown(consumed, &question.model, returned);
-                format!("unknown ({why})")
-            }
-        }),
-    };
-    row("tokens", tokens);
-    row("cost", cost);
-    row("notes", Some(run.notes.clone()));
-    row("pinned", run.pinned.then(|| "yes".into()));
-    row("deleted", run.deleted_ms.map(time::local));
+        serde_json::from_str(&run.question.messages).unwrap_or_default();
+    if !messages.is_empty() {
+        let words = format!("{}; --format json shows them", messages.len());
+        rows.push(("messages", words));
+    }
+    let pictures = run.question.image_hashes();
+    if !pictures.is_empty() {
+        rows.push(("pictures", pictures.join(", ")));
+    }
+    let rows = rows.iter();
+    let mut text: String = rows.map(|(name, v)| format!("{name:<13} {v}\n")).collect();
     let rounds = tool_rounds::stored(run.tool_rounds.as_deref());
     let calls: Vec<String> = rounds.iter().flat_map(tool_rounds::lines).collect();
-    let calls = calls.join("\n");
     for (name, part) in [
-        ("tool calls", &calls),
+        ("tool calls", &calls.join("\n")),
         ("reasoning", &run.reasoning),
         ("answer", &run.answer),
     ] {

@@ -45,7 +45,7 @@ pub use html::escaped as escaped_html;
 pub use latex::comment as latex_comment;
 pub use markdown::escaped as escaped_markdown;
 pub use parquet::ParquetFile;
-pub use reflect::{Record, columns, columns_of, row, rows, schema, titled};
+pub use reflect::{Record, columns, columns_of, row, row_of, rows, schema, titled};
 pub use table::{Cell, Column, Kind, Row, Table};
 pub use text::{
     Align, SCHEMA_VERSION, TextTable, begins_formula, csv, json_line, line, lines, text_table,

@@ -28,8 +28,8 @@ pub fn schema<R: JsonSchema>() -> Value {
         .to_value()
 }
 
-/// The columns of a noun. A field of a field is `outer.inner`, a pair of numbers is `field_low` and `field_high`; lists
-/// of plain values and maps are text, lists of nouns have no column.
+/// The columns of a noun. A field of a field is `outer.inner`, a pair of numbers is `field_low` and `field_high`, one of
+/// whole numbers `field_first` and `field_last`; lists of plain values and maps are text, lists of nouns have no column.
 pub fn columns<R: JsonSchema>() -> Vec<Column> {
     let mut found = Vec::new();
     collect("", &schema::<R>(), (false, ""), &mut found);
@@ -41,11 +41,16 @@ pub fn columns<R: JsonSchema>() -> Vec<Column> {
 /// # Errors
 /// A map in it has keys that JSON does not allow.
 pub fn row<R: Serialize + JsonSchema>(record: &R) -> serde_json::Result<Row> {
+    row_of(&columns::<R>(), record)
+}
+
+/// The row of one of them, below these of its columns.
+///
+/// # Errors
+/// A map in it has keys that JSON does not allow.
+pub fn row_of(columns: &[Column], record: &impl Serialize) -> serde_json::Result<Row> {
     let value = serde_json::to_value(record)?;
-    Ok(columns::<R>()
-        .iter()
-        .map(|c| cell(&value, &c.name))
-        .collect())
+    Ok(columns.iter().map(|c| cell(&value, &c.name)).collect())
 }
 
 /// The rows of many, below [`columns`] of their type.
@@ -56,10 +61,7 @@ pub fn rows<'r, R: Serialize + JsonSchema + 'r>(
     records: impl IntoIterator<Item = &'r R>,
 ) -> serde_json::Result<Vec<Row>> {
     let columns = columns::<R>();
-    let row = |record: &R| {
-        let value = serde_json::to_value(record)?;
-        Ok(columns.iter().map(|c| cell(&value, &c.name)).collect())
-    };
+    let row = |record| row_of(&columns, record);
     records.into_iter().map(row).collect()
 }
 
@@ -116,17 +118,25 @@ fn collect(name: &str, schema: &Value, (optional, table): (bool, &str), into: &m
     if is_list_of_objects(schema) {
         return;
     }
-    let column = |name: &str, kind: Kind| Column {
+    let column = |name: &str, kind: Kind, optional: bool| Column {
         table: table.to_owned().into(),
         ..column(name, schema, kind, optional)
     };
-    if is_interval(schema) {
-        for end in ["low", "high"] {
-            into.push(column(&format!("{name}_{end}"), Kind::Float));
+    if let Some(of) = pair(schema) {
+        let ends = if of == Kind::Float {
+            ["low", "high"]
+        } else {
+            ["first", "last"]
+        };
+        for end in ends {
+            into.push(column(&format!("{name}_{end}"), of, optional));
         }
         return;
     }
-    into.push(column(name, kind(schema)));
+    // What may be anything may be nothing.
+    let any = ["type", "enum", "const", "anyOf", "oneOf"];
+    let any = !any.iter().any(|key| schema.get(key).is_some());
+    into.push(column(name, kind(schema), optional || any));
 }
 
 /// A column as its field's schema describes it.
@@ -158,7 +168,7 @@ fn without_null(schema: &Value) -> (&Value, bool) {
     if let Some(any) = any.filter(|any| any.iter().any(is_null)) {
         let there = any.iter().find(|one| !is_null(one));
         // A field's own words stand beside the choice; those of a plain value in it are not needed.
-        let nested = there.filter(|one| one.get("properties").is_some() || is_interval(one));
+        let nested = there.filter(|one| one.get("properties").is_some() || pair(one).is_some());
         return (nested.unwrap_or(schema), true);
     }
     (schema, types(schema).contains(&"null"))
@@ -187,17 +197,20 @@ fn is_list_of_objects(schema: &Value) -> bool {
     items.is_some_and(|item| item.get("properties").is_some() || item.get("anyOf").is_some())
 }
 
-/// Whether a value is a pair of numbers: the two ends of an interval.
-fn is_interval(schema: &Value) -> bool {
-    let pair = schema.get("prefixItems").and_then(Value::as_array);
-    pair.is_some_and(|pair| pair.len() == 2 && pair.iter().all(|end| kind(end) == Kind::Float))
+/// What a pair of numbers is of: the two ends of an interval, or first and last.
+fn pair(schema: &Value) -> Option<Kind> {
+    let [first, last] = schema.get("prefixItems")?.as_array()?.as_slice() else {
+        return None;
+    };
+    let of = kind(first);
+    (of == kind(last) && matches!(of, Kind::Float | Kind::Integer)).then_some(of)
 }
 
 /// The cell of a column.
 fn cell(record: &Value, name: &str) -> Cell {
     let mut value = record;
     for part in name.split('.') {
-        let end = [("_low", 0), ("_high", 1)];
+        let end = [("_low", 0), ("_high", 1), ("_first", 0), ("_last", 1)];
         let found = value.get(part).or_else(|| {
             let ends = end.iter();
             let mut ends = ends.filter_map(|(end, place)| Some((part.strip_suffix(end)?, place)));

@@ -1,5 +1,6 @@
 //! The store: every run in SQLite, chunk by chunk as it arrives; nothing is lost, nothing is asked twice.
 
+mod answer_state;
 mod attempts;
 mod batch_record;
 mod batches;
@@ -7,6 +8,7 @@ mod claim;
 mod claim_counts;
 mod cost_bound;
 mod database;
+mod document;
 mod durable;
 mod filter;
 mod health;
@@ -40,8 +42,9 @@ mod unstored;
 mod verdicts;
 mod write;
 
+pub use answer_state::{AnswerState, CountedAs, TOO_LONG, attempt_rank};
 pub use attempts::{QuestionRun, SUPERSEDED};
-pub use batch_record::Record;
+pub use batch_record::{BatchRecord, QuestionRecord, Record};
 pub use batches::{Batch, BatchId, Progress};
 pub use claim::{Claim, LEASE, RENEWAL};
 pub use claim_counts::ClaimCounts;
@@ -49,7 +52,7 @@ pub use database::{Store, StoreError};
 pub use filter::{Decision, Filter, FilterError, StateFilter, moment};
 pub use health::Health;
 pub use identity::Identity;
-pub use images::StoredImage;
+pub use images::{ImageRecord, StoredImage};
 pub use intake::Intake;
 pub use items::{Item, ItemState, NewItem, NewestAnswer, WindowFacts};
 pub use key::Key;
@@ -61,8 +64,9 @@ pub use provider_batches::{
     NewProviderBatch, PendingRequest, ProviderBatch, ProviderBatchId, ProviderBatchState,
     ReadyBatch,
 };
+pub use rating_record::RatingRecord;
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating, Unrated};
-pub use record::RecordError;
+pub use record::{RecordError, RunRecord, record_line};
 pub use record_intake::RecordIntake;
 pub use reflections::{NewReflection, Reflection, ReflectionId};
 pub use run::{

@@ -5,7 +5,7 @@ use rusqlite::{InterruptHandle, params_from_iter};
 
 use super::filter::Condition;
 use super::list::{EXCERPT, columns};
-use super::{Filter, Run, Store, StoreError, Summary, rows};
+use super::{Filter, Run, Store, StoreError, Summary};
 
 /// A place in a list of runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,7 +116,7 @@ impl Store {
             order.join(", ")
         );
         let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), rows::from_row)?;
+        let found = statement.query_map(params_from_iter(values), Summary::from_row)?;
         let mut rows = found.collect::<Result<Vec<_>, _>>()?;
         let more = rows.len() > most;
         rows.truncate(most);

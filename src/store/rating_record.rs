@@ -1,15 +1,46 @@
 //! Ratings as JSON lines of a bundle: read back, and taken in once.
 
 use rusqlite::params;
-use serde::Deserialize;
-use serde_json::{Map, Value};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::{Choice, Intake, NewRating, RatedAnswer, Rating, RecordError, Store, StoreError};
+use nearmiss_record::Record;
 
 /// The form of these lines.
 const FORM: u32 = 1;
 
+/// A rating as it is exported.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RatingRecord<'r> {
+    /// Marks a rating, with the version of its format.
+    nearmiss_rating: u32,
+    /// The rating.
+    #[serde(flatten)]
+    rating: &'r Rating,
+    /// Position of the best answer, from 0; null if none is.
+    best: Option<usize>,
+}
+
+impl Record for RatingRecord<'_> {
+    const NAME: &'static str = "rating";
+    const TITLE: &'static str = "`runs ratings export`: one rating a line";
+}
+
 impl Rating {
+    /// The rating as it is exported.
+    #[must_use]
+    pub fn to_record(&self) -> RatingRecord<'_> {
+        RatingRecord {
+            nearmiss_rating: FORM,
+            rating: self,
+            best: match self.choice {
+                Choice::Best(place) => Some(place),
+                Choice::Tie | Choice::AllWrong => None,
+            },
+        }
+    }
+
     /// A rating from a line that [`Rating::to_record`] wrote.
     ///
     /// # Errors
@@ -20,18 +51,15 @@ impl Rating {
         struct Form {
             nearmiss_rating: u32,
             best: Option<usize>,
-            answers: Vec<RatedAnswer>,
         }
         let form: Form = serde_json::from_str(line)?;
         if form.nearmiss_rating > FORM {
             return Err(RecordError::Newer(form.nearmiss_rating, FORM));
         }
-        let fields: Map<String, Value> = serde_json::from_str(line)?;
-        let mut rating = Self::deserialize(Value::Object(fields))?;
+        let mut rating: Self = serde_json::from_str(line)?;
         if let (Choice::Best(_), Some(place)) = (rating.choice, form.best) {
             rating.choice = Choice::Best(place);
         }
-        rating.answers = form.answers;
         Ok(rating)
     }
 }
@@ -90,7 +118,7 @@ mod tests {
         let (here, there) = (Store::in_memory().unwrap(), Store::in_memory().unwrap());
         there.rate(&rating(None, None)).unwrap();
         let first = there.ratings().unwrap().remove(0);
-        let line = first.to_record().to_string();
+        let line = nearmiss_record::json_line(&first.to_record()).unwrap();
         let read = Rating::from_record(&line).unwrap();
         assert_eq!(read, first);
         let intake = Intake::new(&here);

@@ -92,7 +92,7 @@ impl Store {
             pinned: false,
             deleted_ms: None,
         };
-        let line = run.to_record().to_string();
+        let line = nearmiss_record::json_line(&run.to_record(false)).unwrap_or_default();
         let name = format!("{}{id}-{now}{}", NAME.0, NAME.1);
         let written = |folder: &Path| save(&folder.join(&name), &line).ok();
         let beside = self.folder().as_deref().and_then(written);
@@ -182,7 +182,7 @@ fn conclude_whole(
 fn save(path: &Path, line: &str) -> std::io::Result<PathBuf> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    writeln!(file, "{line}")?;
+    file.write_all(line.as_bytes())?;
     file.as_file().sync_all()?;
     file.persist(path)?;
     Ok(path.to_path_buf())

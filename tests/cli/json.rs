@@ -100,6 +100,7 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
                 "--format=json",
             ],
         ),
+        ("ask-dry-run", vec!["ask", BRAKING, "--dry-run", "--json"]),
         (
             "generate-check",
             vec![

@@ -9,6 +9,10 @@ use super::support::server::Server;
 
 const STORE: &[u8] = include_bytes!("older_store.sqlite");
 
+/// What `export` wrote before records had one name for each thing, commit 987d6972: a batch of one question to a model,
+/// its run, and a run of the built-in judge.
+const EXPORT: &str = include_str!("older_export.jsonl");
+
 /// A user with this store, and a provider `lab` at `url`.
 fn home(url: &str) -> Home {
     let home = super::batches::home(url);
@@ -42,6 +46,39 @@ fn its_runs_are_listed_shown_and_exported() {
         .lines()
         .filter(|line| line.contains("\"nearmiss_run\""));
     assert_eq!(runs.count(), 4, "{exported}");
+}
+
+#[test]
+fn an_older_export_is_imported_once_and_written_anew() {
+    let home = super::batches::home("http://127.0.0.1:9/v1");
+    home.write("older.jsonl", EXPORT);
+    home.write("wrong.jsonl", EXPORT.replace("You read", "You see"));
+    home.run(&["import", "wrong.jsonl"])
+        .status(1)
+        .says(&["the line was changed"]);
+    let counts = home.run(&["import", "older.jsonl"]).status(0).stdout;
+    let known = "1 imported, 1 already in the store, 0 unreadable\n";
+    assert_eq!(counts, known, "that of the built-in judge was right");
+    let shown = home.run(&["runs", "--json"]).status(0).stdout;
+    let runs = shown
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap());
+    let runs: Vec<serde_json::Value> = runs.collect();
+    let of_model = runs.iter().find(|run| run["model"] == "lab/tiny").unwrap();
+    assert_eq!(
+        (&of_model["dangerous"], &of_model["answer_state"]),
+        (&false.into(), &"answered".into())
+    );
+    let report = home.run(&["report", "--batch", "b1", "--json"]).status(0);
+    assert_eq!(report.json()["cells"][0]["fn"], 1);
+    let written = home.run(&["export"]).status(0).stdout;
+    let other = super::batches::home("http://127.0.0.1:9/v1");
+    other.write("newer.jsonl", &written);
+    let counts = other.run(&["import", "newer.jsonl"]).status(0).stdout;
+    assert_eq!(counts, "2 imported, 0 already in the store, 0 unreadable\n");
+    let again = other.run(&["export"]).status(0).stdout;
+    let without_origin = |text: &str| text.replace("\"asked\"", "\"replayed\"");
+    assert_eq!(without_origin(&again), without_origin(&written));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

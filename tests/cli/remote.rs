@@ -149,7 +149,7 @@ async fn people_see_the_verdict_the_tokens_and_the_other_name() {
         "risk 1",
         "301",
         "It cuts in.",
-        "9200 in, 34 out",
+        "9,200 in, 34 out",
         "tiny-2026",
     ] {
         assert!(ended.stdout.contains(word), "{word}: {}", ended.stdout);

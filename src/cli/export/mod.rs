@@ -2,24 +2,24 @@
 
 mod batches;
 mod chat;
-mod columns;
 
 pub use chat::ChatManifest;
 
 use std::collections::BTreeSet;
 use std::sync::atomic::Ordering;
 
-use serde_json::{Value, json};
-
 use super::bundle::{self, BundleOptions};
 use super::filters::Filters;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::locked::Unlock;
-use super::output::{self, Encoded, ForSpreadsheet, OutputFile, TableWriter, format_of, written};
+use super::output::{
+    self, Encoded, ForSpreadsheet, OutputFile, Table, TableWriter, format_of, written,
+};
 use super::progress::Progress;
 use super::{Failure, Outcome};
-use nearmiss_store::{Filter, Outcome as StoredAnswer, Run, Store};
-use nearmiss_study::evaluation::{AnswerState, Provenance};
+use nearmiss_record::{columns, row_of};
+use nearmiss_store::{Filter, Outcome as StoredAnswer, Run, RunRecord, Store};
+use nearmiss_study::evaluation::Provenance;
 
 /// Arguments of `runs export`.
 #[derive(Debug, clap::Args)]
@@ -118,12 +118,12 @@ pub fn run(arguments: &Export) -> Outcome {
     let superseded = store.superseded().map_err(Failure::input)?;
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some());
-    let (target, mut table) = (arguments.output.begin()?, columns::table());
+    let (target, mut table) = (arguments.output.begin()?, table());
     table.for_spreadsheet = arguments.spreadsheet.is_asked();
     if format == output::Format::Parquet {
         let runs = numbers.iter().copied().collect();
         let provenance = Provenance::of_runs(&store, &runs).map_err(Failure::input)?;
-        let provenance = json!(provenance).to_string();
+        let provenance = serde_json::to_string(&provenance).map_err(Failure::input)?;
         table.metadata.push(("provenance", provenance));
     }
     let progress = Progress::new(numbers.len(), "runs", file.is_some());
@@ -151,17 +151,19 @@ pub fn run(arguments: &Export) -> Outcome {
         };
         if format == output::Format::Json {
             for image in images(&store, &run, &mut shown)? {
-                let line = output::json_line(&image)?;
-                if written(file, writer.write(Encoded::Text(line.into_bytes())))?.is_none() {
+                if written(file, writer.write(Encoded::Text(image.into_bytes())))?.is_none() {
                     return Ok(());
                 }
             }
         }
-        let record = record(&run, superseded.contains(number));
+        let record = run.to_record(superseded.contains(number));
         let row = match format {
-            // The record says more than the table.
+            // In JSON, texts that are JSON are no text.
             output::Format::Json => Encoded::Text(output::json_line(&record)?.into_bytes()),
-            _ => table.encode(format, vec![columns::cells(&record)]),
+            _ => {
+                let row = row_of(&table.columns, &record).map_err(Failure::input)?;
+                table.encode(format, vec![row])
+            }
         };
         if written(file, writer.write(row))?.is_none() {
             return Ok(());
@@ -191,13 +193,23 @@ pub fn run(arguments: &Export) -> Outcome {
     Ok(())
 }
 
+/// The table of runs, in row groups of a few hundred, as answers are long.
+fn table() -> Table {
+    let mut columns = columns::<RunRecord<'_>>();
+    columns.retain(|column| column.name != "nearmiss_run");
+    let mut table = Table::new("runs", columns);
+    table.group = 512;
+    table
+}
+
 /// The lines of the images of a run that no line before it has.
-fn images(store: &Store, run: &Run, shown: &mut BTreeSet<String>) -> Result<Vec<Value>, Failure> {
+fn images(store: &Store, run: &Run, shown: &mut BTreeSet<String>) -> Result<Vec<String>, Failure> {
     let mut lines = Vec::new();
     for hash in run.question.image_hashes() {
         if shown.insert(hash.clone()) {
             let image = store.image(&hash).map_err(Failure::input)?;
-            lines.extend(image.map(|image| image.to_record()));
+            let line = image.map(|image| output::json_line(&image.to_record()));
+            lines.extend(line.transpose()?);
         }
     }
     Ok(lines)
@@ -224,15 +236,4 @@ fn chats(arguments: &Export) -> Outcome {
     let locked = arguments.unlock.locked(&store, numbers)?;
     let place = (arguments.output.file(), arguments.output.overwrites());
     chat::run(&arguments.chat, place, &store, runs, &locked)
-}
-
-/// A run as it is exported: what the store has of it, and the state of its answer as reports count it.
-pub fn record(run: &Run, superseded: bool) -> Value {
-    let mut record = run.to_record();
-    record["answer_state"] = json!(if superseded {
-        AnswerState::Superseded
-    } else {
-        AnswerState::of(run)
-    });
-    record
 }

@@ -2,14 +2,14 @@
 
 mod document;
 mod folder;
-mod obstacles;
-mod planning;
 mod solution;
 mod states;
 mod summary;
 mod traffic;
 
+pub use document::ScenarioDocument;
 pub use folder::FolderLine;
+pub use solution::SolutionDocument;
 use std::path::PathBuf;
 
 use super::open::{self, EgoChoice};
@@ -60,7 +60,7 @@ pub fn run(arguments: &Inspect) -> Outcome {
     let scenario = entry.read().map_err(Failure::input)?;
     let ego = wanted.resolve(&entry, &scenario);
     if arguments.format.is_json() {
-        output::json(&document::document(&entry, &scenario, &ego))?;
+        output::document(&ScenarioDocument::new(&entry, &scenario, &ego))?;
     } else {
         output::text(&summary::summary(&entry, &scenario, &ego))?;
     }

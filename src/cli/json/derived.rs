@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use nearmiss_base::system::KeyBinding;
-use nearmiss_study::evaluation::Standing;
+use nearmiss_record::Record;
 use nearmiss_study::evaluation::batch::QuestionLine;
 use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 
@@ -44,6 +44,16 @@ pub const fn derived<T: Output>() -> Derived {
     }
 }
 
+/// A noun from outside the commands.
+pub const fn noun<T: Record>() -> Derived {
+    Derived {
+        name: T::NAME,
+        title: T::TITLE,
+        common_words: false,
+        schema: nearmiss_record::schema::<T>,
+    }
+}
+
 impl Output for QuestionLine {
     const NAME: &'static str = "evaluate-questions";
     const TITLE: &'static str = "`evaluate --dry-run=questions`: one question a line";
@@ -58,11 +68,6 @@ impl Output for AxesDocument {
     const NAME: &'static str = "report-axes";
     const TITLE: &'static str =
         "`report --rows AXIS --format json`: a measure over axes, and differences from a baseline";
-}
-
-impl Output for Standing {
-    const NAME: &'static str = "runs-ratings";
-    const TITLE: &'static str = "`runs ratings --format json`: one model or prompt a line";
 }
 
 impl Output for KeyBinding {

@@ -1,17 +1,20 @@
 //! The outputs of all commands that are one type each.
 
-use super::derived::{Derived, derived};
+use super::derived::{Derived, derived, noun};
 use crate::{
-    batches, bundle, describe, doctor, evaluate, export, find, generate, import, index, inspect,
-    metrics, plan, prompt, prompts, runs, sample, themes_and_keys, tune,
+    ask, batches, bundle, describe, doctor, evaluate, export, find, generate, import, index,
+    inspect, metrics, models, plan, prompt, prompts, sample, themes_and_keys, tune,
 };
 use nearmiss_base::system::KeyBinding;
-use nearmiss_study::evaluation::Standing;
+use nearmiss_store::{BatchRecord, ImageRecord, QuestionRecord, RatingRecord, RunRecord, Summary};
 use nearmiss_study::evaluation::batch::QuestionLine;
 use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
+use nearmiss_study::evaluation::{RaterAgreement, Standing};
 
 /// Every output that is one type.
 pub const DERIVED: &[Derived] = &[
+    derived::<ask::AskDocument<'static>>(),
+    derived::<ask::AskDryRun<'static>>(),
     derived::<batches::Document>(),
     derived::<generate::CheckDocument>(),
     derived::<generate::GenerateReport>(),
@@ -30,7 +33,10 @@ pub const DERIVED: &[Derived] = &[
     derived::<import::Counts>(),
     derived::<index::ShowDocument>(),
     derived::<inspect::FolderLine>(),
+    derived::<inspect::ScenarioDocument<'static>>(),
+    derived::<inspect::SolutionDocument<'static>>(),
     derived::<metrics::ListDocument>(),
+    derived::<models::ModelLine<'static>>(),
     derived::<plan::ComparisonRecord>(),
     derived::<plan::CycleRecord>(),
     derived::<plan::DriveRecord>(),
@@ -40,13 +46,19 @@ pub const DERIVED: &[Derived] = &[
     derived::<prompt::Document>(),
     derived::<prompts::Document>(),
     derived::<QuestionLine>(),
-    derived::<Standing>(),
     derived::<ReportDocument>(),
     derived::<AxesDocument>(),
-    derived::<runs::RunLine<'static>>(),
     derived::<sample::SampleLine>(),
     derived::<KeyBinding>(),
     derived::<themes_and_keys::ThemeDocument>(),
     derived::<tune::TuneDocument>(),
     derived::<tune::TuneDryRunDocument>(),
+    noun::<BatchRecord<'static>>(),
+    noun::<ImageRecord<'static>>(),
+    noun::<QuestionRecord<'static>>(),
+    noun::<RatingRecord<'static>>(),
+    noun::<RaterAgreement>(),
+    noun::<RunRecord<'static>>(),
+    noun::<Standing>(),
+    noun::<Summary>(),
 ];

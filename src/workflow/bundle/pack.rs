@@ -17,7 +17,7 @@ use nearmiss_ask::prompts::Library;
 use nearmiss_base::system::{self, without_folders};
 use nearmiss_formats::{Entry, EntryLocation};
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_store::{BatchId, Item, RatedAnswer, RunId, Store};
+use nearmiss_store::{BatchId, Item, RatedAnswer, RunId, Store, record_line};
 use nearmiss_study::evaluation::Provenance;
 use nearmiss_study::evaluation::batch::{Experiment, Spec, TruthSource, answers, beside_the_judge};
 
@@ -145,10 +145,7 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
         Vec::new()
     };
     if !ratings.is_empty() {
-        members.push(of_bytes(
-            RATINGS.into(),
-            (ratings.join("\n") + "\n").into_bytes(),
-        ));
+        members.push(of_bytes(RATINGS.into(), ratings.concat().into_bytes()));
     }
     let manifest = Manifest {
         nearmiss_bundle: FORMAT,
@@ -280,7 +277,7 @@ fn ratings(store: &Store, runs: &BTreeSet<RunId>) -> Result<Vec<String>, BundleE
         for answer in &mut rating.answers {
             answer.run = answer.run.filter(|run| runs.contains(run));
         }
-        lines.push(rating.to_record().to_string());
+        lines.push(record_line(&rating.to_record())?);
     }
     Ok(lines)
 }

@@ -9,7 +9,8 @@ use crate::scenario::{Lanelet, LaneletNetwork, RoadUser};
 use nearmiss_base::geometry::{angle_between, normalize_angle};
 
 /// Which way a lanelet is driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Direction {
     /// As its borders are drawn.
     Along,
@@ -27,7 +28,8 @@ pub struct DirectedLanelet {
 }
 
 /// The sides of a lane, seen in driving direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Side {
     /// Left.
     Left,

@@ -2,11 +2,13 @@
 
 use serde::Serialize;
 
-use super::answer::TOO_LONG;
-use nearmiss_store::{Run, RunState};
+use super::{Run, RunState};
+
+/// How the end of an answer is called that this program cut off because of its size.
+pub const TOO_LONG: &str = "too_long";
 
 /// State of an answer, or of an attempt to get one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AnswerState {
     /// The answer is whole, and a verdict was read in it.
@@ -24,6 +26,7 @@ pub enum AnswerState {
     /// The program ended while the answer arrived.
     Interrupted,
     /// The answer is arriving, or is awaited.
+    #[default]
     Waiting,
     /// Another attempt at the same question counts in its place; what it cost still counts.
     Superseded,
@@ -116,9 +119,9 @@ impl AnswerState {
 }
 
 /// Which of several attempts at one question counts: a whole answer before one that was cut or failed, these before
-/// what was cancelled or interrupted; of equals the one that entered the store last, see [`nearmiss_store::SUPERSEDED`].
+/// what was cancelled or interrupted; of equals the one that entered the store last, see [`super::SUPERSEDED`].
 #[must_use]
-pub fn rank(state: RunState) -> u8 {
+pub fn attempt_rank(state: RunState) -> u8 {
     match state {
         RunState::Answered => 2,
         RunState::Truncated | RunState::Failed => 1,
