@@ -143,7 +143,7 @@ fn critical_obstacles_of_the_safety_task_follow_the_probabilities() {
             let ended = home.run(&["ask", name, "--task", "safety", "--at", at, "--json"]);
             let document = ended.status(0).json();
             let said = &document["verdict"];
-            let scores = said["verdict"]["obstacles"].as_array().unwrap();
+            let scores = said["obstacles"].as_array().unwrap();
             let predicted = document["prediction"]["obstacles"].as_array().unwrap();
             let probability = |p: &serde_json::Value| p["probability"].as_f64().unwrap();
             let critical = |p: &&serde_json::Value| probability(p) >= 0.3;

@@ -204,7 +204,7 @@ async fn what_runs_here_is_listed_with_key_and_price() {
     let rows: Vec<serde_json::Value> = rows.collect();
     let embed = rows
         .iter()
-        .find(|r| r["id"] == "lab/nomic-embed-text")
+        .find(|r| r["model"] == "lab/nomic-embed-text")
         .unwrap_or_else(|| panic!("{all}"));
     assert_eq!(
         embed["key"],

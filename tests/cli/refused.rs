@@ -174,7 +174,7 @@ fn an_export_says_which_endings_it_knows() {
     home.run(&["export", "-o", "e.xlsx", "--format", "csv"])
         .status(0);
     let csv = std::fs::read_to_string(home.files().join("e.xlsx")).unwrap();
-    assert!(csv.starts_with("id,"), "{csv}");
+    assert!(csv.starts_with("run,"), "{csv}");
     let lines = home.run(&["export", "-o", "-"]).status(0).stdout;
     assert!(lines.starts_with('{') && !home.files().join("-").exists());
     home.run(&["export", "-o", "-", "--format", "parquet"])

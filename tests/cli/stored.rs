@@ -28,7 +28,7 @@ async fn the_same_request_is_sent_once() {
     assert_eq!(ask(&[])["stored"], Value::Null);
     let again = ask(&[]);
     assert_eq!(
-        (&again["justification"], server.requests().len()),
+        (&again["verdict"]["justification"], server.requests().len()),
         (&json!("a"), 1)
     );
     assert_eq!(again["stored"]["run"], 1);
@@ -40,11 +40,18 @@ async fn the_same_request_is_sent_once() {
         words.contains("run           1, from the store, asked 20"),
         "{words}"
     );
-    assert_eq!(ask(&["--fresh"])["justification"], "b");
-    assert_eq!(ask(&[])["justification"], "b", "the newest counts");
-    assert_eq!(ask(&["--sample", "1"])["justification"], "c");
-    assert_eq!(ask(&["--sample", "1"])["justification"], "c");
-    assert_eq!(ask(&["--temperature", "0.3"])["justification"], "d");
+    assert_eq!(ask(&["--fresh"])["verdict"]["justification"], "b");
+    assert_eq!(
+        ask(&[])["verdict"]["justification"],
+        "b",
+        "the newest counts"
+    );
+    assert_eq!(ask(&["--sample", "1"])["verdict"]["justification"], "c");
+    assert_eq!(ask(&["--sample", "1"])["verdict"]["justification"], "c");
+    assert_eq!(
+        ask(&["--temperature", "0.3"])["verdict"]["justification"],
+        "d"
+    );
     assert_eq!((server.requests().len(), home.runs().len()), (4, 4));
     run(&home, &["runs", "delete", "3"]).status(0);
     let none = super::remote::ask(&home, server.base_url(), &["--sample", "1"]);
@@ -66,7 +73,7 @@ async fn a_truncated_answer_is_asked_for_again() {
     ask(&home, server.base_url(), &["--json"]);
     assert_eq!(home.runs()[0]["state"].as_deref(), Some("truncated"));
     let next = ask(&home, server.base_url(), &["--json"]).status(0).json();
-    assert_eq!(next["justification"], "whole");
+    assert_eq!(next["verdict"]["justification"], "whole");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -92,7 +99,10 @@ async fn programs_that_ask_the_same_at_once_ask_once() {
     let children: Vec<_> = (0..4).map(|_| home.start(&arguments)).collect();
     for child in children {
         let output = tokio::task::block_in_place(|| child.wait_with_output()).unwrap();
-        assert_eq!(Ended::of(&output).status(0).json()["justification"], "one");
+        assert_eq!(
+            Ended::of(&output).status(0).json()["verdict"]["justification"],
+            "one"
+        );
     }
     assert_eq!((server.requests().len(), home.runs().len()), (1, 1));
 }
@@ -128,7 +138,7 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
     });
     assert_eq!(counts.sum::<u64>(), 3, "four programs at once");
     let replayed = ask(&other, server.base_url(), &["--json"]).status(0).json();
-    assert_eq!(replayed["justification"], "brakes \u{7}hard");
+    assert_eq!(replayed["verdict"]["justification"], "brakes \u{7}hard");
     assert_eq!(replayed["stored"]["origin"], "replayed");
     assert_eq!(server.requests().len(), 2);
 
