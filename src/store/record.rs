@@ -96,12 +96,12 @@ pub struct RunRecord<'r> {
     /// The decision of the verdict: true for a collision, a critical window or a recording of high risk; null without
     /// a yes or no.
     pub dangerous: Option<bool>,
+    /// The justification of the verdict.
+    pub justification: Option<&'r str>,
     /// The probability of yes that the answer states.
     pub probability: Option<f64>,
     /// The probability of yes by the log probabilities of the deciding token.
     pub token_probability: Option<f64>,
-    /// The justification of the verdict.
-    pub justification: Option<&'r str>,
 }
 
 impl Record for RunRecord<'_> {

@@ -54,7 +54,7 @@ fn ratings_are_summed_up_and_exported() {
     // 2.5 to 1.5: ln(5/3)/2 = 0.255; the error is sqrt(1/(4·(5/8)·(3/8)))/2 = 0.516.
     let line = table.lines().nth(1).unwrap();
     assert!(
-        line.starts_with("lab/a") && line.ends_with("+0.26 (-0.76 to +1.27)"),
+        line.starts_with("lab/a") && line.ends_with("0.26  -0.76  1.27"),
         "{table}"
     );
     let by = home

@@ -174,7 +174,7 @@ fn an_export_says_which_endings_it_knows() {
     home.run(&["runs", "export", "-o", "e.xlsx", "--format", "csv"])
         .status(0);
     let csv = std::fs::read_to_string(home.files().join("e.xlsx")).unwrap();
-    assert!(csv.starts_with("id,"), "{csv}");
+    assert!(csv.starts_with("run,"), "{csv}");
     let lines = home.run(&["runs", "export", "-o", "-"]).status(0).stdout;
     assert!(lines.starts_with('{') && !home.files().join("-").exists());
     home.run(&["runs", "export", "-o", "-", "--format", "parquet"])

@@ -9,7 +9,7 @@ use crate::{json, time};
 use nearmiss_ask::llm::ToolRound;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::{ParsedAnswer, Task};
-use nearmiss_store::{Consumed, Origin, RunId};
+use nearmiss_store::{Origin, RunId};
 use nearmiss_study::evaluation::consumption::unknown;
 use nearmiss_study::evaluation::{Answer, Case, Judge, JudgeOutcome, Question};
 
@@ -39,8 +39,11 @@ pub struct AskDocument<'a> {
     problem: Option<String>,
     answer: &'a str,
     reasoning: &'a str,
-    #[serde(flatten)]
-    consumed: Consumed,
+    input_tokens: Option<u64>,
+    output_tokens: Option<u64>,
+    reasoning_tokens: Option<u64>,
+    cached_tokens: Option<u64>,
+    cost_usd: Option<f64>,
     price_source: Option<String>,
     /// Why the cost is unknown.
     cost_unknown: Option<String>,
@@ -145,10 +148,11 @@ impl<'a> AskDocument<'a> {
             cost_unknown: cost_usd
                 .is_none()
                 .then(|| unknown(&consumed, &answer.model, returned)),
-            consumed: Consumed {
-                cost_usd,
-                ..consumed
-            },
+            input_tokens: consumed.input_tokens,
+            output_tokens: consumed.output_tokens,
+            reasoning_tokens: consumed.reasoning_tokens,
+            cached_tokens: consumed.cached_tokens,
+            cost_usd,
             price_source,
             stored: answer.past.zip(answer.run).map(|(past, run)| StoredAnswer {
                 run,
