@@ -100,7 +100,10 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
                 "--format=json",
             ],
         ),
-        ("ask-dry-run", vec!["ask", BRAKING, "--dry-run", "--json"]),
+        (
+            "ask-dry-run",
+            vec!["ask", BRAKING, "--dry-run", "--format=json"],
+        ),
         (
             "generate-check",
             vec![

@@ -53,13 +53,19 @@ fn an_older_export_is_imported_once_and_written_anew() {
     let home = super::batches::home("http://127.0.0.1:9/v1");
     home.write("older.jsonl", EXPORT);
     home.write("wrong.jsonl", EXPORT.replace("You read", "You see"));
-    home.run(&["import", "wrong.jsonl"])
+    home.run(&["runs", "import", "wrong.jsonl"])
         .status(1)
         .says(&["the line was changed"]);
-    let counts = home.run(&["import", "older.jsonl"]).status(0).stdout;
+    let counts = home
+        .run(&["runs", "import", "older.jsonl"])
+        .status(0)
+        .stdout;
     let known = "1 imported, 1 already in the store, 0 unreadable\n";
     assert_eq!(counts, known, "that of the built-in judge was right");
-    let shown = home.run(&["runs", "--json"]).status(0).stdout;
+    let shown = home
+        .run(&["runs", "list", "--format=json"])
+        .status(0)
+        .stdout;
     let runs = shown
         .lines()
         .map(|line| serde_json::from_str(line).unwrap());
@@ -69,14 +75,19 @@ fn an_older_export_is_imported_once_and_written_anew() {
         (&of_model["dangerous"], &of_model["answer_state"]),
         (&false.into(), &"answered".into())
     );
-    let report = home.run(&["report", "--batch", "b1", "--json"]).status(0);
+    let report = home
+        .run(&["report", "--batch", "b1", "--format=json"])
+        .status(0);
     assert_eq!(report.json()["cells"][0]["fn"], 1);
-    let written = home.run(&["export"]).status(0).stdout;
+    let written = home.run(&["runs", "export"]).status(0).stdout;
     let other = super::batches::home("http://127.0.0.1:9/v1");
     other.write("newer.jsonl", &written);
-    let counts = other.run(&["import", "newer.jsonl"]).status(0).stdout;
+    let counts = other
+        .run(&["runs", "import", "newer.jsonl"])
+        .status(0)
+        .stdout;
     assert_eq!(counts, "2 imported, 0 already in the store, 0 unreadable\n");
-    let again = other.run(&["export"]).status(0).stdout;
+    let again = other.run(&["runs", "export"]).status(0).stdout;
     let without_origin = |text: &str| text.replace("\"asked\"", "\"replayed\"");
     assert_eq!(without_origin(&again), without_origin(&written));
 }

@@ -18,7 +18,6 @@ use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Experiment, Spec, 
 use nearmiss_study::evaluation::report::{DataHalf, Report};
 use nearmiss_workflow::TruthChoice;
 use ratatui::layout::Position;
-use std::collections::BTreeMap;
 
 pub(super) const YES: &str = r#"{"safety_critical": true, "obstacles": [{"id": 9, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
 pub(super) const NO: &str = r#"{"safety_critical": false, "obstacles": [], "justification": "j"}"#;
