@@ -7,8 +7,8 @@ use std::path::Path;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nearmiss::description::Frame;
-use nearmiss::evaluation::batch::{Matrix, RequestSettings, Spec, TruthSource};
-use nearmiss::formats::{EgoSelection, bundled};
+use nearmiss::evaluation::batch::{Experiment, Spec};
+use nearmiss::formats::bundled;
 use nearmiss::prompts::Techniques;
 use nearmiss::store::{Ending, NewItem, NewRun, Origin, Run, RunId, RunState, Store};
 use nearmiss::tui::headless::Stage;
@@ -124,28 +124,15 @@ fn item(n: i64) -> NewItem {
 
 fn spec() -> String {
     let spec = Spec {
-        title: None,
-        paths: Vec::new(),
-        matrix: Matrix {
+        experiment: Experiment {
+            scenarios: vec!["scenarios".into()],
             tasks: vec![Task::Safety],
             frames: vec![Frame::Ego],
             techniques: vec![Techniques::ALL],
             models: (0..MODELS).map(|n| format!("lab/model-{n}")).collect(),
-            samples: 1,
-            more_leads: Vec::new(),
-            transforms: Vec::new(),
-            axes: Default::default(),
-            request: RequestSettings::default(),
+            ..Experiment::default()
         },
-        truth: TruthSource::Geometry,
-        templates: Default::default(),
-        thresholds: Vec::new(),
-        base_url: None,
-        ego: EgoSelection::Beside,
-        drafts: Default::default(),
-        comparison: Default::default(),
-        subset: Default::default(),
-        drawn_from: Vec::new(),
+        ..Spec::default()
     };
     spec.to_json()
 }

@@ -11,24 +11,26 @@ use std::path::Path;
 use std::sync::Arc;
 
 use budget::Bound;
-use clap::builder::PossibleValuesParser;
+pub use document::AskDocument;
+pub use dry_run::AskDryRun;
 
-use super::cost;
 use super::interrupt::{self, INTERRUPTED};
 use super::open::{configuration, judge_of};
-use super::prompt::QuestionArguments;
+use super::prompt::{QuestionArguments, QuestionSettings};
+use super::set::{Assignment, Settable, assignment, number, on_or_off, settings};
 use super::time;
 use super::tool_options::ToolLimitOptions;
 use super::{Failure, Outcome, output};
 use nearmiss_ask::llm::{Dialect, Effort, Environment, Parameters, Registry};
+use nearmiss_base::system::unknown;
 use nearmiss_scene::judge;
-use nearmiss_scene::verdict::{CriticalObstacle, Task};
+use nearmiss_scene::verdict::{CriticalObstacle, Task, Verdict};
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::{Origin, RunId, Store};
-use nearmiss_study::evaluation::tool_rounds;
 use nearmiss_study::evaluation::{
     Answer, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin,
 };
+use nearmiss_study::evaluation::{consumption, tool_rounds};
 use nearmiss_workflow::{AskOutcome, AskRequest, Models, Server, ask};
 
 /// Arguments of `ask`.
@@ -42,34 +44,11 @@ pub struct Ask {
     /// Address of the server, in place of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
-    /// Wire protocol of --base-url [default: the dialect of the provider, else openai_chat].
-    #[arg(long, value_name = "NAME", requires = "base_url", value_parser = PossibleValuesParser::new(Dialect::ALL.map(Dialect::name)))]
-    dialect: Option<String>,
-    /// Environment variable that holds the key for --base-url [default: that of the provider].
-    #[arg(long, value_name = "NAME", requires = "base_url")]
-    key_env: Option<String>,
-    /// Sampling temperature, 0 to 2 [default: the server's].
-    #[arg(long, allow_negative_numbers = true, value_parser = temperature)]
-    temperature: Option<f64>,
-    /// Maximum number of tokens in the answer [default: the server's].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    max_tokens: Option<u32>,
-    /// Sampling seed, if the server supports one.
-    #[arg(long)]
-    seed: Option<u64>,
-    /// Reasoning effort: off, minimal, low, medium, high, xhigh or max [default: the server's].
-    #[arg(long, value_parser = effort)]
-    effort: Option<Effort>,
-    /// Let the model call tools that compute distances, measures, lanes and predictions from the described window
-    /// [default: `tools` in config.toml, else no]; `nearmiss help tools` lists them.
-    #[arg(long)]
-    tools: bool,
-    #[command(flatten)]
-    tool_limits: ToolLimitOptions,
-    /// Ask for the log probabilities of the answer, where the model gives them [default: `log_probabilities` in
-    /// config.toml, else no].
-    #[arg(long)]
-    log_probabilities: bool,
+    /// Change a setting of the question (those of `prompt show`), or of the request: temperature, max_tokens, seed, effort,
+    /// tools, tool_rounds, tool_calls, log_probabilities [default: from config.toml]; with --base-url dialect and key_env,
+    /// the variable that holds the key [default: those of the provider]. See `nearmiss help providers`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<AskSettings>)]
+    set: Vec<Assignment>,
     /// Maximum cost of the answer in US dollars; needs a known price and a token limit [default: `budget` in
     /// config.toml, else none].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
@@ -80,15 +59,73 @@ pub struct Ask {
     /// Number of the sample: each number is asked once and stored.
     #[arg(long, value_name = "N", default_value_t = 0)]
     sample: u32,
-    /// Print one JSON object; the answer is not streamed.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Neither read from nor write to the store.
     #[arg(long)]
     no_store: bool,
     /// Say how many tokens the question has and what it costs at most; nothing is sent.
     #[arg(long)]
     dry_run: bool,
+}
+
+/// Settings of a question and its request.
+#[derive(Debug, Clone, Default)]
+struct AskSettings {
+    question: QuestionSettings,
+    temperature: Option<f64>,
+    max_tokens: Option<u32>,
+    seed: Option<u64>,
+    effort: Option<Effort>,
+    tools: Option<bool>,
+    tool_limits: ToolLimitOptions,
+    log_probabilities: Option<bool>,
+    dialect: Option<String>,
+    key_env: Option<String>,
+}
+
+impl Settable for AskSettings {
+    fn keys() -> Vec<&'static str> {
+        let request = vec![
+            "temperature",
+            "max_tokens",
+            "seed",
+            "effort",
+            "tools",
+            "tool_rounds",
+            "tool_calls",
+            "log_probabilities",
+            "dialect",
+            "key_env",
+        ];
+        [QuestionSettings::keys(), request].concat()
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        match key {
+            "temperature" => self.temperature = Some(temperature(value)?),
+            "max_tokens" => self.max_tokens = Some(number(value, 1, u32::MAX)?),
+            "seed" => self.seed = Some(number(value, 0, u64::MAX)?),
+            "effort" => self.effort = Some(effort(value)?),
+            "tools" => self.tools = Some(on_or_off(value)?),
+            "tool_rounds" => self.tool_limits.tool_rounds = Some(number(value, 1, 100)?),
+            "tool_calls" => self.tool_limits.tool_calls = Some(number(value, 1, 1000)?),
+            "log_probabilities" => self.log_probabilities = Some(on_or_off(value)?),
+            "dialect" => self.dialect = Some(dialect(value)?),
+            "key_env" => self.key_env = Some(value.into()),
+            _ => self.question.set(key, value)?,
+        }
+        Ok(())
+    }
+}
+
+fn dialect(word: &str) -> Result<String, String> {
+    let known = Dialect::ALL.map(Dialect::name);
+    if known.contains(&word) {
+        Ok(word.into())
+    } else {
+        Err(unknown("dialect", word, known))
+    }
 }
 
 pub fn temperature(text: &str) -> Result<f64, String> {
@@ -116,16 +153,22 @@ pub fn budget(text: &str) -> Result<f64, String> {
 /// Runs `ask`.
 pub fn run(arguments: &Ask) -> Outcome {
     let (folders, config) = configuration()?;
-    let question = arguments.asked.question(&folders, &config)?;
+    let set: AskSettings = settings(&arguments.set).map_err(Failure::input)?;
+    let question = arguments.asked.question(&set.question, &folders, &config)?;
     let model = arguments
         .model
         .as_deref()
         .or(config.model.as_deref())
         .unwrap_or(judge::MODEL);
     let bound = budget::resolve(arguments.budget, &config, &folders);
-    let judge = judge(arguments, model, &folders, &config, bound.as_ref())?;
+    let judge = judge(arguments, &set, model, &folders, &config, bound.as_ref())?;
     if arguments.dry_run {
-        return dry_run::run(&question, &judge, bound.as_ref(), arguments.json);
+        return dry_run::run(
+            &question,
+            &judge,
+            bound.as_ref(),
+            arguments.format.is_json(),
+        );
     }
     let store = store(arguments, &folders)?;
     let options = RunOptions {
@@ -159,7 +202,7 @@ pub fn run(arguments: &Ask) -> Outcome {
         options,
     };
     let outcome = runtime.block_on(async {
-        let mut words = stream::AnswerPrinter::new(!arguments.json);
+        let mut words = stream::AnswerPrinter::new(!arguments.format.is_json());
         let mut number = None;
         let outcome = tokio::select! {
             outcome = ask(request, |event| {
@@ -182,8 +225,8 @@ pub fn run(arguments: &Ask) -> Outcome {
         })
     });
     let AskOutcome { answer, not_stored } = outcome?;
-    if arguments.json {
-        output::json(&document::document(&answer, &question, &judge))?;
+    if arguments.format.is_json() {
+        output::document(&AskDocument::new(&answer, &question, &judge))?;
     } else {
         output::text(&summary(&answer, &question.case, &judge))?;
     }
@@ -216,11 +259,17 @@ fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
 
 fn judge(
     arguments: &Ask,
+    set: &AskSettings,
     model: &str,
     folders: &Folders,
     config: &Config,
     bound: Option<&Bound>,
 ) -> Result<Judge, Failure> {
+    if arguments.base_url.is_none() && (set.dialect.is_some() || set.key_env.is_some()) {
+        return Err(Failure::input(
+            "--set dialect and key_env need --base-url; a provider has its own in config.toml",
+        ));
+    }
     let mut providers = config.providers.clone();
     if let Some(url) = &arguments.base_url {
         let Some((name, _)) = model
@@ -233,35 +282,60 @@ fn judge(
         };
         let server = Server {
             url,
-            dialect: arguments.dialect.as_deref(),
-            key_env: arguments.key_env.as_deref(),
+            dialect: set.dialect.as_deref(),
+            key_env: set.key_env.as_deref(),
         };
         server.overlay(&mut providers, name);
     }
-    let registry = Registry::lenient(&providers, &folders.config_file());
+    let tools = set.tools.unwrap_or(set.tool_limits.any() || config.tools);
+    let usual = parameters(config);
+    let parameters = Parameters {
+        temperature: set.temperature.or(usual.temperature),
+        max_tokens: set.max_tokens.or(usual.max_tokens),
+        seed: set.seed,
+        effort: set.effort.or(usual.effort),
+        log_probabilities: set.log_probabilities.unwrap_or(config.log_probabilities),
+        tools: tools.then(|| set.tool_limits.limits()),
+    };
+    let budget = bound.map(|bound| bound.usd);
+    judge_of(
+        &models(model, &providers, folders, parameters, budget),
+        model,
+    )
+}
+
+/// The parameters of the configuration, for a text.
+pub fn parameters(config: &Config) -> Parameters {
+    Parameters {
+        temperature: config.temperature,
+        max_tokens: config.max_tokens,
+        seed: None,
+        effort: config.effort.as_deref().and_then(Effort::parse),
+        log_probabilities: false,
+        tools: None,
+    }
+}
+
+/// The models of these providers; what is wrong with other providers, and what is doubtful about this model, is said.
+pub fn models(
+    model: &str,
+    providers: &toml::Table,
+    folders: &Folders,
+    parameters: Parameters,
+    budget: Option<f64>,
+) -> Models {
+    let registry = Registry::lenient(providers, &folders.config_file());
     // The provider being asked reports its own problem.
     let asked = model.split('/').next().unwrap_or_default();
     for (_, broken) in registry.broken().filter(|(name, _)| *name != asked) {
         output::say(&format!("nearmiss: {broken}"));
     }
-    let parameters = Parameters {
-        temperature: arguments.temperature.or(config.temperature),
-        max_tokens: arguments.max_tokens.or(config.max_tokens),
-        seed: arguments.seed,
-        effort: arguments
-            .effort
-            .or(config.effort.as_deref().and_then(Effort::parse)),
-        log_probabilities: arguments.log_probabilities || config.log_probabilities,
-        tools: (arguments.tools || arguments.tool_limits.any() || config.tools)
-            .then(|| arguments.tool_limits.limits()),
-    };
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
-    let budget = bound.map(|bound| bound.usd);
     let models = Models::new(registry, environment, parameters, budget);
     if let Some(warning) = models.warning(model, jiff::Zoned::now().date()) {
         output::say(&format!("nearmiss: {model}: {warning}"));
     }
-    judge_of(&models, model)
+    models
 }
 
 fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failure> {
@@ -277,71 +351,31 @@ fn store(arguments: &Ask, folders: &Folders) -> Result<Option<Arc<Store>>, Failu
 
 fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
     let whose = past::whose(answer, judge.id());
-    let mut text = String::new();
-    match &answer.judged {
-        JudgeOutcome::Verdict(parsed) => {
-            let verdict = &parsed.verdict;
-            // The probability that a body is at one place of its region is unknown.
-            let possible = match (verdict.dangerous, verdict.task, verdict.probability) {
-                (true, Task::Collision, None) if answer.model == judge::MODEL => {
-                    ", as a possible contact"
-                }
-                _ => "",
-            };
-            let word = verdict.word();
-            text.push_str(&format!("verdict       {word}{possible} ({whose})\n"));
-            if let Some(probability) = verdict.probability {
-                text.push_str(&format!("probability   {probability:.2}\n"));
-            }
-            if let Some(probability) = verdict.token_probability {
-                text.push_str(&format!("by tokens     {probability:.2}\n"));
-            }
-            if let Some(critical) = verdict.critical.as_ref().filter(|all| !all.is_empty()) {
-                let one = |c: &CriticalObstacle| match c.probability {
-                    Some(probability) => format!("{} ({probability:.2})", c.id),
-                    None => c.id.to_string(),
-                };
-                let all: Vec<String> = critical.iter().map(one).collect();
-                text.push_str(&format!("critical      {}\n", all.join(", ")));
-            }
-            for o in &verdict.obstacles {
-                text.push_str(&format!(
-                    "  risk {}      {}  {}\n",
-                    o.risk_score, o.id, o.reason
-                ));
-            }
-            let (listed, all) = (verdict.obstacles.len(), case.scene.participants().count());
-            if answer.model == judge::MODEL && listed < all {
-                text.push_str(&format!("  {listed} of {all} obstacles listed\n"));
-            }
-            text.push_str(&format!("justification {}\n", verdict.justification));
-        }
-        JudgeOutcome::Other(reading) => text.push_str(&words::said(&reading.said, &whose)),
-        JudgeOutcome::Missing(_) if answer.text.trim().is_empty() => {}
-        JudgeOutcome::Missing(_) => text.push_str(&format!("{}\n", answer.text.trim_end())),
-    }
-    for flag in answer.flags(&case.scene.scenario) {
-        text.push_str(&format!("doubtful      {flag}\n"));
-    }
+    let mut lines = match &answer.judged {
+        JudgeOutcome::Verdict(parsed) => verdict_lines(&parsed.verdict, answer, case, &whose),
+        JudgeOutcome::Other(reading) => words::said(&reading.said, &whose),
+        JudgeOutcome::Missing(_) if answer.text.trim().is_empty() => Vec::new(),
+        JudgeOutcome::Missing(_) => vec![answer.text.trim_end().into()],
+    };
+    let flags = answer.flags(&case.scene.scenario).into_iter();
+    lines.extend(flags.map(|flag| line("doubtful", flag)));
     if !answer.repairs().is_empty() {
-        text.push_str(&format!("repaired      {}\n", answer.repairs().join("; ")));
+        lines.push(line("repaired", answer.repairs().join("; ")));
     }
-    if let Some(why) = answer.cut_off() {
-        text.push_str(&format!("cut off       {why}\n"));
-    }
-    if answer.model_differs() {
-        let returned = answer.model_returned.as_deref().unwrap_or_default();
-        text.push_str(&format!("answered by   {returned}\n"));
+    lines.extend(answer.cut_off().map(|why| line("cut off", why)));
+    if let Some(returned) = answer
+        .model_returned
+        .as_ref()
+        .filter(|_| answer.model_differs())
+    {
+        lines.push(line("answered by", returned));
     }
     if !answer.tool_rounds.is_empty() {
-        text.push_str(&format!(
-            "tool calls    {}\n",
-            tool_rounds::words(&answer.tool_rounds, "")
-        ));
+        let calls = tool_rounds::words(&answer.tool_rounds, "");
+        lines.push(line("tool calls", calls));
     }
     let consumed = &answer.consumed;
-    if let Some(tokens) = cost::tokens(consumed) {
-        text.push_str(&format!("tokens        {tokens}\n"));
+    if let Some(tokens) = consumption::tokens(consumed) {
         let cost = match (consumed.cost_usd, past::worked_out(answer, judge)) {
             (Some(0.0), _) if answer.price_source.is_some() => {
                 answer.price_source.clone().unwrap_or_default()
@@ -350,19 +384,52 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
             (None, Some((usd, how))) => format!("{usd:.6} USD ({how})"),
             (None, None) => format!(
                 "unknown ({})",
-                cost::unknown(consumed, &answer.model, answer.model_returned.as_deref())
+                consumption::unknown(consumed, &answer.model, answer.model_returned.as_deref())
             ),
         };
-        text.push_str(&format!("cost          {cost}\n"));
+        lines.extend([line("tokens", tokens), line("cost", cost)]);
     }
-    match (answer.run, &answer.past) {
-        (Some(run), Some(past)) => {
-            text.push_str(&format!("run           {run}, {}\n", stored(past)))
-        }
-        (Some(run), None) => text.push_str(&format!("run           {run}\n")),
-        (None, _) => {}
+    lines.extend(answer.run.map(|run| match &answer.past {
+        Some(past) => line("run", format!("{run}, {}", stored(past))),
+        None => line("run", run),
+    }));
+    let lines = lines.into_iter().map(|line| line + "\n");
+    output::visible(&lines.collect::<String>())
+}
+
+/// A name and a value, below those of other lines.
+fn line(name: &str, value: impl std::fmt::Display) -> String {
+    format!("{name:<13} {value}")
+}
+
+/// What a verdict says.
+fn verdict_lines(verdict: &Verdict, answer: &Answer, case: &Case, whose: &str) -> Vec<String> {
+    let is_built_in = answer.model == judge::MODEL;
+    // The probability that a body is at one place of its region is unknown.
+    let possible = match (verdict.dangerous, verdict.task, verdict.probability) {
+        (true, Task::Collision, None) if is_built_in => ", as a possible contact",
+        _ => "",
+    };
+    let said = format!("{}{possible} ({whose})", verdict.word());
+    let mut lines = vec![line("verdict", said)];
+    let probability = |name, value: Option<f64>| value.map(|v| line(name, format!("{v:.2}")));
+    lines.extend(probability("probability", verdict.probability));
+    lines.extend(probability("by tokens", verdict.token_probability));
+    if let Some(critical) = verdict.critical.as_ref().filter(|all| !all.is_empty()) {
+        let one = |c: &CriticalObstacle| match c.probability {
+            Some(probability) => format!("{} ({probability:.2})", c.id),
+            None => c.id.to_string(),
+        };
+        let all: Vec<String> = critical.iter().map(one).collect();
+        lines.push(line("critical", all.join(", ")));
     }
-    output::visible(&text)
+    lines.extend(verdict.obstacles.iter().map(words::risk));
+    let (listed, all) = (verdict.obstacles.len(), case.scene.participants().count());
+    if is_built_in && listed < all {
+        lines.push(format!("  {listed} of {all} obstacles listed"));
+    }
+    lines.push(line("justification", &verdict.justification));
+    lines
 }
 
 /// Describes the origin of a stored answer.

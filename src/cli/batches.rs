@@ -1,4 +1,4 @@
-//! `nearmiss batches`: lists provider batches, and collects their answers.
+//! `nearmiss runs batches`: lists provider batches, and collects their answers.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -23,9 +23,8 @@ use nearmiss_study::evaluation::{Judge, ModelJudge};
 pub struct Batches {
     #[command(subcommand)]
     what: Option<BatchesCommand>,
-    /// Print JSON lines: one object per batch.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
 }
 
 #[derive(Debug, clap::Subcommand)]
@@ -65,7 +64,7 @@ pub fn run(arguments: &Batches) -> Outcome {
         .build()
         .map_err(Failure::input)?;
     match &arguments.what {
-        None => list(&store, arguments.json),
+        None => list(&store, arguments.format.is_json()),
         Some(BatchesCommand::Collect { id, wait }) => {
             let wanted = match id {
                 Some(id) => vec![known(&store, *id)?],
@@ -93,7 +92,7 @@ async fn interruptible(work: impl Future<Output = Outcome>) -> Outcome {
     tokio::select! {
         done = work => done,
         () = interrupt::signal() => Err(Failure {
-            message: "interrupted; the batches stay with their providers: run `nearmiss batches collect` again".into(),
+            message: "interrupted; the batches stay with their providers: run `nearmiss runs batches collect` again".into(),
             status: INTERRUPTED,
         }),
     }
@@ -205,7 +204,7 @@ async fn cancel(store: &Arc<Store>, batch: ProviderBatch) -> Outcome {
     let asked = remote::cancel(id, &model, store).await;
     output::say(&if asked.map_err(Failure::input)? {
         format!(
-            "batch {id}: asked the provider to stop; `nearmiss batches collect {id}` fetches the answers so far"
+            "batch {id}: asked the provider to stop; `nearmiss runs batches collect {id}` fetches the answers so far"
         )
     } else {
         format!("batch {id}: already finished")
@@ -236,7 +235,7 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
         GivenUp::Freed { questions, batches } => {
             let again: Vec<String> = batches
                 .iter()
-                .map(|batch| format!("`nearmiss evaluate --resume {batch}`"))
+                .map(|batch| format!("`nearmiss evaluate {batch}`"))
                 .collect();
             let again = if again.is_empty() {
                 String::new()
@@ -256,7 +255,7 @@ pub fn lost(batch: &ProviderBatch) -> Option<String> {
     let is_lost = batch.state == ProviderBatchState::Submitting && batch.remote_id.is_none();
     is_lost.then(|| {
         format!(
-            "no id came back, but the provider may have it, with question ids starting with {}; `nearmiss batches collect {}` looks for it",
+            "no id came back, but the provider may have it, with question ids starting with {}; `nearmiss runs batches collect {}` looks for it",
             batch.tag, batch.id
         )
     })
@@ -370,9 +369,8 @@ pub struct Document {
 }
 
 impl json::Output for Document {
-    const NAME: &'static str = "batches";
-    const TITLE: &'static str = "`batches --json`: one batch at a provider a line";
-    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[("batch", "provider_batch")];
+    const NAME: &'static str = "runs-batches";
+    const TITLE: &'static str = "`runs batches --format json`: one batch at a provider a line";
 }
 
 impl Document {

@@ -38,7 +38,6 @@ impl Declared {
         let comparison = Comparison {
             baseline: self.baseline.clone(),
             primary: self.compare.clone(),
-            ..Comparison::default()
         };
         let Some(name) = comparison
             .unknown(ways)

@@ -1,9 +1,10 @@
-//! `nearmiss describe`: describes a window of a scene, and the source of each number in the text.
+//! `nearmiss prompt describe`: describes a window of a scene, and the source of each number in the text.
 
 use std::path::{Path, PathBuf};
 
 use super::open::{EgoChoice, configuration, entry, frame, scene, user_thresholds};
-use super::span::Span;
+use super::set::{Assignment, assignment, settings};
+use super::span::{Span, Wording};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -29,9 +30,12 @@ pub struct Describe {
     frame: Frame,
     #[command(flatten)]
     span: Span,
-    /// Print one JSON object: the text, and the position (in bytes) and source of each number in it.
-    #[arg(long, alias = "trace")]
-    json: bool,
+    /// Change how the scene is described: stride, radius, precision, form (compact or prose), contact, road, axes, measures.
+    /// See `nearmiss help prompting`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<Wording>)]
+    set: Vec<Assignment>,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// File for the picture of a frame that has one: .png, as models are sent it, or .svg; with another name for the
     /// text.
     #[arg(short, long, value_name = "FILE")]
@@ -63,12 +67,6 @@ pub struct Document {
     tokens: usize,
     /// Wording: prose or compact.
     form: &'static str,
-    /// Use window.
-    #[schemars(extend("deprecated" = true))]
-    first_step: i64,
-    /// Use window.
-    #[schemars(extend("deprecated" = true))]
-    last_step: i64,
     /// The description.
     text: String,
     /// The picture of a frame that has one.
@@ -79,8 +77,9 @@ pub struct Document {
 }
 
 impl json::Output for Document {
-    const NAME: &'static str = "describe";
-    const TITLE: &'static str = "`describe --json`: a description and the source of its numbers";
+    const NAME: &'static str = "prompt-describe";
+    const TITLE: &'static str =
+        "`prompt describe --format json`: a description and the source of its numbers";
 }
 
 /// Runs `describe`.
@@ -120,9 +119,10 @@ fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
     let (folders, config) = configuration()?;
     let entry = entry(file)?;
     let scene = scene(&entry, &arguments.ego)?;
+    let wording = settings(&arguments.set).map_err(Failure::input)?;
     let decided = arguments
         .span
-        .settings(None, arguments.frame, &config)?
+        .settings(&wording, None, arguments.frame, &config)?
         .with(&Defaults::default());
     let thresholds = user_thresholds(&folders)?;
     let window = arguments
@@ -135,15 +135,13 @@ fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
     let tokens =
         estimate_tokens(&described.text) + picture.as_ref().map_or(0, ScenePicture::tokens);
     let drawn = arguments.write(picture.as_ref(), &described.text)?;
-    if arguments.json {
+    if arguments.format.is_json() {
         output::document(&Document {
             scenario: entry.name,
             frame: arguments.frame.name(),
             window: [window.first(), window.last()],
             tokens,
             form: decided.options.form.name(),
-            first_step: window.first(),
-            last_step: window.last(),
             text: described.text,
             picture: picture.map(|picture| {
                 let (image, tokens) = (picture.image(), picture.tokens());

@@ -1,79 +1,81 @@
-//! Run filters, shared by `runs` and `export`.
+//! Run filters, shared by `runs list`, `runs export` and `report`.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use super::{Failure, open};
-use nearmiss_base::system::unknown;
-use nearmiss_scene::verdict::Task;
-use nearmiss_store::{BatchId, Decision, Filter, Origin, StateFilter, Store, StoreError, moment};
+use nearmiss_store::{BatchId, Filter, Store, StoreError};
 
-/// Narrows runs down.
+/// Narrows runs down, as an argument.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct Filters {
-    /// Only runs whose model contains this text.
-    #[arg(long, value_name = "PART")]
-    model: Option<String>,
-    /// Only runs whose scenario contains this text.
-    #[arg(long, value_name = "PART")]
-    scenario: Option<String>,
-    /// Only runs of this task.
-    #[arg(long, value_parser = open::task)]
-    task: Option<Task>,
-    /// Only runs in this state: answered (with or without a verdict), unparsed, truncated (filtered ones, too),
-    /// filtered, failed, cancelled, interrupted, running (waiting in reports) or superseded.
-    #[arg(long, value_parser = state)]
-    state: Option<StateFilter>,
-    /// Only runs of this origin: asked (here), recorded (published answers) or replayed (asked elsewhere, imported).
-    #[arg(long, value_parser = origin)]
-    origin: Option<Origin>,
+    /// Only runs with all these words in model, scenario, answer, reasoning, justification or notes, and of these
+    /// filters: model:PART, scenario:PART, task:, verdict: (dangerous, safe, none), state: (answered, unparsed, failed,
+    /// …), origin: (asked, recorded, replayed), batch:, since:DAY, before:DAY, pinned, deleted.
+    #[arg(value_name = "WORD|FILTER")]
+    filter: Vec<String>,
+    #[command(flatten)]
+    batch: BatchOption,
+}
+
+/// Narrows runs down, as an option.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct FilterOption {
+    /// Only these runs: words and filters as `nearmiss runs list` takes them, such as 'model:gpt task:safety'.
+    #[arg(long, value_name = "FILTER")]
+    runs: Vec<String>,
+    #[command(flatten)]
+    batch: BatchOption,
+}
+
+#[derive(Debug, Clone, Default, clap::Args)]
+struct BatchOption {
     /// Only runs of this batch, such as b7, or `last`.
     #[arg(long)]
     batch: Option<String>,
-    /// Only runs with this verdict: dangerous, safe or none.
-    #[arg(long, value_parser = said)]
-    verdict: Option<Decision>,
-    /// Only runs from this day on, e.g. 2026-01-31.
-    #[arg(long, value_name = "DAY", value_parser = moment)]
-    since: Option<i64>,
-    /// Only runs before this day.
-    #[arg(long, value_name = "DAY", value_parser = moment)]
-    before: Option<i64>,
-    /// Only pinned runs.
-    #[arg(long)]
-    pinned: bool,
-    /// Only deleted runs; without it they are left out.
-    #[arg(long)]
-    deleted: bool,
 }
 
-impl Filters {
-    /// What the store is asked for, with words to search for.
-    pub fn filter(&self, words: Option<String>) -> Filter {
-        Filter {
-            words,
-            model: self.model.clone(),
-            scenario: self.scenario.clone(),
-            task: self.task,
-            state: self.state,
-            origin: self.origin,
-            batch: self.batch.clone(),
-            verdict: self.verdict,
-            since_ms: self.since,
-            before_ms: self.before,
-            pinned: self.pinned,
-            deleted: self.deleted,
+impl BatchOption {
+    fn filter(&self, words: &[String]) -> Result<Filter, Failure> {
+        let mut filter = Filter::read(&words.join(" ")).map_err(Failure::input)?;
+        if self.batch.is_some() {
+            filter.batch.clone_from(&self.batch);
         }
+        Ok(filter)
+    }
+}
+
+impl FilterOption {
+    /// What the store is asked for.
+    ///
+    /// # Errors
+    /// A filter means nothing.
+    pub fn filter(&self) -> Result<Filter, Failure> {
+        self.batch.filter(&self.runs)
     }
 }
 
 impl Filters {
-    /// The same for a store, which knows its batches.
+    /// The batch that is chosen, as it was named.
     ///
     /// # Errors
-    /// There is no such batch, or none yet with `--batch last`.
-    pub fn in_store(&self, words: Option<String>, store: &Store) -> Result<Filter, Failure> {
-        let mut filter = self.filter(words);
+    /// None is, or other filters choose some of its runs.
+    pub fn batch_alone(&self) -> Result<String, Failure> {
+        let mut filter = self.batch.filter(&self.filter)?;
+        let batch = filter.batch.take();
+        batch
+            .filter(|_| filter == Filter::default())
+            .ok_or_else(|| {
+                Failure::input("a bundle holds one whole batch: --batch ID, without other filters")
+            })
+    }
+
+    /// What the store, which knows its batches, is asked for.
+    ///
+    /// # Errors
+    /// A filter means nothing, or there is no such batch, or none yet with `--batch last`.
+    pub fn in_store(&self, store: &Store) -> Result<Filter, Failure> {
+        let mut filter = self.batch.filter(&self.filter)?;
         match filter.batch.as_deref() {
             Some(LAST) => filter.batch = Some(last_batch(store)?.to_string()),
             Some(word) => known_batch(word, store)?,
@@ -111,7 +113,7 @@ fn known_batch(word: &str, store: &Store) -> Result<(), Failure> {
     };
     let unknown = || {
         Failure::input(format!(
-            "no batch {word}; `nearmiss evaluate --list` lists batches"
+            "no batch {word}; `nearmiss evaluate list` lists batches"
         ))
     };
     known.then_some(()).ok_or_else(unknown)
@@ -130,18 +132,4 @@ pub fn store_to_read() -> Result<Arc<Store>, Failure> {
 fn opened(open: impl Fn(&Path) -> Result<Store, StoreError>) -> Result<Arc<Store>, Failure> {
     let (folders, _) = open::configuration()?;
     open(&folders.store()).map(Arc::new).map_err(Failure::input)
-}
-
-fn state(word: &str) -> Result<StateFilter, String> {
-    StateFilter::parse(word)
-        .ok_or_else(|| unknown("state", word, StateFilter::ALL.iter().map(|s| s.name())))
-}
-
-fn origin(word: &str) -> Result<Origin, String> {
-    Origin::parse(word).ok_or_else(|| unknown("origin", word, Origin::ALL.iter().map(|o| o.name())))
-}
-
-fn said(word: &str) -> Result<Decision, String> {
-    Decision::parse(word)
-        .ok_or_else(|| unknown("verdict", word, Decision::ALL.iter().map(|d| d.name())))
 }

@@ -1,4 +1,4 @@
-//! `nearmiss find`: windows of an index that a sentence or a filter means. The filter is shown before it is used.
+//! `nearmiss corpus find`: windows of an index that fit terms, which a model writes of a sentence. They are shown before they are used.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,43 +7,52 @@ use std::sync::atomic::AtomicBool;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::interrupt::{INTERRUPTED, interrupted};
-use super::open::{configuration, user_thresholds};
+use super::ask;
+use super::evaluate::runtime;
+use super::interrupt::{self, INTERRUPTED, interrupted};
+use super::open::{configuration, judge_of, user_thresholds};
 use super::output::{self, Target};
 use super::{Failure, Outcome, json};
+use nearmiss_ask::llm::Parameters;
 use nearmiss_base::system::{columns, pad_end};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_scene::judge;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
+use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::{
-    FoundWindow, FoundWindows, IndexSearch, Sentence, checked_filter, search_index,
+    FilterRequest, FoundWindow, FoundWindows, IndexSearch, checked_filter, search_index,
+    write_filter,
 };
+
+/// The most tokens of an answer, reasoning included, where the configuration sets no limit.
+const TOKENS: u32 = 4096;
 
 /// Arguments of `find`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Words without a term are named on standard error. `nearmiss help finding`: the vocabulary and the filter language.\n\
-Exit status: 0 windows were found; 1 none was; 2 nothing was understood, or an error of input.")]
+`nearmiss help finding` lists the terms.\n\
+Exit status: 0 windows were found; 1 none was; 2 an error of input, or a model wrote no terms.")]
 pub struct Find {
-    /// What is looked for: "cut-ins under 1.5 s TTC on motorways".
-    sentence: Option<String>,
-    /// Folder of the index, see `nearmiss index` [default: `index` of the configuration].
+    /// Terms that a window has to fit: \"manoeuvre:cut_in ttc<1.5 road:highway\". With --model a sentence:
+    /// \"cut-ins under 1.5 s TTC on motorways\".
+    #[arg(required = true)]
+    terms: Vec<String>,
+    /// Model that writes the terms of the sentence, as provider/model. They are shown before the search.
+    #[arg(long)]
+    model: Option<String>,
+    /// Folder of the index, see `nearmiss corpus index` [default: `index` of the configuration].
     #[arg(long, value_name = "FOLDER")]
     index: Option<PathBuf>,
-    /// A filter instead of a sentence, such as one that was edited.
-    #[arg(long, value_name = "FILTER", conflicts_with = "sentence")]
-    filter: Option<String>,
-    /// Print the filter, and search nothing.
-    #[arg(long, visible_alias = "dry-run", conflicts_with_all = ["index", "number"])]
+    /// Print the terms, and search nothing.
+    #[arg(long, conflicts_with = "number")]
     filter_only: bool,
     /// Number of windows that are printed, the most severe ones; all are counted.
     #[arg(short, long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     number: u32,
-    /// Print one JSON object.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     #[command(flatten)]
     output: output::OutputFile,
 }
@@ -51,12 +60,14 @@ pub struct Find {
 /// What was found, for programs.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct FindDocument {
-    /// The sentence; null where a filter was given.
+    /// The sentence; null where terms were given.
     sentence: Option<String>,
-    /// The filter that it became.
+    /// Model that wrote its terms, as provider/model.
+    model: Option<String>,
+    /// The terms.
     filter: String,
-    /// Parts of the sentence that have no term.
-    not_understood: Vec<String>,
+    /// Parts of the sentence that have no term, as the model says.
+    left_out: Option<String>,
     /// Windows in the index; null where nothing was searched.
     searched: Option<u64>,
     /// Windows that were found.
@@ -94,45 +105,34 @@ struct FindWindow {
 }
 
 impl json::Output for FindDocument {
-    const NAME: &'static str = "find";
-    const TITLE: &'static str = "`find --json`: the filter of a sentence and the windows it finds";
+    const NAME: &'static str = "corpus-find";
+    const TITLE: &'static str = "`corpus find --format json`: terms and the windows that fit them";
 }
 
 /// Runs `find`.
 pub fn run(arguments: &Find) -> Outcome {
-    let read = match (&arguments.sentence, &arguments.filter) {
-        (Some(sentence), _) => Sentence::read(sentence),
-        (None, Some(filter)) => Sentence {
-            filter: filter.clone(),
-            not_understood: Vec::new(),
-        },
-        (None, None) => {
-            return Err(Failure::input(
-                "expected a sentence, such as \"cut-ins under 1.5 s TTC\", or --filter FILTER",
-            ));
-        }
+    let words = arguments.terms.join(" ");
+    let (folders, config) = configuration()?;
+    let mut document = match &arguments.model {
+        Some(model) => written(model, &words, arguments, &folders, &config)?,
+        None => FindDocument::of(&words).map_err(|failure| {
+            Failure::input(format!(
+                "{}; `nearmiss help finding` lists the terms, --model MODEL writes those of a sentence",
+                failure.message
+            ))
+        })?,
     };
-    if let Some(left_out) = read.left_out(output::visible) {
-        output::say(&format!("nearmiss: {left_out}"));
-    }
-    if read.filter.trim().is_empty() {
-        return Err(Failure::input(
-            "nothing of this is a filter; `nearmiss help finding` lists the words, and --filter takes the filter itself",
-        ));
-    }
-    let mut document = FindDocument::of(arguments.sentence.as_deref(), &read)?;
     if arguments.filter_only {
         let text = format!("{}\n", document.filter);
         return write(arguments, &document, &text);
     }
     output::say(&format!("nearmiss: filter: {}", document.filter));
-    let (folders, config) = configuration()?;
     let folder = folder(arguments, &config)?;
     let thresholds = user_thresholds(&folders)?;
     let number = usize::try_from(arguments.number).map_err(Failure::input)?;
     let found = search(
         &folder,
-        &read.filter,
+        &document.filter,
         number,
         &thresholds,
         &interrupted(true),
@@ -147,6 +147,11 @@ pub fn run(arguments: &Find) -> Outcome {
     write(arguments, &document, &table(&document, &found))?;
     match found.count {
         0 => {
+            if checked_filter(&document.filter).is_ok_and(|filter| filter.has_words()) {
+                output::say(
+                    "nearmiss: words are parts of names, folders or tags of scenarios; `nearmiss help finding` lists the terms",
+                );
+            }
             for measure in &found.nowhere {
                 output::say(&format!(
                     "nearmiss: no window of this kind has the measure {}; `nearmiss help measures` says what has it",
@@ -170,7 +175,7 @@ fn folder(arguments: &Find, config: &Config) -> Result<PathBuf, Failure> {
     let folder = arguments.index.as_ref().or(config.index.as_ref());
     folder.cloned().ok_or_else(|| {
         Failure::input(
-            "no index: name one with --index FOLDER or `index` in config.toml; `nearmiss index PATH… -o FOLDER` makes one",
+            "no index: name one with --index FOLDER or `index` in config.toml; `nearmiss corpus index PATH… -o FOLDER` makes one",
         )
     })
 }
@@ -205,20 +210,68 @@ pub fn search(
     })
 }
 
+/// Asks a model for the terms of a sentence.
+fn written(
+    model: &str,
+    sentence: &str,
+    arguments: &Find,
+    folders: &Folders,
+    config: &Config,
+) -> Result<FindDocument, Failure> {
+    let index = folder(arguments, config)?;
+    let parameters = Parameters {
+        max_tokens: Some(config.max_tokens.unwrap_or(TOKENS)),
+        ..ask::parameters(config)
+    };
+    let models = ask::models(model, &config.providers, folders, parameters, config.budget);
+    let Judge::Model(judge) = judge_of(&models, model)? else {
+        return Err(Failure::input(format!(
+            "--model {model}: terms are written by a language model; give provider/model"
+        )));
+    };
+    let store = Store::open(&folders.store()).map_err(Failure::input)?;
+    let request = FilterRequest {
+        sentence,
+        index: &index,
+        model: &judge,
+        store: &store,
+    };
+    let written = runtime()?.block_on(async {
+        tokio::select! {
+            written = write_filter(request) => {
+                written.map_err(|why| Failure::input(output::visible(&why.to_string())))
+            }
+            () = interrupt::signal() => Err(Failure {
+                message: "interrupted".into(),
+                status: INTERRUPTED,
+            }),
+        }
+    })?;
+    let left_out = written.left_out.map(|words| output::visible(&words));
+    if let Some(words) = &left_out {
+        output::say(&format!("nearmiss: {model} has no term for: {words}"));
+    }
+    Ok(FindDocument {
+        sentence: Some(output::visible(sentence)),
+        model: Some(model.to_string()),
+        left_out,
+        ..FindDocument::of(&written.filter)?
+    })
+}
+
 impl FindDocument {
-    /// What a sentence, or a filter, means; nothing is searched yet.
+    /// Terms; nothing is searched yet.
     ///
     /// # Errors
-    /// The filter is wrong.
-    pub fn of(sentence: Option<&str>, read: &Sentence) -> Result<Self, Failure> {
-        let checked = checked_filter(&read.filter);
-        checked.map_err(|why| Failure::input(format!("filter: {why}")))?;
+    /// They are wrong.
+    pub fn of(filter: &str) -> Result<Self, Failure> {
+        checked_filter(filter)
+            .map_err(|why| Failure::input(format!("filter: {}", output::visible(&why))))?;
         Ok(Self {
-            sentence: sentence.map(output::visible),
-            filter: output::visible(&read.filter),
-            not_understood: { read.not_understood.iter() }
-                .map(|part| output::visible(&part.words))
-                .collect(),
+            sentence: None,
+            model: None,
+            filter: output::visible(filter),
+            left_out: None,
             searched: None,
             windows: None,
             scenarios: None,
@@ -325,7 +378,7 @@ fn table(document: &FindDocument, found: &FoundWindows) -> String {
 }
 
 fn write(arguments: &Find, document: &FindDocument, text: &str) -> Outcome {
-    let text = if arguments.json {
+    let text = if arguments.format.is_json() {
         let document = json::Output::document(document).map_err(Failure::input)?;
         output::json_line(&document)?
     } else {
@@ -334,7 +387,7 @@ fn write(arguments: &Find, document: &FindDocument, text: &str) -> Outcome {
     match arguments.output.file() {
         None => output::text(&text),
         Some(file) => {
-            Target::begin(Some(file), arguments.output.overwrite())?.save(text.as_bytes())
+            Target::begin(Some(file), arguments.output.overwrites())?.save(text.as_bytes())
         }
     }
 }

@@ -5,13 +5,14 @@ use std::io;
 use std::path::Path;
 
 use clap::CommandFactory;
+use clap::error::{ContextKind, ContextValue};
 
 use super::open::resolved;
 use super::{Arguments, Failure, Outcome, json, output};
 use nearmiss_base::system::{did_you_mean, unknown};
 use nearmiss_docs::{TOPICS, explaining, topic};
 use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
-use nearmiss_workflow::{EXPERIMENT_KEYS, experiment_schema};
+use nearmiss_workflow::experiment_schema;
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
@@ -33,13 +34,17 @@ pub fn run(arguments: &Help) -> Outcome {
     }
     let program = program();
     let Some(first) = words.first() else {
-        return output::text(&(topics() + &commands(&program)));
+        let commands = commands(&program, |group| format!("{group}:"));
+        return output::text(&format!(
+            "{}{commands}\n`nearmiss help COMMAND` prints the help of a command, `nearmiss --help` that of the workbench.\n",
+            topics()
+        ));
     };
     if let (Some(topic), [_]) = (topic(first), &words[..]) {
         output::text(topic.text)?;
         return match topic.name {
             "json" => output::text(&vocabulary()),
-            "experiments" => output::text(&experiment_keys()),
+            "experiments" => output::text(&format!("\n## Keys\n\n{}", super::knobs::keys())),
             "planners" => output::text(&planner_messages()),
             "tools" => output::text(&nearmiss_study::tools::table()),
             _ => Ok(()),
@@ -57,15 +62,65 @@ pub fn run(arguments: &Help) -> Outcome {
     }
 }
 
-/// The program's arguments; commands of commands have the `help` that comes with clap.
+/// The program's arguments, with commands in groups; commands of commands have the `help` that comes with clap.
 pub fn program() -> clap::Command {
-    Arguments::command().mut_subcommands(|command| {
+    let program = Arguments::command().mut_subcommands(|command| {
         if command.has_subcommands() {
             command.defer(|command| command.disable_help_subcommand(false))
         } else {
             command
         }
-    })
+    });
+    let header = *program.get_styles().get_header();
+    let title = |words: &str| format!("{header}{words}:{header:#}");
+    let commands = commands(&program, &title);
+    let [arguments, options] = ["Arguments", "Options"].map(title);
+    program.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n{commands}\n{arguments}\n{{positionals}}\n\n{options}\n{{options}}{{after-help}}"
+    ))
+}
+
+/// What people do with the program, each with its commands.
+const GROUPS: &[(&str, &[&str])] = &[
+    ("Look", &["inspect", "render", "convert"]),
+    ("Measure", &["metrics", "corpus"]),
+    ("Ask", &["ask", "prompt", "models"]),
+    ("Evaluate", &["evaluate", "report", "runs", "tune"]),
+    ("Drive and attack", &["plan", "generate"]),
+    ("Serve", &["mcp"]),
+    ("Set up", &["doctor", "config", "completions", "help"]),
+];
+
+/// Commands of versions before, and what they are now.
+const MOVED: &[(&str, &str)] = &[
+    ("batches", "runs batches"),
+    ("describe", "prompt describe"),
+    ("experiment", "runs export` and `runs import"),
+    ("export", "runs export"),
+    ("find", "corpus find"),
+    ("import", "runs import"),
+    ("index", "corpus index"),
+    ("keys", "config keys"),
+    ("man", "completions man"),
+    ("prompts", "prompt"),
+    ("ratings", "runs ratings"),
+    ("sample", "corpus sample"),
+    ("themes", "config themes"),
+];
+
+/// Options of versions before, and what they are now.
+const MOVED_OPTIONS: &[(&str, &str)] = &[
+    ("--json", "--format json"),
+    ("--print-config", "nearmiss config print"),
+];
+
+/// What an option is now that is not known any more.
+pub fn moved_option(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let (_, now) = MOVED_OPTIONS.iter().find(|(old, _)| old == option)?;
+    Some(format!("`{option}` is `{now}` now"))
 }
 
 /// Prints the JSON schema of an output.
@@ -103,15 +158,6 @@ fn schema(words: &[String], name: &str) -> Outcome {
 /// The schema of the topic experiments.
 const EXPERIMENT: &str = "experiment";
 
-/// The keys of an experiment file.
-fn experiment_keys() -> String {
-    let lines = EXPERIMENT_KEYS.iter().map(|key| {
-        let about = textwrap::fill(key.about, 68).replace('\n', &format!("\n{:20}", ""));
-        format!("    {:<15} {about}\n", key.name)
-    });
-    format!("\n## Keys\n\n{}", lines.collect::<String>())
-}
-
 /// The messages of the planner protocol.
 fn planner_messages() -> String {
     let lines = planner_message_names().map(|(name, about)| format!("    {name:<15} {about}\n"));
@@ -139,18 +185,20 @@ fn topics() -> String {
     format!("Topics of the manual, `nearmiss help TOPIC`:\n{lines}")
 }
 
-/// The list of commands.
-fn commands(program: &clap::Command) -> String {
-    let all = program.get_subcommands().filter(|one| !one.is_hide_set());
-    let lines: String = all
-        .map(|one| {
-            let about = one.get_about().map(ToString::to_string).unwrap_or_default();
-            format!("  {:<14} {about}\n", one.get_name())
-        })
-        .collect();
-    format!(
-        "\nCommands, `nearmiss help COMMAND`:\n{lines}\n`nearmiss --help` lists the options of the workbench.\n"
-    )
+/// The commands in groups, below their titles.
+fn commands(program: &clap::Command, title: impl Fn(&str) -> String) -> String {
+    let line = |name: &&str| {
+        let about = program
+            .find_subcommand(name)
+            .and_then(clap::Command::get_about);
+        let about = about.map(ToString::to_string).unwrap_or_default();
+        format!("  {name:<14} {about}\n")
+    };
+    let groups = GROUPS.iter().map(|(group, names)| {
+        let lines: String = names.iter().map(line).collect();
+        format!("\n{}\n{lines}", title(group))
+    });
+    groups.collect()
 }
 
 /// Prints what `--help` after these words prints, in the terminal's colours.
@@ -173,6 +221,9 @@ pub fn mistyped(program: &clap::Command, word: &OsStr) -> Option<Failure> {
     let said = word.to_str().filter(|word| !word.starts_with('-'))?;
     if program.find_subcommand(said).is_some() || resolved(Path::new(said)).is_ok() {
         return None;
+    }
+    if let Some((_, now)) = MOVED.iter().find(|(old, _)| *old == said) {
+        return Some(Failure::input(format!("`{said}` is `{now}` now")));
     }
     let commands = program.get_subcommands().map(clap::Command::get_name);
     let meant = did_you_mean(said, commands);

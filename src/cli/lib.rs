@@ -3,15 +3,17 @@
 mod ask;
 mod at;
 mod batches;
+mod bundle;
+mod chosen;
+mod config;
 mod convert;
-mod cost;
+mod corpus;
 mod crash;
 mod declared;
 mod describe;
 mod doctor;
 mod doubts;
 mod evaluate;
-mod experiment;
 mod export;
 mod failure;
 mod filters;
@@ -25,6 +27,7 @@ mod index;
 mod inspect;
 mod interrupt;
 mod json;
+mod knobs;
 mod locked;
 mod many_files;
 mod mcp;
@@ -46,6 +49,7 @@ mod routes;
 mod row_file;
 mod runs;
 mod sample;
+mod set;
 mod side_files;
 mod span;
 mod templates;
@@ -55,10 +59,10 @@ mod tool_options;
 mod tune;
 mod verdicts;
 
+pub use chosen::{chosen_ego, chosen_index, chosen_paths};
 pub use crash::report_panics;
 pub use failure::{Failure, Outcome};
-pub use open::{EgoChoice, chosen_ego, chosen_index, chosen_paths, use_maps};
-pub use print_config::print_config;
+pub use open::{EgoChoice, use_maps};
 pub use themes_and_keys::Workbench;
 pub use verdicts::{has_terminal, without_terminal};
 
@@ -66,7 +70,7 @@ use std::path::PathBuf;
 
 /// A terminal workbench for safety-critical driving scenarios.
 #[derive(Debug, clap::Parser)]
-#[command(name = "nearmiss", version, about, disable_help_subcommand = true)]
+#[command(name = "nearmiss", version, disable_help_subcommand = true)]
 #[command(
     after_help = "Manual: `nearmiss help` lists its topics, `nearmiss help TOPIC` prints one."
 )]
@@ -80,75 +84,54 @@ pub struct Arguments {
     /// Who is the ego in the workbench.
     #[command(flatten)]
     pub ego: EgoChoice,
-    /// Folder of an index (`nearmiss index`), whose terms filter the list of the workbench.
+    /// Folder of an index (`nearmiss corpus index`), whose terms filter the list of the workbench.
     #[arg(long, value_name = "FOLDER")]
     pub index: Option<PathBuf>,
-    /// Print the configuration in force and where each value comes from.
-    #[arg(long, exclusive = true)]
-    pub print_config: bool,
 }
 
-/// The headless commands.
+/// The headless commands, in the order of `help::GROUPS`.
 #[derive(Debug, clap::Subcommand)]
 pub enum Command {
     /// Show what a scenario contains, and its errors with line numbers.
     Inspect(inspect::Inspect),
+    /// Draw maps, plots or the workbench as SVG, PNG or GIF.
+    Render(render::Render),
     /// Write scenarios as CommonRoad 2020a XML, or as OpenSCENARIO XML with OpenDRIVE.
     Convert(convert::Convert),
     /// Compute every safety measure of every obstacle at every step.
     Metrics(metrics::Metrics),
-    /// Measure every window of every pair of road users in many scenarios.
-    Index(Box<index::Index>),
-    /// Find the windows of an index that a sentence means.
-    Find(find::Find),
-    /// Draw scenarios or windows from an index so that they cover it.
-    Sample(sample::Sample),
-    /// Describe a scene in words.
-    Describe(describe::Describe),
-    /// Print the messages that a model would receive.
-    Prompt(prompt::PromptArguments),
-    /// List, show, compare, copy and choose prompt templates.
-    Prompts(prompts::Prompts),
+    /// Index the windows of many scenarios; search the index and draw from it.
+    #[command(subcommand)]
+    Corpus(corpus::Corpus),
     /// Ask a model, or the built-in judge, for one verdict.
     Ask(ask::Ask),
-    /// Serve tools, scenarios and prompts to other programs over the Model Context Protocol.
-    Mcp(mcp::Mcp),
+    /// Show what models receive: messages, descriptions, and the templates they are made of.
+    #[command(subcommand)]
+    Prompt(prompts::Prompt),
     /// List models with their keys, prices and retirement dates.
     Models(models::Models),
     /// Ask models about many scenarios and count correct answers.
     Evaluate(Box<evaluate::Evaluate>),
-    /// Pack a batch with its answers into one file for other machines, and unpack it.
-    Experiment(experiment::ExperimentArguments),
-    /// Improve a prompt template from wrong answers of an experiment's dev split.
-    Tune(tune::Tune),
-    /// List, collect and cancel provider batches (those of `evaluate`: `evaluate --list`).
-    Batches(batches::Batches),
     /// Report the accuracy of stored or recorded answers.
     Report(report::ReportArguments),
-    /// List, search and manage stored runs.
+    /// List, show, export and import stored answers, their ratings and provider batches.
+    #[command(subcommand)]
     Runs(runs::Runs),
-    /// Summarise ratings of answers compared side by side.
-    Ratings(ratings::Ratings),
+    /// Improve a prompt template from wrong answers of an experiment's dev split.
+    Tune(tune::Tune),
     /// Plan the ego's motion and simulate it in the recorded traffic.
     Plan(plan::PlanArguments),
     /// Turn safe scenarios into dangerous but avoidable ones.
     Generate(generate::GenerateArguments),
-    /// Write stored runs to a file.
-    Export(export::Export),
-    /// Draw maps, plots or the workbench as SVG, PNG or GIF.
-    Render(render::Render),
-    /// Import runs into the store.
-    Import(import::Import),
-    /// List and preview the themes of the workbench.
-    Themes(themes_and_keys::Themes),
-    /// List the keys of the workbench, or print a keymap file.
-    Keys(themes_and_keys::Keys),
+    /// Serve tools, scenarios and prompts to other programs over the Model Context Protocol.
+    Mcp(mcp::Mcp),
     /// Check terminal, files, store and models, and suggest fixes.
     Doctor(doctor::Doctor),
-    /// Print completions for a shell.
+    /// Print the configuration in force, the themes or the keys of the workbench.
+    #[command(subcommand)]
+    Config(config::ConfigCommand),
+    /// Print completions for a shell, or the manual page.
     Completions(generated::Completions),
-    /// Print the manual page.
-    Man,
     /// Print a topic of the manual, or the help of a command.
     Help(help::Help),
 }
@@ -182,10 +165,11 @@ pub fn arguments() -> Arguments {
                 |()| error.exit_code(),
             ));
         }
-        if plain == said {
-            error.exit();
+        match help::moved_option(&error) {
+            Some(moved) => output::lines(&format!("error: {moved}")),
+            None if plain == said => error.exit(),
+            None => output::lines(&plain),
         }
-        output::lines(&plain);
         std::process::exit(error.exit_code());
     })
 }
@@ -209,34 +193,23 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
     interrupt::listen();
     match command {
         Command::Inspect(arguments) => inspect::run(arguments),
+        Command::Render(arguments) => render::run(arguments, workbench.screen),
         Command::Convert(arguments) => convert::run(arguments),
         Command::Metrics(arguments) => metrics::run(arguments),
-        Command::Index(arguments) => index::run(arguments),
-        Command::Find(arguments) => find::run(arguments),
-        Command::Sample(arguments) => sample::run(arguments),
-        Command::Describe(arguments) => describe::run(arguments),
-        Command::Prompt(arguments) => prompt::run(arguments),
-        Command::Prompts(arguments) => prompts::run(arguments),
+        Command::Corpus(command) => corpus::run(command),
         Command::Ask(arguments) => ask::run(arguments),
-        Command::Mcp(arguments) => mcp::run(arguments),
+        Command::Prompt(command) => prompts::run(command),
         Command::Models(arguments) => models::run(arguments),
         Command::Evaluate(arguments) => evaluate::run(arguments),
-        Command::Experiment(arguments) => experiment::run(arguments),
-        Command::Tune(arguments) => tune::run(arguments),
-        Command::Batches(arguments) => batches::run(arguments),
         Command::Report(arguments) => report::run(arguments),
-        Command::Runs(arguments) => runs::run(arguments),
-        Command::Ratings(arguments) => ratings::run(arguments),
+        Command::Runs(command) => runs::run(command),
+        Command::Tune(arguments) => tune::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),
         Command::Generate(arguments) => generate::run(arguments),
-        Command::Export(arguments) => export::run(arguments),
-        Command::Render(arguments) => render::run(arguments, workbench.screen),
-        Command::Import(arguments) => import::run(arguments),
-        Command::Themes(arguments) => themes_and_keys::themes(arguments, workbench),
-        Command::Keys(arguments) => themes_and_keys::keys(arguments, workbench),
+        Command::Mcp(arguments) => mcp::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments, workbench),
-        Command::Completions(arguments) => generated::completions(arguments),
-        Command::Man => generated::man(),
+        Command::Config(command) => config::run(command, workbench),
+        Command::Completions(arguments) => generated::run(arguments),
         Command::Help(arguments) => help::run(arguments),
     }
 }

@@ -1,7 +1,9 @@
 //! The lock of test splits for single answers: left out until the split is complete or unlocked.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
+use super::filters::{store, store_to_read};
 use super::{Failure, Outcome, output};
 use nearmiss_store::{BatchId, RunId, Store};
 use nearmiss_study::evaluation::batch::TestSplit;
@@ -69,9 +71,13 @@ impl Unlock {
         Ok(LockedAnswers::default())
     }
 
-    /// Whether looks are recorded, for which the store has to be writable.
-    pub fn is_given(self) -> bool {
-        self.unlock
+    /// The store: a look is recorded in it.
+    pub fn store(self) -> Result<Arc<Store>, Failure> {
+        if self.unlock {
+            store()
+        } else {
+            store_to_read()
+        }
     }
 }
 

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
 use serde_json::Value;
 
+use super::plan::FinishedDrive;
 use super::{Failure, output};
 use nearmiss_base::system;
 use nearmiss_formats::Entry;
@@ -111,9 +113,9 @@ impl FinishedFiles {
         now: impl FnOnce() -> Option<(String, String)>,
     ) -> Result<(), Failure> {
         let of = |unit: &FinishedUnit| {
-            let said = &unit.notes["document"]["external_planner"];
-            let text = |key: &str| said[key].as_str().unwrap_or_default().to_string();
-            Some((text("name"), text("version"))).filter(|(name, _)| !name.is_empty())
+            let drive = FinishedDrive::deserialize(&unit.notes).ok()?.document;
+            let process = drive.external_planner?;
+            Some((process.name, process.version)).filter(|(name, _)| !name.is_empty())
         };
         let mut then: Vec<(String, String)> = self.journal.units().filter_map(of).collect();
         then.sort();

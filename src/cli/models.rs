@@ -3,13 +3,15 @@
 use std::path::Path;
 
 use jiff::civil::Date;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
 
 use super::open::configuration;
 use super::{Failure, Outcome, json, output};
 use nearmiss_ask::llm::{
     Client, Discovered, Environment, KeyState, ModelListing, PriceTable, Pricing, Probed, Registry,
-    probe,
+    Retirement, probe,
 };
 use nearmiss_base::system::{shown_path, words};
 use nearmiss_scene::judge;
@@ -18,9 +20,8 @@ use nearmiss_settings::Folders;
 /// Arguments of `models`.
 #[derive(Debug, clap::Args)]
 pub struct Models {
-    /// Print JSON lines: one object a model.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Do not look for servers on this machine.
     #[arg(long)]
     offline: bool,
@@ -28,7 +29,7 @@ pub struct Models {
     #[arg(long)]
     all: bool,
     /// Lay a price table over the shipped prices: the JSON of models.dev or litellm, a file or an address.
-    #[arg(long, value_name = "FILE|URL", conflicts_with_all = ["json", "offline", "all"])]
+    #[arg(long, value_name = "FILE|URL", conflicts_with_all = ["format", "offline", "all"])]
     update: Option<String>,
 }
 
@@ -64,10 +65,10 @@ pub fn run(arguments: &Models) -> Outcome {
         .filter_map(|d| registry.known(&d.id, &environment, today));
     let shown: Vec<ModelListing> = shown.collect();
     let listed = [listed, shown].concat();
-    if arguments.json {
-        documents(&listed, &found, today)
-            .iter()
-            .try_for_each(output::json)
+    if arguments.format.is_json() {
+        let lines = listed.iter().map(|one| ModelLine::new(one, &found, today));
+        let mut lines = std::iter::once(BUILT_IN).chain(lines);
+        lines.try_for_each(|line| output::document(&line))
     } else {
         output::text(&output::visible(&table(&listed, &found, today)))
     }
@@ -111,64 +112,60 @@ fn new<'a>(
     found.iter().filter(move |d| !known.contains(&d.id))
 }
 
-fn documents(listed: &[ModelListing], found: &[Discovered], today: Date) -> Vec<Value> {
-    let reference = json!({
-        "model": judge::MODEL,
-        "built_in": true,
-        "dialect": null,
-        "key": {"state": "not needed", "source": null},
-        "usd_per_million_tokens": null,
-        "end": null,
-        "warning": null,
-        "running": false,
-    });
-    let known = listed.iter().map(|model| {
-        let (state, source) = match &model.key {
-            KeyState::NotNeeded => ("not needed", None),
-            KeyState::Present(source) => ("present", Some(source)),
-            KeyState::Command(command) => ("command", Some(command)),
-            KeyState::Missing(names) => ("missing", Some(names)),
-        };
-        let price = model.pricing.as_ref().map(price);
-        let end = model.retirement.as_ref();
-        json!({
-            "model": model.id,
-            "built_in": false,
-            "dialect": model.dialect.name(),
-            "key": {"state": state, "source": source},
-            "usd_per_million_tokens": price,
-            "end": end.map(|end| json!({
-                "day": end.day.map(|day| day.to_string()),
-                "routed": end.routed,
-                "replacement": end.replacement,
-                "unconfirmed": end.unconfirmed,
-            })),
-            "warning": end.and_then(|end| end.warning(today)),
-            "running": is_found(model, found),
-        })
-    });
-    let mut all: Vec<Value> = std::iter::once(reference).chain(known).collect();
-    for one in &mut all {
-        json::with_old_names(one, &[("id", "model")]);
-    }
-    all
+/// A model for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct ModelLine<'m> {
+    model: &'m str,
+    /// Whether it is the built-in judge.
+    built_in: bool,
+    /// Wire protocol.
+    dialect: Option<&'static str>,
+    /// State and source of the API key.
+    #[schemars(with = "Value")]
+    key: &'m KeyState,
+    /// Prices: input, output, cached and more, with source and day.
+    #[schemars(with = "Value")]
+    usd_per_million_tokens: Option<&'m Pricing>,
+    /// Retirement: day, routed, replacement, unconfirmed.
+    #[schemars(with = "Value")]
+    end: Option<&'m Retirement>,
+    /// Warning about its retirement.
+    warning: Option<String>,
+    /// Whether it runs on this machine.
+    running: bool,
 }
 
-/// A price with its source, and those of longer questions in it.
-fn price(pricing: &Pricing) -> Value {
-    let price = &pricing.price;
-    json!({
-        "input": price.input,
-        "output": price.output,
-        "cached": price.cached,
-        "cache_write": price.cache_write,
-        "peak_factor": pricing.peak.as_ref().map(|peak| peak.factor),
-        "batch_factor": pricing.batch_factor,
-        "as_of": pricing.as_of.map(|day| day.to_string()),
-        "source": pricing.source,
-        "up_to_input_tokens": pricing.up_to,
-        "longer": pricing.longer.as_deref().map(self::price),
-    })
+impl json::Output for ModelLine<'_> {
+    const NAME: &'static str = "models";
+    const TITLE: &'static str = "`models --json`: one model a line";
+}
+
+/// The built-in judge.
+const BUILT_IN: ModelLine<'_> = ModelLine {
+    model: judge::MODEL,
+    built_in: true,
+    dialect: None,
+    key: &KeyState::NotNeeded,
+    usd_per_million_tokens: None,
+    end: None,
+    warning: None,
+    running: false,
+};
+
+impl<'m> ModelLine<'m> {
+    fn new(model: &'m ModelListing, found: &[Discovered], today: Date) -> Self {
+        let end = model.retirement.as_ref();
+        Self {
+            model: &model.id,
+            built_in: false,
+            dialect: Some(model.dialect.name()),
+            key: &model.key,
+            usd_per_million_tokens: model.pricing.as_ref(),
+            end,
+            warning: end.and_then(|end| end.warning(today)),
+            running: is_found(model, found),
+        }
+    }
 }
 
 /// Where prices are from, each place once: those that `[1]` and so on point at.

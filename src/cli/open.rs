@@ -9,11 +9,11 @@ use super::doubts::doubts;
 use super::plan::as_ego;
 use super::row_file::say_shared_names;
 use super::side_files::without_side_files;
-use super::{Arguments, Failure, output};
+use super::{Failure, output};
 use nearmiss_ask::prompts::{Pack, Techniques};
 use nearmiss_base::system::unknown;
 use nearmiss_formats::{
-    self as formats, EgoError, EgoSelection, Entry, EntryLocation, SearchResults, bundled,
+    self as formats, EgoError, EgoSelection, Entry, EntryLocation, SearchResults,
     not_standard_input, only_part,
 };
 use nearmiss_scene::description::Frame;
@@ -22,9 +22,7 @@ use nearmiss_scene::scenario::{Scenario, Scene};
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, ConfigError, Folders, TextFile};
 use nearmiss_study::evaluation::Judge;
-use nearmiss_workflow::{
-    Models, OpenError, OpenRequest, OpenedScene, experiment_among, find, index_parts, open,
-};
+use nearmiss_workflow::{Models, OpenError, OpenRequest, OpenedScene, find, open};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
@@ -39,13 +37,14 @@ pub struct ScenarioArguments {
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct EgoChoice {
     /// The ego: id of an obstacle, file with a recorded trajectory, Frenetix log or CommonRoad solution, `planner` (the
-    /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command [default: the
-    /// recording beside the scenario].
-    #[arg(long, value_name = "ID|FILE|planner", allow_negative_numbers = true)]
+    /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command. FILE#ID and
+    /// planner#ID choose the planning problem, #ID in the recording beside the scenario [default: that recording].
+    #[arg(
+        long,
+        value_name = "ID|FILE[#ID]|planner[#ID]",
+        allow_negative_numbers = true
+    )]
     ego: Option<PathBuf>,
-    /// Planning problem whose vehicle is the ego, if the file solves several, or that the planner solves.
-    #[arg(long, value_name = "ID", allow_negative_numbers = true)]
-    planning_problem: Option<i64>,
 }
 
 impl EgoChoice {
@@ -54,39 +53,52 @@ impl EgoChoice {
     /// # Errors
     /// An obstacle is named and a planning problem too, or standard input; or the planner drives in none of them.
     pub fn wanted(&self, entries: &[Entry]) -> Result<EgoSelection, Failure> {
-        let said = self.ego.as_deref().and_then(Path::to_str);
-        match said.and_then(as_ego::named) {
-            Some(planner) => as_ego::drive(planner, self.planning_problem, entries),
-            None => self.recorded(),
+        let (said, planning_problem) = self.parts();
+        match said.and_then(Path::to_str).and_then(as_ego::named) {
+            Some(planner) => as_ego::drive(planner, planning_problem, entries),
+            None => recorded(said, planning_problem),
         }
     }
 
     /// Whether it is the one beside the scenario.
     pub fn is_beside(&self) -> bool {
-        self.ego.is_none() && self.planning_problem.is_none()
+        self.ego.is_none()
     }
 
-    fn recorded(&self) -> Result<EgoSelection, Failure> {
-        let planning_problem = self.planning_problem;
-        let Some(wanted) = &self.ego else {
-            return Ok(match planning_problem {
-                Some(planning_problem) => EgoSelection::BesideFor { planning_problem },
-                None => EgoSelection::Beside,
-            });
-        };
-        // A file that is called like a number is meant by `./7`.
-        match wanted.to_str().and_then(|text| text.parse().ok()) {
-            Some(_) if planning_problem.is_some() => Err(Failure::input(
-                "--planning-problem chooses an ego of a file, and --ego names an obstacle; leave one out",
-            )),
-            Some(id) => Ok(EgoSelection::Obstacle(id)),
-            None => {
-                not_standard_input(wanted).map_err(Failure::input)?;
-                Ok(EgoSelection::File {
-                    path: wanted.clone(),
-                    planning_problem,
-                })
-            }
+    /// Who it is, and of which planning problem. A file whose name ends like one is a file.
+    fn parts(&self) -> (Option<&Path>, Option<i64>) {
+        let said = self.ego.as_deref();
+        let split = said.filter(|file| !file.exists()).and_then(|said| {
+            let (of, id) = said.to_str()?.rsplit_once('#')?;
+            Some((of, id.parse().ok()?))
+        });
+        match split {
+            Some(("", id)) => (None, Some(id)),
+            Some((of, id)) => (Some(Path::new(of)), Some(id)),
+            None => (said, None),
+        }
+    }
+}
+
+fn recorded(said: Option<&Path>, planning_problem: Option<i64>) -> Result<EgoSelection, Failure> {
+    let Some(wanted) = said else {
+        return Ok(match planning_problem {
+            Some(planning_problem) => EgoSelection::BesideFor { planning_problem },
+            None => EgoSelection::Beside,
+        });
+    };
+    // A file that is called like a number is meant by `./7`.
+    match wanted.to_str().and_then(|text| text.parse().ok()) {
+        Some(id) if planning_problem.is_some() => Err(Failure::input(format!(
+            "--ego {id} is an obstacle, which has no planning problem; #ID chooses one of a file or planner"
+        ))),
+        Some(id) => Ok(EgoSelection::Obstacle(id)),
+        None => {
+            not_standard_input(wanted).map_err(Failure::input)?;
+            Ok(EgoSelection::File {
+                path: wanted.to_path_buf(),
+                planning_problem,
+            })
         }
     }
 }
@@ -112,87 +124,6 @@ pub fn entry(argument: &Path) -> Result<Entry, Failure> {
         ))),
         _ => Ok(entry),
     }
-}
-
-/// The paths that the workbench opens.
-///
-/// # Errors
-/// A scenario does not exist, or a name is the beginning of several: in words, with suggestions.
-pub fn chosen_paths(arguments: &Arguments) -> Result<Vec<PathBuf>, Failure> {
-    let of_argument = |path: &PathBuf| {
-        resolved(path).map_err(|failure| Failure {
-            message: as_command(path, failure.message),
-            ..failure
-        })
-    };
-    arguments.paths.iter().map(of_argument).collect()
-}
-
-/// What is said of a path that does not exist and could have been meant as a command.
-fn as_command(path: &Path, message: String) -> String {
-    let is_word = path.components().count() == 1 && path.extension().is_none();
-    if is_word {
-        message.replacen("no such file or", "no such file, command or", 1)
-    } else {
-        message
-    }
-}
-
-/// Who shall be the ego in the workbench, checked as far as that needs no screen.
-///
-/// # Errors
-/// An ego is chosen, and there is a command, or the paths are not one scenario, or it cannot be the ego there.
-pub fn chosen_ego(arguments: &Arguments) -> Result<EgoSelection, Failure> {
-    if arguments.ego.is_beside() {
-        return Ok(EgoSelection::Beside);
-    }
-    if arguments.command.is_some() {
-        return Err(Failure::input(
-            "--ego and --planning-problem before a command apply to the workbench; put them after it: \
-             nearmiss COMMAND FILE --ego ID|FILE",
-        ));
-    }
-    if let Some(file) = experiment_among(&arguments.paths).map_err(Failure::input)? {
-        return Err(Failure::input(format!(
-            "--ego and --planning-problem need one scenario; {} asks about the ego beside each of its scenarios",
-            file.display()
-        )));
-    }
-    let entries = match &arguments.paths[..] {
-        [] => bundled(),
-        _ => {
-            find(&chosen_paths(arguments)?)
-                .map_err(Failure::input)?
-                .entries
-        }
-    };
-    let [entry] = &entries[..] else {
-        return Err(Failure::input(format!(
-            "--ego and --planning-problem need one scenario, not {}; name one file or bundled scenario",
-            entries.len()
-        )));
-    };
-    let wanted = arguments.ego.wanted(&entries)?;
-    let scenario = entry.read().map_err(Failure::input)?;
-    wanted.resolve(entry, &scenario).map_err(advised)?;
-    Ok(wanted)
-}
-
-/// The folder of the index that the workbench opens with.
-///
-/// # Errors
-/// There is a command, or no index in the folder.
-pub fn chosen_index(arguments: &Arguments) -> Result<Option<PathBuf>, Failure> {
-    let Some(folder) = &arguments.index else {
-        return Ok(None);
-    };
-    if arguments.command.is_some() {
-        return Err(Failure::input(
-            "--index before a command applies to the workbench; `nearmiss index show FOLDER` prints an index",
-        ));
-    }
-    index_parts(folder).map_err(Failure::input)?;
-    Ok(Some(folder.clone()))
 }
 
 /// The path that an argument means: itself, or the bundled scenario whose name begins so, if it is the only one.
@@ -310,7 +241,7 @@ fn possible(scenario: &Scenario) -> String {
 /// An error about an ego, with what to do on the command line.
 pub fn advised(error: EgoError) -> Failure {
     let advice = match &error {
-        EgoError::Several { .. } => ", with --planning-problem ID",
+        EgoError::Several { .. } => ", as --ego FILE#ID",
         EgoError::Io { source, .. } if source.kind() == ErrorKind::NotFound => {
             "; --ego takes the id of an obstacle, a file, or planner"
         }

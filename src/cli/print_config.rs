@@ -1,4 +1,4 @@
-//! `nearmiss --print-config`: the effective configuration as TOML, with the source of each value.
+//! `nearmiss config print`: the effective configuration as TOML, with the source of each value.
 
 use std::collections::BTreeSet;
 use std::path::Path;

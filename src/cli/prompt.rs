@@ -9,7 +9,8 @@ use super::describe::advised;
 use super::open::{
     ScenarioArguments, configuration, frame, pack, task, techniques, user_thresholds,
 };
-use super::span::Span;
+use super::set::{Assignment, Settable, assignment, settings};
+use super::span::{Span, Wording};
 use super::{Failure, Outcome, json, output};
 use nearmiss_ask::llm::Message;
 use nearmiss_ask::prompts::{Library, Pack, Problem, Techniques};
@@ -37,19 +38,42 @@ pub struct QuestionArguments {
     /// else all].
     #[arg(long, value_parser = techniques)]
     techniques: Option<Techniques>,
-    /// Templates: standard, or paper to ask as "From Words to Collisions" does [default: standard].
-    #[arg(long, value_name = "PACK", value_parser = pack)]
-    pack: Option<Pack>,
     #[command(flatten)]
     pub span: Span,
 }
 
+/// Settings of a question.
+#[derive(Debug, Clone, Default)]
+pub struct QuestionSettings {
+    wording: Wording,
+    pack: Option<Pack>,
+}
+
+impl Settable for QuestionSettings {
+    fn keys() -> Vec<&'static str> {
+        [Wording::keys(), vec!["pack"]].concat()
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        match key {
+            "pack" => self.pack = Some(pack(value)?),
+            _ => self.wording.set(key, value)?,
+        }
+        Ok(())
+    }
+}
+
 impl QuestionArguments {
     /// The question, ready to be sent.
-    pub fn question(&self, folders: &Folders, config: &Config) -> Result<Question, Failure> {
+    pub fn question(
+        &self,
+        set: &QuestionSettings,
+        folders: &Folders,
+        config: &Config,
+    ) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
         let library = validate(Library::load(Some(&folders.prompts())))
-            .with_pack(self.pack.unwrap_or_default());
+            .with_pack(set.pack.unwrap_or_default());
         let frame = self
             .frame
             .unwrap_or_else(|| default_frame(&library, self.task));
@@ -59,7 +83,9 @@ impl QuestionArguments {
             library.problems.iter().for_each(say);
             Failure::input(error)
         })?;
-        let settings = self.span.settings(self.techniques, frame, config)?;
+        let settings = self
+            .span
+            .settings(&set.wording, self.techniques, frame, config)?;
         let decided = settings.with(&chosen.front.defaults);
         let thresholds = user_thresholds(folders)?;
         let window = (self.span).window(&scene, &thresholds, Some(self.task), decided.history)?;
@@ -87,9 +113,12 @@ impl QuestionArguments {
 pub struct PromptArguments {
     #[command(flatten)]
     asked: QuestionArguments,
-    /// Print one JSON object: the messages, the template and its hash.
-    #[arg(long)]
-    json: bool,
+    /// Change a setting of the template: stride, radius, precision, form, contact, road, axes, measures; or pack=paper, to
+    /// ask as "From Words to Collisions" does. See `nearmiss help prompting`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<QuestionSettings>)]
+    set: Vec<Assignment>,
+    #[command(flatten)]
+    format: output::FormatOption,
 }
 
 /// The messages for programs.
@@ -109,15 +138,16 @@ pub struct Document {
 }
 
 impl json::Output for Document {
-    const NAME: &'static str = "prompt";
-    const TITLE: &'static str = "`prompt --json`: the messages to a model";
+    const NAME: &'static str = "prompt-show";
+    const TITLE: &'static str = "`prompt show --format json`: the messages to a model";
 }
 
 /// Runs `prompt`.
 pub fn run(arguments: &PromptArguments) -> Outcome {
     let (folders, config) = configuration()?;
-    let question = arguments.asked.question(&folders, &config)?;
-    if arguments.json {
+    let set = settings(&arguments.set).map_err(Failure::input)?;
+    let question = arguments.asked.question(&set, &folders, &config)?;
+    if arguments.format.is_json() {
         let case = &question.case;
         output::document(&Document {
             scenario: case.name.clone(),
@@ -139,7 +169,7 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
     if let Some(picture) = &question.picture {
         let (width, height) = picture.size();
         output::say(&format!(
-            "with a picture of {width} × {height} pixels, about {} tokens (estimated; models differ); `nearmiss describe --frame {} -o FILE.png` writes it",
+            "with a picture of {width} × {height} pixels, about {} tokens (estimated; models differ); `nearmiss prompt describe --frame {} -o FILE.png` writes it",
             picture.tokens(),
             question.case.frame.name(),
         ));

@@ -1,13 +1,15 @@
-//! `nearmiss prompts`: lists templates, their sources and their errors.
+//! `nearmiss prompt`: what models receive, and the templates it is made of.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::Serialize;
 use similar::TextDiff;
 
+use super::describe::{self, Describe};
 use super::open::configuration;
+use super::prompt::{self, PromptArguments};
 use super::{Failure, Outcome, json, output};
 use nearmiss_ask::prompts::{
     Library, Origin, Problem, Template, choose_template, renamed, template_file,
@@ -15,89 +17,65 @@ use nearmiss_ask::prompts::{
 use nearmiss_base::system;
 use nearmiss_study::evaluation::validate;
 
-/// Arguments of `prompts`.
-#[derive(Debug, clap::Args)]
-#[command(args_conflicts_with_subcommands = true)]
-pub struct Prompts {
-    #[command(subcommand)]
-    what: Option<PromptsCommand>,
-    /// Print JSON lines: one object per template.
-    #[arg(long)]
-    json: bool,
-}
-
-/// What about the templates.
+/// Subcommands of `prompt`.
 #[derive(Debug, clap::Subcommand)]
-enum PromptsCommand {
-    /// List the templates with task, frame, version, hash, origin and errors; the default.
+pub enum Prompt {
+    /// Print the messages that a model would receive.
+    Show(PromptArguments),
+    /// Describe a scene in words.
+    Describe(Describe),
+    /// List the templates with task, frame, version, hash, origin and errors.
     List {
-        /// Print JSON lines: one object per template.
-        #[arg(long)]
-        json: bool,
+        #[command(flatten)]
+        format: output::FormatOption,
     },
     /// Print the text of a template or fragment in use.
-    Show {
-        /// File name; `.md` may be left out.
-        name: String,
-    },
-    /// Print the folder of your own templates.
-    Path,
-    /// Compare your version of a template with the shipped one.
-    Diff {
-        /// File name; `.md` may be left out.
-        name: String,
-    },
+    Text(Name),
     /// Copy a template into your folder to change it; existing files are not replaced.
     Copy {
-        /// File name; `.md` may be left out.
-        name: String,
+        #[command(flatten)]
+        name: Name,
         /// New name, so that both templates exist.
         #[arg(long = "as", value_name = "NEW")]
         new: Option<String>,
     },
+    /// Compare your version of a template with the shipped one.
+    Diff(Name),
     /// Use this template for its task and frame, in the workbench too.
-    Use {
-        /// File name; `.md` may be left out.
-        name: String,
-    },
+    Use(Name),
 }
 
-/// Runs `prompts`.
-pub fn run(arguments: &Prompts) -> Outcome {
-    let (folders, _) = configuration()?;
-    let folder = folders.prompts();
-    let library = validate(Library::load(Some(&folder)));
-    match arguments.what.as_ref().unwrap_or(&PromptsCommand::List {
-        json: arguments.json,
-    }) {
-        PromptsCommand::List { json } => list(&library, *json),
-        PromptsCommand::Show { name } => output::text(&output::visible(known(&library, name)?.1)),
-        PromptsCommand::Path => output::text(&format!("{}\n", folder.display())),
-        PromptsCommand::Diff { name } => diff(&library, name),
-        PromptsCommand::Copy { name, new: None } => {
-            let (file, _) = known(&library, name)?;
-            let shipped = Library::shipped(&file)
-                .ok_or_else(|| Failure::input(format!("{file} is not a shipped template")))?;
-            let path = folder.join(&file);
-            write_new(&path, shipped)?;
-            output::text(&format!("{}\n", path.display()))
+/// A template on the command line.
+#[derive(Debug, clap::Args)]
+pub struct Name {
+    /// File name; `.md` may be left out.
+    name: String,
+}
+
+/// Runs `prompt`.
+pub fn run(command: &Prompt) -> Outcome {
+    let own = || {
+        let (folders, _) = configuration()?;
+        let folder = folders.prompts();
+        Ok::<_, Failure>((validate(Library::load(Some(&folder))), folder))
+    };
+    match command {
+        Prompt::Show(arguments) => prompt::run(arguments),
+        Prompt::Describe(arguments) => describe::run(arguments),
+        Prompt::List { format } => {
+            let (library, folder) = own()?;
+            let listed = list(&library, format.is_json());
+            output::say(&format!("your templates: {}", folder.display()));
+            listed
         }
-        PromptsCommand::Copy {
-            name,
-            new: Some(new),
-        } => {
-            let (template, _) = template(&library, name)?;
-            let file = template_file(new).map_err(Failure::input)?;
-            if Library::shipped(&file).is_some() {
-                return Err(Failure::input(format!(
-                    "{file} is the name of a shipped template; choose another name"
-                )));
-            }
-            let path = folder.join(&file);
-            write_new(&path, &renamed(&template.source, &file))?;
-            output::text(&format!("{}\n", path.display()))
+        Prompt::Text(Name { name }) => output::text(&output::visible(known(&own()?.0, name)?.1)),
+        Prompt::Diff(Name { name }) => diff(&own()?.0, name),
+        Prompt::Copy { name, new } => {
+            let (library, folder) = own()?;
+            copy(&library, &folder, &name.name, new.as_deref())
         }
-        PromptsCommand::Use { name } => {
+        Prompt::Use(Name { name }) => {
+            let (library, folder) = own()?;
             let (template, file) = template(&library, name)?;
             let front = &template.front;
             choose_template(&folder, &front.task, &front.frame, &file).map_err(Failure::input)?;
@@ -108,6 +86,32 @@ pub fn run(arguments: &Prompts) -> Outcome {
             Ok(())
         }
     }
+}
+
+/// Copies a template into the user's folder, under another name if so wished.
+fn copy(library: &Library, folder: &Path, name: &str, new: Option<&str>) -> Outcome {
+    let (file, text) = match new {
+        None => {
+            let (file, _) = known(library, name)?;
+            let shipped = Library::shipped(&file)
+                .ok_or_else(|| Failure::input(format!("{file} is not a shipped template")))?;
+            (file, shipped.to_string())
+        }
+        Some(new) => {
+            let (template, _) = template(library, name)?;
+            let file = template_file(new).map_err(Failure::input)?;
+            if Library::shipped(&file).is_some() {
+                return Err(Failure::input(format!(
+                    "{file} is the name of a shipped template; choose another name"
+                )));
+            }
+            let text = renamed(&template.source, &file);
+            (file, text)
+        }
+    };
+    let path = folder.join(&file);
+    write_new(&path, &text)?;
+    output::text(&format!("{}\n", path.display()))
 }
 
 /// The file that a name means, with its text in use.
@@ -183,13 +187,8 @@ pub struct Document {
 }
 
 impl json::Output for Document {
-    const NAME: &'static str = "prompts";
-    const TITLE: &'static str = "`prompts --json`: one template a line";
-    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[
-        ("file", "template"),
-        ("version", "template_version"),
-        ("hash", "template_hash"),
-    ];
+    const NAME: &'static str = "prompt-list";
+    const TITLE: &'static str = "`prompt list --format json`: one template a line";
 }
 
 fn list(library: &Library, as_json: bool) -> Outcome {

@@ -1,11 +1,13 @@
-//! `nearmiss ratings`: people's ratings of answers side by side, summed up or as a file.
+//! `nearmiss runs ratings`: people's ratings of answers side by side, summed up or as a file.
+
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::filters::store_to_read;
-use super::output::{
-    self, Align, Cell, Column, Encoded, Kind, OutputFile, Row, Table, TableWriter,
-};
+use super::output::{self, Encoded, OutputFile, Table, TableWriter};
 use super::{Failure, Outcome, time};
-use nearmiss_store::{Choice, Rating};
+use nearmiss_record::{columns, row_of, rows, text_table};
+use nearmiss_store::{Choice, Rating, RunId};
 use nearmiss_study::evaluation::{RaterAgreement, Standing, Standings, StandingsBy};
 
 /// Arguments of `ratings`.
@@ -17,9 +19,8 @@ pub struct Ratings {
     /// Compare models or prompts.
     #[arg(long, value_enum, default_value = "model")]
     by: RatingsQuery,
-    /// Print JSON lines: one object per model or prompt.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -34,9 +35,8 @@ enum RatingsQuery {
 enum RatingsCommand {
     /// How far persons who rated the same answers agree: Cohen's and Fleiss' kappa.
     Agreement {
-        /// Print one JSON object.
-        #[arg(long)]
-        json: bool,
+        #[command(flatten)]
+        format: output::FormatOption,
     },
     /// Export every rating.
     Export(Export),
@@ -44,7 +44,7 @@ enum RatingsCommand {
 
 #[derive(Debug, clap::Args)]
 struct Export {
-    /// Format [default: from the file name, else jsonl].
+    /// Format [default: from the file name, else json].
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -54,7 +54,8 @@ struct Export {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
     /// JSON lines: one object per rating.
-    Jsonl,
+    #[value(alias = "jsonl")]
+    Json,
     /// CSV with a header, one row an answer; control characters become symbols.
     Csv,
 }
@@ -62,7 +63,7 @@ enum Format {
 /// Runs `ratings`.
 pub fn run(arguments: &Ratings) -> Outcome {
     match &arguments.what {
-        Some(RatingsCommand::Agreement { json }) => agreement(*json),
+        Some(RatingsCommand::Agreement { format }) => agreement(*format),
         Some(RatingsCommand::Export(wanted)) => export(wanted),
         None => summary(arguments),
     }
@@ -79,10 +80,11 @@ fn summary(arguments: &Ratings) -> Outcome {
         RatingsQuery::Prompt => StandingsBy::Prompt,
     };
     let standings = Standings::from_ratings(&ratings, by);
-    if arguments.json {
-        standings.rows.iter().try_for_each(output::document)?;
+    if arguments.format.is_json() {
+        standings.rows.iter().try_for_each(output::json)?;
     } else if !ratings.is_empty() {
-        output::text(&output::visible(&table(&standings)))?;
+        let rows = rows(&standings.rows).map_err(Failure::input)?;
+        output::text(&text_table(&columns::<Standing>(), &rows))?;
     }
     match (&standings.without, ratings.is_empty()) {
         (_, true) => output::say("no ratings yet; rate answers in the blind mode of the workbench"),
@@ -92,9 +94,9 @@ fn summary(arguments: &Ratings) -> Outcome {
     Ok(())
 }
 
-fn agreement(json: bool) -> Outcome {
+fn agreement(format: output::FormatOption) -> Outcome {
     let found = RaterAgreement::from_ratings(&ratings()?);
-    if json {
+    if format.is_json() {
         return output::json(&found);
     }
     let kappa = |kappa: Option<f64>| kappa.map_or_else(|| "-".into(), |k| format!("{k:.2}"));
@@ -122,70 +124,34 @@ fn agreement(json: bool) -> Outcome {
     output::text(&output::visible(&text))
 }
 
-fn table(standings: &Standings) -> String {
-    let wide = standings.rows.iter().map(|r| r.name.chars().count()).max();
-    let mut columns = [Align::Right(5); 8];
-    columns[0] = Align::Left(wide.unwrap_or(0).max(6) + 1);
-    columns[5] = Align::Right(6);
-    columns[7] = Align::Left(0);
-    let line = |cells: [&str; 8]| output::line(" ", &columns, &cells);
-    let mut text = line([
-        "",
-        "shown",
-        "games",
-        "wins",
-        "ties",
-        "losses",
-        "wrong",
-        " strength (95 %)",
-    ]);
-    for row in &standings.rows {
-        let counts = [
-            row.shown, row.games, row.wins, row.ties, row.losses, row.wrong,
-        ];
-        let [shown, games, wins, ties, losses, wrong] = counts.map(|n| n.to_string());
-        let strength = format!(" {}", strength(row));
-        text += &line([
-            &row.name, &shown, &games, &wins, &ties, &losses, &wrong, &strength,
-        ]);
-    }
-    text
-}
-
-fn strength(row: &Standing) -> String {
-    match (row.strength, row.low, row.high) {
-        (Some(strength), Some(low), Some(high)) => {
-            format!("{strength:+.2} ({low:+.2} to {high:+.2})")
-        }
-        _ => "-".into(),
-    }
-}
-
 /// What the endings of names ask for.
 const ENDINGS: &[(&str, Format)] = &[
-    ("jsonl", Format::Jsonl),
-    ("ndjson", Format::Jsonl),
-    ("json", Format::Jsonl),
+    ("jsonl", Format::Json),
+    ("ndjson", Format::Json),
+    ("json", Format::Json),
     ("csv", Format::Csv),
 ];
 
 fn export(wanted: &Export) -> Outcome {
     let file = wanted.output.file();
     let known = ".jsonl, .ndjson, .json and .csv";
-    let format = match output::format_of(wanted.format, file, Format::Jsonl, (ENDINGS, known))? {
-        Format::Jsonl => output::Format::Json,
+    let format = match output::format_of(wanted.format, file, Format::Json, (ENDINGS, known))? {
+        Format::Json => output::Format::Json,
         Format::Csv => output::Format::Csv,
     };
     let ratings = ratings()?;
     let target = wanted.output.begin()?;
-    let columns = COLUMNS.map(|(name, kind)| Column::new(name, kind, "", ""));
-    let table = Table::new("ratings", columns.into());
+    let table = Table::new("ratings", columns::<RatingRow<'_>>());
     let all = match format {
         output::Format::Json => {
             let lines = ratings.iter().map(|r| output::json_line(&r.to_record()));
             Encoded::Text(lines.collect::<Result<String, _>>()?.into_bytes())
         }
-        _ => table.encode(format, ratings.iter().flat_map(rows).collect()),
+        _ => {
+            let answers = ratings.iter().flat_map(RatingRow::all);
+            let rows: Result<_, _> = answers.map(|one| row_of(&table.columns, &one)).collect();
+            table.encode(format, rows.map_err(Failure::input)?)
+        }
     };
     let done = TableWriter::begin(target, format, &table).and_then(|mut writer| {
         writer.write(all)?;
@@ -200,53 +166,49 @@ fn export(wanted: &Export) -> Outcome {
     Ok(())
 }
 
-/// The columns of the table, a row an answer.
-const COLUMNS: [(&str, Kind); 16] = [
-    ("rating", Kind::Integer),
-    ("created_ms", Kind::Integer),
-    ("day", Kind::Text),
-    ("person", Kind::Text),
-    ("scenario", Kind::Text),
-    ("task", Kind::Text),
-    ("blind", Kind::Truth),
-    ("seed", Kind::Integer),
-    ("choice", Kind::Text),
-    ("notes", Kind::Text),
-    ("place", Kind::Integer),
-    ("run", Kind::Integer),
-    ("model", Kind::Text),
-    ("prompt", Kind::Text),
-    ("best", Kind::Truth),
-    ("wrong_because", Kind::Text),
-];
+/// An answer in a rating: a row of the table.
+#[derive(Serialize, JsonSchema)]
+struct RatingRow<'r> {
+    rating: i64,
+    created_ms: i64,
+    day: String,
+    person: &'r str,
+    scenario: &'r str,
+    task: &'static str,
+    blind: bool,
+    seed: i64,
+    choice: &'static str,
+    notes: &'r str,
+    place: usize,
+    run: Option<RunId>,
+    model: &'r str,
+    prompt: &'r str,
+    best: bool,
+    wrong_because: Option<&'r str>,
+}
 
-fn rows(rating: &Rating) -> impl Iterator<Item = Row> {
-    let answers = rating.answers.iter().enumerate();
-    answers.map(|(place, answer)| {
-        let reason = answer.reason.as_deref().unwrap_or("wrong");
-        vec![
-            Cell::Integer(rating.id),
-            Cell::Integer(rating.created_ms),
-            time::local(rating.created_ms).into(),
-            rating.person.clone().into(),
-            rating.scenario.clone().into(),
-            rating.task.name().into(),
-            Cell::Truth(rating.blind),
-            Cell::Integer(rating.seed),
-            rating.choice.word().into(),
-            rating.notes.clone().into(),
-            Cell::Integer(place as i64),
-            answer
-                .run
-                .map_or(Cell::None(""), |run| Cell::Integer(run.0)),
-            answer.model.clone().into(),
-            answer.prompt.clone().into(),
-            Cell::Truth(rating.choice == Choice::Best(place)),
-            if answer.wrong {
-                reason.to_string().into()
-            } else {
-                Cell::None("")
-            },
-        ]
-    })
+impl<'r> RatingRow<'r> {
+    fn all(rating: &'r Rating) -> impl Iterator<Item = Self> {
+        let answers = rating.answers.iter().enumerate();
+        answers.map(|(place, answer)| Self {
+            rating: rating.id,
+            created_ms: rating.created_ms,
+            day: time::local(rating.created_ms),
+            person: &rating.person,
+            scenario: &rating.scenario,
+            task: rating.task.name(),
+            blind: rating.blind,
+            seed: rating.seed,
+            choice: rating.choice.word(),
+            notes: &rating.notes,
+            place,
+            run: answer.run,
+            model: &answer.model,
+            prompt: &answer.prompt,
+            best: rating.choice == Choice::Best(place),
+            wrong_because: answer
+                .wrong
+                .then(|| answer.reason.as_deref().unwrap_or("wrong")),
+        })
+    }
 }

@@ -1,6 +1,6 @@
 //! Routes of planning problems, for `inspect`.
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use nearmiss_scene::scenario::{
     Destination, Direction, Leg, PlanningProblem, RoadUser, Route, RouteError, Scenario, Side,
@@ -55,40 +55,60 @@ fn words(route: &Route) -> String {
     )
 }
 
-/// An object for each planning problem.
-pub fn document(scenario: &Scenario) -> Value {
-    let found = routes(scenario).into_iter();
-    found
-        .map(|(problem, route)| match route {
-            Ok(route) => json!({
-                "planning_problem": problem.id,
-                "destination": match route.destination {
-                    Destination::Goal(place) => json!({ "goal": place }),
-                    Destination::RoadAhead => json!("road_ahead"),
-                    Destination::Recording => json!("recording"),
-                },
-                "length": route.length(),
-                "legs": route.legs.iter().map(leg).collect::<Vec<_>>(),
-                "deviation": route.path.deviation(),
-            }),
-            Err(error) => json!({
-                "planning_problem": problem.id,
-                "no_route": error.to_string(),
-            }),
-        })
-        .collect()
+/// The route of a planning problem, or why there is none.
+#[derive(Serialize)]
+pub struct RouteDocument {
+    planning_problem: i64,
+    #[serde(flatten)]
+    found: FoundRoute,
 }
 
-fn leg(leg: &Leg) -> Value {
-    json!({
-        "lanelet": leg.driven.lanelet,
-        "direction": match leg.driven.direction {
-            Direction::Along => "along",
-            Direction::Against => "against",
-        },
-        "lane_change": leg.change.map(|side| match side {
-            Side::Left => "left",
-            Side::Right => "right",
-        }),
-    })
+#[derive(Serialize)]
+#[serde(untagged)]
+enum FoundRoute {
+    Route {
+        destination: Destination,
+        length: f64,
+        legs: Vec<LegDocument>,
+        deviation: f64,
+    },
+    None {
+        no_route: String,
+    },
+}
+
+#[derive(Serialize)]
+struct LegDocument {
+    lanelet: i64,
+    direction: Direction,
+    lane_change: Option<Side>,
+}
+
+impl RouteDocument {
+    /// One for each planning problem.
+    pub fn all(scenario: &Scenario) -> Vec<Self> {
+        let document = |(problem, route): Found<'_>| Self {
+            planning_problem: problem.id,
+            found: match route {
+                Ok(route) => FoundRoute::Route {
+                    destination: route.destination,
+                    length: route.length(),
+                    legs: route.legs.iter().map(leg).collect(),
+                    deviation: route.path.deviation(),
+                },
+                Err(error) => FoundRoute::None {
+                    no_route: error.to_string(),
+                },
+            },
+        };
+        routes(scenario).into_iter().map(document).collect()
+    }
+}
+
+fn leg(leg: &Leg) -> LegDocument {
+    LegDocument {
+        lanelet: leg.driven.lanelet,
+        direction: leg.driven.direction,
+        lane_change: leg.change,
+    }
 }

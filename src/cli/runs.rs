@@ -1,53 +1,27 @@
-//! `nearmiss runs`: lists stored questions and answers.
+//! `nearmiss runs list`: stored questions and answers.
 
 mod list;
 mod picture;
 
-pub use list::RunLine;
+use std::path::PathBuf;
 
-use super::export::record;
-use super::filters::{Filters, store, store_to_read};
+use super::batches::{self, Batches};
+use super::export::{self, Export};
+use super::filters::{Filters, store};
+use super::import::{self, Import};
 use super::locked::Unlock;
-use super::{Failure, Outcome, cost, output, time};
-use nearmiss_scene::judge;
-use nearmiss_store::{Origin, Run, RunId, Store, StoreError};
-use nearmiss_study::evaluation::TemplateVersion;
-use nearmiss_study::evaluation::tool_rounds;
+use super::ratings::{self, Ratings};
+use super::{Failure, Outcome, output};
+use nearmiss_store::{Run, RunId, Store, StoreError};
+use nearmiss_study::evaluation::{run_words, tool_rounds};
 
-/// Arguments of `runs`.
-#[derive(Debug, clap::Args)]
-#[command(args_conflicts_with_subcommands = true)]
-pub struct Runs {
-    #[command(subcommand)]
-    what: Option<RunsCommand>,
-    #[command(flatten)]
-    list: List,
-}
-
+/// Subcommands of `runs`.
 #[derive(Debug, clap::Subcommand)]
-enum RunsCommand {
-    /// List runs, newest first; the default.
+pub enum Runs {
+    /// List runs, newest first, or those that words and filters find.
     List(List),
-    /// Show one run; with --json also its messages.
-    Show {
-        /// Number of the run.
-        id: i64,
-        /// Print one JSON object, as in an export.
-        #[arg(long)]
-        json: bool,
-        #[command(flatten)]
-        unlock: Unlock,
-    },
-    /// Write the picture that the model was shown.
-    Picture(picture::PictureOfRun),
-    /// Find runs that have all these words in model, scenario, answer, reasoning, justification or notes.
-    Search {
-        /// Words or their beginnings.
-        #[arg(required = true)]
-        words: Vec<String>,
-        #[command(flatten)]
-        list: List,
-    },
+    /// Show one run, or write the picture that the model was shown.
+    Show(Show),
     /// Delete runs: they are neither listed nor reused; `restore` undoes it.
     Delete(Ids),
     /// Restore deleted runs.
@@ -56,64 +30,76 @@ enum RunsCommand {
     Pin(Ids),
     /// Unpin runs.
     Unpin(Ids),
-    /// Set the note of a run; searches find it.
+    /// Set the note of a run; filters find its words.
     Note {
         /// Number of the run.
         id: i64,
         /// Text that replaces the note; '' removes it.
         words: String,
     },
+    /// Write stored runs to a file, or a batch with all its answers as a bundle.
+    Export(Box<Export>),
+    /// Import runs, bundles, stores, or answers recorded by others.
+    Import(Import),
+    /// Summarise ratings of answers compared side by side.
+    Ratings(Ratings),
+    /// List, collect and cancel provider batches (those of `evaluate`: `evaluate --list`).
+    Batches(Batches),
 }
 
+/// Arguments of `runs list`.
 #[derive(Debug, clap::Args)]
-struct List {
+pub struct List {
     #[command(flatten)]
     filters: Filters,
     /// Maximum number of runs.
-    #[arg(short = 'n', long, value_name = "N", default_value_t = 100)]
-    most: usize,
-    /// Print JSON lines: one object per run.
-    #[arg(long)]
-    json: bool,
+    #[arg(short, long, value_name = "N", default_value_t = 100)]
+    number: usize,
+    #[command(flatten)]
+    format: output::FormatOption,
     #[command(flatten)]
     unlock: Unlock,
 }
 
+/// Arguments of `runs show`.
 #[derive(Debug, clap::Args)]
-struct Ids {
+pub struct Show {
+    /// Number of the run.
+    id: i64,
+    #[command(flatten)]
+    format: output::FormatOption,
+    /// PNG file for the picture that the model was shown, byte for byte as it was sent.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long, requires = "output")]
+    overwrite: bool,
+    #[command(flatten)]
+    unlock: Unlock,
+}
+
+/// Arguments of commands that change runs.
+#[derive(Debug, clap::Args)]
+pub struct Ids {
     /// Numbers of the runs.
     #[arg(required = true)]
     ids: Vec<i64>,
 }
 
 /// Runs `runs`.
-pub fn run(arguments: &Runs) -> Outcome {
-    let unlock = match &arguments.what {
-        None => Some(arguments.list.unlock),
-        Some(RunsCommand::List(list) | RunsCommand::Search { list, .. }) => Some(list.unlock),
-        Some(RunsCommand::Show { unlock, .. }) => Some(*unlock),
-        Some(RunsCommand::Picture(wanted)) => Some(wanted.unlock),
-        _ => None,
-    };
-    // A look is recorded.
-    let store = match unlock {
-        Some(unlock) if !unlock.is_given() => store_to_read()?,
-        _ => store()?,
-    };
-    match &arguments.what {
-        None => list(&store, &arguments.list, None),
-        Some(RunsCommand::List(wanted)) => list(&store, wanted, None),
-        Some(RunsCommand::Search {
-            words,
-            list: wanted,
-        }) => list(&store, wanted, Some(words.join(" "))),
-        Some(RunsCommand::Show { id, json, unlock }) => show(&store, RunId(*id), *json, *unlock),
-        Some(RunsCommand::Picture(wanted)) => picture::write(&store, wanted),
-        Some(RunsCommand::Delete(ids)) => each(&store, ids, Change::Delete),
-        Some(RunsCommand::Restore(ids)) => each(&store, ids, Change::Restore),
-        Some(RunsCommand::Pin(ids)) => each(&store, ids, Change::Pin),
-        Some(RunsCommand::Unpin(ids)) => each(&store, ids, Change::Unpin),
-        Some(RunsCommand::Note { id, words }) => note(&store, RunId(*id), words),
+pub fn run(command: &Runs) -> Outcome {
+    match command {
+        Runs::List(wanted) => list(wanted),
+        Runs::Show(wanted) => show(wanted),
+        Runs::Delete(ids) => each(ids, Change::Delete),
+        Runs::Restore(ids) => each(ids, Change::Restore),
+        Runs::Pin(ids) => each(ids, Change::Pin),
+        Runs::Unpin(ids) => each(ids, Change::Unpin),
+        Runs::Note { id, words } => note(RunId(*id), words),
+        Runs::Export(arguments) => export::run(arguments),
+        Runs::Import(arguments) => import::run(arguments),
+        Runs::Ratings(arguments) => ratings::run(arguments),
+        Runs::Batches(arguments) => batches::run(arguments),
     }
 }
 
@@ -160,22 +146,24 @@ impl Change {
     }
 }
 
-fn each(store: &Store, ids: &Ids, change: Change) -> Outcome {
+fn each(ids: &Ids, change: Change) -> Outcome {
+    let store = store()?;
     for id in ids.ids.iter().copied().map(RunId) {
-        let run = known(store, id)?;
+        let run = known(&store, id)?;
         let (done, before) = change.words();
         if change.is_made(&run) {
             output::say(&format!("run {id}: {before}; nothing changed"));
             continue;
         }
-        change.make(store, id).map_err(Failure::input)?;
+        change.make(&store, id).map_err(Failure::input)?;
         output::say(&format!("run {id}: {done}"));
     }
     Ok(())
 }
 
-fn note(store: &Store, id: RunId, words: &str) -> Outcome {
-    let run = known(store, id)?;
+fn note(id: RunId, words: &str) -> Outcome {
+    let store = store()?;
+    let run = known(&store, id)?;
     if run.notes == words {
         output::say(&format!("run {id}: the note is the same; nothing changed"));
         return Ok(());
@@ -195,43 +183,45 @@ fn known(store: &Store, id: RunId) -> Result<Run, Failure> {
     found.ok_or_else(|| Failure::input(StoreError::NoRun(id)))
 }
 
-fn list(store: &Store, wanted: &List, words: Option<String>) -> Outcome {
-    let searched = words.is_some();
-    let filter = wanted.filters.in_store(words, store)?;
+fn list(wanted: &List) -> Outcome {
+    let store = wanted.unlock.store()?;
+    let filter = wanted.filters.in_store(&store)?;
     let numbers = store.numbers(&filter).map_err(Failure::input)?;
-    let locked = wanted.unlock.locked(store, numbers)?;
+    let locked = wanted.unlock.locked(&store, numbers)?;
     // So many more that enough are left.
-    let most = wanted.most.saturating_add(locked.count());
+    let most = wanted.number.saturating_add(locked.count());
     let mut found = store.list(&filter, most).map_err(Failure::input)?;
     found.retain(|run| !locked.has(RunId(run.run)));
-    found.truncate(wanted.most);
+    found.truncate(wanted.number);
     locked.say("lists");
-    if wanted.json {
-        return found
-            .iter()
-            .try_for_each(|run| output::document(&list::RunLine::of(run)));
+    if wanted.format.is_json() {
+        return found.iter().try_for_each(output::json);
     }
     output::text(&list::table(&found))?;
     output::say(&match found.len() {
-        0 if searched => "no matching runs".into(),
         0 => "no matching runs".into(),
         _ => list::sum(&found),
     });
-    if found.len() == wanted.most && wanted.most > 0 {
+    if found.len() == wanted.number && wanted.number > 0 {
         output::say(&format!(
             "showing the newest {}; -n N shows more",
-            wanted.most
+            wanted.number
         ));
     }
     Ok(())
 }
 
-fn show(store: &Store, id: RunId, json: bool, unlock: Unlock) -> Outcome {
-    let run = known(store, id)?;
-    refuse_locked(store, id, unlock)?;
-    if json {
+fn show(wanted: &Show) -> Outcome {
+    let store = wanted.unlock.store()?;
+    let id = RunId(wanted.id);
+    let run = known(&store, id)?;
+    refuse_locked(&store, id, wanted.unlock)?;
+    if let Some(file) = &wanted.output {
+        return picture::write(&store, &run, file, wanted.overwrite);
+    }
+    if wanted.format.is_json() {
         let superseded = store.superseded().map_err(Failure::input)?;
-        return output::json(&record(&run, superseded.contains(&id)));
+        return output::json(&run.to_record(superseded.contains(&id)));
     }
     let most = store.bound_of(id).map_err(Failure::input)?;
     output::text(&output::visible(&words(&run, most)))
@@ -250,97 +240,26 @@ fn refuse_locked(store: &Store, id: RunId, unlock: Unlock) -> Outcome {
 
 /// Everything of a run that people want to see; `most` is what it can have cost, US dollars.
 fn words(run: &Run, most: Option<f64>) -> String {
-    let (question, ending, consumed) = (&run.question, &run.ending, &run.ending.consumed);
-    let mut text = String::new();
-    let mut row = |name: &str, value: Option<String>| {
-        if let Some(value) = value.filter(|v| !v.is_empty()) {
-            text.push_str(&format!("{name:<13} {value}\n"));
-        }
-    };
-    row("run", Some(run.id.to_string()));
-    // The time of a recorded answer is unknown.
-    let when = match run.origin {
-        Origin::Recorded => "imported",
-        Origin::Asked | Origin::Replayed => "asked",
-    };
-    row(when, Some(time::local(run.created_ms)));
-    row("origin", Some(run.origin.name().into()));
-    row("read from", run.source.clone());
-    row("scenario", Some(question.scenario.clone()));
-    row("ego", Some(question.ego.clone()));
-    row("task", Some(question.task.name().into()));
-    let asked = || format!("{} · {}", question.frame, question.techniques);
-    row(
-        "asked with",
-        Some(judge::how(&question.model).map_or_else(asked, String::from)),
-    );
-    // The built-in judge reads no prompt.
-    let template = || TemplateVersion::described(&question.template());
-    row(
-        "template",
-        judge::how(&question.model).map_or_else(template, |_| None),
-    );
-    let window = question
-        .window
-        .map(|(first, last)| format!("{first} to {last}"));
-    let all = judge::looks_at(&question.model, question.task).map(String::from);
-    row("steps", all.or(window));
-    row("model", Some(question.model.clone()));
-    row("answered by", ending.model_returned.clone());
-    row("server", Some(question.endpoint.clone()));
+    let mut rows = vec![("run", run.id.to_string())];
+    let verdict = run.ending.verdict.as_ref().and_then(|said| said.verdict());
+    rows.extend(verdict.map(|verdict| ("verdict", verdict.word().into())));
+    rows.extend(run_words(run, most));
     let messages: Vec<serde_json::Value> =
-        serde_json::from_str(&question.messages).unwrap_or_default();
-    let messages = Some(messages.len()).filter(|count| *count > 0);
-    row(
-        "messages",
-        messages.map(|count| format!("{count}; --json shows them")),
-    );
-    row("pictures", Some(question.image_hashes().join(", ")));
-    row(
-        "parameters",
-        Some(question.parameters.clone()).filter(|p| p != "{}"),
-    );
-    row(
-        "sample",
-        Some(question.sample)
-            .filter(|n| *n > 0)
-            .map(|n| n.to_string()),
-    );
-    row("batch", question.batch.clone());
-    row("state", Some(ending.state.name().into()));
-    row("problem", ending.error.clone());
-    let verdict = ending.verdict.as_ref().and_then(|said| said.verdict());
-    row("verdict", verdict.map(|v| v.word().into()));
-    row("reading", ending.reading.clone());
-    let tokens = cost::tokens(consumed);
-    let cost = match consumed.cost_usd {
-        Some(usd) => {
-            let source = ending.price_source.as_deref().unwrap_or("source unknown");
-            Some(format!("{usd} US dollars ({source})"))
-        }
-        None if run.origin == Origin::Recorded || question.model == judge::MODEL => None,
-        None => Some(match most {
-            Some(0.0) => "0 US dollars (nothing was sent, or the server is free)".into(),
-            Some(most) => format!(
-                "at most {most:.6} US dollars (no token counts from the server; computed from estimated tokens, the token limit and prices)"
-            ),
-            None => {
-                let returned = ending.model_returned.as_deref();
-                let why = cost::unknown(consumed, &question.model, returned);
-                format!("unknown ({why})")
-            }
-        }),
-    };
-    row("tokens", tokens);
-    row("cost", cost);
-    row("notes", Some(run.notes.clone()));
-    row("pinned", run.pinned.then(|| "yes".into()));
-    row("deleted", run.deleted_ms.map(time::local));
+        serde_json::from_str(&run.question.messages).unwrap_or_default();
+    if !messages.is_empty() {
+        let words = format!("{}; --format json shows them", messages.len());
+        rows.push(("messages", words));
+    }
+    let pictures = run.question.image_hashes();
+    if !pictures.is_empty() {
+        rows.push(("pictures", pictures.join(", ")));
+    }
+    let rows = rows.iter();
+    let mut text: String = rows.map(|(name, v)| format!("{name:<13} {v}\n")).collect();
     let rounds = tool_rounds::stored(run.tool_rounds.as_deref());
     let calls: Vec<String> = rounds.iter().flat_map(tool_rounds::lines).collect();
-    let calls = calls.join("\n");
     for (name, part) in [
-        ("tool calls", &calls),
+        ("tool calls", &calls.join("\n")),
         ("reasoning", &run.reasoning),
         ("answer", &run.answer),
     ] {

@@ -1,4 +1,4 @@
-//! `nearmiss sample`: draws windows from an index so that they cover what it holds.
+//! `nearmiss corpus sample`: draws windows from an index so that they cover what it holds.
 
 use std::collections::HashSet;
 use std::ops::ControlFlow;
@@ -17,7 +17,7 @@ use nearmiss_workflow::index_parts;
 /// Arguments of `sample`.
 #[derive(Debug, clap::Args)]
 pub struct Sample {
-    /// Folder of an index, see `nearmiss index`.
+    /// Folder of an index, see `nearmiss corpus index`.
     folder: PathBuf,
     /// What windows are told apart by, separated by commas: manoeuvre, road, severity. From each combination the same
     /// number is drawn, as far as it has as many.
@@ -38,9 +38,6 @@ pub struct Sample {
     /// Form of the output.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
-    /// The same as --format json.
-    #[arg(long, conflicts_with = "format")]
-    json: bool,
     #[command(flatten)]
     output: output::OutputFile,
 }
@@ -80,8 +77,8 @@ pub struct SampleLine {
 }
 
 impl json::Output for SampleLine {
-    const NAME: &'static str = "sample";
-    const TITLE: &'static str = "`sample --json`: one drawn window a line";
+    const NAME: &'static str = "corpus-sample";
+    const TITLE: &'static str = "`corpus sample --format json`: one drawn window a line";
 }
 
 const TEXTS: [&str; 5] = ["scenario", "file", "ego_source", "manoeuvre", "road"];
@@ -120,12 +117,7 @@ pub fn run(arguments: &Sample) -> Outcome {
             output::counted(lines.len(), "window")
         ));
     }
-    let format = if arguments.json {
-        Format::Json
-    } else {
-        arguments.format
-    };
-    let text = match format {
+    let text = match arguments.format {
         Format::Table => table(&lines),
         Format::Paths => paths(&lines).map(|path| format!("{path}\n")).collect(),
         Format::Json => {
@@ -140,7 +132,7 @@ pub fn run(arguments: &Sample) -> Outcome {
     match arguments.output.file() {
         None => output::text(&text),
         Some(file) => {
-            Target::begin(Some(file), arguments.output.overwrite())?.save(text.as_bytes())
+            Target::begin(Some(file), arguments.output.overwrites())?.save(text.as_bytes())
         }
     }
 }
@@ -227,7 +219,7 @@ fn paths(lines: &[SampleLine]) -> impl Iterator<Item = &str> {
 fn toml(lines: &[SampleLine], arguments: &Sample) -> Result<String, Failure> {
     let by: Vec<&str> = arguments.by.iter().map(|axis| axis.name()).collect();
     let mut text = format!(
-        "# Drawn with `nearmiss sample --by {} -n {} --seed {}`. Add models, and run it with `nearmiss evaluate FILE`.\n",
+        "# Drawn with `nearmiss corpus sample --by {} -n {} --seed {}`. Add models, and run it with `nearmiss evaluate FILE`.\n",
         by.join(","),
         arguments.number,
         arguments.seed

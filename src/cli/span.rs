@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::at::{AT, At, worst_step};
+use super::set::{Settable, number, on_or_off};
 use nearmiss_ask::prompts::{MOST_DECIMALS, Techniques};
 use nearmiss_base::system::unknown;
 use nearmiss_scene::description::{EgoAxes, Form, Frame};
@@ -11,7 +12,7 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_settings::Config;
 use nearmiss_study::evaluation::Settings;
 
-/// Which steps are looked at, and how they are described.
+/// Which steps are looked at, and which obstacle.
 #[derive(Debug, clap::Args)]
 pub struct Span {
     /// End of the window: a time step (32), seconds (3.2s), worst (the most severe moment, see `nearmiss help
@@ -22,28 +23,59 @@ pub struct Span {
     /// Steps in the window [default: from the template, else 10].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
     history: Option<u32>,
-    /// Describe every Nth step, and always the last [default: from the template, else 1].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    stride: Option<u32>,
-    /// Describe obstacles within this distance of the ego, metres, and farther away those that can reach it soon
-    /// [default: from the template, else 30].
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
-    radius: Option<f64>,
-    /// Decimals of metres, m/s and m/s²; radians get one more [default: from the template, else 2].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=MOST_DECIMALS as i64))]
-    precision: Option<u8>,
-    /// Wording: prose (sentences) or compact (a table) [default: from the template, else compact].
-    #[arg(long, value_parser = form)]
-    form: Option<Form>,
-    /// Name contact between bodies in the description. This gives away the answer to the collision task; without it
-    /// only the distance shows it [default: from the template, else no].
-    #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = yes)]
-    contact: Option<bool>,
-    #[command(flatten)]
-    pub of_frames: OfFrames,
     /// Describe only this obstacle; the trajectory frame needs it.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     obstacle: Option<i64>,
+}
+
+/// How a scene is described, by the keys of a template.
+#[derive(Debug, Clone, Default)]
+pub struct Wording {
+    stride: Option<u32>,
+    radius: Option<f64>,
+    precision: Option<u8>,
+    form: Option<Form>,
+    contact: Option<bool>,
+    road: Option<bool>,
+    axes: Option<EgoAxes>,
+    measures: Option<MeasureList>,
+}
+
+impl Settable for Wording {
+    fn keys() -> Vec<&'static str> {
+        vec![
+            "stride",
+            "radius",
+            "precision",
+            "form",
+            "contact",
+            "road",
+            "axes",
+            "measures",
+        ]
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
+        match key {
+            "stride" => self.stride = Some(number(value, 1, u32::MAX)?),
+            "radius" => self.radius = Some(metres(value)?),
+            "precision" => self.precision = Some(number(value, 0, MOST_DECIMALS as u8)?),
+            "form" => self.form = Some(form(value)?),
+            "contact" => self.contact = Some(on_or_off(value)?),
+            "road" => self.road = Some(on_or_off(value)?),
+            "axes" => self.axes = Some(axes(value)?),
+            _ => self.measures = Some(measures(value)?),
+        }
+        Ok(())
+    }
+}
+
+/// A positive number of metres.
+fn metres(word: &str) -> Result<f64, String> {
+    let metres = word.parse::<f64>().ok();
+    metres
+        .filter(|m| m.is_finite() && *m > 0.0)
+        .ok_or_else(|| "expected a positive number of metres".into())
 }
 
 /// Options of a description that one frame has.
@@ -51,7 +83,7 @@ pub struct Span {
 pub struct OfFrames {
     /// Cartesian frame: describe the road near the ego too, its lanelets with their lines [default: from the template,
     /// else no].
-    #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = yes)]
+    #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = on_or_off)]
     pub road: Option<bool>,
     /// Ego frame: heading (gaps along the ego's heading), lane (s and d along its lane) or centre (places of centres,
     /// without distances and gaps) [default: from the template, else heading].
@@ -61,13 +93,6 @@ pub struct OfFrames {
     /// measures` [default: from the template, else distance, times, drac and risk].
     #[arg(long, value_name = "MEASURES", value_parser = measures)]
     pub measures: Option<MeasureList>,
-}
-
-impl OfFrames {
-    /// Whether any is given.
-    pub fn any(&self) -> bool {
-        self.road.is_some() || self.axes.is_some() || self.measures.is_some()
-    }
 }
 
 /// `heading` or `lane`.
@@ -133,42 +158,28 @@ impl Span {
     /// What the user says, here and in the configuration, about how a scene is described.
     pub fn settings(
         &self,
+        wording: &Wording,
         techniques: Option<Techniques>,
         frame: Frame,
         config: &Config,
     ) -> Result<Settings, Failure> {
-        let radius = self.radius.or(config.radius);
-        if radius.is_some_and(|r| !(r.is_finite() && r > 0.0)) {
-            return Err(Failure::input(
-                "--radius must be a positive number of metres",
-            ));
-        }
         let settings = Settings {
             history: self.history.map(|steps| steps as usize).or(config.history),
-            stride: self.stride.map(|steps| steps as usize),
-            radius,
-            precision: self.precision.map(usize::from),
-            form: self.form,
-            contact: self.contact,
+            stride: wording.stride.map(|steps| steps as usize),
+            radius: wording.radius.or(config.radius),
+            precision: wording.precision.map(usize::from),
+            form: wording.form,
+            contact: wording.contact,
             techniques,
-            road: self.of_frames.road,
-            axes: self.of_frames.axes,
-            measures: self.of_frames.measures,
+            road: wording.road,
+            axes: wording.axes,
+            measures: wording.measures,
             obstacle: self.obstacle,
         };
-        match settings.misplaced(&[frame], "--") {
+        match settings.misplaced(&[frame], "--set ") {
             Some(why) => Err(Failure::input(why)),
             None => Ok(settings),
         }
-    }
-}
-
-/// `yes` or `no`.
-fn yes(word: &str) -> Result<bool, String> {
-    match word {
-        "yes" | "true" => Ok(true),
-        "no" | "false" => Ok(false),
-        _ => Err("expected yes or no".into()),
     }
 }
 

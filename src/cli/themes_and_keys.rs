@@ -1,4 +1,4 @@
-//! `nearmiss themes` and `nearmiss keys`: prints the workbench's themes and keys without opening it.
+//! `nearmiss config themes` and `nearmiss config keys`: prints the workbench's themes and keys without opening it.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use nearmiss_base::system::{KeyBinding, Terminal, unknown};
 use nearmiss_render::ScreenPainter;
 use nearmiss_settings::{Folders, ThemeFile};
 
-/// Arguments of `themes`.
+/// Arguments of `config themes`.
 #[derive(Debug, clap::Args)]
 pub struct Themes {
     /// Theme to show in detail [default: list all].
@@ -18,23 +18,30 @@ pub struct Themes {
     /// Colour depth of the preview [default: that of the terminal, none in a pipe].
     #[arg(long, value_name = "COLOURS", value_parser = ["true", "256", "16", "none"])]
     depth: Option<String>,
-    /// Print JSON lines: one object per theme.
-    #[arg(long, conflicts_with = "depth")]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
 }
 
-/// Arguments of `keys`.
+/// Arguments of `config keys`.
 #[derive(Debug, clap::Args)]
 pub struct Keys {
-    /// Print a keymap.toml with all keys to start from.
-    #[arg(long)]
-    print: bool,
     /// Use this preset and ignore keymap.toml.
     #[arg(long, value_name = "NAME", value_parser = ["default", "vim"])]
     preset: Option<String>,
-    /// Print JSON lines: one object an action.
-    #[arg(long, conflicts_with = "print")]
-    json: bool,
+    /// Form of the output.
+    #[arg(long, value_enum, default_value = "table")]
+    format: KeysFormat,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum KeysFormat {
+    /// A table.
+    Table,
+    /// JSON lines: one object an action.
+    #[value(alias = "jsonl")]
+    Json,
+    /// A keymap.toml with all keys to start from.
+    Toml,
 }
 
 /// See [`Workbench::themes`].
@@ -65,11 +72,11 @@ pub struct Workbench {
     pub screen: ScreenPainter,
 }
 
-/// Runs `themes`.
+/// Runs `config themes`.
 pub fn themes(arguments: &Themes, workbench: &Workbench) -> Outcome {
     use std::io::IsTerminal;
     let folders = Folders::find().map_err(Failure::input)?;
-    if arguments.json {
+    if arguments.format.is_json() {
         return theme_lines(arguments.name.as_deref(), &folders.themes());
     }
     let piped = (!std::io::stdout().is_terminal()).then_some("plain");
@@ -90,8 +97,8 @@ pub struct ThemeDocument {
 }
 
 impl json::Output for ThemeDocument {
-    const NAME: &'static str = "themes";
-    const TITLE: &'static str = "`themes --json`: one theme a line";
+    const NAME: &'static str = "config-themes";
+    const TITLE: &'static str = "`config themes --format json`: one theme a line";
 }
 
 /// Every theme, or the one of this name, as JSON lines.
@@ -116,15 +123,20 @@ fn theme_lines(name: Option<&str>, folder: &Path) -> Outcome {
     })
 }
 
-/// Runs `keys`.
+/// Runs `config keys`.
 pub fn keys(arguments: &Keys, workbench: &Workbench) -> Outcome {
     let folders = Folders::find().map_err(Failure::input)?;
     let preset = arguments.preset.as_deref();
-    let written = if arguments.json {
+    let written = if arguments.format == KeysFormat::Json {
         (workbench.key_bindings)(&folders.keymap(), preset)
             .map(|bindings| bindings.iter().try_for_each(output::document))
     } else {
-        (workbench.keys)(&folders.keymap(), preset, arguments.print).map(|text| output::text(&text))
+        (workbench.keys)(
+            &folders.keymap(),
+            preset,
+            arguments.format == KeysFormat::Toml,
+        )
+        .map(|text| output::text(&text))
     };
     match written {
         Ok(outcome) => outcome,

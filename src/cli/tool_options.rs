@@ -7,10 +7,10 @@ use nearmiss_ask::llm::ToolLimits;
 pub struct ToolLimitOptions {
     /// Most requests of one answer that may end in tool calls; then the model answers without tools [default: 8].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100))]
-    tool_rounds: Option<u32>,
+    pub tool_rounds: Option<u32>,
     /// Most tool calls of one answer; further ones are refused [default: 32].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
-    tool_calls: Option<u32>,
+    pub tool_calls: Option<u32>,
 }
 
 impl ToolLimitOptions {
@@ -26,14 +26,5 @@ impl ToolLimitOptions {
             rounds: self.tool_rounds.unwrap_or(usual.rounds),
             calls: self.tool_calls.unwrap_or(usual.calls),
         }
-    }
-}
-
-/// Reads `on` or `off`.
-pub fn on_or_off(text: &str) -> Result<bool, String> {
-    match text {
-        "on" | "true" => Ok(true),
-        "off" | "false" => Ok(false),
-        _ => Err("expected on or off".into()),
     }
 }

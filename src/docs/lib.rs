@@ -29,7 +29,7 @@ macro_rules! topics {
 }
 
 topics! {
-    workbench, "workbench", "workbench.md", ["keys", "themes"],
+    workbench, "workbench", "workbench.md", [],
         "The screen: time, map, list, asking";
     answers, "answers", "answers.md", [],
         "Claims, answers side by side and blind, many at once, history, results";
@@ -41,7 +41,7 @@ topics! {
         "Safety measures, the risk score, thresholds, the paper's convention";
     judge, "judge", "judge.md", [],
         "The built-in judge: exact geometry, and how far ahead it sees";
-    prompting, "prompting", "prompting.md", ["describe", "prompt", "prompts"],
+    prompting, "prompting", "prompting.md", ["prompt"],
         "Descriptions, techniques, templates of your own, the template editor";
     pictures, "pictures", "pictures.md", [],
         "Pictures for models that see: the storyboard, what is sent, tokens, the store";
@@ -51,7 +51,7 @@ topics! {
         "Tools that models call while they judge: the table, limits";
     mcp_server, "mcp-server", "mcp-server.md", ["mcp"],
         "A server for agents: tools, scenarios and prompts over the Model Context Protocol";
-    evaluation, "evaluation", "evaluation.md", ["evaluate", "batches"],
+    evaluation, "evaluation", "evaluation.md", ["evaluate"],
         "Many scenarios and models: truth, leads, changed scenes, tables";
     recordings, "recordings", "recordings.md", [],
         "The task about a whole recording, and risk scores as the truth";
@@ -61,7 +61,7 @@ topics! {
         "A batch written down in a file, for others to repeat: experiment.toml";
     tuning, "tuning", "tuning.md", ["tune"],
         "Better templates from wrong answers: rounds, what is shown, the gain with its interval";
-    bundles, "bundles", "bundles.md", ["experiment"],
+    bundles, "bundles", "bundles.md", [],
         "An experiment with its answers as one file, for the same tables elsewhere";
     ci, "ci", "ci.md", [],
         "Requirements and regressions: exit status, JUnit XML, GitHub Actions";
@@ -76,24 +76,24 @@ topics! {
     generating, "generating", "generating.md", ["generate"],
         "Dangerous variants of safe scenarios: attack, gate, certificate";
     wishes, "wishes", "wishes.md", [],
-        "Attacks that a sentence asks for: who, which manoeuvre, from where";
+        "Attacks that terms describe: who, which manoeuvre, from where";
     model_attacks, "model-attacks", "model-attacks.md", [],
         "Attacks by language models: votes, motions, feedback, grades";
     figures, "figures", "figures.md", ["render"],
         "Figures for papers: map, plot, screen; SVG, PNG, GIF";
-    corpora, "corpora", "corpora.md", ["index", "sample"],
+    corpora, "corpora", "corpora.md", ["corpus"],
         "Thousands of scenarios: parts for several machines, continuing, an index, samples";
     finding, "finding", "finding.md", ["find"],
-        "Windows of an index by a sentence: its words, and the filter language";
+        "Windows of an index by terms, or by a sentence that a model writes as terms";
     clusters, "clusters", "clusters.md", [],
         "Slurm job arrays, and parts of an experiment asked by several persons";
-    store, "store", "store.md", ["runs", "ratings", "export", "import"],
+    store, "store", "store.md", ["runs"],
         "Every run: nothing is paid for twice; search, export, SQL";
     fine_tuning, "fine-tuning", "fine-tuning.md", [],
         "Right answers with checked claims as chats for training";
-    configuration, "configuration", "configuration.md", ["doctor"],
+    configuration, "configuration", "configuration.md", ["doctor", "config"],
         "Configuration and data folders, every key of config.toml, keys and keymaps";
-    command_line, "command-line", "command-line.md", ["completions", "man"],
+    command_line, "command-line", "command-line.md", ["completions"],
         "Input, output, exit status, interruption, crashes";
     json, "json", "json.md", [],
         "JSON of every command: one vocabulary of keys, versions, schemas";

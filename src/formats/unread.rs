@@ -71,8 +71,8 @@ pub(super) fn kind(path: &Path, head: &[u8]) -> Option<Kind> {
     if let Some(kind) = binary_kind(&name, head) {
         return Some(kind);
     }
-    let text = String::from_utf8_lossy(head);
-    let text = text.trim_start_matches('\u{feff}').trim_start();
+    let decoded = String::from_utf8_lossy(head);
+    let text = decoded.trim_start_matches('\u{feff}').trim_start();
     if text.contains('\0') {
         return None;
     }

@@ -149,6 +149,8 @@ pub struct Colors {
     entries: Vec<[u8; 3]>,
     /// Those already looked up.
     known: BTreeMap<[u8; 3], u8>,
+    /// The last one: most pixels are as the one before.
+    last: Option<([u8; 3], u8)>,
 }
 
 /// Colours that a GIF holds.
@@ -162,8 +164,9 @@ impl Colors {
     pub fn from_frames<'a>(frames: impl Iterator<Item = &'a [u8]>) -> Self {
         let mut counts: BTreeMap<[u8; 3], u64> = BTreeMap::new();
         for frame in frames {
-            for pixel in frame.chunks_exact(3) {
-                *counts.entry([pixel[0], pixel[1], pixel[2]]).or_default() += 1;
+            let pixels = frame.as_chunks::<3>().0;
+            for same in pixels.chunk_by(|a, b| a == b) {
+                *counts.entry(same[0]).or_default() += same.len() as u64;
             }
         }
         // A colour that fills the ground shall not push out those of the vehicles.
@@ -181,6 +184,7 @@ impl Colors {
         Self {
             entries,
             known: BTreeMap::new(),
+            last: None,
         }
     }
 
@@ -191,6 +195,17 @@ impl Colors {
 
     /// The place of the nearest colour.
     pub fn place(&mut self, color: [u8; 3]) -> u8 {
+        match self.last {
+            Some((last, place)) if last == color => place,
+            _ => {
+                let place = self.find(color);
+                self.last = Some((color, place));
+                place
+            }
+        }
+    }
+
+    fn find(&mut self, color: [u8; 3]) -> u8 {
         if let Some(place) = self.known.get(&color) {
             return *place;
         }

@@ -207,8 +207,8 @@ impl<'a> Figure<'a> {
                 y: 0.0,
                 width,
                 height: map_height,
-            };
-            let area = area.grown(-0.25);
+            }
+            .grown(-0.25);
             let view = |seen, step| View::new(seen, look.ego_up, &self.subject, step, area);
             let mut seen = look.seen;
             if seen == MapExtent::Usual && self.subject.scene.is_some() {

@@ -159,8 +159,10 @@ impl FigureGrid<'_> {
 
     /// The direction that is up in panels that show the same place: that of the first one.
     fn up(&self) -> f64 {
-        let first = self.rows.first();
-        let first = first.and_then(|row| Some((row.figure, *row.steps.first()?)));
+        let first = self
+            .rows
+            .first()
+            .and_then(|row| Some((row.figure, *row.steps.first()?)));
         first.map_or(std::f64::consts::FRAC_PI_2, |(figure, step)| {
             figure.subject().up(figure.look().ego_up, step)
         })

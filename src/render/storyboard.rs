@@ -113,8 +113,8 @@ impl Storyboard<'_> {
                 y: high * row as f64,
                 width: wide,
                 height: high,
-            };
-            let area = area.grown(-1.5);
+            }
+            .grown(-1.5);
             let view = View {
                 frame: self.frame(panel.step),
                 scale: area.width.min(area.height) / (2.0 * half),

@@ -27,7 +27,7 @@ pub struct SavedView {
 impl SavedView {
     /// A view with this filter, order and grouping.
     #[must_use]
-    pub fn new(filter: &str, (sort, reversed): (&str, bool), group: &str) -> Self {
+    pub fn new(filter: &str, sort: &str, reversed: bool, group: &str) -> Self {
         Self {
             filter: filter.into(),
             sort: sort.into(),
@@ -97,7 +97,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("data/views.toml");
         assert_eq!(SavedViews::read(&path), Ok(SavedViews::default()));
-        let view = SavedView::new("tag:cut_in risk<3", ("ttc", true), "country");
+        let view = SavedView::new("tag:cut_in risk<3", "ttc", true, "country");
         SavedViews::change(&path, "cut-ins, near", Some(view.clone())).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         // Another version knows more, and less.

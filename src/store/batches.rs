@@ -4,16 +4,40 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nearmiss_scene::verdict::Task;
 use rusqlite::{OptionalExtension, params};
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::database::now_ms;
 use super::items::{STATE, insert};
 use super::rows::{self, from_row};
-use super::{ClaimCounts, Consumed, NewItem, RunId, RunState, Store, StoreError, UnlockRecord};
+use super::{
+    ClaimCounts, Consumed, NewItem, RunId, RunState, Store, StoreError, UnlockRecord, document,
+};
 
 /// Identifies a batch; people call it `b7`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
-pub struct BatchId(pub i64);
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, JsonSchema)]
+pub struct BatchId(#[schemars(with = "String")] pub i64);
+
+impl Serialize for BatchId {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for BatchId {
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged, expecting = "a batch name is b and a number, such as b7")]
+        enum Written {
+            Number(i64),
+            Name(String),
+        }
+        match Written::deserialize(from)? {
+            Written::Number(number) => Ok(Self(number)),
+            Written::Name(name) => name.parse().map_err(serde::de::Error::custom),
+        }
+    }
+}
 
 impl std::fmt::Display for BatchId {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -34,20 +58,26 @@ impl std::str::FromStr for BatchId {
 }
 
 /// A batch, without its questions.
-#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Batch {
-    /// Its number.
+    /// Name of the batch, such as b7.
+    #[serde(rename = "batch", alias = "id")]
     pub id: BatchId,
     /// When it was begun, milliseconds since 1970, UTC.
     pub created_ms: i64,
-    /// When something was last added to it.
+    /// Time of the last change, milliseconds since 1970, UTC.
     pub updated_ms: i64,
-    /// Tasks, frames and other settings, as JSON.
+    /// What the batch asks: tasks, frames and other settings.
+    #[serde(
+        serialize_with = "document::exact",
+        deserialize_with = "document::deserialize"
+    )]
+    #[schemars(with = "serde_json::Value")]
     pub spec: String,
-    /// The parts of it that are here, such as `1/4`; `None` if it is whole.
+    /// Parts that are here, such as 1/4; null if the batch is whole.
     pub shard: Option<String>,
-    /// Looks at its test split before that was complete.
-    #[serde(default)]
+    /// Looks at the test split before it was complete.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub looks: Vec<UnlockRecord>,
 }
 

@@ -4,14 +4,16 @@ use std::collections::BTreeMap;
 
 use nearmiss_scene::verdict::Verdict;
 use rusqlite::params;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 use super::record::RecordError;
 use super::{
     Batch, BatchId, Choice, Intake, Item, NewRating, RatedAnswer, Rating, Run, Store, StoreError,
     StoredImage, images,
 };
+use nearmiss_record::Record as Noun;
 
 /// The form of these lines.
 const FORM: u32 = 1;
@@ -27,6 +29,38 @@ pub enum Record {
     Question(BatchId, Box<Item>),
     /// An image that questions show.
     Image(Box<StoredImage>),
+}
+
+/// A batch as it is exported.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct BatchRecord<'b> {
+    /// Marks a batch, with the version of its format.
+    nearmiss_batch: u32,
+    /// The batch.
+    #[serde(flatten)]
+    batch: &'b Batch,
+}
+
+impl Noun for BatchRecord<'_> {
+    const NAME: &'static str = "batch";
+    const TITLE: &'static str = "`runs export`: one batch";
+}
+
+/// A question of a batch as it is exported.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct QuestionRecord<'q> {
+    /// Marks a question of a batch, with the version of its format.
+    nearmiss_question: u32,
+    /// Name of the batch, such as b7.
+    batch: BatchId,
+    /// The question.
+    #[serde(flatten)]
+    item: &'q Item,
+}
+
+impl Noun for QuestionRecord<'_> {
+    const NAME: &'static str = "question";
+    const TITLE: &'static str = "`runs export`: one question of a batch";
 }
 
 impl Record {
@@ -56,78 +90,74 @@ impl Record {
         if form > FORM {
             return Err(RecordError::Newer(form, FORM));
         }
-        let mut record: Map<String, Value> = serde_json::from_str(line)?;
-        let batch = record.remove("batch").unwrap_or_default();
-        let id: BatchId = batch
-            .as_str()
-            .and_then(|name| name.parse().ok())
-            .ok_or_else(|| RecordError::Word {
-                field: "batch",
-                word: batch.to_string(),
-            })?;
         if kind.nearmiss_batch.is_some() {
-            if let Some(spec) = record.get_mut("spec").filter(|spec| !spec.is_string()) {
-                *spec = spec.to_string().into();
-            }
-            record.insert("id".into(), json!(id.0));
-            let batch = Batch::deserialize(Value::Object(record))?;
-            return Ok(Self::Batch(Box::new(batch)));
+            return Ok(Self::Batch(serde_json::from_str(line)?));
         }
+        let mut record: Map<String, Value> = serde_json::from_str(line)?;
+        let batch = BatchId::deserialize(record.remove("batch").unwrap_or_default())?;
+        // The database has both: where the question stood last, and where it stands now.
         if let Some(state) = record.remove("state") {
             record.insert("now".into(), state);
         }
         let item = Item::deserialize(Value::Object(record))?;
-        Ok(Self::Question(id, Box::new(item.with_reason())))
+        Ok(Self::Question(batch, Box::new(item.with_reason())))
     }
 }
 
 impl Batch {
-    /// The batch as one JSON object; `nearmiss_batch` says that this is one, and in which form.
+    /// The batch as it is exported.
     #[must_use]
-    pub fn to_record(&self) -> Value {
-        // What would not come back letter by letter stays text: stores find the same batch by it.
-        let spec = serde_json::from_str::<Value>(&self.spec);
-        let same = |spec: &Value| serde_json::to_string(spec).is_ok_and(|text| text == self.spec);
-        let spec = spec.ok().filter(same);
-        let mut record = json!({
-            "nearmiss_batch": FORM,
-            "batch": self.id.to_string(),
-            "created_ms": self.created_ms,
-            "updated_ms": self.updated_ms,
-            "shard": self.shard,
-            "spec": spec.unwrap_or_else(|| self.spec.clone().into()),
-        });
-        if !self.looks.is_empty() {
-            record["looks"] = json!(self.looks);
+    pub fn to_record(&self) -> BatchRecord<'_> {
+        BatchRecord {
+            nearmiss_batch: FORM,
+            batch: self,
         }
-        record
     }
 }
 
 impl Item {
-    /// The question of a batch as one JSON object; `nearmiss_question` says that this is one, and in which form.
+    /// The question of a batch as it is exported.
     #[must_use]
-    pub fn to_record(&self, batch: BatchId) -> Value {
-        let mut record = Map::from_iter([
-            ("nearmiss_question".to_string(), FORM.into()),
-            ("batch".to_string(), batch.to_string().into()),
-        ]);
-        if let Ok(Value::Object(fields)) = serde_json::to_value(self) {
-            let renamed = |name: String| match name.as_str() {
-                "now" => "state".to_string(),
-                _ => name,
-            };
-            record.extend(
-                fields
-                    .into_iter()
-                    .map(|(name, value)| (renamed(name), value)),
-            );
+    pub fn to_record(&self, batch: BatchId) -> QuestionRecord<'_> {
+        QuestionRecord {
+            nearmiss_question: FORM,
+            batch,
+            item: self,
         }
-        Value::Object(record)
     }
 }
 
+/// A rating as it is exported.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RatingRecord<'r> {
+    /// Marks a rating, with the version of its format.
+    nearmiss_rating: u32,
+    /// The rating.
+    #[serde(flatten)]
+    rating: &'r Rating,
+    /// Position of the best answer, from 0; null if none is.
+    best: Option<usize>,
+}
+
+impl Noun for RatingRecord<'_> {
+    const NAME: &'static str = "rating";
+    const TITLE: &'static str = "`runs ratings export`: one rating a line";
+}
+
 impl Rating {
+    /// The rating as it is exported.
+    #[must_use]
+    pub fn to_record(&self) -> RatingRecord<'_> {
+        RatingRecord {
+            nearmiss_rating: FORM,
+            rating: self,
+            best: match self.choice {
+                Choice::Best(place) => Some(place),
+                Choice::Tie | Choice::AllWrong => None,
+            },
+        }
+    }
+
     /// A rating from a line that [`Rating::to_record`] wrote.
     ///
     /// # Errors
@@ -138,18 +168,15 @@ impl Rating {
         struct Form {
             nearmiss_rating: u32,
             best: Option<usize>,
-            answers: Vec<RatedAnswer>,
         }
         let form: Form = serde_json::from_str(line)?;
         if form.nearmiss_rating > FORM {
             return Err(RecordError::Newer(form.nearmiss_rating, FORM));
         }
-        let fields: Map<String, Value> = serde_json::from_str(line)?;
-        let mut rating = Self::deserialize(Value::Object(fields))?;
+        let mut rating: Self = serde_json::from_str(line)?;
         if let (Choice::Best(_), Some(place)) = (rating.choice, form.best) {
             rating.choice = Choice::Best(place);
         }
-        rating.answers = form.answers;
         Ok(rating)
     }
 }
@@ -232,6 +259,10 @@ mod tests {
     use crate::items::tests::item;
     use crate::ratings::tests::rating;
 
+    fn line(record: &impl Serialize) -> String {
+        nearmiss_record::json_line(record).unwrap()
+    }
+
     #[test]
     fn a_batch_comes_back_from_its_lines() {
         let store = Store::in_memory().unwrap();
@@ -251,14 +282,14 @@ mod tests {
         assert_eq!(batch.looks.len(), 1);
         let there = Store::in_memory().unwrap();
         let mut intake = Intake::new(&there);
-        let Record::Batch(read) = Record::from_line(&batch.to_record().to_string()).unwrap() else {
+        let Record::Batch(read) = Record::from_line(&line(&batch.to_record())).unwrap() else {
             panic!("no batch");
         };
         assert_eq!(*read, batch);
         intake.batch(&read).unwrap();
         let mut read = Vec::new();
         for item in &items {
-            let line = item.to_record(id).to_string();
+            let line = line(&item.to_record(id));
             let Record::Question(of, item) = Record::from_line(&line).unwrap() else {
                 panic!("no question");
             };
@@ -280,7 +311,7 @@ mod tests {
         let (here, there) = (Store::in_memory().unwrap(), Store::in_memory().unwrap());
         there.rate(&rating(None, None)).unwrap();
         let first = there.ratings().unwrap().remove(0);
-        let line = first.to_record().to_string();
+        let line = nearmiss_record::json_line(&first.to_record()).unwrap();
         let read = Rating::from_record(&line).unwrap();
         assert_eq!(read, first);
         let intake = Intake::new(&here);

@@ -285,7 +285,7 @@ pub(super) fn interrupt_abandoned(transaction: &Transaction<'_>) -> Result<(), S
 }
 
 /// Identifies a request by everything that is in it.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, schemars::JsonSchema)]
 pub struct Key(String);
 
 impl Key {

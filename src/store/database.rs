@@ -86,7 +86,7 @@ pub enum StoreError {
     #[error("the store: {0}")]
     Word(String),
     /// No run has this number.
-    #[error("no run {0}; `nearmiss runs` lists all")]
+    #[error("no run {0}; `nearmiss runs list` lists all")]
     NoRun(super::RunId),
     /// A person has no rating with this number.
     #[error("no rating {0} by this person")]

@@ -348,8 +348,11 @@ fn day(field: &'static str, value: &str) -> Result<Option<i64>, FilterError> {
 /// # Errors
 /// It is neither; says what is wanted.
 pub fn moment(text: &str) -> Result<i64, String> {
-    let day = text.parse::<Date>().ok().filter(|_| text.len() == 10);
-    let day = day.and_then(|day| day.to_zoned(TimeZone::system()).ok());
+    let day = text
+        .parse::<Date>()
+        .ok()
+        .filter(|_| text.len() == 10)
+        .and_then(|day| day.to_zoned(TimeZone::system()).ok());
     match day {
         Some(day) => Ok(day.timestamp().as_millisecond()),
         None => text

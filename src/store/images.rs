@@ -5,69 +5,83 @@ use std::sync::Arc;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use rusqlite::{Connection, OptionalExtension, params};
-use serde::Deserialize;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::record::RecordError;
 use super::{NewRun, Store, StoreError};
+use nearmiss_record::Record;
 
 /// The form of their lines in exports.
 pub(super) const FORM: u32 = 1;
 
 /// An image that a question shows.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct StoredImage {
-    /// SHA-256 of its bytes, hexadecimal: messages name it by this.
+    /// SHA-256 of its bytes, hexadecimal, by which messages name it.
     pub sha256: String,
-    /// Its media type, such as `image/png`.
+    /// Media type, such as image/png.
     pub media_type: String,
     /// Pixels from left to right.
     pub width: u32,
     /// Pixels from top to bottom.
     pub height: u32,
-    /// Its bytes.
+    /// Its bytes in base64.
+    #[serde(rename = "base64", with = "base64_bytes")]
+    #[schemars(with = "String")]
     pub bytes: Arc<[u8]>,
 }
 
+/// Bytes as text.
+mod base64_bytes {
+    use super::{Arc, Deserialize, Engine, STANDARD};
+    use serde::{Deserializer, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer>(bytes: &Arc<[u8]>, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(&STANDARD.encode(bytes))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<[u8]>, D::Error> {
+        let text = String::deserialize(from)?;
+        let bytes = STANDARD.decode(&text);
+        bytes.map(Into::into).map_err(Error::custom)
+    }
+}
+
+/// An image as it is exported.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ImageRecord<'i> {
+    /// Marks an image, with the version of its format.
+    nearmiss_image: u32,
+    /// The image.
+    #[serde(flatten)]
+    image: &'i StoredImage,
+}
+
+impl Record for ImageRecord<'_> {
+    const NAME: &'static str = "image";
+    const TITLE: &'static str = "`runs export`: one image that questions show";
+}
+
 impl StoredImage {
-    /// The image as one JSON object; `nearmiss_image` says that this is one, and in which form.
+    /// The image as it is exported.
     #[must_use]
-    pub fn to_record(&self) -> Value {
-        json!({
-            "nearmiss_image": FORM,
-            "sha256": self.sha256,
-            "media_type": self.media_type,
-            "width": self.width,
-            "height": self.height,
-            "base64": STANDARD.encode(&self.bytes),
-        })
+    pub fn to_record(&self) -> ImageRecord<'_> {
+        ImageRecord {
+            nearmiss_image: FORM,
+            image: self,
+        }
     }
 
     /// Reads a line that [`StoredImage::to_record`] wrote.
     pub(super) fn from_record(line: &str) -> Result<Self, RecordError> {
-        #[derive(Deserialize)]
-        struct Line {
-            sha256: String,
-            media_type: String,
-            width: u32,
-            height: u32,
-            base64: String,
-        }
-        let line: Line = serde_json::from_str(line)?;
-        let bytes = STANDARD
-            .decode(&line.base64)
-            .map_err(|_| RecordError::Image)?;
-        let digest = Sha256::digest(&bytes);
+        let image: Self = serde_json::from_str(line)?;
+        let digest = Sha256::digest(&image.bytes);
         let sha256: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        if sha256 == line.sha256 {
-            Ok(Self {
-                sha256,
-                media_type: line.media_type,
-                width: line.width,
-                height: line.height,
-                bytes: bytes.into(),
-            })
+        if sha256 == image.sha256 {
+            Ok(image)
         } else {
             Err(RecordError::Image)
         }
@@ -145,7 +159,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
     use super::super::tests::question;
     use super::super::{Claim, Record, RecordIntake};
-    use super::*;
+    use super::{NewRun, RecordError, Store, StoredImage};
+    use serde_json::json;
 
     fn image() -> StoredImage {
         StoredImage {
@@ -193,7 +208,7 @@ mod tests {
 
     #[test]
     fn lines_and_merges_carry_it_and_damage_is_found() {
-        let line = image().to_record().to_string();
+        let line = nearmiss_record::json_line(&image().to_record()).unwrap();
         let Record::Image(read) = Record::from_line(&line).unwrap() else {
             panic!("it is an image");
         };

@@ -1,7 +1,9 @@
 //! Batch items: each question's state, and its newest complete answers.
 
 use rusqlite::{Connection, Row, params};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::list::MOST_SHOWN;
 use super::run::names;
@@ -12,7 +14,7 @@ use super::{
 use nearmiss_scene::verdict::Task;
 
 /// What is known of the window of a question.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct WindowFacts {
     /// First and last time step.
     pub steps: (i64, i64),
@@ -36,58 +38,60 @@ pub struct WindowFacts {
 }
 
 /// A question to ask.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NewItem {
-    /// The scenario's file, or the name of a bundled one.
+    /// File of the scenario, or the name of a bundled one.
     pub path: String,
-    /// The scenario's name.
+    /// Name of the scenario: its file name without the ending.
     pub scenario: String,
-    /// SHA-256 of its file; `None` if it could not be read.
+    /// SHA-256 of its file; null if it could not be read.
     pub scenario_hash: Option<String>,
-    /// The ego; `None` if it could not be read.
+    /// The ego; null if it could not be read.
     pub ego: Option<String>,
-    /// The task.
+    /// The question: collision, safety, recording, attacker or trajectory.
+    #[schemars(with = "String")]
     pub task: Task,
-    /// The frame of the description; `None` for a judge without a prompt.
+    /// Frame of the description; null for a judge without a prompt.
     pub frame: Option<String>,
-    /// The techniques; `None` for a judge without a prompt.
+    /// Prompting techniques; null for a judge without a prompt.
     pub techniques: Option<String>,
-    /// `provider/model`.
+    /// Model asked, as provider/model.
     pub model: String,
-    /// Which of several answers to the same request, from 0.
+    /// Number of the sample among answers to the same request, from 0.
     pub sample: u32,
-    /// Where its window ends: seconds before the collision, or `paper`; `None` for the common end of the batch.
+    /// End of the window: seconds before the collision, or paper; null for that of the batch.
     pub lead: Option<String>,
-    /// What is changed about the scene, such as `mirror`; `None` if it is as it is.
+    /// Change of the scene, such as mirror; null if it is as it is.
     pub transform: Option<String>,
-    /// First and last time step of its window, where it was drawn; `None` for the one that task and lead give.
+    /// First and last step of the window, where it was drawn; null for the one that task and lead give.
     #[serde(default)]
     pub window: Option<(i64, i64)>,
-    /// What is known of its window; `None` if it cannot be asked, or was asked by an earlier version.
+    /// What is known of the window; null if it cannot be asked, or was asked by an earlier version.
     #[serde(default, deserialize_with = "rows::json")]
     pub facts: Option<WindowFacts>,
-    /// What a bundle says about its scene; `None` for a question that was asked here.
+    /// What a bundle says about the scene; missing for a question that was asked here.
+    #[schemars(with = "Value")]
     #[serde(
         default,
         deserialize_with = "rows::json",
         skip_serializing_if = "Option::is_none"
     )]
     pub scene: Option<SceneRecord>,
-    /// The key of the request; `None` if none is sent.
+    /// Key of the request; null if none is sent.
     #[serde(deserialize_with = "claim::deserialize_key")]
     pub key: Option<Key>,
-    /// What is true; `None` if it is unknown.
+    /// Ground truth: whether the ego collides; null if unknown.
     #[serde(deserialize_with = "rows::truth")]
     pub collides: Option<bool>,
-    /// The obstacle the ego collides with, if the ground truth names one.
+    /// Ground truth: the obstacle that the ego collides with.
     pub obstacle: Option<i64>,
     /// Why it cannot be asked; `None` if it can.
     #[serde(skip)]
     pub unaskable: Option<String>,
-    /// Values of the axes of its batch, such as `effort low`; `None` without axes.
+    /// Values of the axes of the batch, such as effort low; missing without axes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settings: Option<String>,
-    /// The part of a split that its scenario is in; `None` if the batch has no split.
+    /// dev or test; missing if the batch has no split.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub split: Option<SplitPart>,
 }
@@ -107,19 +111,19 @@ pub enum ItemState {
     Unaskable,
 }
 
-names!(ItemState, Waiting => "waiting", Answered => "answered", Truncated => "truncated", Failed => "failed",
+names!(ItemState "state", Waiting => "waiting", Answered => "answered", Truncated => "truncated", Failed => "failed",
     Unaskable => "unaskable");
 
 /// A question of a batch.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Item {
-    /// Its place in the batch, from 0.
+    /// Place in the batch, from 0.
     pub place: u64,
     /// The question.
     #[serde(flatten)]
     pub asked: NewItem,
-    /// Where it stands.
-    #[serde(rename = "now")]
+    /// State: waiting, answered, truncated, failed or unaskable.
+    #[serde(rename(serialize = "state", deserialize = "now"))]
     pub state: ItemState,
     /// The last run that was made for it.
     pub run: Option<RunId>,

@@ -1,9 +1,11 @@
 //! The store: every run in SQLite, chunk by chunk as it arrives; nothing is lost, nothing is asked twice.
 
+mod answer_state;
 mod batches;
 mod bundle_record;
 mod claim;
 mod database;
+mod document;
 mod filter;
 mod images;
 mod intake;
@@ -23,12 +25,13 @@ mod truths;
 mod unstored;
 mod write;
 
+pub use answer_state::{AnswerState, CountedAs, TOO_LONG, attempt_rank};
 pub use batches::{Batch, BatchId, Identity, Progress, QuestionRun, SUPERSEDED, SecondaryRuns};
-pub use bundle_record::{Record, SceneRecord};
+pub use bundle_record::{BatchRecord, QuestionRecord, RatingRecord, Record, SceneRecord};
 pub use claim::{Claim, Key, LEASE, RENEWAL};
 pub use database::{Store, StoreError};
 pub use filter::{Decision, Filter, FilterError, StateFilter, moment};
-pub use images::StoredImage;
+pub use images::{ImageRecord, StoredImage};
 pub use intake::{Intake, MergeCounts};
 pub use items::{Item, ItemState, NewItem, NewestAnswer, WindowFacts};
 pub use list::{Cursor, Edge, Interrupter, MOST_SHOWN, Page, Summary};
@@ -39,7 +42,7 @@ pub use provider_batches::{
 };
 pub use ratings::{Choice, NewRating, RatedAnswer, Rating, Unrated};
 pub use read_only::Health;
-pub use record::{RecordError, RecordIntake};
+pub use record::{RecordError, RecordIntake, RunRecord, record_line};
 pub use reflections::{NewReflection, Reflection, ReflectionId};
 pub use run::{
     AnswerPiece, Consumed, Ending, NewRun, Origin, Run, RunId, RunState, StoredTemplate,

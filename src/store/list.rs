@@ -2,11 +2,16 @@
 
 use nearmiss_scene::verdict::Task;
 use rusqlite::types::Value;
-use rusqlite::{Connection, InterruptHandle, OptionalExtension, params, params_from_iter};
+use rusqlite::{Connection, InterruptHandle, OptionalExtension, Row, params, params_from_iter};
 use serde::{Deserialize, Serialize};
 
+use nearmiss_record::Record;
+
 use super::filter::Condition;
-use super::{Filter, Run, RunId, SUPERSEDED, Store, StoreError, StoredTemplate, rows};
+use super::{
+    AnswerState, Filter, Origin, Run, RunId, RunState, SUPERSEDED, Store, StoreError,
+    StoredTemplate, rows,
+};
 
 /// Most of each text of a run that is read to be looked at, in bytes: as much as is taken of an answer today. Programs
 /// before this one took more.
@@ -22,45 +27,77 @@ const LITTLE: usize = 64 << 10;
 /// A run in a list.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Summary {
-    /// Its number.
+    /// Number of the run in the store.
     pub run: i64,
-    /// When it was asked, milliseconds since 1970, UTC.
+    /// When it was asked, milliseconds since 1970, UTC; of a recorded one, when it was read.
     pub created_ms: i64,
-    /// `asked`, `recorded` or `replayed`.
-    pub origin: String,
-    /// Where it stands.
-    pub state: String,
-    /// Name of the scenario.
+    /// Where the answer comes from: asked, recorded or replayed.
+    pub origin: Origin,
+    /// State of the run.
+    pub state: RunState,
+    /// What the answer counts as: answered, unparsed, truncated, filtered, failed, cancelled, interrupted, waiting or
+    /// superseded.
+    #[serde(skip_deserializing)]
+    pub answer_state: AnswerState,
+    /// Name of the scenario: its file name without the ending.
     pub scenario: String,
-    /// The task.
-    pub task: String,
-    /// From where the scene was described.
+    /// The question: collision, safety, recording, attacker or trajectory.
+    #[schemars(with = "String")]
+    pub task: Task,
+    /// Frame of the description.
     pub frame: String,
-    /// How it was asked.
+    /// Prompting techniques: cp, cot and icl joined by +, or base.
     pub techniques: String,
     /// The template.
     #[serde(flatten)]
     pub template: StoredTemplate,
-    /// The model asked, `provider/model`.
+    /// Model asked, as provider/model.
     pub model: String,
-    /// Which of several answers to the same request.
+    /// Number of the sample among answers to the same request, from 0.
     pub sample: u32,
-    /// What the verdict says; `None` if there is none, or none that says yes or no.
+    /// The decision of the verdict: true for a collision, a critical window or a recording of high risk; null without
+    /// a yes or no.
     pub dangerous: Option<bool>,
-    /// US dollars, where known.
+    /// Cost in US dollars; null if unknown.
     pub cost_usd: Option<f64>,
-    /// The most that it can have cost, US dollars, where that was known when it was asked.
+    /// Maximum cost in US dollars; null if unknown when it was asked.
     pub most_usd: Option<f64>,
-    /// Tokens of the answer, where known.
+    /// Tokens of the answer, as the server counts.
     pub output_tokens: Option<u64>,
-    /// Why the model stopped, where it said so.
+    /// Why the server ended the answer.
     pub finish: Option<String>,
     /// Whether another run counts in its place: a newer or better answer to the same request and sample.
     pub superseded: bool,
-    /// Whether it is kept from deletion.
+    /// Whether the run is protected from deletion.
     pub pinned: bool,
     /// Where words were searched for: a place where they occur, with `[` and `]` around them.
     pub excerpt: Option<String>,
+}
+
+impl Record for Summary {
+    const NAME: &'static str = "runs-list";
+    const TITLE: &'static str = "`runs list --format json`: one run a line, in short";
+}
+
+impl Summary {
+    /// A row of [`columns`] with an excerpt.
+    pub(super) fn from_row(row: &Row<'_>) -> Result<Self, rusqlite::Error> {
+        let run: Self = rows::from_row(row)?;
+        Ok(Self {
+            answer_state: if run.superseded {
+                AnswerState::Superseded
+            } else {
+                run.own_state()
+            },
+            ..run
+        })
+    }
+
+    /// What its answer counts as where no other run counts in its place.
+    #[must_use]
+    pub fn own_state(&self) -> AnswerState {
+        AnswerState::of_run(self.state, self.finish.as_deref(), self.dangerous.is_some())
+    }
 }
 
 /// The columns of a summary, but for the excerpt.
@@ -161,7 +198,7 @@ impl Store {
             columns()
         );
         let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), rows::from_row)?;
+        let found = statement.query_map(params_from_iter(values), Summary::from_row)?;
         Ok(found.collect::<Result<_, _>>()?)
     }
 
@@ -306,7 +343,7 @@ impl Store {
             order.join(", ")
         );
         let mut statement = connection.prepare_cached(&sql)?;
-        let found = statement.query_map(params_from_iter(values), rows::from_row)?;
+        let found = statement.query_map(params_from_iter(values), Summary::from_row)?;
         let mut rows = found.collect::<Result<Vec<_>, _>>()?;
         let more = rows.len() > most;
         rows.truncate(most);

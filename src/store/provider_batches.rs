@@ -40,7 +40,7 @@ pub enum ProviderBatchState {
     NotSent,
 }
 
-names!(ProviderBatchState, Submitting => "submitting", Submitted => "submitted", Cancelling => "cancelling",
+names!(ProviderBatchState "state", Submitting => "submitting", Submitted => "submitted", Cancelling => "cancelling",
     Ended => "ended", Cancelled => "cancelled", Expired => "expired", Failed => "failed", NotSent => "not_sent");
 
 impl ProviderBatchState {

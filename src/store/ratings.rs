@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rusqlite::params;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 
 use super::database::now_ms;
 use super::rows::from_row;
@@ -35,7 +35,7 @@ impl Choice {
 }
 
 /// An answer as it was shown in a rating.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RatedAnswer {
     /// Its run; `None` if it is in none.
     pub run: Option<RunId>,
@@ -50,6 +50,10 @@ pub struct RatedAnswer {
     /// The template that its run was asked with, as the store has it; `None` if it is in none.
     #[serde(flatten)]
     pub template: Option<StoredTemplate>,
+}
+
+fn choice_word<S: serde::Serializer>(choice: &Choice, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(choice.word())
 }
 
 /// Which one is best stands with the answers.
@@ -86,29 +90,32 @@ pub struct NewRating {
 }
 
 /// A rating as it is kept.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Rating {
-    /// Its number.
+    /// Number of the rating.
+    #[serde(rename = "rating", alias = "id")]
     pub id: i64,
-    /// When, milliseconds since 1970, UTC.
+    /// Time of creation, milliseconds since 1970, UTC.
     pub created_ms: i64,
-    /// The rater.
+    /// Who rated.
     pub person: String,
     /// Name of the scenario.
     pub scenario: String,
-    /// The task.
+    /// The question: collision, safety, recording, attacker or trajectory.
+    #[schemars(with = "String")]
     pub task: Task,
     /// Whether the models were hidden and the order shuffled.
     pub blind: bool,
     /// Seed of the shuffled order.
     pub seed: i64,
-    /// What was chosen.
-    #[serde(deserialize_with = "choice")]
+    /// The choice: best, tie or none.
+    #[serde(serialize_with = "choice_word", deserialize_with = "choice")]
+    #[schemars(with = "String")]
     pub choice: Choice,
     /// What the person wrote.
     pub notes: String,
     /// The answers, in the order in which they were shown.
-    #[serde(skip)]
+    #[serde(default)]
     pub answers: Vec<RatedAnswer>,
 }
 
@@ -261,31 +268,6 @@ fn answers(
     Ok(())
 }
 
-impl Rating {
-    /// The rating as one JSON object; `nearmiss_rating` says that this is one, and in which form.
-    #[must_use]
-    pub fn to_record(&self) -> Value {
-        let best = match self.choice {
-            Choice::Best(place) => Some(place),
-            Choice::Tie | Choice::AllWrong => None,
-        };
-        json!({
-            "nearmiss_rating": 1,
-            "id": self.id,
-            "created_ms": self.created_ms,
-            "person": self.person,
-            "scenario": self.scenario,
-            "task": self.task.name(),
-            "blind": self.blind,
-            "seed": self.seed,
-            "choice": self.choice.word(),
-            "best": best,
-            "notes": self.notes,
-            "answers": self.answers,
-        })
-    }
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     #![allow(clippy::unwrap_used)]
@@ -348,11 +330,11 @@ pub(super) mod tests {
             (first.person.as_str(), first.seed, first.task),
             ("ada", -7, Task::Safety)
         );
-        let record = first.to_record();
+        let record = serde_json::to_value(first.to_record()).unwrap();
         assert_eq!(record["answers"][1]["reason"], "wrong obstacle: it is 301");
         assert_eq!(
             (&record["choice"], &record["best"]),
-            (&json!("best"), &json!(1))
+            (&"best".into(), &1.into())
         );
     }
 

@@ -1,13 +1,15 @@
 //! Runs as JSON, one object each, complete and identical when read back; takes in the lines of an export or a bundle.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use nearmiss_base::system::did_you_mean;
-use nearmiss_scene::verdict::Task;
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::{BatchId, Intake, Item, Origin, Record, Run, RunState, Store, StoreError};
+use super::{AnswerState, BatchId, Intake, Item, Origin, Record, Run, RunState, Store, StoreError};
+use nearmiss_record::{Record as Noun, schema};
 
 /// Why a line is not a valid run.
 #[derive(Debug, thiserror::Error)]
@@ -28,14 +30,6 @@ pub enum RecordError {
     /// It was written by a newer program.
     #[error("the line has format {0}, and this version reads up to {1}; update nearmiss")]
     Newer(u32, u32),
-    /// A word that is not known.
-    #[error("unknown {field} `{word}`")]
-    Word {
-        /// Which field.
-        field: &'static str,
-        /// The word.
-        word: String,
-    },
     /// The key is not the one of the request.
     #[error("the key does not match the request: the line was changed")]
     Key,
@@ -67,55 +61,88 @@ fn without_place(error: &serde_json::Error) -> String {
     }
 }
 
+/// A record as a line of an export.
+///
+/// # Errors
+/// It cannot be JSON.
+pub fn record_line(record: &impl Noun) -> Result<String, StoreError> {
+    Ok(nearmiss_record::json_line(record)?)
+}
+
 /// The form of the records.
-const FORM: u32 = 4;
+const FORM: u32 = 5;
 
-/// The fields of a record behind `nearmiss_run`, in the order of the columns of `runs`.
-const FIELDS: &str = "id key sample batch origin source created_ms updated_ms scenario scenario_hash ego task frame \
-    techniques window model model_returned provider dialect endpoint address template template_version template_hash \
-    messages parameters answer_schema state answer reasoning finish verdict reading error input_tokens output_tokens \
-    reasoning_tokens cached_tokens cost_usd most_usd price_source first_chunk_ms duration_ms claims_right claims_wrong \
-    claims_open claims_check notes pinned deleted_ms";
+/// The fields of a record that are kept.
+static FIELDS: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let schema = schema::<Run>();
+    let fields = schema.get("properties").and_then(Value::as_object);
+    fields
+        .into_iter()
+        .flatten()
+        .map(|(name, _)| name.clone())
+        .collect()
+});
 
-/// Those that are JSON inside JSON, and text in the store.
-const DOCUMENTS: [&str; 5] = [
-    "messages",
-    "parameters",
-    "answer_schema",
-    "verdict",
-    TOOL_ROUNDS,
-];
+/// A run as it is shown and exported.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct RunRecord<'r> {
+    /// Marks a run, with the version of its format.
+    pub nearmiss_run: u32,
+    /// The run.
+    #[serde(flatten)]
+    pub run: &'r Run,
+    /// What the answer counts as: answered, unparsed, truncated, filtered, failed, cancelled, interrupted, waiting or
+    /// superseded.
+    pub answer_state: AnswerState,
+    /// The decision of the verdict: true for a collision, a critical window or a recording of high risk; null without
+    /// a yes or no.
+    pub dangerous: Option<bool>,
+    /// The justification of the verdict.
+    pub justification: Option<&'r str>,
+    /// The probability of yes that the answer states.
+    pub probability: Option<f64>,
+    /// The probability of yes by the log probabilities of the deciding token.
+    pub token_probability: Option<f64>,
+}
 
-/// A field of runs whose model called tools alone, so that other records stay as earlier versions read them.
-const TOOL_ROUNDS: &str = "tool_rounds";
+impl Noun for RunRecord<'_> {
+    const NAME: &'static str = "run";
+    const TITLE: &'static str = "`runs show --format json`, `runs export`: one run";
+}
+
+impl RunRecord<'_> {
+    /// What records say of a run beside what is kept of it; and the length of the answer, which they did before.
+    const DERIVED: [&'static str; 8] = [
+        "schema_version",
+        "nearmiss_run",
+        "seconds",
+        "answer_state",
+        "dangerous",
+        "probability",
+        "token_probability",
+        "justification",
+    ];
+}
 
 impl Run {
-    /// The run as one JSON object; `nearmiss_run` says that this is one, and in which form.
+    /// The run as it is exported; `superseded` if another run counts in its place.
     #[must_use]
-    pub fn to_record(&self) -> Value {
-        let mut fields = serde_json::to_value(self).unwrap_or_default();
-        for name in DOCUMENTS {
-            // Text that is no JSON stays text, and so comes back as it was.
-            let document = fields[name].as_str().map(serde_json::from_str);
-            if let Some(Ok(document)) = document {
-                fields[name] = document;
-            }
+    pub fn to_record(&self, superseded: bool) -> RunRecord<'_> {
+        let said = self.ending.verdict.as_ref();
+        let verdict = said.and_then(|said| said.verdict());
+        RunRecord {
+            nearmiss_run: FORM,
+            run: self,
+            answer_state: if superseded {
+                AnswerState::Superseded
+            } else {
+                AnswerState::of(self)
+            },
+            dangerous: verdict.map(|verdict| verdict.dangerous),
+            probability: verdict.and_then(|verdict| verdict.probability),
+            token_probability: verdict.and_then(|verdict| verdict.token_probability),
+            justification: said.map(|said| said.justification()),
         }
-        let seconds = fields["duration_ms"].as_f64().map(|ms| ms / 1e3);
-        let mut record = Map::from_iter([
-            ("nearmiss_run".to_string(), FORM.into()),
-            ("run".to_string(), fields["id"].clone()),
-            ("seconds".to_string(), seconds.into()),
-        ]);
-        record.extend(
-            FIELDS
-                .split(' ')
-                .map(|name| (name.to_string(), fields[name].take())),
-        );
-        if fields[TOOL_ROUNDS].is_array() {
-            record.insert(TOOL_ROUNDS.to_string(), fields[TOOL_ROUNDS].take());
-        }
-        Value::Object(record)
     }
 
     /// A run from a line that [`Run::to_record`] wrote, in this store or another. A run asked elsewhere counts as
@@ -134,35 +161,21 @@ impl Run {
             return Err(RecordError::Newer(form.nearmiss_run, FORM));
         }
         let mut record: Map<String, Value> = serde_json::from_str(line)?;
-        for name in ["schema_version", "nearmiss_run", "seconds", "answer_state"] {
+        for name in RunRecord::DERIVED {
             record.remove(name);
         }
-        // What a later version may have as the only name of the number.
-        if let Some(run) = record.remove("run") {
-            record.entry("id").or_insert(run);
+        // Form 4 has the number twice, older ones under this name.
+        if let Some(id) = record.remove("id") {
+            record.entry("run").or_insert(id);
         }
-        let known = |name: &str| {
-            let mut fields = FIELDS.split_whitespace().chain([TOOL_ROUNDS]);
-            fields.any(|field| field == name)
-        };
-        if let Some(name) = record.keys().find(|name| !known(name)) {
+        if let Some(name) = record.keys().find(|name| !FIELDS.contains(name)) {
             return Err(RecordError::Field {
-                meant: did_you_mean(name, FIELDS.split_whitespace()),
+                meant: did_you_mean(name, FIELDS.iter().map(String::as_str)),
                 name: name.clone(),
-                known: FIELDS.split_whitespace().collect::<Vec<_>>().join(", "),
+                known: FIELDS.join(", "),
             });
         }
-        check_word(&record, "origin", |word| Origin::parse(word).is_some())?;
-        check_word(&record, "state", |word| RunState::parse(word).is_some())?;
-        check_word(&record, "task", |word| Task::parse(word).is_some())?;
         let has_key = record.get("key").is_some_and(Value::is_string);
-        for name in DOCUMENTS {
-            match record.get_mut(name) {
-                None | Some(Value::Null) => {}
-                Some(Value::String(_)) if name != "verdict" => {}
-                Some(document) => *document = document.to_string().into(),
-            }
-        }
         let mut run = Self::deserialize(Value::Object(record))?.with_verdict();
         if run.origin == Origin::Asked {
             run.origin = Origin::Replayed;
@@ -181,20 +194,6 @@ impl Run {
         } else {
             Err(RecordError::Key)
         }
-    }
-}
-
-fn check_word(
-    record: &Map<String, Value>,
-    field: &'static str,
-    is_known: impl FnOnce(&str) -> bool,
-) -> Result<(), RecordError> {
-    match record.get(field).and_then(Value::as_str) {
-        Some(word) if !is_known(word) => Err(RecordError::Word {
-            field,
-            word: word.to_string(),
-        }),
-        _ => Ok(()),
     }
 }
 

@@ -21,7 +21,7 @@ pub fn shown(row: &Row<'_>, most: usize) -> Result<Run, Error> {
         let whole = row.get_ref(name)?.as_str()?.len();
         if whole > text.len() {
             text.push_str(&format!(
-                "\n[nearmiss: shortened; {whole} bytes are in the store: nearmiss runs show {} --json]",
+                "\n[nearmiss: shortened; {whole} bytes are in the store: nearmiss runs show {} --format json]",
                 shown.id
             ));
         }

@@ -1,14 +1,26 @@
 //! The stored data of a run.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{ClaimCounts, Key, StoredImage, claim};
+use super::{ClaimCounts, Key, StoredImage, claim, document};
 use nearmiss_scene::verdict::{ParsedAnswer, Task};
 
 /// Identifies a run in its store.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default, Serialize, Deserialize,
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    Default,
+    Serialize,
+    Deserialize,
+    JsonSchema,
 )]
 pub struct RunId(pub i64);
 
@@ -19,47 +31,54 @@ impl std::fmt::Display for RunId {
 }
 
 /// Data known before a judge is asked.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NewRun {
-    /// Which of several answers to the same request this is, from 0.
+    /// Number of the sample among answers to the same request, from 0.
     pub sample: u32,
-    /// The batch it belongs to.
+    /// Name of the batch that it belongs to, such as b7.
     pub batch: Option<String>,
-    /// Name of the scenario.
+    /// Name of the scenario: its file name without the ending.
     pub scenario: String,
-    /// SHA-256 of its file, hexadecimal; `None` if an answer is known and the file is not.
+    /// SHA-256 of its file, hexadecimal; null if an answer is known and the file is not.
     pub scenario_hash: Option<String>,
     /// The ego, and where its motion comes from.
     pub ego: String,
-    /// The task.
+    /// The question: collision, safety, recording, attacker or trajectory.
+    #[schemars(with = "String")]
     pub task: Task,
-    /// From where the scene is described.
+    /// Frame of the description.
     pub frame: String,
-    /// Prompting techniques in use.
+    /// Prompting techniques: cp, cot and icl joined by +, or base.
     pub techniques: String,
-    /// First and last time step of the window; `None` if an answer is known and its window is not.
+    /// First and last time step of the window; null if an answer is known and its window is not.
     pub window: Option<(i64, i64)>,
-    /// `provider/model`, as asked for.
+    /// Model asked, as provider/model.
     pub model: String,
     /// The provider of the model.
     pub provider: String,
-    /// The protocol spoken; `None` if no request is sent.
+    /// Wire protocol; null if no request is sent.
     pub dialect: Option<String>,
     /// Provider and address of the server, for people, without any key.
     pub endpoint: String,
-    /// The address alone, without user, password and query; `None` if no request is sent.
+    /// The address alone, without user, password and query; null if no request is sent.
     pub address: Option<String>,
-    /// File name of the template.
+    /// File name of the prompt template.
     pub template: String,
-    /// Its version, as it says itself; `None` for a draft.
+    /// Version that the template states; null for a draft.
     pub template_version: Option<String>,
-    /// SHA-256 of its text.
+    /// SHA-256 of the text of the template.
     pub template_hash: String,
-    /// The messages as JSON.
+    /// The messages: role and content of each, and its images by hash, if it has some.
+    #[serde(with = "document")]
+    #[schemars(with = "Value")]
     pub messages: String,
-    /// The parameters as JSON.
+    /// Sampling parameters.
+    #[serde(with = "document")]
+    #[schemars(with = "Value")]
     pub parameters: String,
-    /// The shape of the answer that is asked of the server, as JSON.
+    /// JSON schema that the answer was asked in; null where there is none.
+    #[serde(default, with = "document")]
+    #[schemars(with = "Value")]
     pub answer_schema: Option<String>,
     /// The images that its messages name, to be kept with it; empty where a run is read.
     #[serde(skip)]
@@ -95,10 +114,10 @@ impl NewRun {
     /// Two runs with the same key and sample are the same question: everything that the server is sent is the same.
     #[must_use]
     pub fn key(&self) -> Option<Key> {
-        let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).ok();
+        let json = |text: &str| serde_json::from_str::<Value>(text).ok();
         let schema = match &self.answer_schema {
             Some(text) => json(text)?,
-            None => serde_json::Value::Null,
+            None => Value::Null,
         };
         let name = self
             .model
@@ -155,7 +174,7 @@ pub enum RunState {
 
 /// Words for the variants of an enum, in the store, in exports and on the command line.
 macro_rules! names {
-    ($type:ident, $($variant:ident => $name:literal),+) => {
+    ($type:ident $noun:literal, $($variant:ident => $name:literal),+) => {
         impl $type {
             /// Every one.
             pub const ALL: &[Self] = &[$(Self::$variant),+];
@@ -182,57 +201,67 @@ macro_rules! names {
         impl<'de> serde::Deserialize<'de> for $type {
             fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
                 let word: String = serde::Deserialize::deserialize(deserializer)?;
-                let unknown = || format!("`{word}` is not known to this version");
+                let unknown = || format!(concat!("unknown ", $noun, " `{}`"), word);
                 Self::parse(&word).ok_or_else(|| serde::de::Error::custom(unknown()))
+            }
+        }
+
+        impl schemars::JsonSchema for $type {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                stringify!($type).into()
+            }
+
+            fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                schemars::json_schema!({ "type": "string", "enum": [$($name),+] })
             }
         }
     };
 }
 pub(super) use names;
 
-names!(Origin, Asked => "asked", Recorded => "recorded", Replayed => "replayed");
-names!(RunState, Running => "running", Interrupted => "interrupted", Answered => "answered",
+names!(Origin "origin", Asked => "asked", Recorded => "recorded", Replayed => "replayed");
+names!(RunState "state", Running => "running", Interrupted => "interrupted", Answered => "answered",
     Truncated => "truncated", Failed => "failed", Cancelled => "cancelled");
 
 /// Consumption of an answer, where known.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Consumed {
-    /// Tokens of the question.
+    /// Tokens of the prompt, as the server counts.
     pub input_tokens: Option<u64>,
-    /// Tokens of the answer, reasoning included.
+    /// Tokens of the answer, reasoning included, as the server counts.
     pub output_tokens: Option<u64>,
-    /// Those that were reasoning.
+    /// Tokens of the reasoning, as the server counts.
     pub reasoning_tokens: Option<u64>,
-    /// Those of the question that the server had in its cache.
+    /// Prompt tokens that the server had cached.
     pub cached_tokens: Option<u64>,
-    /// US dollars; [`Ending::price_source`] says whose figure.
+    /// Cost in US dollars; null if unknown.
     pub cost_usd: Option<f64>,
-    /// Milliseconds to the first piece.
+    /// Time to the first token, milliseconds.
     pub first_chunk_ms: Option<u64>,
-    /// Milliseconds to the end.
+    /// Time to the end of the answer, milliseconds.
     pub duration_ms: Option<u64>,
 }
 
 /// Data known when a run ends.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Ending {
-    /// Where it stands now.
+    /// State of the run.
     pub state: RunState,
-    /// The model as the server named it.
+    /// Model that the server says has answered.
     pub model_returned: Option<String>,
-    /// Why the model stopped.
+    /// Why the server ended the answer.
     pub finish: Option<String>,
     /// What it says.
     #[serde(skip)]
     pub verdict: Option<ParsedAnswer>,
-    /// How the verdict was read, or why there is none.
+    /// How the verdict was read from the answer: strict or repaired, or why it could not be read.
     pub reading: Option<String>,
-    /// Why there is no answer.
+    /// Why asking failed.
     pub error: Option<String>,
     /// What it consumed.
     #[serde(flatten)]
     pub consumed: Consumed,
-    /// Where the cost comes from.
+    /// Source of the price.
     pub price_source: Option<String>,
     /// Its claims about obstacles, where they were checked.
     #[serde(flatten)]
@@ -258,46 +287,50 @@ impl Ending {
 }
 
 /// A run as it is kept. In JSON and in the database its fields, and those of its parts, are the columns of `runs`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Run {
-    /// Its number.
-    #[serde(default)]
+    /// Number of the run in the store.
+    #[serde(default, rename = "run", alias = "id")]
     pub id: RunId,
     /// When it began, milliseconds since 1970, UTC; of a recorded one, when it was read.
     pub created_ms: i64,
-    /// When it was last changed.
+    /// Time of the last change, milliseconds since 1970, UTC.
     pub updated_ms: i64,
-    /// The key that it was kept under, see [`NewRun::key`].
+    /// Key of the request: SHA-256 of everything that is sent; null if nothing was sent.
     #[serde(default, deserialize_with = "claim::deserialize_key")]
     pub key: Option<Key>,
-    /// Where its answer comes from.
+    /// Where the answer comes from: asked, recorded or replayed.
     pub origin: Origin,
-    /// The file that a recorded answer was read from.
+    /// File that a recorded answer was read from.
     pub source: Option<String>,
     /// The question and its judge.
     #[serde(flatten)]
     pub question: NewRun,
-    /// The answer's text.
+    /// Text of the answer.
     pub answer: String,
-    /// The reasoning's text.
+    /// Reasoning of the model.
     pub reasoning: String,
     /// How it ended, or where it stands.
     #[serde(flatten)]
     pub ending: Ending,
-    /// The verdict as it is kept, for programs that know more than [`Ending::verdict`] can say.
-    #[serde(rename = "verdict")]
+    /// The structured verdict; null if there is none.
+    // As it is kept, for programs that know more than [`Ending::verdict`] can say.
+    #[serde(default, rename = "verdict", with = "document")]
+    #[schemars(with = "Value")]
     pub verdict_json: Option<String>,
-    /// Rounds of tool calls with their results, a JSON array; nothing where no tool was called.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// Tools that the model called, by round: calls with id, name and arguments, and results in the same order;
+    /// missing where none was called.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "document")]
+    #[schemars(with = "Value")]
     pub tool_rounds: Option<String>,
-    /// The most that it can have cost, US dollars, where that was known when it was asked.
+    /// Maximum cost in US dollars; null if unknown when it was asked.
     #[serde(default)]
     pub most_usd: Option<f64>,
-    /// What a person wrote about it.
+    /// Notes of a person.
     pub notes: String,
-    /// Whether it is kept from deletion.
+    /// Whether the run is protected from deletion.
     pub pinned: bool,
-    /// When it was deleted; it can be restored.
+    /// Time of deletion, milliseconds since 1970, UTC; it can be restored.
     pub deleted_ms: Option<i64>,
 }
 

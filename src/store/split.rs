@@ -20,7 +20,7 @@ pub enum SplitPart {
     Test,
 }
 
-names!(SplitPart, Dev => "dev", Test => "test");
+names!(SplitPart "part of a split", Dev => "dev", Test => "test");
 
 /// Progress of a part: questions that can be asked, by state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -32,7 +32,9 @@ pub struct SplitProgress {
 }
 
 /// A look at the figures of a test split before it was complete.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema,
+)]
 pub struct UnlockRecord {
     /// When, milliseconds since 1970, UTC.
     pub at_ms: i64,

@@ -119,15 +119,17 @@ impl Store {
 }
 
 /// Counts of claims. All are `None` where the answer was not checked, as its scenario was not at hand.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema,
+)]
 pub struct ClaimCounts {
-    /// Claims that hold.
+    /// Claims about obstacles in the answer that hold; null if they were not checked.
     pub claims_right: Option<u32>,
-    /// Claims that do not.
+    /// Claims that do not hold.
     pub claims_wrong: Option<u32>,
     /// Claims that cannot be decided.
     pub claims_open: Option<u32>,
-    /// The version of the check that counted them.
+    /// Version of the check that counted the claims.
     pub claims_check: Option<u32>,
 }
 

@@ -37,7 +37,7 @@ impl std::fmt::Display for UnstoredAnswer {
             ),
             Some(file) => write!(
                 f,
-                "saved to {0}; run `nearmiss import {0}` when the store is writable again",
+                "saved to {0}; run `nearmiss runs import {0}` when the store is writable again",
                 file.display()
             ),
             None => f.write_str("it could not be saved to a file either; free disk space"),
@@ -60,14 +60,16 @@ impl Store {
         self.durably(|transaction| conclude_whole(transaction, run, reasoning, answer, ending))
     }
 
-    /// Keeps an answer that the store cannot have, as a line that `nearmiss import` reads: beside the store, else in
+    /// Keeps an answer that the store cannot have, as a line that `nearmiss runs import` reads: beside the store, else in
     /// the folder for temporary files. With the rounds of its tool calls, JSON, if it has some.
     #[must_use]
     pub fn set_aside(
         &self,
-        (id, question): (RunId, &NewRun),
+        id: RunId,
+        question: &NewRun,
         (reasoning, answer): (&str, &str),
-        (ending, tool_rounds): (&Ending, Option<String>),
+        ending: &Ending,
+        tool_rounds: Option<String>,
         why: StoreError,
     ) -> UnstoredAnswer {
         let now = now_ms();
@@ -90,7 +92,7 @@ impl Store {
             pinned: false,
             deleted_ms: None,
         };
-        let line = run.to_record().to_string();
+        let line = nearmiss_record::json_line(&run.to_record(false)).unwrap_or_default();
         let name = format!("{}{id}-{now}{}", NAME.0, NAME.1);
         let written = |folder: &Path| save(&folder.join(&name), &line).ok();
         let beside = self.folder().as_deref().and_then(written);
@@ -107,8 +109,8 @@ impl Store {
             return;
         };
         for file in files.flatten() {
-            let name = file.file_name();
-            let name = name.to_string_lossy();
+            let os_name = file.file_name();
+            let name = os_name.to_string_lossy();
             if !(name.starts_with(NAME.0) && name.ends_with(NAME.1)) {
                 continue;
             }
@@ -180,7 +182,7 @@ fn conclude_whole(
 fn save(path: &Path, line: &str) -> std::io::Result<PathBuf> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    writeln!(file, "{line}")?;
+    file.write_all(line.as_bytes())?;
     file.as_file().sync_all()?;
     file.persist(path)?;
     Ok(path.to_path_buf())

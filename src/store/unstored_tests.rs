@@ -59,7 +59,7 @@ fn an_answer_that_was_set_aside_ends_its_run_when_the_store_opens() {
     let ending = Ending::bare(RunState::Answered);
     let why = StoreError::Word("the disk is full".into());
     let texts = ("because", "the beginning and the end");
-    let unstored = store.set_aside((run, &question()), texts, (&ending, None), why);
+    let unstored = store.set_aside(run, &question(), texts, &ending, None, why);
     let words = unstored.to_string();
     assert!(
         unstored.beside && words.contains("the disk is full"),
@@ -84,8 +84,7 @@ fn an_answer_of_another_store_is_added_once() {
     let ending = Ending::bare(RunState::Answered);
     let run = granted(&store);
     let rounds = Some(r#"[{"turn":{},"results":[]}]"#.to_string());
-    let ended = (&ending, rounds.clone());
-    let aside = store.set_aside((run, &question()), ("", "yes"), ended, why);
+    let aside = store.set_aside(run, &question(), ("", "yes"), &ending, rounds.clone(), why);
     let file = aside.file.unwrap();
     for _ in 0..2 {
         std::fs::copy(&file, other.path().join(file.file_name().unwrap())).unwrap();

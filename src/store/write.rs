@@ -196,7 +196,7 @@ pub(super) fn insert_new(
     for image in &run.images {
         super::images::keep(connection, image)?;
     }
-    let columns = Columns::from_fields(run)?
+    let columns = with_documents(Columns::from_fields(run)?, run)
         .with("created_ms", created_ms)
         .with("updated_ms", created_ms)
         .with("key", run.key().map(|key| key.as_str().to_string()))
@@ -206,9 +206,19 @@ pub(super) fn insert_new(
 
 /// Inserts a whole run; its number is given anew.
 pub(super) fn insert_whole(connection: &Connection, run: &Run) -> Result<RunId, StoreError> {
-    Ok(Columns::from_fields(run)?
-        .without("id")
-        .insert(connection)?)
+    let columns = with_documents(Columns::from_fields(run)?, &run.question)
+        .without("run")
+        .with("verdict", run.verdict_json.clone())
+        .with("tool_rounds", run.tool_rounds.clone());
+    Ok(columns.insert(connection)?)
+}
+
+/// The texts that are JSON in records, letter by letter.
+fn with_documents(columns: Columns, run: &NewRun) -> Columns {
+    columns
+        .with("messages", run.messages.clone())
+        .with("parameters", run.parameters.clone())
+        .with("answer_schema", run.answer_schema.clone())
 }
 
 /// Moves the pieces of a run into it.

@@ -250,10 +250,9 @@ impl Stage {
 
     /// The rows of the screen of results, as they would be exported.
     #[must_use]
-    pub fn results(&self) -> Vec<serde_json::Value> {
+    pub fn results(&self) -> Vec<nearmiss_study::evaluation::ResultsRow> {
         let rows = self.model.results.rows.iter();
-        rows.map(nearmiss_study::evaluation::Results::json)
-            .collect()
+        rows.map(|row| row.row("")).collect()
     }
 
     /// Draws a frame as the loop does.

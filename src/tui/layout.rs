@@ -54,7 +54,7 @@ pub fn split(screen: Rect, model: &Model) -> Option<ScreenAreas> {
         match (screen.width, screen.height) {
             (THREE_COLUMNS.., TALL..) => arranged.wide(body, sizes.wide, model.list.longest),
             (THREE_COLUMNS.., _) => {
-                arranged.low(body, sizes.wide, (model.list.longest, model.focus));
+                arranged.low(body, sizes.wide, model.list.longest, model.focus);
             }
             (TWO_COLUMNS.., _) => arranged.compact(body, sizes.compact, model.focus),
             _ => arranged.narrow(body, sizes.narrow, model.focus),

@@ -1,41 +1,54 @@
 //! The map as an image, for terminals that say that they show images (kitty, sixel, iTerm2).
 
+mod kitty;
+mod support;
+
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use image::{DynamicImage, RgbaImage};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use ratatui::Frame;
-use ratatui::layout::{Rect, Size};
-use ratatui_image::picker::cap_parser::QueryStdioOptions;
-use ratatui_image::picker::{Capability, Picker, ProtocolType};
-use ratatui_image::protocol::Protocol;
-use ratatui_image::protocol::kitty::Kitty;
-use ratatui_image::{Image, Resize};
+use ratatui::buffer::CellDiffOption;
+use ratatui::layout::Rect;
 
 use super::model::MapChoice;
-use nearmiss_render::{Picture, pixels};
+use nearmiss_render::{Picture, pixels, png, sixel};
 
 /// Ids of the images at kitty, used in turn: the new one is sent while the old one is shown.
 const KITTY_IDS: [u32; 2] = [0x6e_6d_01, 0x6e_6d_02];
 
+/// In which form a terminal takes images.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Protocol {
+    Kitty {
+        /// Whether it takes compressed images: fewer bytes for more work.
+        compress: bool,
+    },
+    Sixel,
+    Iterm,
+}
+
 /// How images are sent to the terminal.
 #[derive(Debug, Clone)]
 pub struct Encoder {
-    picker: Picker,
-    /// Whether the terminal takes compressed images: fewer bytes for more work.
-    compress: bool,
+    protocol: Protocol,
+    /// Width and height of a cell, pixels.
+    cell: (u16, u16),
+    /// Whether tmux stands between.
+    in_tmux: bool,
 }
 
 /// The map as it is sent to the terminal.
+#[derive(Debug)]
 pub struct MapImage {
-    protocol: Protocol,
-}
-
-impl std::fmt::Debug for MapImage {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("MapImage")
-            .field("size", &self.protocol.size())
-            .finish()
-    }
+    cells: (u16, u16),
+    /// What sends it.
+    sequences: String,
+    /// Its id at kitty, where it is sent once and then shown by placeholders.
+    kitty: Option<u32>,
+    is_sent: AtomicBool,
 }
 
 /// A map to be made an image.
@@ -76,61 +89,57 @@ pub fn is_worth_asking(choice: MapChoice, env: impl Fn(&str) -> Option<String>) 
 }
 
 impl Encoder {
-    /// Asks the terminal what it shows, for at most `patience`; `None` where it shows no images. Nothing else may read
-    /// the terminal meanwhile.
+    /// Asks the terminal what it shows, for at most `patience`; `None` where it shows no images. `answers` gives what it
+    /// answers to a question.
     #[must_use]
-    pub fn ask(patience: Duration) -> Option<Self> {
-        let options = QueryStdioOptions {
-            timeout_ms: i32::try_from(patience.as_millis()).unwrap_or(100),
-            text_sizing_protocol: false,
-            terminal_background_color_osc: false,
-            kitty_compression: true,
-            ..QueryStdioOptions::default()
-        };
-        Self::new(Picker::from_query_stdio_with_options(options).ok()?)
-    }
-
-    /// Uses what was found out about a terminal; `None` where it shows no images.
-    #[must_use]
-    pub fn new(picker: Picker) -> Option<Self> {
-        let compress = picker
-            .capabilities()
-            .contains(&Capability::KittyCompression);
-        let shows = picker.protocol_type() != ProtocolType::Halfblocks;
-        shows.then_some(Self { picker, compress })
+    pub fn ask(
+        answers: impl FnOnce(&str, Duration) -> Option<String>,
+        patience: Duration,
+        env: impl Fn(&str) -> Option<String>,
+    ) -> Option<Self> {
+        let environment = support::Environment::read(env);
+        if environment.in_tmux {
+            let _ = Command::new("tmux")
+                .args(["set", "-p", "allow-passthrough", "on"])
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .status();
+        }
+        environment.encoder(&answers(&environment.question(), patience)?)
     }
 
     /// As for kitty with cells of so many pixels, without asking a terminal.
     #[must_use]
     pub fn kitty(cell: (u16, u16), compress: bool) -> Self {
-        #[expect(deprecated, reason = "no terminal is asked")]
-        let mut picker = Picker::from_fontsize(cell.into());
-        picker.set_protocol_type(ProtocolType::Kitty);
-        Self { picker, compress }
+        Self {
+            protocol: Protocol::Kitty { compress },
+            cell,
+            in_tmux: false,
+        }
+    }
+
+    fn is_kitty(&self) -> bool {
+        matches!(self.protocol, Protocol::Kitty { .. })
     }
 
     /// Whether other things can be drawn over an image and taken away again.
     #[must_use]
     pub fn can_be_covered(&self) -> bool {
-        self.picker.protocol_type() == ProtocolType::Kitty
+        self.is_kitty()
     }
 
     /// How many pixels of the screen one pixel of a picture covers in each direction: kitty enlarges pictures, so while
     /// time passes, a quarter of the pixels is painted and sent.
     #[must_use]
     pub fn coarseness(&self, playing: bool) -> u32 {
-        if playing && self.picker.protocol_type() == ProtocolType::Kitty {
-            2
-        } else {
-            1
-        }
+        if playing && self.is_kitty() { 2 } else { 1 }
     }
 
     /// Width and height of a cell, pixels.
     #[must_use]
     pub fn cell(&self) -> (u32, u32) {
-        let size = self.picker.font_size();
-        (u32::from(size.width), u32::from(size.height))
+        (u32::from(self.cell.0), u32::from(self.cell.1))
     }
 }
 
@@ -140,36 +149,82 @@ impl ImageRequest {
     /// # Errors
     /// It is too large, or cannot be encoded: in words.
     pub fn run(self) -> Result<MapImage, String> {
-        let pixmap = pixels(&self.picture, self.dpi).map_err(|error| error.to_string())?;
-        let (width, height) = (pixmap.width(), pixmap.height());
-        let image = RgbaImage::from_raw(width, height, pixmap.take());
-        let image = DynamicImage::from(image.ok_or("the map has no pixels")?);
-        let (columns, rows) = self.cells;
-        let size = Size::new(columns, rows);
-        let picker = &self.encoder.picker;
-        let protocol = match picker.protocol_type() {
-            ProtocolType::Kitty => {
-                let id = KITTY_IDS[usize::from(!self.count.is_multiple_of(2))];
-                let (in_tmux, compress) = (picker.tmux_detected(), self.encoder.compress);
-                Kitty::new(image, size, id, in_tmux, compress, false).map(Protocol::Kitty)
+        let (picture, dpi) = (&self.picture, self.dpi);
+        let id = KITTY_IDS[usize::from(!self.count.is_multiple_of(2))];
+        let encoded = match self.encoder.protocol {
+            Protocol::Kitty { compress } => pixels(picture, dpi).map(|pixmap| {
+                kitty::sequences(pixmap.data(), pixmap.width(), self.cells, id, compress)
+            }),
+            Protocol::Sixel => sixel(picture, dpi).map(|sixels| vec![erase(self.cells) + &sixels]),
+            Protocol::Iterm => {
+                png(picture, dpi).map(|file| vec![erase(self.cells) + &iterm(&file, self.cells)])
             }
-            _ => picker.new_protocol(image, size, Resize::Crop(None)),
         };
-        let protocol = protocol.map_err(|error| error.to_string())?;
-        Ok(MapImage { protocol })
+        let sequences = encoded.map_err(|error| error.to_string())?;
+        let passed = sequences.iter().map(|s| passed(s, self.encoder.in_tmux));
+        Ok(MapImage {
+            cells: self.cells,
+            sequences: passed.collect(),
+            kitty: self.encoder.is_kitty().then_some(id),
+            is_sent: AtomicBool::new(false),
+        })
     }
+}
+
+/// A sequence as it reaches the terminal: tmux passes on what is wrapped for it.
+fn passed(sequence: &str, in_tmux: bool) -> String {
+    if in_tmux {
+        format!("\x1bPtmux;{}\x1b\\", sequence.replace('\x1b', "\x1b\x1b"))
+    } else {
+        sequence.into()
+    }
+}
+
+/// Erases cells, from the cursor on to the right and down, as what stood there would show where it is not drawn anew.
+fn erase((columns, rows): (u16, u16)) -> String {
+    let lines = vec![format!("\x1b[{columns}X"); usize::from(rows)];
+    match rows {
+        0 | 1 => lines.concat(),
+        _ => format!("{}\x1b[{}A", lines.join("\x1b[1B"), rows - 1),
+    }
+}
+
+/// A PNG file as an inline image of iTerm2, over so many columns and rows.
+fn iterm(png: &[u8], (columns, rows): (u16, u16)) -> String {
+    let size = png.len();
+    let mut sequence = format!(
+        "\x1b]1337;File=inline=1;size={size};width={columns};height={rows};preserveAspectRatio=0;doNotMoveCursor=1:"
+    );
+    STANDARD.encode_string(png, &mut sequence);
+    sequence + "\x07"
 }
 
 impl MapImage {
     /// Whether it fills an area.
     #[must_use]
     pub fn fits(&self, area: Rect) -> bool {
-        self.protocol.size() == Size::new(area.width, area.height)
+        self.cells == (area.width, area.height)
     }
 
     /// Draws it.
     pub fn draw(&self, f: &mut Frame<'_>, area: Rect) {
-        f.render_widget(Image::new(&self.protocol), area);
+        let buffer = f.buffer_mut();
+        if let Some(id) = self.kitty {
+            let is_sent = self.is_sent.swap(true, Ordering::Relaxed);
+            let send = (!is_sent).then_some(self.sequences.as_str());
+            kitty::place(buffer, area, id, send);
+            return;
+        }
+        // The first cell paints all; the others are left alone.
+        for position in area.positions() {
+            if let Some(cell) = buffer.cell_mut(position) {
+                cell.set_diff_option(CellDiffOption::Skip);
+            }
+        }
+        if let Some(cell) = buffer.cell_mut(area.as_position()) {
+            cell.set_symbol(&self.sequences)
+                .set_diff_option(kitty::ONE_COLUMN);
+        }
     }
 }
 
@@ -192,16 +247,17 @@ mod tests {
     }
 
     /// What is sent to a terminal with cells of 10 × 20 pixels.
-    fn sent(protocol: ProtocolType) -> String {
-        #[expect(deprecated, reason = "no terminal answers here")]
-        let mut picker = Picker::from_fontsize((10, 20).into());
-        picker.set_protocol_type(protocol);
+    fn sent(protocol: Protocol) -> String {
         let request = ImageRequest {
             picture: picture(),
             dpi: 72.0,
             cells: (4, 2),
             count: 1,
-            encoder: Encoder::new(picker).unwrap(),
+            encoder: Encoder {
+                protocol,
+                cell: (10, 20),
+                in_tmux: false,
+            },
         };
         let image = request.run().unwrap();
         let area = Rect::new(0, 0, 4, 2);
@@ -213,7 +269,7 @@ mod tests {
 
     #[test]
     fn kitty_gets_the_pixels_of_the_picture() {
-        let sent = sent(ProtocolType::Kitty);
+        let sent = sent(Protocol::Kitty { compress: false });
         let mut data = String::new();
         for chunk in sent.split("\x1b_G").skip(1) {
             let body = chunk.split("\x1b\\").next().unwrap();
@@ -238,7 +294,7 @@ mod tests {
         let kitty = Encoder::kitty((10, 20), true);
         assert_eq!((kitty.coarseness(true), kitty.coarseness(false)), (2, 1));
         let mut sixel = kitty.clone();
-        sixel.picker.set_protocol_type(ProtocolType::Sixel);
+        sixel.protocol = Protocol::Sixel;
         assert_eq!(sixel.coarseness(true), 1);
         let mut images = crate::model::Tools::default().images;
         images.encoder = Some(kitty);
@@ -259,7 +315,7 @@ mod tests {
 
     #[test]
     fn sixel_shows_the_colours_of_the_picture() {
-        let sent = sent(ProtocolType::Sixel);
+        let sent = sent(Protocol::Sixel);
         let body = sent
             .split("\x1bP")
             .nth(1)
@@ -273,6 +329,43 @@ mod tests {
             body.contains("2;100;0;0") && body.contains("2;0;0;100"),
             "{body}"
         );
+    }
+
+    #[test]
+    fn iterm_gets_the_picture_as_a_file() {
+        let sent = sent(Protocol::Iterm);
+        let (erased, file) = sent.split_once("\x1b]1337;File=").unwrap();
+        assert_eq!(erased, "\x1b[4X\x1b[1B\x1b[4X\x1b[1A");
+        let (keys, data) = file.strip_suffix('\x07').unwrap().split_once(':').unwrap();
+        assert!(
+            keys.contains("inline=1") && keys.contains("width=4;height=2"),
+            "{keys}"
+        );
+        let data = base64::engine::general_purpose::STANDARD.decode(data);
+        assert_eq!(data.unwrap(), png(&picture(), 72.0).unwrap());
+    }
+
+    #[test]
+    fn an_image_at_kitty_is_sent_once_and_then_shown() {
+        let encoder = Encoder::kitty((10, 20), true);
+        let request = ImageRequest {
+            picture: picture(),
+            dpi: 72.0,
+            cells: (4, 2),
+            count: 1,
+            encoder: Encoder {
+                in_tmux: true,
+                ..encoder
+            },
+        };
+        let image = request.run().unwrap();
+        let mut terminal = Terminal::new(TestBackend::new(4, 2)).unwrap();
+        let mut drawn = || {
+            terminal.draw(|f| image.draw(f, f.area())).unwrap();
+            terminal.backend().buffer()[(0, 0)].symbol().to_string()
+        };
+        assert!(drawn().starts_with("\x1bPtmux;\x1b\x1b_Gq=2,"));
+        assert!(drawn().starts_with('\u{10eeee}'));
     }
 
     #[test]

@@ -76,7 +76,7 @@ pub fn terminal_here() -> Terminal {
     let named = ColorDepth::NAMED.iter().find(|(_, d)| *d == depth);
     let size = terminal::size_here();
     let dark = size.and_then(|_| {
-        let asked = background::ask(env);
+        let asked = background::ask(terminal::answers, env);
         (!asked.late).then_some(asked.dark)
     });
     Terminal {

@@ -1,6 +1,12 @@
 //! The terminal: a guard owns raw mode, alternate screen, mouse, paste and cursor, and restores them all.
 
+#[cfg(unix)]
+use std::fs::File;
+#[cfg(unix)]
+use std::io::Read;
 use std::io::{self, IsTerminal, Stdout, Write, stdout};
+#[cfg(unix)]
+use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -160,6 +166,52 @@ fn let_go(terminal: Option<Terminal<CrosstermBackend<Stdout>>>) {
     {
         std::mem::forget(terminal);
     }
+}
+
+/// The answer to [`STATUS`](super::background::STATUS).
+const WELL: &[u8] = b"\x1b[0n";
+
+/// What the terminal answers to a question that ends in [`STATUS`](super::background::STATUS); `None` where it does not within `patience`. Nothing
+/// else may read the terminal meanwhile.
+#[cfg(unix)]
+#[must_use]
+pub fn answers(question: &str, patience: Duration) -> Option<String> {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    let deadline = Instant::now() + patience;
+    // Read past the buffer of standard input: what follows the answers is crossterm's.
+    let mut input = if io::stdin().is_terminal() {
+        File::from(io::stdin().as_fd().try_clone_to_owned().ok()?)
+    } else {
+        File::open("/dev/tty").ok()?
+    };
+    enable_raw_mode().ok()?;
+    let mut read = || {
+        stdout().write_all(question.as_bytes()).ok()?;
+        stdout().flush().ok()?;
+        let mut answers = Vec::new();
+        while !answers.windows(WELL.len()).any(|end| end == WELL) {
+            let left = deadline.checked_duration_since(Instant::now())?;
+            let left = Timespec::try_from(left).ok()?;
+            let mut waiting = [PollFd::new(&input, PollFlags::IN)];
+            if poll(&mut waiting, Some(&left)).ok()? == 0 {
+                return None;
+            }
+            let mut some = [0; 64];
+            let count = input.read(&mut some).ok().filter(|count| *count > 0)?;
+            answers.extend_from_slice(&some[..count]);
+        }
+        Some(String::from_utf8_lossy(&answers).into_owned())
+    };
+    let answers = read();
+    let _ = disable_raw_mode();
+    answers
+}
+
+/// Nothing where terminals cannot be asked.
+#[cfg(not(unix))]
+#[must_use]
+pub fn answers(_: &str, _: Duration) -> Option<String> {
+    None
 }
 
 /// Columns and rows of the terminal that standard output is, if it is one.

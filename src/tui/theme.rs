@@ -72,7 +72,7 @@ impl Theme {
     fn unknown(name: &str, folder: &Path) -> String {
         let names: Vec<&str> = ThemeFile::pairs().chain(ThemeFile::shipped()).collect();
         format!(
-            "{}; `nearmiss themes` lists all, your own go in {}",
+            "{}; `nearmiss config themes` lists all, your own go in {}",
             unknown("theme", name, names.iter().copied()),
             folder.display()
         )

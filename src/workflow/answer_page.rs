@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::StoredQuestion;
-use nearmiss_ask::llm::{Message, Role};
+use nearmiss_ask::llm::Message;
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_render::{Figure, FigureOptions, MapExtent, PIXEL, Subject, svg};
 use nearmiss_scene::metrics::Thresholds;
@@ -106,19 +106,11 @@ fn run_of(store: &Store, run: Option<RunId>) -> Result<Option<Run>, StoreError> 
     run.map_or(Ok(None), |run| store.run_shown(run))
 }
 
-fn role(role: Role) -> &'static str {
-    match role {
-        Role::System => "system",
-        Role::User => "user",
-        Role::Assistant => "assistant",
-    }
-}
-
 /// Adds the texts of a run to the page.
 fn add(page: &mut AnswerPage, place: usize, run: Run) -> Told {
     let messages: Vec<Message> = serde_json::from_str(&run.question.messages).unwrap_or_default();
     for message in &messages {
-        page.add_message(place, role(message.role), &message.in_words());
+        page.add_message(place, message.role.name(), &message.in_words());
     }
     let rounds = tool_rounds::stored(run.tool_rounds.as_deref());
     for (round, number) in rounds.iter().zip(1..) {

@@ -15,10 +15,9 @@ pub fn asked_as(store: &Store) -> Result<HashMap<RunId, AskedAs>, StoreError> {
     let mut known: HashMap<BatchId, AskedAs> = HashMap::new();
     for (batch, _) in store.batches()? {
         if let Ok(spec) = Spec::from_json(&batch.spec) {
-            let request = &spec.matrix.request;
             let asked = AskedAs {
-                horizon: Some(request.within.unwrap_or(Case::HORIZON)),
-                measures: request.measures,
+                horizon: Some(spec.experiment.within.unwrap_or(Case::HORIZON)),
+                measures: spec.experiment.measures(),
             };
             known.insert(batch.id, asked);
         }

@@ -14,7 +14,7 @@ use nearmiss_store::{Origin, StoredVerdict};
 /// The parts of an index, in order.
 ///
 /// # Errors
-/// There is no index in the folder, or `nearmiss index` is still writing it.
+/// There is no index in the folder, or `nearmiss corpus index` is still writing it.
 pub fn index_parts(folder: &Path) -> Result<Vec<PathBuf>, IndexError> {
     let parts = part_files(folder);
     // Before its first part is there, an index is one all the same.
@@ -25,7 +25,7 @@ pub fn index_parts(folder: &Path) -> Result<Vec<PathBuf>, IndexError> {
     }
 }
 
-/// Whether a run of `nearmiss index` has its journal open.
+/// Whether a run of `nearmiss corpus index` has its journal open.
 fn is_being_written(folder: &Path) -> bool {
     let entries = std::fs::read_dir(folder.join(FOLDER)).into_iter().flatten();
     let paths = entries.flatten().map(|entry| entry.path());

@@ -16,7 +16,7 @@ use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::corpus::{
     CellWindows, Columns, IndexError, Part, RowCell, WINDOW_INTEGERS, WindowEgo, WindowPlace,
 };
-use nearmiss_scene::metrics::{Measure, Thresholds};
+use nearmiss_scene::metrics::{MEASURES, Measure, Thresholds};
 use nearmiss_store::StoredVerdict;
 
 /// What is searched, and with what.
@@ -77,20 +77,43 @@ pub enum SearchError {
     Index(#[from] IndexError),
 }
 
-/// The filter of a search, checked.
+/// The filter of a search, checked: terms, and at most one word of a scenario's name.
 ///
 /// # Errors
-/// A term is wrong, has no value yet, or nothing is left of it: in words.
+/// A term is wrong, has no value yet, or nothing is left of it, or it is a sentence: in words.
 pub fn checked_filter(text: &str) -> Result<Filter, String> {
     let filter = Filter::read_for_windows(text);
     if let Some(why) = filter.wrong.first() {
         return Err(why.clone());
     }
-    match (filter.incomplete, filter.filters()) {
-        (true, _) => Err(format!("`{text}`: a term has no value")),
-        (_, false) => Err("expected a filter such as manoeuvre:cut_in ttc<1.5".into()),
-        _ => Ok(filter),
+    if filter.incomplete {
+        Err(format!("`{text}`: a term has no value"))
+    } else if !filter.filters() {
+        Err(format!("expected terms, such as {EXAMPLE}"))
+    } else if filter.is_sentence() {
+        Err(format!(
+            "`{text}` reads as a sentence; expected terms, such as {EXAMPLE}"
+        ))
+    } else {
+        Ok(filter)
     }
+}
+
+/// Terms that show how they are written.
+const EXAMPLE: &str = "manoeuvre:cut_in ttc<1.5 road:highway";
+
+/// The measures that an index has.
+///
+/// # Errors
+/// It cannot be read.
+pub fn index_measures(folder: &Path) -> Result<Vec<&'static Measure>, IndexError> {
+    let parts = index_parts(folder)?;
+    let there = match parts.first() {
+        Some(path) => Part::open(path)?.measures(),
+        None => Vec::new(),
+    };
+    let is_there = |measure: &&Measure| there.iter().any(|id| id == measure.id);
+    Ok(MEASURES.iter().filter(is_there).collect())
 }
 
 const TEXTS: [&str; 6] = [
@@ -196,7 +219,7 @@ fn has_measures(part: &Part, wanted: &[&'static Measure]) -> Result<(), SearchEr
     match wanted.iter().find(|m| !there.iter().any(|t| t == m.id)) {
         None => Ok(()),
         Some(missing) => Err(SearchError::Filter(format!(
-            "this index has no measure {}; it has {}; `nearmiss index PATH… -o FOLDER --measure {},…` measures it",
+            "this index has no measure {}; it has {}; `nearmiss corpus index PATH… -o FOLDER --measure {},…` measures it",
             missing.id,
             there.join(", "),
             missing.id

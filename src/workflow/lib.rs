@@ -4,16 +4,16 @@
 //! - [`open`]: a scenario with its ego, optionally with a changed scene
 //! - [`ask`]: one question to a model, its answer stored before it is shown
 //! - [`batch`]: many questions, stored before they are asked, and resumable
-//! - [`Experiment`]: a batch written down in a file, for others to repeat
+//! - [`read_experiment`]: a batch written down in a file, for others to repeat
 //! - [`pack`], [`unpack`]: a batch with its answers as one file, for other machines
 //! - [`Selector`]: the scenarios that a filter of the list lets through
-//! - [`Sentence`]: words that become a filter
 //! - [`prepare`]: the planner drives the ego of a planning problem
 //! - [`Monitor`]: a judge beside the planner, whose warnings may brake
-//! - [`VariantOrigin`]: the original of a saved variant, and [`VariantRecord`]: what its manifest says
+//! - [`VariantOrigin`]: a saved variant with its manifest, and where its original is
 //! - [`generate`]: changes one obstacle's motion until it endangers the planned ego
 //! - [`read_index`]: the windows of a corpus, by manoeuvre, road and severity
 //! - [`search_index`]: the windows of an index that a filter lets through
+//! - [`write_filter`]: a model writes the filter that a sentence means
 //! - [`answer_page`]: the answers of a report with their texts, claims and pictures
 //! - [`count_claims`]: the claims of stored answers that were not checked yet
 //! - [`TruthSearch`]: what is true about stored answers
@@ -32,6 +32,7 @@ mod bundle;
 mod claims;
 mod corpus_index;
 mod experiment;
+mod filter_writer;
 mod generate;
 mod index_search;
 pub mod journal;
@@ -42,14 +43,12 @@ mod original;
 mod plan;
 mod planner_failure;
 mod scenario_filter;
-mod sentence;
 mod simulator_export;
 mod stored_question;
+mod text_question;
 mod truth;
 pub mod tune;
-mod variant_record;
 mod verify_variant;
-mod wish;
 
 pub use answer_page::answer_page;
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
@@ -61,11 +60,14 @@ pub use bundle::{
 pub use claims::{count_claims, files_of_batches, is_unchecked};
 pub use corpus_index::{index_parts, read_index};
 pub use experiment::{
-    EXPERIMENT_KEYS, Experiment, ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentKey,
-    ExperimentProgress, FolderOfExperiments, PreparedExperiment, WayProgress, WriteExperimentError,
-    experiment_among, experiment_schema, experiments_in, hashes_in, hashes_of, is_experiment_file,
-    name_of, reasons_of, selected,
+    ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentProgress, FolderOfExperiments,
+    PreparedExperiment, WayProgress, WriteExperimentError, add_experiment_file,
+    complete_experiment, configured_experiment, experiment_among, experiment_axes,
+    experiment_facts, experiment_of, experiment_schema, experiment_toml, experiments_in,
+    find_scenarios, hashes_in, hashes_of, is_experiment_file, name_of, pins_of, prepare_experiment,
+    read_experiment, reasons_of, request_of, selected, write_experiment,
 };
+pub use filter_writer::{FilterError, FilterRequest, WrittenFilter, write_filter};
 pub use generate::{
     AttackSource, AttackWriter, GenerateEvent, GenerateRequest, Generation, ModelWriter, generate,
 };
@@ -77,20 +79,17 @@ pub use monitor::{
     Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
 };
 pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_of};
-pub use original::{Attacker, VariantOrigin};
+pub use original::VariantOrigin;
 pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 pub use planner_failure::PlannerFailure;
 pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
     TERMS, Tally, Verdicts, WordMatch, country_of, nearest,
 };
-pub use sentence::{NotUnderstood, Sentence};
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
 pub use stored_question::StoredQuestion;
 pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
-pub use variant_record::{VariantRecord, good_driver_words};
 pub use verify_variant::{VariantProofs, VerifiedCertificate, is_unchanged, verify_variant};
-pub use wish::{ReadWish, read_wish};
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

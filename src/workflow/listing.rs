@@ -8,7 +8,7 @@ use nearmiss_formats::{
 use nearmiss_scene::corpus::worst_moments;
 use nearmiss_scene::metrics::Thresholds;
 
-/// Pairs farther apart are not measured, metres: as far as `nearmiss index` looks where nothing else is said.
+/// Pairs farther apart are not measured, metres: as far as `nearmiss corpus index` looks where nothing else is said.
 pub const INDEX_RADIUS: f64 = 50.0;
 
 /// The scenarios at `paths`, as [`formats::find`] finds them; of long recordings the windows around the most severe

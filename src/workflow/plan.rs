@@ -172,7 +172,7 @@ fn within_horizon(
         return Ok(());
     }
     Err(PlanError::Mismatch(format!(
-        "{}: --replan {} is too large: a horizon of {horizon} s has {most} steps of {dt} s; use at most --replan {most}, or a longer --horizon",
+        "{}: replan={} is too large: a horizon of {horizon} s has {most} steps of {dt} s; use at most replan={most}, or a longer horizon",
         entry.display(),
         settings.replan
     )))
@@ -249,7 +249,7 @@ impl PreparedPlan {
         match start.map(|v| v.middle()).filter(|v| *v > most) {
             None => Ok(()),
             Some(start) => Err(self.nothing(&format!(
-                "planning problem {} starts at {start} m/s, but the {} reaches at most {most} m/s; choose another with --vehicle",
+                "planning problem {} starts at {start} m/s, but the {} reaches at most {most} m/s; choose another vehicle",
                 problem.id,
                 vehicle.name()
             ))),

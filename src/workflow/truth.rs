@@ -86,7 +86,7 @@ pub fn batch_labels(store: &Store) -> Result<BatchLabels, StoreError> {
     let sources: HashMap<String, TruthSource> = batches
         .filter_map(|(batch, _)| {
             let spec = Spec::from_json(&batch.spec).ok()?;
-            Some((batch.id.to_string(), spec.truth))
+            Some((batch.id.to_string(), spec.truth().clone()))
         })
         .collect();
     let mut labels = BatchLabels::default();

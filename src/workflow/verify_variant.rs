@@ -50,13 +50,13 @@ pub fn verify_variant(variant: &Path) -> Option<VariantProofs> {
     let entry = Entry::of_file(variant);
     let origin = VariantOrigin::of(&entry)?;
     let folder = variant.parent().unwrap_or(Path::new(""));
-    let named = origin.hashes.iter();
-    let changed = named.clone().filter_map(|(name, hash)| {
+    let hashes = &origin.manifest.sha256;
+    let changed = hashes.iter().filter_map(|(name, hash)| {
         // A name that leads elsewhere is none.
         let name = Path::new(name).file_name()?;
         is_unchanged(&folder.join(name), hash).err()
     });
-    let certificates = origin.certificates.iter().map(|(delay, name)| {
+    let certificates = origin.certificates().map(|(delay, name)| {
         let path = delay
             .parse()
             .ok()
@@ -71,7 +71,7 @@ pub fn verify_variant(variant: &Path) -> Option<VariantProofs> {
         }
     });
     Some(VariantProofs {
-        files: named.len(),
+        files: hashes.len(),
         changed: changed.collect(),
         certificates: certificates.collect(),
     })
@@ -80,7 +80,7 @@ pub fn verify_variant(variant: &Path) -> Option<VariantProofs> {
 /// The number of steps of a drive that touches nothing.
 fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, String> {
     let mut planner = planner::Settings::default();
-    planner.vehicle = origin.vehicle.unwrap_or(planner.vehicle);
+    planner.vehicle = origin.vehicle().unwrap_or(planner.vehicle);
     let settings = Settings {
         planner,
         forecast: Forecast::Lane,
@@ -100,7 +100,7 @@ fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, St
     };
     let prepared = prepare(&PlanRequest {
         open,
-        problem: origin.problem,
+        problem: Some(origin.manifest.planning.problem),
         settings: &settings,
     })
     .map_err(|error| error.to_string())?;

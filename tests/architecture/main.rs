@@ -1,6 +1,7 @@
 //! The module map of the design holds in the source: imports, homes of outside crates, sizes, first lines.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod figures;
 mod fixtures;
 mod rules;
 mod source;

@@ -7,21 +7,17 @@ use super::{BUNDLED, CUT_IN};
 fn the_verdict_is_one_json_document_of_a_fixed_form() {
     let home = Home::new();
     for (name, collides) in BUNDLED {
-        let document = home.run(&["ask", name, "--json"]).status(0).json();
+        let document = home.run(&["ask", name, "--format=json"]).status(0).json();
         assert_eq!(document["dangerous"], collides, "{name}");
-        // Names of keys from before `schema_version` stay for a version.
-        assert_eq!(document["verdict"]["obstacles"], document["obstacles"]);
-        assert_eq!(document["reading"], document["how"]);
-        assert_eq!(document["cost_usd"], document["cost"]["usd"]);
         assert_eq!(document["task"], "collision");
-        assert_eq!(document["collision"], collides, "{name}");
+        assert_eq!(document["verdict"]["collision"], collides, "{name}");
         assert_eq!(document["model"], "reference/geometry");
         assert!(
-            document["justification"]
+            document["verdict"]["justification"]
                 .as_str()
                 .is_some_and(|text| text.len() > 20)
         );
-        let obstacles = document["obstacles"].as_array().unwrap();
+        let obstacles = document["verdict"]["obstacles"].as_array().unwrap();
         assert!(!obstacles.is_empty());
         for obstacle in obstacles {
             let keys: Vec<_> = obstacle.as_object().unwrap().keys().collect();
@@ -45,17 +41,20 @@ fn the_safety_task_has_its_own_key() {
         "ZAM_HardBraking-1_1_T-1",
         "--task",
         "safety",
-        "--json",
+        "--format=json",
     ];
     let document = home.run(&arguments).status(0).json();
-    assert_eq!(document["dangerous"], document["safety_critical"]);
+    assert_eq!(
+        document["dangerous"],
+        document["verdict"]["safety_critical"]
+    );
     let prediction = &document["prediction"];
     assert_eq!(prediction["horizon"], 2.0);
     assert_eq!(prediction["threshold"], 0.3);
     let last = prediction["last_step"].as_i64().unwrap();
     assert_eq!(prediction["first_step"].as_i64().unwrap(), last - 9);
     let first = &prediction["obstacles"][0];
-    assert_eq!(first["id"], document["obstacles"][0]["id"]);
+    assert_eq!(first["id"], document["verdict"]["obstacles"][0]["id"]);
     assert!(
         first["probability"]
             .as_f64()
@@ -83,7 +82,10 @@ fn people_get_words_and_the_label_of_the_judge() {
 #[test]
 fn the_same_question_has_the_same_answer() {
     let home = Home::new();
-    let ask = || home.run(&["ask", CUT_IN, "--json", "--no-store"]).status(0);
+    let ask = || {
+        home.run(&["ask", CUT_IN, "--format=json", "--no-store"])
+            .status(0)
+    };
     assert_eq!(ask().stdout, ask().stdout);
 }
 
@@ -141,7 +143,7 @@ fn critical_obstacles_of_the_safety_task_follow_the_probabilities() {
     let home = Home::new();
     for (name, _) in BUNDLED {
         for at in ["15", "30", "45"] {
-            let ended = home.run(&["ask", name, "--task", "safety", "--at", at, "--json"]);
+            let ended = home.run(&["ask", name, "--task", "safety", "--at", at, "--format=json"]);
             let document = ended.status(0).json();
             let said = &document["verdict"];
             let scores = said["obstacles"].as_array().unwrap();

@@ -82,7 +82,7 @@ fn home(url: &str) -> Home {
 
 /// The cell of all answers.
 fn whole(home: &Home, arguments: &[&str]) -> Value {
-    let report = run(home, &[&["report", "--json"], arguments].concat())
+    let report = run(home, &[&["report", "--format=json"], arguments].concat())
         .status(0)
         .json();
     let cells = report["cells"].as_array().unwrap();
@@ -145,7 +145,7 @@ fn agree(home: &Home) -> BTreeMap<String, i64> {
     let batch = figures(&whole(home, &["--batch", "b1"]));
     assert_eq!(figures(&whole(home, &[])), batch, "report");
     let runs = lines(
-        &run(home, &["runs", "--json", "-n", "1000"])
+        &run(home, &["runs", "list", "--format=json", "-n", "1000"])
             .status(0)
             .stdout,
     );
@@ -196,7 +196,7 @@ fn agree(home: &Home) -> BTreeMap<String, i64> {
         [wanted.clone(), wanted],
         "the screen of results"
     );
-    let exported = lines(&run(home, &["export"]).status(0).stdout);
+    let exported = lines(&run(home, &["runs", "export"]).status(0).stdout);
     let exported: Vec<&Value> = exported
         .iter()
         .filter(|line| line["nearmiss_run"].is_number())
@@ -254,8 +254,8 @@ async fn every_table_agrees_to_the_answer_and_to_the_cent_also_after_an_import()
         "lab/tiny",
         "--task",
         "collision",
-        "--max-tokens",
-        "200",
+        "--set",
+        "max_tokens=200",
         "--truth",
         &four_and_four(&home),
     ];
@@ -266,13 +266,13 @@ async fn every_table_agrees_to_the_answer_and_to_the_cent_also_after_an_import()
     // 1, 3 and those from 8 on are whole; all but the first three attempts have tokens.
     assert_eq!(first["cost_unknown"], 3, "{first:?}");
     assert!(first["cost_unknown_most_usd"] > 0, "{first:?}");
-    let cut = run(&home, &["runs"]).status(0).stdout;
+    let cut = run(&home, &["runs", "list"]).status(0).stdout;
     assert!(
         cut.contains("truncated") && cut.contains("filtered"),
         "{cut}"
     );
     better.store(true, Ordering::Relaxed);
-    run(&home, &["evaluate", "--resume", "b1", "--retry-failed"]).status(0);
+    run(&home, &["evaluate", "b1", "--retry-failed"]).status(0);
     let second = agree(&home);
     assert_eq!(
         (second["failed"], second["superseded"]),
@@ -288,32 +288,38 @@ async fn every_table_agrees_to_the_answer_and_to_the_cent_also_after_an_import()
     assert_eq!(second["cost_unknown"], 3, "{second:?}");
 
     let file = home.files().join("all.jsonl");
-    run(&home, &["export", "-o", file.to_str().unwrap()]).status(0);
+    run(&home, &["runs", "export", "-o", file.to_str().unwrap()]).status(0);
     let other = Home::new();
     let file = file.to_str().unwrap();
-    run(&other, &["import", file])
+    run(&other, &["runs", "import", file])
         .status(0)
         .says(&["1 new batch"]);
     agree(&other);
     assert_eq!(tables(&other), tables(&home));
-    let again = run(&other, &["import", file, "--json"]).status(0).json();
+    let again = run(&other, &["runs", "import", file, "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(again["imported"], 0, "each once");
     assert_eq!(tables(&other), tables(&home));
-    let listed = |batch: &str| run(&home, &["runs", "--batch", batch]).status(0).stdout;
+    let listed = |batch: &str| {
+        run(&home, &["runs", "list", "--batch", batch])
+            .status(0)
+            .stdout
+    };
     assert_eq!(listed("last"), listed("b1"));
-    run(&Home::new(), &["runs", "--batch", "last"])
+    run(&Home::new(), &["runs", "list", "--batch", "last"])
         .status(2)
         .says(&["no batch yet"]);
-    for command in ["runs", "export"] {
-        run(&home, &[command, "--batch", "b9"])
+    for command in ["list", "export"] {
+        run(&home, &["runs", command, "--batch", "b9"])
             .status(2)
             .says(&["no batch b9;"]);
     }
     // The batch alone is the same.
     let alone = home.files().join("b1.jsonl");
     let alone = alone.to_str().unwrap();
-    run(&home, &["export", "--batch", "b1", "-o", alone]).status(0);
+    run(&home, &["runs", "export", "--batch", "b1", "-o", alone]).status(0);
     let third = Home::new();
-    run(&third, &["import", alone]).status(0);
+    run(&third, &["runs", "import", alone]).status(0);
     assert_eq!(tables(&third), tables(&home));
 }

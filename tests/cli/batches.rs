@@ -75,8 +75,8 @@ const MATRIX: [&str; 10] = [
     "lab/tiny",
     "--task",
     "collision",
-    "--frame",
-    "ego,cartesian",
+    "--set",
+    "frames=ego,cartesian",
     "--techniques",
     "base,cp+cot",
     "--samples",
@@ -118,7 +118,7 @@ const TRUE_AND_FALSE: [&str; 4] = ["tp", "fp", "fn", "tn"];
 async fn a_batch_that_is_killed_comes_to_the_same_table_and_pays_for_nothing_twice() {
     let calm = Server::answering(|_, request| Some(whole(request))).await;
     let undisturbed = home(calm.base_url());
-    let ended = run(&undisturbed, &begin(&["--json"])).status(0);
+    let ended = run(&undisturbed, &begin(&["--format=json"])).status(0);
     assert_eq!(ended.json()["batch"], "b1");
     let wanted = cells(&ended);
     assert_eq!(total(&wanted, &["n"]), 64);
@@ -137,7 +137,7 @@ async fn a_batch_that_is_killed_comes_to_the_same_table_and_pays_for_nothing_twi
     for kill in [8, 24, 40] {
         let arguments = match kill {
             8 => begin(&[]),
-            _ => vec!["evaluate", "--resume", "last"],
+            _ => vec!["evaluate", "last"],
         };
         let mut child = home.start(&arguments);
         let begun = Instant::now();
@@ -151,13 +151,13 @@ async fn a_batch_that_is_killed_comes_to_the_same_table_and_pays_for_nothing_twi
         child.kill().unwrap();
         tokio::task::block_in_place(|| child.wait()).unwrap();
     }
-    let mut ended = run(&home, &["evaluate", "--resume", "b1", "--json"]);
+    let mut ended = run(&home, &["evaluate", "b1", "--format=json"]);
     for _ in 0..5 {
         if ended.status == Some(0) {
             break;
         }
         // Streams that were cut off are asked for again.
-        ended = run(&home, &["evaluate", "--resume", "b1", "--json"]);
+        ended = run(&home, &["evaluate", "b1", "--format=json"]);
     }
     assert_eq!(cells(&ended.status(0)), wanted);
 
@@ -189,7 +189,7 @@ async fn a_batch_that_is_killed_comes_to_the_same_table_and_pays_for_nothing_twi
         "{twice} paid twice, {interrupted} killed"
     );
     let requests = server.requests().len();
-    let again = run(&home, &["evaluate", "--resume", "b1", "--json"]).status(0);
+    let again = run(&home, &["evaluate", "b1", "--format=json"]).status(0);
     assert_eq!(cells(&again), wanted);
     assert_eq!(server.requests().len(), requests, "nothing is asked again");
 }
@@ -222,35 +222,30 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
     // What it took, and the report to read.
     assert_eq!(ended.stderr.lines().count(), 2, "{}", ended.stderr);
     assert_eq!(server.requests().len(), 2);
-    let dry = run(&home, &small(&["--samples", "3", "--dry-run", "--json"]))
-        .status(0)
-        .json();
+    let dry = run(
+        &home,
+        &small(&["--samples", "3", "--dry-run", "--format=json"]),
+    )
+    .status(0)
+    .json();
     assert_eq!((&dry["requests"], &dry["stored"]), (&4.into(), &2.into()));
 
     // A technique and a sample more: only those are asked, and the answers that are there count.
-    let more = [
-        "evaluate",
-        "--resume",
-        "b1",
-        "--add-techniques",
-        "base",
-        "--samples",
-        "2",
-    ];
-    let more = run(&home, &[&more[..], &["--json"]].concat()).status(0);
+    let more = ["evaluate", "b1", "--techniques", "base", "--samples", "2"];
+    let more = run(&home, &[&more[..], &["--format=json"]].concat()).status(0);
     assert_eq!(total(&cells(&more), &["n"]), 2 * 2 * 2 + 2);
     assert_eq!(server.requests().len(), 8);
-    let list = run(&home, &["evaluate", "--list"]).status(0).stdout;
+    let list = run(&home, &["evaluate", "list"]).status(0).stdout;
     assert!(
         list.contains("b1") && list.contains("10 of 10 answered"),
         "{list}"
     );
-    run(&home, &["evaluate", "--resume", "b1", "--samples", "1"])
+    run(&home, &["evaluate", "b1", "--samples", "1"])
         .status(2)
         .says(&["already has 2"]);
-    run(&home, &["evaluate", "--resume", "b9"])
+    run(&home, &["evaluate", "b9"])
         .status(2)
-        .says(&["no batch b9", "--list"]);
+        .says(&["no batch b9", "list"]);
 
     // Another truth changes the table without asking.
     let truth = home
@@ -262,7 +257,7 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
         .to_string();
     let turned = run(
         &home,
-        &["evaluate", "--resume", "b1", "--truth", &truth, "--json"],
+        &["evaluate", "b1", "--truth", &truth, "--format=json"],
     )
     .status(0);
     let (before, after) = (cells(&more), cells(&turned));
@@ -271,11 +266,11 @@ async fn what_it_takes_is_said_before_and_what_is_there_is_not_asked() {
     assert_eq!(server.requests().len(), 8);
 
     // A changed template would be another batch.
-    run(&home, &["prompts", "copy", "safety-ego"]).status(0);
+    run(&home, &["prompt", "copy", "safety-ego"]).status(0);
     let template = home.config().join("prompts/safety-ego.md");
     let text = std::fs::read_to_string(&template).unwrap();
     std::fs::write(&template, format!("{text}\nBe brief.\n")).unwrap();
-    run(&home, &["evaluate", "--resume", "b1"])
+    run(&home, &["evaluate", "b1"])
         .status(2)
         .says(&["safety-ego.md", "start a new batch"]);
 }
@@ -303,11 +298,11 @@ async fn a_batch_may_ask_again_by_itself() {
     let options = [
         "--model",
         "lab/tiny",
-        "--concurrency",
-        "1",
+        "--set",
+        "concurrency=1",
         "--retry",
         "3",
-        "--json",
+        "--format=json",
     ];
     let arguments = [&["evaluate"], &names[..4], &options[..]].concat();
     let ended = run(&home, &arguments)
@@ -324,17 +319,23 @@ async fn failed_and_unparsed_answers_are_counted_and_asked_again() {
     let server = stumbling().await;
     let home = home(server.base_url());
     let names = BUNDLED.map(|(name, _)| name);
-    let options = ["--model", "lab/tiny", "--concurrency", "1", "--json"];
+    let options = [
+        "--model",
+        "lab/tiny",
+        "--set",
+        "concurrency=1",
+        "--format=json",
+    ];
     let arguments = [&["evaluate"], &names[..4], &options[..]].concat();
     let ended = run(&home, &arguments)
         .status(1)
-        .says(&["of 4 questions, 1 without a complete answer", "--resume b1"]);
+        .says(&["of 4 questions, 1 without a complete answer", "evaluate b1"]);
     let cell = &cells(&ended)[0];
     let of = |name: &str| cell[name].as_u64().unwrap();
     assert_eq!((of("n"), of("failed"), of("unparsed")), (4, 1, 1));
     let again = run(
         &home,
-        &["evaluate", "--resume", "b1", "--retry-failed", "--json"],
+        &["evaluate", "b1", "--retry-failed", "--format=json"],
     )
     .status(0);
     assert_eq!(total(&cells(&again), &["failed", "unparsed"]), 0);
@@ -363,7 +364,7 @@ async fn interrupted_and_resumed(signal: &str) {
     })
     .await;
     let home = home(server.base_url());
-    let child = home.start(&begin(&["--concurrency", "2"]));
+    let child = home.start(&begin(&["--set", "concurrency=2"]));
     while server.requests().len() < 2 {
         tokio::time::sleep(Duration::from_millis(5)).await;
     }
@@ -375,7 +376,7 @@ async fn interrupted_and_resumed(signal: &str) {
     let output = tokio::task::block_in_place(|| child.wait_with_output()).unwrap();
     let ended = Ended::of(&output)
         .status(130)
-        .says(&["interrupted", "`nearmiss evaluate --resume b1`"]);
+        .says(&["interrupted", "`nearmiss evaluate b1`"]);
     assert_eq!(ended.stdout, "");
     assert_eq!(server.requests().len(), 2, "nothing more was begun");
     assert!(
@@ -383,7 +384,7 @@ async fn interrupted_and_resumed(signal: &str) {
             .iter()
             .all(|run| run["state"].as_deref() == Some("answered"))
     );
-    let ended = run(&home, &["evaluate", "--resume", "last", "--json"]).status(0);
+    let ended = run(&home, &["evaluate", "last", "--format=json"]).status(0);
     assert_eq!(total(&cells(&ended), &["n"]), 64);
     assert_eq!(
         server.requests().len(),
@@ -400,20 +401,20 @@ async fn parts_of_a_batch_are_merged() {
         home(server.base_url()),
         home(server.base_url()),
     ];
-    let ended = run(&homes[0], &begin(&["--json"])).status(0);
+    let ended = run(&homes[0], &begin(&["--format=json"])).status(0);
     let wanted = cells(&ended);
     let mut asked = server.requests().len();
     for (part, home) in ["1/2", "2/2"].iter().zip(&homes[1..]) {
-        let ended = run(home, &begin(&["--json", "--shard", part])).status(0);
+        let ended = run(home, &begin(&["--format=json", "--shard", part])).status(0);
         let n = total(&cells(&ended), &["n"]);
         assert!(n > 0 && n < 64, "{n} of 64");
     }
     assert_eq!(server.requests().len(), 2 * asked);
     asked *= 2;
     let other = homes[2].data().join("runs.sqlite").display().to_string();
-    let merged = run(&homes[1], &["import", &other]).status(0);
+    let merged = run(&homes[1], &["runs", "import", &other]).status(0);
     assert!(merged.stdout.contains("imported"), "{}", merged.stdout);
-    let ended = run(&homes[1], &["evaluate", "--resume", "b1", "--json"]).status(0);
+    let ended = run(&homes[1], &["evaluate", "b1", "--format=json"]).status(0);
     assert_eq!(total(&cells(&ended), &["n"]), 64);
     let sorted = |cells: &Value| {
         let mut cells: Vec<_> = cells

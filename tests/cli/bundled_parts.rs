@@ -63,9 +63,21 @@ async fn parts_of_several_persons_become_the_batch_of_one() {
         assert!(!again.stderr.contains("no scenarios"), "{}", again.stderr);
         timeless(&home);
         let alone = run(&home, &["report", "--batch", "last"]).status(0);
-        alone.says(&["is here; `nearmiss import`"]);
+        alone.says(&["is here; `nearmiss runs import`"]);
         let file = format!("part-{part}.nearmiss");
-        run(&home, &["experiment", "pack", "study.toml", "-o", &file]).status(0);
+        run(
+            &home,
+            &[
+                "runs",
+                "export",
+                "--format=bundle",
+                "--batch",
+                "study.toml",
+                "-o",
+                &file,
+            ],
+        )
+        .status(0);
         persons.push(home);
     }
     assert_eq!(
@@ -86,7 +98,7 @@ async fn parts_of_several_persons_become_the_batch_of_one() {
             home.write(name, bytes);
         }
         let names = order.map(|part| format!("part-{part}.nearmiss"));
-        let unpack = ["experiment", "unpack", &names[0], &names[1], &names[2]];
+        let unpack = ["runs", "import", &names[0], &names[1], &names[2]];
         run(&home, &unpack[..3]).status(0).says(&["(part "]);
         run(&home, &unpack).status(0);
         assert_eq!(home.rows("SELECT id FROM batches").len(), 1);
@@ -109,8 +121,8 @@ async fn parts_of_several_persons_become_the_batch_of_one() {
         home.write(name, bytes);
     }
     let into = [
-        "experiment",
-        "unpack",
+        "runs",
+        "import",
         "part-1.nearmiss",
         "part-3.nearmiss",
         "--into",
@@ -132,7 +144,10 @@ async fn parts_of_several_persons_become_the_batch_of_one() {
     for part in ["1/3", "2/3"] {
         run(&both, &["evaluate", "study.toml", "--shard", part]).status(0);
     }
-    run(&both, &["experiment", "pack", "study.toml"])
-        .status(2)
-        .says(&["several batches ask parts of this: b2 (part 2/3), b1 (part 1/3); name one"]);
+    run(
+        &both,
+        &["runs", "export", "--format=bundle", "--batch", "study.toml"],
+    )
+    .status(2)
+    .says(&["several batches ask parts of this: b2 (part 2/3), b1 (part 1/3); name one"]);
 }

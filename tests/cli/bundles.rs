@@ -57,14 +57,14 @@ async fn home_with_batch() -> Home {
             "base,all",
             "--samples",
             "2",
-            "--lead",
-            "0.5,1",
-            "--transform",
-            "mirror;renumber:1",
+            "--set",
+            "leads=0.5,1",
+            "--set",
+            "transforms=mirror;renumber:1",
             "--truth",
             "labels.csv",
-            "--compare",
-            "ego · base · lab/tiny,ego · all · lab/tiny",
+            "--set",
+            "compare=ego · base · lab/tiny,ego · all · lab/tiny",
         ],
     );
     assert!(matches!(batch.status, Some(0 | 1)), "{}", batch.stderr);
@@ -156,9 +156,20 @@ fn tree(folder: &Path) -> Vec<(String, Vec<u8>)> {
 async fn an_empty_home_prints_the_same_tables_to_the_byte() {
     let home = home_with_batch().await;
     let packed_here = tables(&home, "b1");
-    run(&home, &["experiment", "pack", "last", "-o", "e.nearmiss"])
-        .status(0)
-        .says(&["e.nearmiss"]);
+    run(
+        &home,
+        &[
+            "runs",
+            "export",
+            "--format=bundle",
+            "--batch",
+            "last",
+            "-o",
+            "e.nearmiss",
+        ],
+    )
+    .status(0)
+    .says(&["e.nearmiss"]);
     let bundle = home.files().join("e.nearmiss");
     let (bytes, names) = opened(&bundle);
     let text = String::from_utf8_lossy(&bytes);
@@ -185,12 +196,12 @@ async fn an_empty_home_prints_the_same_tables_to_the_byte() {
     let other = Home::new();
     std::fs::copy(&bundle, other.files().join("e.nearmiss")).unwrap();
     drop(home);
-    let unpack = ["experiment", "unpack", "e.nearmiss"];
+    let unpack = ["runs", "import", "e.nearmiss"];
     run(&other, &unpack).status(0).says(&["b1"]);
     for ((name, here), (_, there)) in packed_here.iter().zip(tables(&other, "last")) {
         assert_eq!(*here, there, "{name}");
     }
-    let ratings = run(&other, &["ratings", "export"]).status(0);
+    let ratings = run(&other, &["runs", "ratings", "export"]).status(0);
     assert!(ratings.stdout.contains("ada"), "{}", ratings.stdout);
     // A second time nothing changes, wherever the files go.
     let (before, files) = (rows(&other), tree(&other.files().join("e")));
@@ -199,22 +210,26 @@ async fn an_empty_home_prints_the_same_tables_to_the_byte() {
         .says(&["0 runs", "0 files written"]);
     assert_eq!(rows(&other), before);
     assert_eq!(tree(&other.files().join("e")), files);
-    run(
-        &other,
-        &["experiment", "unpack", "e.nearmiss", "--into", "x"],
-    )
-    .status(0);
+    run(&other, &["runs", "import", "e.nearmiss", "--into", "x"]).status(0);
     assert_eq!(rows(&other), before);
     // Packed again it gives the same tables a third time.
     run(
         &other,
-        &["experiment", "pack", "b1", "-o", "again.nearmiss"],
+        &[
+            "runs",
+            "export",
+            "--format=bundle",
+            "--batch",
+            "b1",
+            "-o",
+            "again.nearmiss",
+        ],
     )
     .status(0);
     let third = Home::new();
     let again = std::fs::read(other.files().join("again.nearmiss")).unwrap();
     third.write("again.nearmiss", again);
-    run(&third, &["experiment", "unpack", "again.nearmiss"]).status(0);
+    run(&third, &["runs", "import", "again.nearmiss"]).status(0);
     for ((name, here), (_, there)) in packed_here.iter().zip(tables(&third, "b1")) {
         assert_eq!(*here, there, "{name}, packed twice");
     }
@@ -224,8 +239,10 @@ async fn an_empty_home_prints_the_same_tables_to_the_byte() {
 async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_changes_nothing() {
     let home = home_with_batch().await;
     let pack = [
-        "experiment",
-        "pack",
+        "runs",
+        "export",
+        "--format=bundle",
+        "--batch",
         "b1",
         "-o",
         "e.nearmiss",
@@ -234,12 +251,15 @@ async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_chang
     run(&home, &pack).status(0);
     run(&home, &pack).status(2).says(&["--overwrite"]);
     let before = rows(&home);
-    run(&home, &["experiment", "unpack", "e.nearmiss"]).status(0);
+    run(&home, &["runs", "import", "e.nearmiss"]).status(0);
     assert_eq!(rows(&home), before, "where it was packed");
 
-    let show = run(&home, &["experiment", "show", "e.nearmiss", "--json"])
-        .status(0)
-        .json();
+    let show = run(
+        &home,
+        &["runs", "import", "--dry-run", "e.nearmiss", "--format=json"],
+    )
+    .status(0)
+    .json();
     assert_eq!(show["provenance"]["batch"], "b1");
     let included = |one: &Value| one["included"].as_bool().unwrap();
     let scenarios = show["scenarios"].as_array().unwrap();
@@ -248,7 +268,7 @@ async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_chang
         3,
         "{show}"
     );
-    let listed = run(&home, &["experiment", "show", "e.nearmiss"]).status(0);
+    let listed = run(&home, &["runs", "import", "--dry-run", "e.nearmiss"]).status(0);
     let ego = format!("scenarios/rec/{RED_LIGHT}.ego_trajectory.csv");
     assert!(listed.stdout.contains(&ego), "{}", listed.stdout);
 
@@ -265,12 +285,9 @@ async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_chang
         "1",
     ];
     run(&other, &first).status(0);
-    run(
-        &other,
-        &["experiment", "unpack", "e.nearmiss", "--into", "d"],
-    )
-    .status(0)
-    .says(&["b2"]);
+    run(&other, &["runs", "import", "e.nearmiss", "--into", "d"])
+        .status(0)
+        .says(&["b2"]);
     let file = other
         .files()
         .join(format!("d/scenarios/rec/{RED_LIGHT}.xml"));
@@ -285,7 +302,7 @@ async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_chang
         "{}",
         again.stderr
     );
-    run(&other, &["evaluate", "--resume", "b2"])
+    run(&other, &["evaluate", "b2"])
         .status(2)
         .says(&["thresholds.toml has changed"]);
     // With its own everything is answered, and the scenarios are found.
@@ -301,9 +318,6 @@ async fn scenarios_in_a_bundle_can_be_asked_about_again_and_the_own_bundle_chang
     }
     let providers = std::fs::read(home.config().join("config.toml")).unwrap();
     other.write(other.config().join("config.toml"), providers);
-    let resumed = run(
-        &other,
-        &["evaluate", "--resume", "b2", "--dry-run", "--json"],
-    );
+    let resumed = run(&other, &["evaluate", "b2", "--dry-run", "--format=json"]);
     assert_eq!(resumed.status(0).json()["requests"], 0);
 }

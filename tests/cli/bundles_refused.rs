@@ -23,8 +23,16 @@ fn bundle(home: &Home) -> Vec<u8> {
         "1",
     ];
     home.run(&batch).status(0);
-    home.run(&["experiment", "pack", "last", "-o", "e.nearmiss"])
-        .status(0);
+    home.run(&[
+        "runs",
+        "export",
+        "--format=bundle",
+        "--batch",
+        "last",
+        "-o",
+        "e.nearmiss",
+    ])
+    .status(0);
     std::fs::read(home.files().join("e.nearmiss")).unwrap()
 }
 
@@ -172,10 +180,10 @@ fn hostile_bundles_are_refused_and_nothing_is_written() {
         ("another gzip", zip.finish().unwrap(), ""),
     ];
     let other = Home::new();
-    other.run(&["runs"]).status(0);
+    other.run(&["runs", "list"]).status(0);
     for (what, bytes, why) in cases {
         let file = other.write("bad.nearmiss", bytes);
-        let unpack = other.run(&["experiment", "unpack", "bad.nearmiss", "--into", "d"]);
+        let unpack = other.run(&["runs", "import", "bad.nearmiss", "--into", "d"]);
         let said = unpack.status(2).says(&[why]).stderr;
         assert!(!said.contains('\u{1b}'), "{what}: {said}");
         assert!(!other.files().join("d").exists(), "{what}");
@@ -189,12 +197,14 @@ fn hostile_bundles_are_refused_and_nothing_is_written() {
         let mut bytes = whole.clone();
         bytes[at] ^= 0x10;
         other.write("bad.nearmiss", bytes);
-        other.run(&["experiment", "show", "bad.nearmiss"]).status(2);
+        other
+            .run(&["runs", "import", "--dry-run", "bad.nearmiss"])
+            .status(2);
     }
     // What is in the way stays as it is.
     other.write("d/experiment.toml", "mine");
     other
-        .run(&["experiment", "unpack", "good.nearmiss", "--into", "d"])
+        .run(&["runs", "import", "good.nearmiss", "--into", "d"])
         .status(2)
         .says(&["experiment.toml", "--into"]);
     assert!(other.rows("SELECT * FROM batches").is_empty());
@@ -202,19 +212,17 @@ fn hostile_bundles_are_refused_and_nothing_is_written() {
         std::fs::read_to_string(other.files().join("d/experiment.toml")).unwrap(),
         "mine"
     );
-    other
-        .run(&["experiment", "unpack", "good.nearmiss"])
-        .status(0);
+    other.run(&["runs", "import", "good.nearmiss"]).status(0);
     assert_eq!(other.rows("SELECT * FROM batches").len(), 1);
     other
-        .run(&["experiment", "pack", "b9"])
+        .run(&["runs", "export", "--format=bundle", "--batch", "b9"])
         .status(2)
         .says(&["no batch b9"]);
     other
-        .run(&["experiment", "pack", "nonsense"])
+        .run(&["runs", "export", "--format=bundle", "--batch", "nonsense"])
         .status(2)
         .says(&["nonsense"]);
     other
-        .run(&["experiment", "show", "none.nearmiss"])
+        .run(&["runs", "import", "--dry-run", "none.nearmiss"])
         .status(2);
 }

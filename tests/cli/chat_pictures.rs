@@ -56,6 +56,7 @@ fn filled(home: &Home) {
 
 fn export(home: &Home, folder: &str, more: &[&str]) -> crate::support::program::Ended {
     let all = [
+        "runs",
         "export",
         "--format",
         "chat",
@@ -98,7 +99,7 @@ fn a_picture_stands_before_its_words_as_it_was_sent() {
         manifest["left_out"],
         json!({"no_picture": 1, "picture_form": 3})
     );
-    let schema = home.run(&["help", "json", "--schema", "export-chat"]);
+    let schema = home.run(&["help", "json", "--schema", "runs-export-chat"]);
     let schema: Value = serde_json::from_str(&schema.status(0).stdout).unwrap();
     assert!(
         jsonschema::validator_for(&schema)
@@ -113,6 +114,6 @@ fn pictures_are_left_out_where_only_words_are_wanted() {
     filled(&home);
     export(&home, "words", &["--no-pictures"]).says(&["left out 5 answers to pictures"]);
     assert_eq!(read(&home, "words/train.jsonl").lines().count(), 1);
-    let other = home.run(&["export", "--no-pictures"]).status(2);
+    let other = home.run(&["runs", "export", "--no-pictures"]).status(2);
     other.says(&["--no-pictures", "--format chat"]);
 }

@@ -127,6 +127,7 @@ fn right_answers_become_chats_split_by_map_with_their_origin_beside_them() {
     let home = Home::new();
     filled(&home);
     let export = [
+        "runs",
         "export",
         "--format",
         "chat",
@@ -193,7 +194,7 @@ fn right_answers_become_chats_split_by_map_with_their_origin_beside_them() {
     assert_eq!(without.sum::<u64>(), 1);
     assert_eq!(manifest["truth"], "truth.csv");
     assert!(manifest["provenance"]["models"]["lab/x"].is_array());
-    let schema = home.run(&["help", "json", "--schema", "export-chat"]);
+    let schema = home.run(&["help", "json", "--schema", "runs-export-chat"]);
     let schema: Value = serde_json::from_str(&schema.status(0).stdout).unwrap();
     let validator = jsonschema::validator_for(&schema).unwrap();
     let errors: Vec<String> = validator
@@ -223,7 +224,7 @@ fn answers_without_messages_are_no_examples_and_nothing_is_written_of_them() {
         "truth.csv",
         "scenario,label,obstacle_id\nZAM_Made-1_1_T-1,critical,7\n",
     );
-    let export = ["export", "--format", "chat", "-o", "chats"];
+    let export = ["runs", "export", "--format", "chat", "-o", "chats"];
     let none = home.run(&export).status(1);
     none.says(&["nothing was written", "--truth CSV"]);
     let known = [&export[..], &["--truth", "truth.csv"]].concat();
@@ -242,6 +243,7 @@ fn wrong_claims_reasoning_and_the_split_are_chosen() {
     filled(&home);
     let export = |folder: &str, more: &[&str]| {
         let asked = [
+            "runs",
             "export",
             "--format",
             "chat",
@@ -267,7 +269,7 @@ fn wrong_claims_reasoning_and_the_split_are_chosen() {
     assert!(field.contains("\"reasoning_content\":\"thought 3\"") && !field.contains("<think>"));
     assert!(!read(&home, "none/train.jsonl").contains("thought"));
     // What cannot be is said, and nothing is written.
-    export("x", &["--model", "lab/other"])
+    export("x", &["model:lab/other"])
         .status(1)
         .says(&["no answer can be an example"]);
     export("x", &["--reasoning", "aloud"])
@@ -276,10 +278,10 @@ fn wrong_claims_reasoning_and_the_split_are_chosen() {
     export("truth.csv", &[])
         .status(2)
         .says(&["truth.csv", "is a file"]);
-    home.run(&["export", "--format", "chat"])
+    home.run(&["runs", "export", "--format", "chat"])
         .status(2)
         .says(&["-o FOLDER"]);
-    home.run(&["export", "--validation", "0.5"])
+    home.run(&["runs", "export", "--validation", "0.5"])
         .status(2)
         .says(&["--format chat"]);
     assert!(!home.files().join("x").exists());

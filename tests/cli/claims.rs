@@ -58,7 +58,7 @@ async fn claims_are_counted_in_reports_exports_and_of_older_answers() {
     ];
     run(&home, &[&["evaluate", CUT_IN], &asked[..]].concat()).status(0);
     let report = |more: &[&str]| {
-        run(&home, &[&["report", "--json"], more].concat())
+        run(&home, &[&["report", "--format=json"], more].concat())
             .status(0)
             .json()
     };
@@ -72,7 +72,9 @@ async fn claims_are_counted_in_reports_exports_and_of_older_answers() {
     }
     let table = run(&home, &["report", "--batch", "b1"]).status(0).stdout;
     assert!(table.contains("Claims about obstacles"), "{table}");
-    let exported = run(&home, &["export", "--format", "csv"]).status(0).stdout;
+    let exported = run(&home, &["runs", "export", "--format", "csv"])
+        .status(0)
+        .stdout;
     assert!(exported.lines().next().unwrap().contains("claims_wrong"));
     // As an older version left them: not checked, and so not 0.
     let file = home.data().join("runs.sqlite");
@@ -84,7 +86,7 @@ async fn claims_are_counted_in_reports_exports_and_of_older_answers() {
     };
     unchecked();
     let shown = |run: &str| -> Value {
-        self::run(&home, &["runs", "show", run, "--json"])
+        self::run(&home, &["runs", "show", run, "--format=json"])
             .status(0)
             .json()
     };

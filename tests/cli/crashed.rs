@@ -13,7 +13,7 @@ fn a_panic_in_any_thread_leaves_a_report_and_one_sentence() {
         let home = Home::new();
         let mut command = home.command();
         command
-            .args(["models", "--json"])
+            .args(["models", "--format=json"])
             .env("NEARMISS_TEST_PANIC", place)
             .env("OPENAI_API_KEY", KEY)
             .env("SECRET_OF_THE_HOUSE", "hunter2-hunter2");
@@ -33,7 +33,7 @@ fn a_panic_in_any_thread_leaves_a_report_and_one_sentence() {
         let report = std::fs::read_to_string(&path).unwrap();
         for words in [
             env!("CARGO_PKG_VERSION"),
-            "models --json",
+            "models --format=json",
             "doing: running `models`",
             "a test asked for this panic, with [key]",
             "crash.rs",

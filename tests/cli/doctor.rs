@@ -1,4 +1,4 @@
-//! `doctor` and `--print-config`: what is in order, what is not, and never a key.
+//! `doctor` and `config print`: what is in order, what is not, and never a key.
 
 use serde_json::Value;
 
@@ -30,7 +30,7 @@ fn a_fresh_home_has_no_problems_and_nothing_is_made() {
         assert!(matches!(word, Some("ok" | "warning")), "{line}");
     }
     assert_eq!(std::fs::read_dir(home.data()).unwrap().count(), 0);
-    let json = home.run(&["doctor", "--json"]).status(0);
+    let json = home.run(&["doctor", "--format=json"]).status(0);
     assert!(findings(&json.stdout).len() > 10);
 }
 
@@ -41,7 +41,7 @@ fn planners_whose_program_is_missing_are_problems() {
         home.config().join("config.toml"),
         "[planner.lab]\ncommand = \"cargo --version\"\n[planner.gone]\ncommand = \"no-such-planner --fast\"\n",
     );
-    let found = findings(&home.run(&["doctor", "--json"]).status(1).stdout);
+    let found = findings(&home.run(&["doctor", "--format=json"]).status(1).stdout);
     let of = |name: &str| {
         let mut all = found.iter().filter(|(area, ..)| area == "planners");
         all.find(|(.., what)| what.starts_with(name))
@@ -94,7 +94,7 @@ fn every_broken_file_is_a_problem_and_is_named() {
     }
     assert!(!ended.stdout.contains("sk-not-shown"));
     assert!(ended.stderr.contains("problems"), "{}", ended.stderr);
-    let json = home.run(&["doctor", "--json"]).status(1);
+    let json = home.run(&["doctor", "--format=json"]).status(1);
     let problems = findings(&json.stdout);
     assert!(
         problems
@@ -118,7 +118,11 @@ fn keys_are_named_by_their_variables_alone() {
         let output = command.output().unwrap();
         String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap()
     };
-    for arguments in [&["doctor"][..], &["doctor", "--json"], &["--print-config"]] {
+    for arguments in [
+        &["doctor"][..],
+        &["doctor", "--format=json"],
+        &["config", "print"],
+    ] {
         let said = run(arguments);
         assert!(said.contains("LAB_KEY"), "{said}");
         for secret in ["verysecret", "hunter22", "topsecret", "arg-secret"] {
@@ -139,7 +143,7 @@ fn the_printed_configuration_is_one_and_says_where_it_is_from() {
     let path = home.write(home.config().join("config.toml"), text);
     let mut command = home.command();
     command
-        .arg("--print-config")
+        .args(["config", "print"])
         .env("OPENAI_BASE_URL", "http://127.0.0.1:7/v1");
     let output = command.output().unwrap();
     assert!(output.status.success());
@@ -160,7 +164,7 @@ fn the_printed_configuration_is_one_and_says_where_it_is_from() {
     let parsed: toml::Table = said.parse().unwrap();
     assert_eq!(parsed["mouse"].as_bool(), Some(false));
     home.write(home.config().join("config.toml"), &said);
-    let again = home.run(&["--print-config"]).status(0);
+    let again = home.run(&["config", "print"]).status(0);
     assert!(again.stdout.contains("mouse = false"), "{}", again.stdout);
 }
 
@@ -174,8 +178,10 @@ fn every_mistake_of_the_configuration_is_named() {
         "config.toml:3: unknown key `budgett`; did you mean `budget`?",
         "config.toml:4: history = 0: expected a whole number of at least 1",
     ];
-    home.run(&["--print-config"]).status(2).says(&said);
-    let ended = home.run(&["describe", "ZAM_CutIn-1_1_T-1"]).status(2);
+    home.run(&["config", "print"]).status(2).says(&said);
+    let ended = home
+        .run(&["prompt", "describe", "ZAM_CutIn-1_1_T-1"])
+        .status(2);
     assert!(!ended.says(&said).stderr.contains("using the defaults"));
     let doctor = home.run(&["doctor"]).status(1);
     for words in said {
@@ -219,10 +225,10 @@ fn files_that_others_can_change_or_read_are_told() {
         "config.toml: other users can change it",
         ".env: other users can read",
     ];
-    home.run(&["--print-config"]).status(0).says(&told);
+    home.run(&["config", "print"]).status(0).says(&told);
     open(&home.config(), 0o700);
     open(&here, 0o600);
     let quiet = home.run(&["doctor"]).status(0).stdout;
     assert!(!quiet.contains("other users"), "{quiet}");
-    assert_eq!(home.run(&["--print-config"]).status(0).stderr, "");
+    assert_eq!(home.run(&["config", "print"]).status(0).stderr, "");
 }

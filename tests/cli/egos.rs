@@ -82,11 +82,13 @@ fn every_kind_of_ego_file_gives_the_same_distances() {
         assert_eq!(found.len(), expected.len(), "{file}");
         let most = found.iter().zip(&expected).map(|(a, b)| (a - b).abs());
         assert!(most.fold(0.0, f64::max) < 1e-2, "{file}");
-        for command in ["describe", "prompt", "ask"] {
-            let mut arguments = vec![command, CUT_IN, "--ego", file];
-            if command != "describe" {
-                arguments.extend(["--task", "collision"]);
-            }
+        let collision = ["--task", "collision"];
+        for (command, more) in [
+            (&["prompt", "describe"][..], &[][..]),
+            (&["prompt", "show"], &collision),
+            (&["ask"], &collision),
+        ] {
+            let arguments = [command, &[CUT_IN, "--ego", file], more].concat();
             home.run(&arguments).status(0);
         }
     }
@@ -94,9 +96,10 @@ fn every_kind_of_ego_file_gives_the_same_distances() {
     let entry = bundled().into_iter().find(|e| e.name == CUT_IN).unwrap();
     let id = entry.read().unwrap().obstacles[0].id.to_string();
     home.write(&id, "no ego at all");
-    home.run(&["describe", CUT_IN, "--ego", &id]).status(0);
+    home.run(&["prompt", "describe", CUT_IN, "--ego", &id])
+        .status(0);
     let file = format!("./{id}");
-    home.run(&["describe", CUT_IN, "--ego", &file])
+    home.run(&["prompt", "describe", CUT_IN, "--ego", &file])
         .status(2)
         .says(&["unknown header in line 1"]);
 }
@@ -126,7 +129,10 @@ fn inspect_shows_what_a_solution_is() {
         !shown.contains("seconds unknown") && shown.contains(" s\n"),
         "{shown}"
     );
-    let document = home.run(&["inspect", "s.xml", "--json"]).status(0).json();
+    let document = home
+        .run(&["inspect", "s.xml", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(document["benchmark_id"], "KS2:SM1:ZAM_CutIn-1_1_T-1:2020a");
     assert_eq!(document["problems"][0]["vehicle"]["length"], 4.508);
     let states = document["problems"][0]["states"].as_array().unwrap();
@@ -140,7 +146,7 @@ fn a_solution_is_not_a_scenario() {
     home.write("in/s.xml", solution(VehicleModel::Ks, &[]));
     let ended = home.run(&["metrics", "in/s.xml"]).status(2);
     ended.says(&["s.xml:2:1", "this is a solution", "inspect"]);
-    home.run(&["describe", "in/s.xml"])
+    home.run(&["prompt", "describe", "in/s.xml"])
         .status(2)
         .says(&["this is a solution", "--ego"]);
     home.run(&["metrics", "in"])
@@ -173,14 +179,8 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
     let ended = home.run(&["metrics", CUT_IN, "--ego", "two.xml"]).status(0);
     ended.says(&["nearmiss: ego solution KS2", "cooperative", "9000"]);
     let chosen = |problem: &str| {
-        home.run(&[
-            "metrics",
-            CUT_IN,
-            "--ego",
-            "two.xml",
-            "--planning-problem",
-            problem,
-        ])
+        let ego = format!("two.xml#{problem}");
+        home.run(&["metrics", CUT_IN, "--ego", &ego])
     };
     chosen("9000")
         .status(2)
@@ -188,7 +188,7 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
     chosen("5")
         .status(2)
         .says(&["no ego for planning problem 5", "9000"]);
-    let alone = ["metrics", CUT_IN, "--planning-problem", "5"];
+    let alone = ["metrics", CUT_IN, "--ego", "#5"];
     home.run(&alone).status(2).says(&["planning problem 5"]);
     // Beside the scenario it is chosen without being named.
     home.write("in/s.xml", bundled_xml(CUT_IN));
@@ -196,17 +196,18 @@ fn the_vehicle_of_a_cooperative_solution_is_chosen_by_its_problem() {
         "in/s.ego_trajectory.csv",
         solution(VehicleModel::Ks, &[9000]),
     );
-    home.run(&["metrics", "in/s.xml", "--planning-problem", "5"])
+    home.run(&["metrics", "in/s.xml", "--ego", "#5"])
         .status(2)
         .says(&["s.ego_trajectory.csv", "no ego for planning problem 5"]);
-    let inspected = home.run(&["inspect", CUT_IN, "--json"]).status(0).json();
+    let inspected = home
+        .run(&["inspect", CUT_IN, "--format=json"])
+        .status(0)
+        .json();
     let own = inspected["ego"]["id"].to_string();
-    home.run(&["metrics", "in/s.xml", "--planning-problem", &own])
+    home.run(&["metrics", "in/s.xml", "--ego", &format!("#{own}")])
         .status(0);
-    let obstacle = ["metrics", CUT_IN, "--ego", "301", "--planning-problem", "5"];
-    home.run(&obstacle)
-        .status(2)
-        .says(&["--planning-problem chooses"]);
+    let obstacle = ["metrics", CUT_IN, "--ego", "301#5"];
+    home.run(&obstacle).status(2).says(&["301 is an obstacle"]);
 }
 
 #[test]
@@ -243,7 +244,9 @@ fn what_is_no_ego_is_named() {
         ),
         (".", vec!["."]),
     ] {
-        let ended = home.run(&["describe", CUT_IN, "--ego", file]).status(2);
+        let ended = home
+            .run(&["prompt", "describe", CUT_IN, "--ego", file])
+            .status(2);
         assert_eq!(ended.stdout, "", "{file}");
         ended.says(&words);
     }
@@ -264,7 +267,13 @@ fn an_ego_that_does_not_fit_its_scenario_is_doubted() {
         home.write(name, text)
     };
     let doubts = |file: &std::path::Path| {
-        let ended = home.run(&["describe", CUT_IN, "--ego", file.to_str().unwrap()]);
+        let ended = home.run(&[
+            "prompt",
+            "describe",
+            CUT_IN,
+            "--ego",
+            file.to_str().unwrap(),
+        ]);
         // The estimate of tokens is no doubt.
         let said = ended.status(0).stderr;
         let lines = said.lines().filter(|line| !line.ends_with("(estimated)"));
@@ -285,7 +294,14 @@ fn an_ego_that_does_not_fit_its_scenario_is_doubted() {
     let gap = gap.to_str().unwrap();
     let ended = home
         .run(&[
-            "describe", CUT_IN, "--ego", gap, "--at", "62", "--form", "prose",
+            "prompt",
+            "describe",
+            CUT_IN,
+            "--ego",
+            gap,
+            "--at",
+            "62",
+            "--set=form=prose",
         ])
         .status(0);
     assert!(
@@ -303,7 +319,13 @@ fn an_ego_that_does_not_fit_its_scenario_is_doubted() {
     assert_eq!(doubts(&home.write("good.csv", rows.join("\n"))), "");
     let tabs = home.write("tabs.csv", rows.join("\n").replace(',', "\t"));
     let ended = home
-        .run(&["describe", CUT_IN, "--ego", tabs.to_str().unwrap()])
+        .run(&[
+            "prompt",
+            "describe",
+            CUT_IN,
+            "--ego",
+            tabs.to_str().unwrap(),
+        ])
         .status(2);
     assert!(
         ended.stderr.contains("separated by tabs"),
@@ -332,8 +354,8 @@ fn a_solution_of_another_scenario_says_whose_it_is_and_what_to_do() {
         .find(|n| foreign.contains(&id(*n)))
         .expect("the bundled ones are numbered from 1");
     home.write("foreign.xml", foreign.replace(&id(own), &id(777)));
-    for command in ["metrics", "describe", "inspect"] {
-        home.run(&[command, CUT_IN, "--ego", "foreign.xml"])
+    for command in [&["metrics"][..], &["prompt", "describe"], &["inspect"]] {
+        home.run(&[command, &[CUT_IN, "--ego", "foreign.xml"]].concat())
             .status(2)
             .says(&[
                 "foreign.xml",

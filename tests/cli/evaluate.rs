@@ -55,8 +55,8 @@ fn csv_and_json_hold_the_same_counts() {
     let home = Home::new();
     let scenarios = [CUT_IN, RED_LIGHT, HARD_BRAKING];
     let options = [
-        "--lead",
-        "0.2,1.5",
+        "--set",
+        "leads=0.2,1.5",
         "--model",
         "reference/geometry,reference/constant-velocity",
         "--horizon",
@@ -81,10 +81,13 @@ fn csv_and_json_hold_the_same_counts() {
         }
         assert_eq!((&*row["collisions"], &*row["safe"]), ("2", "2"));
         let windows = &judge["all_safe_windows"];
-        assert_eq!(row["all_safe_windows"], windows["windows"].to_string());
+        assert_eq!(
+            row["all_safe_windows.windows"],
+            windows["windows"].to_string()
+        );
     }
     // 0.2 s before, all judges see both collisions; 1.5 s before, a horizon of 1 s cannot.
-    assert_eq!((&*rows[0]["tp"], &*rows[0]["f1"]), ("2", "1"));
+    assert_eq!((&*rows[0]["tp"], &*rows[0]["f1"]), ("2", "1.0"));
     assert_eq!((&*rows[3]["tp"], &*rows[3]["fn"]), ("0", "2"));
     assert_eq!(rows[3]["precision"], "", "no model said yes");
     assert_eq!(
@@ -188,14 +191,18 @@ fn what_cannot_be_evaluated_is_said() {
         ),
         (&["--truth", "nowhere.csv"], 2, &["nowhere.csv", "auto"]),
         (&["--truth", &bad], 2, &["line 2", "`perhaps`"]),
-        (&["--lead", "soon"], 2, &["`end`"]),
-        (&["--lead", "-1"], 2, &["seconds from 0"]),
-        (&["--lead", "nan"], 2, &["seconds from 0"]),
+        (&["--set", "leads=soon"], 2, &["`end`"]),
+        (&["--set", "leads=-1"], 2, &["seconds from 0"]),
+        (&["--set", "leads=nan"], 2, &["seconds from 0"]),
         (&["--horizon", "11"], 2, &["at most 10"]),
-        (&["--history", "0"], 2, &["1 to 100000 steps"]),
-        (&["--radius", "0"], 2, &["above 0"]),
         (
-            &[&broken, "--lead", "1"],
+            &["--set", "history=0"],
+            2,
+            &["a whole number from 1 to 100000"],
+        ),
+        (&["--set", "radius=0"], 2, &["above 0"]),
+        (
+            &[&broken, "--set", "leads=1"],
             1,
             &["of 2 scenarios, 1 could not be opened"],
         ),
@@ -243,15 +250,17 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
         let truth = labels(home);
         let all = [
             &["evaluate", HARD_BRAKING, CUT_IN, "--truth", &truth],
-            &["--model", "lab/tiny", "--frame", "cartesian"][..],
-            &["--concurrency", "1"],
+            &["--model", "lab/tiny", "--set", "frames=cartesian"][..],
+            &["--set", "concurrency=1"],
             more,
         ];
         tokio::task::block_in_place(|| home.run(&all.concat()))
     };
     let plain = yes_first().await;
     let home = home_with(plain.base_url());
-    let wanted = run(&home, &["--lead", "0.5", "--json"]).status(0).json();
+    let wanted = run(&home, &["--set", "leads=0.5", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(
         (&wanted["cells"][0]["tp"], &wanted["cells"][0]["tn"]),
         (&1.into(), &1.into())
@@ -263,11 +272,11 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
 
     let server = yes_first().await;
     let home = home_with(server.base_url());
-    let varied = ["--transform", "mirror", "--lead", "0.5,1"];
-    let dry = [&varied[..], &["--dry-run", "--json"]].concat();
+    let varied = ["--set", "transforms=mirror", "--set", "leads=0.5,1"];
+    let dry = [&varied[..], &["--dry-run", "--format=json"]].concat();
     // The collision and the safe scenario at two leads, and both mirrored.
     assert_eq!(run(&home, &dry).status(0).json()["questions"], 6);
-    let document = run(&home, &[&varied[..], &["--json"]].concat())
+    let document = run(&home, &[&varied[..], &["--format=json"]].concat())
         .status(0)
         .json();
     // The safe windows of both leads are the same one, whose answer is in the store then.
@@ -297,10 +306,10 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     );
 
     let resume = |more: &[&str]| {
-        let all = [&["evaluate", "--resume", "last"], more].concat();
+        let all = [&["evaluate", "last"], more].concat();
         tokio::task::block_in_place(|| home.run(&all)).status(0)
     };
-    assert_eq!(resume(&["--json"]).json(), document);
+    assert_eq!(resume(&["--format=json"]).json(), document);
     assert_eq!(server.requests().len(), 5, "nothing is asked again");
     let table = resume(&[]).stdout;
     for words in ["mirror", "flips", "to the collision", "0.500"] {
@@ -316,13 +325,14 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     for words in ["Transformed scenes and leads", "| mirror ", "Said yes"] {
         assert!(report.contains(words), "{words}: {report}");
     }
-    let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last", "--json"]))
-        .status(0)
-        .json();
+    let report =
+        tokio::task::block_in_place(|| home.run(&["report", "--batch", "last", "--format=json"]))
+            .status(0)
+            .json();
     assert_eq!(report["lead"], document["lead"]);
     assert_eq!(report["invariance"], document["invariance"]);
     // Of the store as a whole the same questions are counted as of the batch.
-    let whole = tokio::task::block_in_place(|| home.run(&["report", "--json"])).status(0);
+    let whole = tokio::task::block_in_place(|| home.run(&["report", "--format=json"])).status(0);
     let cells = &whole.json()["cells"];
     let all = cells
         .as_array()
@@ -344,7 +354,7 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
         "{}",
         whole.stderr
     );
-    let list = tokio::task::block_in_place(|| home.run(&["evaluate", "--list"])).status(0);
+    let list = tokio::task::block_in_place(|| home.run(&["evaluate", "list"])).status(0);
     assert!(
         list.stdout.contains("lead 0.5,1 · mirror"),
         "{}",
@@ -379,11 +389,11 @@ async fn new_numbers_are_told_back() {
         CUT_IN,
         "--model",
         "lab/tiny",
-        "--concurrency",
-        "1",
-        "--transform",
-        " renumber:1 ; mirror",
-        "--json",
+        "--set",
+        "concurrency=1",
+        "--set",
+        "transforms= renumber:1 ; mirror",
+        "--format=json",
     ];
     let document = tokio::task::block_in_place(|| home.run(&arguments))
         .status(0)
@@ -402,19 +412,19 @@ async fn new_numbers_are_told_back() {
         "lab/tiny",
         "--task",
         "collision",
-        "--lead",
-        "0.5,1",
+        "--set",
+        "leads=0.5,1",
     ];
     tokio::task::block_in_place(|| home.run(&wrong))
         .status(2)
-        .says(&["--lead", "--task safety"]);
+        .says(&["--set leads", "safety task"]);
     let wrong = [
         "evaluate",
         CUT_IN,
         "--model",
         "lab/tiny",
-        "--transform",
-        "mirror,rotate:90",
+        "--set",
+        "transforms=mirror,rotate:90",
     ];
     tokio::task::block_in_place(|| home.run(&wrong))
         .status(2)

@@ -27,14 +27,14 @@ fn a_yes_is_a_yes_and_whom_it_names_is_counted_apart() {
             "--model",
             "reference/geometry",
         ];
-        let all = [&all[..], &["--lead", "0.1", "--truth", &truth]].concat();
+        let all = [&all[..], &["--set", "leads=0.1", "--truth", &truth]].concat();
         let alone = home
             .run(&[&all[..], &["--format", "json"]].concat())
             .status(0)
             .json()["judges"][0]["leads"][0]
             .clone();
         let batch = home
-            .run(&[&all[..], &["--samples", "1", "--json"]].concat())
+            .run(&[&all[..], &["--samples", "1", "--format=json"]].concat())
             .status(0)
             .json()["cells"][0]
             .clone();
@@ -54,7 +54,7 @@ fn a_yes_is_a_yes_and_whom_it_names_is_counted_apart() {
         }
         assert_eq!(alone["naming_recall"], named);
     }
-    let table = home.run(&["evaluate", "--resume", "last"]).status(0).stdout;
+    let table = home.run(&["evaluate", "last"]).status(0).stdout;
     assert!(table.contains("obstacle named"), "{table}");
 }
 
@@ -74,8 +74,8 @@ fn the_layout_of_folders_is_a_truth_of_the_built_in_judge_too() {
     let options = [
         "--model",
         "reference/geometry",
-        "--lead",
-        "0.5",
+        "--set",
+        "leads=0.5",
         "--truth",
         "layout",
     ];
@@ -110,19 +110,19 @@ async fn a_budget_that_is_too_small_is_said_before_and_leaves_questions_unasked(
         "--task",
         "collision",
     ];
-    let bounds = ["--max-tokens", "100", "--budget"];
+    let bounds = ["--set", "max_tokens=100", "--budget"];
     let with = |budget, more: &[&str]| run(&home, &[&all[..], &bounds, &[budget], more].concat());
     let dry = with("0.15", &["--dry-run"]).status(0).stdout;
     assert!(dry.contains("0.15 USD, too little"), "{dry}");
     assert_eq!(
-        with("0.15", &["--dry-run", "--json"]).json()["within_budget"],
+        with("0.15", &["--dry-run", "--format=json"]).json()["within_budget"],
         false
     );
     assert_eq!(
-        with("5", &["--dry-run", "--json"]).json()["within_budget"],
+        with("5", &["--dry-run", "--format=json"]).json()["within_budget"],
         true
     );
-    let ended = with("0.15", &["--json"]).status(1);
+    let ended = with("0.15", &["--format=json"]).status(1);
     let cell = ended.json()["cells"][0].clone();
     assert_eq!(
         (&cell["failed"], &cell["unasked"]),
@@ -155,7 +155,7 @@ async fn what_can_never_be_asked_is_named_and_is_no_reason_to_try_again() {
         "5 questions cannot be asked:",
         "and 2 more for other reasons",
     ]);
-    let ended = run(&home, &["evaluate", "--resume", "last"]).status(0);
+    let ended = run(&home, &["evaluate", "last"]).status(0);
     assert!(
         !ended.stderr.contains("asks them again"),
         "{}",
@@ -174,22 +174,22 @@ async fn what_a_batch_is_stays_and_another_truth_is_said() {
         HARD_BRAKING,
         "--model",
         "lab/tiny",
-        "--lead",
-        "paper",
+        "--set",
+        "leads=paper",
     ];
     run(&home, &all).status(0);
-    let list = run(&home, &["evaluate", "--list"]).stdout;
+    let list = run(&home, &["evaluate", "list"]).stdout;
     assert!(list.contains("lead end"), "{list}");
-    let resume = |more: &[&str]| run(&home, &[&["evaluate", "--resume", "last"], more].concat());
+    let resume = |more: &[&str]| run(&home, &[&["evaluate", "last"], more].concat());
     resume(&[CUT_IN])
         .status(2)
-        .says(&["so scenarios is not allowed", "start a new batch"]);
-    resume(&["--task", "safety"])
+        .says(&["a stored batch keeps its scenarios", "start a new batch"]);
+    resume(&["--task", "collision", "--set", "history=5"])
         .status(2)
-        .says(&["--task is not allowed"]);
-    resume(&["--model", "lab/b"])
-        .status(2)
-        .says(&["use --add-model"]);
+        .says(&[
+            "tasks, history cannot be changed",
+            "models, techniques, leads, transforms",
+        ]);
     let truth = home
         .write("truth.csv", format!("scenario,label\n{CUT_IN},yes\n"))
         .display()

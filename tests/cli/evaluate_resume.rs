@@ -1,9 +1,9 @@
-//! `evaluate --resume` with more leads and changed scenes, and labels that do not fit the scenarios.
+//! `evaluate BATCH` with more leads and changed scenes, and labels that do not fit the scenarios.
 
 use std::sync::Arc;
 
 use nearmiss::description::Frame;
-use nearmiss::evaluation::batch::{Matrix, RequestSettings};
+use nearmiss::evaluation::batch::Experiment;
 use nearmiss::evaluation::{Judge, Judges};
 use nearmiss::formats::{EgoSelection, Entry};
 use nearmiss::metrics::Thresholds;
@@ -51,15 +51,15 @@ fn begin(home: &Home, more: &[&str]) -> Ended {
     let truth = labels(home);
     let all = [
         &["evaluate", HARD_BRAKING, CUT_IN, "--truth", &truth],
-        &["--model", "lab/tiny", "--frame", "cartesian"][..],
-        &["--concurrency", "1", "--json"],
+        &["--model", "lab/tiny", "--set", "frames=cartesian"][..],
+        &["--set", "concurrency=1", "--format=json"],
         more,
     ];
     run(home, &all.concat())
 }
 
 fn resume(home: &Home, more: &[&str]) -> Ended {
-    let all = [&["evaluate", "--resume", "last", "--json"], more];
+    let all = [&["evaluate", "last", "--format=json"], more];
     run(home, &all.concat())
 }
 
@@ -68,25 +68,31 @@ async fn leads_and_changes_that_are_added_come_to_the_same_as_when_they_are_ther
  {
     let whole = yes_first().await;
     let home = home_with(whole.base_url());
-    let wanted = begin(&home, &["--lead", "0.5,1", "--transform", "mirror"])
-        .status(0)
-        .json();
+    let wanted = begin(
+        &home,
+        &["--set", "leads=0.5,1", "--set", "transforms=mirror"],
+    )
+    .status(0)
+    .json();
     assert_eq!(whole.requests().len(), 5);
 
     let server = yes_first().await;
     let home = home_with(server.base_url());
-    begin(&home, &["--lead", "0.5"]).status(0);
-    let dry = resume(&home, &["--add-lead", "1", "--dry-run"]).status(0);
+    begin(&home, &["--set", "leads=0.5"]).status(0);
+    let dry = resume(&home, &["--set", "leads=1", "--dry-run"]).status(0);
     assert_eq!(dry.json()["requests"], 1, "the collision at another lead");
-    resume(&home, &["--add-transform", "mirror"]).status(0);
+    resume(&home, &["--set", "transforms=mirror"]).status(0);
     assert_eq!(server.requests().len(), 4);
-    let document = resume(&home, &["--add-lead", "1,0.5"]).status(0).json();
+    let document = resume(&home, &["--set", "leads=1,0.5"]).status(0).json();
     assert_eq!(document, wanted);
     assert_eq!(server.requests().len(), 5, "nothing is asked twice");
-    let again = resume(&home, &["--add-lead", "0.5,1", "--add-transform", "mirror"]);
+    let again = resume(
+        &home,
+        &["--set", "leads=0.5,1", "--set", "transforms=mirror"],
+    );
     assert_eq!(again.status(0).json(), wanted);
     assert_eq!(server.requests().len(), 5);
-    let list = run(&home, &["evaluate", "--list"]).status(0).stdout;
+    let list = run(&home, &["evaluate", "list"]).status(0).stdout;
     for words in [
         "6 of 6 answered",
         "lead 0.5,1 · mirror",
@@ -114,9 +120,9 @@ async fn a_batch_of_two_tasks_asks_what_one_asks_that_was_planned_whole() {
         let options = [
             "--task",
             "collision,safety",
-            "--frame",
-            "cartesian,ego,metrics",
-            "--json",
+            "--set",
+            "frames=cartesian,ego,metrics",
+            "--format=json",
             "--samples",
             samples,
             "--model",
@@ -131,20 +137,17 @@ async fn a_batch_of_two_tasks_asks_what_one_asks_that_was_planned_whole() {
     for (more, added) in [
         (
             base("1", "lab/tiny,lab/second", "base"),
-            ["--add-model", "lab/second"],
+            ["--model", "lab/second"],
         ),
-        (
-            base("1", "lab/tiny", "base,icl"),
-            ["--add-techniques", "icl"],
-        ),
+        (base("1", "lab/tiny", "base,icl"), ["--techniques", "icl"]),
         (base("2", "lab/tiny", "base"), ["--samples", "2"]),
         (
-            [&first[..], &["--lead", "1,0.5"]].concat(),
-            ["--add-lead", "0.5"],
+            [&first[..], &["--set", "leads=1,0.5"]].concat(),
+            ["--set", "leads=0.5"],
         ),
         (
-            [&first[..], &["--transform", "mirror"]].concat(),
-            ["--add-transform", "mirror"],
+            [&first[..], &["--set", "transforms=mirror"]].concat(),
+            ["--set", "transforms=mirror"],
         ),
     ] {
         let whole = home_with(server.base_url());
@@ -164,30 +167,20 @@ async fn a_batch_of_two_tasks_asks_what_one_asks_that_was_planned_whole() {
 
 /// A batch about the ends of the recordings, as earlier versions began them.
 fn of_earlier_version(home: &Home) {
-    let matrix = Matrix {
-        tasks: vec![Task::Safety],
-        frames: vec![Frame::Cartesian],
-        techniques: vec![Techniques::ALL],
-        models: vec!["reference/geometry".into()],
-        samples: 1,
-        more_leads: Vec::new(),
-        transforms: Vec::new(),
-        axes: Default::default(),
-        request: RequestSettings::default(),
-    };
     let names = [HARD_BRAKING, CUT_IN];
     let request = BatchRequest {
-        title: None,
-        paths: names.map(Into::into).to_vec(),
+        experiment: Experiment {
+            scenarios: names.map(Into::into).to_vec(),
+            tasks: vec![Task::Safety],
+            frames: vec![Frame::Cartesian],
+            techniques: vec![Techniques::ALL],
+            models: vec!["reference/geometry".into()],
+            ..Experiment::default()
+        },
         entries: names.map(|name| Entry::of_argument(name.as_ref())).to_vec(),
-        matrix,
         ego: EgoSelection::Beside,
-        truth: None,
         shard: None,
         drafts: Default::default(),
-        base_url: None,
-        comparison: Default::default(),
-        subset: Default::default(),
     };
     let thresholds = Arc::new(Thresholds::shipped().clone());
     let (library, cancel) = (Library::load(None), Cancel::default());
@@ -206,7 +199,7 @@ async fn a_batch_about_the_ends_of_recordings_keeps_its_windows() {
     let server = yes_first().await;
     let home = home_with(server.base_url());
     of_earlier_version(&home);
-    let plain = resume(&home, &["--add-model", "lab/tiny"]).status(0).json();
+    let plain = resume(&home, &["--model", "lab/tiny"]).status(0).json();
     assert_eq!(server.requests().len(), 2);
     let last_steps = home.rows("SELECT window_last FROM runs");
     let names = [HARD_BRAKING, CUT_IN].map(|name| Entry::of_argument(name.as_ref()));
@@ -226,7 +219,7 @@ async fn a_batch_about_the_ends_of_recordings_keeps_its_windows() {
         "{ends:?} {last_steps:?}"
     );
     // A lead beside them leaves the table as it was.
-    let more = resume(&home, &["--add-lead", "1"]).status(0).json();
+    let more = resume(&home, &["--set", "leads=1"]).status(0).json();
     assert_eq!(server.requests().len(), 3);
     assert_eq!(more["cells"], plain["cells"]);
     let leads = more["lead"].as_array().unwrap().iter();
@@ -236,7 +229,7 @@ async fn a_batch_about_the_ends_of_recordings_keeps_its_windows() {
         (&leads[0]["lead"], &leads[0]["n"]),
         (&1.0.into(), &1.into())
     );
-    let list = run(&home, &["evaluate", "--list"]).status(0).stdout;
+    let list = run(&home, &["evaluate", "list"]).status(0).stdout;
     let report = run(&home, &["report", "--batch", "last"]).status(0).stdout;
     for text in [list, report] {
         assert!(
@@ -251,34 +244,31 @@ async fn what_cannot_be_added_is_said() {
     let server = yes_first().await;
     let home = home_with(server.base_url());
     begin(&home, &["--task", "collision"]).status(0);
-    resume(&home, &["--add-lead", "1"])
+    resume(&home, &["--set", "leads=1"])
         .status(2)
-        .says(&["--add-lead", "--task safety"]);
+        .says(&["leads", "safety task"]);
     begin(&home, &[]).status(0);
-    resume(&home, &["--add-lead", "2.5"])
+    resume(&home, &["--set", "leads=2.5"])
         .status(2)
-        .says(&["--add-lead 2.5", "--within 2 s"]);
-    resume(&home, &["--within", "3"])
+        .says(&["leads: 2.5", "within = 2 s"]);
+    resume(&home, &["--set", "within=3"]).status(2).says(&[
+        "within cannot be changed",
+        "models, techniques, leads, transforms and samples",
+    ]);
+    begin(&home, &["--retry-failed"])
         .status(2)
-        .says(&["--within is not allowed"]);
-    begin(&home, &["--add-lead", "1"])
-        .status(2)
-        .says(&["need a batch: --resume ID"]);
-    begin(&home, &["--add-transform", "mirror"])
-        .status(2)
-        .says(&["need a batch: --resume ID"]);
+        .says(&["needs a batch"]);
     let zero = [
         "evaluate",
         CUT_IN,
         "--model",
         "lab/tiny",
-        "--concurrency",
-        "0",
+        "--set",
+        "concurrency=0",
     ];
-    run(&home, &zero).status(2).says(&[
-        "--concurrency",
-        "expected a whole number of requests, at least 1",
-    ]);
+    run(&home, &zero)
+        .status(2)
+        .says(&["--set concurrency = 0: expected a whole number from 1"]);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

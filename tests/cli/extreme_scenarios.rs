@@ -56,9 +56,9 @@ fn every_command_ends_with_a_sentence_whatever_is_missing() {
         let commands: [&[&str]; 12] = [
             &["inspect", name],
             &["metrics", name],
-            &["describe", name],
-            &["describe", name, "--frame", "metrics"],
-            &["prompt", name],
+            &["prompt", "describe", name],
+            &["prompt", "describe", name, "--frame", "metrics"],
+            &["prompt", "show", name],
             &["ask", name],
             &["ask", name, "--task", "safety"],
             &["render", name],
@@ -74,7 +74,7 @@ fn every_command_ends_with_a_sentence_whatever_is_missing() {
                 "--overwrite",
             ],
             &["render", name, "--what", "screen"],
-            &["plan", name, "--horizon", "0.5", "--replan", "5"],
+            &["plan", name, "--set=horizon=0.5", "--set=replan=5"],
             &["convert", name, "-o", "again.xml", "--overwrite"],
         ];
         for command in commands {

@@ -25,7 +25,7 @@ fn run(home: &Home, models: &str) -> Ended {
 }
 
 fn resume(home: &Home) -> Ended {
-    tokio::task::block_in_place(|| home.run(&["evaluate", "--resume", "last"]))
+    tokio::task::block_in_place(|| home.run(&["evaluate", "last"]))
 }
 
 /// Questions to a model that stand like this.
@@ -55,7 +55,7 @@ async fn a_server_that_is_not_there_is_left_alone_and_the_others_go_on() {
         "lab: not asked further after 5 questions in a row without an answer: ",
         "cannot reach lab",
         "27 questions stay open",
-        "of 48 questions, 32 without a complete answer; `nearmiss evaluate --resume b1`",
+        "of 48 questions, 32 without a complete answer; `nearmiss evaluate b1`",
     ]);
     assert_eq!(count(&home, "other/tiny", "answered"), 16);
     let of = |state| count(&home, "lab/a", state) + count(&home, "lab/b", state);

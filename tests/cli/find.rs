@@ -1,30 +1,41 @@
-//! `find`: a sentence becomes a filter that is shown, and finds windows of an index.
+//! `find`: terms find windows of an index; a model writes those of a sentence.
 
 use super::BUNDLED;
-use super::support::program::Home;
+use super::batches::telling;
+use super::support::program::{Ended, Home};
+use super::support::server::{Script, Server};
 
 fn indexed(home: &Home) {
     let names = BUNDLED.iter().map(|(name, _)| *name);
-    let run: Vec<&str> = ["index", "-o", "index"].into_iter().chain(names).collect();
+    let run: Vec<&str> = ["corpus", "index", "-o", "index"]
+        .into_iter()
+        .chain(names)
+        .collect();
     home.run(&run).status(0);
 }
 
 #[test]
-fn a_sentence_finds_what_its_filter_and_the_table_of_the_index_say() {
+fn terms_find_what_the_table_of_the_index_says() {
     let home = Home::new();
     indexed(&home);
-    let sentence = "cut-ins or crossing traffic in fog";
-    let found = home
-        .run(&["find", sentence, "--index", "index", "-n", "5", "--json"])
-        .status(0)
-        .says(&[
-            "not understood, left out: fog",
-            "filter: manoeuvre:cut_in,crossing",
-        ])
+    let find = |terms: &[&str]| {
+        let run = [
+            &["corpus", "find"],
+            terms,
+            &["--index", "index", "-n", "5", "--format=json"],
+        ]
+        .concat();
+        home.run(&run).status(0)
+    };
+    let found = find(&["manoeuvre:cut_in,crossing", "severity<=5"])
+        .says(&["filter: manoeuvre:cut_in,crossing severity<=5"])
         .json();
-    assert_eq!(found["not_understood"][0], "fog");
+    assert!(
+        found["sentence"].is_null() && found["model"].is_null(),
+        "{found}"
+    );
     let show = home
-        .run(&["index", "show", "index", "--json"])
+        .run(&["corpus", "show", "index", "--format=json"])
         .status(0)
         .json();
     let rows = show["coverage"]
@@ -46,12 +57,9 @@ fn a_sentence_finds_what_its_filter_and_the_table_of_the_index_say() {
         .map(|w| w["severity"].as_i64().unwrap())
         .collect();
     assert!(severities.is_sorted());
-    // The filter that was shown finds the same.
-    let filter = found["filter"].as_str().unwrap();
-    let again = home.run(&[
-        "find", "--filter", filter, "--index", "index", "-n", "5", "--json",
-    ]);
-    assert_eq!(again.status(0).json()["found"], found["found"]);
+    // In one argument they are the same.
+    let again = find(&[found["filter"].as_str().unwrap()]).json();
+    assert_eq!(again["found"], found["found"]);
 }
 
 #[test]
@@ -60,13 +68,20 @@ fn numbers_are_those_of_the_window_and_terms_about_scenarios_read_them() {
     indexed(&home);
     let find = |filter: &str| {
         let run = [
-            "find", "--filter", filter, "--index", "index", "-n", "100000", "--json",
+            "corpus",
+            "find",
+            filter,
+            "--index",
+            "index",
+            "-n",
+            "100000",
+            "--format=json",
         ];
         home.run(&run).json()
     };
     let tailgating = [
+        "corpus",
         "find",
-        "--filter",
         "manoeuvre:followed time_gap<9",
         "--index",
         "index",
@@ -98,47 +113,178 @@ fn numbers_are_those_of_the_window_and_terms_about_scenarios_read_them() {
 }
 
 #[test]
-fn the_filter_alone_needs_no_index() {
+fn the_terms_alone_need_no_index() {
     let home = Home::new();
-    let sentence = "cut-ins under 1.5 s TTC on motorways";
-    for option in ["--filter-only", "--dry-run"] {
-        let run = home.run(&["find", sentence, option]).status(0);
-        assert_eq!(run.stdout, "manoeuvre:cut_in ttc<1.5 road:highway\n");
-    }
+    let run = [
+        "corpus",
+        "find",
+        "manoeuvre:cut_in",
+        "ttc<1.5",
+        "--filter-only",
+    ];
+    let run = home.run(&run).status(0);
+    assert_eq!(run.stdout, "manoeuvre:cut_in ttc<1.5\n");
 }
 
 #[test]
 fn what_cannot_be_searched_says_why() {
     let home = Home::new();
+    let sentence = "cut-ins under 1.5 s TTC on motorways";
     for (arguments, says) in [
-        (&["find", "qwertz"][..], "not understood, left out: qwertz"),
-        (&["find", "qwertz"], "nothing of this is a filter"),
-        (&["find", "cut-ins"], "--index FOLDER"),
-        (&["find", "cut-ins", "--index", "nowhere"], "nowhere"),
         (
-            &["find", "--filter", "rode:urban"],
-            "unknown filter `rode:`",
+            &["corpus", "find", sentence][..],
+            &[
+                "reads as a sentence",
+                "such as manoeuvre:cut_in",
+                "--model MODEL writes",
+            ][..],
         ),
-        (&["find", "--filter", "ttc<"], "no value"),
-        (&["find"], "--filter FILTER"),
-        (&["find", ""], "nothing of this is a filter"),
         (
-            &["find", "show me everything"],
-            "nothing of this is a filter",
+            &["corpus", "find", "manoeuvre:cut_in", "in", "town"],
+            &["reads as a sentence"],
         ),
-        (&["find", "pedestrain"], "did you mean `pedestrian`?"),
+        (&["corpus", "find", "manoeuvre:cut_in"], &["--index FOLDER"]),
         (
-            &["find", "cut-ins", "--filter", "ttc<1"],
-            "cannot be used with",
+            &["corpus", "find", "manoeuvre:cut_in", "--index", "nowhere"],
+            &["nowhere"],
+        ),
+        (
+            &["corpus", "find", "rode:urban"],
+            &["unknown filter `rode:`; available: tag:", "help finding"],
+        ),
+        (
+            &["corpus", "find", "tcc<1"],
+            &["unknown number `tcc`; available: risk"],
+        ),
+        (
+            &["corpus", "find", "actor:pedestrain"],
+            &["available: unknown, car"],
+        ),
+        (&["corpus", "find", "ttc<"], &["no value"]),
+        (&["corpus", "find", "ttc<1 x\u{1b}[2J y"], &["x␛[2J"]),
+        (&["corpus", "find", ""], &["expected terms"]),
+        (&["corpus", "find"], &["required", "<TERMS>"]),
+        (
+            &["corpus", "find", "cut-ins", "--model", "lab/tiny"],
+            &["--index FOLDER"],
         ),
     ] {
-        home.run(arguments).status(2).says(&[says]);
+        home.run(arguments).status(2).says(says);
     }
     indexed(&home);
-    home.run(&["find", "wttc under 1 s", "--index", "index"])
+    home.run(&["corpus", "find", "wttc<1", "--index", "index"])
         .status(2)
         .says(&["no measure wttc", "distance, ttc"]);
-    home.run(&["find", "cut-ins in China", "--index", "index"])
+    home.run(&[
+        "corpus",
+        "find",
+        "manoeuvre:cut_in country:china",
+        "--index",
+        "index",
+    ])
+    .status(1)
+    .says(&["none of"]);
+    home.run(&["corpus", "find", "pedestrian's", "--index", "index"])
         .status(1)
-        .says(&["none of"]);
+        .says(&["words are parts of names", "none of"]);
+    for (model, says) in [
+        ("reference/geometry", "written by a language model"),
+        ("nobody/tiny", "nobody"),
+    ] {
+        home.run(&[
+            "corpus", "find", sentence, "--index", "index", "--model", model,
+        ])
+        .status(2)
+        .says(&[says]);
+    }
+}
+
+/// A model at this address, with a price.
+fn configure(home: &Home, url: &str, more: &str) {
+    let config = format!(
+        "{more}[provider.lab]\nbase_url = \"{url}\"\nkey_env = []\n\
+         [[provider.lab.prices]]\nmodel = \"tiny\"\ninput = 1\noutput = 10\n"
+    );
+    home.write(home.config().join("config.toml"), config);
+}
+
+fn ask(home: &Home, sentence: &str, more: &[&str]) -> Ended {
+    let run = [
+        "corpus", "find", sentence, "--index", "index", "--model", "lab/tiny",
+    ];
+    tokio::task::block_in_place(|| home.run(&[&run, more].concat()))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_model_writes_the_terms_of_a_sentence_once() {
+    let server =
+        Server::answering(|_, _| Some(telling("manoeuvre:cut_in ttc<5\nleft out: in fog"))).await;
+    let home = Home::new();
+    tokio::task::block_in_place(|| indexed(&home));
+    configure(&home, server.base_url(), "");
+    let sentence = "cut-ins under 5 s TTC in fog";
+    let found = ask(&home, sentence, &["--format=json"])
+        .status(0)
+        .says(&[
+            "lab/tiny has no term for: in fog",
+            "filter: manoeuvre:cut_in ttc<5",
+        ])
+        .json();
+    assert_eq!(found["sentence"], sentence);
+    assert_eq!(found["model"], "lab/tiny");
+    assert_eq!(found["filter"], "manoeuvre:cut_in ttc<5");
+    assert_eq!(found["left_out"], "in fog");
+    assert!(found["windows"].as_u64() > Some(0), "{found}");
+    // The model sees the terms, their values, the measures of this index alone, and the sentence.
+    let body = server.requests()[0].json();
+    let told = body["messages"][0]["content"].as_str().unwrap();
+    for words in ["turning_across", "priority_vehicle", "- ttc: ", "country:"] {
+        assert!(told.contains(words), "{words}\n{told}");
+    }
+    assert!(!told.contains("- wttc: "), "{told}");
+    assert_eq!(body["messages"][1]["content"], sentence);
+    assert!(
+        body.to_string().contains("4096"),
+        "a limit of tokens: {body}"
+    );
+    // The answer is kept.
+    let again = ask(&home, sentence, &["--filter-only"]).status(0);
+    assert_eq!(again.stdout, "manoeuvre:cut_in ttc<5\n");
+    assert_eq!(server.requests().len(), 1);
+    let rows = home.rows("SELECT model, answer, cost_usd FROM reflections");
+    assert_eq!(rows.len(), 1);
+    assert_eq!(rows[0]["model"].as_deref(), Some("lab/tiny"));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_no_filter_is_shown_and_not_searched() {
+    let server =
+        Server::answering(|_, _| Some(telling("Sorry, \u{1b}[31mI cannot do this."))).await;
+    let home = Home::new();
+    tokio::task::block_in_place(|| indexed(&home));
+    configure(&home, server.base_url(), "");
+    ask(&home, "cut-ins", &[]).status(2).says(&[
+        "lab/tiny wrote no filter",
+        "reads as a sentence",
+        "its answer: Sorry, ␛[31mI cannot do this.",
+    ]);
+    // It is not kept to.
+    ask(&home, "cut-ins", &[]).status(2);
+    assert_eq!(server.requests().len(), 2);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_budget_and_a_server_that_fails_end_it() {
+    let server = Server::answering(|_, _| Some(Script::json(400, "{\"error\": \"no\"}"))).await;
+    let home = Home::new();
+    tokio::task::block_in_place(|| indexed(&home));
+    configure(&home, server.base_url(), "budget = 0.000001\n");
+    ask(&home, "cut-ins", &[])
+        .status(2)
+        .says(&["lab", "budget"]);
+    assert!(server.requests().is_empty());
+    configure(&home, server.base_url(), "");
+    ask(&home, "cut-ins", &[])
+        .status(2)
+        .says(&["lab/tiny", "400"]);
 }

@@ -12,7 +12,7 @@ use super::support::server::{Script, Server};
 use super::{CUT_IN, bundled_xml};
 
 /// Very few motions and plans: what is made need not be good.
-const FEW: [&str; 4] = ["--candidates", "6", "--replan", "10"];
+const FEW: [&str; 3] = ["--candidates", "6", "--set=replan=10"];
 
 fn report(home: &Home, name: &str) -> Value {
     let bytes = std::fs::read(home.files().join(name)).unwrap();
@@ -31,7 +31,11 @@ fn what_an_earlier_run_has_made_is_taken_over_and_not_attacked() {
     let home = Home::new();
     let xml = bundled_xml(CUT_IN);
     home.write("all/first.xml", &xml);
-    let told = [&["generate", "all", "-o", "all", "--json"][..], &FEW[..]].concat();
+    let told = [
+        &["generate", "all", "-o", "all", "--format=json"][..],
+        &FEW[..],
+    ]
+    .concat();
     let with = |more: &[&str]| home.run(&[&told[..], more].concat());
     let ended = with(&["--report", "r.json"]);
     let before = ended.json();
@@ -73,7 +77,7 @@ fn what_an_earlier_run_has_made_is_taken_over_and_not_attacked() {
     }
     // Another seed may make another variant.
     std::fs::remove_file(home.files().join("all/notes.json")).unwrap();
-    let one = ["generate", "all/first.xml", "-o", "all", "--json"];
+    let one = ["generate", "all/first.xml", "-o", "all", "--format=json"];
     let other = [&one[..], &FEW[..], &["--resume", "--seed", "2"]].concat();
     let other = home.run(&other).json();
     assert_eq!(other["taken_over"], false);
@@ -112,7 +116,13 @@ fn an_interrupt_keeps_and_tells_what_is_finished() {
         home.write(format!("all/s{i:02}.xml"), &xml);
     }
     let told = [
-        "generate", "all", "-o", "out", "--json", "--report", "r.json",
+        "generate",
+        "all",
+        "-o",
+        "out",
+        "--format=json",
+        "--report",
+        "r.json",
     ];
     let child = home.start(&[&told[..], &FEW[..]].concat());
     let begun = Instant::now();
@@ -139,19 +149,17 @@ fn an_interrupt_keeps_and_tells_what_is_finished() {
 }
 
 /// Asks a model at `url` for one motion of an obstacle.
-const ASKED: [&str; 14] = [
+const ASKED: [&str; 12] = [
     "generate",
     CUT_IN,
     "--model",
     "local/any",
     "--attacker",
     "301",
-    "--samples",
-    "1",
-    "--retries",
-    "0",
-    "--no-grades",
-    "--json",
+    "--set=samples=1",
+    "--set=retries=0",
+    "--set=grades=off",
+    "--format=json",
     "-o",
     "out",
 ];
@@ -168,7 +176,7 @@ async fn what_a_model_wrote_is_taken_over_too() {
         "301",
         "--seed",
         "5",
-        "--json",
+        "--format=json",
     ];
     let searched = tokio::task::block_in_place(|| home.run(&[&search[..], &FEW[..]].concat()));
     let answer = json!({
@@ -177,7 +185,7 @@ async fn what_a_model_wrote_is_taken_over_too() {
     });
     let server = Server::start(says(&answer.to_string(), 1)).await;
     let url = server.base_url().to_owned();
-    let told = [&ASKED[..], &["--replan", "10", "--base-url", &url]].concat();
+    let told = [&ASKED[..], &["--set=replan=10", "--base-url", &url]].concat();
     let run = |more: &[&str]| {
         let told = [&told[..], more].concat();
         tokio::task::block_in_place(|| home.run(&told)).json()
@@ -189,13 +197,13 @@ async fn what_a_model_wrote_is_taken_over_too() {
     assert_eq!(again["taken_over"], true);
     assert_eq!(again["model"], before["model"]);
     // Another way of asking is another matter, though what was paid for stays.
-    let other = run(&["--resume", "--no-feedback"]);
+    let other = run(&["--resume", "--set=feedback=off"]);
     assert_eq!(other["taken_over"], false);
     assert_eq!(other["model"]["from_store"], 1);
     // What is not graded cannot be ranked by grades.
-    let told = [&told[..], &["--rank", "model"]].concat();
+    let told = [&told[..], &["--set=rank=model"]].concat();
     let refused = tokio::task::block_in_place(|| home.run(&told));
-    refused.status(2).says(&["--rank model", "--no-grades"]);
+    refused.status(2).says(&["rank=model", "grades=off"]);
 }
 
 #[cfg(unix)]
@@ -232,7 +240,9 @@ fn nothing_is_made_for_nobody() {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let mut command = home.command();
-        command.args(["generate", "all", "--json"]).args(more);
+        command
+            .args(["generate", "all", "--format=json"])
+            .args(more);
         let ended = command.stdout(writer).output().unwrap();
         let ended = Ended::of(&ended);
         ended.stderr.matches("no planning problem").count()

@@ -8,13 +8,12 @@ use super::support::program::Home;
 use super::{CUT_IN, bundled_xml};
 
 /// Very few motions and plans: what is made need not be good.
-const TOLD: [&str; 8] = [
+const TOLD: [&str; 7] = [
     "generate",
     CUT_IN,
     "--candidates",
     "6",
-    "--replan",
-    "10",
+    "--set=replan=10",
     "--attackers",
     "2",
 ];
@@ -28,7 +27,7 @@ fn ids(line: &Value) -> Vec<i64> {
 fn a_variant_by_at_most_two_obstacles_passes_as_a_whole_and_is_taken_over() {
     let home = Home::new();
     let with = |more: &[&str]| home.run(&[&TOLD[..], more].concat());
-    let said = with(&["--json", "-o", "out"]).json();
+    let said = with(&["--format=json", "-o", "out"]).json();
     let all = ids(&said);
     assert!((1..=2).contains(&all.len()), "{said}");
     assert!(all.contains(&said["attacker"].as_i64().unwrap()));
@@ -50,7 +49,7 @@ fn a_variant_by_at_most_two_obstacles_passes_as_a_whole_and_is_taken_over() {
     assert_eq!(passed.matches(": passes").count(), all.len(), "{passed}");
 
     // Once more it is the same.
-    let mut again = with(&["--json", "-o", "again"]).json();
+    let mut again = with(&["--format=json", "-o", "again"]).json();
     let bytes = |line: &Value| {
         let path = line["variant"].as_str().unwrap();
         std::fs::read(home.files().join(path)).unwrap()
@@ -62,10 +61,10 @@ fn a_variant_by_at_most_two_obstacles_passes_as_a_whole_and_is_taken_over() {
     assert_eq!(again, said);
 
     // An earlier run is continued, but not as one by a single attacker.
-    let resumed = with(&["--json", "-o", "out", "--resume"]).json();
+    let resumed = with(&["--format=json", "-o", "out", "--resume"]).json();
     assert_eq!(resumed["taken_over"], true);
     assert_eq!(ids(&resumed), all);
-    let single = [&TOLD[..6], &["--json", "-o", "out", "--resume"]].concat();
+    let single = [&TOLD[..6], &["--format=json", "-o", "out", "--resume"]].concat();
     assert_eq!(home.run(&single).json()["taken_over"], false);
 }
 

@@ -45,7 +45,7 @@ async fn control_characters_of_a_model_are_shown() {
     let scripts = [verdict.to_string(), words].map(|text| streamed(&text));
     let server = Server::start([scripts.clone(), scripts].concat()).await;
     let url = server.base_url();
-    let json = ["--fresh", "--json"];
+    let json = ["--fresh", "--format=json"];
     for (more, status) in [(&json[..1], 0), (&json[..1], 1), (&json, 0), (&json, 1)] {
         let ended = ask(&home, url, more).status(status);
         both_harmless(&ended);
@@ -66,7 +66,7 @@ async fn control_characters_of_a_server_are_shown() {
     let home = Home::new();
     let body = json!({"error": {"message": EVIL}}).to_string();
     let server = Server::start(vec![Script::json(400, &body), Script::json(400, &body)]).await;
-    for more in [&[][..], &["--json"]] {
+    for more in [&[][..], &["--format=json"]] {
         both_harmless(&ask(&home, server.base_url(), more).status(1));
     }
 }
@@ -89,11 +89,11 @@ fn control_characters_of_a_file_are_shown() {
     for file in ["named.xml", "value.xml", "element.xml", "kind.xml"] {
         for arguments in [
             &["inspect", file][..],
-            &["inspect", "--json", file],
+            &["inspect", "--format=json", file],
             &["metrics", file],
-            &["describe", file],
-            &["prompt", file],
-            &["prompt", "--json", file],
+            &["prompt", "describe", file],
+            &["prompt", "show", file],
+            &["prompt", "show", "--format=json", file],
             &["ask", file],
             &[file],
         ] {
@@ -116,7 +116,7 @@ fn control_characters_of_a_file_name_are_shown() {
         &["metrics", "in", "--format", "json"],
         &["inspect", &format!("in/broken{name}.xml")],
         &["inspect", file],
-        &["prompt", file],
+        &["prompt", "show", file],
         &["ask", file],
     ] {
         both_harmless(&home.run(arguments));
@@ -137,10 +137,10 @@ fn a_reader_that_closes_the_pipe_is_no_panic() {
     assert!(line.starts_with("scenario,"));
     Ended::of(&child.wait_with_output().unwrap()).status(0);
     for arguments in [
-        &["inspect", CUT_IN, "--json"][..],
+        &["inspect", CUT_IN, "--format=json"][..],
         &["ask", CUT_IN],
-        &["man"],
-        &["describe", CUT_IN],
+        &["completions", "man"],
+        &["prompt", "describe", CUT_IN],
         &[],
     ] {
         let mut child = home.start(arguments);
@@ -155,7 +155,7 @@ fn nobody_listening_to_errors_is_no_panic() {
     for (arguments, status) in [
         (&["inspect", "nowhere.xml"][..], 2),
         (&[], 0),
-        (&["prompt", CUT_IN], 0),
+        (&["prompt", "show", CUT_IN], 0),
         (&["metrics", "nowhere"], 2),
     ] {
         let mut command = home.command();

@@ -8,7 +8,10 @@ use super::{BUNDLED, CUT_IN};
 
 fn indexed(home: &Home) {
     let names = BUNDLED.iter().map(|(name, _)| *name);
-    let run: Vec<&str> = ["index", "-o", "index"].into_iter().chain(names).collect();
+    let run: Vec<&str> = ["corpus", "index", "-o", "index"]
+        .into_iter()
+        .chain(names)
+        .collect();
     home.run(&run)
         .status(0)
         .says(&["windows of", "windows a second"]);
@@ -19,11 +22,11 @@ fn the_table_of_an_index_and_a_sample_that_covers_it() {
     let home = Home::new();
     indexed(&home);
     let table = home
-        .run(&["index", "show", "index", "--figure", "map.svg"])
+        .run(&["corpus", "show", "index", "-o", "map.svg"])
         .status(0)
         .stdout;
     let show = home
-        .run(&["index", "show", "index", "--json"])
+        .run(&["corpus", "show", "index", "--format=json"])
         .status(0)
         .json();
     let coverage = show["coverage"].as_array().unwrap();
@@ -48,6 +51,7 @@ fn the_table_of_an_index_and_a_sample_that_covers_it() {
     let count = known.len().to_string();
     let sample = |more: &[&str]| {
         let run = [
+            "corpus",
             "sample",
             "index",
             "--by",
@@ -59,18 +63,22 @@ fn the_table_of_an_index_and_a_sample_that_covers_it() {
         ];
         home.run(&[&run[..], more].concat()).status(0).stdout
     };
-    let lines = sample(&["--json"]);
+    let lines = sample(&["--format=json"]);
     let drawn: BTreeSet<String> = lines
         .lines()
         .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap())
         .map(|line| line["manoeuvre"].as_str().unwrap().to_string())
         .collect();
     assert!(drawn.iter().map(String::as_str).eq(known.iter().copied()));
-    assert_eq!(lines, sample(&["--json"]), "the same seed draws the same");
+    assert_eq!(
+        lines,
+        sample(&["--format=json"]),
+        "the same seed draws the same"
+    );
     assert!(sample(&[]).contains(" in cut_in"));
     // As an experiment, it is checked like one that was written by hand.
     home.run(&[
-        "sample", "index", "-n", "3", "--format", "toml", "-o", "e.toml",
+        "corpus", "sample", "index", "-n", "3", "--format", "toml", "-o", "e.toml",
     ])
     .status(0);
     let text = std::fs::read_to_string(home.files().join("e.toml")).unwrap();
@@ -80,7 +88,7 @@ fn the_table_of_an_index_and_a_sample_that_covers_it() {
     );
     home.run(&["evaluate", "e.toml", "--dry-run"]).status(0);
     let paths = home
-        .run(&["sample", "index", "-n", "3", "--format", "paths"])
+        .run(&["corpus", "sample", "index", "-n", "3", "--format", "paths"])
         .status(0)
         .stdout;
     assert!(paths.lines().count() <= 3 && !paths.contains("bundled"));
@@ -99,9 +107,9 @@ fn an_index_with_other_severities_is_refused() {
     bytes[at.unwrap() + key.len() - 1] = b'x';
     std::fs::write(&part, bytes).unwrap();
     for command in [
-        &["find", "--filter", "severity:contact", "--index", "index"][..],
-        &["index", "show", "index"],
-        &["sample", "index", "-n", "1"],
+        &["corpus", "find", "severity:contact", "--index", "index"][..],
+        &["corpus", "show", "index"],
+        &["corpus", "sample", "index", "-n", "1"],
     ] {
         home.run(command)
             .status(2)
@@ -112,25 +120,27 @@ fn an_index_with_other_severities_is_refused() {
 #[test]
 fn mistakes_are_named() {
     let home = Home::new();
-    home.run(&["index", CUT_IN]).status(2).says(&["--output"]);
-    home.run(&["index", CUT_IN, "-o", "x", "--measure", "tcc"])
+    home.run(&["corpus", "index", CUT_IN])
+        .status(2)
+        .says(&["--output"]);
+    home.run(&["corpus", "index", CUT_IN, "-o", "x", "--measure", "tcc"])
         .status(2)
         .says(&["ttc"]);
-    home.run(&["index", CUT_IN, "-o", "x", "--length", "0"])
+    home.run(&["corpus", "index", CUT_IN, "-o", "x", "--length", "0"])
         .status(2)
         .says(&["positive"]);
-    home.run(&["sample", ".", "--by", "rode"])
+    home.run(&["corpus", "sample", ".", "--by", "rode"])
         .status(2)
         .says(&["road"]);
-    home.run(&["sample", "."])
+    home.run(&["corpus", "sample", "."])
         .status(2)
         .says(&["no index here"]);
-    home.run(&["index", "show", "nowhere"])
+    home.run(&["corpus", "show", "nowhere"])
         .status(2)
         .says(&["nowhere"]);
     let broken = home.write("broken/shard=1-of-1/part-00000.parquet", "PAR1");
     assert!(broken.is_file());
-    home.run(&["index", "show", "broken"])
+    home.run(&["corpus", "show", "broken"])
         .status(2)
         .says(&["part-00000.parquet"]);
 }

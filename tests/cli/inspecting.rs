@@ -1,4 +1,4 @@
-//! `inspect --json` with everything that a file says, `inspect --ego`, and the workbench's `--ego` without a terminal.
+//! `inspect --format json` with everything that a file says, `inspect --ego`, and the workbench's `--ego` without a terminal.
 
 use nearmiss::scenario::VehicleModel;
 use serde_json::{Value, json};
@@ -51,7 +51,7 @@ fn the_road_is_printed_with_all_its_details() {
     let home = Home::new();
     home.write("rich.xml", rich());
     let document = home
-        .run(&["inspect", "rich.xml", "--json"])
+        .run(&["inspect", "rich.xml", "--format=json"])
         .status(0)
         .json();
     let expected = json!({
@@ -100,7 +100,7 @@ fn signs_and_lights_are_printed_with_who_refers_to_them() {
     let home = Home::new();
     home.write("rich.xml", rich());
     let document = home
-        .run(&["inspect", "rich.xml", "--json"])
+        .run(&["inspect", "rich.xml", "--format=json"])
         .status(0)
         .json();
     let sign = with_id(&document["traffic_signs"], 20);
@@ -128,7 +128,7 @@ fn obstacles_and_goals_are_printed_with_their_regions() {
     let home = Home::new();
     home.write("rich.xml", rich());
     let document = home
-        .run(&["inspect", "rich.xml", "--json"])
+        .run(&["inspect", "rich.xml", "--format=json"])
         .status(0)
         .json();
     let rectangle = json!({
@@ -185,12 +185,16 @@ fn inspect_shows_the_chosen_ego() {
     let home = Home::new();
     home.write("mine.csv", bundled_ego(CUT_IN));
     home.write("two.xml", solution(VehicleModel::Ks, &[9000]));
-    let own = home.run(&["inspect", CUT_IN, "--json"]).status(0).json()["ego"]["id"].to_string();
+    let own = home
+        .run(&["inspect", CUT_IN, "--format=json"])
+        .status(0)
+        .json()["ego"]["id"]
+        .to_string();
     let cases: [(&[&str], &str); 3] = [
         (&["--ego", "301"], "301, obstacle 301 taken as ego"),
         (&["--ego", "mine.csv"], "recorded in mine.csv"),
         (
-            &["--ego", "two.xml", "--planning-problem", &own],
+            &["--ego", &format!("two.xml#{own}")],
             "solution KS2 of planning problem",
         ),
     ];
@@ -203,7 +207,7 @@ fn inspect_shows_the_chosen_ego() {
             line.contains(words) && line.contains("steps 0 to 90"),
             "{line}"
         );
-        arguments.push("--json");
+        arguments.push("--format=json");
         let document = home.run(&arguments).status(0).json();
         let source = document["ego"]["source"].as_str().unwrap();
         assert!(line.contains(source), "{source}: {line}");
@@ -219,7 +223,7 @@ fn inspect_shows_the_chosen_ego() {
     }
     // What can be shown is shown all the same.
     let ended = home
-        .run(&["inspect", CUT_IN, "--ego", "5", "--json"])
+        .run(&["inspect", CUT_IN, "--ego", "5", "--format=json"])
         .status(2);
     let error = ended.json()["ego"]["error"].to_string();
     assert!(error.contains("no obstacle 5"), "{error}");
@@ -255,7 +259,7 @@ fn the_workbench_takes_an_ego_for_one_scenario() {
     home.run(&[CUT_IN, "--ego", "5"])
         .status(2)
         .says(&["no obstacle 5"]);
-    home.run(&[CUT_IN, "--planning-problem", "5"])
+    home.run(&[CUT_IN, "--ego", "#5"])
         .status(2)
         .says(&["planning problem 5"]);
     home.run(&["--ego", "301", "inspect", CUT_IN])
@@ -268,7 +272,7 @@ fn standard_input_is_not_read() {
     let home = Home::new();
     for arguments in [
         &["inspect", "-"][..],
-        &["describe", "-"],
+        &["prompt", "describe", "-"],
         &["metrics", "-"],
         &["convert", "-"],
         &["-"],
@@ -290,7 +294,7 @@ fn what_the_system_says_is_said_in_plain_words() {
         (&["metrics", "nowhere.xml"], "no such file"),
         (&["nowhere.xml"], "no such file"),
         (
-            &["describe", CUT_IN, "--ego", "a folder"],
+            &["prompt", "describe", CUT_IN, "--ego", "a folder"],
             "is a folder, not a file",
         ),
         (&["metrics", CUT_IN, "-o", "a.csv/b.csv"], "a.csv/b.csv: "),
@@ -349,7 +353,10 @@ fn what_a_list_shows_can_be_typed() {
         .unwrap_or_else(|| panic!("{list}"));
     assert!(shown.starts_with("cars/fcd.xml#track="), "{shown}");
     home.run(&["inspect", shown]).status(0);
-    let lines = home.run(&["inspect", "cars", "--json"]).status(0).stdout;
+    let lines = home
+        .run(&["inspect", "cars", "--format=json"])
+        .status(0)
+        .stdout;
     let first: Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
     let name = format!("cars/{}", first["scenario"].as_str().unwrap());
     assert!(name.starts_with("cars/fcd-track-"), "{name}");

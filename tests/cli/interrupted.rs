@@ -24,7 +24,7 @@ async fn half_an_answer(home: &Home) -> (Server, std::process::Child) {
         "lab/tiny",
         "--base-url",
         server.base_url(),
-        "--json",
+        "--format=json",
     ];
     let child = home.start(&arguments);
     let begun = Instant::now();
@@ -200,7 +200,7 @@ fn every_command_ends_within_a_second_of_a_signal() {
     let before = super::metrics::names(&home.files());
     let commands: [&[&str]; 13] = [
         &["plan", CUT_IN],
-        &["plan", CUT_IN, "--json", "--log", "log.jsonl"],
+        &["plan", CUT_IN, "--format=json", "--log", "log.jsonl"],
         &["generate", CUT_IN, "--candidates", "9000"],
         &["generate", CUT_IN, "-o", "made", "--report", "report.json"],
         &["metrics", "crowd.xml", CUT_IN],
@@ -219,7 +219,7 @@ fn every_command_ends_within_a_second_of_a_signal() {
         ],
         &["render", "crowd.xml", "--what", "screen"],
         &["inspect", "crowd.xml"],
-        &["describe", "crowd.xml", "--frame", "metrics"],
+        &["prompt", "describe", "crowd.xml", "--frame", "metrics"],
         &["ask", "crowd.xml", "--task", "safety"],
         &["convert", "crowd.xml", "-o", "again.xml"],
     ];

@@ -14,8 +14,8 @@ const BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
 /// Outputs that need what a test here has not: a provider with batches, right answers of a model, a model
 /// that sees, a planner's process, proposals of templates (tests/cli/tune.rs).
 const ELSEWHERE: [&str; 6] = [
-    "batches",
-    "export-chat",
+    "runs-batches",
+    "runs-export-chat",
     "image",
     "plan-log-stderr",
     "tune",
@@ -52,8 +52,9 @@ fn furnished() -> Home {
         "solution.xml",
     ];
     home.run(&planned);
-    home.run(&["export", "-o", "runs.jsonl"]).status(0);
-    home.run(&["index", CUT_IN, "-o", "index"]).status(0);
+    home.run(&["runs", "export", "-o", "runs.jsonl"]).status(0);
+    home.run(&["corpus", "index", CUT_IN, "-o", "index"])
+        .status(0);
     home
 }
 
@@ -78,80 +79,134 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         "1",
     ];
     let with = |more: &[&'static str]| [&batch[..], more].concat();
-    let labels = ["--task", "collision", "--truth", "labels.csv", "--json"];
+    let labels = [
+        "--task",
+        "collision",
+        "--truth",
+        "labels.csv",
+        "--format=json",
+    ];
     let commands: Vec<(&str, Vec<&str>)> = vec![
-        ("ask", vec!["ask", BRAKING, "--json"]),
+        ("ask", vec!["ask", BRAKING, "--format=json"]),
         (
             "ask",
             vec![
-                "ask", BRAKING, "--task", "safety", "--at", "worst", "--json",
+                "ask",
+                BRAKING,
+                "--task",
+                "safety",
+                "--at",
+                "worst",
+                "--format=json",
             ],
         ),
         (
-            "check",
+            "ask-dry-run",
+            vec!["ask", BRAKING, "--dry-run", "--format=json"],
+        ),
+        (
+            "generate-check",
             vec![
                 "generate",
                 CUT_IN,
-                "--json",
+                "--format=json",
                 "--check",
                 variant.to_str().unwrap(),
             ],
         ),
-        ("describe", vec!["describe", BRAKING, "--json"]),
-        ("doctor", vec!["doctor", "--json"]),
+        (
+            "prompt-describe",
+            vec!["prompt", "describe", BRAKING, "--format=json"],
+        ),
+        ("doctor", vec!["doctor", "--format=json"]),
         (
             "evaluate-safety",
-            vec!["evaluate", CUT_IN, BRAKING, "--json"],
+            vec!["evaluate", CUT_IN, BRAKING, "--format=json"],
         ),
         (
             "evaluate-collision",
             [&["evaluate", CUT_IN, BRAKING], &labels[..]].concat(),
         ),
-        ("evaluate-questions", with(&["--questions"])),
-        ("evaluate-leaks", with(&["--leaks", "--json"])),
-        ("evaluate-dry-run", with(&["--dry-run", "--json"])),
-        ("evaluate", with(&["--json"])),
+        ("evaluate-questions", with(&["--dry-run=questions"])),
+        (
+            "evaluate-leaks",
+            with(&["--dry-run=leaks", "--format=json"]),
+        ),
+        ("evaluate-dry-run", with(&["--dry-run", "--format=json"])),
+        ("evaluate", with(&["--format=json"])),
         (
             "evaluate",
-            with(&["--lead", "0.5,1", "--transform", "mirror", "--json"]),
+            with(&[
+                "--set",
+                "leads=0.5,1",
+                "--set",
+                "transforms=mirror",
+                "--format=json",
+            ]),
         ),
-        ("evaluate-list", vec!["evaluate", "--list", "--json"]),
+        ("evaluate-list", vec!["evaluate", "list", "--format=json"]),
         (
             "generate",
-            vec!["generate", CUT_IN, "--candidates", "10", "--json"],
+            vec!["generate", CUT_IN, "--candidates", "10", "--format=json"],
         ),
-        ("import", vec!["import", "runs.jsonl", "--json"]),
-        ("index-show", vec!["index", "show", "index", "--json"]),
-        ("sample", vec!["sample", "index", "--json"]),
         (
-            "find",
+            "runs-import",
+            vec!["runs", "import", "runs.jsonl", "--format=json"],
+        ),
+        (
+            "corpus-show",
+            vec!["corpus", "show", "index", "--format=json"],
+        ),
+        (
+            "corpus-sample",
+            vec!["corpus", "sample", "index", "--format=json"],
+        ),
+        (
+            "corpus-find",
             vec![
+                "corpus",
                 "find",
-                "cut-ins under 5 s TTC in fog",
+                "manoeuvre:cut_in ttc<5",
                 "--index",
                 "index",
-                "--json",
+                "--format=json",
             ],
         ),
-        ("inspect", vec!["inspect", CUT_IN, "--json"]),
-        ("inspect-folder", vec!["inspect", "variants", "--json"]),
+        ("inspect", vec!["inspect", CUT_IN, "--format=json"]),
+        (
+            "inspect-folder",
+            vec!["inspect", "variants", "--format=json"],
+        ),
         (
             "inspect-solution",
-            vec!["inspect", "solution.xml", "--json"],
+            vec!["inspect", "solution.xml", "--format=json"],
         ),
-        ("keys", vec!["keys", "--json"]),
-        ("metrics", vec!["metrics", CUT_IN, "--json"]),
-        ("metrics", vec!["metrics", CUT_IN, "--scene", "--json"]),
+        ("config-keys", vec!["config", "keys", "--format=json"]),
+        ("metrics", vec!["metrics", CUT_IN, "--format=json"]),
         (
             "metrics",
-            vec!["metrics", CUT_IN, "--convention", "paper", "--json"],
+            vec!["metrics", CUT_IN, "--scene", "--format=json"],
         ),
-        ("metrics-list", vec!["metrics", "--list", "--json"]),
-        ("models", vec!["models", "--offline", "--json"]),
-        ("plan", vec!["plan", CUT_IN, "--json"]),
+        (
+            "metrics",
+            vec!["metrics", CUT_IN, "--convention", "paper", "--format=json"],
+        ),
+        ("metrics-list", vec!["metrics", "--list", "--format=json"]),
+        ("models", vec!["models", "--offline", "--format=json"]),
+        (
+            "not-driven",
+            vec!["plan", CUT_IN, "--planning-problem", "99", "--format=json"],
+        ),
+        ("plan", vec!["plan", CUT_IN, "--format=json"]),
         (
             "plan",
-            vec!["plan", CUT_IN, "--monitor", "reference/geometry", "--json"],
+            vec![
+                "plan",
+                CUT_IN,
+                "--monitor",
+                "reference/geometry",
+                "--format=json",
+            ],
         ),
         (
             "plan-dry-run",
@@ -161,37 +216,64 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
                 "--monitor",
                 "reference/geometry",
                 "--dry-run",
-                "--json",
+                "--format=json",
             ],
         ),
-        ("prompt", vec!["prompt", CUT_IN, "--json"]),
-        ("prompts", vec!["prompts", "--json"]),
-        ("rating", vec!["ratings", "export"]),
-        ("ratings", vec!["ratings", "--json"]),
-        ("ratings-agreement", vec!["ratings", "agreement", "--json"]),
-        ("report", vec!["report", "--json"]),
-        ("report-axes", vec!["report", "--rows", "model", "--json"]),
-        ("run", vec!["runs", "show", "1", "--json"]),
-        ("runs", vec!["runs", "--json"]),
-        ("themes", vec!["themes", "--json"]),
+        (
+            "prompt-show",
+            vec!["prompt", "show", CUT_IN, "--format=json"],
+        ),
+        ("prompt-list", vec!["prompt", "list", "--format=json"]),
+        ("rating", vec!["runs", "ratings", "export"]),
+        ("runs-ratings", vec!["runs", "ratings", "--format=json"]),
+        (
+            "runs-ratings-agreement",
+            vec!["runs", "ratings", "agreement", "--format=json"],
+        ),
+        ("report", vec!["report", "--format=json"]),
+        (
+            "report-axes",
+            vec!["report", "--rows", "model", "--format=json"],
+        ),
+        ("run", vec!["runs", "show", "1", "--format=json"]),
+        ("runs-list", vec!["runs", "list", "--format=json"]),
+        ("config-themes", vec!["config", "themes", "--format=json"]),
     ];
     let mut all: Vec<(&str, String)> = commands
         .into_iter()
         .map(|(name, arguments)| (name, home.run(&arguments).stdout))
         .collect();
-    home.run(&["experiment", "pack", "last", "-o", "bundle.nearmiss"])
-        .status(0);
-    let show = home.run(&["experiment", "show", "bundle.nearmiss", "--json"]);
-    all.push(("experiment-show", show.status(0).stdout));
+    home.run(&[
+        "runs",
+        "export",
+        "--format=bundle",
+        "--batch",
+        "last",
+        "-o",
+        "bundle.nearmiss",
+    ])
+    .status(0);
+    let show = home.run(&[
+        "runs",
+        "import",
+        "--dry-run",
+        "bundle.nearmiss",
+        "--format=json",
+    ]);
+    all.push(("runs-import-dry-run", show.status(0).stdout));
     // Lines of an export say what they are.
-    for line in home.run(&["export"]).stdout.lines() {
+    for line in home.run(&["runs", "export"]).stdout.lines() {
         let kinds = ["batch", "question", "run"];
         let is =
             |kind: &&str| line.contains(&format!("{{\"schema_version\":1,\"nearmiss_{kind}\":"));
         let kind = kinds.into_iter().find(is).expect("a line of a known kind");
         all.push((kind, line.to_string()));
     }
-    let compared = ["plan", CUT_IN, "--against", "nearmiss", "--json"];
+    let compared = [
+        &["plan", CUT_IN, "--format=json"],
+        &["--planner", "nearmiss"].repeat(2)[..],
+    ]
+    .concat();
     let compared = home.run(&compared).stdout;
     let (drives, comparison) = compared.trim_end().rsplit_once('\n').unwrap();
     all.push(("plan", drives.to_string()));
@@ -253,10 +335,10 @@ fn evaluate_has_one_table_whatever_the_option_is_called() {
     let paths = ["evaluate", CUT_IN, BRAKING];
     for more in [
         &[][..],
-        &["--model", "reference/geometry", "--frame", "ego"],
+        &["--model", "reference/geometry", "--set", "frames=ego"],
     ] {
         let said = |option: &[&str]| home.run(&[&paths, more, option].concat()).json();
-        let (mut short, mut long) = (said(&["--json"]), said(&["--format", "json"]));
+        let (mut short, mut long) = (said(&["--format=json"]), said(&["--format", "json"]));
         for value in [&mut short, &mut long] {
             // Another batch of the same questions.
             value["batch"] = Value::Null;

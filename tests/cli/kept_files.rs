@@ -51,7 +51,7 @@ fn what_was_asked_is_for_the_user_alone_also_in_a_folder_of_an_older_program() {
         set(file, 0o644);
     }
     set(&data, 0o755);
-    home.run(&["runs"]).status(0);
+    home.run(&["runs", "list"]).status(0);
     assert_eq!([&store, &draft, &env].map(|file| mode(file)), [0o600; 3]);
     assert_eq!(mode(&data), 0o700);
 }
@@ -98,15 +98,15 @@ fn a_store_that_cannot_be_written_is_read() {
         set(folder, 0o755);
     }
     let commands: [&[&str]; 9] = [
-        &["runs"],
-        &["runs", "list", "--json"],
+        &["runs", "list"],
+        &["runs", "list", "--format=json"],
         &["runs", "show", "1"],
-        &["export"],
-        &["export", "--format", "csv"],
-        &["ratings"],
+        &["runs", "export"],
+        &["runs", "export", "--format", "csv"],
+        &["runs", "ratings"],
         &["report"],
-        &["evaluate", "--list"],
-        &["runs", "search", "planted"],
+        &["evaluate", "list"],
+        &["runs", "list", "planted"],
     ];
     // What is in the log only is there as well.
     for with_log in [false, true] {
@@ -161,7 +161,12 @@ fn a_store_that_cannot_be_written_is_read() {
 #[test]
 fn reading_makes_no_store() {
     let home = Home::new();
-    for arguments in [&["runs"][..], &["export"], &["ratings"], &["report"]] {
+    for arguments in [
+        &["runs", "list"][..],
+        &["runs", "export"],
+        &["runs", "ratings"],
+        &["report"],
+    ] {
         home.run(arguments);
         assert_eq!(names(&home.data()), [""; 0], "{arguments:?}");
     }
@@ -215,18 +220,27 @@ fn no_pipe_device_or_loop_in_the_place_of_a_file_is_waited_for() {
     let places: [(&str, &[&[&str]]); 9] = [
         (
             "data/runs.sqlite",
-            &[&["doctor"], &["runs"], &["ask", CUT_IN]],
+            &[&["doctor"], &["runs", "list"], &["ask", CUT_IN]],
         ),
         ("data/tags.toml", &[&["doctor"]]),
-        ("config/config.toml", &[&["doctor"], &["--print-config"]]),
-        ("config/keymap.toml", &[&["doctor"], &["keys"]]),
+        ("config/config.toml", &[&["doctor"], &["config", "print"]]),
+        ("config/keymap.toml", &[&["doctor"], &["config", "keys"]]),
         (
             "config/thresholds.toml",
             &[&["doctor"], &["metrics", CUT_IN]],
         ),
-        ("config/themes/mine.toml", &[&["doctor"], &["themes"]]),
-        ("config/prompts/mine.md", &[&["doctor"], &["prompts"]]),
-        ("config/prompts/chosen.toml", &[&["doctor"], &["prompts"]]),
+        (
+            "config/themes/mine.toml",
+            &[&["doctor"], &["config", "themes"]],
+        ),
+        (
+            "config/prompts/mine.md",
+            &[&["doctor"], &["prompt", "list"]],
+        ),
+        (
+            "config/prompts/chosen.toml",
+            &[&["doctor"], &["prompt", "list"]],
+        ),
         ("config/.env", &[&["doctor"], &["models"]]),
     ];
     type Put = fn(&Path);
@@ -272,14 +286,14 @@ fn no_pipe_or_device_that_is_named_is_waited_for() {
         for arguments in [
             &["inspect", file][..],
             &["metrics", file],
-            &["describe", file],
+            &["prompt", "describe", file],
             &["ask", file],
             &["plan", file],
             &["generate", file],
             &["render", file],
             &["convert", file],
-            &["import", file],
-            &["describe", CUT_IN, "--ego", file],
+            &["runs", "import", file],
+            &["prompt", "describe", CUT_IN, "--ego", file],
             &["metrics", CUT_IN, "--thresholds", file],
             &["evaluate", CUT_IN, "--truth", file],
         ] {

@@ -71,7 +71,7 @@ fn ask(home: &Home, url: &str, sample: usize) -> Child {
         "lab/tiny",
         "--base-url",
         url,
-        "--json",
+        "--format=json",
         "--sample",
     ];
     home.start(&[&arguments[..], &[&sample]].concat())
@@ -204,7 +204,7 @@ async fn no_stored_answer_is_lost_or_asked_for_twice() {
         assert!(said.contains(answer), "{sample}: {answer}");
         let shown = &shared.done.lock().unwrap()[&sample.parse().unwrap()];
         assert!(
-            answer.contains(shown["justification"].as_str().unwrap()),
+            answer.contains(shown["verdict"]["justification"].as_str().unwrap()),
             "{shown}"
         );
     }

@@ -93,23 +93,24 @@ async fn asked(paths: &[&str], leads: &str) -> (Home, Vec<Value>, Value, Value) 
     );
     home.write(home.config().join("config.toml"), config);
     let options = [
-        "--frame",
-        "metrics",
+        "--set",
+        "frames=metrics",
         "--techniques",
         "cp",
         "--truth",
         "auto",
     ];
-    let leads = ["--lead", leads];
+    let leads = format!("leads={leads}");
+    let leads = ["--set", leads.as_str()];
     let all = [&["evaluate"], paths, &options[..], &leads[..]].concat();
-    let questions = run(&home, &[&all[..], &["--questions"]].concat()).status(0);
+    let questions = run(&home, &[&all[..], &["--dry-run=questions"]].concat()).status(0);
     let models = [
         "--model",
         "lab/copies,lab/spams,reference/geometry",
-        "--json",
+        "--format=json",
     ];
     let batch = run(&home, &[&all[..], &models[..]].concat()).status(0);
-    let report = run(&home, &["report", "--batch", "last", "--json"]).status(0);
+    let report = run(&home, &["report", "--batch", "last", "--format=json"]).status(0);
     (home, questions.json_lines(), batch.json(), report.json())
 }
 

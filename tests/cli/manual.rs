@@ -57,7 +57,7 @@ fn every_topic_is_printed_and_listed() {
     for command in commands() {
         assert!(listed.contains(&format!("\n  {command} ")), "{command}");
     }
-    assert!(!list.contains("--json"), "{list}");
+    assert!(!list.contains("--format=json"), "{list}");
     let (_, topics) = topics.split_once(":\n").unwrap();
     let listed: Vec<&str> = topics
         .lines()
@@ -118,6 +118,13 @@ fn what_there_is_not_is_refused_with_what_was_probably_meant() {
         "`nearmiss help` lists",
     ]);
     assert!(ended.stdout.is_empty());
+    // Commands and options of before are answered with those of today.
+    home.run(&["find", "cut-ins"])
+        .status(2)
+        .says(&["`find` is `corpus find` now"]);
+    home.run(&["inspect", "--format=json"])
+        .status(2)
+        .says(&["`--json` is `--format json` now"]);
     let ended = home.run(&["help", "generat"]).status(2);
     ended.says(&["did you mean `generate`"]);
     let ended = home.run(&["help", "xyzzy"]).status(2);
@@ -125,7 +132,7 @@ fn what_there_is_not_is_refused_with_what_was_probably_meant() {
     let ended = home.run(&["help", "runs", "shwo"]).status(2);
     ended.says(&[
         "unknown command `runs shwo`; did you mean `show`",
-        "`nearmiss runs --help` lists all",
+        "`nearmiss runs list --help` lists all",
     ]);
     let ended = home.run(&["help", "measures", "ttc"]).status(2);
     ended.says(&["`measures` is a topic"]);

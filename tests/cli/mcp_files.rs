@@ -243,11 +243,9 @@ fn a_list_goes_on_from_cursors_that_were_given_alone() {
         ("resources/list", json!("7")),
         ("resources/list", json!("400")),
         ("resources/list", json!("-200")),
-        ("resources/list", json!(200)),
-        ("resources/list", json!({})),
         ("tools/list", json!("200")),
         ("prompts/list", json!("")),
-        ("resources/templates/list", json!(1)),
+        ("resources/templates/list", json!("1")),
     ] {
         let answer = client.ask(method, json!({ "cursor": cursor }));
         assert_eq!(

@@ -28,8 +28,14 @@ impl Answer {
             .map(|(_, value)| value)
     }
 
+    /// The message, or the last one of a stream.
     fn json(&self) -> Value {
-        serde_json::from_str(&self.2).unwrap_or_else(|_| panic!("{} {} {}", self.0, self.1, self.2))
+        let events = self
+            .2
+            .lines()
+            .filter_map(|line| line.strip_prefix("data: "));
+        let message = events.last().unwrap_or(&self.2);
+        serde_json::from_str(message).unwrap_or_else(|_| panic!("{} {} {}", self.0, self.1, self.2))
     }
 }
 
@@ -140,10 +146,10 @@ fn sessions_call_tools_and_jobs_stream_their_progress() {
     let answer = server.post(Some(&session), &call);
     assert_eq!(
         (answer.0, answer.header("content-type")),
-        (200, Some("application/json"))
+        (200, Some("text/event-stream"))
     );
     assert!(answer.json()["result"]["structuredContent"]["moments"].is_array());
-    // A job takes longer than a plain answer may: a stream, which ends with the result.
+    // The stream of a job has its progress; it ends with the result.
     let job = request(
         2,
         "tools/call",
@@ -182,7 +188,7 @@ fn sessions_call_tools_and_jobs_stream_their_progress() {
         ("Authorization", TOKEN),
         ("Mcp-Session-Id", session.as_str()),
     ];
-    assert_eq!(server.send("DELETE", "/mcp", &headers, "").0, 204);
+    assert_eq!(server.send("DELETE", "/mcp", &headers, "").0, 202);
     assert_eq!(server.post(Some(&session), &call).0, 404);
     assert_eq!(server.post(Some(&other), &call).0, 200);
 }
@@ -220,7 +226,7 @@ fn who_has_no_token_or_comes_from_a_page_is_refused() {
     }
     assert_eq!(server.send("GET", "/mcp", &good, "").0, 405);
     assert_eq!(server.send("POST", "/other", &good, &message).0, 404);
-    assert_eq!(server.send("POST", "/mcp", &good, "{").0, 400);
+    assert_eq!(server.send("POST", "/mcp", &good, "{").0, 415);
     assert_eq!(
         server
             .send("POST", "/mcp", &good, &"x".repeat((1 << 20) + 1))

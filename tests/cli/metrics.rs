@@ -85,7 +85,7 @@ fn the_convention_of_the_paper_begins_with_the_published_columns() {
         home.run(&["metrics", CUT_IN, "--convention", "exact"])
             .stdout
     );
-    assert!(exact.starts_with("scenario,file,hash,ego,timestep,time,"));
+    assert!(exact.starts_with("scenario,file,hash,ego,step,time,"));
     let ended = home
         .run(&["metrics", CUT_IN, "--convention", "loose"])
         .status(2);
@@ -218,7 +218,13 @@ fn parquet_reads_back_as_the_csv_table() {
         assert_eq!(entry("nearmiss.version"), env!("CARGO_PKG_VERSION"));
         assert_eq!(entry("nearmiss.convention"), convention);
         let provenance: Value = serde_json::from_str(&entry("nearmiss.provenance")).unwrap();
-        let json = ["metrics", CUT_IN, "--json", "--convention", convention];
+        let json = [
+            "metrics",
+            CUT_IN,
+            "--format=json",
+            "--convention",
+            convention,
+        ];
         let json = home.run(&json).status(0).json_lines();
         assert!(!json.is_empty());
         for line in &json {

@@ -36,7 +36,7 @@ fn the_table_tells_keys_and_ends() {
     }
     assert!(!ended.stdout.contains(KEY) && !ended.stderr.contains(KEY));
     let ended = home
-        .run_with(&["models", "--offline", "--json"], &keys)
+        .run_with(&["models", "--offline", "--format=json"], &keys)
         .status(0);
     assert!(!ended.stdout.contains(KEY));
     let document = ended.json_lines();
@@ -95,7 +95,7 @@ async fn a_price_table_overlays_the_shipped_prices_until_its_file_is_deleted() {
     std::fs::remove_dir_all(home.config()).unwrap();
     let today = jiff::Zoned::now().date().to_string();
     let shown = |model: &str| {
-        let rows = run(&["models", "--offline", "--json"])
+        let rows = run(&["models", "--offline", "--format=json"])
             .status(0)
             .json_lines();
         row(&rows, model)["usd_per_million_tokens"].clone()
@@ -135,7 +135,7 @@ async fn a_price_table_overlays_the_shipped_prices_until_its_file_is_deleted() {
         "openai/tiny",
         "--base-url",
         server.base_url(),
-        "--json",
+        "--format=json",
     ];
     let keys = [("OPENAI_API_KEY", KEY)];
     let document = tokio::task::block_in_place(|| home.run_with(&ask, &keys))
@@ -226,7 +226,7 @@ async fn servers_of_this_machine_are_listed() {
     let run = |arguments: &[&str]| {
         tokio::task::block_in_place(|| home.run_with(arguments, &host).status(0))
     };
-    let document = run(&["models", "--json"]).json_lines();
+    let document = run(&["models", "--format=json"]).json_lines();
     let found = row(&document, "ollama/qwen3:8b");
     assert_eq!(
         (&found["dialect"], &found["running"]),
@@ -304,14 +304,13 @@ async fn a_server_of_another_dialect_is_asked_in_it() {
         "lab/tiny",
         "--base-url",
         url,
-        "--dialect",
-        "ollama",
-        "--json",
+        "--set=dialect=ollama",
+        "--format=json",
     ];
     let document = tokio::task::block_in_place(|| home.run(&arguments))
         .status(0)
         .json();
-    assert_eq!(document["collision"], false);
+    assert_eq!(document["verdict"]["collision"], false);
     assert_eq!(server.requests()[0].path, "/api/chat");
     let run = &home.runs()[0];
     assert_eq!(run["reasoning"].as_deref(), Some("far away"));
@@ -328,7 +327,7 @@ async fn a_key_in_a_file_is_used_and_shows_nowhere() {
     );
     home.write(home.config().join("config.toml"), config);
     let file = home.write(".env", format!("HOUSE_KEY='{KEY}'\n"));
-    let arguments = ["ask", CUT_IN, "--model", "house/big", "--json"];
+    let arguments = ["ask", CUT_IN, "--model", "house/big", "--format=json"];
     let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
     assert!(!ended.stdout.contains(KEY) && !ended.stderr.contains(KEY));
     // A file that came with downloaded scenarios would lead questions to a stranger's account.
@@ -390,7 +389,7 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
         let arguments = [&["ask", CUT_IN, "--model", "lab/tiny"], more].concat();
         tokio::task::block_in_place(|| home.run(&arguments))
     };
-    let limit = ["--budget", "0.5", "--max-tokens", "100"];
+    let limit = ["--budget", "0.5", "--set=max_tokens=100"];
     // A server here that wants a key may forward to one that is paid.
     let forwarding = format!("{entry}key_command = \"echo key\"\n");
     ask(&forwarding, &limit)
@@ -403,12 +402,12 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
     ask(&entry, &["--budget", "-1"])
         .status(2)
         .says(&["positive"]);
-    let ended = ask(&entry, &["--budget", "0.05", "--max-tokens", "100"]).status(2);
+    let ended = ask(&entry, &["--budget", "0.05", "--set=max_tokens=100"]).status(2);
     ended.says(&["was not asked", "budget"]);
     // Nothing was sent, and a dry run says so beforehand.
     let dry = ask(
         &entry,
-        &["--budget", "0.05", "--max-tokens", "100", "--dry-run"],
+        &["--budget", "0.05", "--set=max_tokens=100", "--dry-run"],
     )
     .status(2);
     dry.says(&[
@@ -419,7 +418,7 @@ async fn a_budget_needs_a_price_and_a_limit_and_is_kept() {
         .status(2)
         .says(&["would not be asked: a budget needs a limit"]);
     assert!(server.requests().is_empty(), "nothing was sent");
-    let ended = ask(&entry, &["--budget", "5", "--max-tokens", "100"]).status(0);
+    let ended = ask(&entry, &["--budget", "5", "--set=max_tokens=100"]).status(0);
     assert!(
         ended.stdout.contains("cost          0.954000 USD"),
         "{}",
@@ -444,22 +443,22 @@ async fn the_budget_of_the_configuration_holds_unless_the_option_says_another() 
     let said = "config.toml:2: budget = 0.05; --budget USD";
     let little = format!("mouse = true\nbudget = 0.05\n{lab}");
     let forwarding = format!("{little}key_command = \"echo key\"\n");
-    ask(&forwarding, &["--max-tokens", "100"])
+    ask(&forwarding, &["--set=max_tokens=100"])
         .status(2)
         .says(&["none is known for tiny", said]);
     let little = little + prices;
     ask(&little, &[])
         .status(2)
-        .says(&["set max_tokens", said, "--max-tokens N"]);
-    ask(&little, &["--max-tokens", "100"])
+        .says(&["set max_tokens", said, "--set max_tokens=N"]);
+    ask(&little, &["--set=max_tokens=100"])
         .status(2)
         .says(&["raise the budget", said]);
-    let ended = ask(&little, &["--max-tokens", "100", "--budget", "0.04"])
+    let ended = ask(&little, &["--set=max_tokens=100", "--budget", "0.04"])
         .status(2)
         .says(&["budget of $0.0400"]);
     assert!(!ended.stderr.contains("config.toml:2"), "{}", ended.stderr);
     assert!(server.requests().is_empty(), "nothing was sent");
-    ask(&little, &["--max-tokens", "100", "--budget", "5"]).status(0);
+    ask(&little, &["--set=max_tokens=100", "--budget", "5"]).status(0);
     assert_eq!((server.requests().len(), home.runs().len()), (1, 1));
     // The built-in judge costs nothing.
     let built_in = ["ask", CUT_IN, "--model", "reference/geometry"];
@@ -480,9 +479,8 @@ async fn what_a_model_does_not_take_is_said() {
         CUT_IN,
         "--model",
         "openai/old",
-        "--seed",
-        "4",
-        "--json",
+        "--set=seed=4",
+        "--format=json",
     ];
     let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
     ended.says(&[
@@ -536,7 +534,7 @@ fn the_configuration_in_the_manual_is_right() {
     let (block, _) = block.split_once("```").unwrap();
     home.write(home.config().join("config.toml"), block);
     let document = home
-        .run(&["models", "--offline", "--json"])
+        .run(&["models", "--offline", "--format=json"])
         .status(0)
         .json_lines();
     let mine = row(&document, "lab/my-model");

@@ -30,9 +30,17 @@ async fn the_configured_model_is_asked_where_none_is_named() {
         &home,
         &format!("model = \"lab/tiny\"\n[provider.lab]\nbase_url = \"{url}\"\n"),
     );
-    let document = run(&home, &["ask", CUT_IN, "--json"]).status(0).json();
+    let document = run(&home, &["ask", CUT_IN, "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(document["model"], "lab/tiny");
-    let named = ["ask", CUT_IN, "--json", "--model", "reference/geometry"];
+    let named = [
+        "ask",
+        CUT_IN,
+        "--format=json",
+        "--model",
+        "reference/geometry",
+    ];
     let document = run(&home, &named).status(0).json();
     assert_eq!(document["model"], "reference/geometry");
     assert_eq!(server.requests().len(), 1);
@@ -110,8 +118,8 @@ async fn an_answer_under_another_name_says_so_and_has_its_price() {
     ] {
         assert!(again.contains(words), "{words}: {again}");
     }
-    let document = run(&home, &[&asked[..], &["--json"]].concat()).json();
-    assert_eq!(document["cost"]["usd"], 0.954);
+    let document = run(&home, &[&asked[..], &["--format=json"]].concat()).json();
+    assert_eq!(document["cost_usd"], 0.954);
     assert_eq!(document["stored"]["asked_as"], "x/tiny");
 }
 
@@ -132,7 +140,7 @@ async fn what_breaks_off_has_a_bound_of_its_cost() {
     };
     ask(0);
     ask(1);
-    let listed = run(&home, &["runs"]).status(0);
+    let listed = run(&home, &["runs", "list"]).status(0);
     let lines: Vec<&str> = listed.stdout.lines().collect();
     assert!(lines[0].contains("verdict") && lines[0].contains("cost [$]"));
     assert!(
@@ -143,7 +151,7 @@ async fn what_breaks_off_has_a_bound_of_its_cost() {
     listed.says(&["2 runs: 0.954000 US dollars; 1 of unknown cost, at most "]);
     let shown = run(&home, &["runs", "show", "2"]).status(0).stdout;
     assert!(shown.contains("cost          at most "), "{shown}");
-    ask(1).says(&["--form compact", "--history", "--techniques base"]);
+    ask(1).says(&["form=compact", "--history", "--techniques base"]);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -159,7 +167,7 @@ async fn what_is_done_to_runs_is_said() {
         (&["restore", "1"], "run 1: restored"),
         (&["note", "1", "odd"], "run 1: noted"),
         (&["note", "1", "odd"], "nothing changed"),
-        (&["search", "nowhere"], "no matching runs"),
+        (&["list", "nowhere"], "no matching runs"),
     ] {
         run(&home, &[&["runs"], arguments].concat())
             .status(0)
@@ -172,7 +180,7 @@ async fn what_is_done_to_runs_is_said() {
     let counted = home.rows("SELECT sum(is_dangerous) AS n, count(*) AS all_of_them FROM answers");
     assert_eq!(counted[0]["n"].as_deref(), Some("0"));
     let ended = run(&home, &[]).status(0);
-    ended.says(&["runs, ", "render", "export", "completions"]);
+    ended.says(&["runs, ", "render", "corpus", "completions"]);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -199,12 +207,14 @@ async fn what_runs_here_is_listed_with_key_and_price() {
         !table.contains("embed") && !table.contains("other/tiny"),
         "{table}"
     );
-    let all = run(&home, &["models", "--all", "--json"]).status(0).stdout;
+    let all = run(&home, &["models", "--all", "--format=json"])
+        .status(0)
+        .stdout;
     let rows = all.lines().map(|line| serde_json::from_str(line).unwrap());
     let rows: Vec<serde_json::Value> = rows.collect();
     let embed = rows
         .iter()
-        .find(|r| r["id"] == "lab/nomic-embed-text")
+        .find(|r| r["model"] == "lab/nomic-embed-text")
         .unwrap_or_else(|| panic!("{all}"));
     assert_eq!(
         embed["key"],
@@ -262,9 +272,12 @@ async fn log_probabilities_are_kept_with_the_verdict_and_counted_in_reports() {
         &format!("log_probabilities = true\n[provider.lab]\nbase_url = \"{url}\"\n"),
     );
     let near = |value: &serde_json::Value| (value.as_f64().unwrap() - 0.9).abs() < 1e-9;
-    let document = run(&home, &["ask", CUT_IN, "--model", "lab/tiny", "--json"])
-        .status(0)
-        .json();
+    let document = run(
+        &home,
+        &["ask", CUT_IN, "--model", "lab/tiny", "--format=json"],
+    )
+    .status(0)
+    .json();
     let verdict = &document["verdict"];
     assert_eq!(verdict["probability"], 0.6);
     assert!(near(&verdict["token_probability"]), "{verdict}");
@@ -273,7 +286,7 @@ async fn log_probabilities_are_kept_with_the_verdict_and_counted_in_reports() {
         (&sent["logprobs"], &sent["top_logprobs"]),
         (&json!(true), &json!(5))
     );
-    let shown = run(&home, &["runs", "show", "1", "--json"])
+    let shown = run(&home, &["runs", "show", "1", "--format=json"])
         .status(0)
         .json();
     assert!(near(&shown["verdict"]["token_probability"]), "{shown}");
@@ -295,7 +308,7 @@ async fn log_probabilities_are_kept_with_the_verdict_and_counted_in_reports() {
 async fn an_effort_that_the_model_does_not_take_is_refused_with_those_it_takes() {
     let home = Home::new();
     let ask = ["ask", CUT_IN, "--model", "deepseek/deepseek-flash"];
-    let ended = run(&home, &[&ask[..], &["--effort", "medium"]].concat()).status(2);
+    let ended = run(&home, &[&ask[..], &["--set=effort=medium"]].concat()).status(2);
     ended.says(&[
         "nothing was sent",
         "deepseek-flash does not take effort medium; it takes off, low, high or max",

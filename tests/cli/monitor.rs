@@ -13,11 +13,9 @@ const BRAKING: &str = "ZAM_HardBraking-1_1_T-1";
 const TURN: &str = "ZAM_RightTurn-1_1_T-1";
 
 /// A planner that does not look far ahead runs into the queue.
-const SHORT: [&str; 6] = [
-    "--prediction",
-    "constant-velocity",
-    "--horizon",
-    "1",
+const SHORT: [&str; 4] = [
+    "--set=prediction=constant-velocity",
+    "--set=horizon=1",
     "--monitor-every",
     "0.5",
 ];
@@ -32,7 +30,7 @@ fn built_in(home: &Home, scenario: &str, more: &[&str], status: i32) -> Value {
         scenario,
         "--monitor",
         "reference/geometry",
-        "--json",
+        "--format=json",
     ];
     home.run(&[&told[..], more].concat()).status(status).json()
 }
@@ -80,7 +78,7 @@ fn the_built_in_judge_warns_before_a_contact_and_is_silent_without_danger() {
         "nothing is stored of the built-in judge"
     );
     // Without a monitor, nothing is said of one.
-    let alone = home.run(&["plan", TURN, "--json"]).status(0).json();
+    let alone = home.run(&["plan", TURN, "--format=json"]).status(0).json();
     assert!(alone.get("monitor").is_none());
     assert_eq!(alone["steps"], safe["steps"]);
 }
@@ -131,13 +129,13 @@ async fn answers_of_a_model_count_from_their_arrival_and_are_paid_for_once() {
     let told = [&told[..], &["--monitor-every", "2"]].concat();
     let planned = |more: &[&str]| run(&home, &[&told[..], more].concat());
 
-    let counted = planned(&["--dry-run", "--json"]).status(0).json();
+    let counted = planned(&["--dry-run", "--format=json"]).status(0).json();
     assert_eq!(
         (&counted["questions"], server.requests().len()),
         (&json!(4), 0)
     );
 
-    let first = planned(&["--json"])
+    let first = planned(&["--format=json"])
         .status(0)
         .says(&["lab/tiny: 4 questions"])
         .json();
@@ -165,7 +163,7 @@ async fn answers_of_a_model_count_from_their_arrival_and_are_paid_for_once() {
     );
 
     // The same again asks nothing, and counts the stored latencies.
-    let again = planned(&["--json"]).status(0).json();
+    let again = planned(&["--format=json"]).status(0).json();
     assert_eq!(server.requests().len(), 4);
     assert_eq!(again["monitor"]["warnings"], monitor["warnings"]);
     let stored = again["monitor"]["answers"].as_array().unwrap();
@@ -183,7 +181,7 @@ async fn costs_are_bounded_and_mistakes_are_named() {
     let url = server.base_url();
     let config = format!("max_tokens = 1000\n[provider.lab]\nbase_url = \"{url}\"\n{prices}");
     home.write(home.config().join("config.toml"), config);
-    let plan = |more: &[&str]| run(&home, &[&["plan", CUT_IN, "--replan", "5"], more].concat());
+    let plan = |more: &[&str]| run(&home, &[&["plan", CUT_IN, "--set=replan=5"], more].concat());
     let lab = ["--monitor", "lab/tiny"];
     let refused = plan(&[&lab[..], &["--budget", "0.000001"]].concat()).status(2);
     refused.says(&["at most $", "budget $0.000001", "nothing was sent"]);
@@ -218,8 +216,7 @@ async fn an_interrupt_ends_a_question_that_is_on_its_way() {
     let told = [
         "plan",
         TURN,
-        "--replan",
-        "10",
+        "--set=replan=10",
         "--monitor",
         "lab/tiny",
         "--base-url",

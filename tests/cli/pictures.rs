@@ -23,7 +23,12 @@ async fn judge(dialect: Dialect) -> Server {
 }
 
 fn ask(home: &Home, url: &str, dialect: Dialect, more: &[&str]) -> Ended {
-    let of_server = ["--base-url", url, "--dialect", dialect.name(), "--json"];
+    let of_server = [
+        "--base-url",
+        url,
+        &format!("--set=dialect={}", dialect.name()),
+        "--format=json",
+    ];
     let all = [
         &["ask", CUT_IN, "--model", "lab/tiny"],
         &of_server[..],
@@ -42,7 +47,7 @@ pub fn drawn(home: &Home, scenario: &str, more: &[&str]) -> Vec<u8> {
     let file = home.files().join("drawn.png");
     let name = file.display().to_string();
     let written = ["-o", &name, "--overwrite"];
-    home.run(&[&["describe", scenario], &written[..], more].concat())
+    home.run(&[&["prompt", "describe", scenario], &written[..], more].concat())
         .status(0);
     std::fs::read(file).unwrap()
 }
@@ -107,7 +112,7 @@ fn the_same_window_is_the_same_file_and_says_nothing_of_where_it_comes_from() {
     assert_eq!(first, drawn(&home, CUT_IN, &["--frame", "ego+picture"]));
     for other in [
         &["--frame", "picture", "--at", "20"][..],
-        &["--frame", "picture", "--radius", "15"],
+        &["--frame", "picture", "--set=radius=15"],
         &["--frame", "cartesian+picture"],
     ] {
         assert_ne!(first, drawn(&home, CUT_IN, other), "{other:?}");
@@ -183,38 +188,57 @@ fn what_follows_the_window_leaves_no_trace() {
 fn what_cannot_be_written_is_said() {
     let home = Home::new();
     let file = home.files().join("a.png").display().to_string();
-    home.run(&["describe", CUT_IN, "--frame", "ego", "-o", &file])
+    home.run(&["prompt", "describe", CUT_IN, "--frame", "ego", "-o", &file])
         .status(2)
         .says(&["the ego frame has no picture", "--frame picture"]);
-    home.run(&["describe", CUT_IN, "--frame", "picture", "-o", &file])
-        .status(0);
-    home.run(&["describe", CUT_IN, "--frame", "picture", "-o", &file])
-        .status(2)
-        .says(&["a.png", "--overwrite"]);
+    home.run(&[
+        "prompt", "describe", CUT_IN, "--frame", "picture", "-o", &file,
+    ])
+    .status(0);
+    home.run(&[
+        "prompt", "describe", CUT_IN, "--frame", "picture", "-o", &file,
+    ])
+    .status(2)
+    .says(&["a.png", "--overwrite"]);
     let text = home.files().join("a.txt").display().to_string();
-    home.run(&["describe", CUT_IN, "-o", &text]).status(0);
+    home.run(&["prompt", "describe", CUT_IN, "-o", &text])
+        .status(0);
     assert!(std::fs::read_to_string(&text).unwrap().contains("m/s"));
-    home.run(&["describe", CUT_IN, "--frame", "pictures"])
+    home.run(&["prompt", "describe", CUT_IN, "--frame", "pictures"])
         .status(2)
         .says(&["picture"]);
     let document = home
-        .run(&["describe", CUT_IN, "--frame", "picture", "--json"])
+        .run(&[
+            "prompt",
+            "describe",
+            CUT_IN,
+            "--frame",
+            "picture",
+            "--format=json",
+        ])
         .status(0)
         .json();
     assert_eq!(document["picture"]["height"], 768);
     assert_eq!(document["picture"]["sha256"].as_str().unwrap().len(), 64);
     // The options of the words go with the words, beside a picture too.
     home.run(&[
+        "prompt",
         "describe",
         CUT_IN,
         "--frame",
         "ego+picture",
-        "--axes",
-        "lane",
+        "--set=axes=lane",
     ])
     .status(0);
-    home.run(&["describe", CUT_IN, "--frame", "picture", "--axes", "lane"])
-        .status(2);
+    home.run(&[
+        "prompt",
+        "describe",
+        CUT_IN,
+        "--frame",
+        "picture",
+        "--set=axes=lane",
+    ])
+    .status(2);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -298,14 +322,15 @@ async fn the_picture_is_counted_before_it_is_sent() {
     );
     let config = PRICES.replacen("[provider.lab]", &format!("[provider.lab]\n{settings}"), 1);
     home.write(home.config().join("config.toml"), config);
-    let dry = |frame: &str| {
+    let dry = |frames: &str| {
+        let frames = format!("frames={frames}");
         let all = [
             "evaluate",
             CUT_IN,
             "--model",
             "lab/tiny",
-            "--frame",
-            frame,
+            "--set",
+            &frames,
             "--dry-run",
         ];
         let ended = run(&home, &all).status(0);
@@ -332,8 +357,7 @@ async fn the_picture_is_counted_before_it_is_sent() {
             "picture",
             "--budget",
             "40",
-            "--max-tokens",
-            "100",
+            "--set=max_tokens=100",
         ],
     );
     refused.status(2).says(&["budget"]);
@@ -352,23 +376,23 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
     home.write(home.config().join("config.toml"), &config);
     let all = ["evaluate", CUT_IN, HARD_BRAKING, "--model", "lab/tiny"];
     let frames = [
-        "--frame",
-        "ego,picture,ego+picture",
+        "--set",
+        "frames=ego,picture,ego+picture",
         "--task",
         "collision",
-        "--json",
+        "--format=json",
     ];
     let rows = run(&home, &[&all[..], &frames].concat()).status(0).stdout;
     for frame in ["\"ego\"", "\"picture\"", "\"ego+picture\""] {
         assert!(rows.contains(frame), "{frame}: {rows}");
     }
     assert_eq!(server.requests().len(), 6);
-    run(&home, &["evaluate", "--resume", "last"]).status(0);
+    run(&home, &["evaluate", "last"]).status(0);
     assert_eq!(server.requests().len(), 6, "nothing is asked twice");
     assert_eq!(home.rows("SELECT sha256 FROM images").len(), 2);
 
     let file = home.files().join("all.jsonl").display().to_string();
-    run(&home, &["export", "-o", &file]).status(0);
+    run(&home, &["runs", "export", "-o", &file]).status(0);
     let lines = std::fs::read_to_string(&file).unwrap();
     let images = lines
         .lines()
@@ -387,15 +411,15 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
     let shown = home.files().join("shown.png").display().to_string();
     let asked = "SELECT id FROM runs WHERE frame = 'picture' ORDER BY id";
     let id = home.rows(asked)[0]["id"].clone().unwrap();
-    run(&home, &["runs", "picture", &id, "-o", &shown]).status(0);
+    run(&home, &["runs", "show", &id, "-o", &shown]).status(0);
     assert!(std::fs::read(&shown).unwrap().starts_with(b"\x89PNG"));
     let asked = "SELECT id FROM runs WHERE frame = 'ego' ORDER BY id";
     let id = home.rows(asked)[0]["id"].clone().unwrap();
-    run(&home, &["runs", "picture", &id, "-o", &shown])
+    run(&home, &["runs", "show", &id, "-o", &shown])
         .status(2)
         .says(&["asked without a picture"]);
     let other = Home::new();
-    run(&other, &["import", &file]).status(0);
+    run(&other, &["runs", "import", &file]).status(0);
     let hashes = |home: &Home| home.rows("SELECT sha256, hex(bytes) AS b FROM images ORDER BY 1");
     assert_eq!(hashes(&other), hashes(&home));
 
@@ -410,14 +434,22 @@ async fn a_batch_has_pictures_as_frames_and_its_export_carries_them() {
     assert_eq!(server.requests().len(), 6, "all of it was asked before");
     run(
         &home,
-        &["experiment", "pack", "last", "-o", "seen.nearmiss"],
+        &[
+            "runs",
+            "export",
+            "--format=bundle",
+            "--batch",
+            "last",
+            "-o",
+            "seen.nearmiss",
+        ],
     )
     .status(0);
     let third = Home::new();
     let bundle = home.files().join("seen.nearmiss").display().to_string();
-    run(&third, &["experiment", "unpack", &bundle]).status(0);
+    run(&third, &["runs", "import", &bundle]).status(0);
     assert_eq!(hashes(&third), hashes(&home));
-    let report = run(&third, &["report", "--batch", "last", "--json"])
+    let report = run(&third, &["report", "--batch", "last", "--format=json"])
         .status(0)
         .stdout;
     assert!(report.contains("ego+picture"), "{report}");

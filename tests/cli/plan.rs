@@ -37,8 +37,13 @@ fn timeless(mut line: Value) -> Value {
 #[test]
 fn one_scenario_as_json_and_its_ego_as_csv() {
     let home = Home::new();
-    let told = ["plan", CUT_IN, "--prediction", "recorded", "--replan", "3"];
-    let arguments = [&told[..], &["--json", "-o"]].concat();
+    let told = [
+        "plan",
+        CUT_IN,
+        "--set=prediction=recorded",
+        "--set=replan=3",
+    ];
+    let arguments = [&told[..], &["--format=json", "-o"]].concat();
     let ended = home.run(&[&arguments[..], &["ego.csv"]].concat()).status(0);
     assert_eq!(ended.stderr, "");
     let said = ended.json();
@@ -50,13 +55,7 @@ fn one_scenario_as_json_and_its_ego_as_csv() {
         .collect();
     assert_eq!(
         keys[..5],
-        [
-            "schema_version",
-            "outcome",
-            "collision_with",
-            "steps",
-            "cycles"
-        ]
+        ["schema_version", "scenario", "file", "hash", "planner"]
     );
     assert_eq!(said["outcome"], "goal");
     assert!(said["collision_with"].is_null() && said["goal"] == 0);
@@ -106,7 +105,8 @@ fn one_scenario_as_json_and_its_ego_as_csv() {
     // `-` is standard output, where then nothing else is.
     let out = home.run(&[&told[..], &["-o", "-"]].concat()).status(0);
     assert_eq!(out.stdout, text);
-    home.run(&["plan", CUT_IN, "--json", "-o", "-"]).status(2);
+    home.run(&["plan", CUT_IN, "--format=json", "-o", "-"])
+        .status(2);
 }
 
 #[test]
@@ -269,8 +269,8 @@ fn what_cannot_be_planned_is_named_and_counted() {
     none.says(&["no planning problem"]);
     home.run(&["plan", "all/broken.xml"]).status(2);
     // The ego starts at 34 m/s.
-    let slow = home.run(&["plan", CUT_IN, "--vehicle", "4"]).status(1);
-    slow.says(&["truck reaches at most 22.22 m/s", "--vehicle"]);
+    let slow = home.run(&["plan", CUT_IN, "--set=vehicle=4"]).status(1);
+    slow.says(&["truck reaches at most 22.22 m/s", "vehicle"]);
     let wrong = home.run(&["plan", "all/turn.xml", "--planning-problem", "77"]);
     wrong
         .status(2)
@@ -284,7 +284,7 @@ fn what_cannot_be_planned_is_named_and_counted() {
         "all/turn.xml",
         "--planning-problem",
         &problem.to_string(),
-        "--json",
+        "--format=json",
     ];
     assert_eq!(
         home.run(&right).status(0).json()["planning_problem"],
@@ -311,12 +311,12 @@ fn a_collision_is_a_finding() {
     let home = Home::new();
     home.write("stands.xml", standing_in_the_ego());
     let ended = home
-        .run(&["plan", "stands.xml", "--json"])
+        .run(&["plan", "stands.xml", "--format=json"])
         .status(1)
         .says(&["1 of 1 drive ended"]);
     let said = ended.json();
     assert_eq!(said["outcome"], "collision");
-    assert_eq!(said["collided_with"], 9999);
+    assert_eq!(said["collision_with"], 9999);
     assert_eq!(said["collision_step"], said["first_step"]);
     assert!(said["ego_side"].is_string() && said["other_side"].is_string());
     assert_eq!((&said["steps"], &said["cycles"]), (&0.into(), &0.into()));
@@ -336,7 +336,7 @@ fn every_scenario_has_a_line_of_json() {
         "all/c.xml",
         "<commonRoad timeStepSize=\"0.1\"><lanelet id=\"x\"",
     );
-    let said = lines(&home.run(&["plan", "all", "--json"]).status(1));
+    let said = lines(&home.run(&["plan", "all", "--format=json"]).status(1));
     assert_eq!(said.len(), 3);
     for (line, (name, why)) in said.iter().zip([
         ("a", "a.xml: no planning problem"),
@@ -358,7 +358,7 @@ fn every_scenario_has_a_line_of_json() {
         assert!(line["error"].as_str().unwrap_or_default().contains(why));
     }
     // The same status as with the table.
-    let broken = home.run(&["plan", "all/c.xml", "--json"]).status(2);
+    let broken = home.run(&["plan", "all/c.xml", "--format=json"]).status(2);
     assert!(broken.json()["error"].is_string());
 }
 
@@ -371,7 +371,10 @@ fn drives_that_end_where_they_start_say_so() {
     let (_, after) = goal.split_once("</goalState>").unwrap();
     let at_once = "<goalState><time><intervalStart>0</intervalStart><intervalEnd>20</intervalEnd></time></goalState>";
     home.write("there.xml", format!("{before}{at_once}{after}"));
-    let said = home.run(&["plan", "there.xml", "--json"]).status(0).json();
+    let said = home
+        .run(&["plan", "there.xml", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(
         (&said["outcome"], &said["steps"]),
         (&"goal".into(), &0.into())
@@ -384,10 +387,14 @@ fn drives_that_end_where_they_start_say_so() {
 #[test]
 fn nothing_is_driven_beyond_the_horizon() {
     let home = Home::new();
-    let told = ["plan", TURN, "--horizon", "2", "--replan"];
-    let refused = home.run(&[&told[..], &["21"]].concat()).status(2);
-    refused.says(&["horizon of 2 s has 20 steps of 0.1 s; use at most --replan 20"]);
-    let most = home.run(&[&told[..], &["20", "--json"]].concat()).json();
+    let told = ["plan", TURN, "--set=horizon=2"];
+    let refused = home
+        .run(&[&told[..], &["--set=replan=21"]].concat())
+        .status(2);
+    refused.says(&["horizon of 2 s has 20 steps of 0.1 s; use at most replan=20"]);
+    let most = home
+        .run(&[&told[..], &["--set=replan=20", "--format=json"]].concat())
+        .json();
     assert_eq!(most["replan"], 20);
     assert!(most["note"].is_null());
 }
@@ -409,7 +416,7 @@ fn a_truck_is_a_truck_when_its_folder_is_opened_again() {
     };
     for folder in ["with", "without"] {
         std::fs::create_dir(home.files().join(folder)).unwrap();
-        let mut told = vec!["plan", TURN, "--vehicle", "4", "--replan", "10"];
+        let mut told = vec!["plan", TURN, "--set=vehicle=4", "--set=replan=10"];
         told.extend(["-o", folder, "--with-scenario"]);
         if folder == "with" {
             told.extend(["--solution", folder]);
@@ -440,7 +447,7 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
         &config,
         "[planner]\nhorizon = 2\nprediction = \"constant-velocity\"\n\n[planner.weights]\noffset = 7.5\n",
     );
-    let of_file = home.run(&["plan", TURN, "--json"]).json();
+    let of_file = home.run(&["plan", TURN, "--format=json"]).json();
     assert_eq!(
         (&of_file["horizon"], &of_file["prediction"]),
         (&2.0.into(), &"constant-velocity".into())
@@ -449,15 +456,11 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
         .run(&[
             "plan",
             TURN,
-            "--json",
-            "--horizon",
-            "3.5",
-            "--replan",
-            "3",
-            "--vehicle",
-            "3",
-            "--prediction",
-            "lane",
+            "--format=json",
+            "--set=horizon=3.5",
+            "--set=replan=3",
+            "--set=vehicle=3",
+            "--set=prediction=lane",
         ])
         .json();
     assert_eq!(
@@ -467,7 +470,7 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
     assert_eq!((&said["replan"], &said["vehicle"]), (&3.into(), &3.into()));
     assert!(said["cycles"].as_u64() < said["steps"].as_u64());
 
-    let printed = home.run(&["--print-config"]).status(0).stdout;
+    let printed = home.run(&["config", "print"]).status(0).stdout;
     let line = |start: &str| {
         let found = printed.lines().find(|line| line.starts_with(start));
         found
@@ -497,18 +500,16 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
 #[test]
 fn bad_values_are_refused_with_what_is_allowed() {
     let home = Home::new();
-    for (flag, value, said) in [
-        ("--horizon", "0", "a number from 0.5 to 20 s"),
-        ("--horizon", "nan", "a number from 0.5 to 20 s"),
-        ("--replan", "0", "a whole number from 1 to 1000"),
-        ("--replan", "-3", "a whole number from 1 to 1000"),
-        ("--vehicle", "5", "a whole number from 1 to 4"),
-        ("--prediction", "oracle", "constant-velocity"),
-        ("--solution-model", "ST", "KS, PM"),
+    for (flag, said) in [
+        ("--set=horizon=0", "a number from 0.5 to 20 s"),
+        ("--set=horizon=nan", "a number from 0.5 to 20 s"),
+        ("--set=replan=0", "a whole number from 1 to 1000"),
+        ("--set=replan=-3", "a whole number from 1 to 1000"),
+        ("--set=vehicle=5", "a whole number from 1 to 4"),
+        ("--set=prediction=oracle", "constant-velocity"),
+        ("--solution-model=ST", "KS, PM"),
     ] {
-        home.run(&["plan", TURN, flag, value])
-            .status(2)
-            .says(&[said]);
+        home.run(&["plan", TURN, flag]).status(2).says(&[said]);
     }
     home.run(&["plan"]).status(2);
     home.run(&["plan", "nobody.xml"])
@@ -523,7 +524,7 @@ fn an_interrupt_ends_with_the_part_that_is_done() {
         home.write(format!("all/s{i:02}.xml"), bundled_xml(TURN));
     }
     std::fs::create_dir(home.files().join("out")).unwrap();
-    let mut child = home.start(&["plan", "all", "-o", "out", "--replan", "4"]);
+    let mut child = home.start(&["plan", "all", "-o", "out", "--set=replan=4"]);
     // The first line is there: something was driven.
     let mut first = [0; 8];
     std::io::Read::read_exact(child.stdout.as_mut().unwrap(), &mut first).unwrap();
@@ -556,8 +557,8 @@ fn an_interrupt_ends_with_the_part_that_is_done() {
 #[test]
 fn traffic_rules_are_reported_and_can_be_switched_off() {
     let home = Home::new();
-    for (mode, more) in [("obey", &[][..]), ("off", &["--rules", "off"][..])] {
-        let ended = home.run(&[&["plan", TURN, "--json"][..], more].concat());
+    for (mode, more) in [("obey", &[][..]), ("off", &["--set=rules=off"][..])] {
+        let ended = home.run(&[&["plan", TURN, "--format=json"][..], more].concat());
         let said = ended.json();
         assert_eq!(said["rule_mode"], mode);
         let rules = said["rules"].as_array().unwrap();
@@ -571,7 +572,7 @@ fn traffic_rules_are_reported_and_can_be_switched_off() {
         assert!(said["recorded_rules_broken"].is_array(), "{said}");
         assert_eq!(said["recorded_rules"].as_array().unwrap().len(), 8);
     }
-    let ended = home.run(&["plan", TURN, "--rules", "some"]).status(2);
+    let ended = home.run(&["plan", TURN, "--set=rules=some"]).status(2);
     assert!(ended.stderr.contains("obey"), "{}", ended.stderr);
 }
 
@@ -583,11 +584,9 @@ fn every_bundled_scenario_can_be_planned() {
         &[
             &[
                 "plan",
-                "--json",
-                "--prediction",
-                "recorded",
-                "--replan",
-                "4",
+                "--format=json",
+                "--set=prediction=recorded",
+                "--set=replan=4",
             ],
             &names[..],
         ]
@@ -613,7 +612,7 @@ fn without_a_named_problem_the_one_of_the_recorded_ego_is_solved() {
     let other = own.replacen(&format!("\"{id}\""), "\"98765\"", 1);
     home.write("two.xml", xml.replacen(own, &format!("{other}{own}"), 1));
     let solved = |more: &[&str]| {
-        let arguments = ["plan", "two.xml", "--json", "--horizon", "2"];
+        let arguments = ["plan", "two.xml", "--format=json", "--set=horizon=2"];
         let said = home.run(&[&arguments[..], more].concat()).json();
         said["planning_problem"].to_string()
     };
@@ -627,7 +626,7 @@ fn without_a_named_problem_the_one_of_the_recorded_ego_is_solved() {
 fn traffic_that_reacts_is_written_as_it_was_driven() {
     let home = Home::new();
     std::fs::create_dir(home.files().join("out")).unwrap();
-    let told = ["plan", CUT_IN, "--traffic", "reactive", "--json"];
+    let told = ["plan", CUT_IN, "--set=traffic=reactive", "--format=json"];
     let written = [&told[..], &["-o", "out", "--with-scenario"]].concat();
     let said = home.run(&written).status(0).json();
     assert_eq!(said["traffic"], "reactive");
@@ -656,7 +655,10 @@ fn traffic_that_reacts_is_written_as_it_was_driven() {
         assert!(from.is_none() || differs, "{} is as recorded", old.id);
     }
     // Without it, nothing reacts.
-    let said = home.run(&["plan", CUT_IN, "--json"]).status(0).json();
+    let said = home
+        .run(&["plan", CUT_IN, "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(
         (&said["traffic"], &said["reacted"]),
         (&"recorded".into(), &0.into())

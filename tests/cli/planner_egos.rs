@@ -38,7 +38,7 @@ fn evaluate(home: &Home, ego: &str) -> Ended {
 }
 
 fn batches(home: &Home) -> Vec<Value> {
-    home.run(&["evaluate", "--list", "--json"])
+    home.run(&["evaluate", "list", "--format=json"])
         .status(0)
         .json_lines()
 }
@@ -52,7 +52,7 @@ fn egos_of_the_built_in_planner_are_evaluated_and_resumed() {
     let batch = batches(&home).remove(0);
     assert_eq!(batch["planner"]["planner"], "nearmiss");
     assert_eq!(batch["planner"]["settings"]["prediction"], "lane");
-    let resumed = home.run(&["evaluate", "--resume", "last"]);
+    let resumed = home.run(&["evaluate", "last"]);
     resumed.status(0).says(&["nothing to ask"]);
     // The same drives have the same hash; those of other settings have another one.
     let drives = |home: &Home| batches(home)[0]["planner"]["sha256"].clone();
@@ -69,7 +69,7 @@ fn egos_of_the_built_in_planner_are_evaluated_and_resumed() {
     evaluate(&home, "planner").status(0);
     assert_ne!(drives(&home), first);
     assert_eq!(batches(&home).len(), 3);
-    let refused = home.run(&["evaluate", "--resume", "last", "--ego", "planner"]);
+    let refused = home.run(&["evaluate", "last", "--ego", "planner"]);
     refused.status(2);
 }
 
@@ -78,7 +78,7 @@ fn drives_that_are_gone_are_missed() {
     let home = Home::new();
     evaluate(&home, "planner").status(0);
     std::fs::remove_dir_all(home.data().join("drives")).unwrap();
-    let more = ["evaluate", "--resume", "last", "--add-transform", "mirror"];
+    let more = ["evaluate", "last", "--set", "transforms=mirror"];
     let ended = home.run(&more);
     ended.says(&["1 cannot be asked", "not driven by nearmiss"]);
 }
@@ -87,7 +87,15 @@ fn drives_that_are_gone_are_missed() {
 fn a_planner_is_an_ego_wherever_one_is_named() {
     let home = Home::new();
     let described = |more: &[&str]| {
-        let told = ["describe", CUT_IN, "--frame", "cartesian", "--at", "20"];
+        let told = [
+            "prompt",
+            "describe",
+            CUT_IN,
+            "--frame",
+            "cartesian",
+            "--at",
+            "20",
+        ];
         home.run(&[&told[..], more].concat()).status(0).stdout
     };
     assert_ne!(described(&[]), described(&["--ego", "planner"]));
@@ -98,7 +106,10 @@ fn a_planner_is_an_ego_wherever_one_is_named() {
         .status(0)
         .stdout;
     assert_ne!(measured, home.run(&["metrics", CUT_IN]).status(0).stdout);
-    let wrong = |ego: &str| home.run(&["describe", CUT_IN, "--ego", ego]).status(2);
+    let wrong = |ego: &str| {
+        home.run(&["prompt", "describe", CUT_IN, "--ego", ego])
+            .status(2)
+    };
     wrong("planner:nearmis").says(&["no planner of this name", "did you mean `nearmiss`"]);
     wrong("planner:sh -c 'exit 3'").says(&["not driven", "exit status 3"]);
     let ids = home.run(&["evaluate", CUT_IN, "--ego", "7"]).status(2);
@@ -117,8 +128,8 @@ fn a_process_drives_the_egos_and_is_named_by_its_version() {
     assert_eq!(batch["planner"]["said"], "minimal 1");
     assert_eq!(batch["planner"]["planner"], planner.as_str());
     // Nothing is left of the planner that resuming would need.
-    home.run(&["evaluate", "--resume", "last"]).status(0);
-    let listed = home.run(&["evaluate", "--list"]).status(0).stdout;
+    home.run(&["evaluate", "last"]).status(0);
+    let listed = home.run(&["evaluate", "list"]).status(0).stdout;
     assert!(listed.contains("egos driven by minimal 1"), "{listed}");
 }
 
@@ -130,11 +141,11 @@ fn drives_are_exported_as_tables() {
         home.run(&[&told[..], more].concat()).status(0);
         std::fs::read(home.files().join(name)).unwrap()
     };
-    let csv = String::from_utf8(table("drives.csv", &["--against", "nearmiss"])).unwrap();
+    let csv = String::from_utf8(table("drives.csv", &["--planner", "nearmiss"])).unwrap();
     let rows: Vec<&str> = csv.lines().collect();
     assert_eq!(rows.len(), 3, "{csv}");
     assert!(
-        rows[0].starts_with("scenario,file,hash,planner,planner_name"),
+        rows[0].starts_with("scenario,file,hash,planner,outcome"),
         "{csv}"
     );
     for column in [
@@ -171,7 +182,7 @@ fn the_good_driver_stands_beside_the_drive_in_a_variant() {
         "40",
         "-o",
         "out",
-        "--json",
+        "--format=json",
     ];
     let ended = home.run(&told);
     let line = ended.json();
@@ -219,9 +230,9 @@ fn the_good_driver_stands_beside_the_drive_in_a_variant() {
 fn attacks_are_not_searched_in_traffic_that_reacts() {
     let home = Home::new();
     let told = home
-        .run(&["generate", CUT_IN, "--traffic", "reactive"])
+        .run(&["generate", CUT_IN, "--set=traffic=reactive"])
         .status(2);
-    told.says(&["--traffic reactive is not for `generate`"]);
+    told.says(&["--set traffic=reactive is not for `generate`"]);
 }
 
 #[test]

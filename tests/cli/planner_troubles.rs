@@ -48,7 +48,7 @@ fn a_failure_says_its_name_the_step_the_place_and_the_last_words() {
         ),
         (
             "slow",
-            &["cycle_timeout at step 3", "--planner-timeout", "`timeout`"],
+            &["cycle_timeout at step 3", "--set timeout", "`timeout`"],
         ),
         (
             "never",
@@ -76,7 +76,7 @@ fn a_failure_says_its_name_the_step_the_place_and_the_last_words() {
     let attacked = ["generate", CUT_IN, "--planner", "sh fake.sh die"];
     let ended = home.run(&attacked).status(1);
     ended.says(&["died at step 3", "stderr: boom"]);
-    let json = home.run(&[&attacked[..], &["--json", "--report", "report.json"]].concat());
+    let json = home.run(&[&attacked[..], &["--format=json", "--report", "report.json"]].concat());
     let line = &lines(&json)[0];
     assert_eq!(line["external_planner"]["error"], "died", "{line}");
     assert_eq!(line["external_planner"]["error_step"], 3);
@@ -106,7 +106,7 @@ fn steps_that_no_vehicle_can_do_are_remarked_and_not_judged() {
         table.contains("drives with steps beyond the vehicle: 1;"),
         "{table}"
     );
-    let said = home.run(&[&told[..], &["--json"]].concat()).json();
+    let said = home.run(&[&told[..], &["--format=json"]].concat()).json();
     let worst = &said["external_planner"]["worst_undrivable"];
     assert_eq!(worst["bound"], "displacement", "{said}");
     assert!(worst["value"].as_f64() > worst["limit"].as_f64());
@@ -129,8 +129,7 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
         "all",
         "-o",
         "out",
-        "--replan",
-        "20",
+        "--set=replan=20",
         "--resume",
         "--table",
         "drives.csv",
@@ -145,9 +144,9 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
     for column in [
         "rules_broken",
         "rule_red_light",
-        "worst_undrivable",
-        "planner_stderr",
-        "planner_error_step",
+        "external_planner.worst_undrivable.bound",
+        "external_planner.stderr",
+        "external_planner.error_step",
     ] {
         assert!(
             header.split(',').any(|name| name == column),
@@ -163,7 +162,7 @@ fn a_run_is_continued_with_its_table_by_the_same_planner_alone() {
     std::fs::remove_dir_all(home.files().join("out").join(BRAKING)).unwrap();
     let third = run(&[]).says(&["1 drive of an earlier run kept"]);
     assert_eq!(third.stdout.lines().count(), first.stdout.lines().count());
-    home.run(&[&plan[..4], &["--resume", "--replan", "5"], &plan[9..]].concat())
+    home.run(&[&plan[..4], &["--resume", "--set=replan=5"], &plan[8..]].concat())
         .status(2)
         .says(&["replan 20, now 5"]);
     home.write("drives.csv", "mine");
@@ -190,7 +189,14 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
         super::bundled_ego(CUT_IN),
     );
     let file = format!("{CUT_IN}.xml");
-    let told = ["plan", &file, "--against", "recorded"];
+    let told = [
+        "plan",
+        &file,
+        "--planner",
+        "nearmiss",
+        "--planner",
+        "recorded",
+    ];
     let table = home.run(&told);
     assert!(
         table.stdout.contains("recorded"),
@@ -198,7 +204,7 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
         table.stdout,
         table.stderr
     );
-    let drives = lines(&home.run(&[&told[..], &["--json"]].concat()));
+    let drives = lines(&home.run(&[&told[..], &["--format=json"]].concat()));
     assert_eq!(drives[1]["planner"], "recorded", "{}", drives[1]);
     assert_eq!(drives[1]["cycles"], 0);
     assert!(drives[1]["steps"].as_u64().unwrap() > 10);
@@ -218,7 +224,15 @@ fn a_planner_is_compared_with_the_recorded_ego_and_failed_drives_are_in_no_mean(
         (&beyond["scenarios"], &beyond["difference"]),
         (&0.into(), &Value::Null)
     );
-    let broken = ["plan", CUT_IN, "--against", "sh fake.sh die", "--json"];
+    let broken = [
+        "plan",
+        CUT_IN,
+        "--planner",
+        "nearmiss",
+        "--planner",
+        "sh fake.sh die",
+        "--format=json",
+    ];
     let drives = lines(&home.run(&broken));
     let differences = drives[2]["differences"].as_array().unwrap();
     let of = |name: &str| {
@@ -285,7 +299,7 @@ fn an_attack_that_breaks_the_planner_is_an_outcome_of_its_own() {
         "20",
         "-o",
         "out",
-        "--json",
+        "--format=json",
     ];
     let ended = home.run(&made).status(0);
     let line = &lines(&ended)[0];
@@ -339,7 +353,7 @@ fn variants_of_another_version_of_the_planner_are_not_reused() {
         "12",
         "-o",
         "out",
-        "--json",
+        "--format=json",
         "--resume",
     ];
     home.run(&made);

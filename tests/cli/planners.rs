@@ -76,7 +76,7 @@ fn home() -> Home {
 /// Drives with the fake planner in a mode.
 fn drive(home: &Home, mode: &str, more: &[&str]) -> Ended {
     let planner = format!("sh fake.sh {mode}");
-    let told = ["plan", CUT_IN, "--planner", &planner, "--json"];
+    let told = ["plan", CUT_IN, "--planner", &planner, "--format=json"];
     home.run(&[&told[..], more].concat())
 }
 
@@ -149,7 +149,7 @@ fn each_misbehaviour_is_a_clear_outcome_and_leaves_nothing_running() {
             mode => format!("sh fake.sh {mode}"),
         };
         let ended = home
-            .run(&["plan", CUT_IN, "--planner", &name, "--json"])
+            .run(&["plan", CUT_IN, "--planner", &name, "--format=json"])
             .status(1);
         let said = ended.json();
         let external = &said["external_planner"];
@@ -271,7 +271,7 @@ fn standard_error_is_kept_in_bounds_and_written_with_the_log() {
 #[test]
 fn in_real_time_answers_count_when_they_are_there() {
     let home = home();
-    let told = ["--real-time", "--planner-timeout", "5"];
+    let told = ["--real-time", "--set=timeout=5"];
     let said = drive(&home, "late", &told).json();
     let external = &said["external_planner"];
     assert_eq!(external["clock"], "real");
@@ -283,7 +283,7 @@ fn in_real_time_answers_count_when_they_are_there() {
         "{said}"
     );
     // The same planner is waited for in simulated time: a cycle a step.
-    let waited = drive(&home, "late", &["--replan", "20"]).json();
+    let waited = drive(&home, "late", &["--set=replan=20"]).json();
     assert_eq!(waited["external_planner"]["late_steps"], 0);
 }
 
@@ -330,11 +330,11 @@ fn what_is_asked_wrongly_is_refused() {
         "nearmiss",
         "--planner",
         "nearmiss",
-        "--against",
+        "--planner",
         "nearmiss",
     ];
     plan(&three).says(&["two can be compared"]);
-    plan(&["--against", "nearmiss", "-o", "ego.csv"]).says(&["without files"]);
+    plan(&[&three[..4], &["-o", "ego.csv"]].concat()).says(&["without files"]);
     let two = [
         "generate",
         CUT_IN,
@@ -373,7 +373,12 @@ fn the_planner_of_the_manual_drives_the_bundled_scenarios() {
     let Some(folder) = python() else { return };
     let planner = format!("python3 '{}'", folder.join("minimal.py").display());
     let names = BUNDLED.map(|(name, _)| name);
-    let told = [&["plan"], &names[..], &["--planner", &planner, "--json"]].concat();
+    let told = [
+        &["plan"],
+        &names[..],
+        &["--planner", &planner, "--format=json"],
+    ]
+    .concat();
     let ended = home.run(&told);
     let drives = lines(&ended);
     assert_eq!(drives.len(), BUNDLED.len(), "{}", ended.stderr);
@@ -396,7 +401,14 @@ fn two_planners_are_compared_and_another_one_is_attacked() {
     let Some(folder) = python() else { return };
     let home = home();
     let planner = format!("python3 '{}'", folder.join("minimal.py").display());
-    let told = ["plan", CUT_IN, "--against", &planner];
+    let told = [
+        "plan",
+        CUT_IN,
+        "--planner",
+        "nearmiss",
+        "--planner",
+        &planner,
+    ];
     let table = home.run(&told).stdout;
     for part in [
         "nearmiss",
@@ -417,7 +429,7 @@ fn two_planners_are_compared_and_another_one_is_attacked() {
         "40",
         "-o",
         "out",
-        "--json",
+        "--format=json",
     ];
     let ended = home.run(&made);
     let line = &lines(&ended)[0];

@@ -11,6 +11,7 @@ fn techniques_change_the_text() {
             let prompt = |techniques: &str| {
                 let arguments = [
                     "prompt",
+                    "show",
                     CUT_IN,
                     "--task",
                     task,
@@ -47,15 +48,14 @@ fn techniques_change_the_text() {
 #[test]
 fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
     let home = Home::new();
-    let run = |arguments: &[&str]| home.run(&[&["prompt", CUT_IN], arguments].concat());
-    let paper = run(&["--pack", "paper"]).status(0).stdout;
+    let run = |arguments: &[&str]| home.run(&[&["prompt", "show", CUT_IN], arguments].concat());
+    let paper = run(&["--set=pack=paper"]).status(0).stdout;
     for words in ["TTC", "MDC", "Laterally aligned", "IsCollisionScenario"] {
         assert!(paper.contains(words), "{words}: {paper}");
     }
     assert!(!paper.contains("critical_obstacles"), "{paper}");
     let paper = run(&[
-        "--pack",
-        "paper",
+        "--set=pack=paper",
         "--task",
         "safety",
         "--frame",
@@ -64,13 +64,12 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
     .status(0)
     .stdout;
     assert!(paper.contains("HighRiskObstacle") && paper.contains("left border"));
-    let none = run(&["--pack", "paper", "--task", "attacker"]).status(2);
+    let none = run(&["--set=pack=paper", "--task", "attacker"]).status(2);
     assert!(none.stderr.contains("of the pack paper"), "{}", none.stderr);
     let chosen = run(&[
         "--frame",
         "metrics",
-        "--measures",
-        "thw,btn",
+        "--set=measures=thw,btn",
         "--techniques",
         "cp",
     ])
@@ -84,7 +83,7 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
         chosen.contains(",thw [s],btn\n") && !chosen.contains("- time gap:"),
         "{chosen}"
     );
-    let lane = run(&["--axes", "lane"]).status(0).stdout;
+    let lane = run(&["--set=axes=lane"]).status(0).stdout;
     assert!(
         lane.contains("- s and d: ") && lane.contains(",s [m],d [m],"),
         "{lane}"
@@ -93,8 +92,7 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
     let centre = run(&[
         "--task",
         "safety",
-        "--axes",
-        "centre",
+        "--set=axes=centre",
         "--techniques",
         "base",
     ])
@@ -121,13 +119,13 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
         .unwrap();
     let long: f64 = cells[at].parse().unwrap();
     assert!((long - (5.88 + (4.51 + 4.30) / 2.0)).abs() < 0.02, "{told}");
-    let wrong = run(&["--measures", "ttc"]).status(2);
+    let wrong = run(&["--set=measures=ttc"]).status(2);
     assert!(
         wrong.stderr.contains("option of the metrics frame"),
         "{}",
         wrong.stderr
     );
-    let wrong = run(&["--frame", "metrics", "--measures", "darc"]).status(2);
+    let wrong = run(&["--frame", "metrics", "--set=measures=darc"]).status(2);
     assert!(
         wrong.stderr.contains("did you mean `drac`"),
         "{}",
@@ -138,14 +136,17 @@ fn a_pack_and_the_options_of_frames_are_chosen_on_the_command_line() {
 #[test]
 fn messages_are_printed_as_json() {
     let home = Home::new();
-    let document = home.run(&["prompt", CUT_IN, "--json"]).status(0).json();
+    let document = home
+        .run(&["prompt", "show", CUT_IN, "--format=json"])
+        .status(0)
+        .json();
     let messages = document["messages"].as_array().unwrap();
     let roles: Vec<_> = messages
         .iter()
         .map(|m| m["role"].as_str().unwrap())
         .collect();
     assert_eq!(roles, ["system", "user"]);
-    let text = home.run(&["prompt", CUT_IN]).status(0).stdout;
+    let text = home.run(&["prompt", "show", CUT_IN]).status(0).stdout;
     for message in messages {
         assert!(text.contains(message["content"].as_str().unwrap()));
     }
@@ -155,11 +156,11 @@ fn messages_are_printed_as_json() {
 fn a_prompt_holds_the_description_and_no_answer() {
     let home = Home::new();
     let text = home
-        .run(&["prompt", CUT_IN, "--frame", "ego"])
+        .run(&["prompt", "show", CUT_IN, "--frame", "ego"])
         .status(0)
         .stdout;
     let description = home
-        .run(&["describe", CUT_IN, "--frame", "ego"])
+        .run(&["prompt", "describe", CUT_IN, "--frame", "ego"])
         .status(0)
         .stdout;
     assert!(text.contains(description.trim()));
@@ -177,7 +178,7 @@ fn the_users_template_overrides_the_shipped_one() {
     let home = Home::new();
     home.write(home.config().join("prompts/collision-ego.md"), MINE);
     let ended = home
-        .run(&["prompt", CUT_IN])
+        .run(&["prompt", "show", CUT_IN])
         .status(0)
         .says(&["collision-ego.md"]);
     assert!(
@@ -188,7 +189,7 @@ fn the_users_template_overrides_the_shipped_one() {
         ended.stdout
     );
     let other = home
-        .run(&["prompt", CUT_IN, "--frame", "cartesian"])
+        .run(&["prompt", "show", CUT_IN, "--frame", "cartesian"])
         .status(0)
         .stdout;
     assert!(!other.contains("Be mine."));
@@ -203,7 +204,7 @@ fn nothing_is_sent_in_place_of_a_broken_template() {
     );
     let stops = ["collision-ego.md", "line 1", "nothing is sent in its place"];
     for command in [
-        &["prompt", CUT_IN][..],
+        &["prompt", "show", CUT_IN][..],
         &[
             "ask",
             CUT_IN,
@@ -218,8 +219,8 @@ fn nothing_is_sent_in_place_of_a_broken_template() {
             CUT_IN,
             "--model",
             "lab/m",
-            "--base-url",
-            "http://127.0.0.1:9",
+            "--set",
+            "base_url=http://127.0.0.1:9",
         ],
     ] {
         let ended = home.run(command).status(2);
@@ -228,9 +229,9 @@ fn nothing_is_sent_in_place_of_a_broken_template() {
     }
     assert_eq!(home.runs().len(), 0);
     // It is no part of other questions.
-    home.run(&["prompt", CUT_IN, "--frame", "cartesian"])
+    home.run(&["prompt", "show", CUT_IN, "--frame", "cartesian"])
         .status(0);
-    home.run(&["describe", CUT_IN]).status(0);
+    home.run(&["prompt", "describe", CUT_IN]).status(0);
 }
 
 #[test]
@@ -238,7 +239,7 @@ fn a_template_that_cannot_be_filled_is_named_with_its_line() {
     let home = Home::new();
     let wrong = MINE.replace("{{ scenario }}", "\n{{ nothing_of_this_name }}");
     home.write(home.config().join("prompts/collision-ego.md"), wrong);
-    home.run(&["prompt", CUT_IN]).status(2).says(&[
+    home.run(&["prompt", "show", CUT_IN]).status(2).says(&[
         "prompts/collision-ego.md: line 8: ",
         "nothing is sent in its place",
     ]);
@@ -250,13 +251,20 @@ fn every_frame_is_described_in_both_forms_and_traced() {
     for frame in ["ego", "cartesian", "metrics", "trajectory"] {
         let mut lengths = Vec::new();
         for form in ["prose", "compact"] {
+            let form = format!("--set=form={form}");
             let mut arguments = vec![
-                "describe", CUT_IN, "--frame", frame, "--form", form, "--stride", "3",
+                "prompt",
+                "describe",
+                CUT_IN,
+                "--frame",
+                frame,
+                &form,
+                "--set=stride=3",
             ];
-            arguments.extend(["--precision", "3", "--history", "20", "--obstacle", "301"]);
+            arguments.extend(["--set=precision=3", "--history", "20", "--obstacle", "301"]);
             let ended = home.run(&arguments).status(0).says(&["tokens (estimated)"]);
             lengths.push(ended.stdout.len());
-            arguments.push("--trace");
+            arguments.push("--format=json");
             let traced = home.run(&arguments).status(0).json();
             let text = traced["text"].as_str().unwrap();
             assert_eq!(text, ended.stdout);
@@ -283,19 +291,20 @@ fn every_frame_is_described_in_both_forms_and_traced() {
 #[test]
 fn what_cannot_be_described_is_said_with_advice() {
     let home = Home::new();
-    home.run(&["describe", CUT_IN, "--frame", "trajectory"])
+    home.run(&["prompt", "describe", CUT_IN, "--frame", "trajectory"])
         .status(2)
         .says(&["--obstacle ID"]);
-    home.run(&["describe", CUT_IN, "--obstacle", "77"])
+    home.run(&["prompt", "describe", CUT_IN, "--obstacle", "77"])
         .status(2)
         .says(&["77", "301"]);
-    home.run(&["describe", CUT_IN, "--frame", "polar"])
+    home.run(&["prompt", "describe", CUT_IN, "--frame", "polar"])
         .status(2)
         .says(&["cartesian, metrics, trajectory"]);
-    home.run(&["describe", CUT_IN, "--stride", "0"]).status(2);
-    home.run(&["describe", CUT_IN, "--precision", "10"])
+    home.run(&["prompt", "describe", CUT_IN, "--set=stride=0"])
         .status(2);
-    home.run(&["describe", CUT_IN, "--form", "verse"])
+    home.run(&["prompt", "describe", CUT_IN, "--set=precision=10"])
+        .status(2);
+    home.run(&["prompt", "describe", CUT_IN, "--set=form=verse"])
         .status(2)
         .says(&["prose or compact"]);
 }
@@ -312,7 +321,7 @@ fn a_templates_defaults_hold_until_the_user_says_otherwise() {
     );
     home.write(home.config().join("prompts/collision-ego.md"), with);
     let prompt = |more: &[&str]| {
-        let arguments = [&["prompt", CUT_IN][..], more].concat();
+        let arguments = [&["prompt", "show", CUT_IN][..], more].concat();
         home.run(&arguments).status(0).stdout
     };
     let steps = |text: &str| text.matches(",ego,").count();
@@ -322,7 +331,7 @@ fn a_templates_defaults_hold_until_the_user_says_otherwise() {
         "{text}"
     );
     assert!(text.contains("4.5 m long"), "{text}");
-    let text = prompt(&["--history", "6", "--stride", "1", "--techniques", "cot"]);
+    let text = prompt(&["--history", "6", "--set=stride=1", "--techniques", "cot"]);
     assert!(
         text.contains("Be mine. COT\n") && steps(&text) == 6,
         "{text}"
@@ -340,7 +349,7 @@ fn front_matter_with_an_unknown_key_is_named_with_its_line() {
     let home = Home::new();
     let wrong = MINE.replace("frame = \"ego\"\n", "frame = \"ego\"\nfrmae = \"ego\"\n");
     home.write(home.config().join("prompts/collision-ego.md"), wrong);
-    home.run(&["prompt", CUT_IN]).status(2).says(&[
+    home.run(&["prompt", "show", CUT_IN]).status(2).says(&[
         "collision-ego.md: line 6",
         "frmae",
         "nothing is sent in its place",
@@ -350,7 +359,7 @@ fn front_matter_with_an_unknown_key_is_named_with_its_line() {
 #[test]
 fn templates_are_listed_with_where_they_come_from() {
     let home = Home::new();
-    let listed = home.run(&["prompts"]).status(0).stdout;
+    let listed = home.run(&["prompt", "list"]).status(0).stdout;
     for file in [
         "collision-ego.md",
         "safety-metrics.md",
@@ -362,7 +371,7 @@ fn templates_are_listed_with_where_they_come_from() {
         assert!(line.ends_with("shipped"), "{line}");
     }
     let row = |name: &str| {
-        let rows = home.run(&["prompts", "list", "--json"]).json_lines();
+        let rows = home.run(&["prompt", "list", "--format=json"]).json_lines();
         rows.into_iter().find(|r| r["template"] == name).unwrap()
     };
     let before = row("collision-ego.md");
@@ -373,7 +382,9 @@ fn templates_are_listed_with_where_they_come_from() {
     let hash = before["template_hash"].as_str().unwrap().to_string();
     assert_eq!(hash.len(), 64);
     // The same hash is told and kept with a prompt.
-    home.run(&["prompt", CUT_IN]).status(0).says(&[&hash[..12]]);
+    home.run(&["prompt", "show", CUT_IN])
+        .status(0)
+        .says(&[&hash[..12]]);
     // A fragment of one's own changes the hash of what includes it.
     home.write(
         home.config().join("prompts/_risk.md"),
@@ -383,7 +394,7 @@ fn templates_are_listed_with_where_they_come_from() {
         row("collision-ego.md")["template_hash"],
         before["template_hash"]
     );
-    let listed = home.run(&["prompts"]).status(0).stdout;
+    let listed = home.run(&["prompt", "list"]).status(0).stdout;
     let line = listed.lines().find(|l| l.starts_with("_risk.md")).unwrap();
     assert!(line.ends_with("prompts/_risk.md"), "{line}");
 }
@@ -391,33 +402,30 @@ fn templates_are_listed_with_where_they_come_from() {
 #[test]
 fn templates_are_shown_copied_and_compared() {
     let home = Home::new();
-    let folder = home.run(&["prompts", "path"]).status(0).stdout;
-    assert_eq!(
-        std::path::Path::new(folder.trim()),
-        home.config().join("prompts")
-    );
+    let folder = home.config().join("prompts").display().to_string();
+    home.run(&["prompt", "list"]).status(0).says(&[&folder]);
     let shown = home
-        .run(&["prompts", "show", "collision-ego"])
+        .run(&["prompt", "text", "collision-ego"])
         .status(0)
         .stdout;
     assert!(shown.starts_with("+++\nname = \"collision-ego\""));
-    home.run(&["prompts", "diff", "collision-ego"])
+    home.run(&["prompt", "diff", "collision-ego"])
         .status(0)
         .says(&["the shipped collision-ego.md is in use"]);
     let copied = home
-        .run(&["prompts", "copy", "collision-ego"])
+        .run(&["prompt", "copy", "collision-ego"])
         .status(0)
         .stdout;
     let path = home.config().join("prompts/collision-ego.md");
     assert_eq!(std::path::Path::new(copied.trim()), path);
     assert_eq!(std::fs::read_to_string(&path).unwrap(), shown);
     std::fs::write(&path, shown.replace("You are an expert", "You are a poet")).unwrap();
-    home.run(&["prompts", "copy", "collision-ego"])
+    home.run(&["prompt", "copy", "collision-ego"])
         .status(2)
         .says(&["exists; nothing was written"]);
     assert!(std::fs::read_to_string(&path).unwrap().contains("a poet"));
     let diff = home
-        .run(&["prompts", "diff", "collision-ego.md"])
+        .run(&["prompt", "diff", "collision-ego.md"])
         .status(0)
         .stdout;
     assert!(
@@ -428,7 +436,7 @@ fn templates_are_shown_copied_and_compared() {
         diff.contains("\n-You are an expert") && diff.contains("\n+You are a poet"),
         "{diff}"
     );
-    home.run(&["prompts", "show", "nothing"])
+    home.run(&["prompt", "text", "nothing"])
         .status(2)
         .says(&["unknown template `nothing`", "collision-ego.md"]);
 }
@@ -444,14 +452,14 @@ fn what_is_wrong_with_a_users_template_is_listed() {
         prompts.join("mine.md"),
         MINE.replace("\"collision\"", "\"colision\""),
     );
-    home.run(&["prompts"]).status(1).says(&[
+    home.run(&["prompt", "list"]).status(1).says(&[
         "collision-ego.md: line 8: undefined value: `nothing_of_this_name` is undefined",
         "nothing is sent in its place",
         "safety-ego.md: line 1",
         "unknown task `colision`",
         "3 of your templates",
     ]);
-    let table = home.run(&["prompts"]).status(1).stdout;
+    let table = home.run(&["prompt", "list"]).status(1).stdout;
     let rows = |file: &str, used: &str| {
         let words = |l: &str| l.split_whitespace().map(String::from).collect::<Vec<_>>();
         let rows = table.lines().map(words);
@@ -461,19 +469,16 @@ fn what_is_wrong_with_a_users_template_is_listed() {
         assert_eq!((rows(file, "yes"), rows(file, "broken")), (1, 1), "{table}");
     }
     assert_eq!(rows("mine.md", "broken"), 1, "{table}");
-    home.run(&["prompt", CUT_IN])
+    home.run(&["prompt", "show", CUT_IN])
         .status(2)
         .says(&["prompts/collision-ego.md: line 8"]);
-    home.run(&["prompts", "use", "mine"]).status(2).says(&[
+    home.run(&["prompt", "use", "mine"]).status(2).says(&[
         "mine.md",
         "unknown task `colision`",
         "the file is not used",
     ]);
     // What differs in a broken file can be seen too.
-    let diff = home
-        .run(&["prompts", "diff", "safety-ego"])
-        .status(0)
-        .stdout;
+    let diff = home.run(&["prompt", "diff", "safety-ego"]).status(0).stdout;
     assert!(diff.contains("+no front matter"), "{diff}");
 }
 
@@ -481,12 +486,12 @@ fn what_is_wrong_with_a_users_template_is_listed() {
 fn several_templates_for_the_same_live_side_by_side() {
     let home = Home::new();
     let used = |file: &str| {
-        let rows = home.run(&["prompts", "list", "--json"]).json_lines();
+        let rows = home.run(&["prompt", "list", "--format=json"]).json_lines();
         let row = rows.into_iter().find(|r| r["template"] == file).unwrap();
         row["in_use"].as_bool().unwrap()
     };
     let copied = home
-        .run(&["prompts", "copy", "collision-ego", "--as", "short"])
+        .run(&["prompt", "copy", "collision-ego", "--as", "short"])
         .status(0)
         .stdout;
     let path = home.config().join("prompts/short.md");
@@ -494,49 +499,49 @@ fn several_templates_for_the_same_live_side_by_side() {
     let text = std::fs::read_to_string(&path).unwrap();
     assert!(text.contains("name = \"short\""));
     std::fs::write(&path, text.replace("You are an expert", "You are brief")).unwrap();
-    home.run(&["prompts", "use", "collision-ego"])
+    home.run(&["prompt", "use", "collision-ego"])
         .status(0)
         .says(&["collision-ego.md is now used for task collision"]);
     assert!(used("collision-ego.md") && !used("short.md"));
-    home.run(&["prompts", "use", "short"]).status(0);
+    home.run(&["prompt", "use", "short"]).status(0);
     assert!(used("short.md"));
-    let prompt = home.run(&["prompt", CUT_IN]).status(0).stdout;
+    let prompt = home.run(&["prompt", "show", CUT_IN]).status(0).stdout;
     assert!(prompt.contains("You are brief"));
     for (arguments, said) in [
-        (&["prompts", "use", "_risk"][..], "fragment"),
-        (&["prompts", "use", "gone"], "unknown template"),
+        (&["prompt", "use", "_risk"][..], "fragment"),
+        (&["prompt", "use", "gone"], "unknown template"),
         (
-            &["prompts", "copy", "safety-ego", "--as", "../x"],
+            &["prompt", "copy", "safety-ego", "--as", "../x"],
             "invalid template name",
         ),
         (
-            &["prompts", "copy", "safety-ego", "--as", "collision-ego"],
+            &["prompt", "copy", "safety-ego", "--as", "collision-ego"],
             "is the name of a shipped template",
         ),
         (
-            &["prompts", "copy", "safety-ego", "--as", "short"],
+            &["prompt", "copy", "safety-ego", "--as", "short"],
             "exists; nothing was written",
         ),
     ] {
         home.run(arguments).status(2).says(&[said]);
     }
     std::fs::remove_file(&path).unwrap();
-    let listed = home.run(&["prompts"]).status(1);
+    let listed = home.run(&["prompt", "list"]).status(1);
     listed.says(&[
         "chosen.toml",
         "no template short.md",
         "nothing is sent in its place",
     ]);
-    home.run(&["prompt", CUT_IN]).status(2);
-    home.run(&["prompts", "use", "collision-ego"]).status(0);
-    let prompt = home.run(&["prompt", CUT_IN]).status(0).stdout;
+    home.run(&["prompt", "show", CUT_IN]).status(2);
+    home.run(&["prompt", "use", "collision-ego"]).status(0);
+    let prompt = home.run(&["prompt", "show", CUT_IN]).status(0).stdout;
     assert!(prompt.contains("You are an expert"));
 }
 
 #[test]
 fn the_difference_of_texts_with_nothing_in_common_comes_soon() {
     let home = Home::new();
-    let shipped = home.run(&["prompts", "show", "collision-ego"]).status(0);
+    let shipped = home.run(&["prompt", "text", "collision-ego"]).status(0);
     let mut theirs = shipped.stdout.clone();
     for i in 0..100_000_u64 {
         theirs.push_str(&format!("{}\n", i.wrapping_mul(2_654_435_761) % 9_973));
@@ -545,7 +550,7 @@ fn the_difference_of_texts_with_nothing_in_common_comes_soon() {
     theirs.truncate(1_000_000);
     home.write(home.config().join("prompts/collision-ego.md"), &theirs);
     let begun = std::time::Instant::now();
-    let diff = home.run(&["prompts", "diff", "collision-ego"]).status(0);
+    let diff = home.run(&["prompt", "diff", "collision-ego"]).status(0);
     assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
     // Valid: the lines that stay and those that come are the user's text, in order.
     let lines = diff.stdout.lines().skip(2);

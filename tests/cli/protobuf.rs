@@ -11,9 +11,12 @@ fn cut_in() -> Scenario {
     read(bundled_xml(CUT_IN).as_bytes(), CUT_IN).unwrap()
 }
 
-/// What `inspect --json` says of a file, without the hash of its bytes.
+/// What `inspect --format json` says of a file, without the hash of its bytes.
 fn document(home: &Home, file: &str) -> serde_json::Value {
-    let mut document = home.run(&["inspect", "--json", file]).status(0).json();
+    let mut document = home
+        .run(&["inspect", "--format=json", file])
+        .status(0)
+        .json();
     let hash = document.as_object_mut().unwrap().remove("hash");
     assert_eq!(hash.unwrap().as_str().map(str::len), Some(64));
     // Only the bundled scenario has its recording with it, and each file has its name.

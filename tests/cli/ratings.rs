@@ -34,10 +34,12 @@ pub fn rate(store: &Store, choice: Choice) {
 #[test]
 fn ratings_are_summed_up_and_exported() {
     let home = Home::new();
-    home.run(&["ratings"]).status(0).says(&["no ratings yet"]);
+    home.run(&["runs", "ratings"])
+        .status(0)
+        .says(&["no ratings yet"]);
     let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
     rate(&store, Choice::Best(0));
-    home.run(&["ratings"])
+    home.run(&["runs", "ratings"])
         .status(0)
         .says(&["no strengths", "more ratings are needed"]);
     for choice in [
@@ -48,15 +50,15 @@ fn ratings_are_summed_up_and_exported() {
     ] {
         rate(&store, choice);
     }
-    let table = home.run(&["ratings"]).status(0).stdout;
+    let table = home.run(&["runs", "ratings"]).status(0).stdout;
     // 2.5 to 1.5: ln(5/3)/2 = 0.255; the error is sqrt(1/(4·(5/8)·(3/8)))/2 = 0.516.
     let line = table.lines().nth(1).unwrap();
     assert!(
-        line.starts_with("lab/a") && line.ends_with("+0.26 (-0.76 to +1.27)"),
+        line.starts_with("lab/a") && line.ends_with("0.26  -0.76  1.27"),
         "{table}"
     );
     let by = home
-        .run(&["ratings", "--by", "prompt", "--json"])
+        .run(&["runs", "ratings", "--by", "prompt", "--format=json"])
         .status(0)
         .stdout;
     let first: Value = serde_json::from_str(by.lines().next().unwrap()).unwrap();
@@ -66,24 +68,25 @@ fn ratings_are_summed_up_and_exported() {
     );
     let path = home.files().join("ratings.csv");
     let file = path.to_str().unwrap();
-    home.run(&["ratings", "export", "-o", file])
+    home.run(&["runs", "ratings", "export", "-o", file])
         .status(0)
         .says(&["5 ratings exported"]);
-    home.run(&["ratings", "export", "-o", file]).status(2);
+    home.run(&["runs", "ratings", "export", "-o", file])
+        .status(2);
     let written = std::fs::read_to_string(&path).unwrap();
     assert_eq!(written.lines().count(), 11, "{written}");
     assert!(
         written.contains("\"wrong numbers: \"\"3 m\"\", not 5\"") && !written.contains('\u{1b}'),
         "{written}"
     );
-    let lines = home.run(&["ratings", "export"]).status(0).stdout;
+    let lines = home.run(&["runs", "ratings", "export"]).status(0).stdout;
     let record: Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
     assert_eq!(
         (&record["nearmiss_rating"], &record["best"]),
         (&1.into(), &0.into())
     );
     assert!(!lines.contains('\u{1b}'));
-    home.run(&["ratings", "export", "-o", "a.txt"])
+    home.run(&["runs", "ratings", "export", "-o", "a.txt"])
         .status(2)
         .says(&[".csv"]);
 }

@@ -60,7 +60,10 @@ fn inspect_says_what_is_in_a_scenario() {
 fn inspect_prints_everything_as_json() {
     let home = Home::new();
     for (name, _) in BUNDLED {
-        let document = home.run(&["inspect", name, "--json"]).status(0).json();
+        let document = home
+            .run(&["inspect", name, "--format=json"])
+            .status(0)
+            .json();
         assert_eq!(document["benchmark_id"], name);
         assert_eq!(document["time_step_size"], 0.1);
         has(
@@ -212,7 +215,7 @@ fn inspect_names_file_line_and_element_of_what_is_wrong() {
     ];
     for (name, bytes, words) in cases {
         home.write(name, bytes);
-        for arguments in [&["inspect", name][..], &["inspect", "--json", name]] {
+        for arguments in [&["inspect", name][..], &["inspect", "--format=json", name]] {
             let ended = home.run(arguments).status(2).says(&words);
             assert_eq!(ended.stdout, "", "{name}");
             assert_eq!(
@@ -266,9 +269,9 @@ fn metrics_are_a_table() {
         "file",
         "hash",
         "ego",
-        "timestep",
+        "step",
         "time",
-        "obstacle_id",
+        "obstacle",
         "relative_direction",
         "distance",
         "ttc",
@@ -296,13 +299,11 @@ fn metrics_are_a_table() {
         .collect();
     assert_eq!(objects.len(), rows.len());
     for (object, row) in objects.iter().zip(&rows) {
-        // Between the version and the names that all commands have in common.
+        // Behind the version.
         assert_eq!(
             keys(object)[1..=header.len()],
             header.iter().collect::<Vec<_>>()
         );
-        assert_eq!(object["step"], object["timestep"]);
-        assert_eq!(object["obstacle"], object["obstacle_id"]);
         let same = |name: &str, cell: &str| match &object[name] {
             Value::Null => cell.is_empty(),
             value => cell.parse::<f64>().ok() == value.as_f64(),
@@ -366,11 +367,11 @@ fn metrics_of_a_folder_with_a_broken_file_are_those_of_the_others() {
 fn a_scenario_is_described_in_both_frames() {
     let home = Home::new();
     let ego = home
-        .run(&["describe", CUT_IN, "--frame", "ego"])
+        .run(&["prompt", "describe", CUT_IN, "--frame", "ego"])
         .status(0)
         .stdout;
     let cartesian = home
-        .run(&["describe", CUT_IN, "--frame", "cartesian"])
+        .run(&["prompt", "describe", CUT_IN, "--frame", "cartesian"])
         .status(0)
         .stdout;
     assert!(
@@ -386,10 +387,10 @@ fn a_scenario_is_described_in_both_frames() {
         assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
     }
     assert_eq!(ego.matches(",ego,").count(), 10);
-    let mut short = vec!["describe", CUT_IN, "--at", "40", "--history", "3"];
+    let mut short = vec!["prompt", "describe", CUT_IN, "--at", "40", "--history", "3"];
     let table = home.run(&short).status(0).stdout;
     assert_eq!(table.matches(",ego,").count(), 3);
-    short.extend(["--form", "prose"]);
+    short.extend(["--set=form=prose"]);
     let prose = home.run(&short).status(0).stdout;
     assert_eq!(prose.matches("\nt = ").count(), 3);
     // Nothing tells where in the recording it is.
@@ -401,24 +402,26 @@ fn a_scenario_is_described_in_both_frames() {
 fn a_description_outside_the_recording_is_refused() {
     let home = Home::new();
     for at in ["91", "-1", "99999999999"] {
-        home.run(&["describe", CUT_IN, "--at", at])
+        home.run(&["prompt", "describe", CUT_IN, "--at", at])
             .status(2)
             .says(&["--at", at, "0 to 90"]);
     }
-    home.run(&["describe", CUT_IN, "--at", "soon"]).status(2);
-    home.run(&["describe", CUT_IN, "--radius", "0"])
+    home.run(&["prompt", "describe", CUT_IN, "--at", "soon"])
+        .status(2);
+    home.run(&["prompt", "describe", CUT_IN, "--set=radius=0"])
         .status(2)
-        .says(&["--radius"]);
-    home.run(&["describe", CUT_IN, "--radius", "NaN"])
+        .says(&["radius"]);
+    home.run(&["prompt", "describe", CUT_IN, "--set=radius=NaN"])
         .status(2)
-        .says(&["--radius"]);
-    home.run(&["describe", CUT_IN, "--frame", "upside-down"])
+        .says(&["radius"]);
+    home.run(&["prompt", "describe", CUT_IN, "--frame", "upside-down"])
         .status(2)
         .says(&["ego, cartesian, metrics, trajectory"]);
-    home.run(&["describe", CUT_IN, "--ego", "999"])
+    home.run(&["prompt", "describe", CUT_IN, "--ego", "999"])
         .status(2)
         .says(&["999", "301"]);
-    home.run(&["describe", CUT_IN, "--ego", "301"]).status(0);
+    home.run(&["prompt", "describe", CUT_IN, "--ego", "301"])
+        .status(0);
 }
 
 #[test]
@@ -426,17 +429,17 @@ fn a_scenario_without_an_ego_says_what_to_do() {
     let home = Home::new();
     home.write("lonely.xml", bundled_xml(CUT_IN));
     home.run(&["inspect", "lonely.xml"]).status(0);
-    home.run(&["describe", "lonely.xml"])
+    home.run(&["prompt", "describe", "lonely.xml"])
         .status(2)
         .says(&["lonely.xml", "--ego"]);
     home.write("lonely.ego_trajectory.csv", "timestep,x_position\n0,1\n");
-    let ended = home.run(&["describe", "lonely.xml"]).status(2);
+    let ended = home.run(&["prompt", "describe", "lonely.xml"]).status(2);
     ended.says(&["lonely.ego_trajectory.csv", "line 1", "y_position"]);
     home.write(
         "lonely.ego_trajectory.csv",
         "timestep,x_position,y_position\n0,1,2\n1,x,2\n",
     );
-    let ended = home.run(&["describe", "lonely.xml"]).status(2);
+    let ended = home.run(&["prompt", "describe", "lonely.xml"]).status(2);
     ended.says(&["lonely.ego_trajectory.csv", "line 3", "x_position"]);
 }
 
@@ -454,7 +457,7 @@ fn without_a_terminal_the_built_in_judge_answers() {
         .run(&[])
         .status(0)
         .says(&["no terminal", "reference/geometry"]);
-    for command in ["inspect", "metrics", "describe", "prompt", "ask", "--help"] {
+    for command in ["inspect", "metrics", "prompt", "ask", "--help"] {
         assert!(
             ended.stderr.contains(command),
             "{command}: {}",
@@ -501,7 +504,7 @@ fn a_wrong_configuration_is_named_with_its_line() {
         home.config().join("config.toml"),
         "mouse = true\nradios = 3\n",
     );
-    home.run(&["describe", CUT_IN])
+    home.run(&["prompt", "describe", CUT_IN])
         .status(2)
         .says(&["config.toml:2", "radios"]);
 }
@@ -516,7 +519,7 @@ fn completions_and_the_manual_page_are_printed() {
             "{shell}"
         );
     }
-    let manual = home.run(&["man"]).status(0).stdout;
+    let manual = home.run(&["completions", "man"]).status(0).stdout;
     assert!(
         manual.contains(".TH") && manual.contains("nearmiss"),
         "{manual}"
@@ -566,14 +569,14 @@ fn what_is_no_regular_file_is_refused_at_once() {
         &["inspect", "pipe.xml"][..],
         &["metrics", "pipe.xml"],
         &["convert", "pipe.xml"],
-        &["describe", CUT_IN, "--ego", "pipe.xml"],
+        &["prompt", "describe", CUT_IN, "--ego", "pipe.xml"],
         &["metrics", CUT_IN, "--thresholds", "pipe.xml"],
         &["evaluate", CUT_IN, "--truth", "pipe.xml"],
     ] {
         home.run(arguments).status(2).says(&["not a regular file"]);
     }
     std::fs::rename(pipe, home.config().join("config.toml")).unwrap();
-    home.run(&["describe", CUT_IN])
+    home.run(&["prompt", "describe", CUT_IN])
         .status(2)
         .says(&["not a regular file"]);
     let huge = std::fs::File::create(home.files().join("huge.xml")).unwrap();
@@ -617,8 +620,13 @@ fn an_obstacle_that_is_left_out_is_told_wherever_it_matters() {
     let file = home.write("lost.xml", changed);
     home.write("lost.ego_trajectory.csv", bundled_ego(CUT_IN));
     let file = file.to_str().unwrap();
-    for command in ["metrics", "describe", "prompt", "ask"] {
-        let ended = home.run(&[command, file]);
+    for command in [
+        &["metrics"][..],
+        &["prompt", "describe"],
+        &["prompt", "show"],
+        &["ask"],
+    ] {
+        let ended = home.run(&[command, &[file]].concat());
         ended.says(&[
             "1 of 10 obstacles ignored",
             "no usable shape: 301",

@@ -55,7 +55,14 @@ fn a_recording_is_asked_about_as_a_whole() {
     let home = Home::new();
     let mut decisions = [0, 0];
     for (name, scene) in scenes() {
-        let asked = ["ask", &name, "--task", "recording", "--no-store", "--json"];
+        let asked = [
+            "ask",
+            &name,
+            "--task",
+            "recording",
+            "--no-store",
+            "--format=json",
+        ];
         let answer = home.run(&asked).status(0).json();
         let wanted = lowest(&scene, scene.steps().start..=scene.last_step()) <= 1;
         assert_eq!(answer["dangerous"], wanted, "{name}");
@@ -71,13 +78,14 @@ fn a_recording_is_asked_about_as_a_whole() {
         .stdout;
     assert!(words.contains("high risk"), "{words}");
     for option in [&["--at", "20"][..], &["--history", "5"]] {
-        let asked = ["prompt", CUT_IN, "--task", "recording"];
+        let asked = ["prompt", "show", CUT_IN, "--task", "recording"];
         home.run(&[&asked[..], option].concat())
             .status(2)
             .says(&["whole recording", option[0]]);
     }
     home.run(&[
         "prompt",
+        "show",
         CUT_IN,
         "--task",
         "recording",
@@ -94,12 +102,13 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     let prompt = |more: &[&str]| {
         let asked = [
             "prompt",
+            "show",
             RED_LIGHT,
             "--task",
             "recording",
             "--techniques",
             "base",
-            "--json",
+            "--format=json",
         ];
         home.run(&[&asked[..], more].concat()).status(0).json()
     };
@@ -123,7 +132,7 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     assert!(!times(described).contains(&"-3.50".to_string()));
     assert!(nearest.contains("-3.50,bus 304,"), "{nearest}");
     // An explicit stride holds.
-    let every = user(&prompt(&["--frame", "ego", "--stride", "1"]));
+    let every = user(&prompt(&["--frame", "ego", "--set=stride=1"]));
     assert_eq!(times(every.split_once("The nearest").unwrap().0).len(), 61);
     let metrics = user(&prompt(&["--frame", "metrics"]));
     assert!(metrics.contains("min ttc [s]"), "{metrics}");
@@ -133,13 +142,12 @@ fn the_question_about_a_recording_is_short_and_does_not_hold_its_answer() {
     let chosen = user(&prompt(&[
         "--frame",
         "metrics",
-        "--measures",
-        "distance,risk",
+        "--set=measures=distance,risk",
     ]));
     assert!(chosen.contains(",risk"), "{chosen}");
-    let prose = prompt(&["--frame", "ego", "--form", "prose"]);
+    let prose = prompt(&["--frame", "ego", "--set=form=prose"]);
     assert!(user(&prose).contains("The nearest moment of each obstacle from t = -6.00 s"));
-    let lane = user(&prompt(&["--frame", "ego", "--axes", "lane"]));
+    let lane = user(&prompt(&["--frame", "ego", "--set=axes=lane"]));
     assert!(
         lane.contains("The nearest moment of each obstacle"),
         "{lane}"
@@ -154,11 +162,11 @@ fn labels_by_risk_score_are_those_of_the_scores_after_each_window() {
     let asked = [
         "--task",
         "safety,recording,collision",
-        "--lead",
-        "0.5,1",
+        "--set",
+        "leads=0.5,1",
         "--truth",
         "score",
-        "--questions",
+        "--dry-run=questions",
     ];
     let text = home.run(&[&["evaluate"], &names[..], &asked].concat());
     let mut tasks: BTreeMap<(String, bool), usize> = BTreeMap::new();
@@ -210,7 +218,7 @@ fn the_built_in_judge_is_held_against_the_score_of_the_paper() {
             .status(2)
             .says(&["--task recording needs --truth", "score:paper"]);
     }
-    let counts = evaluate(&["--truth", "score:paper", "--json"])
+    let counts = evaluate(&["--truth", "score:paper", "--format=json"])
         .status(0)
         .json();
     assert_eq!(
@@ -221,7 +229,14 @@ fn the_built_in_judge_is_held_against_the_score_of_the_paper() {
     assert_eq!(cells.iter().sum::<u64>(), 2, "{counts}");
     // Leads count from the first moment of extreme risk, which is before the contact.
     let safety = |truth: &str| {
-        let asked = ["evaluate", CUT_IN, RED_LIGHT, "--lead", "0.5", "--json"];
+        let asked = [
+            "evaluate",
+            CUT_IN,
+            RED_LIGHT,
+            "--set",
+            "leads=0.5",
+            "--format=json",
+        ];
         home.run(&[&asked[..], &["--truth", truth]].concat())
             .status(0)
             .json()
@@ -258,18 +273,22 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
         "--truth",
         "score",
     ];
-    let with = |frame: &'static str| [&asked[..], &["--frame", frame]].concat();
+    let with = |frames: &'static str| [&asked[..], &["--set", frames]].concat();
     run(
         &home,
-        &[&with("metrics")[..], &["--write-experiment", "e.toml"]].concat(),
+        &[
+            &with("frames=metrics")[..],
+            &["--write-experiment", "e.toml"],
+        ]
+        .concat(),
     )
     .status(0);
     let text = std::fs::read_to_string(home.files().join("e.toml")).unwrap();
     assert!(text.contains("truth = [\"score\"]"), "{text}");
     run(&home, &["evaluate", "e.toml"]).status(0);
-    run(&home, &with("ego")).status(0);
+    run(&home, &with("frames=ego")).status(0);
     let report = |batch: &str| {
-        let asked = ["report", "--batch", batch, "--json"];
+        let asked = ["report", "--batch", batch, "--format=json"];
         run(&home, &asked).status(0).json()
     };
     let notes = |report: &Value| report["notes"].to_string();
@@ -304,9 +323,16 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
     }
     // Stored answers, whatever their batch said.
     let stored = |truth: &str| {
-        let asked = ["report", "--truth", truth, "--frame", "ego", "--json"];
+        let asked = [
+            "report",
+            "--truth",
+            truth,
+            "--frame",
+            "ego",
+            "--format=json",
+        ];
         run(&home, &asked[..3]);
-        run(&home, &["report", "--truth", truth, "--json"])
+        run(&home, &["report", "--truth", truth, "--format=json"])
             .status(0)
             .json()
     };
@@ -317,10 +343,7 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
         .status(2)
         .says(&["--truth score stands alone", "batch"]);
     // Another truth of the same answers.
-    run(
-        &home,
-        &["evaluate", "--resume", "b2", "--truth", "score:paper"],
-    );
+    run(&home, &["evaluate", "b2", "--truth", "score:paper"]);
     let paper = report("b2");
     assert!(
         paper["truth"]["words"]
@@ -331,7 +354,7 @@ async fn reports_say_where_the_question_holds_the_score_that_is_the_truth() {
     );
     let runs = run(
         &home,
-        &["runs", "--task", "recording", "--verdict", "dangerous"],
+        &["runs", "list", "task:recording", "verdict:dangerous"],
     );
     assert!(runs.status(0).stdout.contains("high risk"));
 }
@@ -360,20 +383,24 @@ const ASKED: [&str; 7] = [
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_score_is_the_truth_of_recordings_with_auto_too_and_reports_and_chats_say_so() {
     let (home, _server) = alarmed().await;
-    let options = ["--task", "recording", "--frame", "metrics"];
-    let measured = ["--measures", "distance,risk", "--truth", "auto"];
+    let options = ["--task", "recording", "--set", "frames=metrics"];
+    let measured = ["--set", "measures=distance,risk", "--truth", "auto"];
     run(&home, &[&ASKED[..], &options, &measured].concat()).status(0);
     let note =
         "The truth of the recording task is a risk score, and its metrics frame prints risk scores";
     for asked in [
-        &["report", "--batch", "b1", "--json"][..],
-        &["report", "--json"],
+        &["report", "--batch", "b1", "--format=json"][..],
+        &["report", "--format=json"],
     ] {
         let report = run(&home, asked).status(0).json();
         let notes = report["notes"].to_string();
         assert!(notes.contains(note), "{asked:?}: {notes}");
     }
-    run(&home, &["export", "--format", "chat", "-o", "chats"]).status(0);
+    run(
+        &home,
+        &["runs", "export", "--format", "chat", "-o", "chats"],
+    )
+    .status(0);
     let manifest = std::fs::read(home.files().join("chats").join("manifest.json")).unwrap();
     let manifest: Value = serde_json::from_slice(&manifest).unwrap();
     let notes = manifest["notes"].to_string();
@@ -383,13 +410,10 @@ async fn the_score_is_the_truth_of_recordings_with_auto_too_and_reports_and_chat
         "truth.csv",
         format!("scenario,label\n{CUT_IN},collision\n{RED_LIGHT},safe\n"),
     );
-    run(
-        &home,
-        &["evaluate", "--resume", "b1", "--truth", "truth.csv"],
-    );
+    run(&home, &["evaluate", "b1", "--truth", "truth.csv"]);
     for asked in [
-        &["report", "--batch", "b1", "--json"][..],
-        &["report", "--json"],
+        &["report", "--batch", "b1", "--format=json"][..],
+        &["report", "--format=json"],
     ] {
         let notes = run(&home, asked).status(0).json()["notes"].to_string();
         assert!(!notes.contains("prints risk scores"), "{asked:?}: {notes}");
@@ -399,7 +423,14 @@ async fn the_score_is_the_truth_of_recordings_with_auto_too_and_reports_and_chat
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn another_truth_leaves_no_critical_obstacles_of_the_one_before() {
     let (home, _server) = alarmed().await;
-    let safety = ["--task", "safety", "--frame", "ego", "--lead", "0.5"];
+    let safety = [
+        "--task",
+        "safety",
+        "--set",
+        "frames=ego",
+        "--set",
+        "leads=0.5",
+    ];
     run(
         &home,
         &[&ASKED[..], &safety, &["--truth", "score"]].concat(),
@@ -419,7 +450,7 @@ async fn another_truth_leaves_no_critical_obstacles_of_the_one_before() {
         "truth.csv",
         format!("scenario,label\n{CUT_IN},collision\n{RED_LIGHT},collision\n"),
     );
-    let resume = |truth: &str| run(&home, &["evaluate", "--resume", "b1", "--truth", truth]);
+    let resume = |truth: &str| run(&home, &["evaluate", "b1", "--truth", truth]);
     resume("truth.csv");
     assert!(critical().iter().all(|ids| ids == "[]"), "{:?}", critical());
     resume("score");
@@ -429,8 +460,15 @@ async fn another_truth_leaves_no_critical_obstacles_of_the_one_before() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn stored_answers_are_judged_over_the_look_ahead_that_they_were_asked_with() {
     let (home, _server) = alarmed().await;
-    let safety = ["--task", "safety", "--frame", "ego", "--history", "5"];
-    let far = ["--lead", "3", "--within", "4", "--truth", "score"];
+    let safety = [
+        "--task",
+        "safety",
+        "--set",
+        "frames=ego",
+        "--set",
+        "history=5",
+    ];
+    let far = ["--set", "leads=3", "--set", "within=4", "--truth", "score"];
     run(&home, &[&ASKED[..], &safety, &far].concat()).status(0);
     let counts = |asked: &[&str]| {
         let report = run(&home, asked).status(0).json();
@@ -438,12 +476,15 @@ async fn stored_answers_are_judged_over_the_look_ahead_that_they_were_asked_with
         let all = cells.iter().find(|cell| cell["label"] == "all").unwrap();
         ["tp", "fp", "fn", "tn"].map(|key| all[key].as_u64().unwrap())
     };
-    let own = counts(&["report", "--batch", "b1", "--json"]);
+    let own = counts(&["report", "--batch", "b1", "--format=json"]);
     assert!(own[0] > 0, "{own:?}");
-    assert_eq!(counts(&["report", "--truth", "score", "--json"]), own);
+    assert_eq!(
+        counts(&["report", "--truth", "score", "--format=json"]),
+        own
+    );
     // Without the batch it is not known how far ahead the question looks.
     home.rows("UPDATE runs SET batch = 'b77'");
-    let lost = run(&home, &["report", "--truth", "score", "--json"]);
+    let lost = run(&home, &["report", "--truth", "score", "--format=json"]);
     assert!(
         lost.stderr
             .contains("the batch that says how far ahead they look is not in the store"),

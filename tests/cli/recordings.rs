@@ -39,7 +39,7 @@ fn windows_are_found_inspected_measured_and_converted() {
     let folder = written(&home);
     let text = |path: &PathBuf| path.display().to_string();
     let lines = home
-        .run(&["inspect", &text(&folder), "--json"])
+        .run(&["inspect", &text(&folder), "--format=json"])
         .status(0)
         .json_lines();
     let files: Vec<&str> = lines.iter().filter_map(|l| l["file"].as_str()).collect();
@@ -95,7 +95,7 @@ fn what_is_written_of_a_log_measures_the_same() {
     nuplan_file::write_map(&maps.join("map.gpkg"));
     let data = home.files().join("data").display().to_string();
     let lines = home
-        .run(&["inspect", &data, "--json"])
+        .run(&["inspect", &data, "--format=json"])
         .status(0)
         .json_lines();
     let files: Vec<&str> = lines.iter().filter_map(|l| l["file"].as_str()).collect();
@@ -198,7 +198,7 @@ fn maps_may_lie_elsewhere() {
     home.write(home.config().join("config.toml"), config);
     let ended = home.run(&["inspect", &file]).status(0);
     assert!(ended.stdout.contains("location4.osm"), "{}", ended.stdout);
-    let ended = home.run(&["--print-config"]).status(0);
+    let ended = home.run(&["config", "print"]).status(0);
     assert!(ended.stdout.contains("maps"), "{}", ended.stdout);
 }
 

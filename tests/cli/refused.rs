@@ -1,4 +1,4 @@
-//! What is refused or warned of before anything is sent, what the store answers all the same, and what `ask --json`
+//! What is refused or warned of before anything is sent, what the store answers all the same, and what `ask --format json`
 //! always says.
 
 use serde_json::{Value, json};
@@ -30,14 +30,14 @@ async fn what_is_in_the_store_needs_neither_key_nor_budget() {
     configure(&home, &format!("{entry}key_env = \"LAB_NOKEY\""));
     ask(&home, &[], &[("LAB_NOKEY", KEY)]).status(0);
     let stored = |more: &[&str]| {
-        let document = ask(&home, &[&["--json"], more].concat(), &[])
+        let document = ask(&home, &[&["--format=json"], more].concat(), &[])
             .status(0)
             .json();
         assert_eq!(document["stored"]["run"], 1, "{document}");
     };
     stored(&[]);
     stored(&["--budget", "0.01"]);
-    stored(&["--base-url", server.base_url(), "--key-env", "LAB_OTHER"]);
+    stored(&["--base-url", server.base_url(), "--set=key_env=LAB_OTHER"]);
     configure(&home, &format!("{entry}key_command = \"false\""));
     stored(&[]);
     let fresh = ["--fresh"];
@@ -51,7 +51,7 @@ async fn what_is_refused_is_no_run() {
     let server = Server::start(vec![verdict()]).await;
     let here = format!("base_url = \"{}\"\n", server.base_url());
     let price = "[[provider.lab.prices]]\nmodel = \"tiny\"\ninput = 100\noutput = 1000\n";
-    let budget = ["--budget", "0.01", "--max-tokens", "100"];
+    let budget = ["--budget", "0.01", "--set=max_tokens=100"];
     let cases: [(String, &[&str], &str); 6] = [
         ("base_url = \"ftp://x\"".into(), &[], "`ftp:`"),
         (
@@ -120,29 +120,28 @@ async fn the_document_tells_run_usage_and_cost_in_any_case() {
     );
     configure(&home, &entry);
     let asked = |status: i32| {
-        ask(&home, &["--json", "--fresh"], &[])
+        ask(&home, &["--format=json", "--fresh"], &[])
             .status(status)
             .json()
     };
     let tokens = |document: &Value| {
-        let usage = &document["usage"];
         (
-            usage["input_tokens"].as_u64(),
-            usage["output_tokens"].as_u64(),
+            document["input_tokens"].as_u64(),
+            document["output_tokens"].as_u64(),
         )
     };
     let whole = asked(0);
     assert_eq!(
-        (&whole["run"], &whole["how"]),
+        (&whole["run"], &whole["reading"]),
         (&json!(1), &json!("strict"))
     );
     assert_eq!(whole["repaired"], json!([]));
     assert_eq!(tokens(&whole), (Some(9200), Some(34)));
-    let unknown = json!({"usd": null, "unknown": "no price for tiny-2026"});
-    assert_eq!(whole["cost"], unknown);
+    let unknown = json!("no price for tiny-2026");
+    assert_eq!(whole["cost_unknown"], unknown);
     let repaired = asked(0);
     assert_eq!(
-        (&repaired["run"], &repaired["how"]),
+        (&repaired["run"], &repaired["reading"]),
         (&json!(2), &json!("repaired"))
     );
     assert!(
@@ -151,14 +150,14 @@ async fn the_document_tells_run_usage_and_cost_in_any_case() {
             .is_some_and(|notes| !notes.is_empty())
     );
     let none = asked(1);
-    assert_eq!((&none["run"], &none["how"]), (&json!(3), &Value::Null));
+    assert_eq!((&none["run"], &none["reading"]), (&json!(3), &Value::Null));
     assert_eq!(
-        (tokens(&none), &none["cost"]),
+        (tokens(&none), &none["cost_unknown"]),
         ((Some(9200), Some(34)), &unknown)
     );
     let failed = asked(1);
     assert_eq!((&failed["run"], tokens(&failed)), (&json!(4), (None, None)));
-    let why = failed["cost"]["unknown"].as_str();
+    let why = failed["cost_unknown"].as_str();
     assert!(why.is_some_and(|why| why.contains("no token counts")));
 }
 
@@ -167,22 +166,22 @@ fn an_export_says_which_endings_it_knows() {
     let home = Home::new();
     home.run(&["ask", CUT_IN]).status(0);
     for name in ["e.xlsx", "e"] {
-        home.run(&["export", "-o", name])
+        home.run(&["runs", "export", "-o", name])
             .status(2)
             .says(&[name, ".jsonl", ".csv", ".parquet", "--format"]);
         assert!(!home.files().join(name).exists());
     }
-    home.run(&["export", "-o", "e.xlsx", "--format", "csv"])
+    home.run(&["runs", "export", "-o", "e.xlsx", "--format", "csv"])
         .status(0);
     let csv = std::fs::read_to_string(home.files().join("e.xlsx")).unwrap();
-    assert!(csv.starts_with("id,"), "{csv}");
-    let lines = home.run(&["export", "-o", "-"]).status(0).stdout;
+    assert!(csv.starts_with("run,"), "{csv}");
+    let lines = home.run(&["runs", "export", "-o", "-"]).status(0).stdout;
     assert!(lines.starts_with('{') && !home.files().join("-").exists());
-    home.run(&["export", "-o", "-", "--format", "parquet"])
+    home.run(&["runs", "export", "-o", "-", "--format", "parquet"])
         .status(2)
         .says(&["Parquet"]);
     home.write("e.parquet", "PAR1");
-    home.run(&["import", "e.parquet"])
+    home.run(&["runs", "import", "e.parquet"])
         .status(2)
         .says(&["e.parquet: only JSONL can be imported"]);
 }
@@ -193,17 +192,17 @@ fn only_the_template_in_use_stops() {
     for name in ["collision-ego.md", "trajectory.md", "_risk.md"] {
         home.write(home.config().join("prompts").join(name), "{% if %}");
     }
-    let all = home.run(&["prompts"]).status(1).stderr;
+    let all = home.run(&["prompt", "list"]).status(1).stderr;
     assert!(
         all.contains("trajectory.md") && all.contains("_risk.md"),
         "{all}"
     );
     // What it includes, then itself.
     for name in ["_risk.md", "collision-ego.md"] {
-        let stopped = home.run(&["prompt", CUT_IN]).status(2).stderr;
+        let stopped = home.run(&["prompt", "show", CUT_IN]).status(2).stderr;
         assert!(stopped.contains(name), "{stopped}");
         assert!(!stopped.contains("trajectory.md"), "{stopped}");
         std::fs::remove_file(home.config().join("prompts").join(name)).unwrap();
     }
-    home.run(&["prompt", CUT_IN]).status(0);
+    home.run(&["prompt", "show", CUT_IN]).status(0);
 }

@@ -48,7 +48,7 @@ fn verdict() -> Value {
 /// Asks the server at `url` about a bundled scenario, with the key in the environment.
 pub fn ask(home: &Home, url: &str, more: &[&str]) -> Ended {
     let mut arguments = vec!["ask", CUT_IN, "--model", "lab/tiny", "--base-url", url];
-    arguments.extend(["--key-env", "LAB_KEY"]);
+    arguments.extend(["--set=key_env=LAB_KEY"]);
     arguments.extend(more);
     let ended = tokio::task::block_in_place(|| home.run_with(&arguments, &[("LAB_KEY", KEY)]));
     assert!(
@@ -65,18 +65,15 @@ async fn a_streamed_verdict_is_printed_and_kept() {
     let answer = format!("Let me see.\n```json\n{}\n```\n", verdict());
     let server = Server::start(vec![streamed(&answer)]).await;
     let more = [
-        "--json",
-        "--temperature",
-        "0.5",
-        "--max-tokens",
-        "900",
-        "--seed",
-        "4",
+        "--format=json",
+        "--set=temperature=0.5",
+        "--set=max_tokens=900",
+        "--set=seed=4",
     ];
     let document = ask(&home, server.base_url(), &more).status(0).json();
     assert_eq!(document["task"], "collision");
-    assert_eq!(document["collision"], true);
-    assert_eq!(document["obstacles"], verdict()["obstacles"]);
+    assert_eq!(document["verdict"]["collision"], true);
+    assert_eq!(document["verdict"]["obstacles"], verdict()["obstacles"]);
     assert_eq!(document["model"], "lab/tiny");
     assert_eq!(document["model_returned"], "tiny-2026");
 
@@ -106,8 +103,11 @@ async fn a_streamed_verdict_is_printed_and_kept() {
         body["messages"],
         "what is kept is what was sent"
     );
-    let prompt =
-        tokio::task::block_in_place(|| home.run(&["prompt", CUT_IN, "--json"]).status(0).json());
+    let prompt = tokio::task::block_in_place(|| {
+        home.run(&["prompt", "show", CUT_IN, "--format=json"])
+            .status(0)
+            .json()
+    });
     assert_eq!(
         prompt["messages"], body["messages"],
         "what is shown is what was sent"
@@ -149,7 +149,7 @@ async fn people_see_the_verdict_the_tokens_and_the_other_name() {
         "risk 1",
         "301",
         "It cuts in.",
-        "9200 in, 34 out",
+        "9,200 in, 34 out",
         "tiny-2026",
     ] {
         assert!(ended.stdout.contains(word), "{word}: {}", ended.stdout);
@@ -161,7 +161,7 @@ async fn an_answer_without_a_verdict_is_kept_and_shown() {
     let home = Home::new();
     let words = "I would rather talk about the weather.";
     let server = Server::start(vec![streamed(words), streamed(words)]).await;
-    let document = ask(&home, server.base_url(), &["--json"])
+    let document = ask(&home, server.base_url(), &["--format=json"])
         .status(1)
         .says(&["no verdict"])
         .json();
@@ -192,7 +192,7 @@ async fn an_answer_without_a_verdict_is_kept_and_shown() {
 async fn fails(script: Script, words: &[&str]) {
     let home = Home::new();
     let server = Server::start(vec![script.clone(), script.clone(), script]).await;
-    let ended = ask(&home, server.base_url(), &["--json"])
+    let ended = ask(&home, server.base_url(), &["--format=json"])
         .status(1)
         .says(&["no answer", "lab", server.base_url()])
         .says(words);
@@ -267,7 +267,7 @@ async fn a_failing_server_is_reported() {
 async fn a_failure_that_passes_is_not_reported() {
     let home = Home::new();
     let server = Server::start(vec![refusal(503, "busy"), streamed(&verdict().to_string())]).await;
-    ask(&home, server.base_url(), &["--json"]).status(0);
+    ask(&home, server.base_url(), &["--format=json"]).status(0);
     assert_eq!(server.requests().len(), 2);
     assert_eq!(home.runs().len(), 1);
 }
@@ -277,7 +277,7 @@ async fn a_cut_stream_is_no_answer_and_its_text_is_kept() {
     let home = Home::new();
     let script = Script::chunked_events().chunk(delta("{\"collision\": true, "));
     let server = Server::start(vec![script]).await;
-    let ended = ask(&home, server.base_url(), &["--json"])
+    let ended = ask(&home, server.base_url(), &["--format=json"])
         .status(1)
         .says(&["broke off", "ask again"]);
     assert_eq!(ended.json()["answer"], "{\"collision\": true, ");
@@ -318,8 +318,7 @@ async fn a_missing_key_is_asked_for_by_name() {
         "lab/tiny",
         "--base-url",
         url,
-        "--key-env",
-        "LAB_KEY_NOT_SET",
+        "--set=key_env=LAB_KEY_NOT_SET",
     ];
     let ended = tokio::task::block_in_place(|| home.run(&arguments));
     ended
@@ -343,7 +342,7 @@ async fn a_provider_of_the_configuration_is_asked() {
         server.base_url()
     );
     home.write(home.config().join("config.toml"), config);
-    let arguments = ["ask", CUT_IN, "--model", "house/org/big", "--json"];
+    let arguments = ["ask", CUT_IN, "--model", "house/org/big", "--format=json"];
     let ended = tokio::task::block_in_place(|| home.run_with(&arguments, &[("LAB_KEY", KEY)]));
     assert_eq!(ended.status(0).json()["model"], "house/org/big");
     let body = server.requests()[0].json();
@@ -367,7 +366,7 @@ async fn all_techniques_send_the_same_form_of_answer() {
     home.write(home.config().join("config.toml"), config);
     for techniques in all {
         let model = ["ask", CUT_IN, "--model", "house/big"];
-        let arguments = [&model[..], &["--techniques", techniques, "--json"]].concat();
+        let arguments = [&model[..], &["--techniques", techniques, "--format=json"]].concat();
         let ended = tokio::task::block_in_place(|| home.run_with(&arguments, &[("LAB_KEY", KEY)]));
         ended.status(0);
     }

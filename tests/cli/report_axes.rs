@@ -1,4 +1,4 @@
-//! `report --rows … --columns …`, `--against`, `--ablation` and `--figure`.
+//! `report --rows … --columns …`, `--against` and `--figure`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -30,7 +30,9 @@ fn a_table_over_axes_has_every_format() {
         markdown.contains("| Model ") && markdown.contains(", n = 12 |"),
         "{markdown}"
     );
-    let json = report(&[&axes[..], &["--json"]].concat()).status(0).stdout;
+    let json = report(&[&axes[..], &["--format=json"]].concat())
+        .status(0)
+        .stdout;
     let json: Value = serde_json::from_str(&json).unwrap();
     let cells = json["tables"][0]["cells"].as_array().unwrap();
     assert_eq!(
@@ -46,14 +48,23 @@ fn a_table_over_axes_has_every_format() {
         "{csv}"
     );
     // Every cell is in CSV what it is in JSON.
-    let of_json = cells[0]["accuracy"].to_string();
+    let of_json = cells[0]["value"].to_string();
     assert_eq!(
         csv.lines().nth(1).unwrap().split(',').nth(6),
         Some(of_json.as_str())
     );
-    let latex = report(&["--ablation", "--columns", "model", "--format", "latex"])
-        .status(0)
-        .stdout;
+    let latex = report(&[
+        "--rows",
+        "techniques",
+        "--against",
+        "base",
+        "--columns",
+        "model",
+        "--format",
+        "latex",
+    ])
+    .status(0)
+    .stdout;
     for words in [
         "\\toprule",
         "\\label{tab:nearmiss-collision-right-of-all-techniques-model-against}",
@@ -62,7 +73,7 @@ fn a_table_over_axes_has_every_format() {
     ] {
         assert!(latex.contains(words), "{words}: {latex}");
     }
-    let against = report(&["--rows", "model", "--against", "lab/large", "--json"])
+    let against = report(&["--rows", "model", "--against", "lab/large", "--format=json"])
         .status(0)
         .stdout;
     let against: Value = serde_json::from_str(&against).unwrap();

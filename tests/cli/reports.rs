@@ -51,7 +51,7 @@ async fn a_report_of_a_batch_says_what_it_is_of_and_asks_the_judge_itself() {
     let more = ["--model", "lab/tiny", "--task", "collision,safety"];
     run(&home, &[&["evaluate"], &names[..], &more].concat()).status(0);
     let report = || {
-        run(&home, &["report", "--batch", "b1", "--json"])
+        run(&home, &["report", "--batch", "b1", "--format=json"])
             .status(0)
             .json()
     };
@@ -62,17 +62,7 @@ async fn a_report_of_a_batch_says_what_it_is_of_and_asks_the_judge_itself() {
     assert!(alone["asked"].get("base_url").is_none(), "{alone}");
     assert_eq!(alone["truth"]["sources"], json!(["auto"]));
     // The judge's answers as the batch asks it, once it does, are the same.
-    run(
-        &home,
-        &[
-            "evaluate",
-            "--resume",
-            "b1",
-            "--add-model",
-            "reference/geometry",
-        ],
-    )
-    .status(0);
+    run(&home, &["evaluate", "b1", "--model", "reference/geometry"]).status(0);
     let asked = report();
     for task in ["collision", "safety"] {
         let [a, b] = [&alone, &asked].map(|report| whole(report, "lab/tiny", task));
@@ -103,7 +93,7 @@ async fn without_a_batch_an_answer_is_held_against_the_truth_of_its_own() {
     let more = ["--model", "lab/tiny", "--task", "collision"];
     run(&home, &[&["evaluate"], &names[..], &more].concat()).status(0);
     let count = |arguments: &[&str]| {
-        let report = run(&home, &[&["report", "--json"], arguments].concat())
+        let report = run(&home, &[&["report", "--format=json"], arguments].concat())
             .status(0)
             .json();
         let words = report["truth"]["words"].as_str().unwrap().to_string();
@@ -124,7 +114,7 @@ async fn without_a_batch_an_answer_is_held_against_the_truth_of_its_own() {
         words.contains("of drawn windows that of each answer's batch"),
         "{words}"
     );
-    run(&home, &["evaluate", "--resume", "b1", "--truth", truth]).status(0);
+    run(&home, &["evaluate", "b1", "--truth", truth]).status(0);
     let (own, words) = count(&[]);
     assert!(
         words.contains("b1, 4 answers: labels from") && words.contains("turned.csv"),
@@ -149,7 +139,7 @@ async fn a_safe_window_long_before_a_collision_stays_safe_whatever_its_scenario_
         &["--truth", "auto"],
         &["--truth", truth.to_str().unwrap()],
     ] {
-        let report = run(&home, &[&["report", "--json"], arguments].concat()).status(0);
+        let report = run(&home, &[&["report", "--format=json"], arguments].concat()).status(0);
         let [tp, fp, missed, tn] = counts(whole(&report.json(), "lab/tiny", "safety"));
         assert_eq!((tp + missed, fp + tn), (1, 1), "{arguments:?}");
     }
@@ -172,7 +162,7 @@ async fn what_was_not_asked_and_what_cannot_be_judged_is_said() {
         "lab/tiny",
         "--task",
         "collision",
-        "--json",
+        "--format=json",
     ];
     let table = run(&home, &arguments).status(0).json();
     let cell = &table["cells"][0];
@@ -180,7 +170,7 @@ async fn what_was_not_asked_and_what_cannot_be_judged_is_said() {
     let names = ["n", "failed", "unasked", "unlabelled"];
     assert_eq!(names.map(|name| of(cell, name)), [2, 0, 1, 0], "{table}");
     assert_eq!(cell["label"], "all", "{table}");
-    let ended = run(&home, &["report", "--batch", "b1", "--json"]).status(0);
+    let ended = run(&home, &["report", "--batch", "b1", "--format=json"]).status(0);
     let report = ended.says(&["1 cannot be asked"]).json();
     let counted = whole(&report, "lab/tiny", "collision");
     assert_eq!(
@@ -191,7 +181,7 @@ async fn what_was_not_asked_and_what_cannot_be_judged_is_said() {
     assert_eq!(counted["kappa_n"], 1);
     // Without the file no judge can be asked about it, and the report says so.
     std::fs::remove_file(whole_one).unwrap();
-    let report = run(&home, &["report", "--batch", "b1", "--json"])
+    let report = run(&home, &["report", "--batch", "b1", "--format=json"])
         .status(0)
         .json();
     assert!(whole(&report, "lab/tiny", "collision")["kappa_n"].is_null());
@@ -241,12 +231,13 @@ async fn the_report_and_the_results_screen_have_one_answer_to_what_is_true() {
         };
         store.finish(run, &ending).unwrap();
     }
-    let report = run(&home, &["report", "--json"]).status(0).json();
+    let report = run(&home, &["report", "--format=json"]).status(0).json();
     let entries = bundled();
     let mut stage = Stage::open(&entries[0], (120, 40)).unwrap();
     stage.list(entries[1..].to_vec());
     stage.read_results(&store);
-    let rows = stage.results();
+    let rows = stage.results().into_iter().map(|row| json!(row));
+    let rows: Vec<Value> = rows.collect();
     assert_eq!(rows.len(), 3, "{rows:?}");
     let mut unlabelled = 0;
     for row in &rows {

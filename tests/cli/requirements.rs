@@ -31,7 +31,7 @@ fn what_is_not_met_ends_with_status_1_and_says_why() {
     assert!(junit.contains("tests=\"2\" failures=\"1\""), "{junit}");
     assert!(junit.contains("name=\"n &gt;= 1000\""), "{junit}");
     // A batch that is gone on with is held against them, too.
-    home.run(&["evaluate", "--resume", "last", "--require", "n >= 1000"])
+    home.run(&["evaluate", "last", "--require", "n >= 1000"])
         .status(1)
         .says(&["not met: n >= 1000"]);
     for (requirement, words) in [
@@ -54,8 +54,16 @@ fn a_bundle_is_a_baseline_for_the_same_questions() {
     let names = BUNDLED.map(|(name, _)| name);
     let all = [&["evaluate"], &names[..], &JUDGE, &["1"]].concat();
     home.run(&all).status(0);
-    home.run(&["experiment", "pack", "last", "-o", "b.nearmiss"])
-        .status(0);
+    home.run(&[
+        "runs",
+        "export",
+        "--format=bundle",
+        "--batch",
+        "last",
+        "-o",
+        "b.nearmiss",
+    ])
+    .status(0);
     let against = ["--baseline-bundle", "b.nearmiss", "--no-worse-than", "0.02"];
     let batch = [&["report", "--batch", "b1"], &against[..]].concat();
     home.run(&batch).status(0);

@@ -32,7 +32,7 @@ fn measures_have_the_file_its_hash_and_the_ego() {
         &["--convention", "paper"],
         &["--scene"],
     ] {
-        let run = home.run(&[&["metrics", "one", "two", "--json"], convention].concat());
+        let run = home.run(&[&["metrics", "one", "two", "--format=json"], convention].concat());
         let rows = lines(&run.status(0).says(&[SAID]).stdout);
         let mut files: Vec<String> = Vec::new();
         for row in &rows {
@@ -53,7 +53,7 @@ fn measures_have_the_file_its_hash_and_the_ego() {
     // Two egos of one file are told apart, too.
     let ego = |id: &str| {
         let rows = home
-            .run(&["metrics", CUT_IN, "--ego", id, "--json"])
+            .run(&["metrics", CUT_IN, "--ego", id, "--format=json"])
             .status(0)
             .stdout;
         lines(&rows)[0]["ego"].as_str().unwrap().to_string()
@@ -75,7 +75,7 @@ fn printed_tables_have_the_file_where_the_name_is_not_enough() {
     }
     let rows = lines(
         &home
-            .run(&["inspect", "one", "two", "--json"])
+            .run(&["inspect", "one", "two", "--format=json"])
             .status(0)
             .stdout,
     );
@@ -126,7 +126,7 @@ fn an_experiment_pins_each_of_them() {
 fn several_scenarios_are_described_one_below_the_other() {
     let home = Home::new();
     let both = home
-        .run(&["describe", CUT_IN, "ZAM_Merge-1_1_T-1"])
+        .run(&["prompt", "describe", CUT_IN, "ZAM_Merge-1_1_T-1"])
         .status(0)
         .stdout;
     assert!(
@@ -135,24 +135,37 @@ fn several_scenarios_are_described_one_below_the_other() {
     );
     assert!(both.contains("\n# ZAM_Merge-1_1_T-1 (bundled)\nTimes are relative"));
     let each = home
-        .run(&["describe", CUT_IN, "ZAM_Merge-1_1_T-1", "--json"])
+        .run(&[
+            "prompt",
+            "describe",
+            CUT_IN,
+            "ZAM_Merge-1_1_T-1",
+            "--format=json",
+        ])
         .status(0)
         .stdout;
     assert_eq!(lines(&each).len(), 2);
-    home.run(&["describe", CUT_IN, "nowhere.xml"])
+    home.run(&["prompt", "describe", CUT_IN, "nowhere.xml"])
         .status(1)
         .says(&["nowhere.xml", "1 of 2 scenarios could not be described"]);
-    home.run(&["describe", CUT_IN, "ZAM_Merge-1_1_T-1", "-o", "a.txt"])
-        .status(2)
-        .says(&["-o takes the description of one scenario"]);
+    home.run(&[
+        "prompt",
+        "describe",
+        CUT_IN,
+        "ZAM_Merge-1_1_T-1",
+        "-o",
+        "a.txt",
+    ])
+    .status(2)
+    .says(&["-o takes the description of one scenario"]);
 }
 
 #[test]
 fn a_template_with_a_name_of_its_own_is_compared_with_the_one_it_was_copied_from() {
     let home = Home::new();
-    home.run(&["prompts", "copy", "safety-ego", "--as", "mine"])
+    home.run(&["prompt", "copy", "safety-ego", "--as", "mine"])
         .status(0);
-    let diff = home.run(&["prompts", "diff", "mine"]).status(0).stdout;
+    let diff = home.run(&["prompt", "diff", "mine"]).status(0).stdout;
     assert!(diff.starts_with("--- shipped/safety-ego.md\n"), "{diff}");
     assert!(
         diff.contains("\n-name = \"safety-ego\"\n+name = \"mine\"\n"),
@@ -171,7 +184,10 @@ fn a_word_that_is_no_file_may_have_been_meant_as_a_command() {
 #[test]
 fn the_ego_that_is_read_has_its_states() {
     let home = Home::new();
-    let text = home.run(&["inspect", CUT_IN, "--json"]).status(0).stdout;
+    let text = home
+        .run(&["inspect", CUT_IN, "--format=json"])
+        .status(0)
+        .stdout;
     let document: Value = serde_json::from_str(&text).unwrap();
     let ego = &document["ego"];
     let states = ego["states"].as_array().unwrap();

@@ -194,7 +194,14 @@ async fn nothing_comes_back(dialect: &str) {
     let home = home(dialect, &server);
     let mut said = String::new();
     for number in 0..scripts.len() {
-        let json = ["ask", CUT_IN, "--model", "lab/tiny", "--fresh", "--json"];
+        let json = [
+            "ask",
+            CUT_IN,
+            "--model",
+            "lab/tiny",
+            "--fresh",
+            "--format=json",
+        ];
         let arguments = if number % 2 == 0 {
             &json[..]
         } else {
@@ -215,11 +222,11 @@ async fn nothing_comes_back(dialect: &str) {
         run(&home, &["runs", "show", &number.to_string()]);
     }
     for more in [
-        &["runs", "--json"][..],
-        &["runs", "show", "1", "--json"],
-        &["export", "-o", "runs.jsonl"],
-        &["export", "-o", "runs.csv"],
-        &["--print-config"],
+        &["runs", "list", "--format=json"][..],
+        &["runs", "show", "1", "--format=json"],
+        &["runs", "export", "-o", "runs.jsonl"],
+        &["runs", "export", "-o", "runs.csv"],
+        &["config", "print"],
     ] {
         run(&home, more);
     }
@@ -256,7 +263,9 @@ async fn a_secret_is_no_name_of_a_model() {
     );
     let server = Server::answering(move |_, _| Some(Script::json(200, &body))).await;
     let home = home("openai_chat", &server);
-    let listed = run(&home, &["models", "--all", "--json"]).status(0).stdout;
+    let listed = run(&home, &["models", "--all", "--format=json"])
+        .status(0)
+        .stdout;
     assert!(listed.contains("lab/good-1"), "{listed}");
     assert!(!listed.contains("[key]"), "{listed}");
     run(&home, &["models", "--all"]).status(0);
@@ -291,8 +300,8 @@ fn no_secret_is_sent_where_others_can_read_it() {
                 CUT_IN,
                 "--model",
                 &model,
-                "--max-tokens",
-                "9",
+                "--set",
+                "max_tokens=9",
                 "--batch",
             ],
         ] {
@@ -323,14 +332,14 @@ fn no_secret_is_sent_where_others_can_read_it() {
             CUT_IN,
             "--model",
             "lab/tiny",
-            "--base-url",
-            "http://me:hunter22@127.0.0.1:1",
+            "--set",
+            "base_url=http://me:hunter22@127.0.0.1:1",
         ],
         &variables,
     );
     ended
         .status(2)
-        .says(&["--base-url", "password", "config.toml"]);
+        .says(&["--set base_url", "password", "config.toml"]);
     assert!(home.files_with("hunter22").is_empty());
 }
 

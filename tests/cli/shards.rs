@@ -107,25 +107,26 @@ fn rows(home: &Home, folder: &str) -> Vec<String> {
 fn the_union_of_shards_is_the_whole() {
     let home = Home::new();
     corpus(&home, 2);
-    for command in ["metrics", "index"] {
+    for (command, words) in [("metrics", METRICS), ("index", INDEX)] {
         let whole = format!("{command}-whole");
-        let run = [command, "all", "-o", &whole];
+        let run = ["all", "-o", &whole];
         let form: &[&str] = match command {
             "metrics" => &["--format", "parquet"],
             _ => &["--measure", "ttc", "--stride", "2"],
         };
-        home.run(&[&run[..], form].concat()).status(0);
+        home.run(&[words, &run, form].concat()).status(0);
         let shards = format!("{command}-shards");
         for shard in ["1/3", "2/3", "3/3"] {
-            let run = [command, "all", "-o", &shards, "--shard", shard];
-            home.run(&[&run[..], form].concat()).status(0);
+            let run = ["all", "-o", &shards, "--shard", shard];
+            home.run(&[words, &run, form].concat()).status(0);
         }
         assert!(!rows(&home, &whole).is_empty());
         assert_eq!(rows(&home, &whole), rows(&home, &shards), "{command}");
         let names: Vec<String> = parts(&home, &shards).into_keys().collect();
         assert_eq!(names[0], "shard=1-of-3/part-00000.parquet");
         // Another division, other settings, or the same again without saying so would mix two tables.
-        let again = |more: &[&str]| home.run(&[&run_in(command, &shards)[..], form, more].concat());
+        let again =
+            |more: &[&str]| home.run(&[words, &["all", "-o", &shards], form, more].concat());
         again(&["--shard", "1/2"])
             .status(2)
             .says(&["divided otherwise"]);
@@ -138,9 +139,8 @@ fn the_union_of_shards_is_the_whole() {
     }
 }
 
-fn run_in<'a>(command: &'a str, folder: &'a str) -> [&'a str; 4] {
-    [command, "all", "-o", folder]
-}
+const METRICS: &[&str] = &["metrics"];
+const INDEX: &[&str] = &["corpus", "index"];
 
 #[test]
 fn a_changed_scenario_is_measured_again_and_the_others_are_kept() {
@@ -205,17 +205,21 @@ fn a_killed_run_continues_to_the_same_files() {
         .ok()
         .and_then(|n| n.parse().ok())
         .unwrap_or(2);
-    for (command, form) in [
-        ("metrics", &["--ego", "10", "--format", "parquet"][..]),
-        ("index", &[][..]),
+    for (command, words, form) in [
+        (
+            "metrics",
+            METRICS,
+            &["--ego", "10", "--format", "parquet"][..],
+        ),
+        ("index", INDEX, &[][..]),
     ] {
         for shards in [&[][..], &["--shard", "2/3"][..]] {
             let seed = shards.len() as u64 + 7;
             let folder = |kind: &str| format!("{command}-{kind}-{}", shards.len());
             let (whole, torn) = (folder("whole"), folder("torn"));
             let run = |folder: &str| -> Vec<String> {
-                let all = [command, "all", "-o", folder, "--resume"];
-                let all = all.iter().chain(form).chain(shards);
+                let all = ["all", "-o", folder, "--resume"];
+                let all = words.iter().chain(&all).chain(form).chain(shards);
                 all.map(ToString::to_string).collect()
             };
             let words = run(&whole);
@@ -285,7 +289,13 @@ fn drives_are_kept_with_their_outcomes() {
     std::fs::create_dir(home.files().join("out")).unwrap();
     let run = |more: &[&str]| {
         let plan = [
-            "plan", "all", "-o", "out", "--replan", "20", "--json", "--resume",
+            "plan",
+            "all",
+            "-o",
+            "out",
+            "--set=replan=20",
+            "--format=json",
+            "--resume",
         ];
         home.run(&[&plan[..], more].concat())
     };
@@ -296,5 +306,7 @@ fn drives_are_kept_with_their_outcomes() {
     assert_eq!(again.stdout, first.stdout);
     assert_eq!(files(&home.files().join("out")), before);
     run(&["--log", "log.json"]).status(2).says(&["--log"]);
-    run(&["--horizon", "3"]).status(2).says(&["other settings"]);
+    run(&["--set=horizon=3"])
+        .status(2)
+        .says(&["other settings"]);
 }

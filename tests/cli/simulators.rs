@@ -44,15 +44,18 @@ fn the_ending_of_the_file_decides_the_format() {
     refused(&["-o", "a.osc"], "no ending of a scenario");
     refused(&["-o", "missing"], "create the folder");
     refused(
-        &["--to", "openscenario", "-o", "a.xml"],
+        &["--format", "openscenario", "-o", "a.xml"],
         "writes .xosc files",
     );
-    refused(&["--to", "commonroad", "-o", "a.xosc"], "writes .xml files");
+    refused(
+        &["--format", "commonroad", "-o", "a.xosc"],
+        "writes .xml files",
+    );
     refused(
         &["--schema", "-o", "a.xosc"],
         "--schema applies to CommonRoad",
     );
-    home.run(&["convert", CUT_IN, "--to", "commonroad", "-o", "a.dat"])
+    home.run(&["convert", CUT_IN, "--format", "commonroad", "-o", "a.dat"])
         .status(0);
     let written = std::fs::read_to_string(home.files().join("a.dat")).unwrap();
     assert!(written.contains("<commonRoad"));
@@ -73,7 +76,7 @@ fn the_ego_follows_a_plan_or_is_free_and_only_there() {
         refused.stderr
     );
     home.run(&["convert", CUT_IN, "-o", "a.xodr"]).status(2);
-    home.run(&["convert", CUT_IN, "--to", "openscenario"])
+    home.run(&["convert", CUT_IN, "--format", "openscenario"])
         .status(2);
 }
 
@@ -95,7 +98,7 @@ fn an_interrupt_leaves_whole_files_and_resume_goes_on() {
     let arguments = [
         "convert",
         "all",
-        "--to",
+        "--format",
         "openscenario",
         "-o",
         "out",

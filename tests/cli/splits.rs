@@ -35,14 +35,14 @@ async fn each_value_of_an_axis_is_sent_and_has_its_row() {
         "collision",
         "--techniques",
         "base",
-        "--temperature",
-        "0,0.7",
-        "--seed",
-        "1,2",
-        "--form",
-        "compact",
-        "--stride",
-        "2",
+        "--set",
+        "temperature=0,0.7",
+        "--set",
+        "seed=1,2",
+        "--set",
+        "form=compact",
+        "--set",
+        "stride=2",
     ];
     run(
         &home,
@@ -74,7 +74,7 @@ async fn each_value_of_an_axis_is_sent_and_has_its_row() {
         })
         .collect();
     assert_eq!(sent.len(), 4, "each combination once: {sent:?}");
-    let list = run(&home, &["evaluate", "--list", "--json"])
+    let list = run(&home, &["evaluate", "list", "--format=json"])
         .status(0)
         .json();
     assert_eq!(
@@ -84,13 +84,13 @@ async fn each_value_of_an_axis_is_sent_and_has_its_row() {
     for wanted in [(0.0, 1), (0.0, 2), (0.7, 1), (0.7, 2)] {
         assert!(sent.contains(&wanted), "{wanted:?}: {sent:?}");
     }
-    let again = run(&home, &["evaluate", "e.toml", "--json"])
+    let again = run(&home, &["evaluate", "e.toml", "--format=json"])
         .status(0)
         .says(&["going on with b1"])
         .json();
     let cells = again["cells"].as_array().unwrap();
     assert_eq!(cells.len(), 5, "and the judge once");
-    let report = run(&home, &["report", "--batch", "b1", "--json"])
+    let report = run(&home, &["report", "--batch", "b1", "--format=json"])
         .status(0)
         .json();
     let settings: Vec<&str> = report["cells"]
@@ -105,7 +105,7 @@ async fn each_value_of_an_axis_is_sent_and_has_its_row() {
     let differs = |axis: &str| pairs.iter().filter(|pair| pair["differs"] == axis).count();
     assert_eq!((differs("temperature"), differs("seed")), (2, 2));
     // All runs of the store: each setting is a row of its own there, too.
-    let all = run(&home, &["report", "--model", "lab/tiny"]).status(0);
+    let all = run(&home, &["report", "--runs", "model:lab/tiny"]).status(0);
     assert!(
         all.stdout.contains("temperature 0.7, seed 1"),
         "{}",
@@ -124,8 +124,8 @@ fn a_filter_selects_and_is_written_down() {
         HARD_BRAKING,
         "--model",
         "reference/geometry",
-        "--select",
-        "!RedLight country:ZAM",
+        "--set",
+        "select=!RedLight country:ZAM",
     ];
     home.run(&[&flags[..], &["--write-experiment", "e.toml"]].concat())
         .status(0);
@@ -136,7 +136,10 @@ fn a_filter_selects_and_is_written_down() {
     );
     assert!(!text.contains("RedLight-1_1_T-1 ="), "{text}");
     home.run(&["evaluate", "e.toml"]).status(0);
-    let list = home.run(&["evaluate", "--list", "--json"]).status(0).json();
+    let list = home
+        .run(&["evaluate", "list", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(list["scenarios"], 2);
     // Another filter is another batch.
     home.write("e.toml", text.replace("!RedLight", "!CutIn"));
@@ -145,7 +148,7 @@ fn a_filter_selects_and_is_written_down() {
         .says(&["hashes: ZAM_CutIn-1_1_T-1 is not among the scenarios"]);
     home.run(&[&flags[..7], &["risk<"]].concat())
         .status(2)
-        .says(&["--select: `risk<`: a term has no value"]);
+        .says(&["--set select: `risk<`: a term has no value"]);
     home.run(&[&flags[..7], &["verdict:differ"]].concat())
         .status(2)
         .says(&["depends on your stored answers"]);
@@ -192,9 +195,12 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
         dev.stdout
     );
     assert_eq!(server.requests().len(), 2);
-    let half = run(&home, &["evaluate", "e.toml", "--split", "test", "--json"])
-        .status(1)
-        .json();
+    let half = run(
+        &home,
+        &["evaluate", "e.toml", "--split", "test", "--format=json"],
+    )
+    .status(1)
+    .json();
     let of = |cells: &serde_json::Value, part: &str| {
         let cells = cells["cells"].as_array().unwrap();
         cells.iter().filter(|cell| cell["split"] == part).count()
@@ -223,27 +229,33 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
         .says(&["add --batch"]);
     single_answers_are_left_out(&home);
     // A table over axes is of one part.
-    let rows = ["report", "--batch", "b1", "--rows", "model", "--json"];
+    let rows = [
+        "report",
+        "--batch",
+        "b1",
+        "--rows",
+        "model",
+        "--format=json",
+    ];
     let dev = run(&home, &rows).status(0).json();
     assert_eq!(dev["tables"][0]["n"], 2, "{dev}");
     run(&home, &[&rows[..], &["--split", "test"]].concat())
         .status(2)
         .says(&["test split: 1 of 2 answered, locked; --unlock"]);
     // A look is recorded, and told ever after.
-    let look = run(&home, &["report", "--batch", "b1", "--unlock", "--json"])
-        .status(0)
-        .json();
+    let look = run(
+        &home,
+        &["report", "--batch", "b1", "--unlock", "--format=json"],
+    )
+    .status(0)
+    .json();
     assert!(of(&look, "test") > 0, "{look}");
     assert_eq!(look["splits"][1]["looks"], 1);
     let locked = run(&home, &["report", "--batch", "b1"]);
     locked
         .status(0)
         .says(&["the test split was looked at once before it was complete"]);
-    run(
-        &home,
-        &["evaluate", "--resume", "b1", "--unlock", "--dry-run"],
-    )
-    .status(0);
+    run(&home, &["evaluate", "b1", "--unlock", "--dry-run"]).status(0);
     broken.store(false, std::sync::atomic::Ordering::SeqCst);
     let whole = run(&home, &["evaluate", "e.toml"]).status(0).stdout;
     assert!(whole.contains("test split: 2 of 2 answered\n"), "{whole}");
@@ -297,7 +309,7 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
     run(&home, &["report", "--split", "dev"])
         .status(2)
         .says(&["add --batch"]);
-    let listed = run(&home, &["runs", "--json"]).status(0);
+    let listed = run(&home, &["runs", "list", "--format=json"]).status(0);
     assert_eq!(
         listed.json_lines().len(),
         5,
@@ -314,7 +326,8 @@ async fn a_test_split_is_locked_until_it_is_complete_and_looks_are_told() {
 /// Of two dev questions and two test ones, one of which has failed, `runs` and `export` show the dev ones.
 fn single_answers_are_left_out(home: &Home) {
     let left_out = "left out 2 answers of test splits that are not complete; --unlock";
-    let listed = |more: &[&str]| run(home, &[&["runs", "--json"], more].concat()).status(0);
+    let listed =
+        |more: &[&str]| run(home, &[&["runs", "list", "--format=json"], more].concat()).status(0);
     let dev = listed(&[])
         .says(&[left_out, "lists them, too"])
         .json_lines();
@@ -324,7 +337,7 @@ fn single_answers_are_left_out(home: &Home) {
         dev[..1],
         "the newest that may be shown"
     );
-    run(home, &["runs", "search", "so"])
+    run(home, &["runs", "list", "so"])
         .status(0)
         .says(&["left out"]);
     let all = home.rows("SELECT id FROM runs ORDER BY id");
@@ -338,7 +351,7 @@ fn single_answers_are_left_out(home: &Home) {
     run(home, &["runs", "show", &locked[0]])
         .status(2)
         .says(&["a test split that is not complete; --unlock"]);
-    let exported = run(home, &["export"])
+    let exported = run(home, &["runs", "export"])
         .status(0)
         .says(&["left out 2 answers", "exports them"]);
     let kinds = |name: &str| {
@@ -360,12 +373,12 @@ fn single_answers_are_left_out(home: &Home) {
     );
     for format in ["csv", "parquet"] {
         let file = format!("runs.{format}");
-        run(home, &["export", "-o", &file])
+        run(home, &["runs", "export", "-o", &file])
             .status(0)
             .says(&["left out 2 answers", "2 runs"]);
     }
     // Whatever of the others can be an example.
-    run(home, &["export", "--format", "chat", "-o", "chats"])
+    run(home, &["runs", "export", "--format", "chat", "-o", "chats"])
         .says(&["left out 2 answers of test splits", "exports them"]);
     assert!(home.rows("SELECT * FROM looks").is_empty());
     // A copy of the store is looked at.
@@ -375,7 +388,7 @@ fn single_answers_are_left_out(home: &Home) {
         copy.data().join("runs.sqlite"),
     )
     .unwrap();
-    let unlocked = run(&copy, &["runs", "--json", "--unlock"]).status(0);
+    let unlocked = run(&copy, &["runs", "list", "--format=json", "--unlock"]).status(0);
     assert_eq!(
         unlocked
             .says(&["test split: 1 of 2 answered, unlocked"])
@@ -384,7 +397,7 @@ fn single_answers_are_left_out(home: &Home) {
         4
     );
     run(&copy, &["runs", "show", &locked[0], "--unlock"]).status(0);
-    run(&copy, &["export", "--unlock", "-o", "all.jsonl"])
+    run(&copy, &["runs", "export", "--unlock", "-o", "all.jsonl"])
         .status(0)
         .says(&["4 runs"]);
     assert_eq!(copy.rows("SELECT * FROM looks").len(), 3);
@@ -405,13 +418,13 @@ fn a_split_without_one_of_its_parts_and_a_part_without_a_split_are_mistakes() {
         CUT_IN,
         "--model",
         "reference/geometry",
-        "--test-share",
-        "0.5",
+        "--set",
+        "split.test=0.5",
     ];
     home.run(&flags)
         .status(2)
         .says(&["no scenario is in the", "change its seed or its share"]);
-    home.run(&[&flags[..4], &["--test-share", "1"]].concat())
+    home.run(&[&flags[..4], &["--set", "split.test=1"]].concat())
         .status(2)
         .says(&["above 0 and below 1"]);
 }

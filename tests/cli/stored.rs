@@ -21,14 +21,18 @@ async fn the_same_request_is_sent_once() {
     let home = Home::new();
     let server = Server::start(["a", "b", "c", "d"].map(says).to_vec()).await;
     let ask = |more: &[&str]| {
-        ask(&home, server.base_url(), &[&["--json"], more].concat())
-            .status(0)
-            .json()
+        ask(
+            &home,
+            server.base_url(),
+            &[&["--format=json"], more].concat(),
+        )
+        .status(0)
+        .json()
     };
     assert_eq!(ask(&[])["stored"], Value::Null);
     let again = ask(&[]);
     assert_eq!(
-        (&again["justification"], server.requests().len()),
+        (&again["verdict"]["justification"], server.requests().len()),
         (&json!("a"), 1)
     );
     assert_eq!(again["stored"]["run"], 1);
@@ -40,11 +44,18 @@ async fn the_same_request_is_sent_once() {
         words.contains("run           1, from the store, asked 20"),
         "{words}"
     );
-    assert_eq!(ask(&["--fresh"])["justification"], "b");
-    assert_eq!(ask(&[])["justification"], "b", "the newest counts");
-    assert_eq!(ask(&["--sample", "1"])["justification"], "c");
-    assert_eq!(ask(&["--sample", "1"])["justification"], "c");
-    assert_eq!(ask(&["--temperature", "0.3"])["justification"], "d");
+    assert_eq!(ask(&["--fresh"])["verdict"]["justification"], "b");
+    assert_eq!(
+        ask(&[])["verdict"]["justification"],
+        "b",
+        "the newest counts"
+    );
+    assert_eq!(ask(&["--sample", "1"])["verdict"]["justification"], "c");
+    assert_eq!(ask(&["--sample", "1"])["verdict"]["justification"], "c");
+    assert_eq!(
+        ask(&["--set=temperature=0.3"])["verdict"]["justification"],
+        "d"
+    );
     assert_eq!((server.requests().len(), home.runs().len()), (4, 4));
     run(&home, &["runs", "delete", "3"]).status(0);
     let none = super::remote::ask(&home, server.base_url(), &["--sample", "1"]);
@@ -63,10 +74,12 @@ async fn a_truncated_answer_is_asked_for_again() {
         .chunk("data: [DONE]\n\n")
         .end_of_chunks();
     let server = Server::start(vec![cut, says("whole")]).await;
-    ask(&home, server.base_url(), &["--json"]);
+    ask(&home, server.base_url(), &["--format=json"]);
     assert_eq!(home.runs()[0]["state"].as_deref(), Some("truncated"));
-    let next = ask(&home, server.base_url(), &["--json"]).status(0).json();
-    assert_eq!(next["justification"], "whole");
+    let next = ask(&home, server.base_url(), &["--format=json"])
+        .status(0)
+        .json();
+    assert_eq!(next["verdict"]["justification"], "whole");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -87,12 +100,15 @@ async fn programs_that_ask_the_same_at_once_ask_once() {
         "lab/tiny",
         "--base-url",
         server.base_url(),
-        "--json",
+        "--format=json",
     ];
     let children: Vec<_> = (0..4).map(|_| home.start(&arguments)).collect();
     for child in children {
         let output = tokio::task::block_in_place(|| child.wait_with_output()).unwrap();
-        assert_eq!(Ended::of(&output).status(0).json()["justification"], "one");
+        assert_eq!(
+            Ended::of(&output).status(0).json()["verdict"]["justification"],
+            "one"
+        );
     }
     assert_eq!((server.requests().len(), home.runs().len()), (1, 1));
 }
@@ -104,22 +120,24 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
     ask(&home, server.base_url(), &[]).status(0);
     ask(&home, server.base_url(), &["--sample", "1"]).status(0);
     run(&home, &["ask", CUT_IN]).status(0);
-    run(&home, &["export", "-o", "runs.jsonl"])
+    run(&home, &["runs", "export", "-o", "runs.jsonl"])
         .status(0)
         .says(&["3 runs exported"]);
-    run(&home, &["export", "-o", "runs.jsonl"])
+    run(&home, &["runs", "export", "-o", "runs.jsonl"])
         .status(2)
         .says(&["--overwrite"]);
     let lines = std::fs::read_to_string(home.files().join("runs.jsonl")).unwrap();
     assert_eq!(lines.lines().count(), 3);
-    assert_eq!(run(&home, &["export"]).status(0).stdout, lines);
-    let own = run(&home, &["import", "runs.jsonl"]).status(0).stdout;
+    assert_eq!(run(&home, &["runs", "export"]).status(0).stdout, lines);
+    let own = run(&home, &["runs", "import", "runs.jsonl"])
+        .status(0)
+        .stdout;
     assert_eq!(own, "0 imported, 3 already in the store, 0 unreadable\n");
 
     let file = other.write("runs.jsonl", &lines);
     let file = file.to_str().unwrap();
     let children: Vec<_> = (0..4)
-        .map(|_| other.start(&["import", "--json", file]))
+        .map(|_| other.start(&["runs", "import", "--format=json", file]))
         .collect();
     let counts = children.into_iter().map(|child| {
         let output = tokio::task::block_in_place(|| child.wait_with_output()).unwrap();
@@ -127,8 +145,10 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
         counts["imported"].as_u64().unwrap()
     });
     assert_eq!(counts.sum::<u64>(), 3, "four programs at once");
-    let replayed = ask(&other, server.base_url(), &["--json"]).status(0).json();
-    assert_eq!(replayed["justification"], "brakes \u{7}hard");
+    let replayed = ask(&other, server.base_url(), &["--format=json"])
+        .status(0)
+        .json();
+    assert_eq!(replayed["verdict"]["justification"], "brakes \u{7}hard");
     assert_eq!(replayed["stored"]["origin"], "replayed");
     assert_eq!(server.requests().len(), 2);
 
@@ -137,47 +157,33 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
         .replacen("\"temperature\"", "\"t\"", 1);
     let changed = bad.replacen("You are an expert", "You are no expert", 1);
     other.write("bad.jsonl", format!("hello\n\n{changed}{{}}\n"));
-    let ended = run(&other, &["import", "bad.jsonl"]).status(1).says(&[
-        "bad.jsonl:1:1: not a run: expected value",
-        "bad.jsonl:3:",
-        "was changed",
-        "3 could not be read",
-    ]);
+    let ended = run(&other, &["runs", "import", "bad.jsonl"])
+        .status(1)
+        .says(&[
+            "bad.jsonl:1:1: not a run: expected value",
+            "bad.jsonl:3:",
+            "was changed",
+            "3 could not be read",
+        ]);
     assert_eq!(
         ended.stdout,
         "0 imported, 2 already in the store, 3 unreadable\n"
     );
     // Line and column are those of the file, also where a record is spread over lines.
     other.write("spread.json", "{\"nearmiss_run\": 2,\n \"id\": oops}\n[\n");
-    let ended = run(&other, &["import", "spread.json"]).status(1).says(&[
-        "spread.json:1:19: not a run: EOF",
-        "spread.json:2:5: not a run: invalid type: string \"id\", expected a JSON object",
-    ]);
+    let ended = run(&other, &["runs", "import", "spread.json"])
+        .status(1)
+        .says(&[
+            "spread.json:1:19: not a run: EOF",
+            "spread.json:2:5: not a run: invalid type: string \"id\", expected a JSON object",
+        ]);
     assert!(!ended.stderr.contains("at line"), "{}", ended.stderr);
     let misspelt = lines.replacen("\"task\"", "\"tsak\"", 1);
     other.write("misspelt.jsonl", misspelt);
     run(&other, &["import", "misspelt.jsonl"]).status(1).says(&[
         "misspelt.jsonl:1: unknown field `tsak`",
-        "the fields are id, key",
+        "the fields are run, created_ms",
     ]);
-    // What the version before wrote has neither the version of the form nor the new names.
-    let older = lines.lines().map(|line| {
-        let mut record: serde_json::Value = serde_json::from_str(line).unwrap();
-        for name in ["schema_version", "run", "seconds"] {
-            assert!(
-                record.as_object_mut().unwrap().remove(name).is_some(),
-                "{name}"
-            );
-        }
-        format!("{record}\n")
-    });
-    let third = Home::new();
-    third.write("older.jsonl", older.collect::<String>());
-    let ended = run(&third, &["import", "older.jsonl"]).status(0);
-    assert_eq!(
-        ended.stdout,
-        "3 imported, 0 already in the store, 0 unreadable\n"
-    );
     run(&other, &["import", "nothing.jsonl"])
         .status(2)
         .says(&["nothing.jsonl"]);
@@ -190,7 +196,7 @@ async fn tables_have_the_same_rows() {
     let server = Server::start(vec![says("a, \"b\"\nc")]).await;
     ask(&home, server.base_url(), &[]).status(0);
     run(&home, &["ask", CUT_IN]).status(0);
-    run(&home, &["export", "-o", "runs.csv", "--model", "lab"]).status(0);
+    run(&home, &["runs", "export", "-o", "runs.csv", "model:lab"]).status(0);
     let mut reader = csv::Reader::from_path(home.files().join("runs.csv")).unwrap();
     let header = reader.headers().unwrap().clone();
     let row = reader.records().next().unwrap().unwrap();
@@ -200,7 +206,7 @@ async fn tables_have_the_same_rows() {
         ("a, \"b\"\nc", "true")
     );
     assert_eq!((cell("input_tokens"), cell("cost_usd")), ("9200", ""));
-    run(&home, &["export", "-o", "runs.parquet"]).status(0);
+    run(&home, &["runs", "export", "-o", "runs.parquet"]).status(0);
     let file = std::fs::File::open(home.files().join("runs.parquet")).unwrap();
     let reader = SerializedFileReader::new(file).unwrap();
     let rows: Vec<_> = reader
@@ -226,7 +232,7 @@ async fn tables_have_the_same_rows() {
         (&Field::Null, &Field::Null)
     );
     assert_eq!(rows[1]["model"], Field::Str("reference/geometry".into()));
-    run(&home, &["export", "--format", "parquet"])
+    run(&home, &["runs", "export", "--format", "parquet"])
         .status(2)
         .says(&["-o FILE"]);
 }
@@ -235,35 +241,36 @@ async fn tables_have_the_same_rows() {
 async fn runs_are_listed_searched_shown_and_deleted() {
     let home = Home::new();
     let server = Server::start(vec![says("It pulls out \u{1b}[2J.")]).await;
-    assert_eq!(run(&home, &["runs"]).status(0).stdout, "");
+    assert_eq!(run(&home, &["runs", "list"]).status(0).stdout, "");
     ask(&home, server.base_url(), &[]).status(0);
-    run(&home, &["ask", CUT_IN, "--task", "safety"]).status(0);
+    run(&home, &["ask", CUT_IN, "task:safety"]).status(0);
     let lines = |arguments: &[&str]| {
         let text = run(&home, arguments).status(0).stdout;
         assert!(!text.contains('\u{1b}'), "{text}");
         text.lines().map(str::to_string).collect::<Vec<_>>()
     };
-    let all = lines(&["runs"]);
+    let all = lines(&["runs", "list"]);
     assert!(
         all.len() == 3 && all[1].contains("reference/geometry"),
         "{all:?}"
     );
     assert!(all[2].contains(" collision ") && all[2].contains("lab/tiny"));
-    assert_eq!(lines(&["runs", "list", "--task", "safety"]).len(), 2);
-    assert_eq!(lines(&["runs", "--since", "2100-01-01"]).len(), 0);
-    run(&home, &["runs", "--since", "soon"])
+    assert_eq!(lines(&["runs", "list", "task:safety"]).len(), 2);
+    assert_eq!(lines(&["runs", "list", "since:2100-01-01"]).len(), 0);
+    run(&home, &["runs", "list", "since:soon"])
         .status(2)
         .says(&["2026-01-31"]);
-    run(&home, &["runs", "--state", "odd"])
+    run(&home, &["runs", "list", "state:odd"])
         .status(2)
         .says(&["truncated"]);
-    let found = lines(&["runs", "search", "PULL", "out"]);
+    let found = lines(&["runs", "list", "PULL", "out"]);
     assert!(
         found.len() == 3 && found[2].contains("[pulls] [out]"),
         "{found:?}"
     );
-    assert!(lines(&["runs", "search", "never"]).is_empty());
-    let one: Value = serde_json::from_str(&lines(&["runs", "--json", "-n", "1"])[0]).unwrap();
+    assert!(lines(&["runs", "list", "never"]).is_empty());
+    let one: Value =
+        serde_json::from_str(&lines(&["runs", "list", "--format=json", "-n", "1"])[0]).unwrap();
     assert_eq!((&one["run"], &one["task"]), (&json!(2), &json!("safety")));
     let shown = lines(&["runs", "show", "1"]).join("\n");
     assert!(
@@ -279,11 +286,11 @@ async fn runs_are_listed_searched_shown_and_deleted() {
         .says(&["pinned", "unpin"]);
     run(&home, &["runs", "unpin", "1"]).status(0);
     run(&home, &["runs", "delete", "1"]).status(0);
-    assert_eq!(lines(&["runs"]).len(), 2);
-    assert_eq!(lines(&["runs", "--deleted"]).len(), 2);
+    assert_eq!(lines(&["runs", "list"]).len(), 2);
+    assert_eq!(lines(&["runs", "list", "deleted"]).len(), 2);
     run(&home, &["runs", "restore", "1"]).status(0);
     run(&home, &["runs", "note", "1", "look again"]).status(0);
-    assert_eq!(lines(&["runs", "search", "again"]).len(), 3);
+    assert_eq!(lines(&["runs", "list", "again"]).len(), 3);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -298,13 +305,13 @@ async fn no_secret_leaves_the_program() {
     let mut hear = |ended: Ended| said.push_str(&(ended.stdout + &ended.stderr));
     hear(ask(&home, &url, &[]).status(0));
     hear(ask(&home, &url, &["--sample", "1"]).status(1));
-    hear(run(&home, &["export"]).status(0));
+    hear(run(&home, &["runs", "export"]).status(0));
     for file in ["runs.jsonl", "runs.csv", "runs.parquet"] {
-        hear(run(&home, &["export", "-o", file]).status(0));
+        hear(run(&home, &["runs", "export", "-o", file]).status(0));
     }
     for more in [
-        &["runs"][..],
-        &["runs", "show", "1", "--json"],
+        &["runs", "list"][..],
+        &["runs", "show", "1", "--format=json"],
         &["runs", "show", "2"],
     ] {
         hear(run(&home, more).status(0));
@@ -373,14 +380,14 @@ fn recorded_answers_are_tied_to_their_scenarios() {
     home.write(ego, super::bundled_ego(CUT_IN));
 
     let first = home
-        .run(&["import", "paper"])
+        .run(&["runs", "import", "paper"])
         .status(0)
         .says(&["2 answers linked", "by name only"]);
     assert_eq!(
         first.stdout,
         "5 imported, 0 already in the store, 0 unreadable\n"
     );
-    let again = home.run(&["import", "paper"]).status(0).stdout;
+    let again = home.run(&["runs", "import", "paper"]).status(0).stdout;
     assert_eq!(again, "0 imported, 5 already in the store, 0 unreadable\n");
 
     let runs = home.rows("SELECT * FROM runs WHERE scenario_hash IS NOT NULL ORDER BY task, frame");
@@ -432,7 +439,7 @@ async fn tables_for_spreadsheets_have_no_formulas() {
     let formula = "=HYPERLINK(\"http://evil.example\",\"see\")";
     let server = Server::start(vec![says(formula)]).await;
     ask(&home, server.base_url(), &[]).status(0);
-    let export = ["export", "--format", "csv"];
+    let export = ["runs", "export", "--format", "csv"];
     let quoted = formula.replace('"', "\"\"");
     let plain = run(&home, &export).status(0).stdout;
     assert!(plain.contains(&format!(",\"{quoted}\",")), "{plain}");
@@ -443,8 +450,8 @@ async fn tables_for_spreadsheets_have_no_formulas() {
     assert!(guarded.contains(&format!(",\"'{quoted}\",")), "{guarded}");
     assert!(!guarded.contains(&format!(",\"{quoted}")), "{guarded}");
     for other in [
-        &["export"][..],
-        &["metrics", CUT_IN, "--json"],
+        &["runs", "export"][..],
+        &["metrics", CUT_IN, "--format=json"],
         &["plan", CUT_IN],
         &["report"],
     ] {

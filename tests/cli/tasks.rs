@@ -38,15 +38,20 @@ async fn an_attacker_is_printed_and_kept() {
         streamed(&choice.to_string()),
     ])
     .await;
-    let ended = ask(&home, server.base_url(), &["--task", "attacker", "--json"]).status(0);
+    let ended = ask(
+        &home,
+        server.base_url(),
+        &["--task", "attacker", "--format=json"],
+    )
+    .status(0);
     let document = ended.json();
     assert_eq!(
-        (&document["task"], &document["attacker"]),
+        (&document["task"], &document["verdict"]["attacker"]),
         (&json!("attacker"), &json!(301))
     );
-    assert_eq!(document["obstacles"], choice["obstacles"]);
+    assert_eq!(document["verdict"]["obstacles"], choice["obstacles"]);
     assert_eq!(
-        (&document["how"], &document["repaired"]),
+        (&document["reading"], &document["repaired"]),
         (&json!("strict"), &json!([]))
     );
     assert_eq!(
@@ -83,12 +88,12 @@ async fn a_trajectory_is_printed_and_kept() {
     let document = ask(
         &home,
         server.base_url(),
-        &["--task", "trajectory", "--json"],
+        &["--task", "trajectory", "--format=json"],
     )
     .status(0)
     .json();
-    assert_eq!(document["waypoints"][1]["step"], 5);
-    assert_eq!(document["waypoints"][1]["velocity"], 7.0);
+    assert_eq!(document["verdict"]["waypoints"][1]["step"], 5);
+    assert_eq!(document["verdict"]["waypoints"][1]["velocity"], 7.0);
     let repaired = document["repaired"].to_string();
     assert!(
         repaired.contains("read as steps") && repaired.contains("quotation marks"),

@@ -5,16 +5,18 @@ use super::support::program::Home;
 #[test]
 fn themes_are_shown_in_as_many_colours_as_asked_for() {
     let home = Home::new();
-    let plain = home.run(&["themes"]).status(0);
+    let plain = home.run(&["config", "themes"]).status(0);
     assert!(!plain.stdout.contains('\x1b'), "{}", plain.stdout);
     for name in ["dark", "light", "contrast", "colorblind"] {
         assert!(plain.stdout.contains(name), "{}", plain.stdout);
     }
     for (depth, sign) in [("true", "[38;2;"), ("256", "[38;5;"), ("16", "[9")] {
-        let ended = home.run(&["themes", "dark", "--depth", depth]).status(0);
+        let ended = home
+            .run(&["config", "themes", "dark", "--depth", depth])
+            .status(0);
         assert!(ended.stdout.contains(sign), "{}", ended.stdout);
     }
-    let unknown = home.run(&["themes", "darkk"]).status(2);
+    let unknown = home.run(&["config", "themes", "darkk"]).status(2);
     assert!(
         unknown.stderr.contains("unknown theme `darkk`"),
         "{}",
@@ -27,13 +29,13 @@ fn a_theme_with_mistakes_is_named_with_line_and_key() {
     let home = Home::new();
     let path = home.config().join("themes/mine.toml");
     home.write(path, "dark = true\n[roles]\ntext = \"blurple\"\n");
-    let ended = home.run(&["themes", "mine"]).status(2);
+    let ended = home.run(&["config", "themes", "mine"]).status(2);
     assert!(
         ended.stderr.contains("mine.toml:3: roles.text"),
         "{}",
         ended.stderr
     );
-    let all = home.run(&["themes"]).status(0);
+    let all = home.run(&["config", "themes"]).status(0);
     assert!(
         all.stdout.contains("mine.toml:3: roles.text"),
         "{}",
@@ -45,14 +47,17 @@ fn a_theme_with_mistakes_is_named_with_line_and_key() {
 fn the_printed_keymap_is_a_keymap() {
     let home = Home::new();
     let path = home.config().join("keymap.toml");
-    let table = home.run(&["keys"]).status(0).stdout;
+    let table = home.run(&["config", "keys"]).status(0).stdout;
     assert!(
         table.contains("palette") && table.contains("ctrl-p"),
         "{table}"
     );
-    let printed = home.run(&["keys", "--print"]).status(0).stdout;
+    let printed = home
+        .run(&["config", "keys", "--format=toml"])
+        .status(0)
+        .stdout;
     home.write(&path, printed);
-    let again = home.run(&["keys"]).status(0).stdout;
+    let again = home.run(&["config", "keys"]).status(0).stdout;
     // The columns may be narrower without it.
     let words = |table: &str| -> Vec<String> {
         let words = table.split_whitespace().filter(|word| *word != "ctrl-c");
@@ -62,9 +67,12 @@ fn the_printed_keymap_is_a_keymap() {
     };
     assert_eq!(words(&table), words(&again));
     home.write(&path, "preset = \"vim\"\n[global]\nplay = \"f9\"\n");
-    let own = home.run(&["keys"]).status(0).stdout;
+    let own = home.run(&["config", "keys"]).status(0).stdout;
     assert!(own.contains("f9") && own.contains("g g"), "{own}");
-    let vim = home.run(&["keys", "--preset", "vim"]).status(0).stdout;
+    let vim = home
+        .run(&["config", "keys", "--preset", "vim"])
+        .status(0)
+        .stdout;
     assert!(!vim.contains("f9") && vim.contains("g g"), "{vim}");
 }
 
@@ -76,7 +84,7 @@ fn every_mistake_of_a_keymap_is_named() {
         path,
         "[global]\nplay = \"f5\"\nquitt = \"q\"\nhelp = \"hyper-h\"\nworst = \"f5\"\n",
     );
-    let ended = home.run(&["keys"]).status(2);
+    let ended = home.run(&["config", "keys"]).status(2);
     for words in [
         "keymap.toml:5: global.worst: `f5` is also the key of global.play in line 2",
         "keymap.toml:3: unknown action `global.quitt`; did you mean `quit`?",

@@ -99,7 +99,7 @@ fn wrong_files_are_named_and_nothing_is_written() {
     let ended = home.run(&["metrics", CUT_IN, "-o", "table.csv"]).status(2);
     assert!(ended.says(&words).stdout.is_empty());
     assert!(!home.files().join("table.csv").exists());
-    for command in [&["prompt", CUT_IN][..], &["ask", CUT_IN]] {
+    for command in [&["prompt", "show", CUT_IN][..], &["ask", CUT_IN]] {
         home.run(command).status(2).says(&words);
     }
     std::fs::remove_file(config).unwrap();
@@ -119,8 +119,10 @@ fn wrong_files_are_named_and_nothing_is_written() {
 #[test]
 fn prompts_and_the_judge_score_alike() {
     let home = Home::new();
-    let (prompt, ask) = (["prompt", CUT_IN], ["ask", CUT_IN, "--json"]);
-    let risk = |home: &Home| home.run(&ask).status(0).json()["obstacles"][0]["risk_score"].clone();
+    let (prompt, ask) = (["prompt", "show", CUT_IN], ["ask", CUT_IN, "--format=json"]);
+    let risk = |home: &Home| {
+        home.run(&ask).status(0).json()["verdict"]["obstacles"][0]["risk_score"].clone()
+    };
     let before = (home.run(&prompt).status(0).stdout, risk(&home));
     home.write(
         home.config().join("thresholds.toml"),
@@ -152,7 +154,7 @@ fn scenes_are_measured_a_row_a_step() {
         home.run(&arguments).status(0).stdout
     };
     let text = run(&["--reasons"]);
-    let head = "scenario,file,hash,ego,timestep,time,dce,ttc_star,ttb,ttk,tts,ttr,dce_reason,";
+    let head = "scenario,file,hash,ego,step,time,dce,ttc_star,ttb,ttk,tts,ttr,dce_reason,";
     assert!(text.starts_with(head), "{text:.200}");
     let (dce, star) = (column(&text, "dce"), column(&text, "ttc_star"));
     let why = column(&text, "ttc_star_reason");
@@ -170,9 +172,9 @@ fn scenes_are_measured_a_row_a_step() {
     }
     // The least distance of all obstacles is that of the scene.
     let each = home.run(&["metrics", CUT_IN]).status(0).stdout;
-    let (steps, of_each) = (column(&each, "timestep"), column(&each, "dce"));
+    let (steps, of_each) = (column(&each, "step"), column(&each, "dce"));
     for i in (0..scenario.len()).filter(|&i| scenario[i] == CUT_IN) {
-        let step = &column(&text, "timestep")[i];
+        let step = &column(&text, "step")[i];
         let here = steps.iter().zip(&of_each).filter(|(s, _)| *s == step);
         let least = here
             .map(|(_, d)| d.parse::<f64>().unwrap())
@@ -182,7 +184,7 @@ fn scenes_are_measured_a_row_a_step() {
     let json = run(&["--format", "json"]);
     let first: serde_json::Value = serde_json::from_str(json.lines().next().unwrap()).unwrap();
     assert_eq!(first["scenario"], BUNDLED[0].0);
-    assert!(first["ttb"].is_number() && first.get("obstacle_id").is_none());
+    assert!(first["ttb"].is_number() && first.get("obstacle").is_none());
     home.run(&["metrics", CUT_IN, "--scene", "--radius", "30"])
         .status(2)
         .says(&["--radius"]);

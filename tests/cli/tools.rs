@@ -14,7 +14,7 @@ const VERDICT: &str =
 const PRICES: &str = "[[provider.lab.prices]]\nmodel = \"tiny*\"\ninput = 1000\noutput = 10000\n[[provider.lab.prices]]\nmodel = \"m-*\"\ninput = 1000\noutput = 10000\n";
 
 fn ask(home: &Home, url: &str, dialect: Dialect, more: &[&str]) -> Ended {
-    let name = dialect.name();
+    let dialect_option = format!("--set=dialect={}", dialect.name());
     let mut all = vec![
         "ask",
         CUT_IN,
@@ -22,10 +22,9 @@ fn ask(home: &Home, url: &str, dialect: Dialect, more: &[&str]) -> Ended {
         "lab/tiny",
         "--base-url",
         url,
-        "--dialect",
-        name,
+        &dialect_option,
     ];
-    all.extend(["--json", "--tools"]);
+    all.extend(["--format=json", "--set=tools=on"]);
     all.extend(more);
     tokio::task::block_in_place(|| home.run(&all))
 }
@@ -125,13 +124,13 @@ async fn endless_calls_end_at_the_limits() {
     let endless = || vec![vec![("c", "distance", r#"{"obstacle": 304}"#); 3]; 50];
     let home = Home::new();
     let server = played(dialect, endless()).await;
-    let limited = ask(&home, server.base_url(), dialect, &["--tool-rounds", "3"]).status(0);
+    let limited = ask(&home, server.base_url(), dialect, &["--set=tool_rounds=3"]).status(0);
     limited.says(&["9 tool calls in 3 rounds, the most allowed; the model answers without tools"]);
     assert_eq!(server.requests().len(), 4);
     assert!(!may_call(&server.requests()[3].json()));
     let home = Home::new();
     let server = played(dialect, endless()).await;
-    let few = ask(&home, server.base_url(), dialect, &["--tool-calls", "4"]).status(0);
+    let few = ask(&home, server.base_url(), dialect, &["--set=tool_calls=4"]).status(0);
     // Calls that were refused are not made.
     few.says(&["4 tool calls in 2 rounds, 2 more refused, the most allowed"]);
     assert_eq!(server.requests().len(), 3);
@@ -147,9 +146,14 @@ async fn endless_calls_end_at_the_limits() {
         Some(script(dialect).send(calling(dialect, &[("c", "distance", "{}")])))
     })
     .await;
-    ask(&home, stubborn.base_url(), dialect, &["--tool-rounds", "2"])
-        .status(1)
-        .says(&["after the limit of 2 rounds"]);
+    ask(
+        &home,
+        stubborn.base_url(),
+        dialect,
+        &["--set=tool_rounds=2"],
+    )
+    .status(1)
+    .says(&["after the limit of 2 rounds"]);
     assert_eq!(stubborn.requests().len(), 3);
 }
 
@@ -160,7 +164,7 @@ async fn the_budget_holds_between_rounds() {
     home.write(home.config().join("config.toml"), PRICES);
     let endless = vec![vec![("c", "list_obstacles", "{}")]; 50];
     let server = played(dialect, endless).await;
-    let most = ["--max-tokens", "10", "--budget", "9"];
+    let most = ["--set=max_tokens=10", "--budget", "9"];
     let ended = ask(&home, server.base_url(), dialect, &most);
     let asked = server.requests().len();
     assert!((1..9).contains(&asked), "{asked} {ended:?}");
@@ -189,10 +193,9 @@ async fn a_killed_run_goes_on_after_its_paid_rounds() {
         "lab/tiny",
         "--base-url",
         &url,
-        "--dialect",
-        "anthropic",
-        "--tools",
-        "--json",
+        "--set=dialect=anthropic",
+        "--set=tools=on",
+        "--format=json",
     ];
     let mut child = home.start(&arguments);
     for _ in 0..400 {
@@ -258,16 +261,17 @@ async fn with_and_without_tools_are_an_axis() {
         }))
     })
     .await;
+    let address = format!("base_url={}", server.base_url());
     let arguments = [
         "evaluate",
         CUT_IN,
         "--model",
         "lab/tiny",
-        "--base-url",
-        server.base_url(),
-        "--tools",
-        "off,on",
-        "--json",
+        "--set",
+        &address,
+        "--set",
+        "tools=off,on",
+        "--format=json",
     ];
     let ended = tokio::task::block_in_place(|| home.run(&arguments)).status(0);
     assert!(ended.stdout.contains("tools"), "{ended:?}");
@@ -290,8 +294,9 @@ async fn with_and_without_tools_are_an_axis() {
     let priced = |tools: &str| {
         // Another frame: nothing of it is stored.
         let all = ["evaluate", CUT_IN, "--model", "lab/tiny", "--dry-run"];
-        let more = ["--frame", "metrics", "--base-url", server.base_url()];
-        home.run(&[&all[..], &more, &["--tools", tools]].concat())
+        let more = ["--set", "frames=metrics", "--set", &address];
+        let tools = format!("tools={tools}");
+        home.run(&[&all[..], &more, &["--set", &tools]].concat())
             .status(0)
             .stdout
     };
@@ -323,11 +328,11 @@ async fn models_whose_chat_refuses_tools_are_asked_by_responses() {
     let url = format!("{}/v1", server.base_url());
     let ask = |more: &[&str]| {
         let mut all = vec!["ask", CUT_IN, "--model", "openai/gpt-6-luna"];
-        all.extend(["--base-url", &url, "--json"].iter().chain(more));
+        all.extend(["--base-url", &url, "--format=json"].iter().chain(more));
         let keys = [("OPENAI_API_KEY", "sk-0123456789")];
         tokio::task::block_in_place(|| home.run_with(&all, &keys)).status(0)
     };
-    ask(&["--tools", "--effort", "high"]);
+    ask(&["--set=tools=on", "--set=effort=high"]);
     ask(&[]);
     let sent = server.requests();
     let paths: Vec<&str> = sent.iter().map(|request| request.path.as_str()).collect();

@@ -140,10 +140,9 @@ async fn calls_in_whole_documents_are_answered_stored_and_counted_in_every_diale
             "lab/tiny",
             "--base-url",
             server.base_url(),
-            "--dialect",
-            dialect.name(),
-            "--json",
-            "--tools",
+            &format!("--set=dialect={}", dialect.name()),
+            "--format=json",
+            "--set=tools=on",
         ];
         let asked = || {
             tokio::task::block_in_place(|| home.run(&arguments))

@@ -13,10 +13,10 @@ fn the_picture_has_the_times_of_its_words_and_one_obstacle() {
     };
     // No radius hides the obstacle, and the step in the recording is told.
     let usual = drawn(&home, CUT_IN, &asked(&["--at", "30"]));
-    assert!(usual == drawn(&home, CUT_IN, &asked(&["--at", "30", "--radius", "1"])));
+    assert!(usual == drawn(&home, CUT_IN, &asked(&["--at", "30", "--set=radius=1"])));
     assert!(usual != drawn(&home, CUT_IN, &asked(&["--at", "31"])));
     let words = home
-        .run(&[&["describe", CUT_IN][..], &asked(&["--at", "30"])].concat())
+        .run(&[&["prompt", "describe", CUT_IN][..], &asked(&["--at", "30"])].concat())
         .status(0);
     for part in [
         "t = 2.20, 2.40, 2.60, 2.80, 3.00 s; the last panel",
@@ -25,9 +25,15 @@ fn the_picture_has_the_times_of_its_words_and_one_obstacle() {
     ] {
         assert!(words.stdout.contains(part), "{part}: {}", words.stdout);
     }
-    home.run(&["describe", CUT_IN, "--frame", "trajectory+picture"])
-        .status(2)
-        .says(&["--obstacle"]);
+    home.run(&[
+        "prompt",
+        "describe",
+        CUT_IN,
+        "--frame",
+        "trajectory+picture",
+    ])
+    .status(2)
+    .says(&["--obstacle"]);
 }
 
 #[test]
@@ -35,7 +41,7 @@ fn the_task_for_a_motion_takes_the_picture_and_tasks_without_a_template_do_not()
     let home = Home::new();
     let frame = ["--frame", "trajectory+picture", "--obstacle", "301"];
     let prompt = |task: &'static str| {
-        let all = [&["prompt", CUT_IN, "--task", task][..], &frame].concat();
+        let all = [&["prompt", "show", CUT_IN, "--task", task][..], &frame].concat();
         home.run(&all)
     };
     prompt("trajectory").status(0);

@@ -194,7 +194,15 @@ fn played(request: &Recorded, takes_hints: bool) -> Option<Script> {
     })
 }
 
-const TUNE: [&str; 7] = ["tune", "e.toml", "--budget", "3", "--rounds", "2", "--json"];
+const TUNE: [&str; 7] = [
+    "tune",
+    "e.toml",
+    "--budget",
+    "3",
+    "--set",
+    "tune.rounds=2",
+    "--format=json",
+];
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn tune_finds_a_planted_weakness_within_the_budget() {
@@ -411,7 +419,8 @@ async fn tune_finds_nothing_where_no_template_helps() {
     for seed in ["1", "2"] {
         let other = experiment(&format!("temperature = 0.{seed}"));
         home.write("e.toml", other);
-        let ended = run(&home, &[&TUNE[..], &["--seed", seed]].concat()).status(1);
+        let seed = format!("tune.seed={seed}");
+        let ended = run(&home, &[&TUNE[..], &["--set", &seed]].concat()).status(1);
         assert_eq!(ended.json()["found"], false, "{}", ended.stdout);
     }
 }
@@ -421,7 +430,11 @@ async fn a_budget_holds_and_ends_a_tune() {
     let server = Server::answering(|_, request| played(request, true)).await;
     let home = home(server.base_url());
     // A proposal costs 0.1 USD at most.
-    let ended = run(&home, &["tune", "e.toml", "--budget", "0.01", "--json"]).status(2);
+    let ended = run(
+        &home,
+        &["tune", "e.toml", "--budget", "0.01", "--format=json"],
+    )
+    .status(2);
     ended.says(&[
         "lab/tiny: a proposal cannot be asked for",
         "$0.0100 is left",
@@ -431,7 +444,11 @@ async fn a_budget_holds_and_ends_a_tune() {
     run(&home, &["evaluate", "e.toml", "--split", "dev"]);
     let dev = server.requests().len();
     assert!(dev > 25, "{dev}");
-    let ended = run(&home, &["tune", "e.toml", "--budget", "0.11", "--json"]).status(1);
+    let ended = run(
+        &home,
+        &["tune", "e.toml", "--budget", "0.11", "--format=json"],
+    )
+    .status(1);
     let document = ended
         .says(&["ended in round ", "of the budget of $0.1100 is left"])
         .json();
@@ -551,9 +568,8 @@ fn what_cannot_be_tuned_is_said_before_anything_is_asked() {
     tune(&[]).says(&["no budget given"]);
     tune(&["--budget", "1"]).says(&["no split", "add `split = { test = 0.5 }`"]);
     file(&format!("models = [\"local/a\", \"local/b\"]\n{split}"));
-    tune(&["--budget", "1"]).says(&["several values of model: local/a, local/b", "--model"]);
-    tune(&["--budget", "1", "--model", "local/c"])
-        .says(&["--model local/c: the experiment has local/a"]);
+    tune(&["--budget", "1"]).says(&["several models: local/a, local/b", "--set models=local/a"]);
+    tune(&["--budget", "1", "--set", "models=nowhere/c"]).says(&["nowhere"]);
     file(&format!("models = [\"reference/geometry\"]\n{split}"));
     tune(&["--budget", "1"]).says(&["not asked with a template"]);
     file(&format!(
@@ -563,7 +579,7 @@ fn what_cannot_be_tuned_is_said_before_anything_is_asked() {
     file(&format!("models = [\"local/a\"]\n{split}"));
     tune(&["--budget", "1"]).says(&["at least two of each"]);
     tune(&["--budget", "1", "--save", "safety-ego"]).says(&["shipped template"]);
-    tune(&["--budget", "1", "--reflect", "reference/geometry"])
+    tune(&["--budget", "1", "--set", "tune.reflect=reference/geometry"])
         .says(&["proposals need a language model"]);
     let ended = home.run(&["tune", "ZAM_CutIn-1_1_T-1", "--budget", "1"]);
     ended.status(2).says(&["expected an experiment file"]);

@@ -35,11 +35,11 @@ fn cell<'a>(cells: &'a [Value], name: &str) -> &'a Value {
         ),
         ("frame", if frame == "cart" { "cartesian" } else { "ego" }),
         (
-            "technique",
+            "techniques",
             match technique {
                 "ablation" => "cp",
                 "cot" => "cp+cot",
-                "icl" => "all",
+                "icl" => "cp+cot+icl",
                 other => other,
             },
         ),
@@ -63,7 +63,7 @@ fn cell<'a>(cells: &'a [Value], name: &str) -> &'a Value {
 fn the_papers_recorded_answers_are_counted_as_expected() {
     let Some(root) = folder() else { return };
     let home = Home::new();
-    let ended = home.run(&["report", "--paper", root.to_str().unwrap(), "--json"]);
+    let ended = home.run(&["report", "--paper", root.to_str().unwrap(), "--format=json"]);
     let report: Value = serde_json::from_str(&ended.status(0).stdout).unwrap();
     let cells = report["cells"].as_array().unwrap();
     let expected = std::fs::read_to_string(root.join("EXPECTED_recorded.json")).unwrap();
@@ -110,9 +110,9 @@ fn the_papers_recorded_answers_are_counted_as_expected() {
     assert_eq!(rows.len(), 28);
     // Table I, Cart and All: 12 of 100 are printed and none of 30 recorded; C(88, 30)/C(100, 30) and what is no
     // likelier add up to 0.016 (scipy 1.17, `hypergeom`).
-    let all = rows
-        .iter()
-        .find(|r| r["table"] == "I" && r["frame"] == "cartesian" && r["technique"] == "all");
+    let all = rows.iter().find(|r| {
+        r["table"] == "I" && r["frame"] == "cartesian" && r["techniques"] == "cp+cot+icl"
+    });
     let found = &all.unwrap()["collisions_found"];
     assert_eq!(
         (&found["published"], &found["recorded"]),
@@ -150,13 +150,17 @@ fn an_experiment_over_the_recorded_answers_gives_the_cells_of_the_papers_tables(
     let one = "scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nprotocol = \"paper\"\nmodels = [\"recorded/gpt-4o\"]\n";
     home.write("one.toml", one);
     home.run(&["evaluate", "one.toml"])
-        .says(&["1 question cannot be asked", "nearmiss import"]);
+        .says(&["1 question cannot be asked", "nearmiss runs import"]);
     home.write("paper.toml", all);
-    home.run(&["import", root]).status(0);
+    home.run(&["runs", "import", root]).status(0);
     home.run(&["evaluate", "paper.toml"]).status(0);
-    let batch = home.run(&["report", "--batch", "b2", "--json"]).status(0);
+    let batch = home
+        .run(&["report", "--batch", "b2", "--format=json"])
+        .status(0);
     let batch: Value = serde_json::from_str(&batch.stdout).unwrap();
-    let paper = home.run(&["report", "--paper", root, "--json"]).status(0);
+    let paper = home
+        .run(&["report", "--paper", root, "--format=json"])
+        .status(0);
     let paper: Value = serde_json::from_str(&paper.stdout).unwrap();
     let cells = batch["cells"].as_array().unwrap();
     let rows = paper["comparisons"].as_array().unwrap();
@@ -164,7 +168,7 @@ fn an_experiment_over_the_recorded_answers_gives_the_cells_of_the_papers_tables(
     for row in rows.iter().filter(|row| !row["recorded"].is_null()) {
         let same = |cell: &&Value| {
             cell["label"] == "all"
-                && ["task", "frame", "technique"]
+                && ["task", "frame", "techniques"]
                     .iter()
                     .all(|key| cell[*key] == row[*key])
                 && cell["model"] == row["model"]
@@ -273,7 +277,7 @@ fn filled(home: &Home) -> PathBuf {
 }
 
 fn json(home: &Home, arguments: &[&str]) -> Value {
-    let ended = home.run(&[&["report", "--json"], arguments].concat());
+    let ended = home.run(&[&["report", "--format=json"], arguments].concat());
     serde_json::from_str(&ended.status(0).stdout).unwrap()
 }
 
@@ -322,11 +326,18 @@ fn runs_of_the_store_are_counted_once_each() {
     assert_eq!(counts(&again, "lab/x"), [9, 4, 3, 0, 0, 0, 1, 0]);
     let even = json(
         &home,
-        &["--truth", "truth.csv", "--batch", "even", "--model", "/x"],
+        &[
+            "--truth",
+            "truth.csv",
+            "--batch",
+            "even",
+            "--runs",
+            "model:/x",
+        ],
     );
     assert_eq!(counts(&even, "lab/x"), [5, 0, 2, 0, 0, 1, 1, 0]);
     // The truth is unknown: every verdict is counted, and none is right or wrong.
-    let unknown = home.run(&["report", "--json"]).status(0);
+    let unknown = home.run(&["report", "--format=json"]).status(0);
     assert!(
         unknown
             .stderr
@@ -398,7 +409,7 @@ fn every_format_is_written_whole_or_not_at_all() {
     home.run(&["report", "--truth", "nowhere.csv"])
         .status(2)
         .says(&["nowhere.csv"]);
-    home.run(&["report", ".", "--model", "x"])
+    home.run(&["report", ".", "--runs", "model:x"])
         .status(2)
         .says(&["filters apply to"]);
     // One mistake, one error: what, where, and what to do.

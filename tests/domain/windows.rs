@@ -7,8 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use nearmiss::description::Frame;
-use nearmiss::evaluation::batch::{Matrix, RequestSettings};
-use nearmiss::evaluation::report::Comparison;
+use nearmiss::evaluation::batch::Experiment;
 use nearmiss::evaluation::statistics::auc;
 use nearmiss::evaluation::{Judge, Judges, SURFACE, leaks};
 use nearmiss::formats::{EgoSelection, Entry, find};
@@ -23,13 +22,13 @@ use nearmiss::workflow::batch::BatchRequest;
 use serde_json::Value;
 use support::program::Home;
 
-const LEADS: &str = "0.2,0.5,1,1.5,2";
+const LEADS: &str = "leads=0.2,0.5,1,1.5,2";
 
-/// The questions of `evaluate … --questions`.
+/// The questions of `evaluate … --dry-run=questions`.
 fn questions(arguments: &[&str]) -> Vec<Value> {
     let mut all = vec!["evaluate"];
     all.extend(arguments);
-    all.push("--questions");
+    all.push("--dry-run=questions");
     let out = Home::new().run(&all);
     assert_eq!(out.status, Some(0), "{}", out.stderr);
     out.json_lines()
@@ -98,11 +97,11 @@ fn bundled_questions_are_true_and_the_same_each_time() {
     let entries = nearmiss::formats::bundled();
     let names: Vec<&str> = entries.iter().map(|entry| entry.name.as_str()).collect();
     let mut arguments = names.clone();
-    arguments.extend(["--lead", "0.5,1"]);
+    arguments.extend(["--set", "leads=0.5,1"]);
     let asked = questions(&arguments);
     are_true(&asked, &entries);
     let mut turned: Vec<&str> = names.into_iter().rev().collect();
-    turned.extend(["--lead", "0.5,1"]);
+    turned.extend(["--set", "leads=0.5,1"]);
     let key = |question: &Value| question.to_string();
     let (mut one, mut other): (Vec<String>, Vec<String>) = (
         asked.iter().map(key).collect(),
@@ -122,7 +121,7 @@ fn published_questions_are_true_and_give_nothing_away() {
         return;
     };
     let path = folder.join("Scenarios").display().to_string();
-    let asked = questions(&[&path, "--lead", LEADS, "--truth", "auto"]);
+    let asked = questions(&[&path, "--set", LEADS, "--truth", "auto"]);
     are_true(&asked, &find(&[folder.join("Scenarios")]).unwrap().entries);
     let surface: [Part; 4] = [
         ("position", |q| q["last_step"].as_f64().unwrap()),
@@ -132,7 +131,7 @@ fn published_questions_are_true_and_give_nothing_away() {
         ("obstacles", |q| q["obstacles"].as_f64().unwrap()),
         ("tokens", |q| q["tokens"].as_f64().unwrap()),
     ];
-    for lead in LEADS.split(',').map(Some).chain([None]) {
+    for lead in LEADS["leads=".len()..].split(',').map(Some).chain([None]) {
         let lead: Option<f64> = lead.map(|lead| lead.parse().unwrap());
         let of = asked
             .iter()
@@ -161,33 +160,21 @@ fn where_every_published_scenario_is_asked_about_little_is_given_away() {
     };
     let entries = find(&[folder.join("Scenarios")]).unwrap().entries;
     let scenarios = entries.len();
-    let tasks = [Task::Safety];
-    let request = RequestSettings {
+    let mut experiment = Experiment {
+        tasks: vec![Task::Safety],
+        frames: vec![Frame::Ego],
+        techniques: vec![Techniques::ALL],
+        models: vec![judge::MODEL.into()],
         every_scenario: true,
-        ..RequestSettings::default()
+        ..Experiment::default()
     };
+    experiment.draw_windows();
     let request = BatchRequest {
-        title: None,
-        paths: Vec::new(),
+        experiment,
         entries,
-        matrix: Matrix {
-            tasks: tasks.to_vec(),
-            frames: vec![Frame::Ego],
-            techniques: vec![Techniques::ALL],
-            models: vec![judge::MODEL.into()],
-            samples: 1,
-            more_leads: Vec::new(),
-            transforms: Vec::new(),
-            axes: Default::default(),
-            request: request.drawn(&tasks),
-        },
         ego: EgoSelection::Beside,
-        truth: None,
         shard: None,
         drafts: BTreeMap::new(),
-        base_url: None,
-        comparison: Comparison::default(),
-        subset: Default::default(),
     };
     let thresholds = Arc::new(Thresholds::shipped().clone());
     let (library, cancel) = (Library::load(None), Cancel::default());
@@ -216,11 +203,11 @@ fn a_lead_beyond_the_horizon_is_refused() {
     let arguments = [
         "evaluate",
         "ZAM_CutIn-1_1_T-1",
-        "--lead",
-        "3",
-        "--questions",
+        "--set",
+        "leads=3",
+        "--dry-run=questions",
     ];
     let out = Home::new().run(&arguments);
     assert_eq!(out.status, Some(2), "{}", out.stderr);
-    assert!(out.stderr.contains("--within"), "{}", out.stderr);
+    assert!(out.stderr.contains("within = 2 s"), "{}", out.stderr);
 }

@@ -1,7 +1,7 @@
 """commonroad-reactive-planner for nearmiss: `--planner 'python3 commonroad_reactive.py'`.
 
 Needs: pip install commonroad-reactive-planner commonroad-route-planner (2025.1). Obstacles move as the likeliest
-prediction says. `--replan` is nearmiss's; the horizon is the planner's own, 60 steps or what fits.
+prediction says. `replan` is nearmiss's; the horizon is the planner's own, 60 steps or what fits.
 """
 import os
 import sys

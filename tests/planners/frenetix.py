@@ -1,4 +1,4 @@
-"""Frenetix for nearmiss: `--planner 'python3 frenetix.py CHECKOUT' --replan 3`.
+"""Frenetix for nearmiss: `--planner 'python3 frenetix.py CHECKOUT' --set replan=3`.
 
 CHECKOUT is a checkout of TUM-AVS/Frenetix-Motion-Planner (2024.4). Needs Python 3.9 to 3.11 and: pip install
 "frenetix>=0.4.0" "commonroad-drivability-checker~=2024.1" "commonroad-route-planner~=2024.2.1" "commonroad-io~=2024.2"

@@ -88,11 +88,11 @@ async fn a_batch_of_the_workbench_is_one_of_the_command_line() {
     let home = Home::new();
     tokio::task::block_in_place(|| begin(&home, &server));
     let run = |arguments: &[&str]| tokio::task::block_in_place(|| home.run(arguments));
-    let listed = run(&["evaluate", "--list"]).status(0);
+    let listed = run(&["evaluate", "list"]).status(0);
     for words in ["b1 ", "3 of 8 answered", "lab/small", "8 scenarios"] {
         assert!(listed.stdout.contains(words), "{words}: {}", listed.stdout);
     }
-    let resumed = run(&["evaluate", "--resume", "b1", "--json"]).status(0);
+    let resumed = run(&["evaluate", "b1", "--format=json"]).status(0);
     let cell = &resumed.json()["cells"][0];
     // Two of the eight scenarios end in a collision.
     let counted = ["n", "tp", "fp", "fn", "tn"].map(|name| cell[name].as_u64());
@@ -102,7 +102,9 @@ async fn a_batch_of_the_workbench_is_one_of_the_command_line() {
     for body in &questions {
         assert!(body.contains("Be brief."), "the draft: {body}");
     }
-    let report: Value = run(&["report", "--batch", "b1", "--json"]).status(0).json();
+    let report: Value = run(&["report", "--batch", "b1", "--format=json"])
+        .status(0)
+        .json();
     assert_eq!(report["batch"], "b1");
     assert_eq!(report["asked"]["models"], json!(["lab/small"]));
     let asked = home.runs();

@@ -36,17 +36,17 @@ fn workbench_and_command_line_ask_the_same_of_one_file() {
     session.see("b1: every question has its answer");
     session.press("qq");
     assert_eq!(session.end(), 0);
-    let again = home.run(&["evaluate", "e.toml", "--json"]).status(0);
+    let again = home.run(&["evaluate", "e.toml", "--format=json"]).status(0);
     again.says(&["going on with b1, which asks what e.toml says"]);
     // And the other way round.
     home.write("f.toml", TEXT.replace("[0.5, 1]", "[1]"));
-    let first = home.run(&["evaluate", "f.toml", "--json"]).status(0);
+    let first = home.run(&["evaluate", "f.toml", "--format=json"]).status(0);
     assert!(!first.stderr.contains("going on"), "{}", first.stderr);
     let mut session = workbench(&home, "f.toml");
     session.see("b2: every question has its answer");
     session.press("qq");
     assert_eq!(session.end(), 0);
-    let list = home.run(&["evaluate", "--list"]).status(0).stdout;
+    let list = home.run(&["evaluate", "list"]).status(0).stdout;
     assert!(list.contains("b2 ") && !list.contains("b3 "), "{list}");
 }
 

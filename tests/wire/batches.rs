@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use nearmiss::description::Frame;
-use nearmiss::evaluation::batch::{QuestionBuilder, RequestSettings, Variant};
+use nearmiss::evaluation::batch::{Experiment, QuestionBuilder, Variant};
 use nearmiss::evaluation::remote::{
     Progress, RemoteError, SubmissionOutcome, cancel, collect, submit,
 };
@@ -139,11 +139,11 @@ fn endpoint(base_url: &str, dialect: Dialect) -> Endpoint {
 /// One question as often as wanted.
 fn questions(samples: u32) -> Vec<(Question, RunOptions)> {
     let thresholds = Arc::new(Thresholds::shipped().clone());
-    let request = RequestSettings::default();
+    let experiment = Experiment::default();
     let builder = QuestionBuilder::new(
         Library::load(None),
         thresholds,
-        request,
+        experiment,
         EgoSelection::Beside,
     );
     let way = PromptConfig {

@@ -173,7 +173,7 @@ fn run(row: &Row, url: &str) {
     let home = Home::new();
     configured(&home, url, row.dialect);
     check(row, &ask(&home, &row.name, &[]));
-    let ended = ask(&home, &row.name, &["--json"]);
+    let ended = ask(&home, &row.name, &["--format=json"]);
     check(row, &ended);
     assert_eq!(ended.json()["model"], "lab/m", "{}", row.name);
     let found = home.files_with(KEY);

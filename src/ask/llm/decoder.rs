@@ -84,8 +84,8 @@ impl Decoder {
     pub fn document(&mut self, body: &str) -> Result<Vec<Chunk>, Error> {
         self.bounded(body)?;
         // Some servers send the end of a stream after it.
-        let body = body.trim();
-        let body = body.strip_suffix("[DONE]").map_or(body, |rest| {
+        let trimmed = body.trim();
+        let body = trimmed.strip_suffix("[DONE]").map_or(trimmed, |rest| {
             rest.trim_end().trim_end_matches("data:").trim_end()
         });
         let value: Value = serde_json::from_str(body).map_err(|e| {

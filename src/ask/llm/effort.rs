@@ -146,13 +146,15 @@ pub(super) fn check(endpoint: &Endpoint, request: &Request) -> Result<(), Error>
     Err(Error::Setup {
         place: endpoint.place(),
         why: format!(
-            "{} does not take effort {}; it takes {} (--effort, or `effort` in config.toml)",
+            "{} does not take effort {}; it takes {} (`effort` in config.toml, --set effort=…)",
             request.model,
             effort.name(),
             levels.names()
         ),
     })
 }
+
+nearmiss_record::word!(Effort, "effort");
 
 #[cfg(test)]
 mod tests {

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use jiff::civil::Date;
+use serde::Serialize;
 
 use super::api_keys::Environment;
 use super::dialect::Dialect;
-use super::price::Pricing;
+use super::price::{Pricing, as_text};
 use super::provider::{ModelEntry, Provider, StringOrList};
 use super::registry::Registry;
 
@@ -25,9 +26,11 @@ pub struct ModelOffer {
 }
 
 /// Availability of a model's key.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(tag = "state", content = "source", rename_all = "snake_case")]
 pub enum KeyState {
     /// No key is needed.
+    #[serde(rename = "not needed")]
     NotNeeded,
     /// The key is in this variable, possibly from a file.
     Present(String),
@@ -38,9 +41,10 @@ pub enum KeyState {
 }
 
 /// Retirement of a model.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Retirement {
     /// The first day on which it no longer answers as itself; `None` if it is gone since an unknown date.
+    #[serde(serialize_with = "as_text")]
     pub day: Option<Date>,
     /// Another model answers, and is billed, in its place.
     pub routed: bool,

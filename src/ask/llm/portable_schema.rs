@@ -120,8 +120,9 @@ fn reduced(schema: &Value, longest: Option<u64>) -> Value {
 fn bound(schema: &mut Map<String, Value>, longest: u64) {
     let ids = schema
         .get("items")
-        .and_then(|items| items.pointer("/properties/id/enum"));
-    let ids = ids.and_then(Value::as_array).map(|ids| ids.len() as u64);
+        .and_then(|items| items.pointer("/properties/id/enum"))
+        .and_then(Value::as_array)
+        .map(|ids| ids.len() as u64);
     let is_free = !schema.contains_key("enum") && !schema.contains_key("const");
     let (key, most) = match schema.get("type").and_then(Value::as_str) {
         Some("string") if is_free => ("maxLength", longest),

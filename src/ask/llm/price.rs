@@ -6,11 +6,12 @@ mod free;
 use jiff::Timestamp;
 use jiff::civil::{Date, Time, Weekday};
 use jiff::tz::{Offset, TimeZone};
+use serde::{Serialize, Serializer};
 
 use super::chunk::Usage;
 
 /// Prices in US dollars per million tokens, at the cheaper hours where hours differ.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Price {
     /// Tokens of the question.
     pub input: f64,
@@ -102,22 +103,35 @@ pub(super) fn fits(pattern: &str, model: &str) -> bool {
 }
 
 /// Price of a model over time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pricing {
     /// The price.
+    #[serde(flatten)]
     pub price: Price,
     /// The longest question it holds for, tokens.
+    #[serde(rename = "up_to_input_tokens")]
     pub up_to: Option<u64>,
     /// Price of longer questions, if known.
     pub longer: Option<Box<Pricing>>,
     /// The day on which its source had it so.
+    #[serde(serialize_with = "as_text")]
     pub as_of: Option<Date>,
     /// Where it is stated; `None` if the user's configuration has it from nowhere.
     pub source: Option<String>,
     /// The dearer hours, if there are any.
+    #[serde(rename = "peak_factor", serialize_with = "factor")]
     pub peak: Option<Peak>,
     /// Price factor of batches; see [`Pricing::batch_cost`].
     pub batch_factor: Option<f64>,
+}
+
+/// A day as text.
+pub(super) fn as_text<S: Serializer>(day: &Option<Date>, to: S) -> Result<S::Ok, S::Error> {
+    day.map(|day| day.to_string()).serialize(to)
+}
+
+fn factor<S: Serializer>(peak: &Option<Peak>, to: S) -> Result<S::Ok, S::Error> {
+    peak.as_ref().map(|peak| peak.factor).serialize(to)
 }
 
 /// Hours at which everything costs more.

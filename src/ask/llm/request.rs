@@ -19,6 +19,18 @@ pub enum Role {
     Assistant,
 }
 
+impl Role {
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::System => "system",
+            Self::User => "user",
+            Self::Assistant => "assistant",
+        }
+    }
+}
+
 /// One turn of the conversation.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Message {
@@ -119,8 +131,10 @@ impl Request {
     #[must_use]
     pub fn tokens(&self, counted: ImageTokens, answer: Option<u32>) -> u32 {
         let messages: usize = self.messages.iter().map(|m| m.content.len() + 16).sum();
-        let schema = self.schema.as_ref();
-        let schema = schema.map_or(0, |s| s.schema.to_string().len());
+        let schema = self
+            .schema
+            .as_ref()
+            .map_or(0, |s| s.schema.to_string().len());
         let tools = self.tools.as_ref().map_or(0, |tools| tools.bytes(answer));
         let words = u32::try_from((messages + schema + tools) / 2).unwrap_or(u32::MAX);
         let images = self.images().map(|i| counted.of(i.width, i.height));

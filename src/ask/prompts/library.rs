@@ -328,8 +328,10 @@ impl Library {
     /// The text of a file that is in use, template or fragment, and where it comes from.
     #[must_use]
     pub fn source(&self, file: &str) -> Option<(&str, &Origin)> {
-        let template = self.templates.get(file);
-        let template = template.map(|(template, origin)| (template.source.as_str(), origin));
+        let template = self
+            .templates
+            .get(file)
+            .map(|(template, origin)| (template.source.as_str(), origin));
         let fragment = || {
             let text = self.fragments.get(file)?;
             Some((text.as_str(), self.fragment_origins.get(file)?))

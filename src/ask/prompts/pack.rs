@@ -32,3 +32,5 @@ impl Pack {
         Self::ALL.into_iter().find(|pack| pack.name() == name)
     }
 }
+
+nearmiss_record::word!(Pack, "pack");

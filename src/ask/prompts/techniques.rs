@@ -66,6 +66,16 @@ impl std::fmt::Display for Techniques {
     }
 }
 
+impl nearmiss_record::fields::Word for Techniques {
+    fn of_word(word: &str) -> Result<Self, String> {
+        Self::parse(word)
+    }
+
+    fn word(&self) -> String {
+        self.to_string()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -87,8 +87,10 @@ fn sentence(
             .to_string()
     };
     let doing = crashed.tasks.last().cloned().unwrap_or_else(fallback);
-    let file = crashed.file.as_deref();
-    let file = file.map(|file| format!(" ({})", file.display()));
+    let file = crashed
+        .file
+        .as_deref()
+        .map(|file| format!(" ({})", file.display()));
     let report = match written {
         Ok(path) => format!("the report is in {}", path.display()),
         Err(why) => format!("no report could be written ({why})"),
@@ -107,8 +109,10 @@ fn report(panic: &str, command: &[String], crashed: &CrashedActivity) -> String 
     let version = env!("CARGO_PKG_VERSION");
     let thread = std::thread::current();
     let name = thread.name().unwrap_or("without a name");
-    let file = crashed.file.as_deref();
-    let file = file.map_or_else(|| "none".to_string(), |file| file.display().to_string());
+    let file = crashed
+        .file
+        .as_deref()
+        .map_or_else(|| "none".to_string(), |file| file.display().to_string());
     // Writing to text does not fail.
     let _ = writeln!(text, "nearmiss {version}");
     let _ = writeln!(

@@ -11,6 +11,7 @@ mod processes;
 mod read_file;
 mod terminal;
 mod toml_text;
+mod visible;
 mod words;
 
 pub use file_cache::FileCache;
@@ -24,7 +25,8 @@ pub use read_file::{
 };
 pub use terminal::{KeyBinding, Terminal, columns, pad_end, pad_start};
 pub use toml_text::{
-    KeyLines, Mistake, TomlText, available, did_you_mean, line_at, mistyped, nearest, shown_value,
-    similar, toml_mistake, unknown,
+    KeyLines, Mistake, TomlText, available, did_you_mean, line_at, nearest, shown_value, similar,
+    toml_mistake, unknown,
 };
+pub use visible::{disguises, escaped_json, escaped_xml, visible};
 pub use words::words;

@@ -182,15 +182,6 @@ pub fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<
     names
 }
 
-/// The known word that differs from a mistyped one by a letter or two neighbours, or by two of them if it is long.
-#[must_use]
-pub fn mistyped<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let distance = |known: &str| strsim::damerau_levenshtein(word, known);
-    let nearest = known.into_iter().min_by_key(|known| distance(known))?;
-    let most = 1 + usize::from(word.chars().count() >= LONG_WORD);
-    (distance(nearest) <= most).then_some(nearest)
-}
-
 /// ``; did you mean `a`, `b` or `c`?``, or nothing where no name is alike.
 #[must_use]
 pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
@@ -226,9 +217,6 @@ pub fn available<'a>(word: &str, known: impl IntoIterator<Item = &'a str> + Clon
         }
     }
 }
-
-/// Characters of a word with which two may be mistyped.
-const LONG_WORD: usize = 8;
 
 /// Suggestions, at most.
 const MAX_SUGGESTIONS: usize = 3;
@@ -268,8 +256,6 @@ mod tests {
     fn a_word_is_near_or_nothing_is() {
         assert_eq!(nearest("modell", ["mouse", "model"]), Some("model"));
         assert_eq!(nearest("qwrtz", ["mouse", "model"]), None);
-        assert_eq!(mistyped("mdoel", ["mouse", "model"]), Some("model"));
-        assert_eq!(mistyped("moder", ["mouse", "cross"]), None);
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub fn refused(error: AskError, bound: Option<&Bound>) -> Failure {
     let said = bound.and_then(|bound| bound.said.as_ref());
     match (&error, said) {
         (AskError::OverBudget(_), Some(said)) => Failure::input(format!(
-            "{error} (the budget is that of {said}; --budget USD sets another for this answer, --max-tokens N a limit)"
+            "{error} (the budget is that of {said}; --budget USD sets another for this answer, --set max_tokens=N a limit)"
         )),
         _ => Failure::input(error),
     }

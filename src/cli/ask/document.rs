@@ -1,129 +1,188 @@
 //! The answer of `ask` as one JSON line.
 
-use serde_json::{Map, Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
 
 use super::{past, words};
-use crate::{cost, json, time};
+use crate::{json, time};
+use nearmiss_ask::llm::ToolRound;
 use nearmiss_scene::judge;
-use nearmiss_scene::verdict::Task;
+use nearmiss_scene::verdict::{ParsedAnswer, Task};
+use nearmiss_store::{Origin, RunId};
+use nearmiss_study::evaluation::consumption::unknown;
 use nearmiss_study::evaluation::{Answer, Case, Judge, JudgeOutcome, Question};
 
 /// The verdict, its cost and where it is stored; the same keys with or without a verdict.
-pub(super) fn document(answer: &Answer, question: &Question, judge: &Judge) -> Value {
-    let case = &question.case;
-    let (verdict, problem) = match &answer.judged {
-        JudgeOutcome::Verdict(parsed) => (json!(parsed.verdict), None),
-        JudgeOutcome::Other(reading) => (json!(reading.said), None),
-        JudgeOutcome::Missing(missing) => (Value::Null, Some(words::missing(missing))),
-    };
-    let dangerous = match &answer.judged {
-        JudgeOutcome::Verdict(parsed) => Some(parsed.verdict.dangerous),
-        _ => None,
-    };
-    let reading = match (&problem, answer.repairs().is_empty()) {
-        (Some(_), _) => None,
-        (None, true) => Some("strict"),
-        (None, false) => Some("repaired"),
-    };
-    let consumed = &answer.consumed;
-    let (cost_usd, price_source) = match (consumed.cost_usd, past::worked_out(answer, judge)) {
-        (Some(usd), _) => (Some(usd), answer.price_source.clone()),
-        (None, _) if answer.model == judge::MODEL => (Some(0.0), Some("built in".into())),
-        (None, Some((usd, how))) => (Some(usd), Some(how)),
-        (None, None) => (None, None),
-    };
-    let returned = answer.model_returned.as_deref();
-    let rounds = &answer.tool_rounds;
-    let mut value = json!({
-        "run": answer.run.map(|run| run.0),
-        "scenario": case.name,
-        "task": case.task.name(),
-        "frame": case.frame.name(),
-        "techniques": case.techniques.to_string(),
-        "window": answer.window,
-        "template": question.template,
-        "template_hash": question.template_hash,
-        "model": answer.model,
-        "model_returned": returned,
-        "dangerous": dangerous,
-        "verdict": verdict,
-        "reading": reading,
-        "repaired": answer.repairs(),
-        "flags": answer.flags(&case.scene.scenario),
-        "cut_off": answer.cut_off(),
-        "problem": problem,
-        "answer": answer.text,
-        "reasoning": answer.reasoning,
-        "input_tokens": consumed.input_tokens,
-        "output_tokens": consumed.output_tokens,
-        "reasoning_tokens": consumed.reasoning_tokens,
-        "cached_tokens": consumed.cached_tokens,
-        "cost_usd": cost_usd,
-        "price_source": price_source,
-        "cost_unknown": cost_usd
-            .is_none()
-            .then(|| cost::unknown(consumed, &answer.model, returned)),
-        "stored": null,
-        "prediction": null,
-    });
-    if !rounds.is_empty() {
-        value["tool_rounds"] = json!(rounds);
-    }
-    if let (Some(past), Some(run)) = (&answer.past, answer.run) {
-        value["stored"] = json!({
-            "run": run.0,
-            "asked": time::rfc3339(past.created_ms),
-            "asked_as": answer.model,
-            "origin": past.origin.name(),
-            "sample": past.sample,
-        });
-    }
-    if answer.model == judge::MODEL && case.task == Task::Safety {
-        value["prediction"] = prediction(case);
-    }
-    add_old_keys(&mut value, &verdict);
-    value
+#[derive(Serialize, JsonSchema)]
+pub struct AskDocument<'a> {
+    run: Option<RunId>,
+    scenario: &'a str,
+    task: &'static str,
+    frame: &'static str,
+    techniques: String,
+    window: Option<(i64, i64)>,
+    template: &'a str,
+    template_hash: &'a str,
+    model: &'a str,
+    model_returned: Option<&'a str>,
+    dangerous: Option<bool>,
+    #[schemars(with = "Value")]
+    verdict: Option<ParsedAnswer>,
+    reading: Option<&'static str>,
+    /// Repairs that reading the verdict took.
+    repaired: &'a [String],
+    /// What makes the verdict doubtful: contradictions, obstacles named twice or not in the scene.
+    flags: Vec<String>,
+    /// Why the answer ends early.
+    cut_off: Option<String>,
+    problem: Option<String>,
+    answer: &'a str,
+    reasoning: &'a str,
+    input_tokens: Option<u64>,
+    output_tokens: Option<u64>,
+    reasoning_tokens: Option<u64>,
+    cached_tokens: Option<u64>,
+    cost_usd: Option<f64>,
+    price_source: Option<String>,
+    /// Why the cost is unknown.
+    cost_unknown: Option<String>,
+    /// Where a stored answer comes from.
+    stored: Option<StoredAnswer<'a>>,
+    /// Basis of a safety verdict of the built-in judge.
+    prediction: Option<Prediction>,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    #[schemars(with = "Value")]
+    tool_rounds: &'a [ToolRound],
 }
 
-/// Keys of the form before `schema_version`.
-fn add_old_keys(value: &mut Value, verdict: &Value) {
-    let newer = ["critical_obstacles", "probability", "token_probability"];
-    for (name, said) in verdict.as_object().into_iter().flatten() {
-        if value.get(name).is_none() && !newer.contains(&name.as_str()) {
-            value[name] = said.clone();
+impl json::Output for AskDocument<'_> {
+    const NAME: &'static str = "ask";
+    const TITLE: &'static str = "`ask --json`: one answer";
+}
+
+/// An answer that was in the store before it was asked for.
+#[derive(Serialize, JsonSchema)]
+struct StoredAnswer<'a> {
+    /// Its run.
+    run: RunId,
+    /// When it was asked, RFC 3339.
+    asked: String,
+    /// The model that was asked, as provider/model.
+    asked_as: &'a str,
+    /// Where it comes from.
+    origin: Origin,
+    /// Number of the sample.
+    sample: u32,
+}
+
+/// What the built-in judge's verdict on safety follows from.
+#[derive(Serialize, JsonSchema)]
+struct Prediction {
+    /// Seconds after the window that count.
+    horizon: f64,
+    /// Probability of a contact from which on a window is critical.
+    threshold: f64,
+    /// First step of the window.
+    first_step: i64,
+    /// Last step of the window.
+    last_step: i64,
+    /// Obstacles that may touch the ego.
+    obstacles: Vec<Contact>,
+}
+
+/// A contact that the built-in judge predicts.
+#[derive(Serialize, JsonSchema)]
+struct Contact {
+    /// Id of the obstacle.
+    id: i64,
+    /// Its probability.
+    probability: f64,
+    /// Seconds from the end of the window; null without a contact.
+    time: Option<f64>,
+}
+
+impl<'a> AskDocument<'a> {
+    pub(super) fn new(answer: &'a Answer, question: &'a Question, judge: &Judge) -> Self {
+        let case = &question.case;
+        let (verdict, problem) = match &answer.judged {
+            JudgeOutcome::Verdict(parsed) => {
+                (Some(ParsedAnswer::Verdict(parsed.verdict.clone())), None)
+            }
+            JudgeOutcome::Other(reading) => (Some(reading.said.clone()), None),
+            JudgeOutcome::Missing(missing) => (None, Some(words::missing(missing))),
+        };
+        let reading = match (&problem, answer.repairs().is_empty()) {
+            (Some(_), _) => None,
+            (None, true) => Some("strict"),
+            (None, false) => Some("repaired"),
+        };
+        let consumed = answer.consumed;
+        let (cost_usd, price_source) = match (consumed.cost_usd, past::worked_out(answer, judge)) {
+            (Some(usd), _) => (Some(usd), answer.price_source.clone()),
+            (None, _) if answer.model == judge::MODEL => (Some(0.0), Some("built in".into())),
+            (None, Some((usd, how))) => (Some(usd), Some(how)),
+            (None, None) => (None, None),
+        };
+        let returned = answer.model_returned.as_deref();
+        Self {
+            run: answer.run,
+            scenario: &case.name,
+            task: case.task.name(),
+            frame: case.frame.name(),
+            techniques: case.techniques.to_string(),
+            window: answer.window,
+            template: &question.template,
+            template_hash: &question.template_hash,
+            model: &answer.model,
+            model_returned: returned,
+            dangerous: answer.verdict().map(|verdict| verdict.dangerous),
+            verdict,
+            reading,
+            repaired: answer.repairs(),
+            flags: answer.flags(&case.scene.scenario),
+            cut_off: answer.cut_off(),
+            problem,
+            answer: &answer.text,
+            reasoning: &answer.reasoning,
+            cost_unknown: cost_usd
+                .is_none()
+                .then(|| unknown(&consumed, &answer.model, returned)),
+            input_tokens: consumed.input_tokens,
+            output_tokens: consumed.output_tokens,
+            reasoning_tokens: consumed.reasoning_tokens,
+            cached_tokens: consumed.cached_tokens,
+            cost_usd,
+            price_source,
+            stored: answer.past.zip(answer.run).map(|(past, run)| StoredAnswer {
+                run,
+                asked: time::rfc3339(past.created_ms),
+                asked_as: &answer.model,
+                origin: past.origin,
+                sample: past.sample,
+            }),
+            prediction: (answer.model == judge::MODEL && case.task == Task::Safety)
+                .then(|| Prediction::of(case)),
+            tool_rounds: &answer.tool_rounds,
         }
     }
-    json::with_old_names(value, &[("how", "reading")]);
-    let tokens = [
-        "input_tokens",
-        "output_tokens",
-        "reasoning_tokens",
-        "cached_tokens",
-    ];
-    let usage = tokens.map(|name| (name.to_string(), value[name].clone()));
-    value["usage"] = usage.into_iter().collect::<Map<_, _>>().into();
-    value["cost"] = match &value["cost_unknown"] {
-        Value::Null => json!({"usd": value["cost_usd"], "source": value["price_source"]}),
-        why => json!({"usd": null, "unknown": why}),
-    };
 }
 
-/// The basis of the built-in judge's verdict on safety.
-fn prediction(case: &Case) -> Value {
-    let rounded = |value: f64| (value * 1e6).round() / 1e6;
-    let judgement = case.judgement();
-    let obstacles = judgement.prospects.iter().map(|p| {
-        json!({
-            "id": p.id,
-            "probability": rounded(p.probability),
-            "time": p.time.map(rounded),
-        })
-    });
-    json!({
-        "horizon": judge::Criterion::REFERENCE.horizon,
-        "threshold": judge::Criterion::REFERENCE.threshold,
-        "first_step": case.window.first(),
-        "last_step": case.window.last(),
-        "obstacles": obstacles.collect::<Vec<_>>(),
-    })
+impl Prediction {
+    fn of(case: &Case) -> Self {
+        let rounded = |value: f64| (value * 1e6).round() / 1e6;
+        let prospects = case.judgement().prospects;
+        let obstacles = prospects.iter().map(|prospect| Contact {
+            id: prospect.id,
+            probability: rounded(prospect.probability),
+            time: prospect.time.map(rounded),
+        });
+        Self {
+            horizon: judge::Criterion::REFERENCE.horizon,
+            threshold: judge::Criterion::REFERENCE.threshold,
+            first_step: case.window.first(),
+            last_step: case.window.last(),
+            obstacles: obstacles.collect(),
+        }
+    }
 }

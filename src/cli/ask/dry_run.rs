@@ -1,11 +1,32 @@
 //! `ask --dry-run`: what the question would take; nothing is sent.
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::budget::Bound;
-use crate::{Failure, Outcome, output};
+use crate::{Failure, Outcome, json, output};
 use nearmiss_study::evaluation::batch::{Price, Size};
 use nearmiss_study::evaluation::{Judge, Question};
+
+/// What a question would take.
+#[derive(Serialize, JsonSchema)]
+pub struct AskDryRun<'a> {
+    model: &'a str,
+    /// The prompt template with its version.
+    template: Option<String>,
+    /// Estimated tokens of the question.
+    input_tokens: u64,
+    most_usd: Option<f64>,
+    /// The price in words.
+    price: String,
+    /// Why a budget forbids the question; null if it does not.
+    forbidden: Option<String>,
+}
+
+impl json::Output for AskDryRun<'_> {
+    const NAME: &'static str = "ask-dry-run";
+    const TITLE: &'static str = "`ask --dry-run --json`: what a question would take";
+}
 
 /// Says how long the question is, what it costs at most, and what a budget makes of that.
 pub fn run(question: &Question, judge: &Judge, bound: Option<&Bound>, as_json: bool) -> Outcome {
@@ -19,7 +40,7 @@ pub fn run(question: &Question, judge: &Judge, bound: Option<&Bound>, as_json: b
         Price::AtMost(usd) => (format!("at most ${usd:.4}"), Some(usd)),
         Price::Question { usd, million } => (
             format!(
-                "${usd:.4} and the answer, ${million:.2} per 1M tokens; --max-tokens bounds it"
+                "${usd:.4} and the answer, ${million:.2} per 1M tokens; --set max_tokens=N bounds it"
             ),
             None,
         ),
@@ -30,15 +51,15 @@ pub fn run(question: &Question, judge: &Judge, bound: Option<&Bound>, as_json: b
     };
     let template = question.version().map(|version| version.to_string());
     if as_json {
-        return output::json(&json!({
-            "model": judge.id(),
-            "template": template,
-            "input_tokens": size.tokens,
-            "most_usd": usd,
-            "price": words,
-            "forbidden": forbidden,
-        }))
-        .and(refusal(forbidden));
+        let document = AskDryRun {
+            model: judge.id(),
+            template,
+            input_tokens: size.tokens,
+            most_usd: usd,
+            price: words,
+            forbidden,
+        };
+        return output::document(&document).and(refusal(document.forbidden));
     }
     let mut rows = vec![
         ("model", judge.id().to_string()),
@@ -61,7 +82,7 @@ fn forbidden(price: &Price, budget: f64) -> Option<String> {
         Price::AtMost(usd) => (*usd > budget)
             .then(|| format!("it may cost ${usd:.4}, more than the budget of ${budget:.4}")),
         Price::Question { .. } => {
-            Some("a budget needs a limit of the answer's tokens: --max-tokens N".into())
+            Some("a budget needs a limit of the answer's tokens: --set max_tokens=N".into())
         }
         Price::Unknown => Some("a budget needs a price, and none is known".into()),
     }

@@ -1,16 +1,15 @@
 //! Answers to tasks beyond yes or no, formatted for people.
 
-use std::fmt::Write;
-
-use nearmiss_scene::verdict::{Moment, Motion, ParsedAnswer};
-use nearmiss_study::evaluation::MissingVerdict;
+use super::line;
+use nearmiss_scene::verdict::{Motion, ObstacleRisk, ParsedAnswer};
+use nearmiss_study::evaluation::{MissingVerdict, motion_words};
 
 /// Why there is no verdict. An address that cannot be reached was tried, other than what is refused beforehand.
 pub(super) fn missing(missing: &MissingVerdict) -> String {
     match missing {
         MissingVerdict::NotSent(why) => format!("no answer: {why}"),
         MissingVerdict::NoAnswer(why) if is_too_long(why) => format!(
-            "{missing}; a shorter question may fit: --form compact, a smaller --history or --radius, --techniques base"
+            "{missing}; a shorter question may fit: --set form=compact, a smaller --history or radius, --techniques base"
         ),
         missing => missing.to_string(),
     }
@@ -26,64 +25,34 @@ fn is_too_long(why: &str) -> bool {
             || why.contains("too many tokens"))
 }
 
-/// Who could attack, or how an attacker moves; the verdicts of the other tasks are in `ask` itself.
-pub(super) fn said(said: &ParsedAnswer, model: &str) -> String {
-    let mut text = String::new();
-    let mut line = |words: String| {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{words}");
-    };
-    match said {
+/// Who could attack, or how an attacker moves.
+pub(super) fn said(said: &ParsedAnswer, model: &str) -> Vec<String> {
+    let mut lines = match said {
         ParsedAnswer::Verdict(verdict) => {
-            line(format!("\nverdict       {} ({model})", verdict.word()))
+            vec![line("verdict", format!("{} ({model})", verdict.word()))]
         }
         ParsedAnswer::Attacker(choice) => {
             let who = choice.attacker.map_or("none".into(), |id| id.to_string());
-            line(format!("\nattacker      {who} ({model})"));
-            for o in &choice.obstacles {
-                line(format!(
-                    "  risk {}      {}  {}",
-                    o.risk_score, o.id, o.reason
-                ));
-            }
+            let first = line("attacker", format!("{who} ({model})"));
+            let risks = choice.obstacles.iter().map(risk);
+            std::iter::once(first).chain(risks).collect()
         }
         ParsedAnswer::Trajectory(new) => {
-            line(format!("\nobstacle      {} ({model})", new.obstacle));
-            match &new.motion {
-                Motion::Manoeuvre(m) => {
-                    let number = |name: &str, value: Option<f64>, unit: &str| {
-                        value.map_or(String::new(), |v| format!(", {name} {v:.2} {unit}"))
-                    };
-                    line(format!(
-                        "manoeuvre     {} from {:.2} s for {:.2} s{}{}",
-                        m.kind.name(),
-                        m.start,
-                        m.duration,
-                        number("gap", m.gap, "m"),
-                        number("speed", m.speed, "m/s"),
-                    ));
-                }
-                Motion::Waypoints(points) => {
-                    for p in points {
-                        let at = match p.at {
-                            Moment::Step(step) => format!("step {step}"),
-                            Moment::Seconds(time) => format!("{time:.2} s"),
-                        };
-                        let number = |name: &str, value: Option<f64>, unit: &str| {
-                            value.map_or(String::new(), |v| format!("  {name} {v:.3} {unit}"))
-                        };
-                        line(format!(
-                            "  {at:<11} ({:.3}, {:.3}) m{}{}",
-                            p.x,
-                            p.y,
-                            number("heading", p.heading, "rad"),
-                            number("velocity", p.velocity, "m/s"),
-                        ));
-                    }
-                }
-            }
+            let first = line("obstacle", format!("{} ({model})", new.obstacle));
+            let name = match new.motion {
+                Motion::Manoeuvre(_) => "manoeuvre",
+                Motion::Waypoints(_) => "waypoint",
+            };
+            let parts = motion_words(&new.motion);
+            let motion = parts.iter().map(|words| line(name, words));
+            std::iter::once(first).chain(motion).collect()
         }
-    }
-    line(format!("justification {}", said.justification()));
-    text
+    };
+    lines.push(line("justification", said.justification()));
+    lines
+}
+
+/// The score of an obstacle, and why.
+pub(super) fn risk(one: &ObstacleRisk) -> String {
+    format!("  risk {}      {}  {}", one.risk_score, one.id, one.reason)
 }

@@ -27,8 +27,8 @@ const ROADS: &str = "xodr";
 pub struct SimulatorOptions {
     /// Format to write: commonroad (XML) or openscenario (FILE.xosc and FILE.xodr) [default: by the ending of -o, else
     /// commonroad].
-    #[arg(long, value_name = "FORMAT", value_parser = ["commonroad", "openscenario"])]
-    to: Option<String>,
+    #[arg(long, value_parser = ["commonroad", "openscenario"])]
+    format: Option<String>,
     /// OpenSCENARIO: the ego: free (placed at its start, for a driver under test), planner (the built-in planner drives),
     /// `planner:NAME` with a [planner.NAME] of config.toml or a command, id of an obstacle, or file with a trajectory
     /// [default: the recording beside the scenario].
@@ -44,11 +44,11 @@ impl SimulatorOptions {
     /// Whether scenarios are written for simulators.
     ///
     /// # Errors
-    /// The ending of the file is of no format, or of another than --to; or an ego is chosen for a format that has none.
+    /// The ending of the file is of no format, or of another than --format; or an ego is chosen for a format that has none.
     pub fn wanted(&self, output: Option<&Path>) -> Result<bool, Failure> {
         let file = output.filter(|path| !path.is_dir() && path.as_os_str() != "-");
         let by_ending = file.map(of_ending).transpose()?.flatten();
-        let for_simulators = match (self.to.as_deref(), by_ending) {
+        let for_simulators = match (self.format.as_deref(), by_ending) {
             (None, by_ending) => {
                 if let (Some(file), None) = (file, by_ending) {
                     return Err(unknown_ending(file));
@@ -60,7 +60,7 @@ impl SimulatorOptions {
                 if let (Some(file), true) = (file, by_ending.is_some_and(|by| by != wanted)) {
                     let ending = if wanted { SCENARIO } else { COMMONROAD };
                     return Err(Failure::input(format!(
-                        "{}: --to {format} writes .{ending} files; rename the file or leave out --to",
+                        "{}: --format {format} writes .{ending} files; rename the file or leave out --format",
                         file.display()
                     )));
                 }
@@ -69,7 +69,7 @@ impl SimulatorOptions {
         };
         if self.ego.is_some() && !for_simulators {
             return Err(Failure::input(
-                "--ego applies to OpenSCENARIO: -o FILE.xosc or --to openscenario; CommonRoad files have no ego in them",
+                "--ego applies to OpenSCENARIO: -o FILE.xosc or --format openscenario; CommonRoad files have no ego in them",
             ));
         }
         Ok(for_simulators)
@@ -105,7 +105,7 @@ impl SimulatorOptions {
 
     /// What the result depends on.
     pub fn settings(&self) -> String {
-        format!("{:?} {:?}", self.to, self.ego)
+        format!("{:?} {:?}", self.format, self.ego)
     }
 }
 
@@ -128,7 +128,7 @@ fn of_ending(file: &Path) -> Result<Option<bool>, Failure> {
 fn unknown_ending(file: &Path) -> Failure {
     Failure::input(format!(
         "{}: no folder, and no ending of a scenario: .{COMMONROAD} (CommonRoad) or .{SCENARIO} (OpenSCENARIO); create the \
-         folder, or choose with --to",
+         folder, or choose with --format",
         file.display()
     ))
 }

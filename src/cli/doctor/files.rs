@@ -21,7 +21,7 @@ pub fn config(folders: &Folders) -> (Config, Vec<Finding>) {
         .collect();
     if said.is_empty() {
         let words = if path.exists() {
-            format!("{shown} is valid; `nearmiss --print-config` shows the values in force")
+            format!("{shown} is valid; `nearmiss config print` shows the values in force")
         } else {
             format!("defaults (no {shown})")
         };
@@ -153,11 +153,11 @@ fn keys(folders: &Folders, workbench: &Workbench) -> Vec<Finding> {
 fn prompts(folders: &Folders) -> Vec<Finding> {
     let library = Library::load(Some(&folders.prompts()));
     if library.problems.is_empty() {
-        let words = "all templates are valid; `nearmiss prompts` lists them";
+        let words = "all templates are valid; `nearmiss prompt list` lists them";
         return vec![Finding::ok("prompts", words)];
     }
     let problems = library.problems.iter();
-    let todo = "fix it or move the file away; `nearmiss prompts` lists what is in use";
+    let todo = "fix it or move the file away; `nearmiss prompt list` lists what is in use";
     problems
         .map(|problem| Finding::problem("prompts", problem.to_string(), todo))
         .collect()
@@ -169,7 +169,7 @@ fn themes(folders: &Folders, config: &Config, workbench: &Workbench) -> Vec<Find
     if mistakes.is_empty() {
         return vec![Finding::ok("themes", format!("`{chosen}` is valid"))];
     }
-    let todo = "fix it or choose another theme; `nearmiss themes` lists them";
+    let todo = "fix it or choose another theme; `nearmiss config themes` lists them";
     let each = mistakes.into_iter();
     each.map(|mistake| Finding::problem("themes", mistake, todo))
         .collect()

@@ -17,9 +17,8 @@ pub use files::open_to_others;
 /// Arguments of `doctor`.
 #[derive(Debug, clap::Args)]
 pub struct Doctor {
-    /// Print one JSON object.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Also ask every provider with a key for its list of models; without it nothing leaves this machine.
     #[arg(long)]
     online: bool,
@@ -68,7 +67,7 @@ pub struct Document {
 
 impl json::Output for Document {
     const NAME: &'static str = "doctor";
-    const TITLE: &'static str = "`doctor --json`: findings of the check";
+    const TITLE: &'static str = "`doctor --format json`: findings of the check";
 }
 
 impl Finding {
@@ -124,7 +123,7 @@ pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
     }
     let count = |state: State| found.iter().filter(|f| f.state == state).count();
     let (warnings, problems) = (count(State::Warning), count(State::Problem));
-    if arguments.json {
+    if arguments.format.is_json() {
         output::document(&Document {
             version: env!("CARGO_PKG_VERSION"),
             findings: found.clone(),

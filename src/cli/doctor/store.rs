@@ -43,7 +43,7 @@ pub fn look(folders: &Folders) -> Vec<Finding> {
         found.push(Finding::ok(AREA, "quick check passed"));
     }
     for line in &health.damage {
-        let todo = format!("`nearmiss export -o FILE` saves what can be read; then {other}");
+        let todo = format!("`nearmiss runs export -o FILE` saves what can be read; then {other}");
         found.push(Finding::problem(AREA, format!("damaged: {line}"), todo));
     }
     found.push(match health.locked {

@@ -1,10 +1,12 @@
 //! The tasks about whole recordings: the judge's verdicts, compared with labels.
 
-use serde_json::json;
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::{About, Evaluate, Format, Truth, built_in, number, outcome, share};
+use super::{About, Format, Run, Truth, built_in, number, outcome, share};
 use crate::open::{configuration, user_thresholds};
-use crate::{Failure, Outcome, output};
+use crate::{Failure, Outcome, json, output};
+use nearmiss_record::{Record, Table, columns, rows as rows_of};
 use nearmiss_scene::judge::{self, Judgement, judge_collision, judge_recording};
 use nearmiss_scene::metrics::{RiskConvention, Thresholds};
 use nearmiss_scene::scenario::Scene;
@@ -12,7 +14,7 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::{AnswerStatus, Confusion, Label, Scored};
 use nearmiss_workflow::batch::BuiltInAnswers;
 
-pub(super) fn run(arguments: &Evaluate, task: Task, about: About<'_>) -> Outcome {
+pub(super) fn run(arguments: &Run, task: Task, about: About<'_>) -> Outcome {
     let truth = about.0;
     let (judge, others): (fn(&Scene, &Thresholds) -> Judgement, _) = match task {
         Task::Recording => (judge_recording, "CSV or score:paper"),
@@ -63,6 +65,15 @@ impl<'a> Row<'a> {
         }
     }
 
+    fn line(&self, task: Task) -> LabelRow {
+        LabelRow {
+            scenario: self.name.into(),
+            label: words(task, self.label),
+            judge: words(task, self.judge),
+            agrees: !self.differs(),
+        }
+    }
+
     fn differs(&self) -> bool {
         match (self.label, self.judge) {
             (Label::Collision(Some(id)), Label::Collision(said)) => said != Some(id),
@@ -71,16 +82,11 @@ impl<'a> Row<'a> {
     }
 }
 
-fn write(
-    arguments: &Evaluate,
-    task: Task,
-    truth: &Truth,
-    answers: &BuiltInAnswers<Scored>,
-) -> Outcome {
+fn write(arguments: &Run, task: Task, truth: &Truth, answers: &BuiltInAnswers<Scored>) -> Outcome {
     let c = Confusion::from_scored(answers.judged.iter().map(|(_, one)| one), Scored::positive);
     let rows: Vec<Row<'_>> = answers.judged.iter().map(Row::of).collect();
     // Of the collisions that were found and have an obstacle in their label.
-    let (mut named, mut who) = (0, 0);
+    let (mut named, mut who) = (0_u32, 0_u32);
     for row in &rows {
         if let (Label::Collision(Some(_)), Label::Collision(_)) = (row.label, row.judge) {
             named += 1;
@@ -114,41 +120,82 @@ fn write(
             output::text(&text)
         }
         Format::Csv => {
-            let head = ["scenario", "label", "judge", "agrees"].map(String::from);
-            let rows = rows.iter().map(|row| {
-                [
-                    row.name.to_string(),
-                    words(task, row.label),
-                    words(task, row.judge),
-                    (!row.differs()).to_string(),
-                ]
-            });
-            output::csv(std::iter::once(head).chain(rows))
+            let lines: Vec<LabelRow> = rows.iter().map(|row| row.line(task)).collect();
+            let table = Table::new("labels", columns::<LabelRow>());
+            let csv = table.csv(rows_of(&lines).map_err(Failure::input)?);
+            output::text(&String::from_utf8_lossy(&csv))
         }
-        Format::Json => {
-            let other = other.map(
-                |row| json!({ "scenario": row.name, "label": words(task, row.label), "judge": words(task, row.judge) }),
-            );
-            output::json(&json!({
-                "task": task.name(),
-                "truth": truth.json(),
-                "model": judge::MODEL,
-                "tp": c.true_positives,
-                "fp": c.false_positives,
-                "fn": c.false_negatives,
-                "tn": c.true_negatives,
-                "precision": c.precision(),
-                "recall": c.recall(),
-                "f1": c.f1(),
-                "obstacles_labelled": named,
-                "obstacles_right": who,
-                "differences": other.collect::<Vec<_>>(),
-                "failed": answers.failed,
-                "without_ego": answers.without_ego,
-                "unlabelled": answers.unlabelled,
-            }))
-        }
+        Format::Json => output::document(&CollisionDocument {
+            task: task.name(),
+            truth: truth.json(),
+            model: judge::MODEL,
+            counts: c,
+            precision: c.precision(),
+            recall: c.recall(),
+            f1: c.f1(),
+            obstacles_labelled: named,
+            obstacles_right: who,
+            differences: other.map(|row| row.line(task)).collect(),
+            failed: answers.failed,
+            without_ego: answers.without_ego.clone(),
+            unlabelled: answers.unlabelled.clone(),
+        }),
     }
+}
+
+/// The built-in judge beside labels of whole recordings, for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct CollisionDocument {
+    /// The task: collision or recording.
+    task: &'static str,
+    /// Source of the ground truth.
+    truth: serde_json::Value,
+    /// The built-in judge.
+    model: &'static str,
+    /// Its answers beside the labels.
+    #[serde(flatten)]
+    counts: Confusion,
+    /// tp / (tp + fp).
+    precision: Option<f64>,
+    /// tp / (tp + fn).
+    recall: Option<f64>,
+    /// Harmonic mean of precision and recall.
+    f1: Option<f64>,
+    /// Found collisions whose label names an obstacle.
+    obstacles_labelled: u32,
+    /// Of these, those with the right obstacle.
+    obstacles_right: u32,
+    /// Scenarios where label and judge differ.
+    differences: Vec<LabelRow>,
+    /// Number of scenarios that could not be opened.
+    failed: usize,
+    /// Scenarios without a recorded ego.
+    without_ego: Vec<String>,
+    /// Scenarios without ground truth.
+    unlabelled: Vec<String>,
+}
+
+impl json::Output for CollisionDocument {
+    const NAME: &'static str = "evaluate-collision";
+    const TITLE: &'static str = "`evaluate --task collision --json` of the built-in judge";
+}
+
+/// The label of a scenario beside the judge's.
+#[derive(Serialize, JsonSchema)]
+struct LabelRow {
+    /// The scenario.
+    scenario: String,
+    /// Its label.
+    label: String,
+    /// What the judge says.
+    judge: String,
+    /// Whether they agree.
+    agrees: bool,
+}
+
+impl Record for LabelRow {
+    const NAME: &'static str = "label";
+    const TITLE: &'static str = "The label of a scenario beside the judge's";
 }
 
 /// What a yes is called.

@@ -4,7 +4,6 @@ use std::num::NonZeroU32;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::options::Options;
 use crate::open::{configuration, user_thresholds};
 use crate::templates::templates;
 use crate::{Failure, output};
@@ -14,7 +13,7 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::Judges;
-use nearmiss_study::evaluation::batch::Spec;
+use nearmiss_study::evaluation::batch::{Experiment, Spec};
 use nearmiss_workflow::ExperimentContext;
 use nearmiss_workflow::batch::BatchModels;
 
@@ -25,6 +24,8 @@ pub struct BatchContext {
     pub library: Library,
     pub thresholds: Arc<Thresholds>,
     pub store: Arc<Store>,
+    /// Requests to each provider at once, in the place of the providers' own numbers.
+    pub concurrency: Option<NonZeroU32>,
 }
 
 impl BatchContext {
@@ -40,27 +41,34 @@ impl BatchContext {
             library,
             thresholds,
             store: Arc::new(store),
+            concurrency: None,
         })
     }
 
-    /// The most that a run may cost, US dollars.
-    pub fn budget(&self, options: &Options) -> Option<f64> {
-        options.budget.or(self.config.budget)
+    /// Takes how much may be asked at once, and how much it may cost, where an experiment says so.
+    pub fn limits(&mut self, experiment: &Experiment) {
+        self.config.budget = experiment.budget.or(self.config.budget);
+        self.concurrency = experiment.concurrency.and_then(NonZeroU32::new);
     }
 
     /// Who is asked; they share one pool of connections, and the budget.
-    pub fn judges(
+    pub fn judges(&self, models: &[String], spec: &Spec) -> Result<Judges, Failure> {
+        self.judges_within(models, spec, self.config.budget.map(Budget::new))
+    }
+
+    /// The same within a budget.
+    pub fn judges_within(
         &self,
         models: &[String],
         spec: &Spec,
-        options: &Options,
+        budget: Option<Budget>,
     ) -> Result<Judges, Failure> {
         let models_of_batch = BatchModels {
             providers: &self.config.providers,
             config_file: &self.folders.config_file(),
             environment: Environment::with_files(&[Path::new("."), &self.folders.config]),
-            budget: self.budget(options).map(Budget::new),
-            concurrency: options.concurrency,
+            budget,
+            concurrency: self.concurrency,
             today: jiff::Zoned::now().date(),
         };
         let mut warn = |warning: String| output::say(&format!("nearmiss: {warning}"));
@@ -75,10 +83,5 @@ impl BatchContext {
             thresholds: &self.thresholds,
             store: &self.store,
         }
-    }
-
-    /// How many requests to each provider are on their way at once.
-    pub fn concurrency(&self, options: &Options) -> NonZeroU32 {
-        options.concurrency.unwrap_or(self.config.concurrency)
     }
 }

@@ -108,8 +108,7 @@ struct Refused<'a> {
 
 impl json::Output for DryRunDocument<'_> {
     const NAME: &'static str = "evaluate-dry-run";
-    const TITLE: &'static str = "`evaluate --dry-run --json`: what would be asked";
-    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[("usd", "most_usd")];
+    const TITLE: &'static str = "`evaluate --dry-run --format json`: what would be asked";
 }
 
 /// Writes what would be asked; `refused` is why models cannot be asked as things stand.

@@ -12,10 +12,11 @@ use crate::filters::store_to_read;
 use crate::side_files::partition;
 use crate::{Failure, Outcome, json, output, time};
 use nearmiss_formats::PlannerDrives;
+use nearmiss_record::fields::Fields;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Batch, Progress};
 use nearmiss_study::evaluation::Protocol;
-use nearmiss_study::evaluation::batch::{Matrix, Spec};
+use nearmiss_study::evaluation::batch::{Experiment, Spec};
 
 /// Lists the batches.
 pub fn list(as_json: bool) -> Outcome {
@@ -31,12 +32,12 @@ pub fn list(as_json: bool) -> Outcome {
         let about = match &spec {
             Ok(spec) => format!(
                 "{} · {} · {} · {} × {}{}",
-                joined(&spec.matrix.tasks, |task| task.name().to_string()),
-                joined(&spec.matrix.frames, |frame| frame.name().to_string()),
-                joined(&spec.matrix.techniques, ToString::to_string),
-                spec.matrix.models.join(","),
-                spec.matrix.samples,
-                varied(&spec.matrix)
+                joined(&spec.experiment.tasks, |task| task.name().to_string()),
+                joined(&spec.experiment.frames, |frame| frame.name().to_string()),
+                joined(&spec.experiment.techniques, ToString::to_string),
+                spec.experiment.models.join(","),
+                spec.experiment.samples(),
+                varied(&spec.experiment)
             ),
             Err(error) => error.to_string(),
         };
@@ -62,13 +63,13 @@ pub fn list(as_json: bool) -> Outcome {
             progress.all()
         ));
         if let Ok(spec) = spec {
-            if let Some(title) = &spec.title {
+            if let Some(title) = &spec.experiment.title {
                 text.push_str(&format!("      {title}\n"));
             }
             text.push_str(&format!(
                 "      {} · truth: {}{}\n",
-                scenarios(progress.scenarios, &spec.paths),
-                spec.truth.words(),
+                scenarios(progress.scenarios, &spec.experiment.scenarios),
+                spec.truth().words(),
                 spec.ego.planner().map_or(String::new(), |drives| format!(
                     " · egos {}",
                     drives.words()
@@ -137,7 +138,7 @@ struct Asks {
     /// Transforms.
     transforms: Vec<String>,
     /// Settings that are asked in several values, each with its values: effort, temperature, form, stride, seed, tools.
-    axes: BTreeMap<&'static str, Vec<Value>>,
+    axes: BTreeMap<&'static str, Value>,
     /// Paths of the scenarios.
     paths: Vec<String>,
     truth: String,
@@ -159,25 +160,32 @@ fn planner(drives: &PlannerDrives) -> Value {
 
 impl json::Output for ListedDocument {
     const NAME: &'static str = "evaluate-list";
-    const TITLE: &'static str = "`evaluate --list --json`: one stored batch a line";
+    const TITLE: &'static str = "`evaluate list --format json`: one stored batch a line";
 }
 
 impl Asks {
     fn of(spec: &Spec) -> Self {
-        let matrix = &spec.matrix;
-        let leads = matrix.request.lead.iter().chain(&matrix.more_leads);
+        let experiment = &spec.experiment;
         Self {
-            title: spec.title.clone(),
-            tasks: matrix.tasks.iter().map(|task| task.name()).collect(),
-            frames: matrix.frames.iter().map(|frame| frame.name()).collect(),
-            techniques: matrix.techniques.iter().map(ToString::to_string).collect(),
-            models: matrix.models.clone(),
-            samples: matrix.samples,
-            leads: leads.map(ToString::to_string).collect(),
-            transforms: matrix.transforms.iter().map(ToString::to_string).collect(),
-            axes: matrix.axes.json(),
-            paths: spec
-                .paths
+            title: experiment.title.clone(),
+            tasks: experiment.tasks.iter().map(|task| task.name()).collect(),
+            frames: experiment.frames.iter().map(|frame| frame.name()).collect(),
+            techniques: experiment
+                .techniques
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
+            models: experiment.models.clone(),
+            samples: experiment.samples(),
+            leads: experiment.leads.iter().map(ToString::to_string).collect(),
+            transforms: experiment
+                .transforms
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
+            axes: experiment.axes_as_json(),
+            paths: experiment
+                .scenarios
                 .iter()
                 .map(|path| path.display().to_string())
                 .collect(),
@@ -204,28 +212,20 @@ fn document(batch: &Batch, progress: &Progress) -> ListedDocument {
     }
 }
 
-/// The leads of a matrix, and its changes of scenes.
-fn varied(matrix: &Matrix) -> String {
+/// The leads of an experiment, its changes of scenes, and what it asks with several values.
+fn varied(experiment: &Experiment) -> String {
     let mut text = String::new();
-    if matrix.more_leads.is_empty() && matrix.tasks.contains(&Task::Safety) {
-        match matrix.request.lead {
-            None if matrix.request.protocol == Protocol::Paper => {
-                text.push_str(" · windows of the paper");
-            }
-            None => text.push_str(" · windows at the end of recordings"),
-            Some(lead) => text.push_str(&format!(" · lead {lead}")),
-        }
+    match experiment.texts("leads")[..] {
+        [] if !experiment.tasks.contains(&Task::Safety) => {}
+        [] if experiment.protocol == Protocol::Paper => text.push_str(" · windows of the paper"),
+        [] => text.push_str(" · windows at the end of recordings"),
+        ref leads => text.push_str(&format!(" · lead {}", leads.join(","))),
     }
-    if !matrix.more_leads.is_empty() {
-        let leads = matrix.request.lead.iter().chain(&matrix.more_leads);
-        let leads: Vec<String> = leads.map(ToString::to_string).collect();
-        text.push_str(&format!(" · lead {}", leads.join(",")));
-    }
-    for change in &matrix.transforms {
+    for change in &experiment.transforms {
         text.push_str(&format!(" · {change}"));
     }
-    for axis in matrix.axes.words() {
-        text.push_str(&format!(" · {axis}"));
+    for (key, _) in experiment.several() {
+        text.push_str(&format!(" · {key} {}", experiment.texts(key).join(",")));
     }
     text
 }

@@ -5,114 +5,115 @@ mod collision;
 mod context;
 mod drawing;
 mod dry_run;
-mod experiment;
 mod leaks;
 mod listed;
 mod options;
-mod resume;
 mod running;
 mod safety;
 mod split_table;
 mod submit;
 mod table;
 mod truth;
-mod varied;
 
+pub use collision::CollisionDocument;
 pub use context::BatchContext;
 pub use drawing::planned;
 pub use dry_run::{DryRunDocument, make as questions_of};
+pub use leaks::LeaksDocument;
 pub use listed::ListedDocument;
 pub use options::part_of_split;
 pub use running::runtime;
-use std::path::PathBuf;
+pub use safety::SafetyDocument;
+use std::path::{Path, PathBuf};
+pub use table::BatchDocument;
 
 use super::doubts::doubts;
-use super::open::{found, not_opened, task};
+use super::open::{found, not_opened};
 use super::output::counted as number;
 use super::plan::as_ego;
 use super::progress::Progress;
-use super::span::history;
 use super::{Failure, Outcome, output};
 use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_record::fields::Layers;
 use nearmiss_scene::judge;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::Task;
+use nearmiss_store::BatchId;
+use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_study::evaluation::windows::WITHIN;
-use nearmiss_study::evaluation::{Candidate, Labelled, Lead};
+use nearmiss_study::evaluation::{Candidate, Labelled};
 use nearmiss_workflow::batch::{BatchError, BuiltInAnswers, BuiltInEvent, BuiltInRequest};
-use truth::{Truth, truth};
+use nearmiss_workflow::experiment_among;
+use options::Run;
+use truth::Truth;
 
 /// Arguments of `evaluate`.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Evaluate {
-    /// Scenario files, folders or names of bundled scenarios, each with its recorded ego; or one experiment file
-    /// (FILE.toml, see `nearmiss help experiments`).
-    #[arg(required_unless_present_any = ["resume", "list"])]
-    paths: Vec<PathBuf>,
-    /// Models to evaluate, separated by commas: provider/model, reference/geometry; for the safety task also the
-    /// baselines reference/constant-velocity and reference/constant-acceleration [default: all built-in ones for the
-    /// task].
-    #[arg(long, value_delimiter = ',', value_name = "MODEL")]
-    model: Vec<String>,
-    /// Task: safety, collision or recording (is it safe or of high risk as a whole); language models take several,
-    /// separated by commas [default: safety].
-    #[arg(long, value_delimiter = ',', value_parser = task)]
-    task: Vec<Task>,
-    /// Ground truth: `auto` is the exact geometry of the recordings; `layout` reads the folders collision_scenarios and
-    /// normal_scenarios with their annotations; `score` is the risk score of TTC and MDC, critical up to 1 (exact, or
-    /// by the paper's convention as `score:paper`); CSV files have the columns `scenario` and `label` (or `obstacle_id`,
-    /// with `none` for no collision), separated by commas [default: auto; for language models layout if these folders
-    /// exist].
-    #[arg(long, value_delimiter = ',', value_name = "CSV|auto|layout|score")]
-    truth: Vec<PathBuf>,
-    /// End of the dangerous windows: seconds before the first overlap of the bodies, or `end` for two steps before the
-    /// last recorded step, as in the paper. Each gets a safe window that is like it in position, length, traffic and
-    /// speed of the ego [default: end,0.2,0.5,1,1.5,2; for language models 1]. Language models answer the safety task
-    /// once per lead: the first table shows the first lead, the second all of them.
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_name = "S",
-        allow_negative_numbers = true
-    )]
-    lead: Vec<Lead>,
-    /// A window is dangerous if the ego touches another body within so many seconds after it; the longest lead at most
-    /// [default: 2].
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = horizon)]
-    within: Option<f64>,
-    /// Horizons of the baselines in seconds, at most 10; that of the judge is fixed.
-    #[arg(long, value_delimiter = ',', default_value = "1,1.5,2", value_name = "S", allow_negative_numbers = true, value_parser = horizon)]
-    horizon: Vec<f64>,
-    /// Steps in the window [default: 10; for language models from the template].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]
-    history: Option<u32>,
-    /// Leave out obstacles farther from the ego than this, metres; language models are told, too, of those that can
-    /// reach it soon [default: 30; for language models from the template].
-    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
-    radius: Option<f64>,
-    /// Format of the result. JSON and CSV hold the rows of the table: by lead for the built-in judge, by prompt
-    /// configuration for a batch.
-    #[arg(long, value_enum, default_value = "table")]
-    format: Format,
-    /// Ego of all scenarios: `planner` (the built-in planner drives), or `planner:NAME` with a [planner.NAME] of
-    /// config.toml or a command; it drives first, and the questions are about its drives [default: the recordings
-    /// beside the scenarios].
-    #[arg(long, value_name = "planner[:NAME]", value_parser = planner, conflicts_with_all = ["resume", "list", "write_experiment"])]
-    ego: Option<String>,
+    #[command(subcommand)]
+    command: Option<EvaluateCommand>,
     #[command(flatten)]
-    batch: options::Options,
+    run: Run,
 }
 
-fn planner(text: &str) -> Result<String, String> {
-    match as_ego::named(text) {
-        Some(_) => Ok(text.into()),
-        None => {
-            Err("expected planner or planner:NAME; other egos lie beside their scenarios".into())
+#[derive(Debug, clap::Subcommand)]
+enum EvaluateCommand {
+    /// List the stored batches and their progress.
+    List(List),
+}
+
+/// Arguments of `evaluate list`.
+#[derive(Debug, clap::Args)]
+struct List {
+    #[command(flatten)]
+    format: crate::output::FormatOption,
+}
+
+/// What is evaluated.
+enum Subject<'a> {
+    /// Scenarios.
+    Scenarios,
+    /// The experiment in a file.
+    Experiment(&'a Path),
+    /// A stored batch; `None` for the last one.
+    Batch(Option<BatchId>),
+}
+
+impl Run {
+    /// What is evaluated.
+    fn subject(&self) -> Result<Subject<'_>, Failure> {
+        if let Some(file) = experiment_among(&self.paths).map_err(Failure::input)? {
+            return Ok(Subject::Experiment(file));
+        }
+        let batch = |path: &PathBuf| match path.to_str()? {
+            "last" => Some(None),
+            name => name.parse().ok().map(Some),
+        };
+        match (self.paths.iter().find_map(batch), &self.paths[..]) {
+            (None, _) => Ok(Subject::Scenarios),
+            (Some(which), [_]) => Ok(Subject::Batch(which)),
+            (Some(_), _) => Err(Failure::input(
+                "a stored batch keeps its scenarios; give it alone, or start a new batch",
+            )),
         }
     }
-}
 
-impl Evaluate {
+    /// Adds what is set on the command line.
+    fn add_knobs(&self, layers: &mut Layers<Experiment>) {
+        self.knobs.add(
+            layers,
+            &[
+                ("--model", "models", &self.model),
+                ("--task", "tasks", &self.task),
+                ("--techniques", "techniques", &self.techniques),
+                ("--samples", "samples", self.samples.as_slice()),
+                ("--truth", "truth", &self.truth),
+                ("--budget", "budget", self.budget.as_slice()),
+            ],
+        );
+    }
+
     /// The ego of the scenarios.
     fn ego(&self, entries: &[Entry]) -> Result<EgoSelection, Failure> {
         let Some(planner) = self.ego.as_deref().and_then(as_ego::named) else {
@@ -130,97 +131,83 @@ impl Evaluate {
 
     /// How the result is written.
     fn format(&self) -> Format {
-        if self.batch.json {
-            Format::Json
-        } else {
-            self.format
-        }
+        self.format
     }
 
-    /// The tasks.
-    fn tasks(&self) -> Vec<Task> {
-        if self.task.is_empty() {
-            vec![Task::Safety]
-        } else {
-            self.task.clone()
-        }
-    }
-
-    /// The horizon of the truth, seconds.
-    fn within(&self) -> Result<f64, Failure> {
-        let within = self.within.unwrap_or(WITHIN);
-        let beyond = |lead: &&Lead| lead.is_beyond(Some(within));
-        match self.lead.iter().find(beyond) {
-            Some(lead) => Err(Failure::input(BatchError::Beyond {
-                option: "--lead",
-                lead: *lead,
-                within,
-            })),
-            None => Ok(within),
-        }
-    }
-
-    /// Whether more is wanted than an evaluation of the built-in judge.
-    fn is_batch(&self) -> bool {
-        let in_words = |model: &String| !model.starts_with("reference/");
-        self.batch.any()
-            || self.task.len() > 1
-            || self
-                .paths
-                .iter()
-                .any(|path| path.extension().is_some_and(|end| end == "toml"))
-            || self.model.iter().any(in_words)
+    /// Whether an option is given that only a batch understands.
+    fn needs_batch(&self) -> bool {
+        let options = [
+            self.shard.is_some(),
+            self.split.is_some(),
+            self.unlock,
+            self.batch,
+            self.dry_run.is_some(),
+            self.write_experiment.is_some(),
+            self.retry_failed,
+            self.retry > 0,
+            self.gate.any(),
+        ];
+        options.contains(&true)
     }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Format {
+pub enum Format {
     Table,
     Csv,
     Json,
 }
 
-fn between(text: &str, most: f64) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value <= most => Ok(value),
-        _ => Err(format!("expected a number above 0, at most {most}")),
-    }
-}
-
-fn horizon(text: &str) -> Result<f64, String> {
-    between(text, 10.0)
-}
-
-fn radius(text: &str) -> Result<f64, String> {
-    between(text, 1e6)
-}
+/// Settings that the built-in judge understands.
+const BUILT_IN: [&str; 7] = [
+    "models", "tasks", "truth", "leads", "within", "history", "radius",
+];
 
 /// Runs `evaluate`.
 pub fn run(arguments: &Evaluate) -> Outcome {
-    if arguments.is_batch() {
-        return batch::run(arguments);
+    if let Some(EvaluateCommand::List(list)) = &arguments.command {
+        return listed::list(list.format.is_json());
     }
-    let task = arguments.tasks()[0];
+    let arguments = &arguments.run;
+    let subject = arguments.subject()?;
+    let mut layers = Layers::default();
+    arguments.add_knobs(&mut layers);
+    let in_words = |model: &String| !model.starts_with("reference/");
+    let only_batch = layers.keys().any(|key| !BUILT_IN.contains(&key));
+    if !matches!(subject, Subject::Scenarios)
+        || arguments.needs_batch()
+        || only_batch
+        || arguments.task.len() > 1
+        || arguments.model.iter().any(in_words)
+    {
+        return batch::run(arguments, subject);
+    }
+    let mistakes = |mistakes: String| Failure::input(output::visible(&mistakes));
+    let asked = layers.read().map_err(mistakes)?;
+    let within = asked.within.unwrap_or(WITHIN);
+    if let Some(lead) = asked.leads.iter().find(|lead| lead.is_beyond(Some(within))) {
+        return Err(Failure::input(BatchError::Beyond {
+            lead: *lead,
+            within,
+        }));
+    }
+    let task = asked.tasks.first().copied().unwrap_or(Task::Safety);
     let candidates = candidates(arguments, task)?;
     let entries = found(&arguments.paths)?;
-    let truth = truth(&arguments.truth, &entries)?;
+    let truth = Truth::read(asked.truth.clone(), &entries)?;
     let about = (&truth, &*entries, &arguments.ego(&entries)?);
     match task {
-        Task::Safety => safety::run(arguments, candidates, about),
+        Task::Safety => safety::run(arguments, &asked, candidates, about),
         task @ (Task::Collision | Task::Recording) => collision::run(arguments, task, about),
-        task @ (Task::Attacker | Task::Trajectory) => Err(no_verdicts(task)),
+        task @ (Task::Attacker | Task::Trajectory) => Err(Failure::input(format!(
+            "--task {} cannot be evaluated: it has no yes or no; use {}",
+            task.name(),
+            Task::names(&Task::VERDICTS)
+        ))),
     }
 }
 
-fn no_verdicts(task: Task) -> Failure {
-    Failure::input(format!(
-        "--task {} cannot be evaluated: it has no yes or no; use {}",
-        task.name(),
-        Task::names(&Task::VERDICTS)
-    ))
-}
-
-fn candidates(arguments: &Evaluate, task: Task) -> Result<Vec<Candidate>, Failure> {
+fn candidates(arguments: &Run, task: Task) -> Result<Vec<Candidate>, Failure> {
     let safety = task == Task::Safety;
     let names: Vec<&str> = match (arguments.model.is_empty(), safety) {
         (false, _) => arguments.model.iter().map(String::as_str).collect(),

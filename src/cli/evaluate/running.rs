@@ -6,8 +6,7 @@ use std::time::Instant;
 use tokio::runtime::Runtime;
 
 use super::context::BatchContext;
-use super::table::Rows;
-use super::varied::Varied;
+use super::table::BatchTable;
 use super::{dry_run, split_table, submit};
 use crate::batches::lost;
 use crate::interrupt::{GRACE, INTERRUPTED, signal};
@@ -55,7 +54,7 @@ pub fn ask(
     let (items, with_providers) = run.items(dry_run).map_err(Failure::input)?;
     if with_providers > 0 {
         output::say(&format!(
-            "nearmiss: {with_providers} of them submitted to providers: `nearmiss batches collect` fetches the answers"
+            "nearmiss: {with_providers} of them submitted to providers: `nearmiss runs batches collect` fetches the answers"
         ));
     }
     for batch in context.store.provider_batches().map_err(Failure::input)? {
@@ -74,7 +73,7 @@ pub fn ask(
     let ask = |items| {
         let paused = runtime.block_on(until_interrupted(run, items))?;
         paused.ok_or_else(|| Failure {
-            message: format!("interrupted; `nearmiss evaluate --resume {id}` continues it"),
+            message: format!("interrupted; `nearmiss evaluate {id}` continues it"),
             status: INTERRUPTED,
         })
     };
@@ -108,16 +107,13 @@ pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
         return unanswered(context, id, table.part, counted);
     }
     let answers = answers(&context.store, id).map_err(Failure::input)?;
-    let rows = Rows::from_scored(&answers.plain);
-    let varied = Varied::from_answers(&answers);
+    let counted = BatchTable::new(None, &answers);
     if table.json {
-        let mut document = rows.document(Some(id));
-        varied.add_to(&mut document);
-        output::json(&document)?;
+        output::document(&BatchTable::document(Some(id), vec![counted], Vec::new()))?;
     } else if table.csv {
-        Rows::write_csv(&[(None, &rows)])?;
+        BatchTable::write_csv(id, &[counted])?;
     } else {
-        output::text(&(rows.table() + &varied.tables()))?;
+        output::text(&counted.text()?)?;
     }
     output::say(&format!(
         "nearmiss: `nearmiss report --batch {id}` has intervals and comparisons"
@@ -145,7 +141,7 @@ fn unanswered(
             n => (format!("{n} complete answers have"), "them"),
         };
         output::say(&format!(
-            "nearmiss: {answers} no readable verdict (unparsed); `nearmiss evaluate --resume {id} --retry-failed` asks for {them} again"
+            "nearmiss: {answers} no readable verdict (unparsed); `nearmiss evaluate {id} --retry-failed` asks for {them} again"
         ));
     }
     let open: Vec<_> = items
@@ -169,9 +165,9 @@ fn unanswered(
     }
     say_reasons(&open);
     let again = if open.iter().any(|item| Selection::Open.has(item.state)) {
-        format!("`nearmiss evaluate --resume {id}` asks them again")
+        format!("`nearmiss evaluate {id}` asks them again")
     } else {
-        format!("`nearmiss evaluate --resume {id} --retry-failed` asks them again")
+        format!("`nearmiss evaluate {id} --retry-failed` asks them again")
     };
     let askable = if never.is_empty() {
         ""

@@ -3,33 +3,41 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::{About, Evaluate, Format, Truth, built_in, number, outcome, share};
+use super::{About, Format, Run, Truth, built_in, number, outcome, share};
 use crate::open::{configuration, user_thresholds};
-use crate::{Failure, Outcome, output};
+use crate::{Failure, Outcome, json, output};
 use nearmiss_formats::Entry;
+use nearmiss_record::{Record, Table, columns, rows as rows_of};
 use nearmiss_scene::verdict::Task;
-use nearmiss_study::evaluation::batch::path_of;
-use nearmiss_study::evaluation::windows::{MATCHED_ON, Recording, SampledWindow};
+use nearmiss_study::evaluation::batch::{Experiment, path_of};
+use nearmiss_study::evaluation::report::LeadWord;
+use nearmiss_study::evaluation::windows::{MATCHED_ON, Recording, SampledWindow, WITHIN};
 use nearmiss_study::evaluation::{
     Alarms, Candidate, Confusion, CriticalMoments, Labelled, Lead, Naming, Predictions, Scored,
     Setting,
 };
 use nearmiss_workflow::batch::{BuiltInAnswers, BuiltInRequest};
 
-pub(super) fn run(arguments: &Evaluate, candidates: Vec<Candidate>, about: About<'_>) -> Outcome {
+pub(super) fn run(
+    arguments: &Run,
+    asked: &Experiment,
+    candidates: Vec<Candidate>,
+    about: About<'_>,
+) -> Outcome {
     let truth = about.0;
     let (folders, _) = configuration()?;
     let setting = Setting {
-        leads: if arguments.lead.is_empty() {
+        leads: if asked.leads.is_empty() {
             LEADS.to_vec()
         } else {
-            arguments.lead.clone()
+            asked.leads.clone()
         },
-        history: arguments.history.unwrap_or(10) as usize,
-        within: arguments.within()?,
-        radius: arguments.radius.unwrap_or(30.0),
+        history: asked.history.unwrap_or(10),
+        within: asked.within.unwrap_or(WITHIN),
+        radius: asked.radius.unwrap_or(30.0),
         candidates,
         thresholds: Arc::new(user_thresholds(&folders)?),
         every_window: true,
@@ -38,10 +46,14 @@ pub(super) fn run(arguments: &Evaluate, candidates: Vec<Candidate>, about: About
     if !answers.judged.is_empty() {
         let of_each = answers.judged.iter_mut().map(|(_, of)| std::mem::take(of));
         let rows = rows(&setting, of_each);
+        let judges = || -> Vec<JudgeRow> {
+            let rows = rows.iter();
+            rows.map(|row| JudgeRow::new(&setting, row)).collect()
+        };
         match arguments.format() {
             Format::Table => output::text(&table(&setting, truth, &answers, &rows))?,
-            Format::Csv => output::csv(cells(&setting, &rows))?,
-            Format::Json => output::json(&document(&setting, truth, &answers, &rows))?,
+            Format::Csv => csv(&judges())?,
+            Format::Json => output::document(&document(&setting, truth, &answers, judges()))?,
         }
     }
     outcome(&answers)
@@ -240,104 +252,195 @@ fn alarmed(alarms: &Alarms) -> Option<f64> {
     (alarms.windows > 0).then(|| f64::from(alarms.alarmed) / f64::from(alarms.windows))
 }
 
-fn cells(setting: &Setting, rows: &[Row]) -> Vec<Vec<String>> {
-    let head = "model,horizon,threshold,lead,collisions,safe,tp,fp,fn,tn,precision,recall,f1,all_safe_windows,\
-                alarmed_windows,alarms,alarms_per_minute,naming_recall,naming_precision";
-    let mut table = vec![head.split(',').map(str::to_string).collect()];
-    let number = |v: Option<f64>| v.map_or_else(String::new, |v| rounded(v).to_string());
-    for Row {
-        candidate,
-        leads,
-        alarms,
-    } in rows
-    {
-        for (lead, counts) in setting.leads.iter().zip(leads) {
+/// The built-in judge at each lead, for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct SafetyDocument {
+    /// The task: safety.
+    task: &'static str,
+    /// Which windows are evaluated.
+    windows: &'static str,
+    /// What safe windows are matched to dangerous ones on.
+    matched_on: &'static str,
+    /// Horizon of the truth after a window, seconds.
+    within: f64,
+    /// Source of the ground truth.
+    truth: serde_json::Value,
+    /// Steps in a window.
+    history: usize,
+    /// Radius in metres.
+    radius: f64,
+    /// Number of collisions.
+    collisions: usize,
+    /// Number of safe scenarios.
+    safe: usize,
+    /// Number of scenarios that could not be opened.
+    failed: usize,
+    /// Scenarios without a recorded ego.
+    without_ego: Vec<String>,
+    /// Scenarios without ground truth.
+    unlabelled: Vec<String>,
+    /// Results by model, horizon and threshold.
+    judges: Vec<JudgeRow>,
+}
+
+impl json::Output for SafetyDocument {
+    const NAME: &'static str = "evaluate-safety";
+    const TITLE: &'static str = "`evaluate --json` of the built-in judge, safety task";
+}
+
+/// A judge or predictor at all leads.
+#[derive(Serialize, JsonSchema)]
+struct JudgeRow {
+    /// Its name.
+    model: &'static str,
+    /// Its horizon, seconds.
+    horizon: f64,
+    /// The probability of contact from which on a window is critical.
+    threshold: f64,
+    /// At each lead.
+    leads: Vec<LeadFigures>,
+    /// False alarms over all windows of the safe scenarios.
+    all_safe_windows: AlarmFigures,
+}
+
+/// A judge or predictor at one lead.
+#[derive(Clone, Serialize, JsonSchema)]
+struct LeadFigures {
+    /// Seconds from the end of the window to the collision, or `end`.
+    lead: LeadWord,
+    /// Number of dangerous windows.
+    collisions: u32,
+    /// Number of safe windows.
+    safe: u32,
+    /// Its answers beside the truth.
+    #[serde(flatten)]
+    counts: Confusion,
+    /// tp / (tp + fp).
+    precision: Option<f64>,
+    /// tp / (tp + fn).
+    recall: Option<f64>,
+    /// Harmonic mean of precision and recall.
+    f1: Option<f64>,
+    /// The share of dangerous windows whose obstacle is named.
+    naming_recall: Option<f64>,
+    /// The share of named obstacles that are critical.
+    naming_precision: Option<f64>,
+    /// Scenarios whose dangerous window is called safe.
+    missed: Vec<String>,
+    /// Scenarios whose safe window is called dangerous.
+    false_alarms: Vec<String>,
+}
+
+/// False alarms over all windows of the safe scenarios.
+#[derive(Clone, Copy, Serialize, JsonSchema)]
+struct AlarmFigures {
+    /// Windows looked at.
+    windows: u32,
+    /// Those called critical.
+    alarmed: u32,
+    /// Alarms: critical windows that are near in time are one.
+    alarms: u32,
+    /// Minutes that the windows span.
+    minutes: f64,
+    /// Alarms per minute.
+    alarms_per_minute: Option<f64>,
+}
+
+/// A judge or predictor at one lead, as a row of CSV.
+#[derive(Serialize, JsonSchema)]
+struct LeadLine {
+    /// Its name.
+    model: &'static str,
+    /// Its horizon, seconds.
+    horizon: f64,
+    /// The probability of contact from which on a window is critical.
+    threshold: f64,
+    /// At the lead.
+    #[serde(flatten)]
+    figures: LeadFigures,
+    /// False alarms over all windows of the safe scenarios.
+    all_safe_windows: AlarmFigures,
+}
+
+impl Record for LeadLine {
+    const NAME: &'static str = "judge-lead";
+    const TITLE: &'static str = "A judge or predictor at one lead";
+}
+
+impl JudgeRow {
+    fn new(setting: &Setting, row: &Row) -> Self {
+        let figures = |(lead, counts): (&Lead, &Counts)| {
             let c = &counts.said;
-            table.push(vec![
-                candidate.name.to_string(),
-                candidate.criterion.horizon.to_string(),
-                candidate.criterion.threshold.to_string(),
-                lead.to_string(),
-                c.positives().to_string(),
-                c.negatives().to_string(),
-                c.true_positives.to_string(),
-                c.false_positives.to_string(),
-                c.false_negatives.to_string(),
-                c.true_negatives.to_string(),
-                number(c.precision()),
-                number(c.recall()),
-                number(c.f1()),
-                alarms.windows.to_string(),
-                alarms.alarmed.to_string(),
-                alarms.alarms.to_string(),
-                number(alarms.per_minute()),
-                number(counts.naming.recall()),
-                number(counts.naming.precision()),
-            ]);
+            let named = |truth, said| {
+                let names = counts.scenarios(truth, said).into_iter();
+                names.map(String::from).collect()
+            };
+            LeadFigures {
+                lead: (*lead).into(),
+                collisions: c.positives(),
+                safe: c.negatives(),
+                counts: *c,
+                precision: c.precision(),
+                recall: c.recall(),
+                f1: c.f1(),
+                naming_recall: counts.naming.recall(),
+                naming_precision: counts.naming.precision(),
+                missed: named(true, false),
+                false_alarms: named(false, true),
+            }
+        };
+        Self {
+            model: row.candidate.name,
+            horizon: row.candidate.criterion.horizon,
+            threshold: row.candidate.criterion.threshold,
+            leads: setting.leads.iter().zip(&row.leads).map(figures).collect(),
+            all_safe_windows: AlarmFigures {
+                windows: row.alarms.windows,
+                alarmed: row.alarms.alarmed,
+                alarms: row.alarms.alarms,
+                minutes: row.alarms.seconds / 60.0,
+                alarms_per_minute: row.alarms.per_minute(),
+            },
         }
     }
-    table
-}
 
-fn rounded(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6
-}
-
-fn document(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) -> Value {
-    let judges: Vec<Value> = rows
-        .iter()
-        .map(|row| {
-            let leads = row.leads.iter().enumerate().map(|(at, counts)| {
-                let c = &counts.said;
-                json!({
-                    "lead": match setting.leads[at] {
-                        Lead::Paper => json!("end"),
-                        Lead::Seconds(s) => json!(s),
-                    },
-                    "collisions": c.positives(),
-                    "safe": c.negatives(),
-                    "tp": c.true_positives,
-                    "fp": c.false_positives,
-                    "fn": c.false_negatives,
-                    "tn": c.true_negatives,
-                    "precision": c.precision().map(rounded),
-                    "recall": c.recall().map(rounded),
-                    "f1": c.f1().map(rounded),
-                    "naming_recall": counts.naming.recall().map(rounded),
-                    "naming_precision": counts.naming.precision().map(rounded),
-                    "missed": counts.scenarios(true, false),
-                    "false_alarms": counts.scenarios(false, true),
-                })
-            });
-            let leads: Vec<Value> = leads.collect();
-            json!({
-                "model": row.candidate.name,
-                "horizon": row.candidate.criterion.horizon,
-                "threshold": row.candidate.criterion.threshold,
-                "leads": leads,
-                "all_safe_windows": {
-                    "windows": row.alarms.windows,
-                    "alarmed": row.alarms.alarmed,
-                    "alarms": row.alarms.alarms,
-                    "minutes": rounded(row.alarms.seconds / 60.0),
-                    "alarms_per_minute": row.alarms.per_minute().map(rounded),
-                },
-            })
+    fn lines(&self) -> impl Iterator<Item = LeadLine> {
+        self.leads.iter().map(|figures| LeadLine {
+            model: self.model,
+            horizon: self.horizon,
+            threshold: self.threshold,
+            figures: figures.clone(),
+            all_safe_windows: self.all_safe_windows,
         })
-        .collect();
-    json!({
-        "task": "safety",
-        "windows": "dangerous ones end at the lead, safe ones are like them",
-        "matched_on": MATCHED_ON,
-        "within": setting.within,
-        "truth": truth.json(),
-        "history": setting.history,
-        "radius": setting.radius,
-        "collisions": answers.collisions(),
-        "safe": answers.safe(),
-        "failed": answers.failed,
-        "without_ego": answers.without_ego,
-        "unlabelled": answers.unlabelled,
-        "judges": judges,
-    })
+    }
+}
+
+fn csv(judges: &[JudgeRow]) -> Outcome {
+    let lines: Vec<LeadLine> = judges.iter().flat_map(JudgeRow::lines).collect();
+    let table = Table::new("judges", columns::<LeadLine>());
+    let csv = table.csv(rows_of(&lines).map_err(Failure::input)?);
+    output::text(&String::from_utf8_lossy(&csv))
+}
+
+fn document(
+    setting: &Setting,
+    truth: &Truth,
+    answers: &Judged,
+    judges: Vec<JudgeRow>,
+) -> SafetyDocument {
+    SafetyDocument {
+        task: Task::Safety.name(),
+        windows: "dangerous ones end at the lead, safe ones are like them",
+        matched_on: MATCHED_ON,
+        within: setting.within,
+        truth: truth.json(),
+        history: setting.history,
+        radius: setting.radius,
+        collisions: answers.collisions(),
+        safe: answers.safe(),
+        failed: answers.failed,
+        without_ego: answers.without_ego.clone(),
+        unlabelled: answers.unlabelled.clone(),
+        judges,
+    }
 }

@@ -1,19 +1,16 @@
 //! The tables of a batch with a split: one for each part; of a locked test split its progress alone.
 
 use super::running::Table;
-use super::table::Rows;
-use super::varied::Varied;
+use super::table::BatchTable;
 use crate::{Failure, Outcome, output};
 use nearmiss_store::{BatchId, SplitPart, Store};
 use nearmiss_study::evaluation::batch::{TestSplit, answers_of_part};
-use nearmiss_study::evaluation::report::joined;
 
 /// Writes them.
 pub fn show(store: &Store, id: BatchId, test: &TestSplit, table: Table) -> Outcome {
     let of_part = |part: &SplitPart| {
         let answers = answers_of_part(store, id, Some(*part)).map_err(Failure::input)?;
-        let rows = Rows::from_scored(&answers.plain);
-        Ok((*part, rows, Varied::from_answers(&answers)))
+        Ok((*part, BatchTable::new(Some(*part), &answers)))
     };
     let shown = test
         .shown()
@@ -24,27 +21,24 @@ pub fn show(store: &Store, id: BatchId, test: &TestSplit, table: Table) -> Outco
         .split_progress(id, SplitPart::Dev)
         .map_err(Failure::input)?;
     let looks = test.looks_words();
+    let tables = |shown: Vec<(SplitPart, BatchTable)>| -> Vec<BatchTable> {
+        shown.into_iter().map(|(_, table)| table).collect()
+    };
     if table.json {
-        let documents = shown.iter().map(|(part, rows, varied)| {
-            let mut document = rows.document(Some(id));
-            varied.add_to(&mut document);
-            (*part, document)
-        });
-        let documents: Vec<_> = documents.collect();
-        output::json(&joined(&documents, &test.parts(dev)))?;
+        let splits = test.parts(dev).to_vec();
+        output::document(&BatchTable::document(Some(id), tables(shown), splits))?;
     } else if table.csv {
-        let rows = shown.iter().map(|(part, rows, _)| (Some(*part), rows));
-        Rows::write_csv(&rows.collect::<Vec<_>>())?;
+        BatchTable::write_csv(id, &tables(shown))?;
     } else {
         let mut text = format!(
             "dev split: {} of {} answered\n",
             dev.answered, dev.questions
         );
-        for (part, rows, varied) in &shown {
+        for (part, table) in &shown {
             if *part == SplitPart::Test {
                 text += &format!("\n{}\n", test.words());
             }
-            text += &(rows.table() + &varied.tables());
+            text += &table.text()?;
         }
         if test.is_locked() {
             text += &format!("\n{}\n", test.words());

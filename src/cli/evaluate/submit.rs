@@ -51,7 +51,7 @@ pub fn submit(runtime: &Runtime, run: &BatchRun, items: Vec<Item>) -> Result<Lef
     }
     let id = run.id;
     let on = format!(
-        "`nearmiss batches collect --wait` fetches the answers, then `nearmiss evaluate --resume {id}` writes the table"
+        "`nearmiss runs batches collect --wait` fetches the answers, then `nearmiss evaluate {id}` writes the table"
     );
     for (model, error) in &submitted.broken {
         let words = format!("nearmiss: {model}: {error}");

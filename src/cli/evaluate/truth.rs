@@ -1,7 +1,5 @@
 //! Ground truth of the scenarios on which the built-in judge is evaluated.
 
-use std::path::{Path, PathBuf};
-
 use crate::{Failure, output};
 use nearmiss_formats::Entry;
 use nearmiss_study::evaluation::batch::{self, TruthSource};
@@ -12,15 +10,15 @@ pub struct Truth {
     pub known: batch::Truth,
 }
 
-/// Reads what `--truth` names; what is doubtful about these scenarios is said.
-pub fn truth(paths: &[PathBuf], entries: &[Entry]) -> Result<Truth, Failure> {
-    let source = source(paths, |file| Ok(file.to_path_buf()))?.unwrap_or(TruthSource::Geometry);
-    let (known, doubts) = batch::Truth::open(&source, entries).map_err(Failure::input)?;
-    say_each(&doubts);
-    Ok(Truth { source, known })
-}
-
 impl Truth {
+    /// Reads what `--truth` names; what is doubtful about these scenarios is said.
+    pub fn read(source: Option<TruthSource>, entries: &[Entry]) -> Result<Self, Failure> {
+        let source = source.unwrap_or(TruthSource::Geometry);
+        let (known, doubts) = batch::Truth::open(&source, entries).map_err(Failure::input)?;
+        say_each(&doubts);
+        Ok(Self { source, known })
+    }
+
     /// Whether it is the exact geometry.
     pub fn is_geometry(&self) -> bool {
         self.source == TruthSource::Geometry
@@ -53,34 +51,6 @@ impl Truth {
             }
         }
     }
-}
-
-/// Where `--truth` says that the truth of a batch is from; `None` if it says nothing.
-pub fn truth_source(said: &[PathBuf]) -> Result<Option<TruthSource>, Failure> {
-    source(said, |file| {
-        std::path::absolute(file).map_err(|error| Failure::system(file.display(), &error))
-    })
-}
-
-fn source(
-    said: &[PathBuf],
-    path: impl Fn(&Path) -> Result<PathBuf, Failure>,
-) -> Result<Option<TruthSource>, Failure> {
-    let word = |word: &str| said.iter().any(|path| path.as_os_str() == word);
-    let score = match said {
-        [one] => one.to_str().and_then(TruthSource::score),
-        _ => None,
-    };
-    Ok(match said {
-        _ if score.is_some() => score.map(TruthSource::Score),
-        [] => None,
-        [_] if word("auto") => Some(TruthSource::Geometry),
-        [_] if word("layout") => Some(TruthSource::Layout),
-        files => {
-            let files = files.iter().map(|file| path(file));
-            Some(TruthSource::Files(files.collect::<Result<_, _>>()?))
-        }
-    })
 }
 
 /// Prints warnings, as far as there is room.

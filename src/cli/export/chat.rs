@@ -137,8 +137,8 @@ struct ChatFile {
 }
 
 impl json::Output for ChatManifest {
-    const NAME: &'static str = "export-chat";
-    const TITLE: &'static str = "`export --format chat`: manifest.json beside the examples";
+    const NAME: &'static str = "runs-export-chat";
+    const TITLE: &'static str = "`runs export --format chat`: manifest.json beside the examples";
 }
 
 /// A part of the examples while it is written.

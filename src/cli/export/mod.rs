@@ -1,34 +1,32 @@
-//! `nearmiss export`: writes stored runs, and batches with their questions, to a file.
+//! `nearmiss runs export`: writes stored runs, and batches with their questions, to a file.
 
 mod batches;
 mod chat;
-mod columns;
 
 pub use chat::ChatManifest;
 
 use std::collections::BTreeSet;
 use std::sync::atomic::Ordering;
 
-use serde_json::{Value, json};
-
-use super::filters::{Filters, store, store_to_read};
+use super::bundle::{self, BundleOptions};
+use super::filters::Filters;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::locked::Unlock;
-use super::output::{self, Encoded, ForSpreadsheet, OutputFile, TableWriter, format_of, written};
+use super::output::{
+    self, Encoded, ForSpreadsheet, OutputFile, Table, TableWriter, format_of, written,
+};
 use super::progress::Progress;
 use super::{Failure, Outcome};
-use nearmiss_store::{Filter, Outcome as StoredAnswer, Run, Store};
-use nearmiss_study::evaluation::{AnswerState, Provenance};
+use nearmiss_record::{columns, row_of};
+use nearmiss_store::{Filter, Outcome as StoredAnswer, Run, RunRecord, Store};
+use nearmiss_study::evaluation::Provenance;
 
-/// Arguments of `export`.
+/// Arguments of `runs export`.
 #[derive(Debug, clap::Args)]
 pub struct Export {
     #[command(flatten)]
     filters: Filters,
-    /// Only runs that have all these words in model, scenario, answer, reasoning, justification or notes.
-    #[arg(long, value_name = "WORDS")]
-    words: Option<String>,
-    /// Format [default: from the file name, else jsonl].
+    /// Format [default: from the file name, else json].
     #[arg(long, value_enum)]
     format: Option<Format>,
     #[command(flatten)]
@@ -39,13 +37,16 @@ pub struct Export {
     unlock: Unlock,
     #[command(flatten)]
     chat: chat::ChatOptions,
+    #[command(flatten)]
+    bundle: BundleOptions,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// JSON lines: one complete run a line; `nearmiss import` reads it. Without filters, or with --batch alone, batches
+    /// JSON lines: one complete run a line; `nearmiss runs import` reads it. Without filters, or with --batch alone, batches
     /// with their questions and truths are lines, too.
-    Jsonl,
+    #[value(alias = "jsonl")]
+    Json,
     /// CSV with a header; control characters become symbols.
     Csv,
     /// Apache Parquet; needs a file.
@@ -53,18 +54,22 @@ enum Format {
     /// Examples for fine-tuning: right answers with checked claims as chats (system, user, assistant), in the folder
     /// -o: train.jsonl, validation.jsonl, and manifest.json with their origin. See `nearmiss help fine-tuning`.
     Chat,
+    /// The batch of --batch (b7, last, or an experiment file that was run) with its answers, truth and templates as one
+    /// file for other machines, BATCH.nearmiss. See `nearmiss help bundles`.
+    Bundle,
 }
 
 /// What the endings of names ask for.
 const ENDINGS: &[(&str, Format)] = &[
-    ("jsonl", Format::Jsonl),
-    ("ndjson", Format::Jsonl),
-    ("json", Format::Jsonl),
+    ("jsonl", Format::Json),
+    ("ndjson", Format::Json),
+    ("json", Format::Json),
     ("csv", Format::Csv),
     ("parquet", Format::Parquet),
+    (bundle::ENDING, Format::Bundle),
 ];
 
-/// Runs `export`.
+/// Runs `runs export`.
 pub fn run(arguments: &Export) -> Outcome {
     let file = arguments.output.file();
     if arguments.format == Some(Format::Chat) {
@@ -76,24 +81,28 @@ pub fn run(arguments: &Export) -> Outcome {
             "{option} is an option of --format chat"
         )));
     }
-    let known = ".jsonl, .ndjson, .json, .csv and .parquet";
-    let format = match format_of(arguments.format, file, Format::Jsonl, (ENDINGS, known))? {
-        Format::Jsonl => output::Format::Json,
+    let known = ".jsonl, .ndjson, .json, .csv, .parquet and .nearmiss";
+    let format = format_of(arguments.format, file, Format::Json, (ENDINGS, known))?;
+    if format == Format::Bundle {
+        arguments.spreadsheet.check(false)?;
+        let batch = arguments.filters.batch_alone()?;
+        return bundle::pack(&batch, &arguments.output, &arguments.bundle);
+    }
+    if let Some(option) = arguments.bundle.given() {
+        return Err(Failure::input(format!(
+            "{option} is an option of --format bundle"
+        )));
+    }
+    let format = match format {
+        Format::Json => output::Format::Json,
         Format::Csv => output::Format::Csv,
-        // Chats are written above.
-        Format::Parquet | Format::Chat => output::Format::Parquet,
+        // The others are written above.
+        Format::Parquet | Format::Chat | Format::Bundle => output::Format::Parquet,
     };
-    format.check(file)?;
+    output::check_format(format, file)?;
     arguments.spreadsheet.check(format == output::Format::Csv)?;
-    let store = if arguments.unlock.is_given() {
-        // A look is recorded.
-        store()?
-    } else {
-        store_to_read()?
-    };
-    let filter = arguments
-        .filters
-        .in_store(arguments.words.clone(), &store)?;
+    let store = arguments.unlock.store()?;
+    let filter = arguments.filters.in_store(&store)?;
     let mut numbers = store.numbers(&filter).map_err(Failure::input)?;
     // Tables hold runs alone.
     let batches = match format {
@@ -109,12 +118,12 @@ pub fn run(arguments: &Export) -> Outcome {
     let superseded = store.superseded().map_err(Failure::input)?;
     // Before the file is begun, so that it never stays behind.
     let stop = interrupted(file.is_some());
-    let (target, mut table) = (arguments.output.begin()?, columns::table());
-    table.spreadsheet = arguments.spreadsheet;
+    let (target, mut table) = (arguments.output.begin()?, table());
+    table.for_spreadsheet = arguments.spreadsheet.is_asked();
     if format == output::Format::Parquet {
         let runs = numbers.iter().copied().collect();
         let provenance = Provenance::of_runs(&store, &runs).map_err(Failure::input)?;
-        let provenance = json!(provenance).to_string();
+        let provenance = serde_json::to_string(&provenance).map_err(Failure::input)?;
         table.metadata.push(("provenance", provenance));
     }
     let progress = Progress::new(numbers.len(), "runs", file.is_some());
@@ -142,17 +151,19 @@ pub fn run(arguments: &Export) -> Outcome {
         };
         if format == output::Format::Json {
             for image in images(&store, &run, &mut shown)? {
-                let line = output::json_line(&image)?;
-                if written(file, writer.write(Encoded::Text(line.into_bytes())))?.is_none() {
+                if written(file, writer.write(Encoded::Text(image.into_bytes())))?.is_none() {
                     return Ok(());
                 }
             }
         }
-        let record = record(&run, superseded.contains(number));
+        let record = run.to_record(superseded.contains(number));
         let row = match format {
-            // The record says more than the table.
+            // In JSON, texts that are JSON are no text.
             output::Format::Json => Encoded::Text(output::json_line(&record)?.into_bytes()),
-            _ => table.encode(format, vec![columns::cells(&record)]),
+            _ => {
+                let row = row_of(&table.columns, &record).map_err(Failure::input)?;
+                table.encode(format, vec![row])
+            }
         };
         if written(file, writer.write(row))?.is_none() {
             return Ok(());
@@ -182,13 +193,23 @@ pub fn run(arguments: &Export) -> Outcome {
     Ok(())
 }
 
+/// The table of runs, in row groups of a few hundred, as answers are long.
+fn table() -> Table {
+    let mut columns = columns::<RunRecord<'_>>();
+    columns.retain(|column| column.name != "nearmiss_run");
+    let mut table = Table::new("runs", columns);
+    table.group = 512;
+    table
+}
+
 /// The lines of the images of a run that no line before it has.
-fn images(store: &Store, run: &Run, shown: &mut BTreeSet<String>) -> Result<Vec<Value>, Failure> {
+fn images(store: &Store, run: &Run, shown: &mut BTreeSet<String>) -> Result<Vec<String>, Failure> {
     let mut lines = Vec::new();
     for hash in run.question.image_hashes() {
         if shown.insert(hash.clone()) {
             let image = store.image(&hash).map_err(Failure::input)?;
-            lines.extend(image.map(|image| image.to_record()));
+            let line = image.map(|image| output::json_line(&image.to_record()));
+            lines.extend(line.transpose()?);
         }
     }
     Ok(lines)
@@ -196,14 +217,8 @@ fn images(store: &Store, run: &Run, shown: &mut BTreeSet<String>) -> Result<Vec<
 
 /// Writes examples for fine-tuning.
 fn chats(arguments: &Export) -> Outcome {
-    let store = if arguments.unlock.is_given() {
-        store()?
-    } else {
-        store_to_read()?
-    };
-    let filter = arguments
-        .filters
-        .in_store(arguments.words.clone(), &store)?;
+    let store = arguments.unlock.store()?;
+    let filter = arguments.filters.in_store(&store)?;
     let runs = match &filter.batch {
         None => store.outcomes(&filter).map_err(Failure::input)?,
         // With answers that were asked for elsewhere.
@@ -219,17 +234,6 @@ fn chats(arguments: &Export) -> Outcome {
     };
     let numbers = runs.iter().map(|run| run.run);
     let locked = arguments.unlock.locked(&store, numbers)?;
-    let place = (arguments.output.file(), arguments.output.overwrite());
+    let place = (arguments.output.file(), arguments.output.overwrites());
     chat::run(&arguments.chat, place, &store, runs, &locked)
-}
-
-/// A run as it is exported: what the store has of it, and the state of its answer as reports count it.
-pub fn record(run: &Run, superseded: bool) -> Value {
-    let mut record = run.to_record();
-    record["answer_state"] = json!(if superseded {
-        AnswerState::Superseded
-    } else {
-        AnswerState::of(run)
-    });
-    record
 }

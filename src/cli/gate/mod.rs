@@ -21,7 +21,7 @@ pub struct Gate {
     /// several. Metrics have the names of CSV and JSON.
     #[arg(long, value_name = "REQUIREMENT")]
     require: Vec<Requirement>,
-    /// Compare each way of the batch with the same one in this bundle of `experiment pack`, on the same questions.
+    /// Compare each way of the batch with the same one in this bundle (`nearmiss help bundles`), on the same questions.
     #[arg(long, value_name = "FILE", requires = "no_worse_than")]
     baseline_bundle: Option<PathBuf>,
     /// The most by which accuracy may have fallen since the bundle.
@@ -132,7 +132,7 @@ impl Gate {
         let found = regressions(&now, &before.plain, is_same);
         if found.is_empty() {
             return Err(Failure::input(format!(
-                "--baseline-bundle {}: no way of the batch is in it; `nearmiss experiment show` lists its models",
+                "--baseline-bundle {}: no way of the batch is in it; `nearmiss runs import FILE --dry-run` lists its contents",
                 file.display()
             )));
         }

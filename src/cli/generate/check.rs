@@ -4,12 +4,11 @@ use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::Value;
 
 use crate::open::resolved;
 use crate::{Failure, Outcome, json, output};
 use nearmiss_drive::generation::{
-    AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, attacked_planner, refusal,
+    AttackStyle, Gate, GateResult, MOST_ATTACKERS, Refusal, RefusalRecord, attacked_planner,
 };
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::Scenario;
@@ -28,7 +27,7 @@ pub struct CheckDocument {
     passed: bool,
     /// Whose limits it is held to: human or limit.
     style: &'static str,
-    rejected: Vec<Value>,
+    rejected: Vec<RefusalRecord>,
     /// Changed motions: obstacle, first_changed_step, passed, rejected and more.
     changed: Vec<CheckedMotion>,
     /// What the manifest beside the variant claims, verified; null without one.
@@ -81,12 +80,12 @@ struct CheckedMotion {
     gone_from_step: Option<i64>,
     gone_seconds_early: Option<f64>,
     passed: bool,
-    rejected: Vec<Value>,
+    rejected: Vec<RefusalRecord>,
 }
 
 impl json::Output for CheckDocument {
-    const NAME: &'static str = "check";
-    const TITLE: &'static str = "`generate --check --json`: a variant against its original";
+    const NAME: &'static str = "generate-check";
+    const TITLE: &'static str = "`generate --check --format json`: a variant against its original";
 }
 
 /// Says what is wrong with `variant` beside the one scenario of `entries`.
@@ -111,7 +110,7 @@ pub fn run(
     } else {
         SIMULATOR_ROUNDING
     });
-    let made = VariantOrigin::of(&variant_entry).and_then(|origin| origin.style);
+    let made = VariantOrigin::of(&variant_entry).and_then(|origin| origin.style());
     let (style, whence) = match (style, made) {
         (Some(style), _) => (style, "--style"),
         (None, Some(style)) => (style, "of the manifest beside it"),
@@ -141,7 +140,7 @@ pub fn run(
             let rejected = wrong
                 .into_iter()
                 .flatten()
-                .map(|r| refusal(&r.clone().about(one.change.obstacle, None)));
+                .map(|r| RefusalRecord::from(&r.clone().about(one.change.obstacle, None)));
             let gone = Gone::of(one, &original);
             CheckedMotion {
                 obstacle: one.change.obstacle,
@@ -156,7 +155,7 @@ pub fn run(
         output::document(&CheckDocument {
             passed: found.passed() && proofs.as_ref().is_none_or(VariantProofs::hold),
             style: style.name(),
-            rejected: found.refusals.iter().map(refusal).collect(),
+            rejected: found.refusals.iter().map(RefusalRecord::from).collect(),
             changed: motions.collect(),
             manifest: proofs.as_ref().map(CheckedManifest::of),
         })?;

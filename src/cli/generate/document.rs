@@ -1,170 +1,155 @@
-//! A variant as one JSON line.
+//! The line of a variant, from what was generated.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use serde_json::{Map, Value, json};
-
+use super::line::{
+    ComparedSamples, ExternalPlannerRecord, GoodDriver, RankedAttacker, VariantLine,
+};
 use super::variant::Generated;
 use crate::output;
-use crate::plan::failed;
+use crate::plan::PlannerFailure;
 use crate::row_file::short_hash;
 use nearmiss_drive::generation::{
-    Attack, Avoidability, ClosedLoop, Effect, Plausibility, Refusal, VariantFiles, asked, attacker,
-    attacker_document, refusal,
+    Attack, AttackerRecord, Avoidability, ClosedLoop, Effect, LogLikelihoods, OutcomeName,
+    Plausibility, Refusal, VariantFiles, attacker,
 };
-use nearmiss_scene::verdict::Motion;
 use nearmiss_study::evaluation::generating::{Authored, ChosenBy};
 
-/// The line of a scenario's variant with its refusals, and with where it was saved.
-pub fn document(generated: &Generated, saved: Option<&VariantFiles>, mut line: Value) -> Value {
-    line["rejected"] = generated.refusals().iter().map(refusal).collect();
-    if let Some(saved) = saved {
-        place(&mut line, &saved.id, &saved.scenario, &saved.ego);
+impl VariantLine {
+    /// The same, saved in these files.
+    pub fn saved_as(mut self, saved: &VariantFiles) -> Self {
+        let path = |path: &std::path::Path| Some(output::visible(&path.display().to_string()));
+        self.variant = path(&saved.scenario);
+        self.ego = path(&saved.ego);
+        self.id = Some(saved.id.clone());
+        self
     }
-    line
+
+    /// That of a variant that is not saved yet, without its rejected motions.
+    pub fn new(generated: &Generated, by: &str) -> Self {
+        let made = &generated.made;
+        let workshop = &generated.workshop;
+        let chosen = made.chosen.as_ref();
+        let effect = chosen.and_then(|c| c.attack.effect.as_ref());
+        let contact = effect.and_then(|e| e.contact);
+        let main = chosen.zip(effect);
+        let main = main.and_then(|(c, effect)| c.attack.asked.get(effect.main));
+        let baseline = workshop.closed.baseline();
+        let driver = workshop.closed.driver();
+        let planner = driver
+            .external()
+            .map_or("nearmiss", |planner| planner.name());
+        let plausible = chosen.and_then(|c| workshop.plausibility(&c.attack.change));
+        let driven = made.found.attacks.iter().filter(|a| a.effect.is_some());
+        let process = baseline.drive().external.as_ref();
+        let broken = effect.filter(|effect| effect.breaks_planner());
+        let broken = broken.and_then(|effect| effect.drive.external.as_ref());
+        Self {
+            scenario: generated.name.clone(),
+            file: generated.file.clone(),
+            hash: short_hash(&workshop.closed.scenario().hash),
+            by: by.into(),
+            outcome: effect.map_or(OutcomeName::None, |e| (&e.consequence).into()),
+            attacker: effect.map(|e| e.main().obstacle),
+            attackers: chosen.map(|c| attackers(generated, &c.attack)),
+            manoeuvre: main.map(|motion| motion.name().into()),
+            asked: main.map(Into::into),
+            from_step: effect.map(|e| e.from),
+            until_step: chosen.and_then(|c| c.attack.change.until_step()),
+            min_risk_before: effect.map_or(baseline.lowest(), |e| e.lowest_before()),
+            min_risk_after: effect.map_or(baseline.lowest(), |e| e.lowest_after()),
+            min_risk_of_anyone_before: baseline.lowest(),
+            min_risk_of_anyone_after: effect.map_or(baseline.lowest(), |e| e.anyone_after),
+            min_distance: effect.and_then(Effect::distance),
+            collision_with: contact.map(|c| c.with),
+            collision_step: contact.map(|c| c.step),
+            collision_kind: contact.map(|c| c.kind().name().into()),
+            ego_side: contact.map(|c| c.ego.name().into()),
+            other_side: contact.map(|c| c.other.name().into()),
+            touched_after_step: effect.and_then(Effect::touched_after_step),
+            avoidable: { chosen.filter(|c| c.avoidability.is_looked_for()) }
+                .map(|c| avoidable(&c.avoidability)),
+            good_driver: { chosen.zip(effect) }
+                .and_then(|(c, effect)| GoodDriver::new(&workshop.closed, &c.avoidability, effect)),
+            style: workshop.style().name().into(),
+            plausibility: plausible.as_ref().map(|(own, _)| likelihoods(own)),
+            motion_samples: plausible.as_ref().map(|(own, recorded)| ComparedSamples {
+                attacker: own.samples.clone(),
+                recorded: recorded.samples().clone(),
+            }),
+            note: generated.note(),
+            safe_before: workshop.is_safe(),
+            baseline: baseline.drive().outcome.name().into(),
+            drive: effect.map(|e| e.drive.outcome.name().into()),
+            planner: output::visible(planner),
+            external_planner: process.map(|report| ExternalPlannerRecord {
+                name: output::visible(&report.name),
+                version: output::visible(&report.version),
+                failure: broken.and_then(|report| {
+                    let fault = report.fault?;
+                    Some(PlannerFailure::new(
+                        fault,
+                        report.fault_step,
+                        &report.stderr,
+                    ))
+                }),
+            }),
+            reference_ranking: ranking(generated),
+            candidates: made.found.candidates,
+            passed: made.found.attacks.len(),
+            driven: driven.count(),
+            refused: refused(&made.found.refused),
+            model: generated.author(),
+            seconds: (generated.took.as_secs_f64() * 1e3).round() / 1e3,
+            ..Self::default()
+        }
+    }
 }
 
-/// Says in a line where the variant lies.
-pub fn place(line: &mut Value, id: &str, scenario: &Path, ego: &Path) {
-    let path = |path: &Path| Value::String(output::visible(&path.display().to_string()));
-    line["variant"] = path(scenario);
-    line["ego"] = path(ego);
-    line["id"] = id.into();
-}
-
-/// The same before it is saved and without refusals, as in the manifest, which records those elsewhere.
-pub fn unsaved(generated: &Generated, by: &str) -> Value {
-    let made = &generated.made;
-    let chosen = made.chosen.as_ref();
-    let effect = chosen.and_then(|c| c.attack.effect.as_ref());
-    let collision = effect.and_then(|e| e.contact);
-    let main = chosen.zip(effect);
-    let main = main.and_then(|(c, effect)| c.attack.asked.get(effect.main));
-    let baseline = generated.workshop.closed.baseline();
-    let driver = generated.workshop.closed.driver();
-    let planner = driver
-        .external()
-        .map_or("nearmiss", |planner| planner.name());
-    let beside_recorded = chosen.and_then(|c| generated.workshop.plausibility(&c.attack.change));
-    let looked = chosen.filter(|c| c.avoidability.is_looked_for());
-    let mut line = json!({
-        "variant": null,
-        "ego": null,
-        "attacker": effect.map(|e| e.main().obstacle),
-        "outcome": effect.map_or("none", |e| e.consequence.name()),
-        "min_risk_before": effect.map_or(baseline.lowest(), |e| e.lowest_before()),
-        "min_risk_after": effect.map_or(baseline.lowest(), |e| e.lowest_after()),
-        "avoidable": looked.map(|c| avoidable(&c.avoidability)),
-        "candidates": made.found.candidates,
-        "rejected": null,
-        "scenario": generated.name,
-        "file": generated.file,
-        "hash": short_hash(&generated.workshop.closed.scenario().hash),
-        "id": null,
-        "by": by,
-        "attackers": chosen.map(|c| attackers(generated, &c.attack)),
-        "manoeuvre": main.map(Motion::name),
-        "asked": main.map(asked),
-        "from_step": effect.map(|e| e.from),
-        "until_step": chosen.and_then(|c| c.attack.change.until_step()),
-        "collision_with": collision.map(|c| c.with),
-        "collision_step": collision.map(|c| c.step),
-        "ego_side": collision.map(|c| c.ego.name()),
-        "other_side": collision.map(|c| c.other.name()),
-        "min_distance": effect.and_then(Effect::distance),
-        "touched_after_step": effect.and_then(Effect::touched_after_step),
-        "min_risk_of_anyone_before": baseline.lowest(),
-        "min_risk_of_anyone_after": effect.map_or(baseline.lowest(), |e| e.anyone_after),
-    });
-    let work = json!({
-        "style": generated.workshop.style().name(),
-        "plausibility": beside_recorded.as_ref().map(|(own, _)| plausibility(own)),
-        "motion_samples": beside_recorded.as_ref().map(|(own, recorded)| {
-            json!({ "attacker": own.samples, "recorded": recorded.samples() })
-        }),
-        "note": generated.note(),
-        "safe_before": generated.workshop.is_safe(),
-        "baseline": baseline.drive().outcome.name(),
-        "drive": effect.map(|e| e.drive.outcome.name()),
-        "planner": output::visible(planner),
-        "good_driver": chosen.zip(effect).and_then(|(c, effect)| {
-            good_driver(&generated.workshop.closed, &c.avoidability, effect)
-        }),
-        "collision_kind": collision.map(|c| c.kind().name()),
-        "reference_ranking": ranking(generated),
-        "passed": made.found.attacks.len(),
-        "driven": made.found.attacks.iter().filter(|a| a.effect.is_some()).count(),
-        "model": generated.author(),
-        "refused": refused(&made.found.refused),
-        "taken_over": false,
-        "seconds": (generated.took.as_secs_f64() * 1e3).round() / 1e3,
-    });
-    if let (Value::Object(line), Value::Object(work)) = (&mut line, work) {
-        line.extend(work);
+/// Log-likelihood of the attackers' motions, and that of recorded ones on average.
+fn likelihoods(own: &Plausibility) -> LogLikelihoods {
+    LogLikelihoods {
+        attacker: own.log_likelihood,
+        recorded: own.recorded,
     }
-    if let Some(report) = &baseline.drive().external {
-        line["external_planner"] = json!({
-            "name": output::visible(&report.name),
-            "version": output::visible(&report.version),
-        });
-    }
-    let broken = effect.filter(|effect| effect.breaks_planner());
-    if let Some(report) = broken.and_then(|effect| effect.drive.external.as_ref())
-        && let Some(fault) = report.fault
-        && let Value::Object(failure) = failed(fault, report.fault_step, &report.stderr)
-        && let Value::Object(planner) = &mut line["external_planner"]
-    {
-        planner.extend(failure);
-    }
-    line
-}
-
-/// Log-likelihood of the attackers' motions, nats per second, and that of recorded ones on average.
-fn plausibility(own: &Plausibility) -> Value {
-    json!({
-        "log_likelihood_per_second": own.log_likelihood,
-        "recorded_log_likelihood_per_second": own.recorded,
-    })
 }
 
 /// What each attacker does, how near it comes, and how plausible it is.
-fn attackers(generated: &Generated, attack: &Attack) -> Value {
+fn attackers(generated: &Generated, attack: &Attack) -> Vec<AttackerRecord> {
     let effects = attack.effect.iter().flat_map(|effect| &effect.attackers);
     let all = effects.zip(attack.acts()).map(|(effect, (asked, change))| {
-        let mut one = attacker_document(effect, asked);
         let own = generated
             .workshop
             .plausibility_of(std::slice::from_ref(change));
-        one["plausibility"] = own.map_or(Value::Null, |(own, _)| plausibility(&own));
-        one
+        AttackerRecord {
+            plausibility: own.map(|(own, _)| likelihoods(&own)),
+            ..AttackerRecord::new(effect, asked)
+        }
     });
     all.collect()
 }
 
-/// Who could reach the ego with the least change, by the reference: the acceleration (m/s²) that it takes, and when.
-fn ranking(generated: &Generated) -> Value {
+/// Who could reach the ego with the least change, by the reference.
+fn ranking(generated: &Generated) -> Vec<RankedAttacker> {
     let ranked = generated.workshop.on(|ground| attacker::rank(ground.stage));
-    let ranked = ranked.unwrap_or_default();
-    let ranked = ranked.iter().map(|c| {
-        json!({
-            "id": c.obstacle,
-            "acceleration": c.acceleration,
-            "step": c.step,
-            "distance": c.distance,
-            "near": c.near,
-            "behind": c.behind,
-            "reaches": c.reaches,
-        })
+    let ranked = ranked.unwrap_or_default().into_iter();
+    let ranked = ranked.map(|c| RankedAttacker {
+        id: c.obstacle,
+        acceleration: c.acceleration,
+        step: c.step,
+        distance: c.distance,
+        near: c.near,
+        behind: c.behind,
+        reaches: c.reaches,
     });
     ranked.collect()
 }
 
 /// Notes on a model's work beside the table.
-pub fn said(authored: &Authored) -> Vec<String> {
+pub fn authoring_notes(authored: &Authored) -> Vec<String> {
     let proposal = authored.choice.proposal.as_ref();
     let instead = match authored.choice.by {
-        ChosenBy::NoAttacker => "nothing is generated (--obey)",
+        ChosenBy::NoAttacker => "nothing is generated (obey=on)",
         _ => "the first of the reference ranking attacks",
     };
     let choice = proposal
@@ -220,35 +205,35 @@ pub fn said(authored: &Authored) -> Vec<String> {
         .collect()
 }
 
-/// The good driver with the longest reaction time (s) who survives, as `drive` is the planner that is attacked.
-fn good_driver(closed: &ClosedLoop, avoidability: &Avoidability, effect: &Effect) -> Option<Value> {
-    let (delay, way) = avoidability.latest()?;
-    let review = way.review(closed, effect);
-    Some(json!({
-        "reaction_time": delay,
-        "drive": way.drive.outcome.name(),
-        "found_by": way.found.to_string(),
-        "max_acceleration": review.acceleration,
-        "rules_broken": review.broken(),
-        "rules_undecided": review.undecided(),
-        "leaves_roadway_step": review.leaves_roadway,
-    }))
+impl GoodDriver {
+    /// The one with the longest reaction time who survives.
+    fn new(closed: &ClosedLoop, avoidability: &Avoidability, effect: &Effect) -> Option<Self> {
+        let (delay, way) = avoidability.latest()?;
+        let review = way.review(closed, effect);
+        let names = |rules: Vec<&'static str>| rules.into_iter().map(String::from).collect();
+        Some(Self {
+            reaction_time: delay,
+            drive: way.drive.outcome.name().into(),
+            found_by: way.found.to_string(),
+            max_acceleration: Some(review.acceleration),
+            rules_broken: names(review.broken()),
+            rules_undecided: names(review.undecided()),
+            leaves_roadway_step: review.leaves_roadway,
+        })
+    }
 }
 
-fn avoidable(avoidability: &Avoidability) -> Value {
+fn avoidable(avoidability: &Avoidability) -> BTreeMap<String, bool> {
     let all = avoidability.certificates.iter();
-    let pairs = all.map(|(delay, certificate)| {
-        let found = certificate.avoidance().is_some();
-        (format!("{delay:.1}"), Value::Bool(found))
-    });
-    Value::Object(pairs.collect::<Map<_, _>>())
+    all.map(|(delay, certificate)| (format!("{delay:.1}"), certificate.avoidance().is_some()))
+        .collect()
 }
 
 /// How many motions were refused for each reason; of each motion the first counts.
-fn refused(refusals: &[Refusal]) -> BTreeMap<&'static str, usize> {
+fn refused(refusals: &[Refusal]) -> BTreeMap<String, usize> {
     let mut counts = BTreeMap::new();
     for refusal in refusals {
-        *counts.entry(refusal.reason.name()).or_default() += 1;
+        *counts.entry(refusal.reason.name().into()).or_default() += 1;
     }
     counts
 }

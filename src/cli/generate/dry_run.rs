@@ -41,15 +41,10 @@ impl AttackWriter for Counter {
 
 /// Prints a line for each scenario, and the sum.
 pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
-    let writer = match (&job.writer, &job.wish) {
-        (Some(writer), _) => writer,
-        // What is understood has been said.
-        (None, Some(_)) => return Ok(()),
-        (None, None) => {
-            return Err(Failure::input(
-                "--dry-run counts what a model is asked; name one with --model, the search asks none",
-            ));
-        }
+    let Some(writer) = &job.writer else {
+        return Err(Failure::input(
+            "--dry-run counts what a model is asked; name one with --model, the search asks none",
+        ));
     };
     let stop: Arc<AtomicBool> = interrupted(true);
     let cancel = Cancel::from_flag(&stop);

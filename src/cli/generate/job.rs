@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::document;
-use super::line::Line;
+use super::document::authoring_notes;
+use super::line::VariantLine;
 use super::summary::Summary;
 use super::table::Table;
 use super::variant::{Generated, Product};
@@ -38,12 +38,14 @@ impl Job<'_> {
         self.done += 1;
         match product {
             Ok(Product::New(generated)) => self.made(&generated),
-            Ok(Product::TakenOver(line)) => self.tell(&line),
+            Ok(Product::TakenOver(line)) => self.report(&line),
             Err(error) => {
                 self.summary.missed(&error);
                 output::say(&format!("nearmiss: {error}"));
                 if self.json {
-                    self.show(&output::json_line(&crate::plan::missing(entry, &error))?)
+                    self.show(&output::json_line(&crate::plan::NotDrivenRecord::new(
+                        entry, &error,
+                    ))?)
                 } else {
                     Ok(ControlFlow::Continue(()))
                 }
@@ -53,24 +55,30 @@ impl Job<'_> {
 
     fn made(&mut self, generated: &Generated) -> Result<ControlFlow<()>, Failure> {
         // Files first: who reads a line finds them.
-        let line = document::unsaved(generated, self.by);
+        let line = VariantLine::new(generated, self.by);
         let saved = self.save(generated, &line)?;
         if let Some(authored) = &generated.authored {
-            for words in document::said(authored) {
+            for words in authoring_notes(authored) {
                 output::say(&format!("nearmiss: {}: {words}", generated.file));
             }
         }
-        let document = document::document(generated, saved.as_ref(), line);
-        self.tell(&Line::from_document(document).map_err(Failure::input)?)
+        let line = VariantLine {
+            rejected: Some(generated.refusals().iter().map(Into::into).collect()),
+            ..line
+        };
+        self.report(&match saved {
+            Some(saved) => line.saved_as(&saved),
+            None => line,
+        })
     }
 
     /// Counts a line and writes it.
-    fn tell(&mut self, line: &Line) -> Result<ControlFlow<()>, Failure> {
-        self.summary.count(&line.figures);
+    fn report(&mut self, line: &VariantLine) -> Result<ControlFlow<()>, Failure> {
+        self.summary.count(line);
         let text = if self.json {
-            output::json_line(&line.document)?
+            output::json_line(line)?
         } else {
-            self.table.row(&line.figures)
+            self.table.row(line)
         };
         self.show(&text)
     }
@@ -84,7 +92,11 @@ impl Job<'_> {
         })
     }
 
-    fn save(&self, generated: &Generated, line: &Value) -> Result<Option<VariantFiles>, Failure> {
+    fn save(
+        &self,
+        generated: &Generated,
+        line: &VariantLine,
+    ) -> Result<Option<VariantFiles>, Failure> {
         let (Some(folder), Some(chosen)) = (self.folder, &generated.made.chosen) else {
             return Ok(None);
         };
@@ -103,7 +115,7 @@ impl Job<'_> {
             "settings": generated.settings,
             "line": line,
         });
-        let author = generated.author();
+        let author = generated.author().map(|author| json!(author));
         let variant = Variant {
             file: &generated.file,
             closed: &generated.workshop.closed,

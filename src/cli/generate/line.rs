@@ -1,208 +1,197 @@
-//! The JSON line of one scenario's variant, and the figures in it that table and report use.
+//! What is known of one scenario's variant: the JSON line, from which table and report are made, too.
 //!
-//! Both read only the line, so one taken over from an earlier run counts like a new one.
+//! Both read only the line, so one reused from an earlier run counts like a new one.
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use nearmiss_drive::generation::MotionSamples;
+use crate::json::Output;
+use crate::plan::PlannerFailure;
+use nearmiss_drive::generation::{
+    AttackerRecord, LogLikelihoods, MotionSamples, OutcomeName, RefusalRecord, RequestedMotion,
+};
 use nearmiss_drive::simulation::CollisionKind;
-use nearmiss_study::evaluation::generating::Tries;
+use nearmiss_study::evaluation::generating::AuthoredRecord;
 
-/// The outcome of a scenario without a variant.
-pub const NONE: &str = "none";
-
-/// A line with its figures.
-#[derive(Debug, Clone)]
-pub struct Line {
-    pub document: Value,
-    pub figures: Figures,
-}
-
-/// Figures of a line that are counted and shown.
-#[derive(Debug, Clone, Deserialize)]
-pub struct Figures {
+/// One scenario and its variant.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+pub struct VariantLine {
+    /// Name of the scenario: its file name without the ending.
     pub scenario: String,
-    #[serde(default)]
-    pub file: Option<String>,
-    pub outcome: OutcomeName,
-    pub attacker: Option<i64>,
-    /// All attackers; of versions that knew only one none.
-    #[serde(default)]
-    pub attackers: Option<Vec<AttackerFigures>>,
-    pub manoeuvre: Option<String>,
-    pub min_risk_before: Option<u8>,
-    pub min_risk_after: Option<u8>,
-    /// Reaction times (s) and whether a good driver avoids it.
-    pub avoidable: Option<BTreeMap<String, bool>>,
-    pub candidates: usize,
-    /// Motions that were refused, by reason.
-    pub refused: BTreeMap<String, usize>,
+    /// File of the scenario.
+    pub file: String,
+    /// First 12 digits of the SHA-256 of the scenario's content.
+    pub hash: String,
+    /// Id of the variant.
     pub id: Option<String>,
-    pub note: Option<String>,
-    pub safe_before: bool,
-    /// Of versions that did not measure it none.
-    #[serde(default)]
-    pub plausibility: Option<LogLikelihoods>,
-    #[serde(default)]
-    pub motion_samples: Option<ComparedSamples>,
-    /// How the ego's drive in the variant ended.
-    pub drive: Option<String>,
-    /// Which body drove into which at its end, also where that is no effect.
-    #[serde(default)]
+    /// File of the variant.
+    pub variant: Option<String>,
+    /// File of the ego's drive in it.
+    pub ego: Option<String>,
+    /// search with its settings, or the model.
+    pub by: String,
+    /// How it ends.
+    pub outcome: OutcomeName,
+    /// Id of the attacker; of several, the one that the ego touches or that comes nearest.
+    pub attacker: Option<i64>,
+    /// All attackers.
+    pub attackers: Option<Vec<AttackerRecord>>,
+    /// Manoeuvre of the attacker.
+    pub manoeuvre: Option<String>,
+    /// The motion that was requested of it.
+    pub asked: Option<RequestedMotion>,
+    /// The last step before the motion is another one.
+    pub from_step: Option<i64>,
+    /// Last changed step.
+    pub until_step: Option<i64>,
+    /// Lowest risk score of an attacker as recorded.
+    pub min_risk_before: Option<u8>,
+    /// Lowest risk score of an attacker in the variant.
+    pub min_risk_after: Option<u8>,
+    /// Lowest risk score of all obstacles as recorded.
+    pub min_risk_of_anyone_before: Option<u8>,
+    /// Lowest risk score of all obstacles in the variant.
+    pub min_risk_of_anyone_after: Option<u8>,
+    /// Smallest distance to an attacker, metres.
+    pub min_distance: Option<f64>,
+    /// Id of the obstacle that the ego collides with.
+    pub collision_with: Option<i64>,
+    /// Step of the collision.
+    pub collision_step: Option<i64>,
+    /// ran_into (the ego's front), rear_ended (the obstacle's front, the ego's rear) or side; also where it is no effect.
     pub collision_kind: Option<String>,
-    /// The step before a contact between steps.
-    #[serde(default)]
+    /// Side of the ego that is hit.
+    pub ego_side: Option<String>,
+    /// Side of the other body that is hit.
+    pub other_side: Option<String>,
+    /// Step before a contact that is only between two steps.
     pub touched_after_step: Option<i64>,
-    /// Of versions that did not review it none.
-    #[serde(default)]
+    /// Whether a good driver avoids it, by reaction time in seconds.
+    pub avoidable: Option<BTreeMap<String, bool>>,
+    /// The good driver with the longest reaction time who survives.
     pub good_driver: Option<GoodDriver>,
-    pub model: Option<Consumed>,
-    /// The planner that is attacked, as it was named; of versions that attacked only their own none.
-    #[serde(default)]
-    pub planner: Option<String>,
-    /// What its process says of itself.
-    #[serde(default)]
-    pub external_planner: Option<PlannerFigures>,
+    /// Limits of attackers: human or limit.
+    pub style: String,
+    /// Log-likelihood of the attackers' motions under the recorded ones of the scenario, and theirs on average.
+    pub plausibility: Option<LogLikelihoods>,
+    /// Histograms of acceleration, jerk, yaw rate and lane offset.
+    pub motion_samples: Option<ComparedSamples>,
+    /// Remark for people.
+    pub note: Option<String>,
+    /// Whether the original is safe.
+    pub safe_before: bool,
+    /// Outcome of the drive in the original.
+    pub baseline: String,
+    /// Outcome of the drive in the variant.
+    pub drive: Option<String>,
+    /// The planner that is attacked, as it was named; nearmiss is the built-in one.
+    pub planner: String,
+    /// Of a planner that is a process.
+    pub external_planner: Option<ExternalPlannerRecord>,
+    /// Possible attackers, the one with the least change first.
+    pub reference_ranking: Vec<RankedAttacker>,
+    /// Number of motions tried.
+    pub candidates: usize,
+    /// Motions that passed the gate.
+    pub passed: usize,
+    /// Motions that were simulated.
+    pub driven: usize,
+    /// Rejected motions by reason.
+    pub refused: BTreeMap<String, usize>,
+    /// Rejected motions.
+    pub rejected: Option<Vec<RefusalRecord>>,
+    /// Choice, votes, motions, grades and consumption of the model.
+    pub model: Option<AuthoredRecord>,
+    /// Whether it comes from an earlier run.
     pub taken_over: bool,
+    /// Duration in seconds.
     pub seconds: f64,
 }
 
-/// One attacker and its motion.
-#[derive(Debug, Clone, Deserialize)]
-pub struct AttackerFigures {
-    pub id: i64,
-    pub manoeuvre: String,
+impl Output for VariantLine {
+    const NAME: &'static str = "generate";
+    const TITLE: &'static str = "`generate --format json`: one scenario a line";
 }
 
 /// The driver of the longest reaction time who survives.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 pub struct GoodDriver {
-    /// m/s²; of versions that did not measure it none.
-    #[serde(default)]
+    /// Seconds.
+    pub reaction_time: f64,
+    /// How its drive ends.
+    pub drive: String,
+    /// What found it.
+    pub found_by: String,
+    /// The largest acceleration along and across, m/s².
     pub max_acceleration: Option<f64>,
-    #[serde(default)]
+    /// Traffic rules that it breaks.
     pub rules_broken: Vec<String>,
-    #[serde(default)]
+    /// Traffic rules that cannot be decided of it.
+    pub rules_undecided: Vec<String>,
+    /// The step at which it leaves the lanelets of cars.
     pub leaves_roadway_step: Option<i64>,
 }
 
-/// What a planner's process says of itself.
-#[derive(Debug, Clone, Deserialize)]
-pub struct PlannerFigures {
+/// What a planner's process says of itself, and how it failed.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+pub struct ExternalPlannerRecord {
+    /// Its name.
     #[serde(default)]
     pub name: String,
+    /// Its version.
     #[serde(default)]
     pub version: String,
+    /// Where it failed: the fault.
+    #[serde(flatten)]
+    pub failure: Option<PlannerFailure>,
 }
 
-/// Log-likelihoods, nats per second.
-#[derive(Debug, Clone, Copy, Deserialize)]
-pub struct LogLikelihoods {
-    #[serde(rename = "log_likelihood_per_second")]
-    pub attacker: f64,
-    #[serde(rename = "recorded_log_likelihood_per_second")]
-    pub recorded: f64,
+/// A possible attacker, by the reference.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+pub struct RankedAttacker {
+    /// Its id.
+    pub id: i64,
+    /// The least acceleration that brings it to the ego, m/s².
+    pub acceleration: f64,
+    /// When.
+    pub step: i64,
+    /// How near it is as recorded, metres.
+    pub distance: f64,
+    /// Whether it is near.
+    pub near: bool,
+    /// Whether it comes from behind.
+    pub behind: bool,
+    /// Whether it reaches the ego without reversing.
+    pub reaches: bool,
 }
 
 /// Samples of the attacker's motion and of the recorded ones.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
 pub struct ComparedSamples {
+    /// Of the attackers.
     pub attacker: MotionSamples,
+    /// Of all recorded motions.
     pub recorded: MotionSamples,
 }
 
-/// The outcomes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum OutcomeName {
-    Collision,
-    PlannerError,
-    NearMiss,
-    NoEffect,
-    None,
-}
-
-/// A model's consumption.
-#[derive(Debug, Clone, Deserialize)]
-pub struct Consumed {
-    pub requests: u32,
-    #[serde(default)]
-    pub from_store: u32,
-    pub input_tokens: u64,
-    pub output_tokens: u64,
-    pub cost_usd: f64,
-    pub unpriced: u32,
-    /// Why it did not get to the end, where it did not.
-    pub stopped: Option<String>,
-    /// Of versions that did not count them none.
-    #[serde(default)]
-    pub tries: Option<Tries>,
-    /// Whether its grades and the exact ranking prefer the same motion; none where there was nothing to compare.
-    #[serde(default)]
-    pub agreement: Option<Agreed>,
-}
-
-/// Whether both rankings prefer the same motion, of how many.
-#[derive(Debug, Clone, Copy, Deserialize)]
-pub struct Agreed {
-    pub agrees: bool,
-    pub of: usize,
-    /// Of versions that counted equal motions as different ones none.
-    #[serde(default)]
-    pub by_chance: Option<f64>,
-}
-
-impl OutcomeName {
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Collision => "collision",
-            Self::PlannerError => "planner_error",
-            Self::NearMiss => "near_miss",
-            Self::NoEffect => "no_effect",
-            Self::None => NONE,
-        }
-    }
-
-    pub fn is_effective(self) -> bool {
-        matches!(self, Self::Collision | Self::NearMiss)
-    }
-}
-
-impl Line {
-    /// The line with this document.
-    ///
-    /// # Errors
-    /// A field is missing or of another type.
-    pub fn from_document(document: Value) -> Result<Self, String> {
-        match Figures::deserialize(&document) {
-            Ok(figures) => Ok(Self { document, figures }),
-            Err(error) => Err(error.to_string()),
-        }
-    }
-}
-
-impl Figures {
+impl VariantLine {
     /// The ids of all attackers.
     pub fn ids(&self) -> Vec<i64> {
-        match &self.attackers {
-            Some(all) => all.iter().map(|one| one.id).collect(),
-            None => self.attacker.into_iter().collect(),
-        }
+        let all = self.attackers.iter().flatten();
+        all.map(|one| one.id).collect()
     }
 
     /// The planner that is attacked: as it was named, and as its process names itself.
-    pub fn attacked(&self) -> Option<String> {
-        let named = self.planner.clone()?;
-        Some(match &self.external_planner {
-            Some(said) if !said.name.is_empty() => {
-                let said = format!("{} {}", said.name, said.version);
-                format!("{} ({named})", said.trim())
+    pub fn attacked(&self) -> String {
+        match &self.external_planner {
+            Some(process) if !process.name.is_empty() => {
+                let identity = format!("{} {}", process.name, process.version);
+                format!("{} ({})", identity.trim(), self.planner)
             }
-            _ => named,
-        })
+            _ => self.planner.clone(),
+        }
     }
 
     /// Whether its drive ended with a hit from behind, which is no effect.
@@ -213,13 +202,9 @@ impl Figures {
 
     /// What the attackers do: the names of their manoeuvres.
     pub fn manoeuvres(&self) -> Option<String> {
-        match &self.attackers {
-            Some(all) if !all.is_empty() => {
-                let names: Vec<&str> = all.iter().map(|one| one.manoeuvre.as_str()).collect();
-                Some(names.join(" + "))
-            }
-            _ => self.manoeuvre.clone(),
-        }
+        let all = self.attackers.as_ref().filter(|all| !all.is_empty())?;
+        let names: Vec<&str> = all.iter().map(|one| one.manoeuvre.as_str()).collect();
+        Some(names.join(" + "))
     }
 
     /// What the good driver who survives does that is to be noted: broken rules, leaving the roadway.

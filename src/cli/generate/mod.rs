@@ -3,6 +3,7 @@
 mod check;
 mod document;
 mod dry_run;
+mod identity;
 mod inputs;
 mod job;
 mod line;
@@ -10,37 +11,39 @@ mod model;
 mod model_figures;
 mod note;
 mod resume;
+mod settings;
 mod summary;
 mod table;
 mod together;
 mod variant;
-mod wished;
 
 pub use check::CheckDocument;
+pub use line::VariantLine;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-
-use serde_json::json;
+pub use summary::GenerateReport;
 
 use super::ask::budget;
 use super::interrupt::{INTERRUPTED, interrupted};
 use super::many_files::ShardOption;
 use super::open::{configuration, found};
 use super::parallel::in_order_and_kept;
-use super::plan::{PlanOptions, PlannerOptions, identity};
+use super::plan::{PlannerOptions, ProblemOption, identity};
 use super::progress::Progress;
+use super::set::{self, Assignment, assignment};
 use super::{Failure, Outcome, output};
 use job::Job;
 use model::Writer;
 use nearmiss_base::system::unknown;
-use nearmiss_drive::generation::{AttackStyle, DELAYS, Effort};
+use nearmiss_drive::generation::{AttackStyle, DELAYS, Effort, Wish};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
 use nearmiss_formats::commonroad::NewFile;
 use nearmiss_settings::Config;
-use nearmiss_study::evaluation::generating::{Method, RETRIES, Ranking, SAMPLES, VOTES};
+use nearmiss_study::evaluation::generating::Ranking;
 use resume::EarlierRun;
+use settings::GenerateSettings;
 use summary::Summary;
 use table::Table;
 use variant::GenerateJob;
@@ -62,39 +65,11 @@ pub struct GenerateArguments {
     /// Address of the server, in place of the provider's own.
     #[arg(long, value_name = "URL")]
     base_url: Option<String>,
-    /// Votes for the attacker, each an answer to the same question; 1 asks once.
-    #[arg(long, value_name = "N", default_value_t = VOTES, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    votes: u32,
-    /// Let the model choose the attacker within this distance in metres ahead of or beside the ego [default:
-    /// `attack_within` of the configuration, else 30].
-    #[arg(long, value_name = "METRES", value_parser = metres)]
-    within: Option<f64>,
-    /// Motions to request from the model, each in its own conversation.
-    #[arg(long, value_name = "N", default_value_t = SAMPLES, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    samples: u32,
-    /// Maximum number of times that a motion goes back to the model: with the reasons of its rejection, or with what
-    /// came of the drive.
-    #[arg(long, value_name = "K", default_value_t = RETRIES, value_parser = clap::value_parser!(u32).range(0..=100))]
-    retries: u32,
-    /// What decides between the model's motions: the closed loop and exact risk scores, or its own grades.
-    #[arg(long, value_name = "RANKING", default_value = "exact", value_parser = ranking)]
-    rank: Ranking,
-    /// Do not ask the model to grade its motions.
-    #[arg(long)]
-    no_grades: bool,
-    /// Do not tell the model what came of the drives; a conversation ends with its first motion that passes the gate.
-    #[arg(long)]
-    no_feedback: bool,
-    /// Generate nothing if the model names no possible attacker, or is not asked as no obstacle comes near; without it the
-    /// first of the reference ranking attacks.
-    #[arg(long)]
-    obey: bool,
     /// Ask the model even if the store has its answer.
     #[arg(long)]
     fresh: bool,
-    /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost; with --wish,
-    /// only print what is understood.
-    #[arg(long, conflicts_with_all = ["output", "report", "check", "json"])]
+    /// Plan the ego, ask nothing, and print how many requests the model gets at most and their maximum cost.
+    #[arg(long, conflicts_with_all = ["output", "report", "check", "format"])]
     dry_run: bool,
     /// Maximum total cost of all answers in US dollars.
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
@@ -107,10 +82,10 @@ pub struct GenerateArguments {
         allow_negative_numbers = true
     )]
     attacker: Vec<i64>,
-    /// Search only for attacks that these words describe: who, which manoeuvre, from where. \"a cyclist comes from behind
-    /// the parked van\", \"a car cuts in from the left lane\". What is understood is printed; see `nearmiss help wishes`.
-    #[arg(long, value_name = "WORDS", conflicts_with = "check")]
-    wish: Option<String>,
+    /// Search only for attacks that these terms describe: who, which manoeuvre, from where. \"actor:car,truck
+    /// manoeuvre:cut-in place:left-lane\"; `nearmiss help wishes` lists them.
+    #[arg(long, value_name = "TERMS", conflicts_with = "check")]
+    wish: Option<Wish>,
     /// Maximum number of obstacles that attack together, 1 to 3; further ones are added only where they make the outcome
     /// worse. With --check, how many may be changed [default: as many as --attacker names, else `attackers` of the
     /// configuration, else 1; with --check 3].
@@ -130,12 +105,16 @@ pub struct GenerateArguments {
     #[arg(long, value_name = "STYLE", value_parser = style)]
     style: Option<AttackStyle>,
     #[command(flatten)]
-    how: PlanOptions,
+    how: ProblemOption,
+    /// Change a setting of the planner (those of `plan`), or how a model is asked: votes (for the attacker), within
+    /// (metres, in which it chooses it), samples (motions), retries, feedback (on, off), grades (on, off), rank (exact,
+    /// model), obey (on, off). See `nearmiss help model-attacks`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<GenerateSettings>)]
+    set: Vec<Assignment>,
     #[command(flatten)]
     planner: PlannerOptions,
-    /// Print JSON lines: one object a scenario.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Folder for the variants with their egos, solutions, certificates and manifests; created if missing.
     #[arg(short = 'o', long, value_name = "FOLDER")]
     output: Option<PathBuf>,
@@ -168,17 +147,6 @@ fn reaction_time(word: &str) -> Result<f64, String> {
     })
 }
 
-fn ranking(word: &str) -> Result<Ranking, String> {
-    Ranking::parse(word).ok_or_else(|| unknown("ranking", word, Ranking::ALL.map(Ranking::name)))
-}
-
-fn metres(word: &str) -> Result<f64, String> {
-    match word.parse::<f64>() {
-        Ok(metres) if metres.is_finite() && metres > 0.0 => Ok(metres),
-        _ => Err("expected a number of metres above 0".into()),
-    }
-}
-
 fn style(word: &str) -> Result<AttackStyle, String> {
     AttackStyle::parse(word)
         .ok_or_else(|| unknown("style", word, AttackStyle::ALL.map(AttackStyle::name)))
@@ -196,19 +164,6 @@ impl GenerateArguments {
     pub fn report(&self) -> Option<&Path> {
         self.report.as_deref()
     }
-
-    /// How a model is asked.
-    fn method(&self, config: &Config) -> Method {
-        Method {
-            votes: self.votes,
-            within: self.within.unwrap_or(config.attack_within),
-            samples: self.samples,
-            retries: self.retries,
-            feedback: !self.no_feedback,
-            grades: !self.no_grades,
-            rank: self.rank,
-        }
-    }
 }
 
 /// The style that is asked for, else that of the configuration.
@@ -220,24 +175,25 @@ fn style_of(arguments: &GenerateArguments, config: &Config) -> AttackStyle {
 /// Runs it.
 pub fn run(arguments: &GenerateArguments) -> Outcome {
     let (folders, config) = configuration()?;
-    if arguments.how.asks_for_reactions() {
+    let set: GenerateSettings = set::settings(&arguments.set).map_err(Failure::input)?;
+    if set.planner.asks_for_reactions() {
         return Err(Failure::input(
-            "--traffic reactive is not for `generate`: variants are recordings, in which only the attackers move otherwise; \
-             leave it out. `nearmiss plan VARIANT --traffic reactive` shows whether the attack succeeds where others react",
+            "--set traffic=reactive is not for `generate`: variants are recordings, in which only the attackers move otherwise; \
+             leave it out. `nearmiss plan VARIANT --set traffic=reactive` shows whether the attack succeeds where others react",
         ));
     }
     let settings = Settings {
         traffic: TrafficMode::Recorded,
-        ..arguments.how.settings(&config)?
+        ..set.planner.over(&config)?
     };
     let entries = found(&arguments.paths)?;
     if let Some(variant) = &arguments.check {
         let gate = (arguments.style, arguments.attackers);
-        return check::run(&entries, variant, gate, arguments.json);
+        return check::run(&entries, variant, gate, arguments.format.is_json());
     }
-    if arguments.rank == Ranking::Model && arguments.no_grades {
+    if set.rank == Ranking::Model && !set.grades {
         return Err(Failure::input(
-            "--rank model ranks by the grades of the model; remove --no-grades",
+            "rank=model ranks by the grades of the model; leave out grades=off",
         ));
     }
     let effort = Effort {
@@ -249,16 +205,15 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     };
     let style = style_of(arguments, &config);
     let searching = arguments.model == SEARCH;
-    let wish = arguments.wish.as_deref().map(wished::read).transpose()?;
-    if wish.is_some() && !searching {
+    if arguments.wish.is_some() && !searching {
         return Err(Failure::input(
             "--wish is for the search, not for a model: leave out --model, or change the model's template",
         ));
     }
     let writer = (!searching)
-        .then(|| Writer::new(arguments, &folders, &config))
+        .then(|| Writer::new(arguments, &set, &folders, &config))
         .transpose()?;
-    let by = match (&writer, &wish) {
+    let by = match (&writer, &arguments.wish) {
         (Some(writer), _) => writer.id().to_owned(),
         (None, Some(wish)) => format!("{effort}, wish: {wish}, style {style}"),
         (None, None) => format!("{effort}, style {style}"),
@@ -270,25 +225,24 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         return Ok(());
     }
     let past = prepared(arguments)?;
-    let planner = arguments.planner.only(&config)?;
+    let planner = arguments.planner.only(&config, set.planner.timeout)?;
     let planner = planner.and_then(|planner| planner.external);
     let problem = arguments.how.planning_problem;
     let stop = interrupted(true);
     let cancel = Cancel::from_flag(&stop);
     let asked = planner.as_ref().filter(|_| past.is_some());
-    let identity = asked
-        .and_then(|planner| identity(&entries, problem, &settings, planner, &cancel))
-        .map(|(name, version)| json!({"name": name, "version": version}));
+    let identity =
+        asked.and_then(|planner| identity(&entries, problem, &settings, planner, &cancel));
     let wanted = GenerateJob {
         writer,
         settings,
         planner,
         problem,
-        identity: identity.unwrap_or_default(),
+        identity,
         effort,
         style,
         only: together::named(&arguments.attacker),
-        wish,
+        wish: arguments.wish.clone(),
         past,
     };
     if arguments.dry_run {
@@ -296,7 +250,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     }
     let mut job = Job {
         folder: arguments.output.as_deref(),
-        json: arguments.json,
+        json: arguments.format.is_json(),
         by: &by,
         unheard: arguments.output.is_some() || arguments.report.is_some(),
         summary: Summary::new(entries.len()),
@@ -325,7 +279,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     drop(progress);
     let done = job.done;
     let summary = job.summary;
-    if !arguments.json && done > 0 {
+    if !arguments.format.is_json() && done > 0 {
         output::text(&summary.words())?;
     }
     if let Some(path) = &arguments.report {

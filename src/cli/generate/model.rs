@@ -3,10 +3,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use serde_json::{Value, json};
+use serde_json::json;
 use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
+use super::identity::WriterSettings;
+use super::settings::GenerateSettings;
 use crate::Failure;
 use crate::open::{judge_of, user_thresholds};
 use crate::templates::templates;
@@ -30,6 +32,7 @@ impl Writer {
     /// The model that the arguments name.
     pub fn new(
         arguments: &GenerateArguments,
+        set: &GenerateSettings,
         folders: &Folders,
         config: &Config,
     ) -> Result<Self, Failure> {
@@ -72,10 +75,10 @@ impl Writer {
             thresholds: Arc::new(user_thresholds(folders)?),
             settings: Settings::default(),
             frame: None,
-            method: arguments.method(config),
+            method: set.method(config),
             at_once: config.concurrency.get() as usize,
             attacker: arguments.attacker.first().copied(),
-            obey: arguments.obey,
+            obey: set.obey,
             fresh: arguments.fresh,
             batch: None,
         };
@@ -105,16 +108,16 @@ impl Writer {
     }
 
     /// All that decides what it is asked, and how often.
-    pub fn settings(&self) -> Value {
+    pub fn settings(&self) -> WriterSettings {
         let author = &self.author;
-        json!({
-            "id": self.id(),
-            "method": author.method.document(),
-            "obey": author.obey,
-            "parameters": self.parameters,
-            "templates": author.templates(),
-            "thresholds": Spec::thresholds_of(&author.thresholds),
-        })
+        WriterSettings {
+            id: self.id().into(),
+            method: author.method,
+            obey: author.obey,
+            parameters: json!(self.parameters),
+            templates: author.templates(),
+            thresholds: Spec::thresholds_of(&author.thresholds),
+        }
     }
 
     /// Its id.

@@ -1,10 +1,10 @@
 //! Figures of models over all scenarios: consumption, first tries, and how often both rankings agree.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::line::Consumed;
 use crate::output::counted;
-use nearmiss_study::evaluation::generating::Tries;
+use nearmiss_study::evaluation::generating::{AuthoredRecord, Tries};
 
 /// Counts over all scenarios that a model wrote attacks for.
 #[derive(Debug, Default)]
@@ -24,23 +24,21 @@ pub struct ModelFigures {
 }
 
 impl ModelFigures {
-    pub fn count(&mut self, consumed: &Consumed) {
+    pub fn count(&mut self, consumed: &AuthoredRecord) {
         self.requests += consumed.requests;
         self.stored += consumed.from_store;
         self.tokens += consumed.input_tokens + consumed.output_tokens;
         self.usd += consumed.cost_usd;
         self.unpriced += consumed.unpriced;
-        if let Some(tries) = consumed.tries {
-            self.tries.conversations += tries.conversations;
-            self.tries.first_admitted += tries.first_admitted;
-            self.tries.first_effective += tries.first_effective;
-            self.tries.effective += tries.effective;
-        }
+        let tries = consumed.tries;
+        self.tries.conversations += tries.conversations;
+        self.tries.first_admitted += tries.first_admitted;
+        self.tries.first_effective += tries.first_effective;
+        self.tries.effective += tries.effective;
         if let Some(agreed) = consumed.agreement {
             self.compared += 1;
             self.agreed += usize::from(agreed.agrees);
-            let even = 1.0 / agreed.of.max(1) as f64;
-            self.by_chance += agreed.by_chance.unwrap_or(even);
+            self.by_chance += agreed.by_chance;
         }
     }
 
@@ -95,56 +93,103 @@ impl ModelFigures {
         format!("{sent}{stored}; {} tokens, {cost}\n", self.tokens)
     }
 
-    /// Adds the figures to the document of a report.
-    pub fn add_to(&self, document: &mut Value) {
-        document["requests"] = self.requests.into();
-        document["from_store"] = self.stored.into();
-        document["tokens"] = self.tokens.into();
-        document["cost_usd"] = self.usd.into();
-        document["unpriced"] = self.unpriced.into();
-        document["tries"] = json!(self.tries);
-        document["agreement"] = json!({
-            "compared": self.compared,
-            "agreed": self.agreed,
-            "share": (self.compared > 0).then(|| self.agreed as f64 / self.compared as f64),
-            "by_chance": self.by_chance,
-        });
+    /// The figures for programs.
+    pub fn report(&self) -> ModelsReport {
+        ModelsReport {
+            requests: self.requests,
+            from_store: self.stored,
+            tokens: self.tokens,
+            cost_usd: self.usd,
+            unpriced: self.unpriced,
+            tries: self.tries,
+            agreement: AgreementReport {
+                compared: self.compared,
+                agreed: self.agreed,
+                share: (self.compared > 0).then(|| self.agreed as f64 / self.compared as f64),
+                by_chance: self.by_chance,
+            },
+        }
     }
+}
+
+/// What models did in all scenarios.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ModelsReport {
+    /// Answers of models.
+    requests: u32,
+    /// Of these, answers from the store.
+    from_store: u32,
+    /// Tokens of prompts and answers.
+    tokens: u64,
+    /// Cost of answers with a known price, US dollars.
+    cost_usd: f64,
+    /// Answers without a known price.
+    unpriced: u32,
+    /// Conversations with a model: how many of their first answers pass the gate, and have an effect that a good driver
+    /// survives.
+    tries: Tries,
+    /// Scenarios in which the model's grades and the exact ranking were compared.
+    agreement: AgreementReport,
+}
+
+/// In how many scenarios the model's grades and the exact ranking prefer the same motion.
+#[derive(Debug, PartialEq, Serialize, JsonSchema)]
+struct AgreementReport {
+    compared: usize,
+    agreed: usize,
+    share: Option<f64>,
+    /// In how many they would by chance.
+    by_chance: f64,
 }
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
-    use serde::Deserialize;
+    use nearmiss_study::evaluation::generating::AgreementRecord;
 
     use super::*;
 
-    fn consumed(tries: &Value, agreement: &Value) -> Consumed {
-        let mut document = json!({
-            "requests": 4, "from_store": 1, "input_tokens": 30, "output_tokens": 3, "cost_usd": 0.5, "unpriced": 0,
-            "stopped": null,
-        });
-        document["tries"] = tries.clone();
-        document["agreement"] = agreement.clone();
-        Consumed::deserialize(&document).unwrap()
+    fn consumed(tries: Tries, agreement: Option<AgreementRecord>) -> AuthoredRecord {
+        AuthoredRecord {
+            requests: 4,
+            from_store: 1,
+            input_tokens: 30,
+            output_tokens: 3,
+            cost_usd: 0.5,
+            tries,
+            agreement,
+            ..AuthoredRecord::default()
+        }
     }
 
     #[test]
     fn first_tries_and_agreement_are_summed_up() {
-        let tries =
-            json!({"conversations": 2, "first_admitted": 2, "first_effective": 1, "effective": 2});
+        let tries = Tries {
+            conversations: 2,
+            first_admitted: 2,
+            first_effective: 1,
+            effective: 2,
+        };
+        let agreement = |agrees: bool, by_chance: f64| AgreementRecord {
+            agrees,
+            of: 2,
+            by_chance,
+            ..AgreementRecord::default()
+        };
         let mut figures = ModelFigures::default();
         assert_eq!(figures.words(), "");
-        figures.count(&consumed(&tries, &json!({"agrees": true, "of": 2})));
-        let twice = json!({"agrees": false, "of": 2, "by_chance": 0.25});
-        figures.count(&consumed(&tries, &twice));
-        // As versions before it wrote them.
-        figures.count(&consumed(&Value::Null, &Value::Null));
-        let mut document = json!({});
-        figures.add_to(&mut document);
-        assert_eq!(document["tries"]["first_effective"], 2);
-        let agreement = json!({"compared": 2, "agreed": 1, "share": 0.5, "by_chance": 0.75});
-        assert_eq!(document["agreement"], agreement);
+        figures.count(&consumed(tries, Some(agreement(true, 0.5))));
+        figures.count(&consumed(tries, Some(agreement(false, 0.25))));
+        // No motion of its own to compare.
+        figures.count(&consumed(Tries::default(), None));
+        let report = figures.report();
+        assert_eq!(report.tries.first_effective, 2);
+        let agreement = AgreementReport {
+            compared: 2,
+            agreed: 1,
+            share: Some(0.5),
+            by_chance: 0.75,
+        };
+        assert_eq!(report.agreement, agreement);
         let words = figures.words();
         assert!(
             words.contains("the same motion in 1 of 2 scenarios"),

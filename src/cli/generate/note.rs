@@ -5,7 +5,6 @@ use super::variant::Generated;
 use crate::output;
 use nearmiss_drive::generation::{Consequence, Effect};
 use nearmiss_drive::simulation::{Collision, CollisionKind};
-use serde_json::Value;
 
 impl Generated {
     /// Why nothing was tried, where nothing was, that the original is not safe, where it is not, and contacts that do
@@ -18,13 +17,11 @@ impl Generated {
         let made = &self.made;
         if made.found.candidates == 0 && made.chosen.is_none() {
             let stopped = self.authored.as_ref().is_some_and(|a| a.stopped.is_some());
-            let named = self.settings["attacker"].as_array().into_iter().flatten();
-            let named: Vec<i64> = named.filter_map(Value::as_i64).collect();
-            let wish = self.settings["wish"].as_str();
+            let wish = self.settings.wish.as_deref();
             let why = if stopped {
                 "the model gave no motion".into()
             } else {
-                self.workshop.why_untried(&named, wish)
+                self.workshop.why_untried(&self.settings.attacker, wish)
             };
             notes.push(why);
         }
@@ -81,8 +78,8 @@ impl Generated {
     fn alone_after_all(&self) -> Option<String> {
         let chosen = self.made.chosen.as_ref()?;
         let effect = chosen.attack.effect.as_ref()?;
-        let asked = self.settings["attackers"].as_u64()?;
-        let survived = chosen.avoidability.at(self.settings["survive"].as_f64()?);
+        let asked = self.settings.attackers;
+        let survived = chosen.avoidability.at(self.settings.survive);
         let best =
             matches!(effect.consequence, Consequence::Collision(_)) && survived == Some(true);
         (asked > 1 && effect.attackers.len() == 1 && !best)

@@ -4,50 +4,58 @@
 use serde_json::json;
 
 use super::*;
+use nearmiss_drive::generation::RefusalRecord;
+use nearmiss_study::evaluation::generating::AuthoredRecord;
+
+use super::super::identity::SearchSettings;
 
 const XML: &[u8] = b"<commonRoad/>";
 
-/// The settings of all papers here, as versions wrote them that knew no style; the last digit of the number is one that a
-/// file may lose.
-fn written() -> Value {
-    json!({"problem": 1, "survive": 0.5, "planning": {"margin": 0.1 + 0.2}})
+/// The settings of all variants here; the last digit of the number is one that a file may lose.
+fn settings() -> GenerationSettings {
+    GenerationSettings {
+        problem: 1,
+        planning: [("margin".to_string(), json!(0.1 + 0.2))].into(),
+        attackers: 1,
+        survive: 0.5,
+        style: "limit".into(),
+        ..GenerationSettings::default()
+    }
 }
 
-/// The same as they are asked for.
-fn settings() -> Value {
-    let mut settings = written();
-    settings["planning"]["rules"] = "off".into();
-    settings["style"] = "limit".into();
-    settings["attackers"] = 1.into();
-    settings["attacker"] = json!([]);
-    settings
+fn line(scenario: &str) -> VariantLine {
+    VariantLine {
+        scenario: scenario.into(),
+        file: "elsewhere.xml".into(),
+        attacker: Some(7),
+        outcome: OutcomeName::NearMiss,
+        ..VariantLine::default()
+    }
 }
 
-fn line(scenario: &str) -> Value {
-    json!({
-        "variant": null, "ego": null, "attacker": 7, "outcome": "near_miss", "min_risk_before": 4, "min_risk_after": 1,
-        "avoidable": {"0.0": true, "0.5": false}, "candidates": 9, "rejected": null, "scenario": scenario,
-        "file": "elsewhere.xml", "id": null, "manoeuvre": "cut-in", "note": null, "safe_before": true, "drive": "goal",
-        "refused": {"jerk": 2}, "taken_over": false, "model": null, "seconds": 1.5,
-    })
+fn manifest(id: &str, scenario: &str) -> Value {
+    let hashes = [(format!("{id}.xml"), XML), (format!("{id}.csv"), b"step")];
+    let hashes = hashes.map(|(name, bytes)| (name, ContentHash::digest(bytes).to_string()));
+    let mut manifest = Manifest {
+        variant: format!("{id}.xml"),
+        ego: format!("{id}.csv"),
+        benchmark_id: id.into(),
+        sha256: hashes.into(),
+        rejected: vec![RefusalRecord {
+            reason: "jerk".into(),
+            ..RefusalRecord::default()
+        }],
+        made: Some(json!({"settings": settings(), "line": line(scenario)})),
+        ..Manifest::default()
+    };
+    manifest.original.sha256 = ContentHash::digest(b"original").to_string();
+    json!(manifest)
 }
 
-fn papers(id: &str, scenario: &str) -> Value {
-    json!({
-        "variant": format!("{id}.xml"), "ego": format!("{id}.csv"), "benchmark_id": id,
-        "sha256": {
-            format!("{id}.xml"): ContentHash::digest(XML).to_string(),
-            format!("{id}.csv"): ContentHash::digest(b"step").to_string(),
-        },
-        "original": {"sha256": ContentHash::digest(b"original").to_string()},
-        "rejected": [{"reason": "jerk"}], "made": {"settings": written(), "line": line(scenario)},
-    })
-}
-
-fn lay(folder: &Path, id: &str, papers: &Value) {
+fn lay(folder: &Path, id: &str, manifest: &Value) {
     std::fs::write(folder.join(format!("{id}.xml")), XML).unwrap();
     std::fs::write(folder.join(format!("{id}.csv")), "step").unwrap();
-    std::fs::write(folder.join(format!("{id}.json")), papers.to_string()).unwrap();
+    std::fs::write(folder.join(format!("{id}.json")), manifest.to_string()).unwrap();
 }
 
 fn entry(name: &str) -> Entry {
@@ -55,31 +63,10 @@ fn entry(name: &str) -> Entry {
 }
 
 #[test]
-fn what_an_earlier_version_found_by_default_is_taken_over() {
-    let search = |candidates: usize, rounds: usize| json!({"search": {"candidates": candidates, "rounds": rounds, "drives": 8, "attackers": 6, "seed": 1}});
-    let apart = |then: &Value, now: &Value| {
-        let mut found = Vec::new();
-        differences("", then, now, &mut found);
-        found
-    };
-    let today = nearmiss_drive::generation::Effort::default().candidates;
-    let nothing: [String; 0] = [];
-    assert_eq!(apart(&search(600, 12), &search(today, 14)), nothing);
-    for before in [1500, 3000] {
-        assert_eq!(apart(&search(before, 14), &search(today, 14)), nothing);
-    }
-    assert_eq!(apart(&search(600, 12), &search(600, 14)), nothing);
-    assert_eq!(apart(&search(90, 12), &search(90, 14)), nothing);
-    let other = format!("search.candidates 90, now {today}");
-    assert_eq!(apart(&search(90, 12), &search(today, 14)), [other]);
-    assert_eq!(apart(&search(today, 14), &search(600, 14)).len(), 1);
-}
-
-#[test]
 fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
     let folder = tempfile::tempdir().unwrap();
-    lay(folder.path(), "A_T-2", &papers("A_T-2", "other"));
-    lay(folder.path(), "A_T-3", &papers("A_T-3", "mine"));
+    lay(folder.path(), "A_T-2", &manifest("A_T-2", "other"));
+    lay(folder.path(), "A_T-3", &manifest("A_T-3", "mine"));
     let report = json!({"scenarios": 2, "asked_for": 2});
     std::fs::write(folder.path().join("report.json"), report.to_string()).unwrap();
     let (past, doubts) = EarlierRun::read(folder.path()).unwrap();
@@ -87,54 +74,96 @@ fn a_variant_of_the_same_content_made_with_the_same_settings_is_taken_over() {
     let original = ContentHash::digest(b"original");
     let of = |name: &str| past.line_for(&entry(name), &original, &settings()).unwrap();
     let mine = of("mine");
-    assert_eq!(mine.figures.id.as_deref(), Some("A_T-3"));
-    assert!(mine.figures.taken_over && mine.document["taken_over"] == true);
-    assert_eq!(mine.document["rejected"], json!([{"reason": "jerk"}]));
-    assert_eq!(mine.document["file"], "here/mine.xml");
+    assert_eq!(mine.id.as_deref(), Some("A_T-3"));
+    assert!(mine.taken_over);
+    assert_eq!(mine.rejected.unwrap()[0].reason, "jerk");
+    assert_eq!(mine.file, "here/mine.xml");
     let variant = folder.path().join("A_T-3.xml");
-    assert_eq!(mine.document["variant"], variant.to_str().unwrap());
+    assert_eq!(mine.variant.as_deref(), variant.to_str());
     // The content counts, and the name only chooses among several.
     let third = of("third");
-    assert_eq!(third.figures.id.as_deref(), Some("A_T-2"));
-    assert_eq!(third.document["scenario"], "third");
+    assert_eq!(third.id.as_deref(), Some("A_T-2"));
+    assert_eq!(third.scenario, "third");
     let changed = ContentHash::digest(b"another original");
     assert!(
         past.line_for(&entry("mine"), &changed, &settings())
             .is_none()
     );
     let others = [
-        ("survive", json!(1.0)),
-        ("style", json!("human")),
-        ("attackers", json!(2)),
-        ("attacker", json!([7])),
+        GenerationSettings {
+            survive: 1.0,
+            ..settings()
+        },
+        GenerationSettings {
+            style: "human".into(),
+            ..settings()
+        },
+        GenerationSettings {
+            attackers: 2,
+            ..settings()
+        },
+        GenerationSettings {
+            attacker: vec![7],
+            ..settings()
+        },
     ];
-    for (key, other) in others {
-        let mut others = settings();
-        others[key] = other;
+    for others in others {
         assert!(past.line_for(&entry("mine"), &original, &others).is_none());
     }
 }
 
 #[test]
-fn an_attacker_that_an_older_version_named_is_the_only_one() {
-    let mut old = written();
-    old["attacker"] = 7.into();
-    let mut today = settings();
-    today["attacker"] = json!([7]);
-    assert_eq!(as_today(old), today);
-    assert_eq!(as_today(today.clone()), today);
+fn what_differs_is_named_then_and_now() {
+    let searching = |candidates: usize, rounds: usize| GenerationSettings {
+        search: Some(SearchSettings {
+            candidates,
+            rounds,
+            drives: 8,
+            attackers: 6,
+            seed: 1,
+        }),
+        ..settings()
+    };
+    let nothing: [String; 0] = [];
+    assert_eq!(searching(90, 12).differences(&searching(90, 14)), nothing);
+    let other = "search.candidates 90, now 600";
+    assert_eq!(searching(90, 12).differences(&searching(600, 14)), [other]);
+    let folder = tempfile::tempdir().unwrap();
+    lay(folder.path(), "A_T-2", &manifest("A_T-2", "mine"));
+    let (past, _) = EarlierRun::read(folder.path()).unwrap();
+    let original = ContentHash::digest(b"original");
+    let wanted = GenerationSettings {
+        survive: 1.0,
+        ..settings()
+    };
+    assert_eq!(
+        past.why_not(&original, &wanted).unwrap(),
+        "variant A_T-2 is not reused, its settings differ: survive 0.5, now 1.0; a new one is generated; with the options of that run it is reused"
+    );
+    assert_eq!(past.why_not(&ContentHash::digest(b"new"), &wanted), None);
+}
+
+/// As the last version without typed manifests wrote it.
+#[test]
+fn a_manifest_of_the_last_version_is_taken_over() {
+    let text = include_str!("manifest_before.json");
+    let earlier: Value = serde_json::from_str(text).unwrap();
+    let manifest = Manifest::deserialize(&earlier).unwrap();
+    let made = Made::deserialize(manifest.made.as_ref().unwrap()).unwrap();
+    assert_eq!(made.settings.search.unwrap().seed, 1);
+    assert_eq!(made.line.outcome, manifest.outcome);
 }
 
 #[test]
 fn what_cannot_be_trusted_is_named_with_the_reason() {
     let of = |spoil: &dyn Fn(&Path, &mut Value)| {
         let folder = tempfile::tempdir().unwrap();
-        let mut said = papers("A", "a");
+        let mut said = manifest("A", "a");
         lay(folder.path(), "A", &said);
         spoil(folder.path(), &mut said);
         std::fs::write(folder.path().join("A.json"), said.to_string()).unwrap();
         let (past, doubts) = EarlierRun::read(folder.path()).unwrap();
-        assert!(past.papers.is_empty());
+        assert!(past.variants.is_empty());
         let [doubt] = &doubts[..] else {
             panic!("{doubts:?}")
         };
@@ -163,16 +192,17 @@ fn what_cannot_be_trusted_is_named_with_the_reason() {
     let odd = of(&|_, said| said["made"]["line"]["outcome"] = "splendid".into());
     assert!(odd.contains("not a manifest") && odd.contains("splendid"));
     let stopped = of(&|_, said| {
-        said["made"]["line"]["model"] = json!({
-            "requests": 1, "input_tokens": 1, "output_tokens": 1, "cost_usd": 0.1, "unpriced": 0,
-            "stopped": "the budget is used up",
-        });
+        let model = AuthoredRecord {
+            stopped: Some("the budget is used up".into()),
+            ..AuthoredRecord::default()
+        };
+        said["made"]["line"]["model"] = json!(model);
     });
     assert!(stopped.contains("the budget is used up"));
 }
 
 #[test]
-fn a_file_that_is_no_papers_is_named() {
+fn a_file_that_is_no_manifest_is_named() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("half.json"), "{\"variant\": ").unwrap();
     std::fs::write(folder.path().join("list.json"), "[1, 2]").unwrap();
@@ -181,48 +211,4 @@ fn a_file_that_is_no_papers_is_named() {
     assert_eq!(doubts.len(), 2, "{doubts:?}");
     assert!(doubts.iter().all(|doubt| doubt.contains("not a manifest")));
     assert!(is_report(&folder.path().join("half.json")).is_err());
-}
-
-#[test]
-fn a_models_variant_of_a_version_without_votes_is_taken_over() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut old = papers("A_T-2", "mine");
-    let model = json!({"id": "lab/tiny", "samples": 5, "retries": 2, "obey": false});
-    old["made"]["settings"]["model"] = model;
-    // As such a version wrote it.
-    old["made"]["line"]["model"] = json!({
-        "attacker_by": "model", "requests": 7, "from_store": 0, "input_tokens": 10, "output_tokens": 5,
-        "cost_usd": 0.1, "unpriced": 0, "stopped": null,
-    });
-    lay(folder.path(), "A_T-2", &old);
-    let (past, doubts) = EarlierRun::read(folder.path()).unwrap();
-    assert_eq!(doubts, Vec::<String>::new());
-    let original = ContentHash::digest(b"original");
-    let mut wanted = settings();
-    wanted["model"] = json!({
-        "id": "lab/tiny", "obey": false,
-        "method": {
-            "votes": 1, "within": 30.0, "samples": 5, "retries": 2, "feedback": false, "grades": false,
-            "rank": "exact",
-        },
-    });
-    let line = past.line_for(&entry("mine"), &original, &wanted).unwrap();
-    let consumed = line.figures.model.unwrap();
-    assert!(consumed.requests == 7 && consumed.tries.is_none() && consumed.agreement.is_none());
-    // With votes it is another way of asking.
-    wanted["model"]["method"]["votes"] = 3.into();
-    assert!(past.line_for(&entry("mine"), &original, &wanted).is_none());
-    let why = past.why_not(&original, &wanted).unwrap();
-    assert_eq!(
-        why,
-        "variant A_T-2 is not reused, its settings differ: model.method.votes 1, now 3; a new one is generated; with the options of that run it is reused"
-    );
-    wanted["model"]["templates"] = json!({"trajectory.md": "abc"});
-    let why = past.why_not(&original, &wanted).unwrap();
-    assert!(why.contains("model.templates, another version"), "{why}");
-    assert!(
-        why.ends_with("keep it as it is in another folder, or drop it"),
-        "{why}"
-    );
-    assert_eq!(past.why_not(&ContentHash::digest(b"new"), &wanted), None);
 }

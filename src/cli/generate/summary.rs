@@ -3,13 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::line::{Figures, OutcomeName};
-use super::model_figures::ModelFigures;
+use super::line::VariantLine;
+use super::model_figures::{ModelFigures, ModelsReport};
 use super::{note, table};
+use crate::json::Output;
 use crate::{Failure, Outcome, output};
-use nearmiss_drive::generation::{MotionQuantity, MotionSamples};
+use nearmiss_drive::generation::{MotionQuantity, MotionSamples, OutcomeName};
 use nearmiss_formats::commonroad::NewFile;
 use nearmiss_scene::scenario::{HumanLimits, ObstacleType};
 use nearmiss_workflow::PlanError;
@@ -62,6 +64,85 @@ pub struct Summary {
     models: ModelFigures,
 }
 
+/// A summary of all scenarios.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct GenerateReport {
+    /// Scenarios done.
+    scenarios: usize,
+    /// Scenarios requested.
+    asked_for: usize,
+    /// Whether the run was interrupted.
+    interrupted: bool,
+    /// Scenarios attacked.
+    driven: usize,
+    /// Scenarios reused from an earlier run.
+    taken_over: usize,
+    /// Scenarios that could not be attacked.
+    not_driven: usize,
+    /// Of these, scenarios in which the planner's process failed without an attack.
+    planner_failed: usize,
+    /// The planners that were attacked.
+    planners: BTreeSet<String>,
+    /// Variants with a collision.
+    collisions: usize,
+    /// Variants under which the planner's process fails.
+    planner_errors: usize,
+    /// Variants with a near miss.
+    near_misses: usize,
+    /// Variants without effect.
+    no_effect: usize,
+    /// Scenarios without a variant.
+    none: usize,
+    /// Originals that are not safe.
+    not_safe_before: usize,
+    /// Outcomes of the drives.
+    drives: BTreeMap<String, usize>,
+    /// Drives that end with a hit from behind, which is no effect of the attack.
+    hit_from_behind: usize,
+    /// Variants whose contact is only between two steps, at which the bodies are apart.
+    touched_between_steps: usize,
+    /// Share of variants with an effect.
+    effective_share: Option<f64>,
+    /// Mean worst risk score before; 0 is a collision.
+    mean_min_risk_before: Option<f64>,
+    /// Mean worst risk score after; 0 is a collision.
+    mean_min_risk_after: Option<f64>,
+    /// Avoidable variants by reaction time in seconds.
+    avoidable: BTreeMap<String, usize>,
+    /// Number of motions tried.
+    candidates: usize,
+    /// Share of motions that passed the gate.
+    valid_share_of_candidates: Option<f64>,
+    /// Rejected motions by reason.
+    refused: BTreeMap<String, usize>,
+    /// Variants by manoeuvre; those of several attackers with +.
+    manoeuvres: BTreeMap<String, usize>,
+    /// Variants by number of attackers.
+    by_attackers: BTreeMap<String, usize>,
+    /// How different the manoeuvres are.
+    diversity: Diversity,
+    /// Wasserstein distance of the attackers' motions to recorded ones: acceleration (m/s²), jerk (m/s³), yaw_rate
+    /// (rad/s), lane_offset (m).
+    wasserstein_to_recorded: BTreeMap<String, f64>,
+    /// Median duration of a scenario, seconds.
+    median_seconds: Option<f64>,
+    #[serde(flatten)]
+    models: ModelsReport,
+}
+
+impl Output for GenerateReport {
+    const NAME: &'static str = "generate-report";
+    const TITLE: &'static str = "`generate --report`: summary of all scenarios";
+}
+
+/// How different manoeuvres are.
+#[derive(Debug, Serialize, JsonSchema)]
+struct Diversity {
+    distinct_manoeuvres: usize,
+    /// Entropy of their shares.
+    entropy_bits: f64,
+}
+
 /// How a drive ends that is no collision, and no good either.
 const ASTRAY: [(&str, &str); 3] = [
     ("off_road", "off the road"),
@@ -86,20 +167,20 @@ impl Summary {
         }
     }
 
-    pub fn count(&mut self, figures: &Figures) {
+    pub fn count(&mut self, line: &VariantLine) {
         self.generated += 1;
-        self.taken_over += usize::from(figures.taken_over);
-        self.unsafe_before += usize::from(!figures.safe_before);
-        self.candidates += figures.candidates;
-        self.seconds.push(figures.seconds);
-        self.planners.extend(figures.attacked());
-        if let Some(consumed) = &figures.model {
+        self.taken_over += usize::from(line.taken_over);
+        self.unsafe_before += usize::from(!line.safe_before);
+        self.candidates += line.candidates;
+        self.seconds.push(line.seconds);
+        self.planners.insert(line.attacked());
+        if let Some(consumed) = &line.model {
             self.models.count(consumed);
         }
-        for (reason, count) in &figures.refused {
+        for (reason, count) in &line.refused {
             *self.refused.entry(reason.clone()).or_default() += count;
         }
-        match figures.outcome {
+        match line.outcome {
             OutcomeName::Collision => self.collisions += 1,
             OutcomeName::PlannerError => self.planner_errors += 1,
             OutcomeName::NearMiss => self.near_misses += 1,
@@ -109,27 +190,27 @@ impl Summary {
                 return;
             }
         }
-        self.from_behind += usize::from(figures.is_hit_from_behind());
-        self.between += usize::from(figures.touched_after_step.is_some());
-        self.plausible += usize::from(figures.plausibility.is_some());
-        self.before.extend(figures.min_risk_before);
-        self.after.extend(figures.min_risk_after);
-        if figures.outcome.is_effective() {
-            let driver = figures.good_driver.as_ref();
+        self.from_behind += usize::from(line.is_hit_from_behind());
+        self.between += usize::from(line.touched_after_step.is_some());
+        self.plausible += usize::from(line.plausibility.is_some());
+        self.before.extend(line.min_risk_before);
+        self.after.extend(line.min_risk_after);
+        if line.outcome.is_effective() {
+            let driver = line.good_driver.as_ref();
             let used = driver.and_then(|driver| driver.max_acceleration);
             self.hardest = self.hardest.into_iter().chain(used).reduce(f64::max);
-            for (delay, avoided) in figures.avoidable.iter().flatten() {
+            for (delay, avoided) in line.avoidable.iter().flatten() {
                 *self.avoidable.entry(delay.clone()).or_default() += usize::from(*avoided);
             }
         }
-        if let Some(samples) = &figures.motion_samples {
+        if let Some(samples) = &line.motion_samples {
             self.attackers.merge(&samples.attacker);
             self.recorded.merge(&samples.recorded);
         }
-        *self.together.entry(figures.ids().len()).or_default() += 1;
+        *self.together.entry(line.ids().len()).or_default() += 1;
         let named = [
-            (&mut self.kinds, figures.manoeuvres()),
-            (&mut self.drives, figures.drive.clone()),
+            (&mut self.kinds, line.manoeuvres()),
+            (&mut self.drives, line.drive.clone()),
         ];
         for (counts, name) in named {
             if let Some(name) = name {
@@ -138,7 +219,7 @@ impl Summary {
         }
     }
 
-    /// Describes the figures.
+    /// Describes the line.
     pub fn words(&self) -> String {
         let counts = [
             (self.collisions, "collision"),
@@ -281,56 +362,61 @@ impl Summary {
         self.missed + self.unfit + self.planner_failed
     }
 
-    fn document(&self) -> Value {
+    fn report(&self, interrupted: bool) -> GenerateReport {
         let effective = self.collisions + self.near_misses;
         let refused: usize = self.refused.values().sum();
         let share = |n: usize, of: usize| (of > 0).then(|| n as f64 / of as f64);
         let mut seconds = self.seconds.clone();
         seconds.sort_by(f64::total_cmp);
-        let mut document = json!({
-            "scenarios": self.done(),
-            "driven": self.generated,
-            "taken_over": self.taken_over,
-            "not_driven": self.not_driven(),
-            "planner_failed": self.planner_failed,
-            "planners": self.planners,
-            "collisions": self.collisions,
-            "planner_errors": self.planner_errors,
-            "near_misses": self.near_misses,
-            "no_effect": self.no_effect,
-            "none": self.none,
-            "not_safe_before": self.unsafe_before,
-            "drives": self.drives,
-            "hit_from_behind": self.from_behind,
-            "touched_between_steps": self.between,
-            "effective_share": share(effective, self.generated),
-            "mean_min_risk_before": mean(&self.before),
-            "mean_min_risk_after": mean(&self.after),
-            "avoidable": self.avoidable,
-            "candidates": self.candidates,
-            "valid_share_of_candidates": share(self.candidates.saturating_sub(refused), self.candidates),
-            "refused": self.refused,
-            "manoeuvres": self.kinds,
-            "by_attackers": self.together.iter().map(|(attackers, n)| (attackers.to_string(), *n)).collect::<BTreeMap<_, _>>(),
-            "diversity": {
-                "distinct_manoeuvres": self.kinds.len(),
-                "entropy_bits": entropy(&self.kinds),
+        let by_attackers = self.together.iter();
+        let apart = self.wasserstein().into_iter();
+        GenerateReport {
+            scenarios: self.done(),
+            asked_for: self.all,
+            interrupted,
+            driven: self.generated,
+            taken_over: self.taken_over,
+            not_driven: self.not_driven(),
+            planner_failed: self.planner_failed,
+            planners: self.planners.clone(),
+            collisions: self.collisions,
+            planner_errors: self.planner_errors,
+            near_misses: self.near_misses,
+            no_effect: self.no_effect,
+            none: self.none,
+            not_safe_before: self.unsafe_before,
+            drives: self.drives.clone(),
+            hit_from_behind: self.from_behind,
+            touched_between_steps: self.between,
+            effective_share: share(effective, self.generated),
+            mean_min_risk_before: mean(&self.before),
+            mean_min_risk_after: mean(&self.after),
+            avoidable: self.avoidable.clone(),
+            candidates: self.candidates,
+            valid_share_of_candidates: share(
+                self.candidates.saturating_sub(refused),
+                self.candidates,
+            ),
+            refused: self.refused.clone(),
+            manoeuvres: self.kinds.clone(),
+            by_attackers: by_attackers
+                .map(|(n, count)| (n.to_string(), *count))
+                .collect(),
+            diversity: Diversity {
+                distinct_manoeuvres: self.kinds.len(),
+                entropy_bits: entropy(&self.kinds),
             },
-            "wasserstein_to_recorded": self.wasserstein().iter().map(|(q, apart)| (q.name(), *apart)).collect::<BTreeMap<_, _>>(),
-            "median_seconds": seconds.get(seconds.len() / 2),
-        });
-        self.models.add_to(&mut document);
-        document
+            wasserstein_to_recorded: apart.map(|(q, apart)| (q.name().into(), apart)).collect(),
+            median_seconds: seconds.get(seconds.len() / 2).copied(),
+            models: self.models.report(),
+        }
     }
 
-    /// Writes the figures.
+    /// Writes the line.
     pub fn save(&self, path: &Path, interrupted: bool, overwrite: bool) -> Result<(), Failure> {
         use std::io::Write;
         let mut file = NewFile::begin(path, overwrite).map_err(Failure::input)?;
-        let mut document = self.document();
-        document["interrupted"] = interrupted.into();
-        document["asked_for"] = self.all.into();
-        let text = output::json_line(&document)?;
+        let text = output::json_line(&self.report(interrupted))?;
         file.write_all(text.as_bytes())
             .map_err(|e| Failure::system(path.display(), &e))?;
         file.finish().map_err(Failure::input)

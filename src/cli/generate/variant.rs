@@ -1,21 +1,21 @@
 //! One scenario's variant: newly generated, or taken over from an earlier run.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
+use serde_json::json;
 
-use super::line::Line;
+use super::identity::{GenerationSettings, PlannerProcess, SearchSettings};
+use super::line::VariantLine;
 use super::model::Writer;
-use super::resume::{EarlierRun, with_identity};
+use super::resume::EarlierRun;
 use crate::output;
 use nearmiss_drive::generation::{AttackStyle, Effort, Refusal, Selection, VariantGenerator, Wish};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{ExternalPlanner, Settings};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_settings::PlannerKey;
-use nearmiss_study::evaluation::generating::Authored;
+use nearmiss_study::evaluation::generating::{Authored, AuthoredRecord};
 use nearmiss_workflow::{
     AttackSource, GenerateRequest, ModelWriter, OpenRequest, PlanError, PlanRequest, generate,
     prepare,
@@ -38,49 +38,39 @@ pub struct GenerateJob {
     /// The results of an earlier run, if it is resumed.
     pub past: Option<EarlierRun>,
     /// What the planner's process says of itself, where an earlier run is resumed: name and version.
-    pub identity: Value,
+    pub identity: Option<(String, String)>,
 }
 
 impl GenerateJob {
-    /// All that decides what is made of a scenario but for its content: two runs with the same one make the same.
-    pub fn said(&self, problem: i64) -> Value {
+    /// All that decides what is made of a scenario but for its content: two runs with the same make the same.
+    pub fn settings(&self, problem: i64) -> GenerationSettings {
         let effort = &self.effort;
         // Attacks are always judged in recorded traffic.
         let planning = PlannerKey::ALL
             .iter()
             .filter(|key| key.id != "traffic")
-            .map(|key| (key.id, key.value(&self.settings)));
-        let search = json!({
-            "candidates": effort.candidates,
-            "rounds": effort.rounds,
-            "drives": effort.drives,
-            "attackers": effort.attackers,
-            "seed": effort.seed,
-        });
-        let mut said = json!({
-            "problem": problem,
-            "planning": planning.collect::<BTreeMap<_, _>>(),
-            "attacker": self.only,
-            "attackers": effort.together,
-            "survive": effort.delay,
-            "style": self.style.name(),
-            "search": self.writer.is_none().then_some(search),
-            "model": self.writer.as_ref().map(Writer::settings),
-        });
-        if let Some(wish) = &self.wish {
-            said["wish"] = wish.to_string().into();
+            .map(|key| (key.id.to_string(), json!(key.value(&self.settings))));
+        GenerationSettings {
+            problem,
+            planning: planning.collect(),
+            attacker: self.only.clone(),
+            attackers: effort.together,
+            survive: effort.delay,
+            style: self.style.name().into(),
+            search: self.writer.is_none().then_some(SearchSettings {
+                candidates: effort.candidates,
+                rounds: effort.rounds,
+                drives: effort.drives,
+                attackers: effort.attackers,
+                seed: effort.seed,
+            }),
+            model: self.writer.as_ref().map(Writer::settings),
+            wish: self.wish.as_ref().map(ToString::to_string),
+            planner: self
+                .planner
+                .as_ref()
+                .map(|planner| PlannerProcess::new(planner)),
         }
-        if let Some(planner) = &self.planner {
-            let options = planner.options();
-            said["planner"] = json!({
-                "command": options.command,
-                "seconds": [options.start.as_secs_f64(), options.cycle.as_secs_f64()],
-                "predictions": options.predictions,
-                "history": options.history,
-                "clock": options.clock.name(),
-            });
-        }
-        said
     }
 }
 
@@ -89,7 +79,7 @@ pub enum Product {
     /// Newly generated.
     New(Box<Generated>),
     /// Taken over from an earlier run.
-    TakenOver(Box<Line>),
+    TakenOver(Box<VariantLine>),
 }
 
 /// The generated variant of one scenario.
@@ -101,16 +91,16 @@ pub struct Generated {
     /// A model's output and consumption.
     pub authored: Option<Authored>,
     pub took: Duration,
-    /// The settings it was generated with, see [`Wanted::said`].
-    pub settings: Value,
+    /// The settings it was generated with.
+    pub settings: GenerationSettings,
 }
 
 impl Generated {
     /// A model's choice, output and consumption.
-    pub fn author(&self) -> Option<Value> {
+    pub fn author(&self) -> Option<AuthoredRecord> {
         let taken = self.made.chosen.as_ref().map(|chosen| &chosen.attack);
         let authored = self.authored.as_ref()?;
-        Some(authored.document(taken))
+        Some(authored.record(taken))
     }
 
     /// Why motions were refused: of a model's answers all reasons, of a search's motions the first.
@@ -148,13 +138,15 @@ fn make_or_error(
         settings: &wanted.settings,
     })?
     .driven_by(wanted.planner.clone());
-    let settings = wanted.said(prepared.problem().id);
+    let settings = wanted.settings(prepared.problem().id);
     let past = wanted.past.as_ref();
-    let said = with_identity(settings.clone(), &wanted.identity);
-    if let Some(line) = past.and_then(|past| past.line_for(entry, &prepared.scenario.hash, &said)) {
+    let identified = settings.clone().with_identity(wanted.identity.clone());
+    if let Some(line) =
+        past.and_then(|past| past.line_for(entry, &prepared.scenario.hash, &identified))
+    {
         return Ok(Some(Product::TakenOver(Box::new(line))));
     }
-    if let Some(why) = past.and_then(|past| past.why_not(&prepared.scenario.hash, &said)) {
+    if let Some(why) = past.and_then(|past| past.why_not(&prepared.scenario.hash, &identified)) {
         output::say(&format!(
             "nearmiss: {}: {why}",
             output::visible(&entry.name)

@@ -1,4 +1,4 @@
-//! `nearmiss import`: imports runs and batches of another store, or answers recorded by others.
+//! `nearmiss runs import`: imports runs and batches of another store, or answers recorded by others.
 
 mod lines;
 mod recorded;
@@ -9,20 +9,27 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::bundle;
 use super::filters::store;
 use super::{Failure, Outcome, json, output};
 use nearmiss_store::MergeCounts;
 
-/// Arguments of `import`.
+/// Arguments of `runs import`.
 #[derive(Debug, clap::Args)]
 pub struct Import {
-    /// JSONL files of `nearmiss export`; stores of other machines (runs.sqlite); folders laid out as the repository of
-    /// "From Words to Collisions".
+    /// JSONL files and bundles of `nearmiss runs export`; stores of other machines (runs.sqlite); folders laid out as the
+    /// repository of "From Words to Collisions". Bundles of parts of one batch (`--shard`) become one.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
-    /// Print the counts as one JSON object.
-    #[arg(long)]
-    json: bool,
+    /// Folder for the experiment file, templates, labels and scenarios of a bundle; of several bundles, for a folder of
+    /// each [default: the name of the bundle without its ending].
+    #[arg(long, value_name = "FOLDER")]
+    into: Option<PathBuf>,
+    /// Check bundles and list what is in them; import nothing.
+    #[arg(long, conflicts_with = "into")]
+    dry_run: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
 }
 
 /// Counts of imported runs.
@@ -39,24 +46,42 @@ pub struct Counts {
 }
 
 impl json::Output for Counts {
-    const NAME: &'static str = "import";
-    const TITLE: &'static str = "`import --json`: counts";
+    const NAME: &'static str = "runs-import";
+    const TITLE: &'static str = "`runs import --format json`: counts";
 }
 
-/// Runs `import`.
+/// Runs `runs import`.
 pub fn run(arguments: &Import) -> Outcome {
     for path in &arguments.paths {
         let ending = path.extension().map(|e| e.to_ascii_lowercase());
         if path.is_file() && ending.is_some_and(|e| e == "csv" || e == "parquet") {
             return Err(Failure::input(format!(
-                "{}: only JSONL can be imported; `nearmiss export -o runs.jsonl` writes it",
+                "{}: only JSONL can be imported; `nearmiss runs export -o runs.jsonl` writes it",
                 path.display()
             )));
         }
     }
+    let (bundles, others): (Vec<&Path>, Vec<&Path>) =
+        { arguments.paths.iter().map(PathBuf::as_path) }.partition(|path| bundle::is_one(path));
+    if arguments.dry_run {
+        return match others.first() {
+            None => { bundles.iter() }.try_for_each(|file| bundle::show(file, arguments.format)),
+            Some(other) => Err(Failure::input(format!(
+                "{}: --dry-run lists bundles, FILE.nearmiss",
+                other.display()
+            ))),
+        };
+    }
+    if arguments.into.is_some() && bundles.is_empty() {
+        return Err(Failure::input("--into needs a bundle, FILE.nearmiss"));
+    }
     let store = store()?;
     let mut counts = Counts::default();
-    for path in &arguments.paths {
+    for unpacked in bundle::unpack(&bundles, arguments.into.as_deref(), &store)? {
+        counts.imported += unpacked.runs;
+        counts.already_there += unpacked.already_there;
+    }
+    for path in others {
         if path.is_dir() {
             recorded::import(path, &store, &mut counts)?;
         } else if store::is_one(path) {
@@ -65,7 +90,7 @@ pub fn run(arguments: &Import) -> Outcome {
             lines::import(path, &store, &mut counts)?;
         }
     }
-    if arguments.json {
+    if arguments.format.is_json() {
         output::document(&counts)?;
     } else {
         output::text(&format!(
@@ -91,7 +116,7 @@ fn merged(path: &Path, merged: MergeCounts, counts: &mut Counts) {
     counts.already_there += merged.already_there;
     if merged.batches + merged.united > 0 {
         output::say(&format!(
-            "nearmiss: {}: {} new {}, {} merged; `nearmiss evaluate --list` lists them",
+            "nearmiss: {}: {} new {}, {} merged; `nearmiss evaluate list` lists them",
             path.display(),
             merged.batches,
             if merged.batches == 1 {

@@ -1,4 +1,4 @@
-//! `nearmiss index`: measures every window of every pair of road users, in Parquet parts.
+//! `nearmiss corpus index`: measures every window of every pair of road users, in Parquet parts.
 
 mod rows;
 mod show;
@@ -18,24 +18,21 @@ use nearmiss_scene::corpus::IndexOptions;
 use nearmiss_scene::metrics::{MEASURES, Measure, Thresholds, measure};
 use nearmiss_settings::Folders;
 use nearmiss_workflow::INDEX_RADIUS;
-pub use show::ShowDocument;
+pub use show::{Show, ShowDocument, run as show};
 use throughput::Throughput;
 
-/// Arguments of `index`.
+/// Arguments of `corpus index`.
 #[derive(Debug, clap::Args)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 #[command(after_help = "\
-The index is a folder of Parquet parts with a row for each window; `nearmiss index show FOLDER` prints its table, \
-`nearmiss sample FOLDER` draws from it.")]
+The index is a folder of Parquet parts with a row for each window; `nearmiss corpus show FOLDER` prints its table, \
+`nearmiss corpus sample FOLDER` draws from it.")]
 pub struct Index {
-    #[command(subcommand)]
-    action: Option<Action>,
     /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// Folder of the index; created if missing.
-    #[arg(short, long, value_name = "FOLDER", required = true)]
-    output: Option<PathBuf>,
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
     /// Start again in a folder with an earlier run.
     #[arg(long)]
     overwrite: bool,
@@ -60,12 +57,6 @@ pub struct Index {
         value_parser = named
     )]
     measure: Vec<Named>,
-}
-
-#[derive(Debug, clap::Subcommand)]
-enum Action {
-    /// Print how many windows an index holds by manoeuvre, road and severity.
-    Show(show::Show),
 }
 
 /// Length of a window and of the stride to the next, seconds, unless others are said.
@@ -150,12 +141,9 @@ pub fn measured(entry: &Entry, options: &IndexOptions, thresholds: &Thresholds) 
     Measured { said, rows }
 }
 
-/// Runs `index`.
+/// Runs `corpus index`.
 pub fn run(arguments: &Index) -> Outcome {
-    if let Some(Action::Show(show)) = &arguments.action {
-        return show::run(show);
-    }
-    let folder = output::file_of(arguments.output.as_deref())
+    let folder = output::file_of(Some(&arguments.output))
         .ok_or_else(|| Failure::input("-o needs a folder"))?;
     let thresholds = match Folders::find() {
         Ok(folders) => user_thresholds(&folders)?,

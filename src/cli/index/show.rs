@@ -1,4 +1,4 @@
-//! `nearmiss index show`: how many windows an index holds by manoeuvre, road and severity.
+//! `nearmiss corpus show`: how many windows an index holds by manoeuvre, road and severity.
 
 use std::path::{Path, PathBuf};
 
@@ -13,19 +13,18 @@ use nearmiss_scene::corpus::{self, Coverage, SEVERITIES};
 use nearmiss_scene::metrics::SEVERITY_NAMES;
 use nearmiss_workflow::read_index;
 
-/// Arguments of `index show`.
+/// Arguments of `corpus show`.
 #[derive(Debug, clap::Args)]
 pub struct Show {
     /// Folder of the index.
     folder: PathBuf,
-    /// Print one JSON object.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Also draw the table: a file .svg or .png.
-    #[arg(long, value_name = "FILE")]
-    figure: Option<PathBuf>,
-    /// Replace an existing figure.
-    #[arg(long, requires = "figure")]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long, requires = "output")]
     overwrite: bool,
 }
 
@@ -47,17 +46,18 @@ struct ShowRow {
 }
 
 impl json::Output for ShowDocument {
-    const NAME: &'static str = "index-show";
-    const TITLE: &'static str = "`index show --json`: windows by manoeuvre, road and severity";
+    const NAME: &'static str = "corpus-show";
+    const TITLE: &'static str =
+        "`corpus show --format json`: windows by manoeuvre, road and severity";
 }
 
 /// Prints the table.
 pub fn run(arguments: &Show) -> Outcome {
     let coverage = coverage(&arguments.folder)?;
-    if let Some(path) = &arguments.figure {
+    if let Some(path) = &arguments.output {
         draw(&coverage, path, arguments.overwrite)?;
     }
-    if arguments.json {
+    if arguments.format.is_json() {
         output::document(&document(&coverage))
     } else {
         output::text(&text(&coverage))
@@ -117,10 +117,7 @@ fn draw(coverage: &Coverage, path: &Path, overwrite: bool) -> Outcome {
     let format = Format::of_file(path)
         .filter(|format| *format != Format::Gif)
         .ok_or_else(|| {
-            Failure::input(format!(
-                "--figure {}: name a file .svg or .png",
-                path.display()
-            ))
+            Failure::input(format!("-o {}: name a file .svg or .png", path.display()))
         })?;
     let picture = coverage_picture(coverage, &Palette::paper());
     let bytes = format

@@ -102,7 +102,7 @@ pub struct FolderLine {
 
 impl json::Output for FolderLine {
     const NAME: &'static str = "inspect-folder";
-    const TITLE: &'static str = "`inspect FOLDER --json`: one scenario a line";
+    const TITLE: &'static str = "`inspect FOLDER --format json`: one scenario a line";
 }
 
 impl FolderLine {

@@ -2,14 +2,14 @@
 
 mod document;
 mod folder;
-mod obstacles;
-mod planning;
 mod solution;
 mod states;
 mod summary;
 mod traffic;
 
+pub use document::ScenarioDocument;
 pub use folder::FolderLine;
+pub use solution::SolutionDocument;
 use std::path::PathBuf;
 
 use super::open::{self, EgoChoice};
@@ -23,9 +23,8 @@ pub struct Inspect {
     /// CommonRoad scenario or solution, name of a bundled scenario, or folder; of several, one line each.
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Print everything that was read as one JSON object; of a folder or several files, one summary a line.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     #[command(flatten)]
     ego: EgoChoice,
 }
@@ -34,7 +33,9 @@ pub struct Inspect {
 pub fn run(arguments: &Inspect) -> Outcome {
     let file = match arguments.files.as_slice() {
         [file] if !file.is_dir() => file,
-        several if arguments.ego.is_beside() => return folder::run(several, arguments.json),
+        several if arguments.ego.is_beside() => {
+            return folder::run(several, arguments.format.is_json());
+        }
         [folder] => {
             return Err(Failure::input(format!(
                 "{} is a folder; --ego needs one scenario",
@@ -53,13 +54,13 @@ pub fn run(arguments: &Inspect) -> Outcome {
                 path.display()
             )));
         }
-        return solution::run(path, arguments.json);
+        return solution::run(path, arguments.format.is_json());
     }
     let wanted = arguments.ego.wanted(std::slice::from_ref(&entry))?;
     let scenario = entry.read().map_err(Failure::input)?;
     let ego = wanted.resolve(&entry, &scenario);
-    if arguments.json {
-        output::json(&document::document(&entry, &scenario, &ego))?;
+    if arguments.format.is_json() {
+        output::document(&ScenarioDocument::new(&entry, &scenario, &ego))?;
     } else {
         output::text(&summary::summary(&entry, &scenario, &ego))?;
     }

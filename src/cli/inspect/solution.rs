@@ -1,13 +1,16 @@
 //! `nearmiss inspect` of a solution file.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde_json::{Map, Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
 
-use crate::{Failure, Outcome, output};
+use crate::{Failure, Outcome, json, output};
 use nearmiss_base::system;
 use nearmiss_formats::commonroad::{self, ProblemSolution, Solution, SolutionState};
-use nearmiss_scene::scenario::identity;
+use nearmiss_scene::scenario::{Diagnostic, identity};
 
 /// Prints the solution in the file at `path`.
 pub fn run(path: &Path, as_json: bool) -> Outcome {
@@ -15,7 +18,7 @@ pub fn run(path: &Path, as_json: bool) -> Outcome {
     let bytes = system::read_file(path, system::LARGEST).map_err(|e| Failure::system(&file, &e))?;
     let solution = commonroad::read_solution(&bytes, &file).map_err(Failure::input)?;
     if as_json {
-        output::json(&document(&solution))
+        output::document(&SolutionDocument::new(&solution))
     } else {
         output::text(&output::visible(&summary(path, &solution)))
     }
@@ -109,40 +112,91 @@ fn time_step(path: &Path, scenario: &str) -> Option<f64> {
     Some(read.dt())
 }
 
-fn document(solution: &Solution) -> Value {
-    json!({
-        "scenario": solution.scenario_id,
-        "benchmark_id": solution.benchmark_id(),
-        "scenario_id": solution.scenario_id,
-        "version": solution.version,
-        "date": solution.date.map(|d| d.to_string()),
-        "computation_time": solution.computation_time,
-        "processor": solution.processor,
-        "problems": solution.problems.iter().map(problem).collect::<Vec<_>>(),
-        "diagnostics": solution.diagnostics,
-    })
+/// A solution.
+#[derive(Serialize, JsonSchema)]
+pub struct SolutionDocument<'s> {
+    scenario: &'s str,
+    benchmark_id: String,
+    /// Version of the scenario.
+    version: &'s str,
+    /// Date of the solution.
+    date: Option<String>,
+    /// Computation time in seconds.
+    computation_time: Option<f64>,
+    /// Processor.
+    processor: Option<&'s str>,
+    /// Planning problems with vehicle model, vehicle, cost function and states.
+    #[schemars(with = "Vec<Value>")]
+    problems: Vec<ProblemDocument<'s>>,
+    #[schemars(with = "Vec<Value>")]
+    diagnostics: &'s [Diagnostic],
 }
 
-fn problem(problem: &ProblemSolution) -> Value {
+impl json::Output for SolutionDocument<'_> {
+    const NAME: &'static str = "inspect-solution";
+    const TITLE: &'static str = "`inspect SOLUTION --json`: a solution";
+}
+
+/// What a solution says of a planning problem.
+#[derive(Serialize)]
+struct ProblemDocument<'s> {
+    planning_problem: i64,
+    model: &'static str,
+    vehicle: VehicleDocument,
+    cost_function: &'s str,
+    trajectory: &'static str,
+    /// Steps and the values of their fields.
+    states: Vec<StateDocument>,
+}
+
+#[derive(Serialize)]
+struct VehicleDocument {
+    id: u8,
+    name: &'static str,
+    length: f64,
+    width: f64,
+}
+
+#[derive(Serialize)]
+struct StateDocument {
+    time_step: i64,
+    #[serde(flatten)]
+    values: BTreeMap<&'static str, f64>,
+}
+
+impl<'s> SolutionDocument<'s> {
+    fn new(solution: &'s Solution) -> Self {
+        Self {
+            scenario: &solution.scenario_id,
+            benchmark_id: solution.benchmark_id(),
+            version: &solution.version,
+            date: solution.date.map(|d| d.to_string()),
+            computation_time: solution.computation_time,
+            processor: solution.processor.as_deref(),
+            problems: solution.problems.iter().map(problem).collect(),
+            diagnostics: &solution.diagnostics,
+        }
+    }
+}
+
+fn problem(problem: &ProblemSolution) -> ProblemDocument<'_> {
     let trajectory = &problem.trajectory;
-    let state = |state: &SolutionState| {
-        let mut object = Map::new();
-        object.insert("time_step".into(), json!(state.step));
-        let fields = trajectory.kind().fields().iter().zip(&state.values);
-        object.extend(fields.map(|(f, v)| (f.name.to_string(), json!(v))));
-        Value::Object(object)
+    let names = || trajectory.kind().fields().iter().map(|field| field.name);
+    let state = |state: &SolutionState| StateDocument {
+        time_step: state.step,
+        values: names().zip(state.values.iter().copied()).collect(),
     };
-    json!({
-        "planning_problem": problem.planning_problem,
-        "model": problem.model.name(),
-        "vehicle": {
-            "id": problem.vehicle.number(),
-            "name": problem.vehicle.name(),
-            "length": problem.vehicle.length(),
-            "width": problem.vehicle.width(),
+    ProblemDocument {
+        planning_problem: problem.planning_problem,
+        model: problem.model.name(),
+        vehicle: VehicleDocument {
+            id: problem.vehicle.number(),
+            name: problem.vehicle.name(),
+            length: problem.vehicle.length(),
+            width: problem.vehicle.width(),
         },
-        "cost_function": problem.cost,
-        "trajectory": trajectory.kind().element(),
-        "states": trajectory.states().iter().map(state).collect::<Vec<_>>(),
-    })
+        cost_function: &problem.cost,
+        trajectory: trajectory.kind().element(),
+        states: trajectory.states().iter().map(state).collect(),
+    }
 }

@@ -1,48 +1,83 @@
 //! States as JSON: numbers or intervals, positions or regions.
 
-use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
-use nearmiss_scene::scenario::{Quantity, State};
+use serde::Serialize;
+
+use nearmiss_scene::scenario::{Motion, Position, Quantity, State, Steps};
 
 /// A state with `x` and `y`, or with the `position` in which it is uncertain where it is; `time_step` is the first,
 /// and `time_interval` is there where it is uncertain when.
-pub fn state(state: &State) -> Value {
-    let mut value = json!({ "time_step": state.time.from });
-    let quantity = |quantity: Quantity| json!(quantity);
-    let mut put = |name: &str, v: Option<Value>| {
-        if let Some(v) = v {
-            value[name] = v;
-        }
-    };
-    let (time, point) = (state.time, state.point());
-    put("x", point.map(|p| json!(p.x)));
-    put("y", point.map(|p| json!(p.y)));
-    let uncertain = state.position.as_ref().filter(|_| point.is_none());
-    put("position", uncertain.map(|position| json!(position)));
-    let interval = (time.to != time.from).then(|| json!(time));
-    put("time_interval", interval);
-    let direction = state.point_mass_velocity().map(|v| json!(v.y.atan2(v.x)));
-    put("orientation", state.orientation.map(quantity).or(direction));
-    put("velocity", state.velocity.map(quantity));
-    put("acceleration", state.acceleration.map(quantity));
-    for (field, v) in &state.more {
-        put(field.name(), Some(quantity(*v)));
-    }
-    value
+#[derive(Default, Serialize)]
+pub struct StateDocument<'s> {
+    time_step: i64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    x: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    y: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position: Option<&'s Position>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_interval: Option<Steps>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    orientation: Option<Quantity>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    velocity: Option<Quantity>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    acceleration: Option<Quantity>,
+    #[serde(flatten)]
+    more: BTreeMap<&'static str, Quantity>,
+    /// What an initial state does not say and is 0 therefore.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    not_said: Vec<&'static str>,
 }
 
-/// An initial state; what it does not say is 0, as the format has it for initial states, and named in `not_said`.
-pub fn initial_state(initial: &State) -> Value {
-    let mut value = state(initial);
-    let mut not_said = Vec::new();
-    for name in ["orientation", "velocity"] {
-        if value[name].is_null() {
-            value[name] = json!(0.0);
-            not_said.push(name);
+impl<'s> StateDocument<'s> {
+    pub fn new(state: &'s State) -> Self {
+        let (time, point) = (state.time, state.point());
+        let velocity = state.point_mass_velocity();
+        let direction = velocity.map(|v| Quantity::Exact(v.y.atan2(v.x)));
+        let more = state.more.iter();
+        Self {
+            time_step: time.from,
+            x: point.map(|p| p.x),
+            y: point.map(|p| p.y),
+            position: state.position.as_ref().filter(|_| point.is_none()),
+            time_interval: (time.to != time.from).then_some(time),
+            orientation: state.orientation.or(direction),
+            velocity: state.velocity,
+            acceleration: state.acceleration,
+            more: more.map(|(field, value)| (field.name(), *value)).collect(),
+            not_said: Vec::new(),
         }
     }
-    if !not_said.is_empty() {
-        value["not_said"] = json!(not_said);
+
+    /// An initial state; what it does not say is 0, as the format has it for initial states.
+    pub fn initial(state: &'s State) -> Self {
+        let mut document = Self::new(state);
+        for (name, value) in [
+            ("orientation", &mut document.orientation),
+            ("velocity", &mut document.velocity),
+        ] {
+            if value.is_none() {
+                *value = Some(Quantity::Exact(0.0));
+                document.not_said.push(name);
+            }
+        }
+        document
     }
-    value
+
+    /// A recorded step.
+    pub fn recorded(step: i64, motion: &Motion) -> Self {
+        let exact = |value: f64| Some(Quantity::Exact(value));
+        Self {
+            time_step: step,
+            x: Some(motion.pose.position.x),
+            y: Some(motion.pose.position.y),
+            orientation: exact(motion.pose.heading),
+            velocity: exact(motion.velocity),
+            acceleration: exact(motion.acceleration),
+            ..Self::default()
+        }
+    }
 }

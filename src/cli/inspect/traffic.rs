@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use serde::Serialize;
-use serde_json::{Value, json};
 
 use nearmiss_scene::scenario::{Lanelet, LaneletNetwork, Sign, TrafficLight};
 
@@ -35,6 +34,14 @@ impl References {
         }
         found
     }
+
+    pub fn to_sign<'n>(&self, sign: &'n Sign) -> Referred<'n, Sign> {
+        self.signs.with(sign, sign.id)
+    }
+
+    pub fn to_light<'n>(&self, light: &'n TrafficLight) -> Referred<'n, TrafficLight> {
+        self.lights.with(light, light.id)
+    }
 }
 
 fn note(into: &mut HashMap<i64, Vec<i64>>, lanelet: &Lanelet, ids: &[i64]) {
@@ -49,28 +56,20 @@ fn note(into: &mut HashMap<i64, Vec<i64>>, lanelet: &Lanelet, ids: &[i64]) {
 
 /// A sign or light with the lanelets that refer to it.
 #[derive(Serialize)]
-struct Referred<'a, T> {
+pub struct Referred<'n, T> {
     #[serde(flatten)]
-    itself: &'a T,
+    itself: &'n T,
     lanelets: Vec<i64>,
     stop_lines: Vec<i64>,
 }
 
 impl Referring {
-    fn with<T: Serialize>(&self, itself: &T, id: i64) -> Value {
+    fn with<'n, T>(&self, itself: &'n T, id: i64) -> Referred<'n, T> {
         let ids = |to: &HashMap<i64, Vec<i64>>| to.get(&id).cloned().unwrap_or_default();
-        json!(Referred {
+        Referred {
             itself,
             lanelets: ids(&self.lanelets),
             stop_lines: ids(&self.stop_lines),
-        })
+        }
     }
-}
-
-pub fn sign(sign: &Sign, references: &References) -> Value {
-    references.signs.with(sign, sign.id)
-}
-
-pub fn light(light: &TrafficLight, references: &References) -> Value {
-    references.lights.with(light, light.id)
 }

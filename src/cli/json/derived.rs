@@ -1,19 +1,13 @@
 //! Outputs that are one type each: what is written and what the schema says come from the same fields.
 
 use schemars::JsonSchema;
-use schemars::generate::SchemaSettings;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::with_old_names;
-use crate::{
-    batches, describe, doctor, evaluate, experiment, export, find, generate, import, inspect,
-    metrics, prompt,
-};
-use crate::{index, prompts, runs, sample, themes_and_keys, tune};
 use nearmiss_base::system::KeyBinding;
-use nearmiss_study::evaluation::Standing;
+use nearmiss_record::Record;
 use nearmiss_study::evaluation::batch::QuestionLine;
+use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 
 /// An output of a command as one type. Fields without a doc comment have the meaning that the vocabulary gives their key.
 pub trait Output: Serialize + JsonSchema {
@@ -21,8 +15,6 @@ pub trait Output: Serialize + JsonSchema {
     const NAME: &'static str;
     /// What it is, in one line.
     const TITLE: &'static str;
-    /// Deprecated keys that are still written, each with that of today.
-    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[];
     /// Whether keys of the vocabulary have its words, whatever the fields say: for types from outside the commands.
     const COMMON_WORDS: bool = false;
 
@@ -31,9 +23,7 @@ pub trait Output: Serialize + JsonSchema {
     /// # Errors
     /// A map in it has keys that JSON does not allow.
     fn document(&self) -> serde_json::Result<Value> {
-        let mut value = serde_json::to_value(self)?;
-        with_old_names(&mut value, Self::OLD_NAMES);
-        Ok(value)
+        serde_json::to_value(self)
     }
 }
 
@@ -41,70 +31,46 @@ pub trait Output: Serialize + JsonSchema {
 pub struct Derived {
     pub name: &'static str,
     pub title: &'static str,
-    pub old_names: &'static [(&'static str, &'static str)],
     pub common_words: bool,
     pub schema: fn() -> Value,
 }
 
-const fn derived<T: Output>() -> Derived {
+pub const fn derived<T: Output>() -> Derived {
     Derived {
         name: T::NAME,
         title: T::TITLE,
-        old_names: T::OLD_NAMES,
         common_words: T::COMMON_WORDS,
-        schema: schema::<T>,
+        schema: nearmiss_record::schema::<T>,
     }
 }
 
-/// Every output that is one type.
-pub const DERIVED: &[Derived] = &[
-    derived::<batches::Document>(),
-    derived::<generate::CheckDocument>(),
-    derived::<describe::Document>(),
-    derived::<doctor::Document>(),
-    derived::<evaluate::DryRunDocument<'static>>(),
-    derived::<evaluate::ListedDocument>(),
-    derived::<experiment::Document>(),
-    derived::<export::ChatManifest>(),
-    derived::<find::FindDocument>(),
-    derived::<import::Counts>(),
-    derived::<index::ShowDocument>(),
-    derived::<inspect::FolderLine>(),
-    derived::<metrics::ListDocument>(),
-    derived::<prompt::Document>(),
-    derived::<prompts::Document>(),
-    derived::<QuestionLine>(),
-    derived::<Standing>(),
-    derived::<runs::RunLine<'static>>(),
-    derived::<sample::SampleLine>(),
-    derived::<KeyBinding>(),
-    derived::<themes_and_keys::ThemeDocument>(),
-    derived::<tune::TuneDocument>(),
-    derived::<tune::TuneDryRunDocument>(),
-];
+/// A noun from outside the commands.
+pub const fn noun<T: Record>() -> Derived {
+    Derived {
+        name: T::NAME,
+        title: T::TITLE,
+        common_words: false,
+        schema: nearmiss_record::schema::<T>,
+    }
+}
 
 impl Output for QuestionLine {
     const NAME: &'static str = "evaluate-questions";
-    const TITLE: &'static str = "`evaluate --questions`: one question a line";
+    const TITLE: &'static str = "`evaluate --dry-run=questions`: one question a line";
 }
 
-impl Output for Standing {
-    const NAME: &'static str = "ratings";
-    const TITLE: &'static str = "`ratings --json`: one model or prompt a line";
+impl Output for ReportDocument {
+    const NAME: &'static str = "report";
+    const TITLE: &'static str = "`report --format json`: tables of stored or recorded answers";
+}
+
+impl Output for AxesDocument {
+    const NAME: &'static str = "report-axes";
+    const TITLE: &'static str =
+        "`report --rows AXIS --format json`: a measure over axes, and differences from a baseline";
 }
 
 impl Output for KeyBinding {
-    const NAME: &'static str = "keys";
-    const TITLE: &'static str = "`keys --json`: one action a line";
-}
-
-fn schema<T: JsonSchema>() -> Value {
-    let settings = SchemaSettings::draft2020_12().for_serialize().with(|s| {
-        s.inline_subschemas = true;
-        s.meta_schema = None;
-    });
-    settings
-        .into_generator()
-        .into_root_schema_for::<T>()
-        .to_value()
+    const NAME: &'static str = "config-keys";
+    const TITLE: &'static str = "`config keys --format json`: one action a line";
 }

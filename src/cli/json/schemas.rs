@@ -3,7 +3,8 @@
 use serde_json::{Map, Value};
 
 use super::SCHEMA_VERSION;
-use super::derived::{DERIVED, Derived};
+use super::derived::Derived;
+use super::list::DERIVED;
 
 /// Schemas of outputs that are not one type, as JSON: their keys refer to the vocabulary.
 const OUTPUTS: &str = include_str!("outputs.json");
@@ -64,22 +65,12 @@ fn of_type(derived: &Derived) -> Value {
         }
         properties.insert(key.clone(), meaning.into());
     }
-    let old_names = derived
-        .old_names
-        .iter()
-        .map(|(old, new)| (old.to_string(), format!("Use {new}.").into()));
     let required = schema["required"]
         .take()
         .as_array()
         .cloned()
         .unwrap_or_default();
-    complete(
-        derived.title.into(),
-        properties,
-        old_names,
-        required,
-        false.into(),
-    )
+    complete(derived.title.into(), properties, required, false.into())
 }
 
 /// The schema of an output in the table.
@@ -98,11 +89,9 @@ fn written(name: &str) -> Option<Value> {
             }
         }
     }
-    let old_names = output["deprecated"].as_object().cloned();
     Some(complete(
         output["title"].clone(),
         properties,
-        old_names.into_iter().flatten(),
         required,
         output.get("more").cloned().unwrap_or(false.into()),
     ))
@@ -115,18 +104,13 @@ fn first_properties() -> Map<String, Value> {
     Map::from_iter([("schema_version".to_string(), version)])
 }
 
-/// A schema of an object, with deprecated keys and what they are called today.
+/// A schema of an object.
 fn complete(
     title: Value,
-    mut properties: Map<String, Value>,
-    old_names: impl Iterator<Item = (String, Value)>,
+    properties: Map<String, Value>,
     required: Vec<Value>,
     more: Value,
 ) -> Value {
-    for (old, new) in old_names {
-        let meaning = serde_json::json!({ "deprecated": true, "description": new });
-        properties.insert(old, meaning);
-    }
     let first = std::iter::once(Value::from("schema_version"));
     serde_json::json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -1,44 +1,48 @@
 //! What clients can call: looks into the scenarios, and jobs that are commands of this program.
 
-use serde_json::{Map, Value, json};
+use rmcp::model::{JsonObject, Tool as ListedTool, ToolAnnotations};
+use serde_json::{Value, json};
 
-use super::aside::Aside;
 use super::looks;
+use super::progress::Progress;
 use super::server::Server;
 use crate::at::At;
 
-/// A tool that this process answers.
+/// A tool.
 #[derive(Debug)]
-pub struct Look {
+pub struct Tool {
     /// Its name.
     pub name: &'static str,
-    /// What it tells.
+    /// What it tells or does.
     pub about: &'static str,
     /// Its arguments.
     pub options: &'static [JobOption],
-    /// Whether it may take as long as a job.
+    /// Whether it may take minutes, so that others do not wait for it.
     pub takes_long: bool,
-    /// Gives the result, of checked arguments; or says in words why there is none.
-    pub call: fn(&Server, &Value, &Aside<'_>) -> Result<Value, String>,
+    /// Whether it may cost money.
+    pub paid: bool,
+    /// How it is answered.
+    pub does: Does,
 }
 
-/// A command of this program as a tool.
+/// How a tool is answered.
+#[derive(Debug)]
+pub enum Does {
+    /// By this process: the result of checked arguments, or in words why there is none.
+    Look(fn(&Server, &Value, &Progress) -> Result<Value, String>),
+    /// By a command.
+    Run(Job),
+}
+
+/// A command of this program, about a scenario.
 #[derive(Debug)]
 pub struct Job {
-    /// Its name.
-    pub name: &'static str,
-    /// What it does.
-    pub about: &'static str,
     /// The command, with what is always said to it.
     pub command: &'static [&'static str],
-    /// Its arguments.
-    pub options: &'static [JobOption],
     /// What it gives.
     pub gives: Gives,
     /// Whether it is about the ego, the recorded one where the arguments choose none.
     pub needs_ego: bool,
-    /// Whether it may cost money.
-    pub paid: bool,
 }
 
 /// What a command gives.
@@ -151,9 +155,14 @@ const AT: JobOption = option(
 pub const CURSOR: JobOption = option("cursor", "", JobValue::Text, "`cursor` of the page before.");
 
 /// What is looked for.
-pub const QUERY: JobOption = JobOption {
+pub const FILTER: JobOption = JobOption {
     required: true,
-    ..option("query", "", JobValue::Text, "Sentence or filter.")
+    ..option(
+        "filter",
+        "",
+        JobValue::Text,
+        "Terms, separated by spaces: manoeuvre:cut_in,merging ttc<1.5 road:highway.",
+    )
 };
 
 /// How much is given.
@@ -164,45 +173,46 @@ pub const NUMBER: JobOption = option(
     "Most windows that are given [default: 10].",
 );
 
-/// What this process answers.
-pub const LOOKS: &[Look] = &[
-    Look {
+/// The tools.
+const TOOLS: &[Tool] = &[
+    Tool {
         name: "list_scenarios",
         about: "Lists the scenarios, the most severe first: severity (0 contact, 1 conflict, 2 near miss, 3 course, 4 later, \
                 5 none), the time step `at` which it is most severe, the obstacle, and why. `ego` is there where none is \
                 recorded: give it to the other tools. Start here.",
         options: &[CURSOR],
         takes_long: true,
-        call: looks::list,
+        paid: false,
+        does: Does::Look(looks::list),
     },
-    Look {
+    Tool {
         name: "inspect",
         about: "Says what is in a scenario: steps and their length, road, obstacles, ego, warnings, and the most severe \
                 moment with each obstacle, the most severe first.",
         options: &[SCENARIO, EGO],
         takes_long: false,
-        call: looks::inspect,
+        paid: false,
+        does: Does::Look(looks::inspect),
     },
-    Look {
+    Tool {
         name: "find",
-        about: "Searches windows of 2 s of every pair of road users in all scenarios, the most severe first. A sentence, \
-                such as \"cut-ins under 1.5 s TTC on motorways\", or a filter: manoeuvre:cut_in road:highway actor:truck \
-                severity<=2 ttc<1.5 pet<1. Where `ego_source` is obstacle, give `ego_id` as `ego` to other tools. The first \
-                call measures all scenarios and takes longer.",
-        options: &[QUERY, NUMBER],
+        about: "Searches windows of 2 s of every pair of road users in all scenarios, the most severe first, for those that \
+                fit all terms: manoeuvre: (cut_in, lane_change, merging, following, followed, parallel, oncoming, crossing, \
+                turning_across, standing, other), road: (intersection, highway, ramp, urban, country, untyped, off_road), \
+                actor: (car, truck, bus, motorcycle, bicycle, pedestrian, …), severity<=2, measures such as ttc<1.5, pet<1, \
+                drac>4, distance<2; country:DEU, tag:, a word of a name. `,` separates alternatives, `!` negates a term. \
+                Where `ego_source` is obstacle, give `ego_id` as `ego` to other tools. The first call measures all \
+                scenarios and takes longer.",
+        options: &[FILTER, NUMBER],
         takes_long: true,
-        call: looks::find,
+        paid: false,
+        does: Does::Look(looks::find),
     },
-];
-
-/// The jobs.
-pub const JOBS: &[Job] = &[
-    Job {
+    Tool {
         name: "describe",
         about: "The table of the window that ends at a moment, as prompts have it: who, lane, speed, acceleration, direction, \
                 distance, gaps and relative motion at each step. t = 0 is the end of the window. Frame metrics adds times to \
                 collision, braking, risk scores and the worst value of each.",
-        command: &["describe", "--contact=yes"],
         options: &[
             SCENARIO,
             AT,
@@ -214,7 +224,7 @@ pub const JOBS: &[Job] = &[
             ),
             option(
                 "measures",
-                "--measures",
+                "--set=measures",
                 JobValue::Text,
                 "Columns of the frame metrics, such as ttc,thw,drac,pet,ttb,rss_margin.",
             ),
@@ -226,7 +236,7 @@ pub const JOBS: &[Job] = &[
             ),
             option(
                 "stride",
-                "--stride",
+                "--set=stride",
                 JobValue::Whole(Some(1), Some(10_000)),
                 "Every Nth step alone [default: 1].",
             ),
@@ -238,14 +248,17 @@ pub const JOBS: &[Job] = &[
             ),
             EGO,
         ],
-        gives: Gives::Text,
-        needs_ego: true,
+        takes_long: false,
         paid: false,
+        does: Does::Run(Job {
+            command: &["prompt", "describe", "--set=contact=on"],
+            gives: Gives::Text,
+            needs_ego: true,
+        }),
     },
-    Job {
+    Tool {
         name: "render",
         about: "Draws the road and all participants from above, as a picture.",
-        command: &["render"],
         options: &[
             SCENARIO,
             AT,
@@ -257,25 +270,31 @@ pub const JOBS: &[Job] = &[
             ),
             EGO,
         ],
-        gives: Gives::Picture,
-        needs_ego: false,
+        takes_long: false,
         paid: false,
+        does: Does::Run(Job {
+            command: &["render"],
+            gives: Gives::Picture,
+            needs_ego: false,
+        }),
     },
-    Job {
+    Tool {
         name: "plan",
         about: "Plans the ego's motion with the built-in planner and simulates it in the recorded traffic: outcome, goal, \
                 limits, rules, times. Takes seconds.",
-        command: &["plan"],
         options: &[SCENARIO],
-        gives: Gives::Json,
-        needs_ego: false,
+        takes_long: true,
         paid: false,
+        does: Does::Run(Job {
+            command: &["plan"],
+            gives: Gives::Json,
+            needs_ego: false,
+        }),
     },
-    Job {
+    Tool {
         name: "generate",
         about: "Searches a dangerous but avoidable variant of a safe scenario and says what came of it: attacker, \
                 manoeuvre, outcome, who could have avoided it. Writes nothing. Takes seconds to minutes.",
-        command: &["generate"],
         options: &[
             SCENARIO,
             option(
@@ -291,14 +310,17 @@ pub const JOBS: &[Job] = &[
                 "Seed of the search.",
             ),
         ],
-        gives: Gives::Json,
-        needs_ego: false,
+        takes_long: true,
         paid: false,
+        does: Does::Run(Job {
+            command: &["generate"],
+            gives: Gives::Json,
+            needs_ego: false,
+        }),
     },
-    Job {
+    Tool {
         name: "ask_model",
         about: "Asks a language model about the scenario; costs what its provider charges. The answer is stored.",
-        command: &["ask"],
         options: &[
             SCENARIO,
             option("model", "--model", JobValue::Text, "provider/model."),
@@ -317,52 +339,52 @@ pub const JOBS: &[Job] = &[
             ),
             option(
                 "max_tokens",
-                "--max-tokens",
+                "--set=max_tokens",
                 JobValue::Whole(Some(1), Some(u32::MAX as u64)),
                 "Most tokens of the answer, which bound its cost [default: that of config.toml, without which it is needed].",
             ),
         ],
-        gives: Gives::Json,
-        needs_ego: true,
+        takes_long: true,
         paid: true,
+        does: Does::Run(Job {
+            command: &["ask"],
+            gives: Gives::Json,
+            needs_ego: true,
+        }),
     },
 ];
 
-impl Job {
-    /// Whether clients call it as a tool.
-    pub fn is_tool(&self) -> bool {
-        JOBS.iter().any(|job| job.name == self.name)
-    }
+/// The tools that are offered, with or without those that may cost money.
+pub fn offered(paid: bool) -> impl Iterator<Item = &'static Tool> {
+    TOOLS.iter().filter(move |tool| paid || !tool.paid)
 }
 
 /// The tools as the protocol lists them.
-pub fn tools(paid: bool) -> Value {
-    let looks = LOOKS
-        .iter()
-        .map(|look| (look.name, look.about, look.options, false));
-    let jobs = JOBS
-        .iter()
-        .filter(|job| paid || !job.paid)
-        .map(|job| (job.name, job.about, job.options, job.paid));
-    let listed = looks.chain(jobs).map(|(name, about, options, paid)| {
-        let properties = options
-            .iter()
-            .map(|option| (option.name.to_string(), option.schema()));
-        let required = options.iter().filter(|option| option.required);
-        let required: Vec<&str> = required.map(|option| option.name).collect();
-        json!({
-            "name": name,
-            "description": about,
-            "inputSchema": {
-                "type": "object",
-                "properties": properties.collect::<Map<String, Value>>(),
-                "required": required,
-                "additionalProperties": false,
-            },
-            "annotations": {"readOnlyHint": !paid, "openWorldHint": paid},
-        })
+pub fn tools(paid: bool) -> Vec<ListedTool> {
+    let listed = offered(paid).map(|tool| {
+        let hints = ToolAnnotations::new()
+            .read_only(!tool.paid)
+            .open_world(tool.paid);
+        ListedTool::new(tool.name, tool.about, schema(tool.options)).with_annotations(hints)
     });
     listed.collect()
+}
+
+/// What arguments there are.
+fn schema(options: &[JobOption]) -> JsonObject {
+    let properties: JsonObject = { options.iter() }
+        .map(|option| (option.name.into(), option.schema()))
+        .collect();
+    let required: Vec<&str> = { options.iter() }
+        .filter(|option| option.required)
+        .map(|option| option.name)
+        .collect();
+    JsonObject::from_iter([
+        ("type".into(), "object".into()),
+        ("properties".into(), properties.into()),
+        ("required".into(), required.into()),
+        ("additionalProperties".into(), false.into()),
+    ])
 }
 
 /// Whether a text is a moment, as `--at` takes it.

@@ -1,28 +1,32 @@
-//! Streamable HTTP on loopback: one address, `POST /mcp` for each message; a token, and no page of a browser.
+//! Streamable HTTP on loopback: a guard in front of `rmcp`, which asks for a token and refuses pages of browsers.
 //!
-//! As the specification of 2025-06-18 has it. Answers that come at once are JSON, those of jobs a stream of events with
-//! their progress. The server has nothing to say of its own, so that `GET` is refused.
+//! The server has nothing to say of its own, so that `GET` is refused.
 
+use std::convert::Infallible;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use http_body_util::{BodyExt, LengthLimitError, Limited};
-use hyper::body::Incoming;
-use hyper::header::{ACCEPT, AUTHORIZATION, CONTENT_TYPE, HOST, HeaderMap, ORIGIN};
+use http_body_util::combinators::BoxBody;
+use http_body_util::{BodyExt, Full, LengthLimitError, Limited};
+use hyper::body::{Bytes, Incoming};
+use hyper::header::{
+    ALLOW, AUTHORIZATION, CACHE_CONTROL, CONTENT_TYPE, HOST, HeaderMap, HeaderValue, ORIGIN,
+    WWW_AUTHENTICATE,
+};
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::{TokioIo, TokioTimer};
-use serde_json::Value;
+use rmcp::ErrorData;
+use rmcp::model::{JsonRpcError, RequestId};
+use rmcp::transport::streamable_http_server::session::local::LocalSessionManager;
+use rmcp::transport::{StreamableHttpServerConfig, StreamableHttpService};
 use tokio::net::TcpListener;
-use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 use tokio::time::timeout;
 
-use super::clients::Clients;
 use super::connections::Connections;
-use super::lines::{LONGEST, RpcError, Wire, id_of};
-use super::response::{Answer, accepted, events, json, refused};
-use super::server::{Server, VERSIONS};
+use super::server::{Handler, Server};
+use super::stdio::{LONGEST, id_of, too_long};
 use super::token::Token;
 use crate::{Failure, Outcome, interrupt, output};
 
@@ -33,16 +37,16 @@ const PATH: &str = "/mcp";
 const READ: Duration = Duration::from_secs(20);
 
 /// Longest message whose `id` is looked for, bytes; longer ones are not read.
-const LONGEST_NAMED: u64 = 16 << 20;
+const LONGEST_NAMED: usize = 16 << 20;
 
-/// How long an answer may take before it becomes a stream.
-const AT_ONCE: Duration = Duration::from_secs(1);
+/// After this a session that is silent ends.
+const SILENT: Duration = Duration::from_secs(24 * 3600);
 
-/// The header of sessions.
-const SESSION: &str = "mcp-session-id";
+/// The body of a response.
+type Body = BoxBody<Bytes, Infallible>;
 
 /// Serves clients until the program is interrupted; then jobs that still run are ended.
-pub async fn serve(server: Server, address: SocketAddr, token: Token) -> Outcome {
+pub async fn serve(server: Arc<Server>, address: SocketAddr, token: Token) -> Outcome {
     let listener = TcpListener::bind(address)
         .await
         .map_err(|why| Failure::input(format!("{address}: {why}")))?;
@@ -52,11 +56,7 @@ pub async fn serve(server: Server, address: SocketAddr, token: Token) -> Outcome
         server.places.words()
     ));
     output::say(&token.words());
-    let face = Arc::new(Face {
-        server: Arc::new(server),
-        clients: Clients::default(),
-        token,
-    });
+    let guard = Arc::new(Guard::new(server, token));
     let connections = Connections::default();
     loop {
         let stream = tokio::select! {
@@ -68,16 +68,14 @@ pub async fn serve(server: Server, address: SocketAddr, token: Token) -> Outcome
                     continue;
                 }
             },
-            () = interrupt::signal() => break,
+            () = interrupt::signal() => return Ok(()),
         };
-        let face = Arc::clone(&face);
+        let guard = Arc::clone(&guard);
         connections.add(|admitted| {
             let served = async move {
                 let answer = hyper::service::service_fn(move |request| {
-                    let (face, admitted) = (Arc::clone(&face), Arc::clone(&admitted));
-                    async move {
-                        Ok::<_, std::convert::Infallible>(face.answer(request, &admitted).await)
-                    }
+                    let (guard, admitted) = (Arc::clone(&guard), Arc::clone(&admitted));
+                    async move { Ok::<_, Infallible>(guard.answer(request, &admitted).await) }
                 });
                 let mut connection = hyper::server::conn::http1::Builder::new();
                 connection
@@ -91,43 +89,39 @@ pub async fn serve(server: Server, address: SocketAddr, token: Token) -> Outcome
             tokio::spawn(served).abort_handle()
         });
     }
-    let server = Arc::clone(&face.server);
-    tokio::task::spawn_blocking(move || server.end())
-        .await
-        .map_err(Failure::input)
 }
 
-/// The server as it is seen over HTTP.
-struct Face {
-    server: Arc<Server>,
-    clients: Clients,
+/// Admits requests to the service.
+struct Guard {
+    service: StreamableHttpService<Handler, LocalSessionManager>,
     token: Token,
 }
 
-impl Face {
-    async fn answer(&self, request: Request<Incoming>, admitted: &AtomicBool) -> Response<Answer> {
-        match self.admitted(&request) {
-            Ok(()) => admitted.store(true, Ordering::SeqCst),
-            Err((status, why)) => return no(status, &Value::Null, why),
-        }
-        let session = header(request.headers(), SESSION).map(str::to_owned);
-        match *request.method() {
-            Method::POST => self.message(request, session).await,
-            Method::DELETE => match session.and_then(|id| self.clients.end(&id)) {
-                Some(ended) => {
-                    self.server.jobs.cancel_all(Some(ended.number));
-                    accepted(StatusCode::NO_CONTENT)
-                }
-                None => no(StatusCode::NOT_FOUND, &Value::Null, "no such session"),
-            },
-            _ => {
-                let why = "messages are sent by POST; the server opens no stream of its own";
-                let mut refused = no(StatusCode::METHOD_NOT_ALLOWED, &Value::Null, why);
-                let allowed = hyper::header::HeaderValue::from_static("POST, DELETE");
-                refused.headers_mut().insert(hyper::header::ALLOW, allowed);
-                refused
+impl Guard {
+    fn new(server: Arc<Server>, token: Token) -> Self {
+        let mut sessions = LocalSessionManager::default();
+        sessions.session_config.keep_alive = Some(SILENT);
+        // Streams are not taken up again.
+        sessions.session_config.sse_retry = None;
+        let config = StreamableHttpServerConfig::default()
+            .with_sse_retry(None)
+            .disable_allowed_hosts();
+        let handler = move || Ok(Handler(Arc::clone(&server)));
+        let service = StreamableHttpService::new(handler, Arc::new(sessions), config);
+        Self { service, token }
+    }
+
+    async fn answer(&self, request: Request<Incoming>, admitted: &AtomicBool) -> Response<Body> {
+        let mut response = match self.admitted(&request) {
+            Ok(()) => {
+                admitted.store(true, Ordering::SeqCst);
+                self.served(request).await
             }
-        }
+            Err((status, why)) => refused(status, None, why),
+        };
+        let never = HeaderValue::from_static("no-store");
+        response.headers_mut().insert(CACHE_CONTROL, never);
+        response
     }
 
     /// Whether a request may say anything at all.
@@ -139,129 +133,87 @@ impl Face {
             value.is_none_or(|value| value.to_str().is_ok_and(is_here))
         };
         if !fits(ORIGIN, is_origin_here) || !fits(HOST, is_host_here) {
-            return Err((
-                StatusCode::FORBIDDEN,
-                "the request comes from another origin",
-            ));
+            let why = "the request comes from another origin";
+            return Err((StatusCode::FORBIDDEN, why));
         }
         let given = header(headers, AUTHORIZATION.as_str());
         if !given.is_some_and(|given| self.token.is_in(given)) {
-            return Err((
-                StatusCode::UNAUTHORIZED,
-                "the token is missing or wrong; the server prints it when it starts",
-            ));
+            let why = "the token is missing or wrong; the server prints it when it starts";
+            return Err((StatusCode::UNAUTHORIZED, why));
         }
         if request.uri().path() != PATH {
             return Err((StatusCode::NOT_FOUND, "the only path is /mcp"));
         }
-        match header(headers, "mcp-protocol-version") {
-            Some(version) if !VERSIONS.contains(&version) => Err((
-                StatusCode::BAD_REQUEST,
-                "the version in MCP-Protocol-Version is not spoken here",
-            )),
-            _ => Ok(()),
+        if [Method::POST, Method::DELETE].contains(request.method()) {
+            Ok(())
+        } else {
+            let why = "messages are sent by POST; the server opens no stream of its own";
+            Err((StatusCode::METHOD_NOT_ALLOWED, why))
         }
     }
 
-    async fn message(
-        &self,
-        request: Request<Incoming>,
-        session: Option<String>,
-    ) -> Response<Answer> {
-        let unnamed = |status, why| no(status, &Value::Null, why);
-        let headers = request.headers();
-        let kind = header(headers, CONTENT_TYPE.as_str()).unwrap_or_default();
-        if kind.split(';').next().map(str::trim) != Some("application/json") {
-            let why = "the message must be application/json";
-            return unnamed(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
+    /// The answer of the service to a message that is not too long.
+    async fn served(&self, request: Request<Incoming>) -> Response<Body> {
+        let long = |id| error(StatusCode::PAYLOAD_TOO_LARGE, id, too_long());
+        let length = header(request.headers(), "content-length").and_then(|n| n.parse().ok());
+        if length.is_some_and(|length: usize| length > LONGEST_NAMED) {
+            return long(None);
         }
-        let takes = header(headers, ACCEPT.as_str()).unwrap_or("*/*");
-        let takes = |kind: &str| takes.contains(kind) || takes.contains("*/*");
-        if !takes("application/json") || !takes("text/event-stream") {
-            let why = "Accept must list application/json and text/event-stream";
-            return unnamed(StatusCode::NOT_ACCEPTABLE, why);
-        }
-        let length = header(headers, "content-length").and_then(|n| n.parse::<u64>().ok());
-        let long = |id| refused(StatusCode::PAYLOAD_TOO_LARGE, id, &RpcError::too_long());
-        if length.is_some_and(|length| length > LONGEST_NAMED) {
-            return long(&Value::Null);
-        }
-        let body = Limited::new(request.into_body(), LONGEST_NAMED as usize);
+        let (head, body) = request.into_parts();
+        let body = Limited::new(body, LONGEST_NAMED);
         let body = match timeout(READ, body.collect()).await {
             Ok(Ok(body)) => body.to_bytes(),
-            Ok(Err(why)) if why.is::<LengthLimitError>() => return long(&Value::Null),
-            Ok(Err(_)) => return unnamed(StatusCode::BAD_REQUEST, "the message broke off"),
-            Err(_) => return unnamed(StatusCode::REQUEST_TIMEOUT, "the message came too slowly"),
+            Ok(Err(why)) if why.is::<LengthLimitError>() => return long(None),
+            Ok(Err(_)) => return refused(StatusCode::BAD_REQUEST, None, "the message broke off"),
+            Err(_) => {
+                let why = "the message came too slowly";
+                return refused(StatusCode::REQUEST_TIMEOUT, None, why);
+            }
         };
+        let id = || id_of(&body, std::io::empty());
         if body.len() as u64 > LONGEST {
-            let id = id_of(&body, std::io::empty());
-            return if id.is_null() {
-                long(&id)
-            } else {
+            return match id() {
+                None => long(None),
                 // Clients of before look for an answer in what succeeds alone.
-                json(StatusCode::OK, &RpcError::too_long().answer(&id))
+                id => error(StatusCode::OK, id, too_long()),
             };
         }
-        let Ok(message) = serde_json::from_slice::<Value>(&body) else {
-            let error = RpcError::parse("the message is no JSON");
-            return refused(
-                StatusCode::BAD_REQUEST,
-                &id_of(&body, std::io::empty()),
-                &error,
-            );
-        };
-        let id = message.get("id").cloned().unwrap_or_default();
-        let begins = message.get("method").and_then(Value::as_str) == Some("initialize");
-        let (client, new) = match (begins, session) {
-            (true, _) => match self.clients.begin(|number| self.server.jobs.has(number)) {
-                Ok((session, client)) => (client, Some(session)),
-                Err(why) => return no(StatusCode::SERVICE_UNAVAILABLE, &id, &why),
-            },
-            (false, None) => {
-                let why = "Mcp-Session-Id is missing; `initialize` answers with it";
-                return no(StatusCode::BAD_REQUEST, &id, why);
-            }
-            (false, Some(session)) => match self.clients.of(&session) {
-                Some(client) => (client, None),
-                None => {
-                    let why = "no such session; `initialize` again";
-                    return no(StatusCode::NOT_FOUND, &id, why);
-                }
-            },
-        };
-        let (wire, mut answers) = unbounded_channel();
-        let server = Arc::clone(&self.server);
-        // Scenarios are read meanwhile.
-        tokio::task::spawn_blocking(move || {
-            server.message(&message, &client, &Wire::Response(wire), &|work| work());
-        });
-        let mut response = match at_once(&mut answers).await {
-            Ok(response) => response,
-            Err(begun) => events(begun, answers),
-        };
-        if let Some(session) = new.and_then(|session| session.parse().ok()) {
-            response.headers_mut().insert(SESSION, session);
+        let request = Request::from_parts(head, Full::new(body.clone()));
+        let response = self.service.handle(request).await;
+        let (status, kind) = (response.status(), response.headers().get(CONTENT_TYPE));
+        if status.is_success() || kind.is_some() {
+            return response;
         }
-        response
+        // What is wrong is told in plain text.
+        let why = response.into_body().collect().await.unwrap_or_default();
+        refused(status, id(), &String::from_utf8_lossy(&why.to_bytes()))
     }
 }
 
-/// Why a message is not taken.
-fn no(status: StatusCode, id: &Value, why: &str) -> Response<Answer> {
-    refused(status, id, &RpcError::request(why))
+/// Why the request with this id is refused.
+fn refused(status: StatusCode, id: Option<RequestId>, why: &str) -> Response<Body> {
+    error(
+        status,
+        id,
+        ErrorData::invalid_request(why.to_string(), None),
+    )
 }
 
-/// The response to a message that is answered at once, or that has no answer. Others get a stream, which may begin with
-/// the progress that was told already.
-async fn at_once(
-    answers: &mut UnboundedReceiver<Value>,
-) -> Result<Response<Answer>, Option<Value>> {
-    match timeout(AT_ONCE, answers.recv()).await {
-        Err(_) => Err(None),
-        Ok(Some(progress)) if progress.get("method").is_some() => Err(Some(progress)),
-        Ok(Some(answer)) => Ok(json(StatusCode::OK, &answer)),
-        Ok(None) => Ok(accepted(StatusCode::ACCEPTED)),
+fn error(status: StatusCode, id: Option<RequestId>, error: ErrorData) -> Response<Body> {
+    let message = serde_json::to_vec(&JsonRpcError::new(id, error)).unwrap_or_default();
+    let mut response = Response::new(Full::new(Bytes::from(message)).boxed());
+    *response.status_mut() = status;
+    let mut header = |name, value| {
+        let value = HeaderValue::from_static(value);
+        response.headers_mut().insert(name, value);
+    };
+    header(CONTENT_TYPE, "application/json");
+    match status {
+        StatusCode::UNAUTHORIZED => header(WWW_AUTHENTICATE, "Bearer"),
+        StatusCode::METHOD_NOT_ALLOWED => header(ALLOW, "POST, DELETE"),
+        _ => {}
     }
+    response
 }
 
 fn header<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {

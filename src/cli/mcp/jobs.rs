@@ -7,11 +7,13 @@ use std::time::{Duration, Instant};
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use serde_json::{Value, json};
+use rmcp::model::{CallToolResult, ContentBlock};
+use serde_json::Value;
 
-use super::aside::Aside;
 use super::catalogue::{Gives, Job, JobOption, JobValue, is_moment};
 use super::places::Places;
+use super::progress::Progress;
+use super::server::TAKEN_BACK;
 use nearmiss_base::system::ProcessGroup;
 
 /// How often a job is looked at.
@@ -26,25 +28,11 @@ const LONGEST_TIME: Duration = Duration::from_secs(3600);
 /// Longest result that is given, bytes.
 const LONGEST: u64 = 8 << 20;
 
-/// The end of a job.
-#[derive(Debug)]
-pub enum JobEnd {
-    /// Its output.
-    Done(Vec<u8>),
-    /// Why there is none.
-    Failed(String),
-    /// The client asked for an end.
-    Cancelled,
-}
-
 /// What arguments are on the command line.
 ///
 /// # Errors
 /// In words: one is unknown, missing, or not of its kind.
 pub fn words(options: &[JobOption], given: &Value) -> Result<Vec<String>, String> {
-    if !(given.is_object() || given.is_null()) {
-        return Err("the arguments are no JSON object".into());
-    }
     let missing = |option: &&JobOption| option.required && given[option.name].is_null();
     if let Some(missing) = options.iter().find(missing) {
         return Err(format!(
@@ -116,74 +104,63 @@ fn word(option: &JobOption, value: &Value) -> Result<String, String> {
     })
 }
 
-/// An error of a job's command in the words of its arguments: clients have no options.
-pub fn told(job: &Job, why: &str) -> String {
+/// An error of a command in the words of its arguments: clients have no options.
+pub fn told(options: &[JobOption], why: &str) -> String {
     // What clap adds leads to a text that clients do not see.
     let why = why.replace("For more information, try '--help'.", "");
-    let options = job
-        .options
-        .iter()
-        .filter(|option| !option.option.is_empty());
+    let options = options.iter().filter(|option| !option.option.is_empty());
     let told = options.fold(why, |why, option| {
         why.replace(option.option, &format!("`{}`", option.name))
     });
     told.trim_end().to_string()
 }
 
-/// Runs a job about a scenario.
-pub fn run(job: &Job, scenario: &str, words: &[String], aside: &Aside<'_>) -> JobEnd {
-    let folder = match tempfile::tempdir() {
-        Ok(folder) => folder,
-        Err(why) => return JobEnd::Failed(why.to_string()),
-    };
+/// Runs a job with words of the command line, and gives its output.
+///
+/// # Errors
+/// In words: it failed, took too long, or was taken back.
+pub fn run(job: &Job, words: &[String], progress: &Progress) -> Result<Vec<u8>, String> {
+    let io = |why: std::io::Error| why.to_string();
+    let folder = tempfile::tempdir().map_err(io)?;
     let picture = (job.gives == Gives::Picture).then(|| folder.path().join("figure.png"));
     let output = match (&picture, job.gives) {
         (Some(path), _) => Some(format!("--output={}", path.display())),
-        (None, Gives::Json) => Some("--json".to_string()),
+        (None, Gives::Json) => Some("--format=json".to_string()),
         (None, _) => None,
     };
-    let program = std::env::current_exe();
-    let child = program.and_then(|program| {
-        let mut command = Command::new(program);
-        // A group of its own: Ctrl-C reaches it once, from here, so that it may finish.
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        command
-            .args(job.command)
-            .arg(scenario)
-            .args(words.iter().chain(&output))
-            .current_dir(folder.path())
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-    });
-    let mut child = match child {
-        Ok(child) => child,
-        Err(why) => return JobEnd::Failed(why.to_string()),
-    };
+    let mut command = Command::new(std::env::current_exe().map_err(io)?);
+    // A group of its own: Ctrl-C reaches it once, from here, so that it may finish.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    command
+        .args(job.command)
+        .args(words.iter().chain(&output))
+        .current_dir(folder.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let mut child = command.spawn().map_err(io)?;
     let group = ProcessGroup::led_by(child.id());
     let out = read_aside(child.stdout.take());
     let err = read_aside(child.stderr.take());
     let begun = Instant::now();
     let status = loop {
-        if aside.is_cancelled() {
+        if progress.is_cancelled() {
             end(&mut child);
-            return JobEnd::Cancelled;
+            return Err(TAKEN_BACK.into());
         }
-        match child.try_wait() {
-            Ok(Some(status)) => break status,
-            Ok(None) => std::thread::sleep(POLL),
-            Err(why) => return JobEnd::Failed(why.to_string()),
+        if let Some(status) = child.try_wait().map_err(io)? {
+            break status;
         }
+        std::thread::sleep(POLL);
         if begun.elapsed() > LONGEST_TIME {
             end(&mut child);
             let most = LONGEST_TIME.as_secs() / 60;
-            return JobEnd::Failed(format!("it took longer than {most} minutes"));
+            return Err(format!("it took longer than {most} minutes"));
         }
         let seconds = begun.elapsed().as_secs();
-        let said = format!("{} runs for {seconds} s", job.name);
-        aside.tell(usize::try_from(seconds).unwrap_or(usize::MAX), None, &said);
+        let words = format!("{} runs for {seconds} s", job.command[0]);
+        progress.tell(usize::try_from(seconds).unwrap_or(usize::MAX), None, &words);
     };
     drop(group);
     let [out, err] = [out, err].map(|reader| {
@@ -192,23 +169,20 @@ pub fn run(job: &Job, scenario: &str, words: &[String], aside: &Aside<'_>) -> Jo
     });
     // Status 1 is a finding: the output says it.
     let given = match (status.code(), picture) {
-        (Some(0), Some(path)) => match std::fs::read(path) {
-            Ok(picture) => picture,
-            Err(why) => return JobEnd::Failed(why.to_string()),
-        },
+        (Some(0), Some(path)) => std::fs::read(path).map_err(io)?,
         (Some(0 | 1), None) if !out.trim_ascii().is_empty() => out,
         _ => {
             let words = String::from_utf8_lossy(&err);
-            return JobEnd::Failed(match words.trim() {
+            return Err(match words.trim() {
                 "" => "it ended without a result".into(),
                 words => words.to_string(),
             });
         }
     };
     if given.len() as u64 > LONGEST {
-        JobEnd::Failed(format!("the result has more than {LONGEST} bytes"))
+        Err(format!("the result has more than {LONGEST} bytes"))
     } else {
-        JobEnd::Done(given)
+        Ok(given)
     }
 }
 
@@ -242,18 +216,16 @@ fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Option<JoinHandle<Vec
 }
 
 /// The result of a job as the protocol has it.
-pub fn result(job: &Job, given: &[u8], places: &Places) -> Value {
+pub fn result(job: &Job, given: &[u8], places: &Places) -> CallToolResult {
     if job.gives == Gives::Picture {
-        let picture = BASE64_STANDARD.encode(given);
-        let content = json!([{"type": "image", "data": picture, "mimeType": "image/png"}]);
-        return json!({"content": content, "isError": false});
+        let picture = ContentBlock::image(BASE64_STANDARD.encode(given), "image/png");
+        return CallToolResult::success(vec![picture]);
     }
     let text = places.told(&String::from_utf8_lossy(given));
-    let mut result = json!({"content": [{"type": "text", "text": text}], "isError": false});
     let line = text.lines().next().unwrap_or_default();
-    if let Ok(document @ Value::Object(_)) = serde_json::from_str::<Value>(line) {
-        result["structuredContent"] = document;
-    }
+    let document = serde_json::from_str(line).ok().filter(Value::is_object);
+    let mut result = CallToolResult::success(vec![ContentBlock::text(text)]);
+    result.structured_content = document;
     result
 }
 

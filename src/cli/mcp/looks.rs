@@ -1,4 +1,4 @@
-//! What this process answers: the scenarios by severity, what is in one, and the windows that a sentence means.
+//! What this process answers: the scenarios by severity, what is in one, and the windows that fit terms.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -8,11 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde::Serialize;
 use serde_json::Value;
 
-use super::aside::Aside;
-use super::catalogue::{EGO, NUMBER, QUERY, SCENARIO};
+use super::catalogue::{CURSOR, EGO, FILTER, NUMBER, SCENARIO};
+use super::progress::Progress;
 use super::ranking::{Ranked, Worst};
 use super::resources::page;
-use super::server::Server;
+use super::server::{Server, TAKEN_BACK};
 use crate::find::{FindDocument, search};
 use crate::index::{measured, request, usual};
 use crate::many_files::ManyFiles;
@@ -20,7 +20,6 @@ use crate::parts::{Measured, write};
 use crate::{Failure, output};
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::{Scene, in_short};
-use nearmiss_workflow::Sentence;
 
 /// Scenarios of one page.
 const PAGE: usize = 25;
@@ -30,9 +29,6 @@ const MOMENTS: usize = 20;
 
 /// Windows that are found where nothing is said.
 const FOUND: u64 = 10;
-
-/// Why there is nothing to say to who does not want it any more.
-const TAKEN_BACK: &str = "the request was taken back";
 
 /// A page of the list.
 #[derive(Serialize)]
@@ -46,18 +42,18 @@ struct Page {
 }
 
 /// The scenarios, the most severe first.
-pub fn list(server: &Server, arguments: &Value, aside: &Aside<'_>) -> Result<Value, String> {
+pub fn list(server: &Server, arguments: &Value, progress: &Progress) -> Result<Value, String> {
     let entries = server.places.entries();
     let all = entries.len();
-    let (range, cursor) = page(arguments, PAGE, all)?;
+    let (range, cursor) = page(arguments[CURSOR.name].as_str(), PAGE, all)?;
     let mut ranked = Vec::with_capacity(all);
     for (place, entry) in entries.iter().enumerate() {
-        if aside.is_cancelled() {
+        if progress.is_cancelled() {
             return Err(TAKEN_BACK.into());
         }
         let worst = server.places.worst(entry, &server.thresholds);
         ranked.push(Ranked::new(server.places.name(entry), worst));
-        aside.tell(place + 1, Some(all), "scenarios are measured");
+        progress.tell(place + 1, Some(all), "scenarios are measured");
     }
     Ranked::sort(&mut ranked);
     said(&Page {
@@ -91,7 +87,7 @@ struct Inspected {
 }
 
 /// What is in a scenario, and its most severe moments.
-pub fn inspect(server: &Server, arguments: &Value, _: &Aside<'_>) -> Result<Value, String> {
+pub fn inspect(server: &Server, arguments: &Value, _: &Progress) -> Result<Value, String> {
     let name = arguments[SCENARIO.name].as_str().unwrap_or_default();
     let entry = server.places.entry(name)?;
     let (scenario, scene) = server.places.scene(&entry, arguments[EGO.name].as_i64())?;
@@ -129,33 +125,25 @@ struct Found {
     left_out: usize,
 }
 
-/// The windows that a sentence means.
-pub fn find(server: &Server, arguments: &Value, aside: &Aside<'_>) -> Result<Value, String> {
-    let sentence = arguments[QUERY.name].as_str().unwrap_or_default();
-    let read = Sentence::read(sentence);
-    if read.filter.trim().is_empty() {
-        return Err(format!(
-            "nothing of `{}` is understood; write such as `cut-ins under 1.5 s TTC`, or a filter, such as \
-             `manoeuvre:cut_in ttc<1.5`",
-            QUERY.name
-        ));
-    }
-    let mut document = FindDocument::of(Some(sentence), &read).map_err(words)?;
+/// The windows that fit terms.
+pub fn find(server: &Server, arguments: &Value, progress: &Progress) -> Result<Value, String> {
+    let filter = arguments[FILTER.name].as_str().unwrap_or_default();
+    let mut document = FindDocument::of(filter).map_err(words)?;
     let entries = server.places.entries();
     let mut index = server.index.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = match &mut *index {
         Some(folder) => folder,
         none => none.insert(tempfile::tempdir().map_err(|why| why.to_string())?),
     };
-    let left_out = make(server, folder.path(), &entries, aside)?;
+    let left_out = make(server, folder.path(), &entries, progress)?;
     let number = arguments[NUMBER.name].as_u64().unwrap_or(FOUND);
     let number = usize::try_from(number).unwrap_or(usize::MAX);
     let found = search(
         folder.path(),
-        &read.filter,
+        filter,
         number,
         &server.thresholds,
-        aside.cancel,
+        &progress.cancel,
     );
     document.take(&found.map_err(words)?);
     let names = entries
@@ -171,7 +159,7 @@ fn make(
     server: &Server,
     folder: &Path,
     entries: &[Entry],
-    aside: &Aside<'_>,
+    progress: &Progress,
 ) -> Result<usize, String> {
     let (options, thresholds) = (usual(), &server.thresholds);
     let many = ManyFiles {
@@ -184,7 +172,7 @@ fn make(
             .places
             .within(|| measured(entry, &options, thresholds));
         let of = Some(entries.len());
-        aside.tell(
+        progress.tell(
             done.fetch_add(1, Ordering::Relaxed) + 1,
             of,
             "scenarios are measured",
@@ -195,7 +183,7 @@ fn make(
         })
     };
     let request = request(folder, many, false, &options, thresholds);
-    let made = write(request, entries, aside.cancel, measure).map_err(words)?;
+    let made = write(request, entries, &progress.cancel, measure).map_err(words)?;
     if made.interrupted {
         Err(TAKEN_BACK.into())
     } else {

@@ -1,30 +1,26 @@
 //! `nearmiss mcp`: a Model Context Protocol server over standard input and output, or over HTTP on loopback.
 //!
-//! The protocol is spoken by hand: it is JSON-RPC 2.0 with a message a line, of which a server without subscriptions
-//! needs ten methods, and the length of a line is bounded.
+//! `rmcp` speaks the protocol. What comes in is bounded before: lines and bodies, connections, and who may send.
 
-mod aside;
 mod catalogue;
-mod clients;
 mod connections;
 mod http;
 mod jobs;
-mod lines;
 mod looks;
 mod places;
+mod progress;
 mod prompts;
 mod purse;
 mod ranking;
 mod resources;
-mod response;
 mod scenes;
 mod server;
-mod session;
+mod stdio;
 mod token;
 
-use std::io::{BufReader, stdin};
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::ask::budget;
 use super::open::{configuration, user_thresholds};
@@ -70,25 +66,20 @@ pub fn run(arguments: &Mcp) -> Outcome {
     let thresholds = user_thresholds(&folders)?;
     let places = Places::new(&arguments.folders, config.maps.as_deref()).map_err(Failure::input)?;
     let words = places.words();
-    let server = Server::new(
-        places,
-        thresholds,
-        { arguments.budget }
-            .filter(|_| arguments.allow_models)
-            .map(Purse::new),
-    );
+    let purse = arguments.budget.filter(|_| arguments.allow_models);
+    let server = Arc::new(Server::new(places, thresholds, purse.map(Purse::new)));
+    // When it is dropped, it waits for what still runs.
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .map_err(Failure::input)?;
     if let Some(address) = arguments.http {
         let given = std::env::var(token::VARIABLE).ok();
         let token = Token::new(given.as_deref()).map_err(Failure::input)?;
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .enable_all()
-            .build()
-            .map_err(Failure::input)?;
         return runtime.block_on(http::serve(server, address, token));
     }
     output::say(&format!(
         "nearmiss: MCP server on standard input and output; {words}"
     ));
-    server.serve(BufReader::new(stdin().lock()));
-    Ok(())
+    runtime.block_on(stdio::serve(&server))
 }

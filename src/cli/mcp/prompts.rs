@@ -1,35 +1,37 @@
 //! Prompts: the messages that a model would be sent about a scenario, by task and frame.
 
-use serde_json::{Value, json};
+use rmcp::model::{
+    GetPromptRequestParams, GetPromptResult, Prompt, PromptArgument, PromptMessage, Role,
+};
+use serde::Deserialize;
+use serde_json::Value;
 
 use super::catalogue::{EGO, Gives, Job, JobOption, JobValue, SCENARIO};
 use super::jobs;
-use super::lines::RpcError;
 use super::places::Places;
-use super::session::Work;
+use nearmiss_ask::llm;
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::verdict::Task;
 
 /// The command that fills templates.
-static PROMPT: Job = Job {
-    name: "prompt",
-    about: "",
+pub const PROMPT: Job = Job {
     command: &["prompt"],
-    options: &[
-        SCENARIO,
-        JobOption {
-            name: "at",
-            option: "--at",
-            value: JobValue::Whole(None, None),
-            about: "Time step at which the window ends.",
-            required: false,
-        },
-        EGO,
-    ],
     gives: Gives::Json,
     needs_ego: true,
-    paid: false,
 };
+
+/// Its arguments.
+pub const OPTIONS: &[JobOption] = &[
+    SCENARIO,
+    JobOption {
+        name: "at",
+        option: "--at",
+        value: JobValue::Whole(None, None),
+        about: "Time step at which the window ends.",
+        required: false,
+    },
+    EGO,
+];
 
 /// Frames that a verdict is asked in.
 const FRAMES: [Frame; 3] = [Frame::Ego, Frame::Cartesian, Frame::Metrics];
@@ -37,83 +39,82 @@ const FRAMES: [Frame; 3] = [Frame::Ego, Frame::Cartesian, Frame::Metrics];
 /// Tasks whose prompts are served.
 const TASKS: [Task; 2] = [Task::Collision, Task::Safety];
 
-/// The list of prompts.
-pub fn list() -> Value {
-    let arguments = PROMPT.options.iter().map(|option| {
-        json!({"name": option.name, "description": option.about, "required": option.required})
-    });
-    let arguments = &arguments.collect::<Value>();
-    let all = TASKS.into_iter().flat_map(|task| {
-        FRAMES.into_iter().map(move |frame| {
-            let (task, frame) = (task.name(), frame.name());
-            json!({
-                "name": format!("{task}-{frame}"),
-                "description": format!("The {task} question about a scenario, described in the {frame} frame."),
-                "arguments": arguments,
-            })
-        })
-    });
-    all.collect()
+/// Task and frame of each prompt.
+fn all() -> impl Iterator<Item = (Task, Frame)> {
+    TASKS
+        .into_iter()
+        .flat_map(|task| FRAMES.map(|frame| (task, frame)))
 }
 
-/// What has to be run for a prompt.
+fn name(task: Task, frame: Frame) -> String {
+    format!("{}-{}", task.name(), frame.name())
+}
+
+/// The list of prompts.
+pub fn list() -> Vec<Prompt> {
+    let arguments = OPTIONS.iter().map(|option| {
+        PromptArgument::new(option.name)
+            .with_description(option.about)
+            .with_required(option.required)
+    });
+    let arguments: Vec<PromptArgument> = arguments.collect();
+    let prompt = |(task, frame): (Task, Frame)| {
+        let about = format!(
+            "The {} question about a scenario, described in the {} frame.",
+            task.name(),
+            frame.name()
+        );
+        Prompt::new(name(task, frame), Some(about), Some(arguments.clone()))
+    };
+    all().map(prompt).collect()
+}
+
+/// The options of the command for a prompt, and its checked arguments.
 ///
 /// # Errors
-/// There is no such prompt or scenario, or an argument is unknown or no number.
-pub fn work(places: &Places, parameters: &Value) -> Result<Work, RpcError> {
-    let name = parameters["name"].as_str().unwrap_or_default();
-    let known = TASKS
-        .into_iter()
-        .flat_map(|task| FRAMES.map(|frame| (task, frame)));
-    let found = known
-        .into_iter()
-        .find(|(task, frame)| format!("{}-{}", task.name(), frame.name()) == name);
-    let Some((task, frame)) = found else {
-        let name: String = name.chars().take(80).collect();
-        return Err(RpcError::parameters(format!(
-            "no prompt `{name}`; prompts/list has all"
-        )));
-    };
-    let mut arguments = parameters["arguments"].clone();
+/// In words: there is no such prompt, or an argument is unknown or no number.
+pub fn words(request: &GetPromptRequestParams) -> Result<(Vec<String>, Value), String> {
+    let is_meant = |(task, frame): &(Task, Frame)| name(*task, *frame) == request.name;
+    let (task, frame) = all().find(is_meant).ok_or_else(|| {
+        let name: String = request.name.chars().take(80).collect();
+        format!("no prompt `{name}`; prompts/list has all")
+    })?;
+    let mut arguments = request.arguments.clone().unwrap_or_default();
     // Arguments of prompts are strings.
-    for option in PROMPT.options {
-        let number = arguments[option.name].as_str().map(str::parse::<i64>);
-        if let Some(Ok(number)) = number {
-            arguments[option.name] = number.into();
+    for (name, value) in &mut arguments {
+        if let Some(Ok(number)) = value.as_str().map(str::parse::<i64>)
+            && name != SCENARIO.name
+        {
+            *value = number.into();
         }
     }
-    let mut words = jobs::words(PROMPT.options, &arguments).map_err(RpcError::parameters)?;
-    let entry = places
-        .entry(arguments[SCENARIO.name].as_str().unwrap_or_default())
-        .map_err(RpcError::parameters)?;
+    let arguments = Value::Object(arguments);
+    let mut words = jobs::words(OPTIONS, &arguments)?;
     words.push(format!("--task={}", task.name()));
     words.push(format!("--frame={}", frame.name()));
-    Ok(Work {
-        entry,
-        ego: arguments[EGO.name].as_i64(),
-        needs_ego: PROMPT.needs_ego,
-        job: &PROMPT,
-        words,
-        becomes: messages,
-        reserved: None,
-    })
+    Ok((words, arguments))
+}
+
+/// What is read of the filled template.
+#[derive(Deserialize)]
+struct Filled {
+    messages: Vec<llm::Message>,
 }
 
 /// The messages of the filled template.
-fn messages(_: &Job, given: &[u8], places: &Places) -> Value {
+///
+/// # Errors
+/// In words: the command gave something else.
+pub fn filled(given: &[u8], places: &Places) -> Result<GetPromptResult, String> {
     let text = places.told(&String::from_utf8_lossy(given));
-    let document: Value = serde_json::from_str(&text).unwrap_or_default();
-    let messages = document["messages"].as_array().cloned().unwrap_or_default();
-    // Prompts of the protocol have no system messages; the first user message carries it.
-    let messages: Vec<Value> = messages
-        .iter()
-        .map(|message| {
-            let role = match message["role"].as_str() {
-                Some("assistant") => "assistant",
-                _ => "user",
-            };
-            json!({"role": role, "content": {"type": "text", "text": message["content"]}})
-        })
-        .collect();
-    json!({"description": "The question about a scenario.", "messages": messages})
+    let filled: Filled = serde_json::from_str(&text).map_err(|why| why.to_string())?;
+    let messages = filled.messages.into_iter().map(|message| {
+        // Prompts of the protocol have no system messages; the first user message carries it.
+        let role = match message.role {
+            llm::Role::Assistant => Role::Assistant,
+            _ => Role::User,
+        };
+        PromptMessage::new_text(role, message.content)
+    });
+    Ok(GetPromptResult::new(messages.collect()).with_description("The question about a scenario."))
 }

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use serde_json::Value;
 
 /// The option and argument that limit the cost of one answer.
-const BUDGET: &str = "budget";
+pub const BUDGET: &str = "budget";
 
 /// Money that is left for a session, US dollars.
 #[derive(Debug)]

@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
-use serde_json::{Value, json};
+use rmcp::ErrorData;
+use rmcp::model::{
+    ListResourcesResult, PaginatedRequestParams, ReadResourceResult, Resource, ResourceContents,
+};
 
-use super::lines::RpcError;
 use super::places::Places;
 use nearmiss_formats::{Entry, EntryLocation};
 
@@ -16,6 +18,9 @@ const SCHEME: &str = "nearmiss://scenario/";
 
 /// Largest scenario that is given as a resource, bytes.
 const LONGEST: u64 = 8 << 20;
+
+/// What kind of text they are.
+const XML: &str = "application/xml";
 
 fn address(places: &Places, entry: &Entry) -> String {
     let name = places.name(entry);
@@ -46,18 +51,15 @@ fn is_text(entry: &Entry) -> bool {
 /// # Errors
 /// In words: its cursor is none that an answer gave.
 pub fn page(
-    parameters: &Value,
+    cursor: Option<&str>,
     length: usize,
     of: usize,
 ) -> Result<(Range<usize>, Option<String>), &'static str> {
-    let from = match &parameters["cursor"] {
-        Value::Null => 0,
-        cursor => {
-            let place = cursor.as_str().and_then(|cursor| cursor.parse().ok());
-            let is_given = |place: &usize| (1..of).contains(place) && place.is_multiple_of(length);
-            let given = place.filter(is_given);
-            given.ok_or("`cursor` is none that this server gave; list without it")?
-        }
+    let is_given = |place: &usize| (1..of).contains(place) && place.is_multiple_of(length);
+    let from = match cursor {
+        None => 0,
+        Some(cursor) => { cursor.parse().ok().filter(is_given) }
+            .ok_or("`cursor` is none that this server gave; list without it")?,
     };
     let until = (from + length).min(of);
     Ok((from..until, (until < of).then(|| until.to_string())))
@@ -67,13 +69,13 @@ pub fn page(
 ///
 /// # Errors
 /// The request has a cursor.
-pub fn no_cursor(parameters: &Value) -> Result<(), RpcError> {
-    if parameters["cursor"].is_null() {
-        Ok(())
-    } else {
-        Err(RpcError::parameters(
+pub fn no_cursor(request: Option<PaginatedRequestParams>) -> Result<(), ErrorData> {
+    match request.and_then(|request| request.cursor) {
+        None => Ok(()),
+        Some(_) => Err(ErrorData::invalid_params(
             "`cursor`: this list has only one page",
-        ))
+            None,
+        )),
     }
 }
 
@@ -81,37 +83,33 @@ pub fn no_cursor(parameters: &Value) -> Result<(), RpcError> {
 ///
 /// # Errors
 /// The cursor is none that was given.
-pub fn list(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
+pub fn list(places: &Places, cursor: Option<&str>) -> Result<ListResourcesResult, ErrorData> {
     let entries = places.entries();
-    let (range, next) = page(parameters, PAGE, entries.len()).map_err(RpcError::parameters)?;
-    let resources: Vec<Value> = { entries[range].iter() }
-        .map(|entry| {
-            let mut resource = json!({"uri": address(places, entry), "name": places.name(entry)});
-            if is_text(entry) {
-                resource["mimeType"] = "application/xml".into();
-            }
+    let (range, next) =
+        page(cursor, PAGE, entries.len()).map_err(|why| ErrorData::invalid_params(why, None))?;
+    let resources = entries[range].iter().map(|entry| {
+        let resource = Resource::new(address(places, entry), places.name(entry));
+        if is_text(entry) {
+            resource.with_mime_type(XML)
+        } else {
             resource
-        })
-        .collect();
-    let mut list = json!({"resources": resources});
-    if let Some(next) = next {
-        list["nextCursor"] = next.into();
-    }
+        }
+    });
+    let mut list = ListResourcesResult::with_all_items(resources.collect());
+    list.next_cursor = next;
     Ok(list)
 }
 
 /// The text of one.
-pub fn read(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
-    let uri = parameters["uri"].as_str().unwrap_or_default();
-    let unknown = |why: String| RpcError {
-        code: -32002,
-        message: why,
-    };
+///
+/// # Errors
+/// There is none at this address, or it is too long, or it cannot be read.
+pub fn read(places: &Places, uri: &str) -> Result<ReadResourceResult, ErrorData> {
+    let unknown = |why: String| ErrorData::resource_not_found(why, None);
     let entries = places.entries();
-    let entry = entries.iter().find(|entry| address(places, entry) == uri);
-    let Some(entry) = entry else {
-        return Err(unknown("no such resource; resources/list has all".into()));
-    };
+    let entry = { entries.iter() }
+        .find(|entry| address(places, entry) == uri)
+        .ok_or_else(|| unknown("no such resource; resources/list has all".into()))?;
     let long = |bytes: u64| {
         unknown(format!(
             "the scenario has {bytes} bytes, more than {LONGEST}; ask tools about it"
@@ -126,6 +124,6 @@ pub fn read(places: &Places, parameters: &Value) -> Result<Value, RpcError> {
     if text.len() as u64 > LONGEST {
         return Err(long(text.len() as u64));
     }
-    let contents = json!({"uri": uri, "mimeType": "application/xml", "text": text});
-    Ok(json!({"contents": [contents]}))
+    let contents = ResourceContents::text(text, uri).with_mime_type(XML);
+    Ok(ReadResourceResult::new(vec![contents]))
 }

@@ -1,42 +1,52 @@
-//! The server: reads requests, answers those that need files one after the other beside that, and jobs in threads of
-//! their own.
+//! The server: tools, resources and prompts of the protocol, answered in threads beside it.
 
-use std::cell::Cell;
-use std::io::BufRead;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::sync_channel;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
 
-use serde_json::{Value, json};
+use rmcp::model::{
+    CallToolRequestParams, CallToolResponse, CallToolResult, ContentBlock, CustomRequest,
+    CustomResult, ErrorCode, GetPromptRequestParams, GetPromptResponse, GetPromptResult,
+    Implementation, ListPromptsResult, ListResourceTemplatesResult, ListResourcesResult,
+    ListToolsResult, PaginatedRequestParams, ReadResourceRequestParams, ReadResourceResponse,
+    ServerCapabilities, ServerConfig,
+};
+use rmcp::service::{RequestContext, RoleServer};
+use rmcp::{ErrorData, ServerHandler};
+use serde_json::Value;
 use tempfile::TempDir;
+use tokio::sync::{Semaphore, watch};
+use tokio::task::spawn_blocking;
 
-use super::aside::Aside;
-use super::catalogue::{self, EGO, Gives, JOBS, Job, LOOKS, Look, SCENARIO};
+use super::catalogue::{self, Does, EGO, Job, JobOption, SCENARIO, Tool};
 use super::jobs;
-use super::lines::{Line, RpcError, Wire, id_of, next};
 use super::places::Places;
-use super::prompts;
-use super::purse::Purse;
+use super::progress::Progress;
+use super::prompts::{self, PROMPT};
+use super::purse::{BUDGET, Purse};
 use super::resources;
-use super::session::{Jobs, Session, Work, launch};
-use crate::interrupt::{end, interrupted};
 use nearmiss_scene::metrics::Thresholds;
 
-/// Versions of the protocol that are spoken, the newest first.
-/// That of 2025-03-26 asks for batches, which no client sends and later versions have dropped.
-pub const VERSIONS: [&str; 3] = ["2025-11-25", "2025-06-18", "2024-11-05"];
+/// Tools that take long which run at once, of all clients.
+const MOST_JOBS: usize = 4;
 
-/// What waits for files, and answers then.
-pub type Deferred = Box<dyn FnOnce() + Send>;
+/// How commands say that they have paid nothing.
+const UNSENT: &str = "nearmiss: nothing was sent: ";
 
-/// Requests over standard input that wait for one before them; more are not read meanwhile.
-const WAITING: usize = 64;
+/// Why there is no answer to who does not want it any more.
+pub const TAKEN_BACK: &str = "the request was taken back";
 
-/// How often an interrupt is looked for.
-const WATCHED: Duration = Duration::from_millis(100);
+/// The methods that are served; `rmcp` takes one with other parameters for an unknown one.
+const METHODS: [&str; 7] = [
+    "tools/list",
+    "tools/call",
+    "resources/list",
+    "resources/templates/list",
+    "resources/read",
+    "prompts/list",
+    "prompts/get",
+];
 
-/// A server.
+/// What all clients share.
 #[derive(Debug)]
 pub struct Server {
     /// What clients may see.
@@ -45,12 +55,13 @@ pub struct Server {
     pub thresholds: Thresholds,
     /// What may be spent on models; `None` where none may be asked.
     pub purse: Option<Purse>,
-    /// What runs.
-    pub jobs: Jobs,
-    /// Jobs that are soon done run one after the other.
-    quick: Mutex<()>,
     /// The index of the scenarios, once a client searched it.
     pub index: Mutex<Option<TempDir>>,
+    /// Places of tools that take long.
+    long: Arc<Semaphore>,
+    /// What is soon done is done one after the other.
+    turn: Arc<tokio::sync::Mutex<()>>,
+    ends: watch::Sender<bool>,
 }
 
 impl Server {
@@ -60,337 +71,265 @@ impl Server {
             places,
             thresholds,
             purse,
-            jobs: Jobs::default(),
-            quick: Mutex::default(),
             index: Mutex::default(),
+            long: Arc::new(Semaphore::new(MOST_JOBS)),
+            turn: Arc::default(),
+            ends: watch::Sender::new(false),
         }
     }
 
-    /// Serves one client until the input ends, or the program is interrupted; then jobs that still run are ended.
-    pub fn serve(self, mut input: impl BufRead) {
-        let server = Arc::new(self);
-        let watched = Arc::clone(&server);
-        let stop = interrupted(true);
-        std::thread::spawn(move || {
-            while !stop.load(Ordering::SeqCst) {
-                std::thread::sleep(WATCHED);
-            }
-            watched.end();
-            end();
-        });
-        let (session, wire) = (Session::new(0), Wire::stdout());
-        // Scenarios are read there, so that a ping is answered and a request taken back meanwhile.
-        let (defer, deferred) = sync_channel::<Deferred>(WAITING);
-        let answering = std::thread::spawn(move || deferred.into_iter().for_each(|work| work()));
-        while let Some(line) = next(&mut input) {
-            let message = match line {
-                Line::TooLong(id) => {
-                    wire.error(&id, &RpcError::too_long());
-                    continue;
-                }
-                Line::Message(bytes) => bytes,
-            };
-            if message.iter().all(u8::is_ascii_whitespace) {
-                continue;
-            }
-            let Ok(message) = serde_json::from_slice::<Value>(&message) else {
-                let id = id_of(&message, std::io::empty());
-                wire.error(&id, &RpcError::parse("the message is no JSON"));
-                continue;
-            };
-            // The other end goes on as long as this one is there, unless it has panicked.
-            let has_ended = Cell::new(false);
-            server.message(&message, &session, &wire, &|work| {
-                has_ended.set(defer.send(work).is_err());
-            });
-            if has_ended.get() {
-                break;
-            }
-        }
-        drop(defer);
-        if let Err(panic) = answering.join() {
-            std::panic::resume_unwind(panic);
-        }
-        server.end();
+    /// Ends what takes long.
+    pub fn end_long(&self) {
+        self.ends.send_replace(true);
     }
 
-    /// Ends what runs, and waits for it.
-    pub fn end(&self) {
-        self.jobs.cancel_all(None);
-        self.jobs.wait();
-        let index = self.index.lock();
-        drop(index.unwrap_or_else(PoisonError::into_inner).take());
+    /// The result of a tool. Mistakes of the caller are results, too, so that a model reads them.
+    fn call(&self, tool: &Tool, arguments: &Value, progress: &Progress) -> CallToolResult {
+        let result = self.result(tool, arguments, progress);
+        result.unwrap_or_else(|why| failed(&self.places.told(&why)))
     }
 
-    /// Reads a message of a client and answers it: now, when its job ends, or when `defer` does what waits for files.
-    pub fn message(
-        self: &Arc<Self>,
-        message: &Value,
-        session: &Session,
-        wire: &Wire,
-        defer: &dyn Fn(Deferred),
-    ) {
-        let id = message.get("id").cloned();
-        let method = message.get("method").and_then(Value::as_str);
-        let proper = message.get("jsonrpc").and_then(Value::as_str) == Some("2.0");
-        let (Some(method), true) = (method, proper) else {
-            // An answer to a request that was never made needs none itself.
-            if message.get("result").is_none() && message.get("error").is_none() {
-                let id = id.filter(|id| id.is_string() || id.is_number());
-                let error = RpcError::request("the message is no request of JSON-RPC 2.0");
-                wire.error(&id.unwrap_or_default(), &error);
-            }
-            return;
-        };
-        let empty = json!({});
-        let parameters = message.get("params").unwrap_or(&empty);
-        let Some(id) = id else {
-            if method == "notifications/cancelled" {
-                self.jobs.cancel(session.number, &parameters["requestId"]);
-            }
-            return;
-        };
-        if !(id.is_string() || id.is_number()) {
-            let error = RpcError::request("`id` is neither a string nor a number");
-            return wire.error(&Value::Null, &error);
-        }
-        let ready = session.ready.load(Ordering::SeqCst);
-        if !ready && !["initialize", "ping"].contains(&method) {
-            let error = RpcError::request("the first request must be `initialize`");
-            return wire.error(&id, &error);
-        }
-        let request = (session.number, id.clone());
-        let answer = match method {
-            "initialize" => {
-                session.ready.store(true, Ordering::SeqCst);
-                Ok(initialized(parameters))
-            }
-            "ping" => Ok(json!({})),
-            "tools/list" => resources::no_cursor(parameters)
-                .map(|()| json!({"tools": catalogue::tools(self.purse.is_some())})),
-            "tools/call" => {
-                let name = parameters["name"].as_str().unwrap_or_default();
-                let look = LOOKS.iter().find(|look| look.name == name);
-                match look {
-                    Some(look) if look.takes_long => {
-                        return self.apart(request, wire, parameters, look);
-                    }
-                    Some(look) => {
-                        let look = |server: &Self, parameters: &Value, aside: &Aside<'_>| {
-                            Ok(server.look(look, &parameters["arguments"], aside))
-                        };
-                        return self.later(request, wire, parameters, defer, look);
-                    }
-                    None => {}
-                }
-                let is_offered = |job: &&Job| self.purse.is_some() || !job.paid;
-                let mut jobs = JOBS.iter().filter(is_offered);
-                let job = jobs.find(|job| job.name == name);
-                match job {
-                    // Several at once wait for each other.
-                    Some(job) if job.gives != Gives::Json => {
-                        let done = |server: &Self, parameters: &Value, aside: &Aside<'_>| {
-                            server.done(job, parameters, aside)
-                        };
-                        return self.later(request, wire, parameters, defer, done);
-                    }
-                    Some(job) => {
-                        let work = |server: &Self, parameters: &Value| server.work(job, parameters);
-                        return self.start(request, wire, parameters, defer, work);
-                    }
-                    None => {}
-                }
-                let name: String = name.chars().take(80).collect();
-                Err(RpcError::parameters(format!(
-                    "no tool `{name}`; tools/list has all"
-                )))
-            }
-            "resources/list" => {
-                return self.later(request, wire, parameters, defer, |server, parameters, _| {
-                    resources::list(&server.places, parameters)
-                });
-            }
-            "resources/templates/list" => {
-                resources::no_cursor(parameters).map(|()| json!({"resourceTemplates": []}))
-            }
-            "resources/read" => {
-                return self.later(request, wire, parameters, defer, |server, parameters, _| {
-                    resources::read(&server.places, parameters)
-                });
-            }
-            "prompts/list" => {
-                resources::no_cursor(parameters).map(|()| json!({"prompts": prompts::list()}))
-            }
-            "prompts/get" => {
-                return self.start(request, wire, parameters, defer, |server, parameters| {
-                    prompts::work(&server.places, parameters).map_err(Refused::Error)
-                });
-            }
-            other => Err(RpcError::method(other)),
-        };
-        match answer {
-            Ok(result) => wire.result(&id, &result),
-            Err(error) => wire.error(&id, &error),
-        }
-    }
-
-    /// Answers a request when `defer` does it, unless it was taken back by then.
-    fn later(
-        self: &Arc<Self>,
-        (session, id): (u64, Value),
-        wire: &Wire,
-        parameters: &Value,
-        defer: &dyn Fn(Deferred),
-        answer: impl FnOnce(&Self, &Value, &Aside<'_>) -> Result<Value, RpcError> + Send + 'static,
-    ) {
-        let cancel = self.jobs.begin_call(session, &id);
-        let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
-        defer(Box::new(move || {
-            let aside = Aside::new(&cancel, &wire, &parameters);
-            let answer = (!aside.is_cancelled()).then(|| answer(&server, &parameters, &aside));
-            server.jobs.end_call(session, &id);
-            match answer.filter(|_| !aside.is_cancelled()) {
-                Some(Ok(result)) => wire.result(&id, &result),
-                Some(Err(error)) => wire.error(&id, &error),
-                None => {}
-            }
-        }));
-    }
-
-    /// The result of a look. Mistakes of the caller are results, too, so that a model reads them.
-    fn look(&self, look: &Look, arguments: &Value, aside: &Aside<'_>) -> Value {
-        let checked = jobs::words(look.options, arguments);
-        match checked.and_then(|_| (look.call)(self, arguments, aside)) {
-            Ok(value) => {
-                let text = self.places.told(&value.to_string());
-                json!({
-                    "structuredContent": serde_json::from_str::<Value>(&text).unwrap_or(value),
-                    "content": [{"type": "text", "text": text}],
-                    "isError": false,
-                })
-            }
-            Err(why) => failed(&self.places.told(&why)),
-        }
-    }
-
-    /// Answers a look that takes long in a thread of its own.
-    fn apart(
-        self: &Arc<Self>,
-        (session, id): (u64, Value),
-        wire: &Wire,
-        parameters: &Value,
-        look: &'static Look,
-    ) {
-        let Some(cancel) = self.place(session, &id, wire) else {
-            return;
-        };
-        let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
-        self.jobs.spawn(move || {
-            let aside = Aside::new(&cancel, &wire, &parameters);
-            let result = server.look(look, &parameters["arguments"], &aside);
-            server.jobs.leave(session, &id);
-            if !aside.is_cancelled() {
-                wire.result(&id, &result);
-            }
-        });
-    }
-
-    /// The place of a request that takes long; where there is none, that is answered.
-    fn place(&self, session: u64, id: &Value, wire: &Wire) -> Option<Arc<AtomicBool>> {
-        match self.jobs.place(session, id) {
-            Ok(Ok(cancel)) => return Some(cancel),
-            Ok(Err(why)) => wire.result(id, &failed(&why)),
-            Err(error) => wire.error(id, &error),
-        }
-        None
-    }
-
-    /// The result of a job that is soon done.
-    fn done(
+    fn result(
         &self,
-        job: &'static Job,
-        parameters: &Value,
-        aside: &Aside<'_>,
-    ) -> Result<Value, RpcError> {
-        let _one = self.quick.lock().unwrap_or_else(PoisonError::into_inner);
-        match self.work(job, parameters) {
-            Ok(work) => work.done(self, aside).unwrap_or(Ok(Value::Null)),
-            Err(Refused::Result(why)) => Ok(failed(&why)),
-            Err(Refused::Error(error)) => Err(error),
-        }
-    }
-
-    /// Starts a job when `defer` does it; its answer is sent when it ends.
-    fn start(
-        self: &Arc<Self>,
-        (session, id): (u64, Value),
-        wire: &Wire,
-        parameters: &Value,
-        defer: &dyn Fn(Deferred),
-        work: impl FnOnce(&Self, &Value) -> Result<Work, Refused> + Send + 'static,
-    ) {
-        let Some(cancel) = self.place(session, &id, wire) else {
-            return;
-        };
-        let (server, wire, parameters) = (Arc::clone(self), wire.clone(), parameters.clone());
-        defer(Box::new(move || match work(&server, &parameters) {
-            Ok(work) => launch(&server, (session, id), wire, cancel, parameters, work),
-            Err(refused) => {
-                server.jobs.leave(session, &id);
-                match refused {
-                    Refused::Result(why) => wire.result(&id, &failed(&why)),
-                    Refused::Error(error) => wire.error(&id, &error),
-                }
+        tool: &Tool,
+        arguments: &Value,
+        progress: &Progress,
+    ) -> Result<CallToolResult, String> {
+        let mut words = jobs::words(tool.options, arguments)?;
+        let job = match &tool.does {
+            Does::Look(look) => {
+                let value = look(self, arguments, progress)?;
+                let text = self.places.told(&value.to_string());
+                let value = serde_json::from_str(&text).unwrap_or(value);
+                return Ok(CallToolResult::structured(value));
             }
-        }));
+            Does::Run(job) => job,
+        };
+        words.insert(0, self.scenario(job, arguments)?);
+        let purse = self.purse.as_ref().filter(|_| tool.paid);
+        let reserved = purse.map(|purse| purse.reserve(arguments)).transpose()?;
+        let budget = reserved.filter(|_| arguments[BUDGET].is_null());
+        words.extend(budget.map(|usd| format!("--budget={usd}")));
+        let given = self.run(job, tool.options, &words, progress);
+        if let Some((purse, usd)) = purse.zip(reserved) {
+            match &given {
+                Ok(given) => purse.settle(usd, given),
+                Err(why) if why.starts_with(UNSENT) => purse.put_back(usd),
+                // It may have been paid.
+                Err(_) => {}
+            }
+        }
+        Ok(jobs::result(job, &given?, &self.places))
     }
 
-    /// The work of a job that is called as a tool, with what it may cost taken out of the budget.
-    fn work(&self, job: &'static Job, parameters: &Value) -> Result<Work, Refused> {
-        let arguments = &parameters["arguments"];
-        let mut words = jobs::words(job.options, arguments).map_err(Refused::Result)?;
-        let scenario = arguments[SCENARIO.name].as_str().unwrap_or_default();
-        let entry = self.places.entry(scenario).map_err(Refused::Result)?;
-        let purse = self.purse.as_ref().filter(|_| job.paid);
-        let reserved = purse
-            .map(|purse| purse.reserve(arguments))
-            .transpose()
-            .map_err(Refused::Result)?;
-        if let Some(usd) = reserved.filter(|_| arguments["budget"].is_null()) {
-            words.push(format!("--budget={usd}"));
+    /// A filled prompt.
+    fn prompt(
+        &self,
+        request: &GetPromptRequestParams,
+        progress: &Progress,
+    ) -> Result<GetPromptResult, String> {
+        let (mut words, arguments) = prompts::words(request)?;
+        words.insert(0, self.scenario(&PROMPT, &arguments)?);
+        let given = self.run(&PROMPT, prompts::OPTIONS, &words, progress)?;
+        prompts::filled(&given, &self.places)
+    }
+
+    /// How a command names the scenario of its arguments, which clients may see.
+    fn scenario(&self, job: &Job, arguments: &Value) -> Result<String, String> {
+        let name = arguments[SCENARIO.name].as_str().unwrap_or_default();
+        let entry = self.places.entry(name)?;
+        let ego = arguments[EGO.name].as_i64();
+        self.places.check(&entry, ego, job.needs_ego)?;
+        Ok(Places::argument(&entry))
+    }
+
+    fn run(
+        &self,
+        job: &Job,
+        options: &[JobOption],
+        words: &[String],
+        progress: &Progress,
+    ) -> Result<Vec<u8>, String> {
+        let given = jobs::run(job, words, progress);
+        given.map_err(|why| jobs::told(options, &self.places.told(&why)))
+    }
+}
+
+/// The server for one client.
+#[derive(Debug, Clone)]
+pub struct Handler(pub Arc<Server>);
+
+/// Takes a request back when nobody waits for its answer any more.
+struct Unwanted(Arc<AtomicBool>);
+
+impl Drop for Unwanted {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+}
+
+impl Handler {
+    /// Does what waits for files or commands in a thread of its own, which keeps `held` until it has ended.
+    async fn apart<T: Send + 'static>(
+        &self,
+        request: RequestContext<RoleServer>,
+        held: impl Send + 'static,
+        work: impl FnOnce(&Server, &Progress) -> Result<T, ErrorData> + Send + 'static,
+    ) -> Result<T, ErrorData> {
+        let taken_back = || Err(ErrorData::internal_error(TAKEN_BACK, None));
+        if request.ct.is_cancelled() {
+            return taken_back();
         }
-        Ok(Work {
-            entry,
-            ego: arguments[EGO.name].as_i64(),
-            needs_ego: job.needs_ego,
-            job,
-            words,
-            becomes: jobs::result,
-            reserved,
+        let (server, progress) = (Arc::clone(&self.0), Progress::new(&request));
+        let _unwanted = Unwanted(Arc::clone(&progress.cancel));
+        let done = spawn_blocking(move || {
+            let _held = held;
+            work(&server, &progress)
+        });
+        tokio::select! {
+            done = done => {
+                done.map_err(|why| ErrorData::internal_error(why.to_string(), None))?
+            }
+            () = request.ct.cancelled() => taken_back(),
+        }
+    }
+
+    /// Does what is soon done, when it is its turn.
+    async fn soon<T: Send + 'static>(
+        &self,
+        request: RequestContext<RoleServer>,
+        work: impl FnOnce(&Server, &Progress) -> Result<T, ErrorData> + Send + 'static,
+    ) -> Result<T, ErrorData> {
+        let turn = Arc::clone(&self.0.turn).lock_owned().await;
+        self.apart(request, turn, work).await
+    }
+}
+
+impl ServerHandler for Handler {
+    fn get_info(&self) -> ServerConfig {
+        let capabilities = ServerCapabilities::builder()
+            .enable_tools()
+            .enable_resources()
+            .enable_prompts();
+        ServerConfig::new(capabilities.build())
+            .with_server_info(Implementation::new("nearmiss", env!("CARGO_PKG_VERSION")))
+            .with_instructions(
+                "Traffic scenarios, measured exactly. list_scenarios ranks them by danger; inspect says what is in \
+                 one and when it is most severe; describe gives the table of a window, render its picture; find \
+                 searches the windows of all. `at` is a time step; ids are those of obstacles.",
+            )
+    }
+
+    async fn list_tools(
+        &self,
+        request: Option<PaginatedRequestParams>,
+        _: RequestContext<RoleServer>,
+    ) -> Result<ListToolsResult, ErrorData> {
+        resources::no_cursor(request)?;
+        let tools = catalogue::tools(self.0.purse.is_some());
+        Ok(ListToolsResult::with_all_items(tools))
+    }
+
+    async fn call_tool(
+        &self,
+        call: CallToolRequestParams,
+        request: RequestContext<RoleServer>,
+    ) -> Result<CallToolResponse, ErrorData> {
+        let mut tools = catalogue::offered(self.0.purse.is_some());
+        let Some(tool) = tools.find(|tool| tool.name == call.name) else {
+            let name: String = call.name.chars().take(80).collect();
+            let why = format!("no tool `{name}`; tools/list has all");
+            return Err(ErrorData::invalid_params(why, None));
+        };
+        let arguments = Value::Object(call.arguments.unwrap_or_default());
+        let work = move |server: &Server, progress: &Progress| {
+            Ok(server.call(tool, &arguments, progress).into())
+        };
+        if !tool.takes_long {
+            return self.soon(request, work).await;
+        }
+        let Ok(place) = Arc::clone(&self.0.long).try_acquire_owned() else {
+            let why = format!("{MOST_JOBS} jobs run already; wait for one or cancel it");
+            return Ok(failed(&why).into());
+        };
+        let mut ends = self.0.ends.subscribe();
+        tokio::select! {
+            done = self.apart(request, place, work) => done,
+            _ = ends.wait_for(|ends| *ends) => Err(ErrorData::internal_error("the server ends", None)),
+        }
+    }
+
+    async fn list_resources(
+        &self,
+        page: Option<PaginatedRequestParams>,
+        request: RequestContext<RoleServer>,
+    ) -> Result<ListResourcesResult, ErrorData> {
+        let cursor = page.and_then(|page| page.cursor);
+        let list =
+            move |server: &Server, _: &Progress| resources::list(&server.places, cursor.as_deref());
+        self.soon(request, list).await
+    }
+
+    async fn list_resource_templates(
+        &self,
+        request: Option<PaginatedRequestParams>,
+        _: RequestContext<RoleServer>,
+    ) -> Result<ListResourceTemplatesResult, ErrorData> {
+        resources::no_cursor(request)?;
+        Ok(ListResourceTemplatesResult::default())
+    }
+
+    async fn read_resource(
+        &self,
+        resource: ReadResourceRequestParams,
+        request: RequestContext<RoleServer>,
+    ) -> Result<ReadResourceResponse, ErrorData> {
+        let read =
+            move |server: &Server, _: &Progress| resources::read(&server.places, &resource.uri);
+        self.soon(request, read).await.map(Into::into)
+    }
+
+    async fn list_prompts(
+        &self,
+        request: Option<PaginatedRequestParams>,
+        _: RequestContext<RoleServer>,
+    ) -> Result<ListPromptsResult, ErrorData> {
+        resources::no_cursor(request)?;
+        Ok(ListPromptsResult::with_all_items(prompts::list()))
+    }
+
+    async fn get_prompt(
+        &self,
+        prompt: GetPromptRequestParams,
+        request: RequestContext<RoleServer>,
+    ) -> Result<GetPromptResponse, ErrorData> {
+        let fill = move |server: &Server, progress: &Progress| {
+            let filled = server.prompt(&prompt, progress);
+            filled.map_err(|why| ErrorData::invalid_params(why, None))
+        };
+        self.soon(request, fill).await.map(Into::into)
+    }
+
+    async fn on_custom_request(
+        &self,
+        request: CustomRequest,
+        _: RequestContext<RoleServer>,
+    ) -> Result<CustomResult, ErrorData> {
+        let method: String = request.method.chars().take(80).collect();
+        Err(if METHODS.contains(&method.as_str()) {
+            let why = format!("the parameters of `{method}` are not those of the protocol");
+            ErrorData::invalid_params(why, None)
+        } else {
+            ErrorData::new(
+                ErrorCode::METHOD_NOT_FOUND,
+                format!("no method `{method}`"),
+                None,
+            )
         })
     }
 }
 
-/// Why a job is not started: told to the model, or to its client.
-enum Refused {
-    Result(String),
-    Error(RpcError),
-}
-
 /// A result that says what went wrong.
-pub fn failed(why: &str) -> Value {
-    json!({"content": [{"type": "text", "text": why}], "isError": true})
-}
-
-fn initialized(parameters: &Value) -> Value {
-    let wanted = parameters["protocolVersion"].as_str().unwrap_or_default();
-    let version = VERSIONS.into_iter().find(|version| *version == wanted);
-    json!({
-        "protocolVersion": version.unwrap_or(VERSIONS[0]),
-        "capabilities": {"tools": {}, "resources": {}, "prompts": {}},
-        "serverInfo": {"name": "nearmiss", "version": env!("CARGO_PKG_VERSION")},
-        "instructions": "Traffic scenarios, measured exactly. list_scenarios ranks them by danger; inspect says what is in \
-                         one and when it is most severe; describe gives the table of a window, render its picture; find \
-                         searches the windows of all. `at` is a time step; ids are those of obstacles.",
-    })
+fn failed(why: &str) -> CallToolResult {
+    CallToolResult::error(vec![ContentBlock::text(why)])
 }

@@ -7,12 +7,12 @@ use nearmiss_scene::scenario::Scene;
 
 /// Columns of every row behind those of the file: the time.
 pub const WHEN: [Column; 2] = [
-    Column::new("timestep", Kind::Integer, "", "time step of the scenario"),
+    Column::new("step", Kind::Integer, "", "time step of the scenario"),
     Column::new("time", Kind::Number, "s", "time since time step 0"),
 ];
 
 const WHO: [Column; 2] = [
-    Column::new("obstacle_id", Kind::Integer, "", "id in the scenario"),
+    Column::new("obstacle", Kind::Integer, "", "id in the scenario"),
     Column::new(
         "relative_direction",
         Kind::Text,

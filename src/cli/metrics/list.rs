@@ -44,8 +44,7 @@ struct ListedThreshold {
 
 impl json::Output for ListDocument {
     const NAME: &'static str = "metrics-list";
-    const TITLE: &'static str = "`metrics --list --json`: one measure a line";
-    const OLD_NAMES: &'static [(&'static str, &'static str)] = &[("id", "measure")];
+    const TITLE: &'static str = "`metrics --list --format json`: one measure a line";
 }
 
 /// Prints the list.

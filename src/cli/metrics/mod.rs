@@ -41,7 +41,7 @@ pub struct Metrics {
     paths: Vec<PathBuf>,
     /// List the measures instead: id, unit, dangerous direction, thresholds, name and source. With --scene, list the
     /// measures of whole scenes.
-    #[arg(long, conflicts_with_all = ["paths", "output", "radius", "reasons", "ego", "planning_problem"])]
+    #[arg(long, conflicts_with_all = ["paths", "output", "radius", "reasons", "ego"])]
     list: bool,
     #[command(flatten)]
     ego: EgoChoice,
@@ -64,9 +64,6 @@ pub struct Metrics {
     /// Format of the table [default: from the file name, else csv].
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// The same as --format json.
-    #[arg(long, conflicts_with = "format")]
-    json: bool,
     #[command(flatten)]
     spreadsheet: output::ForSpreadsheet,
     #[command(flatten)]
@@ -177,12 +174,7 @@ fn radius(word: &str) -> Result<f64, String> {
 /// The table, with the meaning of its columns.
 fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
     let mut table = Table::new("measures", rows.columns());
-    table.spreadsheet = arguments.spreadsheet;
-    table.json_keys = &[
-        ("step", "timestep"),
-        ("obstacle", "obstacle_id"),
-        ("risk_score", "risk"),
-    ];
+    table.for_spreadsheet = arguments.spreadsheet.is_asked();
     let columns = table
         .columns
         .iter()
@@ -235,7 +227,7 @@ fn in_a_line(provenance: &Provenance) -> Value {
 impl Metrics {
     /// The format that is named.
     fn asked(&self) -> Option<Format> {
-        self.format.or(self.json.then_some(Format::Json))
+        self.format
     }
 
     /// The folder for Parquet parts.
@@ -264,7 +256,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
         ));
     }
     let format = format.of_table();
-    format.check(file)?;
+    output::check_format(format, file)?;
     arguments.spreadsheet.check(format == output::Format::Csv)?;
     let (rows, thresholds) = measured(arguments)?;
     let entries = arguments.many.part.of(found(&arguments.paths)?);

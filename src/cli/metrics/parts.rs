@@ -37,7 +37,7 @@ pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
         command: "metrics",
         folder,
         many: arguments.many,
-        overwrite: arguments.output.overwrite(),
+        overwrite: arguments.output.overwrites(),
         table: plan.table.clone(),
         settings: format!(
             "{:?} {:?}{}",

@@ -1,22 +1,20 @@
 //! What commands write: data on standard output or into a file, as text or as a table; words on standard error.
 
-mod parquet;
+mod format;
 mod spreadsheet;
-mod table;
 mod target;
-mod text;
-mod writer;
 
 use std::io::{self, Write};
 
 use super::{Failure, Outcome, json};
+pub use format::FormatOption;
+pub use nearmiss_record::{
+    Align, Cell, Column, Encoded, Format, Kind, Row, Table, line, lines as table_lines,
+};
 pub use spreadsheet::ForSpreadsheet;
-pub use table::{Cell, Column, Kind, Row, Table};
 pub use target::{OutputFile, Target, file_of, format_of, format_of_name, refused, written};
-pub use text::{Align, line, lines as table_lines};
-pub use writer::{Encoded, Format, TableWriter};
 
-pub use nearmiss_scene::description::{escaped_json as escaped, escaped_xml};
+pub use nearmiss_scene::description::escaped_xml;
 
 /// Writes text; a reader that closed the pipe ends the program's output, not the program.
 pub fn text(text: &str) -> Result<(), Failure> {
@@ -49,17 +47,19 @@ pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
     text(&json_line(value)?)
 }
 
-/// Writes an output as one JSON object on one line, with the version of its form and deprecated keys.
+/// Writes an output as one JSON object on one line, with the version of its form.
 pub fn document(output: &impl json::Output) -> Result<(), Failure> {
-    json(&output.document().map_err(Failure::input)?)
+    text(&document_line(output)?)
+}
+
+/// An output as one JSON object on one line, with the version of its form.
+pub fn document_line(output: &impl json::Output) -> Result<String, Failure> {
+    json_line(&output.document().map_err(Failure::input)?)
 }
 
 /// One JSON object as a line that no terminal obeys, with the version of its form.
 pub fn json_line(value: &impl serde::Serialize) -> Result<String, Failure> {
-    let value = serde_json::to_value(value).map_err(Failure::input)?;
-    let mut line = escaped(&json::versioned(value).to_string());
-    line.push('\n');
-    Ok(line)
+    nearmiss_record::json_line(value).map_err(Failure::input)
 }
 
 /// Writes records of CSV.
@@ -67,7 +67,18 @@ pub fn csv<R>(records: impl IntoIterator<Item = R>) -> Outcome
 where
     R: IntoIterator<Item: AsRef<str>>,
 {
-    text(&String::from_utf8_lossy(&text::csv(records)))
+    text(&String::from_utf8_lossy(&nearmiss_record::csv(records)))
+}
+
+/// A table that goes to a file or to standard output.
+pub type TableWriter = nearmiss_record::TableWriter<Target>;
+
+/// Refuses a format that a terminal or a pipe cannot take.
+pub fn check_format(format: Format, file: Option<&std::path::Path>) -> Outcome {
+    match (format, file) {
+        (Format::Parquet, None) => Err(Failure::input("Parquet needs a file: -o FILE")),
+        _ => Ok(()),
+    }
 }
 
 /// A count with its noun: `1 run`, `2 runs`.

@@ -22,6 +22,11 @@ impl ForSpreadsheet {
         }
     }
 
+    /// Whether it was asked for.
+    pub fn is_asked(self) -> bool {
+        self.for_spreadsheet
+    }
+
     /// CSV as it was asked for.
     pub fn applied(self, csv: Vec<u8>) -> Vec<u8> {
         if self.for_spreadsheet {
@@ -41,7 +46,7 @@ fn without_formulas(csv: &[u8]) -> Vec<u8> {
         .from_writer(Vec::new());
     for record in reader.into_byte_records().flatten() {
         let cells = record.iter().map(|cell| {
-            if is_formula(cell) {
+            if std::str::from_utf8(cell).is_ok_and(nearmiss_record::begins_formula) {
                 [b"'", cell].concat()
             } else {
                 cell.to_vec()
@@ -51,15 +56,6 @@ fn without_formulas(csv: &[u8]) -> Vec<u8> {
         let _ = writer.write_record(cells);
     }
     writer.into_inner().unwrap_or_default()
-}
-
-/// Whether a spreadsheet would take a cell for a formula. Numbers are none, whatever their sign.
-fn is_formula(cell: &[u8]) -> bool {
-    let text = std::str::from_utf8(cell).unwrap_or_default();
-    matches!(
-        cell.first(),
-        Some(b'=' | b'+' | b'-' | b'@' | b'\t' | b'\r')
-    ) && text.parse::<f64>().is_err()
 }
 
 #[cfg(test)]

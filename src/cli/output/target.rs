@@ -24,7 +24,7 @@ impl OutputFile {
     }
 
     /// Whether existing files are replaced.
-    pub fn overwrite(&self) -> bool {
+    pub fn overwrites(&self) -> bool {
         self.overwrite
     }
 

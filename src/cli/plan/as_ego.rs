@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 
 use super::driven::{self, DrivenScenario};
 use super::planners::{BUILT_IN, PlannerChoice};
-use super::{PlannerOptions, document};
+use super::{DriveRecord, PlannerOptions};
 use crate::interrupt::{INTERRUPTED, interrupted};
 use crate::open::configuration;
 use crate::{Failure, output};
@@ -22,7 +22,7 @@ use nearmiss_workflow::PlannerFailure;
 /// How a planner is named as the ego: `planner` for the built-in one, else a name or command after it.
 const WORD: &str = "planner";
 
-/// The drives of a planner, one JSON line each, as `plan --json` prints them.
+/// The drives of a planner, one JSON line each, as `plan --format json` prints them.
 const LINES: &str = "drives.jsonl";
 
 /// The planner that a value of `--ego` names; nothing where it names something else.
@@ -164,7 +164,7 @@ impl Kept {
             .map_err(|error| Failure::input(format!("{}: {error}", driven.file)))?;
         let name = PlannerDrives::file_name(driven.scenario.hash);
         self.files.insert(name, recording);
-        self.lines += &output::json_line(&document::document(driven))?;
+        self.lines += &output::json_line(&DriveRecord::new(driven))?;
         Ok(())
     }
 

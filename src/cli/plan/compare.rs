@@ -2,15 +2,16 @@
 
 use std::sync::atomic::Ordering;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::differences;
 use super::driven::{self, DrivenScenario};
 use super::export::Export;
 use super::planners::PlannerChoice;
-use super::table::told_of;
-use super::{PlanArguments, document};
+use super::{DriveRecord, NotDrivenRecord, PlanArguments};
 use crate::interrupt::{INTERRUPTED, interrupted};
+use crate::json::Output;
 use crate::output::Align::{Left, Right};
 use crate::output::{self, line};
 use crate::row_file::Labels;
@@ -54,7 +55,7 @@ pub fn run(
     let problem = arguments.how.planning_problem;
     let labels = Labels::new(entries);
     let mut job = Comparison {
-        json: arguments.json,
+        json: arguments.format.is_json(),
         export: Export::begin(
             (arguments.table.as_deref(), arguments.spreadsheet),
             arguments.files.overwrites(),
@@ -193,7 +194,7 @@ impl Comparison {
                 self.missed += 1;
                 output::say(&format!("nearmiss: {error}"));
                 return if self.json {
-                    show(&document::missing(entry, &error))
+                    show(&NotDrivenRecord::new(entry, &error))
                 } else {
                     Ok(())
                 };
@@ -201,11 +202,12 @@ impl Comparison {
         };
         let harmed = [&one, &two].map(|driven| usize::from(!driven.unharmed()));
         self.harmed += harmed.iter().sum::<usize>();
-        let documents = [&one, &two].map(document::document);
-        let tabled = self.export.iter_mut();
-        tabled.for_each(|export| documents.iter().for_each(|one| export.add(one)));
+        let records = [&one, &two].map(DriveRecord::new);
+        if let Some(export) = &mut self.export {
+            records.iter().try_for_each(|drive| export.add(drive))?;
+        }
         if self.json {
-            documents.iter().try_for_each(show)?;
+            records.iter().try_for_each(show)?;
         } else {
             let seconds = |driven: &DrivenScenario| {
                 let goal = driven.drive.seconds_to_goal();
@@ -229,7 +231,7 @@ impl Comparison {
     /// The differences of all scenarios.
     fn end(&self) -> Result<(), Failure> {
         if self.json {
-            return show(&self.document());
+            return show(&self.record());
         }
         let mut out = String::from("\n");
         let wide = Right(self.label_width());
@@ -279,7 +281,7 @@ impl Comparison {
             out += &line("  ", &columns, &cells);
         }
         let told = self.pairs.iter().find_map(|(one, two)| {
-            let both = [one, two].map(|drive| told_of(&document::document(drive)));
+            let both = [one, two].map(|drive| DriveRecord::new(drive).planner_summary());
             both.iter().any(Option::is_some).then_some(both)
         });
         for told in told.into_iter().flatten().flatten() {
@@ -292,29 +294,67 @@ impl Comparison {
         output::text(&out)
     }
 
-    fn document(&self) -> Value {
+    fn record(&self) -> ComparisonRecord {
         let differences = differences::all(&self.pairs);
         let differences = differences.iter().map(|difference| {
             let test = difference.test.as_ref();
             let interval = test.and_then(|test| test.interval);
-            json!({
-                "figure": difference.key,
-                "scenarios": difference.scenarios,
-                "first": difference.first,
-                "second": difference.second,
-                "difference": test.map(|test| 0.0 - test.difference),
-                "interval": interval.map(|i| [0.0 - i.high, 0.0 - i.low]),
-                "p": test.map(|test| test.p),
-            })
+            DifferenceRecord {
+                figure: difference.key,
+                scenarios: difference.scenarios,
+                first: difference.first,
+                second: difference.second,
+                difference: test.map(|test| 0.0 - test.difference),
+                interval: interval.map(|i| (0.0 - i.high, 0.0 - i.low)),
+                p: test.map(|test| test.p),
+            }
         });
-        json!({
-            "first": self.names[0],
-            "second": self.names[1],
-            "scenarios": self.pairs.len(),
-            "missed": self.missed,
-            "differences": differences.collect::<Vec<_>>(),
-        })
+        ComparisonRecord {
+            first: self.names[0].clone(),
+            second: self.names[1].clone(),
+            scenarios: self.pairs.len(),
+            missed: self.missed,
+            differences: differences.collect(),
+        }
     }
+}
+
+/// Two planners compared.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct ComparisonRecord {
+    /// The first planner.
+    first: String,
+    /// The second planner.
+    second: String,
+    /// Scenarios driven by both.
+    scenarios: usize,
+    /// Scenarios that could not be planned.
+    missed: usize,
+    /// By figure: outcomes, kinds of collisions, comfort, times.
+    differences: Vec<DifferenceRecord>,
+}
+
+impl Output for ComparisonRecord {
+    const NAME: &'static str = "plan-comparison";
+    const TITLE: &'static str = "`plan --planner A --planner B --format json`: the last line";
+}
+
+/// A figure of both planners.
+#[derive(Debug, Serialize, JsonSchema)]
+struct DifferenceRecord {
+    figure: &'static str,
+    /// Scenarios in which both drives have it.
+    scenarios: usize,
+    /// Sums of counts, else means.
+    first: Option<f64>,
+    /// Sums of counts, else means.
+    second: Option<f64>,
+    /// Second minus first, paired.
+    difference: Option<f64>,
+    /// 95 % interval of the difference.
+    interval: Option<(f64, f64)>,
+    /// Of no difference.
+    p: Option<f64>,
 }
 
 /// What the drives of a scenario touch, and what went wrong.
@@ -334,6 +374,6 @@ fn with(one: &DrivenScenario, two: &DrivenScenario) -> String {
     }
 }
 
-fn show(value: &Value) -> Result<(), Failure> {
+fn show(value: &impl Serialize) -> Result<(), Failure> {
     output::text(&output::json_line(value)?)
 }

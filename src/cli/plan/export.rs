@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde_json::Value;
-
+use super::document::DriveRecord;
 use crate::many_files::FinishedFiles;
 use crate::output::{
     self, Cell, Column, ForSpreadsheet, Format, Kind, Row, Table, TableWriter, Target,
@@ -20,134 +19,17 @@ const ENDINGS: &[(&str, Format)] = &[
     ("parquet", Format::Parquet),
 ];
 
-/// The columns, and where their values are in what `plan --json` prints; lists are joined by spaces, lines of standard
-/// error by line breaks. Behind them each rule has a column with what became of it.
-const COLUMNS: [(&str, &str, Kind, &str); 42] = [
-    ("scenario", "/scenario", Kind::Text, ""),
-    ("file", "/file", Kind::Text, ""),
-    ("hash", "/hash", Kind::Text, ""),
-    ("planner", "/planner", Kind::Text, ""),
-    ("planner_name", "/external_planner/name", Kind::Text, ""),
-    (
-        "planner_version",
-        "/external_planner/version",
-        Kind::Text,
-        "",
-    ),
-    ("planning_problem", "/planning_problem", Kind::Integer, ""),
-    ("prediction", "/prediction", Kind::Text, ""),
-    ("traffic", "/traffic", Kind::Text, ""),
-    ("vehicle", "/vehicle", Kind::Integer, ""),
-    ("outcome", "/outcome", Kind::Text, ""),
-    ("collision_with", "/collision_with", Kind::Integer, ""),
-    ("collision_step", "/collision_step", Kind::Integer, ""),
-    ("collision_kind", "/collision_kind", Kind::Text, ""),
-    ("hit_from_behind", "/hit_from_behind", Kind::Text, ""),
-    ("steps", "/steps", Kind::Integer, ""),
-    ("cycles", "/cycles", Kind::Integer, ""),
-    ("emergency_cycles", "/emergency_cycles", Kind::Integer, ""),
-    ("near_misses", "/near_misses", Kind::Integer, ""),
-    (
-        "largest_deceleration",
-        "/largest_deceleration",
-        Kind::Float,
-        "m/s²",
-    ),
-    ("mean_jerk", "/mean_jerk", Kind::Float, "m/s³"),
-    ("max_jerk", "/max_jerk", Kind::Float, "m/s³"),
-    ("seconds_to_goal", "/seconds_to_goal", Kind::Float, "s"),
-    ("median_cycle_ms", "/median_cycle_ms", Kind::Float, "ms"),
-    ("longest_cycle_ms", "/longest_cycle_ms", Kind::Float, "ms"),
-    (
-        "median_overhead_ms",
-        "/external_planner/median_overhead_ms",
-        Kind::Float,
-        "ms",
-    ),
-    (
-        "undrivable",
-        "/external_planner/undrivable",
-        Kind::Integer,
-        "",
-    ),
-    ("planner_error", "/external_planner/error", Kind::Text, ""),
-    (
-        "planner_error_step",
-        "/external_planner/error_step",
-        Kind::Integer,
-        "",
-    ),
-    (
-        "planner_message",
-        "/external_planner/message",
-        Kind::Text,
-        "",
-    ),
-    ("planner_stderr", "/external_planner/stderr", Kind::Text, ""),
-    (
-        "first_undrivable_step",
-        "/external_planner/first_undrivable_step",
-        Kind::Integer,
-        "",
-    ),
-    (
-        "first_undrivable",
-        "/external_planner/first_undrivable",
-        Kind::Text,
-        "",
-    ),
-    (
-        "worst_undrivable",
-        "/external_planner/worst_undrivable/bound",
-        Kind::Text,
-        "",
-    ),
-    (
-        "worst_undrivable_step",
-        "/external_planner/worst_undrivable/step",
-        Kind::Integer,
-        "",
-    ),
-    (
-        "worst_undrivable_value",
-        "/external_planner/worst_undrivable/value",
-        Kind::Float,
-        "",
-    ),
-    (
-        "worst_undrivable_limit",
-        "/external_planner/worst_undrivable/limit",
-        Kind::Float,
-        "",
-    ),
-    (
-        "worst_undrivable_unit",
-        "/external_planner/worst_undrivable/unit",
-        Kind::Text,
-        "",
-    ),
-    ("rule_mode", "/rule_mode", Kind::Text, ""),
-    ("rules_broken", "/rules_broken", Kind::Text, ""),
-    (
-        "recorded_rules_broken",
-        "/recorded_rules_broken",
-        Kind::Text,
-        "",
-    ),
-    ("note", "/note", Kind::Text, ""),
-];
-
-/// The columns of the rules.
-const RULES: [(&str, Rule); Rule::ALL.len()] = [
-    ("rule_safe_distance", Rule::SafeDistance),
-    ("rule_unnecessary_braking", Rule::UnnecessaryBraking),
-    ("rule_speed_limit", Rule::SpeedLimit),
-    ("rule_stop_sign", Rule::StopSign),
-    ("rule_red_light", Rule::RedLight),
-    ("rule_right_before_left", Rule::RightBeforeLeft),
-    ("rule_priority", Rule::Priority),
-    ("rule_left_turn", Rule::LeftTurn),
-];
+/// The columns of drives, and behind them one for each rule with what became of it.
+fn columns() -> Vec<Column> {
+    let rules = Rule::ALL.iter().map(|rule| Column {
+        name: format!("rule_{}", rule.name()).into(),
+        ..Column::new("", Kind::Text, "", "what became of the traffic rule").optional()
+    });
+    nearmiss_record::columns::<DriveRecord>()
+        .into_iter()
+        .chain(rules)
+        .collect()
+}
 
 /// The table in the making; none where none is asked for.
 pub struct Export {
@@ -199,31 +81,18 @@ impl Export {
         }))
     }
 
-    /// Adds a drive, as `plan --json` prints it.
-    pub fn add(&mut self, drive: &Value) {
-        let nothing = Value::Null;
-        let cell = |(_, place, kind, _): &(&str, &str, Kind, &str)| {
-            let value = drive.pointer(place).unwrap_or(&nothing);
-            match (kind, value.as_f64(), value.as_array()) {
-                // Whole numbers, too.
-                (Kind::Float, Some(number), _) => Cell::finite(number),
-                (_, _, Some(list)) => {
-                    let between = if place.ends_with("stderr") { "\n" } else { " " };
-                    let words: Vec<&str> = list.iter().filter_map(Value::as_str).collect();
-                    Cell::from_json(&words.join(between).into())
-                }
-                _ => Cell::from_json(value),
-            }
-        };
-        let rules = drive["rules"].as_array();
-        let rule = |rule: Rule| {
-            let mut all = rules.into_iter().flatten();
-            let found = all.find(|one| one["rule"] == rule.name());
-            Cell::from_json(found.map_or(&nothing, |one| &one["status"]))
-        };
-        let cells = COLUMNS.iter().map(cell);
-        let rules = RULES.iter().map(|(_, one)| rule(*one));
-        self.rows.push(cells.chain(rules).collect());
+    /// Adds a drive.
+    ///
+    /// # Errors
+    /// Never in practice: a record has a row.
+    pub fn add(&mut self, drive: &DriveRecord) -> Outcome {
+        let mut row = nearmiss_record::row(drive).map_err(Failure::input)?;
+        row.extend(Rule::ALL.iter().map(|rule| {
+            let found = drive.rules.iter().find(|one| one.rule == rule.name());
+            found.map_or(Cell::None(""), |one| one.status.clone().into())
+        }));
+        self.rows.push(row);
+        Ok(())
     }
 
     /// Writes the table.
@@ -231,15 +100,8 @@ impl Export {
     /// # Errors
     /// The file cannot be written.
     pub fn finish(self) -> Outcome {
-        let source = "nearmiss help planners";
-        let columns = COLUMNS
-            .iter()
-            .map(|(name, _, kind, unit)| Column::new(name, *kind, unit, source).optional());
-        let rules = RULES
-            .iter()
-            .map(|(name, _)| Column::new(name, Kind::Text, "", source).optional());
-        let mut table = Table::new("drives", columns.chain(rules).collect());
-        table.spreadsheet = self.spreadsheet;
+        let mut table = Table::new("drives", columns());
+        table.for_spreadsheet = self.spreadsheet.is_asked();
         let rows = table.encode(self.format, self.rows);
         let written =
             TableWriter::begin(self.target, self.format, &table).and_then(|mut writer| {
@@ -251,18 +113,5 @@ impl Export {
             None => return Ok(()),
         }
         { self.finished.as_ref() }.map_or(Ok(()), |run| run.note_table(&self.file))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_rule_has_a_column_of_its_name() {
-        for rule in Rule::ALL {
-            let name = format!("rule_{}", rule.name());
-            assert!(RULES.contains(&(name.as_str(), rule)), "{name}");
-        }
     }
 }

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use serde_json::json;
 
-use super::document;
 use super::driven::DrivenScenario;
 use super::places::{named_rightly, no_second_copies, writable};
+use super::{CycleRecord, DriveRecord, FinishedDrive, StandardErrorRecord};
 use crate::Failure;
 use crate::many_files::{FinishedFiles, ManyFiles, Progressed, holds};
 use crate::open::clash;
@@ -278,9 +278,9 @@ impl Targets<'_> {
         };
         finished.make_room(&known)?;
         let files = self.write_files(entry, driven)?;
-        let notes = json!({
-            "document": document::document(driven),
-            "unharmed": driven.unharmed(),
+        let notes = json!(FinishedDrive {
+            document: DriveRecord::new(driven),
+            unharmed: driven.unharmed(),
         });
         finished.add(entry, known, &files, notes)
     }
@@ -293,15 +293,15 @@ impl Targets<'_> {
     ) -> Result<Vec<PathBuf>, Failure> {
         let mut written = Vec::new();
         if let Some(log) = &mut self.log {
-            let cycles = driven
-                .drive
-                .cycles
-                .iter()
-                .map(|cycle| document::cycle(driven, cycle));
-            for value in cycles.chain(document::standard_error(driven)) {
-                let line = output::json_line(&value)?;
-                log.write_all(line.as_bytes())
-                    .map_err(|e| Failure::system("--log", &e))?;
+            let mut write = |line: Result<String, Failure>| {
+                log.write_all(line?.as_bytes())
+                    .map_err(|e| Failure::system("--log", &e))
+            };
+            for cycle in &driven.drive.cycles {
+                write(output::json_line(&CycleRecord::new(driven, cycle)))?;
+            }
+            if let Some(stderr) = StandardErrorRecord::new(driven) {
+                write(output::json_line(&stderr))?;
             }
         }
         let files = self.files;

@@ -9,6 +9,7 @@ mod export;
 mod figures;
 mod files;
 mod monitor;
+mod monitor_record;
 mod monitor_table;
 mod options;
 mod places;
@@ -21,6 +22,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::interrupt::{INTERRUPTED, interrupted};
@@ -29,18 +31,23 @@ use super::open::{configuration, found};
 use super::parallel::in_order;
 use super::progress::Progress;
 use super::row_file::Labels;
+use super::set::{Assignment, assignment, settings};
 use super::{Failure, Outcome, output};
-pub use document::{failed, missing};
+pub use compare::ComparisonRecord;
+pub use document::{
+    CycleRecord, DriveRecord, NotDrivenRecord, PlannerFailure, StandardErrorRecord,
+};
 use driven::DrivenScenario;
 use export::Export;
 use files::{Files, Targets};
 use monitor::MonitorOptions;
+pub use monitor_record::MonitorDryRun;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Outcome as Ended;
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::VehicleType;
 use nearmiss_workflow::PlanError;
-pub use options::PlanOptions;
+pub use options::{PlannerSettings, ProblemOption};
 pub use planners::{PlannerOptions, identity};
 use table::Table;
 
@@ -56,18 +63,18 @@ pub struct PlanArguments {
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     #[command(flatten)]
-    how: options::PlanOptions,
+    how: ProblemOption,
+    /// Change a setting of the planner, with the keys of [planner] in config.toml: prediction (recorded,
+    /// constant-velocity, lane), traffic (recorded, reactive), rules (obey, off), replan (steps), horizon (seconds),
+    /// vehicle (1 to 4) and others, and timeout (seconds a cycle) of a process. See `nearmiss help configuration`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<PlannerSettings>)]
+    set: Vec<Assignment>,
     #[command(flatten)]
     planners: PlannerOptions,
-    /// Drive every scenario with this planner too, and compare both: paired differences with intervals. The same as a
-    /// second --planner. `recorded` compares with the recorded ego.
-    #[arg(long, value_name = "NAME|COMMAND", conflicts_with = "monitor")]
-    against: Option<String>,
     #[command(flatten)]
     monitor: MonitorOptions,
-    /// Print JSON lines: one object per scenario; `error` if it could not be planned.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: output::FormatOption,
     /// Write a table with a row for each drive: outcome, kind of collision, comfort, time to the goal, near misses, time
     /// a cycle; .csv, .json, .jsonl or .parquet. With two planners each scenario has two rows.
     #[arg(long, value_name = "FILE")]
@@ -80,23 +87,20 @@ pub struct PlanArguments {
 
 /// Runs `plan`.
 pub fn run(arguments: &PlanArguments) -> Outcome {
-    if arguments.files.to_stdout() && arguments.json {
+    if arguments.files.to_stdout() && arguments.format.is_json() {
         return Err(Failure::input(
-            "-o - and --json both write to standard output; name a file for -o",
+            "-o - and --format json both write to standard output; name a file for -o",
         ));
     }
     let (folders, config) = configuration()?;
-    let settings = arguments.how.settings(&config)?;
+    let set: PlannerSettings = settings(&arguments.set).map_err(Failure::input)?;
+    let settings = set.over(&config)?;
     let entries = arguments.files.part_of(found(&arguments.paths)?);
     if entries.is_empty() {
         return Ok(());
     }
     let problem = arguments.how.planning_problem;
-    let planners = arguments
-        .planners
-        .clone()
-        .and(arguments.against.as_deref())
-        .chosen(&config)?;
+    let planners = arguments.planners.chosen(&config, set.timeout)?;
     if planners.len() > 1 {
         return compare::run(arguments, &entries, &planners, &settings);
     }
@@ -104,7 +108,13 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     let setup = arguments.monitor.setup(&folders, &config)?;
     let stop = interrupted(true);
     if let Some(setup) = setup.as_ref().filter(|_| arguments.monitor.is_dry_run()) {
-        return setup.dry_run(&entries, problem, &settings, &stop, arguments.json);
+        return setup.dry_run(
+            &entries,
+            problem,
+            &settings,
+            &stop,
+            arguments.format.is_json(),
+        );
     }
     let external = planner.and_then(|planner| planner.external.as_ref());
     let said = match external {
@@ -202,6 +212,14 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     job.end(failure, stop.load(Ordering::Relaxed))
 }
 
+/// What a run notes of a drive for the run that continues it.
+#[derive(Serialize, Deserialize)]
+pub struct FinishedDrive {
+    pub document: DriveRecord,
+    /// Whether it ended at the goal or out of time.
+    unharmed: bool,
+}
+
 /// What became of a scenario.
 enum Work {
     /// An earlier run has driven it, with these notes.
@@ -246,9 +264,12 @@ impl Job<'_> {
     fn keep(&mut self, notes: &Value) -> Result<ControlFlow<()>, Failure> {
         self.next += 1;
         self.kept += 1;
-        self.harmed += usize::from(notes["unharmed"] == false);
-        self.failed += usize::from(notes["document"]["outcome"] == "planner_error");
-        self.tell(&notes["document"])?;
+        let drive = FinishedDrive::deserialize(notes).map_err(|why| {
+            Failure::input(format!("the notes of an earlier run cannot be read: {why}"))
+        })?;
+        self.harmed += usize::from(!drive.unharmed);
+        self.failed += usize::from(drive.document.outcome == "planner_error");
+        self.report(&drive.document)?;
         Ok(self.next_one())
     }
 
@@ -264,8 +285,8 @@ impl Job<'_> {
             Ok(driven) => driven,
             Err(error) => {
                 let is_finding = matches!(error, PlanError::NothingToPlan(_));
-                if self.arguments.json {
-                    self.line(&document::missing(entry, &error))?;
+                if self.arguments.format.is_json() {
+                    self.line(&NotDrivenRecord::new(entry, &error))?;
                 }
                 if self.entries.len() == 1 && !is_finding {
                     return Err(Failure::input(error));
@@ -290,16 +311,16 @@ impl Job<'_> {
             failure.say();
             return Ok(self.next_one());
         }
-        self.tell(&document::document(&driven))?;
+        self.report(&DriveRecord::new(&driven))?;
         Ok(self.next_one())
     }
 
     /// Shows a drive, whenever it was driven.
-    fn tell(&mut self, drive: &Value) -> Result<(), Failure> {
+    fn report(&mut self, drive: &DriveRecord) -> Result<(), Failure> {
         if let Some(export) = &mut self.export {
-            export.add(drive);
+            export.add(drive)?;
         }
-        if self.arguments.json {
+        if self.arguments.format.is_json() {
             return self.line(drive);
         }
         if !std::mem::replace(&mut self.begun, true) {
@@ -319,7 +340,7 @@ impl Job<'_> {
         }
     }
 
-    fn line(&mut self, value: &serde_json::Value) -> Result<(), Failure> {
+    fn line(&mut self, value: &impl Serialize) -> Result<(), Failure> {
         let line = output::json_line(value)?;
         self.show(&line)
     }
@@ -345,7 +366,7 @@ impl Job<'_> {
     /// The sum, and the exit status.
     fn end(mut self, failure: Option<Failure>, interrupted: bool) -> Outcome {
         let (missed, all) = (self.missed.input + self.missed.finding, self.entries.len());
-        if !self.arguments.json && self.next > 0 && (all > 1 || self.begun) {
+        if !self.arguments.format.is_json() && self.next > 0 && (all > 1 || self.begun) {
             let sum =
                 std::mem::replace(&mut self.table, Table::new(Labels::default(), false, false))
                     .sum(missed);

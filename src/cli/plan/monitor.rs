@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde_json::{Value, json};
 use tokio::runtime::{Builder, Runtime};
 
 use crate::ask::budget;
@@ -22,9 +21,10 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::Judge;
-use nearmiss_workflow::{Models, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Server};
+use nearmiss_workflow::{Models, Monitor, MonitorCost, Server};
 
 use super::driven::request;
+use super::monitor_record::MonitorDryRun;
 
 /// A judge beside the planner.
 #[derive(Debug, clap::Args)]
@@ -215,14 +215,14 @@ impl MonitorSetup {
     ) -> Outcome {
         let cost = self.cost(entries, problem, settings, stop)?;
         if as_json {
-            return output::json(&json!({
-                "model": self.judge.id(),
-                "scenarios": entries.len(),
-                "questions": cost.questions,
-                "input_tokens": cost.tokens,
-                "most_usd": cost.most_usd,
-                "budget_usd": self.budget,
-            }));
+            return output::document(&MonitorDryRun {
+                model: self.judge.id().into(),
+                scenarios: entries.len(),
+                questions: cost.questions,
+                input_tokens: cost.tokens,
+                most_usd: cost.most_usd,
+                budget_usd: self.budget,
+            });
         }
         output::text(&format!("{}\n", self.words(&cost)))
     }
@@ -294,39 +294,4 @@ impl MonitorSetup {
             cost.tokens,
         )
     }
-}
-
-/// What a monitor said of a drive, as JSON.
-pub fn document(report: &MonitorReport) -> Value {
-    let answer = |answer: &MonitorAnswer| {
-        json!({
-            "step": answer.step,
-            "dangerous": answer.dangerous,
-            "latency_seconds": answer.latency,
-            "counts_from_step": answer.from,
-            "run": answer.run.map(|run| run.0),
-            "stored": answer.stored,
-            "cost_usd": answer.usd,
-        })
-    };
-    let warnings = report.warnings.iter();
-    json!({
-        "model": report.judge,
-        "every_seconds": report.every,
-        "warnings": warnings.map(|w| json!([w.first, w.last])).collect::<Vec<_>>(),
-        "first_warning_seconds": report.first_warning(),
-        "incident": report.incident.map(|incident| incident.name()),
-        "incident_step": report.incident.map(|incident| incident.step()),
-        "lead_seconds": report.lead,
-        "false_alarms": report.false_alarms,
-        "false_alarms_per_minute": report.false_alarms_per_minute(),
-        "median_latency_seconds": report.latency(),
-        "latency_in_force_seconds": report.latency_in_force(),
-        "questions": report.answers.len(),
-        "without_verdict": report.without_verdict(),
-        "braked_steps": report.braked,
-        "braked_seconds": report.braking(),
-        "first_braking_seconds": report.first_braking(),
-        "answers": report.answers.iter().map(answer).collect::<Vec<_>>(),
-    })
 }

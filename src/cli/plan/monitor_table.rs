@@ -1,8 +1,7 @@
 //! What monitors said of drives, in the table: columns, and the line below.
 
-use serde_json::Value;
-
 use super::driven::median;
+use super::monitor_record::MonitorRecord;
 use crate::output;
 
 /// Names of the columns of a monitor in the table.
@@ -16,33 +15,23 @@ pub const HEADER: [&str; 7] = [
     "braked s",
 ];
 
-/// The cells of these columns, of what [`super::monitor::document`] says.
-pub fn cells(report: &Value) -> [String; 7] {
-    let number = |key: &str, decimals: usize| {
-        let value = report[key].as_f64();
+/// The cells of these columns.
+pub fn cells(report: &MonitorRecord) -> [String; 7] {
+    let number = |value: Option<f64>, decimals: usize| {
         value.map_or("-".into(), |value| format!("{value:.decimals$}"))
     };
-    let warnings = report["warnings"].as_array().map_or(0, Vec::len);
-    let warnings = match report["without_verdict"].as_u64() {
-        None | Some(0) => warnings.to_string(),
-        Some(n) => format!("{warnings} ({n} unanswered)"),
-    };
-    let braked = report["braked_seconds"].as_f64();
-    // Drives of earlier versions have the measured latency alone.
-    let latency = if report["latency_in_force_seconds"].is_null() {
-        "median_latency_seconds"
-    } else {
-        "latency_in_force_seconds"
+    let warnings = match (report.warnings.len(), report.without_verdict) {
+        (warnings, 0) => warnings.to_string(),
+        (warnings, n) => format!("{warnings} ({n} unanswered)"),
     };
     [
         warnings,
-        number("first_warning_seconds", 1),
-        number("lead_seconds", 1),
-        number("false_alarms_per_minute", 1),
-        number(latency, 3),
-        number("first_braking_seconds", 1),
-        { braked.filter(|braked| *braked > 0.0) }
-            .map_or("-".into(), |braked| format!("{braked:.1}")),
+        number(report.first_warning_seconds, 1),
+        number(report.lead_seconds, 1),
+        number(report.false_alarms_per_minute, 1),
+        number(report.latency_in_force_seconds, 3),
+        number(report.first_braking_seconds, 1),
+        number(report.braked_seconds.filter(|s| *s > 0.0), 1),
     ]
 }
 
@@ -51,7 +40,7 @@ pub fn cells(report: &Value) -> [String; 7] {
 pub struct Totals {
     drives: usize,
     warnings: usize,
-    false_alarms: u64,
+    false_alarms: usize,
     incidents: usize,
     leads: Vec<f64>,
     braked: usize,
@@ -59,18 +48,15 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Counts a drive, of what [`super::monitor::document`] says.
-    pub fn add(&mut self, report: &Value) {
-        if !report.is_object() {
-            return;
-        }
+    /// Counts a drive.
+    pub fn add(&mut self, report: &MonitorRecord) {
         self.drives += 1;
-        self.warnings += report["warnings"].as_array().map_or(0, Vec::len);
-        self.false_alarms += report["false_alarms"].as_u64().unwrap_or(0);
-        self.incidents += usize::from(report["incident"].is_string());
-        self.leads.extend(report["lead_seconds"].as_f64());
-        self.braked += usize::from(report["braked_steps"].as_u64().unwrap_or(0) > 0);
-        self.seconds += report["braked_seconds"].as_f64().unwrap_or(0.0);
+        self.warnings += report.warnings.len();
+        self.false_alarms += report.false_alarms;
+        self.incidents += usize::from(report.incident.is_some());
+        self.leads.extend(report.lead_seconds);
+        self.braked += usize::from(report.braked_steps > 0);
+        self.seconds += report.braked_seconds.unwrap_or(0.0);
     }
 
     /// The line below the table; nothing without a monitor.
@@ -90,7 +76,7 @@ impl Totals {
             format!(
                 "monitor: {}, {}; warned before {} of {}{lead}{braked}\n",
                 output::counted(self.warnings, "warning"),
-                output::counted(self.false_alarms as usize, "false alarm"),
+                output::counted(self.false_alarms, "false alarm"),
                 self.leads.len(),
                 output::counted(self.incidents, "incident"),
             )
@@ -100,27 +86,30 @@ impl Totals {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
 
     #[test]
     fn the_latency_in_force_and_the_braking_are_shown_and_all_drives_are_summed_up() {
-        let one = json!({
-            "warnings": [[3, 9]], "first_warning_seconds": 0.3, "lead_seconds": 1.2, "false_alarms": 0,
-            "false_alarms_per_minute": 0.0, "median_latency_seconds": 0.001, "latency_in_force_seconds": 0.4,
-            "incident": "contact", "braked_steps": 7, "braked_seconds": 0.7, "first_braking_seconds": 0.3,
-        });
+        let one = MonitorRecord {
+            warnings: vec![[3, 9]],
+            first_warning_seconds: Some(0.3),
+            lead_seconds: Some(1.2),
+            false_alarms_per_minute: Some(0.0),
+            median_latency_seconds: Some(0.001),
+            latency_in_force_seconds: Some(0.4),
+            incident: Some("contact".into()),
+            braked_steps: 7,
+            braked_seconds: Some(0.7),
+            first_braking_seconds: Some(0.3),
+            ..MonitorRecord::default()
+        };
         let wanted = ["1", "0.3", "1.2", "0.0", "0.400", "0.3", "0.7"];
         assert_eq!(cells(&one), wanted);
-        let earlier = json!({
-            "warnings": [], "false_alarms": 0, "median_latency_seconds": 0.002, "incident": null, "braked_steps": 0,
-        });
-        assert_eq!(cells(&earlier), ["0", "-", "-", "-", "0.002", "-", "-"]);
+        let quiet = MonitorRecord::default();
+        assert_eq!(cells(&quiet), ["0", "-", "-", "-", "-", "-", "-"]);
         let mut totals = Totals::default();
         totals.add(&one);
-        totals.add(&earlier);
-        totals.add(&Value::Null);
+        totals.add(&quiet);
         let line = totals.line().unwrap_or_default();
         let wanted = "monitor: 1 warning, 0 false alarms; warned before 1 of 1 incident, median lead 1.2 s; braked in 1 drive for 0.7 s\n";
         assert_eq!(line, wanted);

@@ -1,49 +1,61 @@
-//! Planner settings: from the arguments, else the configuration, else the defaults.
+//! Planner settings: from `--set`, else the configuration, else the defaults.
 
 use std::collections::BTreeMap;
 
 use toml::Value;
 
 use crate::Failure;
+use crate::set::{Settable, number};
 use nearmiss_drive::simulation::{ExternalPlanner, Settings, TrafficMode};
 use nearmiss_settings::{Config, PlannerKey};
 use nearmiss_study::evaluation::default_planning;
 
-/// How to plan.
+/// Which planning problem is solved.
 #[derive(Debug, clap::Args)]
-pub struct PlanOptions {
-    /// Prediction of the other road users: recorded (an oracle), constant-velocity or lane [default: `prediction` in
-    /// config.toml, else lane].
-    #[arg(long, value_name = "KIND", value_parser = ["recorded", "constant-velocity", "lane"])]
-    prediction: Option<String>,
+pub struct ProblemOption {
     /// Planning problem to solve [default: that of the recorded ego, else the first of each scenario].
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     pub planning_problem: Option<i64>,
-    /// Other road users: recorded (they follow their recording, whatever the ego does) or reactive (they react once the
-    /// ego's deviation concerns them) [default: `traffic` in config.toml, else recorded].
-    #[arg(long, value_name = "MODE", value_parser = ["recorded", "reactive"])]
-    traffic: Option<String>,
-    /// Traffic rules: obey (lights, stop signs, right of way, speed limits, as far as the map has them) or off [default:
-    /// `rules` in config.toml, else obey].
-    #[arg(long, value_name = "MODE", value_parser = ["obey", "off"])]
-    rules: Option<String>,
-    /// Steps driven before the next plan, at most the horizon [default: `replan` in config.toml, else 1].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = |word: &str| value("replan", word))]
-    replan: Option<Value>,
-    /// Planning horizon in seconds [default: `horizon` in config.toml, else 4].
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = |word: &str| value("horizon", word))]
-    horizon: Option<Value>,
-    /// Vehicle: 1 Ford Escort, 2 BMW 320i, 3 VW Vanagon, 4 truck [default: `vehicle` in config.toml, else 2].
-    #[arg(long, value_name = "NUMBER", allow_negative_numbers = true, value_parser = |word: &str| value("vehicle", word))]
-    vehicle: Option<Value>,
+}
+
+/// Settings of the planner that are given, by the keys of `[planner]`.
+#[derive(Debug, Clone, Default)]
+pub struct PlannerSettings {
+    given: Vec<(&'static PlannerKey, Value)>,
+    /// Seconds that a process may take for a cycle.
+    pub timeout: Option<f64>,
+}
+
+/// The key of `[planner.NAME]`.
+const TIMEOUT: &str = "timeout";
+
+impl Settable for PlannerSettings {
+    fn keys() -> Vec<&'static str> {
+        let keys = PlannerKey::ALL.iter().map(|key| key.id);
+        keys.chain([TIMEOUT]).collect()
+    }
+
+    fn set(&mut self, id: &str, word: &str) -> Result<(), String> {
+        if id == TIMEOUT {
+            self.timeout = Some(number(word, 0.001, 3600.0)?);
+            return Ok(());
+        }
+        let key = PlannerKey::named(id).ok_or("unknown key")?;
+        self.given.push((key, value(key, word)?));
+        Ok(())
+    }
 }
 
 /// A word of the command line as the value of a key of the configuration, in the same bounds.
-fn value(id: &str, word: &str) -> Result<Value, String> {
-    let key = PlannerKey::named(id).ok_or("unknown key")?;
+fn value(key: &PlannerKey, word: &str) -> Result<Value, String> {
     let whole = word.parse().map(Value::Integer);
-    let number = whole.or_else(|_| word.parse().map(Value::Float)).ok();
-    number.filter(|n| key.allows(n)).ok_or_else(|| key.needed())
+    let number = whole.or_else(|_| word.parse().map(Value::Float));
+    let value = number.unwrap_or_else(|_| Value::String(word.into()));
+    if key.allows(&value) {
+        Ok(value)
+    } else {
+        Err(key.needed())
+    }
 }
 
 /// The settings of a run by the names of the configuration, for messages about another run.
@@ -78,29 +90,18 @@ pub fn named(
     named
 }
 
-impl PlanOptions {
+impl PlannerSettings {
     /// Whether the command line asks for traffic that reacts.
     pub fn asks_for_reactions(&self) -> bool {
-        self.traffic.as_deref() == Some(TrafficMode::Reactive.name())
+        let traffic = { self.given.iter() }.rfind(|(key, _)| key.id == "traffic");
+        traffic.and_then(|(_, mode)| mode.as_str()) == Some(TrafficMode::Reactive.name())
     }
 
     /// What is planned with.
-    pub fn settings(&self, config: &Config) -> Result<Settings, Failure> {
+    pub fn over(&self, config: &Config) -> Result<Settings, Failure> {
         let mut settings = config.planning(default_planning());
-        let prediction = self.prediction.clone().map(Value::String);
-        let traffic = self.traffic.clone().map(Value::String);
-        let rules = self.rules.clone().map(Value::String);
-        for (id, said) in [
-            ("prediction", &prediction),
-            ("traffic", &traffic),
-            ("rules", &rules),
-            ("replan", &self.replan),
-            ("horizon", &self.horizon),
-            ("vehicle", &self.vehicle),
-        ] {
-            if let (Some(value), Some(key)) = (said, PlannerKey::named(id)) {
-                key.set(&mut settings, value).map_err(Failure::input)?;
-            }
+        for (key, value) in &self.given {
+            key.set(&mut settings, value).map_err(Failure::input)?;
         }
         Ok(settings)
     }
@@ -108,12 +109,15 @@ impl PlanOptions {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]
     fn words_are_held_to_the_bounds_of_the_configuration() {
+        let value = |id, word| value(PlannerKey::named(id).unwrap(), word);
         assert_eq!(value("horizon", "3"), Ok(Value::Integer(3)));
         assert_eq!(value("horizon", "2.5"), Ok(Value::Float(2.5)));
+        assert_eq!(value("rules", "off"), Ok("off".into()));
         for (id, word) in [
             ("horizon", "0"),
             ("horizon", "inf"),
@@ -121,6 +125,7 @@ mod tests {
             ("replan", "0"),
             ("replan", "1.5"),
             ("vehicle", "5"),
+            ("rules", "maybe"),
         ] {
             assert!(value(id, word).is_err(), "{id} {word}");
         }

@@ -22,21 +22,14 @@ pub const RECORDED: &str = "recorded";
 #[derive(Debug, Clone, clap::Args)]
 pub struct PlannerOptions {
     /// Planner that drives: `nearmiss` (the built-in one), a [planner.NAME] of config.toml, or a command that speaks
-    /// the planner protocol, split into words without a shell (`nearmiss help planners`).
+    /// the planner protocol, split into words without a shell (`nearmiss help planners`). `plan` compares two: paired
+    /// differences with intervals; `recorded` beside a planner is the recorded ego.
     #[arg(long = "planner", value_name = "NAME|COMMAND", action = clap::ArgAction::Append)]
     planners: Vec<String>,
-    /// Seconds that the planner may take for a cycle, 0.001 to 3600 [default: `timeout` of [planner.NAME], else 10].
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, requires = "planners")]
-    planner_timeout: Option<f64>,
     /// Do not wait for the planner: a trajectory counts from the time step at which it is there, until then the one
     /// before is driven. Measured times differ from run to run, and with them the drive.
     #[arg(long, requires = "planners")]
     real_time: bool,
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|s| (0.001..=3600.0).contains(s));
-    seconds.ok_or_else(|| "expected 0.001 to 3600 seconds".into())
 }
 
 /// A planner that was named.
@@ -51,33 +44,36 @@ pub struct PlannerChoice {
 }
 
 impl PlannerOptions {
-    /// The same with another planner behind those that are named; before it the built-in one where none is.
-    #[must_use]
-    pub fn and(mut self, another: Option<&str>) -> Self {
-        if let Some(another) = another {
-            if self.planners.is_empty() {
-                self.planners.push(BUILT_IN.into());
-            }
-            self.planners.push(another.into());
-        }
-        self
-    }
-
     /// The planners that were named, in order; none for the built-in one without a word about it.
     ///
     /// # Errors
     /// One of them is neither known nor a program.
-    pub fn chosen(&self, config: &Config) -> Result<Vec<PlannerChoice>, Failure> {
+    pub fn chosen(
+        &self,
+        config: &Config,
+        timeout: Option<f64>,
+    ) -> Result<Vec<PlannerChoice>, Failure> {
+        if timeout.is_some() && self.planners.is_empty() {
+            return Err(Failure::input(
+                "--set timeout is for a planner that is a process: --planner NAME",
+            ));
+        }
         let planners = self.planners.iter();
-        planners.map(|said| self.choice(said, config)).collect()
+        planners
+            .map(|said| self.choice(said, config, timeout))
+            .collect()
     }
 
     /// The one planner that was named, for commands that take only one.
     ///
     /// # Errors
     /// See [`Self::chosen`]; several are named.
-    pub fn only(&self, config: &Config) -> Result<Option<PlannerChoice>, Failure> {
-        let mut chosen = self.chosen(config)?;
+    pub fn only(
+        &self,
+        config: &Config,
+        timeout: Option<f64>,
+    ) -> Result<Option<PlannerChoice>, Failure> {
+        let mut chosen = self.chosen(config, timeout)?;
         match chosen.len() {
             0 | 1 => Ok(chosen.pop()),
             count => Err(Failure::input(format!(
@@ -93,13 +89,17 @@ impl PlannerOptions {
     pub fn named(said: &str, config: &Config) -> Result<PlannerChoice, Failure> {
         let alone = Self {
             planners: vec![said.into()],
-            planner_timeout: None,
             real_time: false,
         };
-        alone.choice(said, config)
+        alone.choice(said, config, None)
     }
 
-    fn choice(&self, said: &str, config: &Config) -> Result<PlannerChoice, Failure> {
+    fn choice(
+        &self,
+        said: &str,
+        config: &Config,
+        timeout: Option<f64>,
+    ) -> Result<PlannerChoice, Failure> {
         let name = output::visible(said);
         if said == BUILT_IN {
             return match self.real_time {
@@ -135,7 +135,7 @@ impl PlannerOptions {
             let program = output::visible(program);
             return Err(Failure::input(format!("{of}: no such program: {program}")));
         }
-        if let Some(seconds) = self.planner_timeout {
+        if let Some(seconds) = timeout {
             options.cycle = Duration::from_secs_f64(seconds);
         }
         if self.real_time {

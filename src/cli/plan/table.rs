@@ -1,14 +1,13 @@
 //! The table of outcomes: one line a scenario, printed as it finishes, and a summary.
 //!
-//! It reads the drives as `plan --json` prints them, so those that an earlier run has finished are shown like new ones.
+//! It reads records, so drives that an earlier run has finished are shown like new ones.
 
-use serde_json::Value;
-
+use super::document::DriveRecord;
 use super::driven::median;
 use super::monitor_table as monitor;
 use super::rules::{self, RuleCounts};
 use crate::output::Align::{Left, Right};
-use crate::output::{counted, line, visible};
+use crate::output::{counted, line};
 use crate::row_file::Labels;
 use nearmiss_drive::simulation::{CollisionKind, ContactSide, HitFromBehind};
 
@@ -68,7 +67,7 @@ pub struct Table {
     /// Milliseconds of every scenario's middle cycle beside the planner's own.
     overhead: Vec<f64>,
     /// The planner's process, as it names itself, and what it was told.
-    told: Option<String>,
+    planner: Option<String>,
 }
 
 impl Table {
@@ -89,7 +88,7 @@ impl Table {
             compared,
             rear_ended: 0,
             overhead: Vec::new(),
-            told: None,
+            planner: None,
         }
     }
 
@@ -104,68 +103,74 @@ impl Table {
     }
 
     /// Counts a drive, and shows it as a line.
-    pub fn row(&mut self, drive: &Value) -> String {
-        let text = |key: &str| drive[key].as_str().unwrap_or_default();
-        let count = |key: &str| drive[key].as_u64().unwrap_or(0);
-        let name = text("outcome");
-        if let Some(place) = OUTCOMES.iter().position(|outcome| *outcome == name) {
+    pub fn row(&mut self, drive: &DriveRecord) -> String {
+        let outcome = drive.outcome.as_str();
+        if let Some(place) = OUTCOMES.iter().position(|known| *known == outcome) {
             self.counts[place] += 1;
         }
-        let ms = drive["median_cycle_ms"].as_f64();
-        self.ms.extend(ms);
+        self.ms.extend(drive.median_cycle_ms);
         let (mut with, mut sides) = ("-".into(), "-".into());
-        if let Some(id) = drive["collision_with"].as_i64() {
-            let (own, other) = (text("ego_side"), text("other_side"));
-            let kind = text("collision_kind");
+        if let (Some(id), Some(own), Some(other)) =
+            (drive.collision_with, &drive.ego_side, &drive.other_side)
+        {
+            let kind = drive.collision_kind.as_deref();
             self.by_front += usize::from(own == ContactSide::Front.name());
-            self.rear_ended += usize::from(kind == CollisionKind::RearEnded.name());
+            self.rear_ended += usize::from(kind == Some(CollisionKind::RearEnded.name()));
             with = id.to_string();
             sides = format!("ego's {own}, other's {other}");
         }
-        let mut last = match (count("emergency_cycles"), count("braking_cycles")) {
+        let mut last = match (drive.emergency_cycles, drive.braking_cycles) {
             (0, _) => "-".into(),
             (n, 0) => n.to_string(),
             (n, braking) => format!("{n} ({braking} braking)"),
         };
-        let mut remarks = Vec::new();
-        if let Some(hit) = drive["hit_from_behind"].as_str() {
-            self.unaware += usize::from(hit == HitFromBehind::Unaware.name());
-            remarks.push(format!("hit from behind, {hit}"));
-        }
-        let reacted = count("reacted") as usize;
-        if reacted > 0 {
-            self.reacted += reacted;
-            remarks.push(format!("{reacted} reacted"));
-        }
-        self.rules.add(drive);
-        self.monitor.add(&drive["monitor"]);
-        remarks.extend(rules::words(drive));
-        let beyond = beyond_vehicle(&drive["external_planner"]);
-        self.undrivable += usize::from(beyond.is_some());
-        remarks.extend(beyond);
-        remarks.extend(drive["note"].as_str().map(str::to_string));
-        for remark in remarks {
+        for remark in self.remarks(drive) {
             last.push_str(&format!("  ({remark})"));
         }
         let cells = [
-            name,
+            outcome,
             &with,
             &sides,
-            &count("steps").to_string(),
-            &count("cycles").to_string(),
-            &number(&drive["median_cycle_ms"]),
+            &drive.steps.to_string(),
+            &drive.cycles.to_string(),
+            &number(drive.median_cycle_ms),
             &last,
         ];
-        let overhead = drive["external_planner"]["median_overhead_ms"].as_f64();
-        self.overhead.extend(overhead);
-        self.told = self.told.take().or_else(|| told_of(drive));
-        let monitor = drive["monitor"].is_object().then_some(&drive["monitor"]);
+        let process = drive.external_planner.as_ref();
+        self.overhead
+            .extend(process.and_then(|process| process.median_overhead_ms));
+        self.planner = self.planner.take().or_else(|| drive.planner_summary());
+        let monitor = drive.monitor.as_ref();
+        monitor
+            .into_iter()
+            .for_each(|report| self.monitor.add(report));
         let monitored = monitor.filter(|_| self.monitored).map(monitor::cells);
         let figures = self.compared.then(|| figures(drive));
         let more = monitored.iter().flatten().chain(figures.iter().flatten());
         let more: Vec<&str> = more.map(String::as_str).collect();
-        let label = self.labels.of(text("scenario"), text("file"));
+        let label = self.labels.of(&drive.scenario, &drive.file);
         self.line(&label, &cells, &more)
+    }
+
+    /// Counts what is to be noted of a drive, and says it.
+    fn remarks(&mut self, drive: &DriveRecord) -> Vec<String> {
+        let mut remarks = Vec::new();
+        if let Some(hit) = &drive.hit_from_behind {
+            self.unaware += usize::from(hit == HitFromBehind::Unaware.name());
+            remarks.push(format!("hit from behind, {hit}"));
+        }
+        if drive.reacted > 0 {
+            self.reacted += drive.reacted;
+            remarks.push(format!("{} reacted", drive.reacted));
+        }
+        self.rules.add(drive);
+        remarks.extend(rules::words(drive));
+        let process = drive.external_planner.as_ref();
+        let beyond = process.and_then(|process| process.beyond_vehicle());
+        self.undrivable += usize::from(beyond.is_some());
+        remarks.extend(beyond);
+        remarks.extend(drive.note.clone());
+        remarks
     }
 
     /// The columns of a monitor stand before the last one, which may be long.
@@ -223,10 +228,10 @@ impl Table {
         let all = driven + missed;
         let scenarios = if all == 1 { "scenario" } else { "scenarios" };
         self.overhead.sort_by(f64::total_cmp);
-        let told = self.told.map_or(String::new(), |told| {
+        let planner = self.planner.map_or(String::new(), |planner| {
             let overhead =
                 median(&self.overhead).map_or(String::new(), |ms| format!("; overhead {ms:.2} ms"));
-            format!("planner {told}{overhead}\n")
+            format!("planner {planner}{overhead}\n")
         });
         let rules = self.rules.line().unwrap_or_default();
         let beyond = match self.undrivable {
@@ -237,61 +242,21 @@ impl Table {
         };
         let parts = parts.join(", ");
         let monitor = self.monitor.line().unwrap_or_default();
-        format!("{all} {scenarios}: {parts}{ms}\n{monitor}{rules}{beyond}{told}")
+        format!("{all} {scenarios}: {parts}{ms}\n{monitor}{rules}{beyond}{planner}")
     }
 }
 
 /// A number with one decimal.
-fn number(value: &Value) -> String {
-    { value.as_f64() }.map_or("-".into(), |value| format!("{value:.1}"))
+fn number(value: Option<f64>) -> String {
+    value.map_or("-".into(), |value| format!("{value:.1}"))
 }
 
 /// The figures of a drive.
-fn figures(drive: &Value) -> [String; 4] {
+fn figures(drive: &DriveRecord) -> [String; 4] {
     [
-        number(&drive["largest_deceleration"]),
-        number(&drive["mean_jerk"]),
-        number(&drive["seconds_to_goal"]),
-        { drive["near_misses"].as_u64() }.map_or("-".into(), |n| n.to_string()),
+        number(Some(drive.largest_deceleration)),
+        number(drive.mean_jerk),
+        number(drive.seconds_to_goal),
+        { drive.near_misses }.map_or("-".into(), |n| n.to_string()),
     ]
-}
-
-/// What of a drive the vehicle cannot do; nothing where it can do all.
-pub fn beyond_vehicle(planner: &Value) -> Option<String> {
-    let steps = planner["undrivable"].as_u64().filter(|n| *n > 0)? as usize;
-    let first = planner["first_undrivable_step"].as_i64()?;
-    let worst = &planner["worst_undrivable"];
-    let counted = counted(steps, "step");
-    let begins = format!("{counted} beyond the vehicle, first: step {first}");
-    Some(match (worst["bound"].as_str(), worst["value"].as_f64()) {
-        (Some(bound), Some(value)) => format!(
-            "{begins}, worst: {bound} {value:.2} {} at step {}, at most {:.2}",
-            worst["unit"].as_str().unwrap_or_default(),
-            worst["step"],
-            worst["limit"].as_f64().unwrap_or_default()
-        ),
-        // Of earlier versions.
-        _ => begins,
-    })
-}
-
-/// A planner's process and what it was told; nothing where it never got ready.
-pub fn told_of(drive: &Value) -> Option<String> {
-    let report = &drive["external_planner"];
-    let text = |key: &str| report[key].as_str().unwrap_or_default();
-    let name = Some(text("name")).filter(|name| !name.is_empty())?;
-    let version = match text("version") {
-        "" => String::new(),
-        version => format!(" {version}"),
-    };
-    let predictions = match text("predictions") {
-        "" => "no predictions".into(),
-        from => format!("prediction {from}"),
-    };
-    let told = format!(
-        "{name}{version}: {} time, {predictions}, {} earlier states",
-        text("clock"),
-        report["history"].as_u64().unwrap_or(0)
-    );
-    Some(visible(&told))
 }

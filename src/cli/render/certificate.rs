@@ -22,7 +22,7 @@ use nearmiss_workflow::VariantOrigin;
 pub struct CertificateOption {
     /// Below each map of a variant of `nearmiss generate` the good driver of its certificate with this reaction time at
     /// the same moment, with the gap of each; with --all -o FILE.gif a film [default: the longest that survives].
-    #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "longest", value_parser = reaction, conflicts_with_all = ["grid", "case_study", "with_original", "ego", "planning_problem"])]
+    #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "longest", value_parser = reaction, conflicts_with_all = ["grid", "case_study", "with_original", "ego"])]
     pub with_certificate: Option<Reaction>,
 }
 
@@ -167,11 +167,7 @@ impl Job<'_> {
             Reaction::Seconds(seconds) => Some(seconds),
         };
         let Some((delay, file)) = origin.certificate(delay) else {
-            let known: Vec<&str> = origin
-                .certificates
-                .iter()
-                .map(|(s, _)| s.as_str())
-                .collect();
+            let known: Vec<&str> = origin.certificates().map(|(seconds, _)| seconds).collect();
             return Err(named(&match (delay, known.is_empty()) {
                 (_, true) => "no good driver survives it, so there is no certificate".to_string(),
                 (delay, false) => format!(
@@ -193,7 +189,7 @@ impl Job<'_> {
         })?);
         // A certificate is driven with the same vehicle; its recording cannot say so.
         survived.ego.footprint = planned.ego.footprint.clone();
-        let planner = origin.planner.clone().unwrap_or_else(|| "planner".into());
+        let planner = origin.planner();
         let thresholds = &self.thresholds;
         let survivor = format!("good driver, {delay:.1} s");
         Ok((

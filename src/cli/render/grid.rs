@@ -202,7 +202,7 @@ impl Job<'_> {
             .as_deref()
             .ok_or("--case-study needs the ego of the variant; --ego ID|FILE")?;
         let from = original.origin.from().saturating_add(1);
-        let attacker = original.origin.attacker;
+        let attacker = original.origin.manifest.attacker;
         let until = nearest_approach(scene, attacker, from, &self.thresholds).ok_or_else(|| {
             format!(
                 "ego and attacker {attacker} are never there together from step {from} on, the first changed one"

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use crate::open::entry;
 use crate::{Failure, output};
+use nearmiss_drive::generation::AttackerRecord;
 use nearmiss_formats::Entry;
 use nearmiss_render::{Variation, Variations};
 use nearmiss_scene::scenario::Scenario;
-use nearmiss_workflow::{Attacker, VariantOrigin};
+use nearmiss_workflow::VariantOrigin;
 
 /// A variant's original, and how the two differ.
 pub struct Original {
@@ -67,22 +68,27 @@ impl Original {
                 original.display(),
                 scenario.hash,
                 variant.display(),
-                output::visible(&origin.id),
-                output::visible(&origin.sha256)
+                output::visible(&origin.manifest.original.benchmark_id),
+                output::visible(&origin.manifest.original.sha256)
             )))
         }
     }
 
     /// Both motions of each attacker, in a variant of this.
     pub fn variations<'a>(&'a self, variant: &'a Scenario) -> Variations<'a> {
-        let both = |attacker: &Attacker| {
+        let both = |attacker: &AttackerRecord| {
             Some(Variation {
                 recorded: self.scenario.obstacle(attacker.id)?,
                 changed: variant.obstacle(attacker.id)?,
-                from: attacker.from,
+                from: attacker.from_step,
                 shows_changed: true,
             })
         };
-        self.origin.attackers.iter().filter_map(both).collect()
+        self.origin
+            .manifest
+            .attackers
+            .iter()
+            .filter_map(both)
+            .collect()
     }
 }

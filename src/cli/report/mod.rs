@@ -13,17 +13,15 @@ pub mod truth;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use serde_json::Value;
-
 use super::declared::Declared;
 use super::evaluate::part_of_split;
-use super::filters::{Filters, LAST, last_batch, store_to_read};
+use super::filters::{FilterOption, LAST, last_batch, store_to_read};
 use super::gate::{Gate, both};
 use super::output::{self, Target, file_of};
 use super::{Failure, Outcome};
 use nearmiss_store::{Filter, SplitPart};
 use nearmiss_study::evaluation::report::{
-    self, Comparison, Document, Pivot, Report, ReportFigure, SplitReport,
+    self, AxesDocument, Comparison, Document, FlatRows, Pivot, Report, ReportFigure, SplitReport,
 };
 use nearmiss_study::evaluation::{AnswerPage, Cluster, PromptConfig, Provenance, Scored};
 use nearmiss_study::paper::Paper;
@@ -40,7 +38,7 @@ pub struct ReportArguments {
     #[arg(long, value_name = "FOLDER")]
     paper: Option<PathBuf>,
     #[command(flatten)]
-    filters: Filters,
+    filters: FilterOption,
     /// Ground truth, separated by commas: CSV files with the columns `scenario` and `label` or `obstacle_id`; `batch`
     /// for the truth of each batch; folders with scenarios and recorded egos, or with annotations; `auto` for the exact
     /// geometry of bundled scenarios and the stored verdicts of the built-in judge on whole recordings. CSV files count
@@ -80,7 +78,7 @@ pub struct ReportArguments {
         long,
         value_name = "FIGURE",
         value_parser = ReportFigure::parse,
-        conflicts_with_all = ["paper", "against", "ablation", "format", "json", "pairs"]
+        conflicts_with_all = ["paper", "against", "format", "pairs"]
     )]
     figure: Option<ReportFigure>,
     #[command(flatten)]
@@ -88,9 +86,6 @@ pub struct ReportArguments {
     /// Format of the report [default: from the file name, else md].
     #[arg(long, value_enum)]
     format: Option<Format>,
-    /// The same as --format json.
-    #[arg(long, conflicts_with = "format")]
-    json: bool,
     #[command(flatten)]
     spreadsheet: output::ForSpreadsheet,
     /// File to write; - is standard output, which is the default.
@@ -144,9 +139,9 @@ enum AnyReport {
 pub fn run(arguments: &ReportArguments) -> Outcome {
     let file = file_of(arguments.output.as_deref());
     let of_folder = arguments.paper.is_some() || arguments.folder.is_some();
-    if of_folder && arguments.filters.filter(None) != Filter::default() {
+    if of_folder && arguments.filters.filter()? != Filter::default() {
         return Err(Failure::input(
-            "filters apply to the runs of the store, not to a folder of recorded answers; `nearmiss import FOLDER` puts these into the store",
+            "filters apply to the runs of the store, not to a folder of recorded answers; `nearmiss runs import FOLDER` puts these into the store",
         ));
     }
     if arguments.paper.is_some() && arguments.declared.any() {
@@ -165,11 +160,10 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         spreadsheet.check(false)?;
         return figure::write(arguments, figure, file);
     }
-    let asked = arguments.format.or(arguments.json.then_some(Format::Json));
     let known = ".md, .tex, .csv, .parquet, .json and .html";
-    let format = output::format_of(asked, file, Format::Md, (ENDINGS, known))?;
+    let format = output::format_of(arguments.format, file, Format::Md, (ENDINGS, known))?;
     if format == Format::Parquet {
-        output::Format::Parquet.check(file)?;
+        output::check_format(output::Format::Parquet, file)?;
     }
     spreadsheet.check(format == Format::Csv || arguments.pairs.is_some())?;
     if (arguments.pairs.as_deref()).is_some_and(|pairs| file_of(Some(pairs)) == file) {
@@ -191,7 +185,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         .transpose()?;
     let provenance = made.provenance();
     match format {
-        Format::Parquet => parquet::write((file, target), &made.rows(), provenance)?,
+        Format::Parquet => parquet::write((file, target), made.rows(), provenance)?,
         Format::Csv => target.save(&spreadsheet.applied(made.text(format)?.into_bytes()))?,
         _ => target.save(made.text(format)?.as_bytes())?,
     }
@@ -205,7 +199,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     }
     match pairs {
         None => made.hint_at_pairs(format),
-        Some(target) => target.save(&spreadsheet.applied(made.pairs_csv()?.into_bytes()))?,
+        Some(target) => target.save(&spreadsheet.applied(made.pairs_csv().into_bytes()))?,
     }
     let required = arguments.required(&made.reports().collect::<Vec<_>>());
     let whole = match lost {
@@ -223,7 +217,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
 impl ReportArguments {
     /// Holds what is required against the report.
     fn required(&self, reports: &[&Report]) -> Outcome {
-        let batch = self.filters.filter(None).batch;
+        let batch = self.filters.filter()?.batch;
         if !self.gate.any() || batch.is_none() && !self.gate.needs_batch() {
             return self.gate.check(reports, None);
         }
@@ -275,7 +269,7 @@ impl AnyReport {
     }
 
     /// The rows of formats that are flat.
-    fn rows(&self) -> Vec<Value> {
+    fn rows(&self) -> FlatRows {
         match self {
             Self::Report(report) => report.rows(),
             Self::Split(split) => split.rows(),
@@ -295,15 +289,14 @@ impl AnyReport {
             .chain(parts.iter().map(|(_, report)| report))
     }
 
-    fn pairs_csv(&self) -> Result<String, Failure> {
-        let text = match self {
-            Self::Report(report) => report.pairs_csv(),
-            Self::Split(split) => split.pairs_csv(),
-            Self::Paper(paper) => paper.report.pairs_csv(),
+    fn pairs_csv(&self) -> String {
+        match self {
+            Self::Report(report) => report.pair_rows().csv(),
+            Self::Split(split) => split.pair_rows().csv(),
+            Self::Paper(paper) => paper.report.pair_rows().csv(),
             // Refused before anything is read.
-            Self::Pivot(_) => Ok(String::new()),
-        };
-        text.map_err(Failure::input)
+            Self::Pivot(_) => String::new(),
+        }
     }
 
     /// A table of cells has no place for pairs.
@@ -329,16 +322,13 @@ impl AnyReport {
                     Self::Pivot(_) => &none,
                 })
             }
-            Format::Csv | Format::Parquet => report::csv(&self.rows()).map_err(Failure::input)?,
-            Format::Json => {
-                let json = match self {
-                    Self::Report(report) => report.json(),
-                    Self::Split(split) => split.json(),
-                    Self::Paper(paper) => paper.json(),
-                    Self::Pivot(pivot) => pivot.json(),
-                };
-                output::json_line(&json)?
-            }
+            Format::Csv | Format::Parquet => self.rows().csv(),
+            Format::Json => match self {
+                Self::Report(report) => output::document_line(&report.json())?,
+                Self::Split(split) => output::document_line(&split.json())?,
+                Self::Paper(paper) => output::document_line(&paper.json())?,
+                Self::Pivot(pivot) => output::document_line(&AxesDocument::from(&**pivot))?,
+            },
         })
     }
 

@@ -13,7 +13,7 @@ use nearmiss_study::evaluation::batch::{
     UnjudgedScenario, beside_the_judge,
 };
 use nearmiss_study::evaluation::report::{
-    AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, Varied,
+    AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, TruthSubject, Varied,
 };
 use nearmiss_study::evaluation::{
     AnswerPage, AnswerStatus, Lead, Provenance, RuleScore, leaks, note_on_score, rules, validate,
@@ -29,7 +29,7 @@ pub fn made(
 ) -> Result<AnyReport, Failure> {
     let Some(batch) = store.batch(id).map_err(Failure::input)? else {
         return Err(Failure::input(format!(
-            "no batch {id}; `nearmiss evaluate --list` lists batches"
+            "no batch {id}; `nearmiss evaluate list` lists batches"
         )));
     };
     let spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
@@ -47,7 +47,7 @@ pub fn made(
     let mut notes: Vec<String> = words.iter().map(|words| sentence(words)).collect();
     if let Some(parts) = &batch.shard {
         let words = format!(
-            "only part {parts} of the batch is here; `nearmiss import` and `nearmiss experiment unpack` add the others"
+            "only part {parts} of the batch is here; `nearmiss runs import` and `nearmiss runs import` add the others"
         );
         output::say(&format!("nearmiss: {words}"));
         notes.push(sentence(&words));
@@ -75,7 +75,7 @@ pub fn made(
         _ => Ok(AnswerPage::default()),
     };
     let report = |part: Part| {
-        let report = arguments.compared(&part.answers.plain, &spec.comparison)?;
+        let report = arguments.compared(&part.answers.plain, &spec.experiment.comparison())?;
         Ok::<Report, Failure>(
             report
                 .about(part.about)
@@ -171,7 +171,7 @@ fn read(
         answers.cluster(cluster);
     }
     let mut items = store.items(id).map_err(Failure::input)?;
-    let lead = spec.matrix.request.lead.map(Lead::stored);
+    let lead = spec.experiment.lead().map(Lead::stored);
     let asked = items.iter().map(|item| &item.asked);
     let rules = rules(asked, lead.as_deref(), part);
     items.retain(|item| part.is_none() || item.asked.split == part);
@@ -187,10 +187,10 @@ fn read(
         output::counted(scored.len(), "question")
     )];
     notes.extend(more.iter().cloned());
-    let measures = spec.matrix.request.measures.as_ref();
-    let ways = scored.iter().map(|one| (&one.way, measures));
+    let measures = spec.experiment.measures();
+    let ways = scored.iter().map(|one| (&one.way, measures.as_ref()));
     notes.extend(note_on_score(
-        ways.filter(|(way, _)| spec.truth.is_score(way.task)),
+        ways.filter(|(way, _)| spec.truth().is_score(way.task)),
     ));
     let described = described(spec);
     notes.push(output::visible(&spec.asked_words(described.as_ref())));
@@ -219,7 +219,7 @@ fn read(
     }
     if unasked > never {
         let unfinished = format!(
-            "Of these, {} were not asked yet and are counted separately; `nearmiss evaluate --resume {id}` resumes the batch.",
+            "Of these, {} were not asked yet and are counted separately; `nearmiss evaluate {id}` resumes the batch.",
             unasked - never
         );
         output::say(&format!("nearmiss: {unfinished}"));
@@ -227,25 +227,27 @@ fn read(
     }
     if arguments.declared.any() {
         notes.push("The comparisons were declared with this report, not with the batch.".into());
-    } else if let Some(words) = spec.comparison.words() {
+    } else if let Some(words) = spec.experiment.comparison().words() {
         notes.push(output::visible(&format!(
             "Declared when the batch was begun: {words}."
         )));
     }
     notes.extend(judged.map(|words| output::visible(&words)));
     notes.extend(unchecked);
-    let (tables, without) = tables(store, &answers, &spec.comparison.tables)?;
+    let (tables, without) = tables(store, &answers, &spec.experiment.tables)?;
     notes.extend(without);
     let runs = scored.iter().filter_map(|one| one.run).collect();
     let provenance = Provenance::of_batch(store, (id, &shown, &items), &runs);
     let about = ReportSubject {
         provenance: Some(provenance.map_err(Failure::input)?),
         batch: Some(id.to_string()),
-        title: spec.title.as_deref().map(output::visible),
+        title: spec.experiment.title.as_deref().map(output::visible),
         split: part.map(SplitPart::name),
         asked: Some(spec.asked(described.as_ref())),
-        truth,
-        sources: shown.truth.sources(),
+        truth: TruthSubject {
+            words: truth,
+            sources: shown.truth().sources(),
+        },
         notes,
     };
     Ok(Part {

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use super::{AnyReport, Format, ReportArguments};
 use crate::{Failure, output};
-use nearmiss_study::evaluation::report::{AskedFacts, Comparison, Pivot, ReportSubject};
+use nearmiss_study::evaluation::report::{
+    AskedFacts, Comparison, Pivot, ReportSubject, TruthSubject,
+};
 use nearmiss_study::evaluation::{AnswerCase, AnswerPage, Loss, Problem, Provenance, Scored};
 use nearmiss_study::paper::{self, Paper};
 
@@ -96,8 +98,10 @@ fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
         }
     ) + &without;
     let about = ReportSubject {
-        truth: "the annotations of the folder".into(),
-        sources: vec![folder.display().to_string()],
+        truth: TruthSubject {
+            words: "the annotations of the folder".into(),
+            sources: vec![folder.display().to_string()],
+        },
         notes: vec![note],
         provenance: Some(Provenance::of_program()),
         ..ReportSubject::default()

@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use crate::{Failure, output};
 use nearmiss_scene::verdict::{self, ParsedAnswer};
 use nearmiss_store::{Filter, Outcome as Run, Store};
-use nearmiss_study::evaluation::report::{self, Comparison, ReportSubject, Stored};
+use nearmiss_study::evaluation::report::{self, Comparison, ReportSubject, Stored, TruthSubject};
 use nearmiss_study::evaluation::{
     AnswerCase, AnswerPage, Provenance, note_on_score, tool_rounds, with_token_probability,
 };
@@ -22,7 +22,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     } else {
         arguments.truth.clone()
     };
-    let filter = arguments.filters.filter(None);
+    let filter = arguments.filters.filter()?;
     let last = match filter.batch.as_deref() {
         Some(LAST) => {
             let store = store_to_read()?;
@@ -38,7 +38,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
         };
         if filter != alone || !arguments.truth.is_empty() || arguments.reread {
             return Err(Failure::input(
-                "--batch reports a whole batch with its own truth: remove --truth, --reread and filters such as --task; `nearmiss evaluate --resume ID --truth …` changes its truth",
+                "--batch reports a whole batch with its own truth: remove --truth, --reread and filters such as --task; `nearmiss evaluate ID --truth …` changes its truth",
             ));
         }
         let store = store_to_read()?;
@@ -58,7 +58,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     let mut runs = store.outcomes(&filter).map_err(Failure::input)?;
     if runs.is_empty() {
         return Err(Failure::finding(
-            "no matching runs; `nearmiss runs` lists all, `nearmiss report FOLDER` reports recorded answers",
+            "no matching runs; `nearmiss runs list` lists all, `nearmiss report FOLDER` reports recorded answers",
         ));
     }
     if arguments.reread {
@@ -110,8 +110,10 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     let provenance = Provenance::of_runs(&store, &counted).map_err(Failure::input)?;
     let about = ReportSubject {
         provenance: Some(provenance),
-        truth: words,
-        sources: sources.iter().map(|s| s.display().to_string()).collect(),
+        truth: TruthSubject {
+            words,
+            sources: sources.iter().map(|s| s.display().to_string()).collect(),
+        },
         notes,
         ..ReportSubject::default()
     };
@@ -145,7 +147,7 @@ fn notices(stored: &Stored) -> Vec<String> {
         ),
         (
             stored.other_leads,
-            "at further leads of their batch; `nearmiss evaluate --resume ID` shows them",
+            "at further leads of their batch; `nearmiss evaluate BATCH` shows them",
         ),
         (
             stored.locked,
@@ -153,7 +155,7 @@ fn notices(stored: &Stored) -> Vec<String> {
         ),
         (
             stored.changed,
-            "about transformed scenes; `nearmiss evaluate --resume ID` shows them",
+            "about transformed scenes; `nearmiss evaluate BATCH` shows them",
         ),
     ].into_iter().filter(|(count, _)| *count > 0);
     let mut notices: Vec<String> = left_out

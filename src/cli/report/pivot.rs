@@ -26,9 +26,6 @@ pub struct PivotOptions {
     /// and p values corrected by Holm.
     #[arg(long, value_name = "VALUE")]
     against: Option<String>,
-    /// The same as --rows techniques --against base.
-    #[arg(long, conflicts_with_all = ["rows", "against", "paper"])]
-    ablation: bool,
 }
 
 impl PivotOptions {
@@ -39,16 +36,12 @@ impl PivotOptions {
 
     /// The table that is wanted, where one is.
     pub fn request(&self) -> Option<PivotRequest> {
-        let rows = self.rows.or(self.ablation.then_some(Axis::Techniques))?;
+        let rows = self.rows?;
         Some(PivotRequest {
             rows,
             columns: self.columns,
             measure: self.measure(),
-            against: if self.ablation {
-                Some("base".into())
-            } else {
-                self.against.clone()
-            },
+            against: self.against.clone(),
         })
     }
 

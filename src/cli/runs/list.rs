@@ -1,15 +1,11 @@
 //! Runs as a table: time, verdict, model and cost.
 
-use schemars::JsonSchema;
-use serde::Serialize;
-
-use crate::json::Output;
 use crate::{output, time};
 use nearmiss_base::system::columns;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
-use nearmiss_store::{RunState, Summary};
-use nearmiss_study::evaluation::{AnswerState, Spending};
+use nearmiss_store::{AnswerState, Origin, Summary};
+use nearmiss_study::evaluation::Spending;
 
 const TITLES: [&str; 10] = [
     "run",
@@ -51,10 +47,10 @@ fn row(run: &Summary) -> [String; 10] {
     if run.sample > 0 {
         remarks.push(format!("sample {}", run.sample));
     }
-    match run.origin.as_str() {
-        "asked" => {}
-        "recorded" => remarks.push("recorded, imported".into()),
-        other => remarks.push(other.into()),
+    match run.origin {
+        Origin::Asked => {}
+        Origin::Recorded => remarks.push("recorded, imported".into()),
+        Origin::Replayed => remarks.push(run.origin.name().into()),
     }
     if run.superseded {
         remarks.push(AnswerState::Superseded.name().into());
@@ -68,7 +64,7 @@ fn row(run: &Summary) -> [String; 10] {
         said(run),
         run.scenario.clone(),
         run.model.clone(),
-        run.task.clone(),
+        run.task.name().into(),
         run.frame.clone(),
         run.techniques.clone(),
         cost(run),
@@ -79,67 +75,23 @@ fn row(run: &Summary) -> [String; 10] {
 /// The verdict in the words of its task, or how far the answer came; in brackets the verdict of an answer that was cut
 /// off, which does not count.
 fn said(run: &Summary) -> String {
-    let has_verdicts = Task::parse(&run.task).is_some_and(|task| Task::VERDICTS.contains(&task));
-    let verdict = match (run.dangerous, Task::parse(&run.task)) {
-        (Some(true), Some(Task::Collision)) => "collision",
-        (Some(false), Some(Task::Collision)) => "no collision",
-        (Some(true), Some(Task::Recording)) => "high risk",
-        (Some(false), Some(Task::Recording)) => "safe",
+    let has_verdicts = Task::VERDICTS.contains(&run.task);
+    let verdict = match (run.dangerous, run.task) {
+        (Some(true), Task::Collision) => "collision",
+        (Some(false), Task::Collision) => "no collision",
+        (Some(true), Task::Recording) => "high risk",
+        (Some(false), Task::Recording) => "safe",
         (Some(true), _) => "critical",
         (Some(false), _) => "not critical",
         (None, _) => "",
     };
-    match (answer_state(run), verdict) {
-        (Some(AnswerState::Answered), verdict) if !verdict.is_empty() => verdict.into(),
-        (Some(AnswerState::Unparsed), _) if has_verdicts => "no verdict".into(),
-        (Some(AnswerState::Answered | AnswerState::Unparsed) | None, _) => run.state.clone(),
-        (Some(state), "") => state.name().into(),
-        (Some(state), verdict) => format!("{} ({verdict})", state.name()),
+    match (run.own_state(), verdict) {
+        (AnswerState::Answered, verdict) if !verdict.is_empty() => verdict.into(),
+        (AnswerState::Unparsed, _) if has_verdicts => "no verdict".into(),
+        (AnswerState::Answered | AnswerState::Unparsed, _) => run.state.name().into(),
+        (state, "") => state.name().into(),
+        (state, verdict) => format!("{} ({verdict})", state.name()),
     }
-}
-
-/// The state of a run's answer, leaving aside whether another one counts in its place.
-fn answer_state(run: &Summary) -> Option<AnswerState> {
-    let state = RunState::parse(&run.state)?;
-    let has_verdict = run.dangerous.is_some();
-    Some(AnswerState::of_run(
-        state,
-        run.finish.as_deref(),
-        has_verdict,
-    ))
-}
-
-/// A run as JSON: what the store says of it, and the state of its answer as reports count it.
-#[derive(Debug, Serialize, JsonSchema)]
-pub struct RunLine<'a> {
-    /// The run.
-    #[serde(flatten)]
-    run: &'a Summary,
-    /// The state of its answer as reports count it; null if unknown.
-    answer_state: Option<AnswerState>,
-}
-
-impl<'a> RunLine<'a> {
-    /// Of a run.
-    pub(super) fn of(run: &'a Summary) -> Self {
-        let state = answer_state(run).map(|state| {
-            if run.superseded {
-                AnswerState::Superseded
-            } else {
-                state
-            }
-        });
-        Self {
-            run,
-            answer_state: state,
-        }
-    }
-}
-
-impl Output for RunLine<'_> {
-    const NAME: &'static str = "runs";
-    const TITLE: &'static str = "`runs --json`: one run a line, in short";
-    const COMMON_WORDS: bool = true;
 }
 
 /// What a run cost, US dollars; `<=` before the most that one can have cost that broke off.
@@ -155,7 +107,7 @@ fn cost(run: &Summary) -> String {
 
 /// The built-in judge costs nothing, and what others recorded cost nothing here.
 fn costs_nothing(run: &Summary) -> bool {
-    run.model == judge::MODEL || run.origin == "recorded"
+    run.model == judge::MODEL || run.origin == Origin::Recorded
 }
 
 /// How many runs, and what they cost together.
@@ -187,16 +139,17 @@ pub(super) fn sum(runs: &[Summary]) -> String {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use nearmiss_store::StoredTemplate;
+    use nearmiss_store::{RunState, StoredTemplate};
 
     fn summary(run: i64, cost: Option<f64>, most: Option<f64>) -> Summary {
         Summary {
             run,
             created_ms: 0,
-            origin: "asked".into(),
-            state: "answered".into(),
+            origin: Origin::Asked,
+            state: RunState::Answered,
+            answer_state: AnswerState::Answered,
             scenario: "ZAM_A-1".into(),
-            task: "collision".into(),
+            task: Task::Collision,
             frame: "ego".into(),
             techniques: "cp".into(),
             template: StoredTemplate::default(),
@@ -239,21 +192,16 @@ mod tests {
         assert_eq!(said(&run), "no verdict");
         run.dangerous = Some(false);
         assert_eq!(said(&run), "no collision");
-        run.task = "safety".into();
+        run.task = Task::Safety;
         assert_eq!(said(&run), "not critical");
-        (run.dangerous, run.task) = (None, "attacker".into());
+        (run.dangerous, run.task) = (None, Task::Attacker);
         assert_eq!(said(&run), "answered");
         // A cut answer says something, and is none.
-        (run.state, run.finish) = ("truncated".into(), Some("content_filter".into()));
-        (run.task, run.dangerous) = ("safety".into(), Some(true));
+        (run.state, run.finish) = (RunState::Truncated, Some("content_filter".into()));
+        (run.task, run.dangerous) = (Task::Safety, Some(true));
         assert_eq!(said(&run), "filtered (critical)");
-        assert_eq!(RunLine::of(&run).answer_state, Some(AnswerState::Filtered));
-        run.superseded = true;
-        assert_eq!(
-            RunLine::of(&run).answer_state,
-            Some(AnswerState::Superseded)
-        );
-        (run.state, run.dangerous, run.superseded) = ("cancelled".into(), None, false);
+        assert_eq!(run.own_state(), AnswerState::Filtered);
+        (run.state, run.dangerous) = (RunState::Cancelled, None);
         assert_eq!(said(&run), "cancelled");
         let table = table(&[run]);
         let lines: Vec<&str> = table.lines().collect();

@@ -139,7 +139,8 @@ struct RefusalDocument {
 
 impl json::Output for TuneDocument {
     const NAME: &'static str = "tune";
-    const TITLE: &'static str = "`tune --json`: templates, their gains, and whether one is better";
+    const TITLE: &'static str =
+        "`tune --format json`: templates, their gains, and whether one is better";
 }
 
 /// The parts of a plan.
@@ -170,7 +171,7 @@ impl TuneDocument {
             reflect: tuned.reflect.to_string(),
             template: plan.file.clone(),
             template_hash: plan.hash.clone(),
-            seed: tuned.arguments.seed,
+            seed: tuned.settings.seed,
             parts: parts(plan),
             divided_by_map: plan.division.by_map,
             test_scenarios: tuned.test_scenarios,
@@ -292,5 +293,5 @@ impl TuneDryRunDocument {
 
 impl json::Output for TuneDryRunDocument {
     const NAME: &'static str = "tune-dry-run";
-    const TITLE: &'static str = "`tune --dry-run --json`: what would be asked";
+    const TITLE: &'static str = "`tune --dry-run --format json`: what would be asked";
 }

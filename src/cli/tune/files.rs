@@ -106,7 +106,7 @@ pub fn save(tuned: &Tuned<'_>, outcome: &TuneOutcome, folders: &Folders) -> Outc
         )
     } else {
         format!(
-            "nearmiss: wrote {}; `nearmiss prompts use {stem}` uses it for task {} in frame {}",
+            "nearmiss: wrote {}; `nearmiss prompt use {stem}` uses it for task {} in frame {}",
             path.display(),
             front.task,
             front.frame

@@ -9,23 +9,19 @@ mod words;
 
 pub use document::{TuneDocument, TuneDryRunDocument};
 
-use std::num::NonZeroU32;
 use std::path::PathBuf;
 
-use super::ask::budget;
 use super::evaluate::{BatchContext, planned, questions_of, runtime};
 use super::interrupt::{GRACE, INTERRUPTED, signal};
-use super::open::{frame, task, techniques, with_notes};
+use super::knobs::{self, Knobs};
+use super::open::with_notes;
 use super::{Failure, Outcome, output};
-use nearmiss_ask::prompts::Techniques;
-use nearmiss_scene::description::Frame;
-use nearmiss_scene::verdict::Task;
-use nearmiss_settings::TextFile;
+use nearmiss_record::fields::Layers;
 use nearmiss_workflow::tune::{
-    PROPOSAL_TOKENS, TuneChoice, TuneError, TuneModels, TuneOutcome, TunePlan, TuneSettings,
-    can_tune, estimate, tune,
+    TuneError, TuneModels, TuneOutcome, TunePlan, TuneSettings, can_tune, estimate, tune,
+    tune_request,
 };
-use nearmiss_workflow::{Experiment, is_experiment_file};
+use nearmiss_workflow::{find_scenarios, is_experiment_file};
 use progress::Stages;
 
 /// Arguments of `tune`.
@@ -36,40 +32,12 @@ Exit status: 0 a better template was found; 1 none was, or the tune ended early 
 pub struct Tune {
     /// Experiment file (FILE.toml, see `nearmiss help experiments`) with a split; its dev scenarios are asked about.
     experiment: PathBuf,
-    /// Model whose template is tuned, where the experiment names several.
-    #[arg(long, value_name = "MODEL")]
-    model: Option<String>,
-    /// Task, where the experiment names several.
-    #[arg(long, value_parser = task)]
-    task: Option<Task>,
-    /// Frame of the description, where the experiment names several.
-    #[arg(long, value_parser = frame)]
-    frame: Option<Frame>,
-    /// Prompting techniques, where the experiment names several.
-    #[arg(long, value_parser = techniques)]
-    techniques: Option<Techniques>,
-    /// Model that proposes templates, as provider/model [default: the one whose template is tuned].
-    #[arg(long, value_name = "MODEL")]
-    reflect: Option<String>,
-    /// Maximum number of tokens in a proposal, reasoning included.
-    #[arg(long, value_name = "N", default_value_t = PROPOSAL_TOKENS, value_parser = clap::value_parser!(u32).range(1..))]
-    proposal_tokens: u32,
+    #[command(flatten)]
+    knobs: Knobs,
     /// Maximum cost of this run in US dollars, proposals and answers together; needs known prices and a token limit
     /// [default: `budget` of the experiment, else that in config.toml; one is required].
-    #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
-    budget: Option<f64>,
-    /// Number of rounds.
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=100))]
-    rounds: u32,
-    /// Templates that are proposed in each round.
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=20))]
-    candidates: u32,
-    /// Seed of the parts of the dev split, of the answers that are shown, and of the templates that are changed.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
-    /// Concurrent requests per provider [default: `concurrency` in config.toml].
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    concurrency: Option<NonZeroU32>,
+    #[arg(long, value_name = "USD", allow_hyphen_values = true)]
+    budget: Option<String>,
     /// Folder for template.diff, template.md and tune.json [default: the diff is printed].
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
@@ -82,14 +50,14 @@ pub struct Tune {
     /// Print what would be asked and its maximum cost; send nothing.
     #[arg(long, conflicts_with_all = ["output"])]
     dry_run: bool,
-    /// Print one JSON object.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    format: crate::output::FormatOption,
 }
 
 /// What a tune was about, for its result.
 struct Tuned<'a> {
     arguments: &'a Tune,
+    settings: &'a TuneSettings,
     plan: &'a TunePlan,
     /// Scenarios of the test split.
     test_scenarios: usize,
@@ -109,41 +77,34 @@ pub fn run(arguments: &Tune) -> Outcome {
             file.display()
         )));
     }
-    let context = BatchContext::new()?;
+    let mut context = BatchContext::new()?;
     files::check(arguments, &context.folders)?;
-    let text = TextFile::read(file).map_err(Failure::input)?.text;
-    let experiment = Experiment::from_toml(&text, file, &context.library)
-        .map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
-    let budget = arguments
-        .budget
-        .or(experiment.budget)
-        .or(context.config.budget).ok_or_else(|| {
+    let mut layers = Layers::default();
+    knobs::add_file(&mut layers, file)?;
+    // Nothing is compared with them here, and one way of asking may be left.
+    layers.remove("baseline");
+    layers.remove("compare");
+    let budget = arguments.budget.as_slice();
+    arguments
+        .knobs
+        .add(&mut layers, &[("--budget", "budget", budget)]);
+    let experiment = knobs::complete(layers, &context.library)?;
+    context.limits(&experiment);
+    let budget = context.config.budget.ok_or_else(|| {
         Failure::input("no budget given: use --budget USD, or set `budget` in the experiment or in config.toml")
     })?;
-    let found = with_notes(experiment.find_scenarios().map_err(Failure::input)?);
-    let choice = TuneChoice {
-        task: arguments.task,
-        frame: arguments.frame,
-        techniques: arguments.techniques,
-        model: arguments.model.clone(),
-    };
-    let request = experiment
-        .tuned(&choice, file, found, context.of_experiment())
-        .map_err(Failure::input)?;
+    let settings = experiment.tune.clone();
+    let found = with_notes(find_scenarios(&experiment).map_err(Failure::input)?);
+    let request =
+        tune_request(&experiment, file, found, context.of_experiment()).map_err(Failure::input)?;
     let test_scenarios = request.test_scenarios;
     let batch =
         planned(|cancel, on_event| request.plan(context.of_experiment(), cancel, on_event))?;
-    let found = models::find(arguments, &context, &batch, budget)?;
+    let found = models::find(&settings, &context, &batch, budget)?;
     let dry_run = questions_of(&batch, &found.judges, &context.store)?;
-    let plan = TunePlan::new(&batch, &dry_run, &context.library, arguments.seed)
+    let plan = TunePlan::new(&batch, &dry_run, &context.library, settings.seed)
         .map_err(|why| Failure::input(format!("{}: {why}", file.display())))?;
     drop(batch);
-    let settings = TuneSettings {
-        rounds: arguments.rounds,
-        candidates: arguments.candidates,
-        seed: arguments.seed,
-        at_once: found.at_once,
-    };
     let spent = found.budget.clone();
     let reflect = found.reflect.id.clone();
     let models = found.into_models(std::sync::Arc::clone(&context.store));
@@ -155,7 +116,7 @@ pub fn run(arguments: &Tune) -> Outcome {
             &estimate.map_err(Failure::input)?,
             about,
             budget,
-            arguments.json,
+            arguments.format.is_json(),
         );
     }
     // Nothing is paid where a proposal could not be.
@@ -163,9 +124,10 @@ pub fn run(arguments: &Tune) -> Outcome {
         .block_on(can_tune(&plan, &models))
         .map_err(Failure::input)?;
     words::begin(&plan, test_scenarios);
-    let outcome = runtime.block_on(until_interrupted(&plan, models, settings))?;
+    let outcome = runtime.block_on(until_interrupted(&plan, models, settings.clone()))?;
     let tuned = Tuned {
         arguments,
+        settings: &settings,
         plan: &plan,
         test_scenarios,
         reflect: &reflect,
@@ -174,7 +136,7 @@ pub fn run(arguments: &Tune) -> Outcome {
         pinned: !experiment.templates.is_empty(),
     };
     files::write(&tuned, &outcome)?;
-    if arguments.json {
+    if arguments.format.is_json() {
         output::document(&TuneDocument::new(&tuned, &outcome))?
     } else {
         output::text(&output::visible(&words::result(&tuned, &outcome)))?

@@ -1,17 +1,14 @@
 //! Who answers and who proposes, within one budget.
 
-use std::num::NonZeroU32;
-use std::path::Path;
 use std::sync::Arc;
 
-use super::Tune;
+use crate::Failure;
 use crate::evaluate::BatchContext;
-use crate::{Failure, output};
-use nearmiss_ask::llm::{Budget, Environment};
+use nearmiss_ask::llm::Budget;
 use nearmiss_store::Store;
-use nearmiss_study::evaluation::batch::{RequestSettings, Spec};
+use nearmiss_study::evaluation::batch::{Experiment, TuneSettings};
 use nearmiss_study::evaluation::{Judge, Judges, ModelJudge};
-use nearmiss_workflow::batch::{BatchControl, BatchModels, BatchPlan, at_once};
+use nearmiss_workflow::batch::{BatchControl, BatchPlan, at_once};
 use nearmiss_workflow::tune::TuneModels;
 
 /// The models.
@@ -28,7 +25,7 @@ pub struct Found {
 
 /// Finds the models of a tune.
 pub fn find(
-    arguments: &Tune,
+    settings: &TuneSettings,
     context: &BatchContext,
     plan: &BatchPlan,
     budget: f64,
@@ -36,22 +33,23 @@ pub fn find(
     let budget = Budget::new(budget);
     let asked = plan.models();
     let id = asked.first().cloned().unwrap_or_default();
-    let judges = judges(arguments, context, (&asked, &plan.spec), &budget)?;
-    let proposes = arguments.reflect.clone().unwrap_or_else(|| id.clone());
+    let judges = context.judges_within(&asked, &plan.spec, Some(budget.clone()))?;
+    let proposes = settings.reflect.clone().unwrap_or_else(|| id.clone());
     let mut spec = plan.spec.clone();
     // What answers are to be like is said of answers, not of proposals.
-    spec.matrix.request = RequestSettings {
-        max_tokens: Some(arguments.proposal_tokens),
-        ..RequestSettings::default()
+    spec.experiment = Experiment {
+        base_url: spec.experiment.base_url,
+        max_tokens: Some(settings.proposal_tokens),
+        ..Experiment::default()
     };
     let all = [proposes.clone()];
-    let reflects = self::judges(arguments, context, (&all, &spec), &budget)?;
+    let reflects = context.judges_within(&all, &spec, Some(budget.clone()))?;
     let Some(Judge::Model(reflect)) = reflects.get(&proposes).cloned() else {
         return Err(Failure::input(format!(
-            "--reflect {proposes}: proposals need a language model"
+            "tune.reflect = {proposes}: proposals need a language model"
         )));
     };
-    let concurrency: NonZeroU32 = arguments.concurrency.unwrap_or(context.config.concurrency);
+    let concurrency = context.concurrency.unwrap_or(context.config.concurrency);
     Ok(Found {
         at_once: judges
             .get(&id)
@@ -62,25 +60,6 @@ pub fn find(
     })
 }
 
-fn judges(
-    arguments: &Tune,
-    context: &BatchContext,
-    (models, spec): (&[String], &Spec),
-    budget: &Budget,
-) -> Result<Judges, Failure> {
-    let models_of_tune = BatchModels {
-        providers: &context.config.providers,
-        config_file: &context.folders.config_file(),
-        environment: Environment::with_files(&[Path::new("."), &context.folders.config]),
-        budget: Some(budget.clone()),
-        concurrency: arguments.concurrency,
-        today: jiff::Zoned::now().date(),
-    };
-    let mut warn = |warning: String| output::say(&format!("nearmiss: {warning}"));
-    let judges = models_of_tune.judges(models, spec, &mut warn);
-    judges.map_err(Failure::input)
-}
-
 impl Found {
     /// The same for the workflow.
     pub fn into_models(self, store: Arc<Store>) -> TuneModels {
@@ -88,6 +67,7 @@ impl Found {
         TuneModels {
             judge: Arc::new(judge.unwrap_or(Judge::Reference)),
             reflect: self.reflect,
+            at_once: self.at_once,
             store,
             control: BatchControl::default(),
         }

@@ -62,7 +62,7 @@ pub fn result(tuned: &Tuned<'_>, outcome: &TuneOutcome) -> String {
     text += &format!("\n{}\n", gain(outcome));
     if !outcome.refused.is_empty() {
         text += &format!(
-            "{} refused or not better; `--json` lists them\n",
+            "{} refused or not better; `--format json` lists them\n",
             counted(outcome.refused.len(), "proposal")
         );
     }
@@ -206,7 +206,7 @@ pub fn end(tuned: &Tuned<'_>, outcome: &TuneOutcome) {
         output::say(&format!(
             "nearmiss: ended in round {} of {}: {why}",
             outcome.rounds.max(1),
-            tuned.arguments.rounds
+            tuned.settings.rounds
         ));
     }
     if outcome.winner().is_none() {

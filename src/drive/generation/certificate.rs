@@ -64,7 +64,7 @@ pub enum Finder {
 }
 
 /// Extent of a search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub struct SearchEffort {
     /// Manoeuvres that were driven to their end or to a contact.
     pub manoeuvres: usize,

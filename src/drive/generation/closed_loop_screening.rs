@@ -153,7 +153,7 @@ impl ClosedLoop {
         until: i64,
     ) -> Result<Effect, ChangeError> {
         let changed = Arc::new(change.apply(&self.scenario)?);
-        let noted = self.drive_after(driver, before, (change, &changed), until);
+        let noted = self.drive_after(driver, before, change, &changed, until);
         let drive = noted.drive;
         let scores = readings(&self.driver, &changed, &drive, "risk");
         let is_behind = effect::behind(&changed, &drive);
@@ -181,11 +181,11 @@ impl ClosedLoop {
         drop(is_behind);
         let recorded = self.baseline.drive();
         let same = drive.states == recorded.states && drive.outcome == recorded.outcome;
-        let contact = match drive.outcome {
+        let collision = match drive.outcome {
             Outcome::Collision(collision) => Some(collision),
             _ => None,
         };
-        let contact = contact.filter(|c| !same && !recorded.touches(c.with));
+        let contact = collision.filter(|c| !same && !recorded.touches(c.with));
         let telling = contact.filter(|c| effect::is_telling(c, &attackers));
         let before = (&*self.scenario, recorded);
         let near = || effect::comes_near(&attackers, before, (&changed, &drive));
@@ -216,7 +216,7 @@ impl ClosedLoop {
     pub fn staged(&self, change: &JointChange) -> Result<StagedDrive, ChangeError> {
         let changed = Arc::new(change.apply(&self.scenario)?);
         let before = &self.baseline.recorded;
-        let noted = self.drive_after(&self.driver, before, (change, &changed), i64::MAX);
+        let noted = self.drive_after(&self.driver, before, change, &changed, i64::MAX);
         Ok(StagedDrive {
             changes: change.changes().to_vec(),
             scenario: changed,
@@ -246,7 +246,8 @@ impl ClosedLoop {
         &self,
         driver: &Driver,
         before: &StagedDrive,
-        (change, changed): (&JointChange, &Scenario),
+        change: &JointChange,
+        changed: &Scenario,
         until: i64,
     ) -> ResumableRollout {
         match self.same_until(before, changed, change) {
@@ -276,8 +277,11 @@ impl ClosedLoop {
             if was == is {
                 continue;
             }
-            let from = [was, is].into_iter().flatten();
-            let from = from.filter_map(Change::from).min()?;
+            let from = [was, is]
+                .into_iter()
+                .flatten()
+                .filter_map(Change::from)
+                .min()?;
             let (old, new) = (before.scenario.obstacle(id)?, changed.obstacle(id)?);
             let first = old.track().steps().start.min(new.track().steps().start);
             let differs = (first..=from).find(|&step| !alike(old, new, step));

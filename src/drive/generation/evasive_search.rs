@@ -457,8 +457,8 @@ impl EvasiveManoeuvre {
         dt: f64,
     ) -> Option<VehicleState> {
         let v = at.velocity.max(0.0);
-        let most = self.grip * SHARE * limits.acceleration / (v * v).max(1.0);
-        let most = most.min(SHARE * limits.curvature());
+        let by_grip = self.grip * SHARE * limits.acceleration / (v * v).max(1.0);
+        let most = by_grip.min(SHARE * limits.curvature());
         // A standing vehicle does not steer.
         let wanted = if v > 0.0 {
             self.curvature(at, guide, hint, most)?
@@ -503,8 +503,8 @@ impl EvasiveManoeuvre {
         };
         let faster = v + wanted.max(0.0) * dt;
         let across = faster * faster * at.curvature.abs().max(end.abs());
-        let room = (SHARE * limits.acceleration).powi(2) - across * across;
-        let room = room.max(0.0).sqrt();
+        let squared = (SHARE * limits.acceleration).powi(2) - across * across;
+        let room = squared.max(0.0).sqrt();
         let forward = (SHARE * limits.forward(faster)).min((limits.speed - v).max(0.0) / dt);
         wanted.clamp(-room.min(v / dt), room.min(forward))
     }

@@ -275,8 +275,8 @@ impl Aim<'_> {
     /// Seconds from the start until the ego's front is at `s` metres of its way.
     fn arrival(&self, s: f64) -> Result<f64, Impossible> {
         let front = self.ego_size().0 / 2.0;
-        let later = self.from + 1..=*self.stage.steps.end();
-        let mut later = later.filter_map(|step| Some((step, self.stage.ego_at(step)?)));
+        let steps = self.from + 1..=*self.stage.steps.end();
+        let mut later = steps.filter_map(|step| Some((step, self.stage.ego_at(step)?)));
         let there = later.find(|(_, m)| self.stage.line.project(&m.pose.position).s + front >= s);
         let (step, _) = there.ok_or("the ego does not reach the crossing")?;
         Ok((step - self.from) as f64 * self.stage.dt())

@@ -12,6 +12,7 @@ mod effect;
 mod effort;
 mod evasive_search;
 mod gate;
+mod manifest;
 pub mod manoeuvre;
 pub mod motion;
 mod plausibility;
@@ -24,7 +25,6 @@ mod staging;
 mod tests;
 mod tracking;
 mod variant;
-mod variant_document;
 mod variant_generator;
 mod wish;
 
@@ -40,6 +40,10 @@ pub use effect::{AttackerEffect, Consequence, Effect, RiskCurve, SelectedAttack,
 pub use effort::{Effort, Progress, SearchResult};
 pub use evasive_search::EvasiveManoeuvre;
 pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
+pub use manifest::{
+    AttackerRecord, CertificateRecord, ContactRecord, DriveEnd, EvasionRecord, LogLikelihoods,
+    Manifest, OriginalRecord, OutcomeName, PlannerIdentity, RefusalRecord, RequestedMotion,
+};
 pub use nearmiss_scene::scenario::HumanLimits;
 pub use plausibility::{MotionQuantity, MotionSamples, Plausibility, RecordedMotions};
 pub use refusal::{Reason, Refusal, RefusalSummary, summarize};
@@ -48,6 +52,5 @@ pub use screening::OpenLoopScreening;
 pub use search::search_until;
 pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles, attacked_planner};
-pub use variant_document::{asked, attacker as attacker_document, refusal};
 pub use variant_generator::{GeneratorError, SearchEvent, Selection, VariantGenerator};
 pub use wish::{AllowedAttacks, AttackPlace, AttackStyle, Wish};

@@ -69,7 +69,7 @@ impl MotionQuantity {
 }
 
 /// Counts by bin; bin 0 is around 0.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct Histogram(BTreeMap<i32, u64>);
 
 impl Histogram {
@@ -94,7 +94,7 @@ fn bin(quantity: MotionQuantity, value: f64) -> i32 {
 }
 
 /// Samples of all quantities, a step each.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, schemars::JsonSchema)]
 pub struct MotionSamples {
     /// In the order of [`MotionQuantity::ALL`].
     histograms: [Histogram; 4],

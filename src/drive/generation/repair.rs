@@ -172,7 +172,7 @@ fn through(
         }
     };
     let (step, moved) = farthest(&given, &driven);
-    if let Some(words) = otherwise(ground.stage, points, &driven, (step, moved)) {
+    if let Some(words) = otherwise(ground.stage, points, &driven, step, moved) {
         refused.push(Refusal::answer(words));
         return Err(refused);
     }
@@ -231,7 +231,8 @@ fn otherwise(
     stage: &AttackContext<'_>,
     points: &[Waypoint],
     driven: &Change,
-    (step, moved): (i64, f64),
+    step: i64,
+    moved: f64,
 ) -> Option<String> {
     if moved > FARTHEST {
         return Some(format!(

@@ -249,13 +249,7 @@ impl Search<'_> {
         let between = asked.len();
         let more = count - asked.len();
         let live = self.live();
-        asked.extend(draw(
-            &self.arms,
-            &live,
-            &elite,
-            (more, first, spread),
-            random,
-        ));
+        asked.extend(draw(&self.arms, &live, &elite, more, first, spread, random));
         self.make_all(&asked, between, watch)
     }
 
@@ -399,7 +393,9 @@ fn draw(
     arms: &[ManoeuvreSpace],
     live: &[usize],
     elite: &[(f64, &Trial)],
-    (count, first, spread): (usize, bool, f64),
+    count: usize,
+    first: bool,
+    spread: f64,
     random: &mut fastrand::Rng,
 ) -> Vec<(usize, Numbers)> {
     let best = elite.first().map_or(0.0, |(cost, _)| *cost);
@@ -460,7 +456,7 @@ impl Search<'_> {
                     return;
                 }
                 let left = effort.candidates.saturating_sub(self.found.candidates);
-                let children = self.children(parent, (step, left), random, watch);
+                let children = self.children(parent, step, left, random, watch);
                 if !self.drive_all(children.clone(), watch) || (self.stop)() {
                     return;
                 }
@@ -500,7 +496,8 @@ impl Search<'_> {
     fn children(
         &mut self,
         parent: usize,
-        (step, left): (f64, usize),
+        step: f64,
+        left: usize,
         random: &mut fastrand::Rng,
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> Vec<usize> {

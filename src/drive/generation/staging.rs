@@ -58,7 +58,7 @@ pub(super) fn search(
             _ => effort.further(),
         };
         let rank = best.rank(effort.delay);
-        let found = round(workshop, &bases, &effort, (allowed, rank), watch);
+        let found = round(workshop, &bases, &effort, allowed, rank, watch);
         let goes_on = watch(SearchEvent::Certifying);
         if goes_on {
             let first = best.chosen.is_none();
@@ -87,7 +87,8 @@ fn round(
     workshop: &VariantGenerator,
     bases: &[Base],
     effort: &Effort,
-    (allowed, rank): (AllowedAttacks<'_>, Rank),
+    allowed: AllowedAttacks<'_>,
+    rank: Rank,
     watch: &mut dyn FnMut(SearchEvent) -> bool,
 ) -> SearchResult {
     let mut found = SearchResult::default();
@@ -132,7 +133,7 @@ fn pass(
             let scenario = base.scenario(workshop);
             let others = base.others.as_ref().map(|(attack, drive)| (attack, drive));
             let stage = workshop
-                .stage_with((scenario, &base.ego), others)?
+                .stage_with(scenario, &base.ego, others)?
                 .of_style(style);
             Some((stage, workshop.gate_with(scenario, &base.ego)))
         })

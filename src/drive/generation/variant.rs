@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::variant_document;
+use super::Manifest;
 use super::{
     Avoidability, ClosedLoop, Consequence, Effect, EvasiveTrajectory, JointChange, Refusal,
 };
@@ -44,7 +44,7 @@ pub struct Variant<'a> {
 }
 
 /// The files of a variant.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct VariantFiles {
     /// Its benchmark id, and the names of the files but for their endings.
     pub id: String,
@@ -69,6 +69,9 @@ pub enum VariantError {
     /// The scenario has no XML.
     #[error(transparent)]
     Scenario(#[from] WriteError),
+    /// The manifest has no JSON.
+    #[error("cannot write the manifest: {0}")]
+    Manifest(serde_json::Error),
     /// The ego has no CSV.
     #[error("cannot write the ego: {0}")]
     Ego(#[from] csv::Error),
@@ -214,10 +217,11 @@ impl Variant<'_> {
         }
         let xml = commonroad::write(&changed)?;
         files.push((&saved.scenario, xml));
-        let mut words = variant_document::variant_document(self, &saved, &files).to_string();
-        words.push('\n');
+        let manifest = Manifest::new(self, &saved, &files);
+        let mut words = serde_json::to_vec(&manifest).map_err(VariantError::Manifest)?;
+        words.push(b'\n');
         let last = files.len() - 1;
-        files.insert(last, (&saved.document, words.into_bytes()));
+        files.insert(last, (&saved.document, words));
         save_all(&files, overwrite)?;
         Ok(saved)
     }

@@ -85,13 +85,14 @@ impl VariantGenerator {
     }
 
     fn stage(&self) -> Option<AttackContext<'_>> {
-        self.stage_with((self.closed.scenario(), &self.ego), None)
+        self.stage_with(self.closed.scenario(), &self.ego, None)
     }
 
     /// The stage for attacks on an ego in the scenario, in which others may attack already.
     pub(super) fn stage_with<'a>(
         &self,
-        (scenario, ego): (&'a Scenario, &'a Ego),
+        scenario: &'a Scenario,
+        ego: &'a Ego,
         others: Option<(&'a Attack, &'a StagedDrive)>,
     ) -> Option<AttackContext<'a>> {
         let stage = AttackContext::new(scenario, &ego.footprint, &ego.track)?;

@@ -1,6 +1,10 @@
 //! What an attack is wished to be: who attacks, with which manoeuvre, from where, and how attackers move.
 
+use std::fmt;
+use std::str::FromStr;
+
 use nearmiss_base::geometry::{Placed, Point, angle_between};
+use nearmiss_base::system::available;
 use nearmiss_scene::scenario::{HumanLimits, ObstacleType};
 use nearmiss_scene::verdict::ManoeuvreKind;
 
@@ -53,18 +57,18 @@ impl AttackPlace {
         Self::Hidden,
     ];
 
-    /// Its words.
+    /// Its word in terms.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::FromLeft => "from the left",
-            Self::FromRight => "from the right",
+            Self::FromLeft => "from-left",
+            Self::FromRight => "from-right",
             Self::Oncoming => "oncoming",
             Self::Ahead => "ahead",
-            Self::Behind => "from behind",
-            Self::LeftLane => "on the left",
-            Self::RightLane => "on the right",
-            Self::Hidden => "from behind a standing vehicle",
+            Self::Behind => "behind",
+            Self::LeftLane => "left-lane",
+            Self::RightLane => "right-lane",
+            Self::Hidden => "hidden",
         }
     }
 }
@@ -144,28 +148,80 @@ impl AllowedAttacks<'_> {
     }
 }
 
-impl std::fmt::Display for Wish {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let or = |words: Vec<&str>, what: &str| {
-            if words.is_empty() {
-                what.to_string()
-            } else {
-                words.join(" or ")
-            }
+/// Its terms, as they are written.
+impl fmt::Display for Wish {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let any = |key: &str, words: Vec<&str>| {
+            (!words.is_empty()).then(|| format!("{key}:{}", words.join(",")))
         };
         let actors = self.actors.iter().map(|kind| kind.name()).collect();
-        let kinds = self.manoeuvres.iter().map(|kind| kind.name()).collect();
-        write!(
-            f,
-            "{}, {}",
-            or(actors, "any obstacle"),
-            or(kinds, "any manoeuvre")
-        )?;
-        for place in &self.places {
-            write!(f, ", {}", place.name())?;
-        }
-        Ok(())
+        let manoeuvres = self.manoeuvres.iter().map(|kind| kind.name()).collect();
+        let places = self.places.iter();
+        let terms = [any("actor", actors), any("manoeuvre", manoeuvres)]
+            .into_iter()
+            .flatten()
+            .chain(places.map(|place| format!("place:{}", place.name())));
+        f.write_str(&terms.collect::<Vec<_>>().join(" "))
     }
+}
+
+impl FromStr for Wish {
+    type Err = String;
+
+    /// Reads terms, separated by spaces: `actor:` and `manoeuvre:` with alternatives separated by commas, and `place:`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut wish = Self::default();
+        for term in text.split_whitespace() {
+            let (key, value) = term.split_once(':').unwrap_or((term, ""));
+            match key {
+                "actor" => {
+                    for word in value.split(',') {
+                        let kind = named(key, word, ObstacleType::ALL, ObstacleType::name)?;
+                        wish.actors.push(kind);
+                    }
+                }
+                "manoeuvre" => {
+                    for word in value.split(',') {
+                        let kind = named(key, word, &ManoeuvreKind::ALL, ManoeuvreKind::name)?;
+                        wish.manoeuvres.push(kind);
+                    }
+                }
+                "place" => {
+                    let place = named(key, value, &AttackPlace::ALL, AttackPlace::name)?;
+                    wish.places.push(place);
+                }
+                _ => {
+                    return Err(format!(
+                        "unknown term `{term}`; available: actor: manoeuvre: place:, such as {EXAMPLE}"
+                    ));
+                }
+            }
+        }
+        if wish.is_empty() {
+            Err(format!("expected terms, such as {EXAMPLE}"))
+        } else {
+            Ok(wish)
+        }
+    }
+}
+
+/// Terms that show how they are written.
+const EXAMPLE: &str = "actor:car,truck manoeuvre:cut-in place:left-lane";
+
+/// What a word of a term names, in any case, with `_`, `-` or neither.
+fn named<T: Copy>(
+    key: &str,
+    word: &str,
+    all: &[T],
+    name: fn(T) -> &'static str,
+) -> Result<T, String> {
+    let plain = |word: &str| word.replace(['-', '_'], "").to_lowercase();
+    let found = all.iter().find(|one| plain(name(**one)) == plain(word));
+    let known = all.iter().map(|one| name(*one));
+    found.copied().ok_or_else(|| {
+        let known = available(word, known);
+        format!("unknown value `{word}` of `{key}:`{known}")
+    })
 }
 
 /// Whether an obstacle is at such a place at any step within [`LOOKAHEAD`] before it could meet the ego.
@@ -285,6 +341,61 @@ impl Capability {
             speeding_up: self.speeding_up.min(person.speeding_up),
             lateral: self.lateral.min(person.lateral),
             ..self
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terms_are_read_and_written_alike() {
+        for (text, written) in [
+            ("actor:bicycle place:hidden", "actor:bicycle place:hidden"),
+            (
+                "place:left-lane  manoeuvre:Cut_In,drift actor:car,truck",
+                "actor:car,truck manoeuvre:cut-in,drift place:left-lane",
+            ),
+            ("place:ahead place:hidden", "place:ahead place:hidden"),
+            ("actor:priority_vehicle", "actor:priorityVehicle"),
+        ] {
+            let wish: Wish = text.parse().unwrap();
+            assert_eq!(wish.to_string(), written);
+            assert_eq!(written.parse(), Ok(wish));
+        }
+        for place in AttackPlace::ALL {
+            assert_eq!(
+                format!("place:{}", place.name())
+                    .parse::<Wish>()
+                    .unwrap()
+                    .places,
+                [place]
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_no_term_is_named_with_what_there_is() {
+        for (text, says) in [
+            ("", "such as actor:car"),
+            (
+                "a car cuts in",
+                "unknown term `a`; available: actor: manoeuvre: place:",
+            ),
+            ("who:car", "unknown term `who:car`"),
+            ("actor:car,giraffe", "unknown value `giraffe` of `actor:`"),
+            ("actor:car, manoeuvre:drift", "unknown value `` of `actor:`"),
+            ("manoeuvre:cutin2", "did you mean `cut-in`?"),
+            (
+                "place:ahead,hidden",
+                "unknown value `ahead,hidden` of `place:`; did you mean `ahead`",
+            ),
+            ("place:", "unknown value `` of `place:`"),
+        ] {
+            let error = text.parse::<Wish>().unwrap_err();
+            assert!(error.contains(says), "{text}: {error}");
         }
     }
 }

@@ -99,7 +99,7 @@ impl Collision {
         };
         let own = Sweep::new(ego.footprint.at(before), *ego);
         let touched = solid(scenario, without)
-            .filter_map(|obstacle| Self::on_the_way(obstacle, &own, ego, (step, scenario.dt())));
+            .filter_map(|obstacle| Self::on_the_way(obstacle, &own, ego, step, scenario.dt()));
         let first = touched.min_by(|a, b| a.0.total_cmp(&b.0));
         first.map(|(_, collision)| collision)
     }
@@ -109,7 +109,8 @@ impl Collision {
         obstacle: &Obstacle,
         own: &Sweep<'_>,
         ego: &Placed<'_>,
-        (step, dt): (i64, f64),
+        step: i64,
+        dt: f64,
     ) -> Option<(f64, Self)> {
         let at_step = Self::with(obstacle, ego, step);
         let way = way_to(obstacle, step, dt);

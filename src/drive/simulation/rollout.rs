@@ -110,7 +110,7 @@ pub enum DriveError {
     },
     /// A plan would have more steps than one can have.
     #[error(
-        "time steps of {dt} s are too short: a horizon of {horizon} s needs {:.0} steps, but a plan has at most {MOST_STEPS}; shorten --horizon",
+        "time steps of {dt} s are too short: a horizon of {horizon} s needs {:.0} steps, but a plan has at most {MOST_STEPS}; shorten the horizon",
         horizon / dt
     )]
     TooFine {

@@ -285,8 +285,10 @@ impl PlannerDrives {
             });
         }
         let mut ego = read_ego_file(&path, scenario, None)?;
-        let number = self.settings.get("vehicle");
-        let number = number.and_then(|number| number.parse::<u32>().ok());
+        let number = self
+            .settings
+            .get("vehicle")
+            .and_then(|number| number.parse::<u32>().ok());
         let mut vehicles = VehicleType::ALL.iter().copied();
         let vehicle = vehicles.find(|vehicle| Some(u32::from(vehicle.number())) == number);
         if let Some(vehicle) = vehicle {

@@ -222,13 +222,14 @@ fn row(
         let number = finite(record.text(place)).ok_or_else(|| value(place, column))?;
         super::plausible_number(number, file, line, column)
     };
-    let step = finite(record.text(columns.step)).and_then(as_integer);
-    let step = step.ok_or_else(|| EgoError::Step {
-        file: file.to_string(),
-        line,
-        column: "trajectory_number",
-        value: shown(record.text(columns.step)),
-    })?;
+    let step = finite(record.text(columns.step))
+        .and_then(as_integer)
+        .ok_or_else(|| EgoError::Step {
+            file: file.to_string(),
+            line,
+            column: "trajectory_number",
+            value: shown(record.text(columns.step)),
+        })?;
     let centre = match columns.centre {
         Some((x, y)) => Some(Point::new(
             number(x, "x_position_vehicle_m")?,

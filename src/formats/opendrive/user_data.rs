@@ -184,8 +184,10 @@ fn read_adjacent(text: Option<&str>) -> Option<Option<Adjacent>> {
 }
 
 fn stop_line(of: &StopLine) -> String {
-    let ends = of.points.map(|(a, b)| [a, b]);
-    let ends = ends.map_or_else(String::new, |ends| format!(" {}", points(&ends)));
+    let ends = of
+        .points
+        .map(|(a, b)| [a, b])
+        .map_or_else(String::new, |ends| format!(" {}", points(&ends)));
     format!("{}{ends}", of.marking.name())
 }
 

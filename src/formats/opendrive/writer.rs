@@ -99,8 +99,8 @@ fn reference(scenario: &Scenario) -> Option<&str> {
 
 /// The country of signs, in two letters.
 fn country(scenario: &Scenario) -> &'static str {
-    let id = &scenario.header.benchmark_id;
-    let id = id.strip_prefix("C-").unwrap_or(id);
+    let benchmark = &scenario.header.benchmark_id;
+    let id = benchmark.strip_prefix("C-").unwrap_or(benchmark);
     let code = id.split('_').next().unwrap_or_default();
     let known = [
         ("USA", "US"),

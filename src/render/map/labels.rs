@@ -47,8 +47,7 @@ pub fn draw(map: &Map<'_>, picture: &mut Picture, taken: &[Area], contacts: &[Ar
 /// Bodies by their ids, and after the ego the hollow ones.
 fn wanted(map: &Map<'_>) -> Vec<Label> {
     let label = |words, color, bold, rings: &[Vec<Point>]| {
-        let body = Area::around(&map.rings(rings).concat());
-        let body = body.filter(|body| map.shows(body))?;
+        let body = Area::around(&map.rings(rings).concat()).filter(|body| map.shows(body))?;
         Some(Label {
             words,
             color,

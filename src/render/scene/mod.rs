@@ -255,12 +255,18 @@ impl<'a> MapRequest<'a> {
     }
 
     fn lights(&self) -> Vec<Light> {
-        let lights = self.subject.scenario.network.lights.iter();
-        let lights = lights.zip(&self.basemap.lights).filter_map(|(light, at)| {
-            let at = at.filter(|at| self.viewport.sees_point(at))?;
-            let color = light.color_at(self.step);
-            Some(Light { at, color })
-        });
+        let lights = self
+            .subject
+            .scenario
+            .network
+            .lights
+            .iter()
+            .zip(&self.basemap.lights)
+            .filter_map(|(light, at)| {
+                let at = at.filter(|at| self.viewport.sees_point(at))?;
+                let color = light.color_at(self.step);
+                Some(Light { at, color })
+            });
         lights.collect()
     }
 

@@ -25,13 +25,13 @@ pub enum IndexError {
         why: String,
     },
     /// A folder without parts.
-    #[error("{}: no index here (shard=…/part-….parquet); `nearmiss index PATH… -o FOLDER` makes one", .0.display())]
+    #[error("{}: no index here (shard=…/part-….parquet); `nearmiss corpus index PATH… -o FOLDER` makes one", .0.display())]
     NoIndex(PathBuf),
-    /// `nearmiss index` has it open.
-    #[error("{}: this index is still being written; read it when `nearmiss index` has ended", .0.display())]
+    /// `nearmiss corpus index` has it open.
+    #[error("{}: this index is still being written; read it when `nearmiss corpus index` has ended", .0.display())]
     BeingWritten(PathBuf),
     /// A part that is no whole Parquet file.
-    #[error("{}: not a whole Parquet file ({why}); remove it, and write it again with `nearmiss index PATH… -o FOLDER --resume`", part.display())]
+    #[error("{}: not a whole Parquet file ({why}); remove it, and write it again with `nearmiss corpus index PATH… -o FOLDER --resume`", part.display())]
     Damaged {
         /// The part.
         part: PathBuf,
@@ -39,7 +39,7 @@ pub enum IndexError {
         why: String,
     },
     /// A Parquet file of something else.
-    #[error("{}: not a part of an index: {why}; `nearmiss index PATH… -o FOLDER` makes one", part.display())]
+    #[error("{}: not a part of an index: {why}; `nearmiss corpus index PATH… -o FOLDER` makes one", part.display())]
     Foreign {
         /// The file.
         part: PathBuf,
@@ -47,7 +47,7 @@ pub enum IndexError {
         why: String,
     },
     /// A part that another version wrote.
-    #[error("{}: written by nearmiss {version}, but this is nearmiss {}; run `nearmiss index` again with --overwrite", part.display(), env!("CARGO_PKG_VERSION"))]
+    #[error("{}: written by nearmiss {version}, but this is nearmiss {}; run `nearmiss corpus index` again with --overwrite", part.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The part.
         part: PathBuf,
@@ -55,7 +55,7 @@ pub enum IndexError {
         version: String,
     },
     /// A part whose severities are others: risk scores, as before there were grades.
-    #[error("{}: its severities are of another scale than {}; run `nearmiss index` again with --overwrite", .0.display(), SEVERITY_NAMES.join(", "))]
+    #[error("{}: its severities are of another scale than {}; run `nearmiss corpus index` again with --overwrite", .0.display(), SEVERITY_NAMES.join(", "))]
     OtherSeverities(PathBuf),
 }
 

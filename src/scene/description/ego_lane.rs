@@ -259,8 +259,8 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
             let seen = VisibleObstacle::new(&encounter, options);
             parts::begin(w, scene, step, Some(participant));
             parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
-            let both = mine.as_ref().zip(axes.along(motion));
-            let both = both.as_ref();
+            let pair = mine.as_ref().zip(axes.along(motion));
+            let both = pair.as_ref();
             let of = |value: fn(&Along, &Along) -> f64| {
                 Cell::number(both.map(|(mine, other)| value(mine, other)))
             };

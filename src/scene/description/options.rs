@@ -243,6 +243,9 @@ pub(super) fn everyone<'a>(
     first.map(|(participant, _)| *participant).collect()
 }
 
+nearmiss_record::word!(Form, "form");
+nearmiss_record::word!(EgoAxes, "axes");
+
 #[cfg(test)]
 mod tests {
     use super::*;

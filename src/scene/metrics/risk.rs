@@ -6,76 +6,16 @@
 //! no worse than the exact distance of the bodies. Between turned bodies that do not touch, both gaps can be 0:
 //! then there is nothing to weigh, and the exact distance and the planar time to collision are graded instead.
 
-use std::sync::LazyLock;
-
-use serde::{Deserialize, Serialize};
-
+use super::measure::RISK;
 use super::paper::{self, TooLarge};
+use super::risk_levels::Bound;
 use super::{
-    Danger, Direction, Encounter, MEASURES, Measure, Mirrored, Reading, Thresholds, plane,
+    Danger, Direction, Encounter, MEASURES, Measure, Mirrored, Reading, RiskTable, Thresholds,
+    plane,
 };
 use crate::scenario::Scene;
 
-/// One level of the table.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-pub struct RiskLevel {
-    /// 0 (collision) to 5 (negligible).
-    pub score: u8,
-    /// Its name, one word.
-    pub name: String,
-    /// Its meaning.
-    pub meaning: String,
-    /// Largest gap with this score, metres; the last level has none.
-    pub distance: Option<f64>,
-    /// Longest time with this score, seconds; the last level has none.
-    pub time: Option<f64>,
-}
-
-/// The thresholds, as data.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct RiskTable {
-    /// The source of the thresholds.
-    pub source: String,
-    /// From the most to the least dangerous.
-    #[serde(rename = "level")]
-    pub levels: Vec<RiskLevel>,
-}
-
-/// The table that comes with the program.
-pub static RISK_LEVELS: LazyLock<RiskTable> = LazyLock::new(|| {
-    // A program without its own table could only give wrong scores; a test reads the file.
-    toml::from_str(include_str!("thresholds/risk.toml"))
-        .expect("the program's own risk table is right")
-});
-
 impl RiskTable {
-    /// The score of a gap, metres.
-    #[must_use]
-    pub fn of_distance(&self, gap: f64) -> u8 {
-        self.score(gap, |level| level.distance)
-    }
-
-    /// The score of a time to close a gap, seconds; without one the least dangerous.
-    #[must_use]
-    pub fn of_time(&self, time: Option<f64>) -> u8 {
-        time.map_or(5, |time| self.score(time, |level| level.time))
-    }
-
-    /// The score of a gap or a time; beyond all bounds the least dangerous.
-    fn score(&self, value: f64, bound: Bound) -> u8 {
-        let found = self
-            .levels
-            .iter()
-            .find(|l| bound(l).is_none_or(|b| value <= b));
-        found.map_or(5, |l| l.score)
-    }
-
-    /// The level with this score.
-    #[must_use]
-    pub fn level(&self, score: u8) -> Option<&RiskLevel> {
-        self.levels.iter().find(|l| l.score == score)
-    }
-
     fn of_encounter(&self, encounter: &Encounter<'_>) -> u8 {
         let mean = self.mean(encounter, |value, bound| {
             f64::from(self.score(value, bound))
@@ -127,9 +67,6 @@ impl RiskTable {
     }
 }
 
-/// Which bound of a level.
-type Bound = fn(&RiskLevel) -> Option<f64>;
-
 /// The time to close a gap that is not closing, seconds.
 const NEVER: f64 = f64::INFINITY;
 
@@ -151,7 +88,7 @@ pub const UNROUNDED_RISK: Measure = Measure {
 };
 
 pub(super) const MEASURE: Measure = Measure {
-    id: "risk",
+    id: RISK,
     name: "risk score",
     unit: "",
     danger: Danger::Low,
@@ -261,6 +198,7 @@ fn of_paper(scene: &Scene) -> Result<Vec<ScoreAt>, TooLarge> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::RISK_LEVELS;
     use super::super::relation::tests::{motion, with};
     use super::*;
 

@@ -151,8 +151,9 @@ impl Series {
     /// The values of a measure at one step, each with its obstacle, in the file's order.
     fn values_at(&self, measure: &str, step: i64) -> impl Iterator<Item = (i64, f64)> {
         let length = self.length();
-        let place = usize::try_from(step - self.steps.start).ok();
-        let place = place.filter(|&place| place < length);
+        let place = usize::try_from(step - self.steps.start)
+            .ok()
+            .filter(|&place| place < length);
         let measure = self.measures.iter().position(|m| m.id == measure);
         let start = measure.map(|m| m * self.obstacles.len() * length);
         // Each obstacle's reading at the step: the rows are contiguous.

@@ -163,7 +163,7 @@ fn passage(
             .filter(|(_, id)| !on_way(*id))
             .filter_map(|(turn, id)| {
                 let span = (stretches[first].from, until);
-                rival(network, path, span, &own, (incoming, turn, id))
+                rival(network, path, span, &own, incoming, turn, id)
             })
             .collect::<Vec<_>>()
     });
@@ -184,7 +184,9 @@ fn rival(
     path: &ReferencePath,
     span: (f64, f64),
     own: &Party,
-    (incoming, turn, id): (&Incoming, Turn, i64),
+    incoming: &Incoming,
+    turn: Turn,
+    id: i64,
 ) -> Option<Rival> {
     let inner = network.lanelet(id)?;
     let mut chain = vec![inner];

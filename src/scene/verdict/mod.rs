@@ -188,6 +188,8 @@ impl Verdict {
     }
 }
 
+nearmiss_record::word!(Task, "task");
+
 impl Serialize for Verdict {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;

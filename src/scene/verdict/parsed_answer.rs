@@ -107,12 +107,12 @@ impl From<Verdict> for ParsedAnswer {
 /// The task, then the answer as it was asked for.
 impl Serialize for ParsedAnswer {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let form = match self {
+        let value = match self {
             Self::Verdict(verdict) => return verdict.serialize(serializer),
             Self::Attacker(choice) => serde_json::to_value(choice),
             Self::Trajectory(new) => serde_json::to_value(TrajectoryAnswer::from(new.clone())),
         };
-        let form = form.map_err(serde::ser::Error::custom)?;
+        let form = value.map_err(serde::ser::Error::custom)?;
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("task", &self.task())?;
         for (key, value) in form.as_object().into_iter().flatten() {

@@ -95,8 +95,8 @@ pub(super) fn id(value: &Value) -> Id {
         }
         Value::String(text) => {
             let word = |c: char| c.is_alphabetic() || c.is_whitespace() || "_-#:.".contains(c);
-            let digits = text.trim().trim_start_matches(word);
-            let digits = digits.split('(').next().unwrap_or(digits).trim_end();
+            let number = text.trim().trim_start_matches(word);
+            let digits = number.split('(').next().unwrap_or(number).trim_end();
             let digits = match digits.split_once('.') {
                 Some((before, zeros)) if zeros.bytes().all(|b| b == b'0') => before,
                 _ => digits,

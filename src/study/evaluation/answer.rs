@@ -8,7 +8,7 @@ use nearmiss_ask::llm::{Parameters, Secrets, ToolRound};
 use nearmiss_scene::judge;
 use nearmiss_scene::scenario::Scene;
 use nearmiss_scene::verdict::{ParseQuality, Parsed, ParsedAnswer, Reading, Verdict};
-use nearmiss_store::{ClaimCounts, Consumed, Ending, Origin, Run, RunId, RunState};
+use nearmiss_store::{ClaimCounts, Consumed, Ending, Origin, Run, RunId, RunState, TOO_LONG};
 
 /// The end of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -277,9 +277,6 @@ impl Answer {
         !(cut || silent)
     }
 }
-
-/// How the end of an answer is called that this program cut off because of its size.
-pub(super) const TOO_LONG: &str = "too_long";
 
 const STRICT: &str = "strict";
 const REPAIRED: &str = "repaired: ";

@@ -1,9 +1,10 @@
 //! The end of an answer: its verdict, or why it has none.
 
-use super::answer::{Answer, JudgeOutcome, MissingVerdict, TOO_LONG};
+use super::answer::{Answer, JudgeOutcome, MissingVerdict};
 use super::token_probability::token_probability;
 use nearmiss_ask::llm::{Finish, LONGEST_ANSWER, THINKING_TAGS, Token};
 use nearmiss_scene::verdict::{self, Task};
+use nearmiss_store::TOO_LONG;
 
 /// Reads an answer whose text is complete, truncated or missing.
 pub(super) fn read(task: Task, answer: &Answer, failure: Option<MissingVerdict>) -> JudgeOutcome {
@@ -70,7 +71,7 @@ fn cut_question(counted: Option<u64>, sent: usize) -> Option<MissingVerdict> {
     is_cut.then(|| {
         MissingVerdict::NotInAnswer(format!(
             "the server counts {counted} of about {sent} tokens that were sent, so it read only a part of the question; raise \
-             its context (num_ctx, --ctx-size), or shorten the question (--stride, --radius, --history), and ask with --fresh"
+             its context (num_ctx, --ctx-size), or shorten the question (stride, radius, history), and ask with --fresh"
         ))
     })
 }

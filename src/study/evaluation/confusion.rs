@@ -1,15 +1,26 @@
 //! Confusion matrices of yes-or-no answers: counts, precision, recall, F1.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 /// Counts of answers by verdict and ground truth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct Confusion {
     /// Yes, and right.
+    #[serde(rename = "tp")]
+    #[schemars(title = "TP", extend("table" = "accuracy"))]
     pub true_positives: u32,
     /// Yes, and wrong.
+    #[serde(rename = "fp")]
+    #[schemars(title = "FP", extend("table" = "accuracy"))]
     pub false_positives: u32,
     /// No, and wrong.
+    #[serde(rename = "fn")]
+    #[schemars(title = "FN", extend("table" = "accuracy"))]
     pub false_negatives: u32,
     /// No, and right.
+    #[serde(rename = "tn")]
+    #[schemars(title = "TN", extend("table" = "accuracy"))]
     pub true_negatives: u32,
 }
 

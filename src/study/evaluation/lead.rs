@@ -1,10 +1,12 @@
 //! Where the windows of the safety task end: a lead before the collision of a labelled scenario.
 
 use super::{CriticalMoments, Label};
+use nearmiss_record::fields::{FieldValue, Takes, Wrong};
 use nearmiss_scene::judge::judge_collision;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Scene, Window};
 use nearmiss_scene::verdict::Task;
+use toml::Value;
 
 /// End of the window before a collision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -161,3 +163,27 @@ impl std::str::FromStr for Lead {
 
 /// No recording is longer, seconds.
 const LONGEST: f64 = 3600.0;
+
+impl FieldValue for Lead {
+    fn read(value: &Value, _: &Takes) -> Result<Self, Wrong> {
+        let seconds = value.as_integer().map(|seconds| seconds.to_string());
+        let seconds = seconds.or_else(|| value.as_float().map(|seconds| seconds.to_string()));
+        let word = seconds.or_else(|| value.as_str().map(Into::into));
+        word.ok_or(Wrong::kind())?.parse().map_err(Wrong::because)
+    }
+
+    fn write(&self) -> Option<Value> {
+        Some(match self {
+            Self::Paper => "end".into(),
+            Self::Seconds(seconds) => (*seconds).into(),
+        })
+    }
+
+    fn describe(_: &Takes) -> (String, serde_json::Value) {
+        let seconds = serde_json::json!({ "type": "number", "minimum": 0, "maximum": LONGEST });
+        (
+            format!("seconds from 0 to {LONGEST} or `end`"),
+            serde_json::json!({ "anyOf": [seconds, { "const": "end" }] }),
+        )
+    }
+}

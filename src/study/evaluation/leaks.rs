@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
 
 use super::statistics::auc;
+use nearmiss_record::Record;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::NewItem;
 
@@ -19,24 +21,70 @@ pub const SURFACE: [(&str, &str); 5] = [
 
 /// The surface of the questions of one slot, and how far it separates dangerous from safe windows: areas under the ROC
 /// curve, 0.5 where it says nothing; `None` where there are not both.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Leak {
     /// The task.
+    #[schemars(with = "String", title = "Task")]
     pub task: Task,
-    /// The frame of the description; `None` for the built-in judge.
+    /// The frame of the description; null for the built-in judge.
+    #[schemars(title = "Frame")]
     pub frame: Option<String>,
     /// The prompting techniques.
+    #[schemars(title = "Techniques")]
     pub techniques: Option<String>,
-    /// The lead; `None` for all together, where there are several or none.
+    /// The lead; null for all together, where there are several or none.
+    #[schemars(title = "Lead")]
     pub lead: Option<String>,
     /// Dangerous windows.
+    #[schemars(title = "Dangerous")]
     pub dangerous: usize,
     /// Safe ones.
+    #[schemars(title = "Safe")]
     pub safe: usize,
-    /// By [`SURFACE`].
+    /// Areas under the ROC curve, by [`SURFACE`].
+    #[serde(serialize_with = "by_surface")]
+    #[schemars(with = "Surface")]
     pub auc: [Option<f64>; SURFACE.len()],
-    /// Of a logistic regression on all of them, on scenarios that it was not fitted to.
+    /// The area of a logistic regression on all of them, on scenarios that it was not fitted to.
+    #[schemars(title = "all, by regression", extend("decimals" = 2))]
     pub model_auc: Option<f64>,
+}
+
+impl Record for Leak {
+    const NAME: &'static str = "leak";
+    const TITLE: &'static str = "What the surface of the questions tells";
+}
+
+/// Areas under the ROC curve, in the order of [`SURFACE`].
+#[derive(Serialize, JsonSchema)]
+struct Surface {
+    /// Of the last time step of the window.
+    #[schemars(title = "position", extend("decimals" = 2))]
+    position: Option<f64>,
+    /// Of the steps in the window.
+    #[schemars(title = "steps", extend("decimals" = 2))]
+    steps: Option<f64>,
+    /// Of the obstacles near the ego in it.
+    #[schemars(title = "obstacles", extend("decimals" = 2))]
+    obstacles: Option<f64>,
+    /// Of the tokens of the question.
+    #[schemars(title = "length", extend("decimals" = 2))]
+    length: Option<f64>,
+    /// Of the speed of the ego at its end.
+    #[schemars(title = "ego speed", extend("decimals" = 2))]
+    ego_speed: Option<f64>,
+}
+
+fn by_surface<S: Serializer>(auc: &[Option<f64>; SURFACE.len()], to: S) -> Result<S::Ok, S::Error> {
+    let [position, steps, obstacles, length, ego_speed] = *auc;
+    let named = Surface {
+        position,
+        steps,
+        obstacles,
+        length,
+        ego_speed,
+    };
+    named.serialize(to)
 }
 
 /// One question.

@@ -42,3 +42,5 @@ impl Protocol {
         Self::ALL.into_iter().find(|one| one.name() == word)
     }
 }
+
+nearmiss_record::word!(Protocol, "protocol");

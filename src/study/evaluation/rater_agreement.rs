@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::statistics::{cohen, fleiss};
+use nearmiss_record::Record;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Choice, RatedAnswer, Rating};
 
@@ -21,7 +23,7 @@ enum Judgement {
 type Shown = (Task, String, Vec<(Option<i64>, String, String)>);
 
 /// How far two persons agree.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PersonPair {
     /// One person.
     pub first: String,
@@ -31,19 +33,24 @@ pub struct PersonPair {
     pub n: usize,
     /// The share of them that both judged alike.
     pub agreement: f64,
-    /// Cohen's κ; `None` where chance alone makes them agree always.
+    /// Cohen's kappa; null where chance alone makes them agree always.
     pub kappa: Option<f64>,
 }
 
 /// How far persons agree.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct RaterAgreement {
     /// Sets of answers that several persons rated.
     pub n: usize,
-    /// Fleiss' κ of all of them; `None` where chance alone makes all agree always.
+    /// Fleiss' kappa of all of them; null where chance alone makes all agree always.
     pub kappa: Option<f64>,
     /// Each two persons who rated the same.
     pub pairs: Vec<PersonPair>,
+}
+
+impl Record for RaterAgreement {
+    const NAME: &'static str = "runs-ratings-agreement";
+    const TITLE: &'static str = "`runs ratings agreement --format json`: how far persons agree";
 }
 
 impl RaterAgreement {

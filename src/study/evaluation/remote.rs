@@ -54,7 +54,7 @@ pub enum RemoteError {
     Provider(#[from] Error),
     /// A batch was sent, and it is unknown whether it arrived.
     #[error(
-        "batch {batch} may not have reached the provider: {error}; `nearmiss batches collect {batch}` finds out, and nothing is sent twice until then"
+        "batch {batch} may not have reached the provider: {error}; `nearmiss runs batches collect {batch}` finds out, and nothing is sent twice until then"
     )]
     Unknown {
         /// Its number.
@@ -79,7 +79,7 @@ pub enum RemoteError {
     },
     /// The provider has no such batch any more, or not its results.
     #[error(
-        "the provider no longer has it or its results ({error}); if so, `nearmiss batches give-up {batch}` frees its questions"
+        "the provider no longer has it or its results ({error}); if so, `nearmiss runs batches give-up {batch}` frees its questions"
     )]
     Gone {
         /// Its number.
@@ -89,11 +89,11 @@ pub enum RemoteError {
     },
     /// A batch shall be given up that may still bring answers.
     #[error(
-        "batch {0} may still be answered; run `nearmiss batches cancel {0}`, then collect it, or give it up with --force"
+        "batch {0} may still be answered; run `nearmiss runs batches cancel {0}`, then collect it, or give it up with --force"
     )]
     Kept(ProviderBatchId),
     /// There is no such batch.
-    #[error("no batch {0}; `nearmiss batches` lists all")]
+    #[error("no batch {0}; `nearmiss runs batches` lists all")]
     NoBatch(ProviderBatchId),
     /// The model is served elsewhere than when the batch was sent.
     #[error(

@@ -2,53 +2,11 @@
 
 use std::str::FromStr;
 
-use serde_json::Value;
-
 use super::PromptConfig;
-use super::report::{Report, is_called, name_of};
+use super::report::{Cell, Report, is_called, name_of};
 use nearmiss_base::system::{available, unknown};
+use nearmiss_record::{self as record, Kind, columns, row};
 use nearmiss_scene::judge;
-
-/// What can be required: the names of CSV and JSON, with the place of each in a cell's JSON.
-const METRICS: [(&str, &str); 37] = [
-    ("n", "/n"),
-    ("scenarios", "/scenarios"),
-    ("tp", "/tp"),
-    ("fp", "/fp"),
-    ("fn", "/fn"),
-    ("tn", "/tn"),
-    ("asked", "/asked"),
-    ("right", "/right"),
-    ("right_of_all", "/right_of_all"),
-    ("unparsed", "/unparsed"),
-    ("failed", "/failed"),
-    ("unasked", "/unasked"),
-    ("unlabelled", "/unlabelled"),
-    ("contradictory", "/contradictory"),
-    ("named_twice", "/named_twice"),
-    ("unknown_obstacles", "/unknown_obstacles"),
-    ("precision", "/precision"),
-    ("recall", "/recall"),
-    ("specificity", "/specificity"),
-    ("accuracy", "/accuracy"),
-    ("f1", "/f1"),
-    ("kappa", "/kappa"),
-    ("agreement_with_reference", "/agreement_with_reference"),
-    ("naming_recall", "/naming_recall"),
-    ("naming_precision", "/naming_precision"),
-    ("brier", "/calibration/brier"),
-    ("auroc", "/calibration/auroc"),
-    ("expected_error", "/calibration/expected_error"),
-    ("majority_f1", "/samples/majority_f1"),
-    ("unanimous", "/samples/unanimous"),
-    ("all_right", "/samples/all_right"),
-    ("seconds_median", "/seconds_median"),
-    ("seconds_p95", "/seconds_p95"),
-    ("input_tokens", "/input_tokens"),
-    ("output_tokens", "/output_tokens"),
-    ("cost_usd", "/cost_usd"),
-    ("cost_unknown", "/cost_unknown"),
-];
 
 /// How a value is compared with its bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,8 +33,8 @@ const COMPARATORS: [(&str, Comparator); 6] = [
 pub struct Requirement {
     /// A model or a prompt configuration, as tables name it; `None` for all.
     way: Option<String>,
-    metric: &'static str,
-    pointer: &'static str,
+    /// The name of a column of cells.
+    metric: String,
     comparator: Comparator,
     bound: f64,
     text: String,
@@ -122,9 +80,12 @@ impl FromStr for Requirement {
             .find_map(|(sign, comparator)| Some((rest.split_once(sign)?, *comparator)));
         let ((metric, bound), comparator) = found.ok_or_else(form)?;
         let metric = metric.trim().to_lowercase();
-        let known = METRICS.iter().find(|(name, _)| *name == metric);
-        let Some((metric, pointer)) = known else {
-            return Err(unknown("metric", &metric, METRICS.map(|(name, _)| name)));
+        let columns = columns::<Cell>();
+        let numbers = columns.iter().filter(|column| column.kind != Kind::Text);
+        let mut named = numbers.clone();
+        let Some(column) = named.find(|column| short(&column.name) == metric) else {
+            let names = numbers.map(|column| short(&column.name));
+            return Err(unknown("metric", &metric, names));
         };
         let bound: f64 = bound.trim().parse().map_err(|_| form())?;
         if !bound.is_finite() {
@@ -132,8 +93,7 @@ impl FromStr for Requirement {
         }
         Ok(Self {
             way,
-            metric,
-            pointer,
+            metric: column.name.to_string(),
             comparator,
             bound,
             text: rest.trim().to_string(),
@@ -159,12 +119,21 @@ impl Requirement {
             .split
             .map(|part| format!("{part} · "))
             .unwrap_or_default();
+        let columns = columns::<Cell>();
         let meant = report.whole().filter(|cell| is_meant(&cell.way));
         let checks: Vec<Check> = meant
             .map(|cell| {
-                let json = cell.json();
-                let value = json.pointer(self.pointer).and_then(Value::as_f64);
-                let interval = json.pointer(&format!("{}_ci", self.pointer));
+                let row = row(cell).unwrap_or_default();
+                let number = |name: &str| {
+                    let place = columns.iter().position(|column| column.name == name)?;
+                    match row.get(place)? {
+                        record::Cell::Integer(n) => Some(*n as f64),
+                        cell => cell.number(),
+                    }
+                };
+                let value = number(&self.metric);
+                let end = |which| number(&format!("{}_ci_{which}", self.metric));
+                let interval = end("low").zip(end("high"));
                 Check {
                     requirement: self.text.clone(),
                     way: format!("{split}{} · {}", cell.way.task.name(), name_of(&cell.way)),
@@ -201,21 +170,26 @@ impl Requirement {
         }
     }
 
-    fn found(&self, value: Option<f64>, interval: Option<&Value>) -> String {
+    fn found(&self, value: Option<f64>, interval: Option<(f64, f64)>) -> String {
+        let metric = short(&self.metric);
         let Some(value) = value else {
-            return format!("{} has no value", self.metric);
+            return format!("{metric} has no value");
         };
-        let ends = interval.and_then(|ends| Some((ends.get(0)?.as_f64()?, ends.get(1)?.as_f64()?)));
         let value = if value.fract() == 0.0 && value.abs() >= 2.0 {
             format!("{value}")
         } else {
             format!("{value:.4}")
         };
-        match ends {
-            Some((low, high)) => format!("{} is {value} [{low:.4}, {high:.4}]", self.metric),
-            None => format!("{} is {value}", self.metric),
+        match interval {
+            Some((low, high)) => format!("{metric} is {value} [{low:.4}, {high:.4}]"),
+            None => format!("{metric} is {value}"),
         }
     }
+}
+
+/// The name of a column without that of the object that it stands in.
+fn short(column: &str) -> &str {
+    column.rsplit('.').next().unwrap_or(column)
 }
 
 #[cfg(test)]
@@ -225,11 +199,36 @@ mod tests {
     use crate::evaluation::tests_scored::collisions_found;
 
     #[test]
-    fn every_metric_is_one_of_a_cell() {
+    fn every_number_of_a_cell_can_be_required() {
         let report = Report::from_scored(&collisions_found("lab/a", 3, 4));
-        let json = report.whole().next().unwrap().json();
-        for (name, pointer) in METRICS {
-            assert!(json.pointer(pointer).is_some(), "{name}");
+        for name in [
+            "n",
+            "scenarios",
+            "tp",
+            "fn",
+            "asked",
+            "right_of_all",
+            "unlabelled",
+            "contradictory",
+            "unknown_obstacles",
+            "specificity",
+            "kappa",
+            "agreement_with_reference",
+            "naming_precision",
+            "brier",
+            "expected_error",
+            "majority_f1",
+            "unanimous",
+            "all_right",
+            "seconds_p95",
+            "input_tokens",
+            "cost_unknown",
+        ] {
+            let required: Requirement = format!("{name} >= 0").parse().unwrap();
+            let [check] = &required.check(&report).unwrap()[..] else {
+                panic!("{name}")
+            };
+            assert!(check.found.starts_with(name), "{}", check.found);
         }
     }
 

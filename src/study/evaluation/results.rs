@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::share::Tally;
 use super::statistics::{Interval, f1_interval, shown};
-use super::{AnswerStatus, Cluster, Confusion, Naming, PromptConfig, Scored, Spending, report};
+use super::{AnswerStatus, Cluster, Confusion, Naming, PromptConfig, Scored, Spending};
+use nearmiss_record::Record;
 use nearmiss_store::{ClaimCounts, RunId};
 
 /// Outcome of one question, compared with the ground truth.
@@ -238,41 +240,96 @@ pub fn with_intervals(mut rows: Vec<Results>) -> Vec<Results> {
     rows
 }
 
+/// A way of asking on the screen of results, with the names of reports.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ResultsRow {
+    /// How it was asked.
+    #[serde(flatten)]
+    pub way: PromptConfig,
+    /// Questions that were asked.
+    pub n: usize,
+    /// Verdicts beside the truth.
+    #[serde(flatten)]
+    pub confusion: Confusion,
+    /// Verdicts without a truth.
+    pub unlabelled: u32,
+    /// Answers without a verdict.
+    pub unparsed: u32,
+    /// Questions without a whole answer.
+    pub failed: u32,
+    /// The share of the questions asked that it is right about.
+    pub right_of_all: Option<f64>,
+    /// Its interval of 95 %.
+    pub right_of_all_ci: Option<Interval>,
+    /// tp / (tp + fp).
+    pub precision: Option<f64>,
+    /// tp / (tp + fn).
+    pub recall: Option<f64>,
+    /// Harmonic mean of precision and recall.
+    pub f1: Option<f64>,
+    /// Its interval of 95 %.
+    pub f1_ci: Option<Interval>,
+    /// The share of dangerous windows of which a critical obstacle is named.
+    pub naming_recall: Option<f64>,
+    /// The share of named obstacles that are critical.
+    pub naming_precision: Option<f64>,
+    /// Answers whose claims were checked.
+    pub claims_of: u32,
+    /// Claims that hold; null if none was checked.
+    pub claims_right: Option<u32>,
+    /// Claims that do not; null if none was checked.
+    pub claims_wrong: Option<u32>,
+    /// Claims that cannot be decided; null if none was checked.
+    pub claims_open: Option<u32>,
+    /// The share of wrong claims of those that are right or wrong.
+    pub claims_wrong_share: Option<f64>,
+    /// What the attempts of known cost cost, US dollars.
+    pub cost_usd: Option<f64>,
+    /// Attempts of unknown cost.
+    pub cost_unknown: u32,
+    /// What those of them cost at most that a price and a limit bound, US dollars.
+    pub cost_unknown_most_usd: Option<f64>,
+    /// The ground truth.
+    pub truth: String,
+}
+
+impl Record for ResultsRow {
+    const NAME: &'static str = "results";
+    const TITLE: &'static str = "A way of asking on the screen of results";
+}
+
 impl Results {
-    /// One flat object, with the names of reports; missing values are null.
+    /// For programs, with what it is compared with.
     #[must_use]
-    pub fn json(&self) -> Value {
+    pub fn row(&self, truth: &str) -> ResultsRow {
         let (c, naming) = (self.confusion(), self.naming());
         let ([right, wrong, open], checked) = self.claims();
-        let mut row = report::way(&self.way);
-        row.insert("n".into(), json!(self.answers.len()));
-        row.extend(report::counts(&c));
-        let rest = [
-            ("unlabelled", json!(self.count(Outcome::Open))),
-            ("unparsed", json!(self.count(Outcome::Unparsed))),
-            ("failed", json!(self.count(Outcome::Failed))),
-            ("right_of_all", json!(self.right_of_all())),
-            (
-                "right_of_all_ci",
-                json!(self.right_interval.map(|i| [i.low, i.high])),
-            ),
-            ("precision", json!(c.precision())),
-            ("recall", json!(c.recall())),
-            ("f1", json!(c.f1())),
-            ("f1_ci", json!(self.f1.map(|i| [i.low, i.high]))),
-            ("naming_recall", json!(naming.recall())),
-            ("naming_precision", json!(naming.precision())),
-            ("claims_of", json!(checked)),
-            ("claims_right", json!((checked > 0).then_some(right))),
-            ("claims_wrong", json!((checked > 0).then_some(wrong))),
-            ("claims_open", json!((checked > 0).then_some(open))),
-            ("claims_wrong_share", json!(self.wrong_claims())),
-            ("cost_usd", json!(self.spending.cost())),
-            ("cost_unknown", json!(self.spending.unpriced())),
-            ("cost_unknown_most_usd", json!(self.spending.most())),
-        ];
-        row.extend(rest.map(|(name, value)| (name.to_string(), value)));
-        Value::Object(row)
+        let known = |count: u32| (checked > 0).then_some(count);
+        ResultsRow {
+            way: self.way.clone(),
+            n: self.answers.len(),
+            confusion: c,
+            unlabelled: self.count(Outcome::Open),
+            unparsed: self.count(Outcome::Unparsed),
+            failed: self.count(Outcome::Failed),
+            right_of_all: self.right_of_all(),
+            right_of_all_ci: self.right_interval,
+            precision: c.precision(),
+            recall: c.recall(),
+            f1: c.f1(),
+            f1_ci: self.f1,
+            naming_recall: naming.recall(),
+            naming_precision: naming.precision(),
+            claims_of: checked,
+            claims_right: known(right),
+            claims_wrong: known(wrong),
+            claims_open: known(open),
+            claims_wrong_share: self.wrong_claims(),
+            cost_usd: self.spending.cost(),
+            cost_unknown: self.spending.unpriced(),
+            cost_unknown_most_usd: self.spending.most(),
+            truth: truth.into(),
+        }
     }
 }
 

@@ -142,7 +142,7 @@ pub async fn run(
         } else {
             Some(serde_json::to_string(rounds).map_err(StoreError::from)?)
         };
-        let unstored = store.set_aside((*id, run), texts, (&ending, rounds), why);
+        let unstored = store.set_aside(*id, run, texts, &ending, rounds, why);
         on_event(Event::NotStored(unstored.to_string()));
         asking.answer.run = None;
         return Ok(asking.answer);

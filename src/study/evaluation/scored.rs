@@ -1,5 +1,8 @@
 //! Answers with their ground truth: the input of every figure in a report.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::answer::NOT_SENT;
 use super::{Attempt, AxisValues, Cluster, Confusion, Label, Spending, TemplateVersion};
 use nearmiss_ask::prompts::Techniques;
@@ -9,7 +12,9 @@ use nearmiss_scene::verdict::{Task, Verdict};
 use nearmiss_store::{ClaimCounts, Consumed, RunId};
 
 /// A prompt configuration: a row of a table.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
+#[serde(into = "Way")]
+#[schemars(with = "Way")]
 pub struct PromptConfig {
     /// The task.
     pub task: Task,
@@ -24,6 +29,45 @@ pub struct PromptConfig {
     /// The version of the prompt template; `None` for a judge without a prompt, for imported answers, and in plans,
     /// whose templates the batch pins.
     pub template: Option<TemplateVersion>,
+}
+
+/// A prompt configuration as every table and document has it.
+#[derive(Serialize, JsonSchema)]
+struct Way {
+    /// The question: collision, safety or recording.
+    #[schemars(title = "Task")]
+    task: &'static str,
+    /// Frame of the description; null for a judge without a prompt.
+    #[schemars(title = "Frame")]
+    frame: Option<&'static str>,
+    /// Prompting techniques: cp, cot and icl joined by +, or base; null for a judge without a prompt.
+    #[schemars(title = "Techniques")]
+    techniques: Option<String>,
+    /// Model asked, as provider/model.
+    #[schemars(title = "Model")]
+    model: String,
+    /// The values of the axes of its batch, in words.
+    #[schemars(title = "Settings", extend("rare" = true))]
+    settings: Option<String>,
+    /// The version of the template: its name with the letters that its hash begins with.
+    #[schemars(title = "Template", extend("rare" = true))]
+    template: Option<String>,
+    /// SHA-256 of the text of the template.
+    template_hash: Option<String>,
+}
+
+impl From<PromptConfig> for Way {
+    fn from(way: PromptConfig) -> Self {
+        Self {
+            task: way.task.name(),
+            frame: way.frame.map(|frame| frame.name()),
+            techniques: way.techniques.map(|techniques| techniques.to_string()),
+            settings: way.settings.words(),
+            template: way.template.as_ref().map(ToString::to_string),
+            template_hash: way.template.map(|template| template.hash),
+            model: way.model,
+        }
+    }
 }
 
 /// Status of a question.

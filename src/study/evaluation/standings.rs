@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::TemplateVersion;
 use super::bradley_terry::{Comparisons, NoStrengths, Strength};
+use nearmiss_record::Record;
 use nearmiss_store::{Choice, RatedAnswer, Rating};
 
 /// By what ratings are summed up.
@@ -21,25 +22,40 @@ pub enum StandingsBy {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, schemars::JsonSchema)]
 pub struct Standing {
     /// Which.
+    #[schemars(title = "name")]
     pub name: String,
     /// Ratings in which it was shown.
+    #[schemars(title = "shown")]
     pub shown: u32,
     /// Comparisons with another one: in a rating of three answers, the best one beats both others.
+    #[schemars(title = "games")]
     pub games: u32,
     /// Of them won.
+    #[schemars(title = "wins")]
     pub wins: u32,
     /// Of them tied.
+    #[schemars(title = "ties")]
     pub ties: u32,
     /// Of them lost.
+    #[schemars(title = "losses")]
     pub losses: u32,
     /// How often it was marked as wrong, or was among answers that were all called wrong.
+    #[schemars(title = "wrong")]
     pub wrong: u32,
-    /// Its strength, a logarithm with mean 0; `None` if there is none.
+    /// Its strength, a logarithm with mean 0; null if there is none.
+    #[schemars(title = "strength", extend("decimals" = 2))]
     pub strength: Option<f64>,
     /// The lower end of its interval of 95 %.
+    #[schemars(title = "low", extend("decimals" = 2))]
     pub low: Option<f64>,
     /// The upper end.
+    #[schemars(title = "high", extend("decimals" = 2))]
     pub high: Option<f64>,
+}
+
+impl Record for Standing {
+    const NAME: &'static str = "runs-ratings";
+    const TITLE: &'static str = "`runs ratings --format json`: one model or prompt a line";
 }
 
 /// All standings, strongest first; without strengths, by share of wins.

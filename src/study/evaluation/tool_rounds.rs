@@ -201,8 +201,8 @@ pub fn most_tokens(question: usize, limits: &ToolLimits, answer: Option<u32>) ->
 /// What a turn that called tools after the limit leaves: no verdict, and why.
 pub(super) fn beyond(limits: &ToolLimits) -> String {
     format!(
-        "the model called tools after the limit of {} rounds and {} calls instead of answering; raise --tool-rounds or \
-         --tool-calls",
+        "the model called tools after the limit of {} rounds and {} calls instead of answering; raise tool_rounds or \
+         tool_calls",
         limits.rounds, limits.calls
     )
 }

@@ -1,13 +1,16 @@
 //! The paper's tables beside the recorded answers, for people and programs.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::tables::{Comparison, Finding, Paper, Part, Published};
-use crate::evaluation::Confusion;
 use crate::evaluation::report::{
-    Block, Cell, DataHalf, Document, NONE, Table, counts, csv, number, p_value, way, with_interval,
+    Block, Cell, DataHalf, Document, FlatRows, ReportDocument, rows_of,
 };
 use crate::evaluation::statistics::Interval;
+use crate::evaluation::{Confusion, PromptConfig};
+use nearmiss_record::{CaptionedTable, NONE, Record, columns, with_interval};
+use nearmiss_scene::description::Frame;
 
 impl Paper {
     /// The comparison, then the report of the recorded answers; its notes say first what was read.
@@ -40,26 +43,23 @@ impl Paper {
         }
     }
 
-    /// The comparisons as CSV, one line each.
-    ///
-    /// # Errors
-    /// Never in practice: the writer's own words.
-    pub fn csv(&self) -> Result<String, String> {
-        csv(&self.rows())
-    }
-
-    /// The lines of [`Paper::csv`] as objects.
+    /// The comparisons, one row each.
     #[must_use]
-    pub fn rows(&self) -> Vec<Value> {
-        self.comparisons.iter().map(Comparison::json).collect()
+    pub fn rows(&self) -> FlatRows {
+        FlatRows::new(&[(&self.report.about, self.comparison_rows())])
     }
 
     /// The cells of the recorded answers, and the comparisons.
     #[must_use]
-    pub fn json(&self) -> Value {
-        let mut report = self.report.json();
-        report["comparisons"] = self.comparisons.iter().map(Comparison::json).collect();
-        report
+    pub fn json(&self) -> ReportDocument {
+        ReportDocument {
+            comparisons: self.comparison_rows(),
+            ..self.report.json()
+        }
+    }
+
+    fn comparison_rows(&self) -> Vec<ComparisonRow> {
+        self.comparisons.iter().map(ComparisonRow::from).collect()
     }
 
     fn words(&self) -> impl Iterator<Item = String> {
@@ -105,76 +105,24 @@ impl Paper {
         .into_iter()
     }
 
-    fn table(&self, name: &str) -> Table {
-        let rows: Vec<&Comparison> = self
-            .comparisons
-            .iter()
-            .filter(|c| c.published.table == name)
-            .collect();
-        let task = rows.first().map_or("", |c| c.published.way.task.name());
-        let mut table = Table::new(
+    fn table(&self, name: &str) -> CaptionedTable {
+        let of_table = { self.comparisons.iter() }.filter(|c| c.published.table == name);
+        let task = of_table.clone().next();
+        let task = task.map_or("", |c| c.published.way.task.name());
+        let rows: Vec<PaperRow> = of_table.map(PaperRow::from).collect();
+        let table = CaptionedTable::new(
             format!(
                 "Table {name} of the paper, {task} task, with the recorded answers and the built-in judge: TP/FP/FN/TN"
             ),
             format!("nearmiss-paper-{}", name.to_lowercase()),
-            &[
-                "<Prompt",
-                "<Method",
-                "<Model",
-                "Published",
-                "F1",
-                "Recorded",
-                "Unparsed",
-                "F1 recorded",
-                "Judge",
-                "F1 judge",
-                "<Collisions found",
-                "<False alarms",
-            ],
+            &columns::<PaperRow>(),
+            &rows_of(&rows),
         );
-        table.notes = self.words().collect();
-        for c in rows {
-            let (row, recorded) = (&c.published, c.recorded.as_ref());
-            let prompt = row
-                .way
-                .frame
-                .map_or(NONE, |f| if f.name() == "ego" { "Ego" } else { "Cart" });
-            table.rows.push(vec![
-                prompt.into(),
-                row.method.clone(),
-                row.model.clone(),
-                four(Some(&row.counts)),
-                number(Some(row.rates[2]), 2),
-                four(recorded.map(|r| &r.confusion)),
-                recorded.map_or_else(|| NONE.into(), |r| r.unparsed.to_string()),
-                with_interval(
-                    recorded.and_then(Cell::f1),
-                    recorded.and_then(|r| r.intervals.f1),
-                ),
-                four(c.reference.as_ref().map(|r| &r.confusion)),
-                number(c.reference.as_ref().and_then(Cell::f1), 2),
-                c.parts[0].finding.name().into(),
-                c.parts[1].finding.name().into(),
-            ]);
-        }
-        table
+        table.with_notes(self.words())
     }
 
-    fn departures(&self) -> Option<Table> {
-        let mut table = Table::new(
-            "Published and recorded shares that differ, with 95 % Wilson intervals",
-            "nearmiss-paper-departures",
-            &[
-                "<Table",
-                "<Row",
-                "<Share",
-                "Published",
-                "Recorded",
-                "p",
-                "<Finding",
-            ],
-        );
-        table.notes = self.words().collect();
+    fn departures(&self) -> Option<CaptionedTable> {
+        let mut rows = Vec::new();
         for c in self.comparisons.iter().filter(|c| c.repeats.is_none()) {
             let same = |one: &&Comparison| {
                 one.repeats.as_ref() == Some(&c.published.table)
@@ -186,44 +134,151 @@ impl Paper {
                 .map(|one| one.published.table.as_str())
                 .collect();
             for part in c.parts.iter().filter(|p| p.finding != Finding::Agrees) {
-                let of = |(hits, all), (share, interval)| {
-                    format!("{hits}/{all} = {}", with_interval(share, interval))
+                let of = |(hits, all), (share, interval): (Option<f64>, Option<Interval>)| {
+                    let share = with_interval(share, interval.map(Into::into));
+                    format!("{hits}/{all} = {share}")
                 };
-                let what = if part.collision {
-                    "collisions found"
-                } else {
-                    "false alarms"
-                };
-                table.rows.push(vec![
-                    tables.join(", "),
-                    name(&c.published),
-                    what.into(),
-                    of(part.published, part.published_share()),
-                    match part.recorded.1 {
-                        0 => NONE.into(),
-                        _ => of(part.recorded, part.recorded_share()),
+                let recorded = part.recorded.1 > 0;
+                rows.push(Departure {
+                    table: tables.join(", "),
+                    row: name(&c.published),
+                    share: if part.collision {
+                        "collisions found"
+                    } else {
+                        "false alarms"
                     },
-                    part.p.map_or_else(|| NONE.into(), p_value),
-                    part.finding.name().into(),
-                ]);
+                    published: of(part.published, part.published_share()),
+                    recorded: recorded.then(|| of(part.recorded, part.recorded_share())),
+                    p: part.p,
+                    finding: part.finding,
+                });
             }
         }
-        (!table.rows.is_empty()).then_some(table)
+        let table = CaptionedTable::new(
+            "Published and recorded shares that differ, with 95 % Wilson intervals",
+            "nearmiss-paper-departures",
+            &columns::<Departure>(),
+            &rows_of(&rows),
+        );
+        table.with_notes(self.words()).filled()
     }
 
-    fn contradictions(&self) -> Option<Table> {
-        let mut table = Table::new(
+    fn contradictions(&self) -> Option<CaptionedTable> {
+        let published = self.comparisons.iter().map(|c| &c.published);
+        let rows = published.flat_map(|row| {
+            let of_row = row.contradictions().into_iter();
+            of_row.map(|what| Contradiction {
+                table: row.table.clone(),
+                row: name(row),
+                what,
+            })
+        });
+        let rows: Vec<Contradiction> = rows.collect();
+        CaptionedTable::new(
             "Published rates that do not match the published counts",
             "nearmiss-paper-contradictions",
-            &["<Table", "<Row", "<What"],
-        );
-        for row in self.comparisons.iter().map(|c| &c.published) {
-            for words in row.contradictions() {
-                table.rows.push(vec![row.table.clone(), name(row), words]);
-            }
-        }
-        (!table.rows.is_empty()).then_some(table)
+            &columns::<Contradiction>(),
+            &rows_of(&rows),
+        )
+        .filled()
     }
+}
+
+/// A row of the paper beside the recorded answers, for people.
+#[derive(Serialize, JsonSchema)]
+struct PaperRow {
+    #[schemars(title = "Prompt")]
+    prompt: Option<&'static str>,
+    #[schemars(title = "Method")]
+    method: String,
+    #[schemars(title = "Model")]
+    model: String,
+    #[schemars(title = "Published")]
+    published: String,
+    #[schemars(title = "F1", extend("decimals" = 2))]
+    f1: f64,
+    #[schemars(title = "Recorded")]
+    recorded: Option<String>,
+    #[schemars(title = "Unparsed")]
+    unparsed: Option<u32>,
+    #[schemars(title = "F1 recorded", extend("decimals" = 2))]
+    recorded_f1: Option<f64>,
+    recorded_f1_ci: Option<Interval>,
+    #[schemars(title = "Judge")]
+    judge: Option<String>,
+    #[schemars(title = "F1 judge", extend("decimals" = 2))]
+    judge_f1: Option<f64>,
+    #[schemars(title = "Collisions found")]
+    collisions_found: Finding,
+    #[schemars(title = "False alarms")]
+    false_alarms: Finding,
+}
+
+impl Record for PaperRow {
+    const NAME: &'static str = "paper-row";
+    const TITLE: &'static str = "A row of the paper beside the recorded answers";
+}
+
+impl From<&Comparison> for PaperRow {
+    fn from(c: &Comparison) -> Self {
+        let (row, recorded, judge) = (&c.published, c.recorded.as_ref(), c.reference.as_ref());
+        let prompt = |frame: Frame| if frame.name() == "ego" { "Ego" } else { "Cart" };
+        Self {
+            prompt: row.way.frame.map(prompt),
+            method: row.method.clone(),
+            model: row.model.clone(),
+            published: four(&row.counts),
+            f1: row.rates[2],
+            recorded: recorded.map(|r| four(&r.confusion)),
+            unparsed: recorded.map(|r| r.unparsed),
+            recorded_f1: recorded.and_then(|r| r.f1),
+            recorded_f1_ci: recorded.and_then(|r| r.f1_ci),
+            judge: judge.map(|r| four(&r.confusion)),
+            judge_f1: judge.and_then(|r| r.f1),
+            collisions_found: c.parts[0].finding,
+            false_alarms: c.parts[1].finding,
+        }
+    }
+}
+
+/// A published share that the recorded answers do not reproduce.
+#[derive(Serialize, JsonSchema)]
+struct Departure {
+    #[schemars(title = "Table")]
+    table: String,
+    #[schemars(title = "Row")]
+    row: String,
+    #[schemars(title = "Share")]
+    share: &'static str,
+    #[schemars(title = "Published")]
+    published: String,
+    #[schemars(title = "Recorded")]
+    recorded: Option<String>,
+    #[schemars(title = "p", extend("decimals" = 3, "bounded" = true))]
+    p: Option<f64>,
+    #[schemars(title = "Finding")]
+    finding: Finding,
+}
+
+impl Record for Departure {
+    const NAME: &'static str = "paper-departure";
+    const TITLE: &'static str = "A published share that the recorded answers do not reproduce";
+}
+
+/// A published rate that does not match the published counts.
+#[derive(Serialize, JsonSchema)]
+struct Contradiction {
+    #[schemars(title = "Table")]
+    table: String,
+    #[schemars(title = "Row")]
+    row: String,
+    #[schemars(title = "What")]
+    what: String,
+}
+
+impl Record for Contradiction {
+    const NAME: &'static str = "paper-contradiction";
+    const TITLE: &'static str = "A published rate that does not match the published counts";
 }
 
 /// A row in short: `ego All Gemini-1.5Pro`.
@@ -232,65 +287,138 @@ fn name(row: &Published) -> String {
     format!("{frame} {} {}", row.method, row.model)
 }
 
-fn four(c: Option<&Confusion>) -> String {
-    c.map_or_else(
-        || NONE.into(),
-        |c| {
-            format!(
-                "{}/{}/{}/{}",
-                c.true_positives, c.false_positives, c.false_negatives, c.true_negatives
-            )
-        },
-    )
+fn four(c: &Confusion) -> String {
+    c.counts().map(|n| n.to_string()).join("/")
 }
 
-impl Comparison {
-    /// One object.
-    #[must_use]
-    pub fn json(&self) -> Value {
-        let row = &self.published;
-        let mut map = way(&row.way);
-        let cell = |cell: &Cell| {
-            let mut map = counts(&cell.confusion);
-            map.insert("unparsed".into(), json!(cell.unparsed));
-            map.insert("precision".into(), json!(cell.precision()));
-            map.insert("recall".into(), json!(cell.confusion.recall()));
-            map.insert("f1".into(), json!(cell.f1()));
-            map.insert(
-                "f1_ci".into(),
-                json!(cell.intervals.f1.map(|i| [i.low, i.high])),
-            );
-            map
-        };
-        let mut printed = counts(&row.counts);
-        for (name, rate) in ["precision", "recall", "f1"].into_iter().zip(row.rates) {
-            printed.insert(name.into(), json!(rate));
+/// A row of the paper beside the recorded answers, for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ComparisonRow {
+    /// How was asked.
+    #[serde(flatten)]
+    pub way: PromptConfig,
+    /// The table of the paper, I to IV.
+    pub table: String,
+    /// The paper's word for the techniques.
+    pub method: String,
+    /// The table in which the same row stands before: its counts are published once.
+    pub repeats: Option<String>,
+    /// What is printed.
+    pub published: PrintedCounts,
+    /// Where the printed rates do not follow from the printed counts.
+    pub contradictions: Vec<String>,
+    /// The recorded answers; null if there are none.
+    pub recorded: Option<CountedCounts>,
+    /// The built-in judge on the scenarios of the recorded answers of any way.
+    pub reference: Option<CountedCounts>,
+    /// The share of collisions that are found.
+    pub collisions_found: PartRow,
+    /// The share of normal scenarios that are mistaken for one.
+    pub false_alarms: PartRow,
+}
+
+impl Record for ComparisonRow {
+    const NAME: &'static str = "paper-comparison";
+    const TITLE: &'static str = "A row of the paper beside the recorded answers";
+}
+
+/// Counts with the rates that are printed beside them.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct PrintedCounts {
+    /// The four counts.
+    #[serde(flatten)]
+    pub counts: Confusion,
+    /// Rounded to two decimals, as are the others.
+    pub precision: f64,
+    /// The recall.
+    pub recall: f64,
+    /// F1.
+    pub f1: f64,
+}
+
+/// Counts with the rates that follow from them.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct CountedCounts {
+    /// The four counts.
+    #[serde(flatten)]
+    pub counts: Confusion,
+    /// Answers without a verdict.
+    pub unparsed: u32,
+    /// tp / (tp + fp).
+    pub precision: Option<f64>,
+    /// tp / (tp + fn).
+    pub recall: Option<f64>,
+    /// Harmonic mean of precision and recall.
+    pub f1: Option<f64>,
+    /// Its interval of 95 %.
+    pub f1_ci: Option<Interval>,
+}
+
+/// A published share beside the recorded one.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct PartRow {
+    /// The published share.
+    pub published: Option<f64>,
+    /// Its Wilson interval.
+    pub published_ci: Option<Interval>,
+    /// The recorded share.
+    pub recorded: Option<f64>,
+    /// Its Wilson interval.
+    pub recorded_ci: Option<Interval>,
+    /// The two-sided p value of the recorded ones being a random part of the published ones.
+    pub p: Option<f64>,
+    /// The conclusion.
+    pub finding: Finding,
+}
+
+impl From<&Part> for PartRow {
+    fn from(part: &Part) -> Self {
+        let (published, published_ci) = part.published_share();
+        let (recorded, recorded_ci) = part.recorded_share();
+        Self {
+            published,
+            published_ci,
+            recorded,
+            recorded_ci,
+            p: part.p,
+            finding: part.finding,
         }
-        let part = |part: &Part| {
-            let ends = |(_, i): (Option<f64>, Option<Interval>)| i.map(|i| [i.low, i.high]);
-            json!({
-                "published": part.published_share().0,
-                "published_ci": ends(part.published_share()),
-                "recorded": part.recorded_share().0,
-                "recorded_ci": ends(part.recorded_share()),
-                "p": part.p,
-                "finding": part.finding.name(),
-            })
-        };
-        let rest = json!({
-            "table": row.table,
-            "method": row.method,
-            "repeats": self.repeats,
-            "published": printed,
-            "contradictions": row.contradictions(),
-            "recorded": self.recorded.as_ref().map(cell),
-            "reference": self.reference.as_ref().map(cell),
-            "collisions_found": part(&self.parts[0]),
-            "false_alarms": part(&self.parts[1]),
-        });
-        if let Value::Object(rest) = rest {
-            map.extend(rest);
+    }
+}
+
+impl From<&Cell> for CountedCounts {
+    fn from(cell: &Cell) -> Self {
+        Self {
+            counts: cell.confusion,
+            unparsed: cell.unparsed,
+            precision: cell.precision,
+            recall: cell.recall,
+            f1: cell.f1,
+            f1_ci: cell.f1_ci,
         }
-        Value::Object(map)
+    }
+}
+
+impl From<&Comparison> for ComparisonRow {
+    fn from(one: &Comparison) -> Self {
+        let row = &one.published;
+        let [precision, recall, f1] = row.rates;
+        Self {
+            way: row.way.clone(),
+            table: row.table.clone(),
+            method: row.method.clone(),
+            repeats: one.repeats.clone(),
+            published: PrintedCounts {
+                counts: row.counts,
+                precision,
+                recall,
+                f1,
+            },
+            contradictions: row.contradictions(),
+            recorded: one.recorded.as_ref().map(CountedCounts::from),
+            reference: one.reference.as_ref().map(CountedCounts::from),
+            collisions_found: (&one.parts[0]).into(),
+            false_alarms: (&one.parts[1]).into(),
+        }
     }
 }

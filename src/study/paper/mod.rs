@@ -9,6 +9,7 @@ mod scenes;
 mod scored;
 mod tables;
 
+pub use document::ComparisonRow;
 pub use recorded::{Recorded, find, is_laid_out};
 pub use runs::runs;
 pub use scored::scored;

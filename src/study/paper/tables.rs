@@ -1,6 +1,7 @@
 //! Recorded answers compared with the paper's printed numbers and the built-in judge.
 
-use serde::Deserialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::evaluation::report::{Cell, Report, ReportSubject};
 use crate::evaluation::statistics::{Interval, part_of, wilson};
@@ -28,7 +29,8 @@ pub struct Published {
 }
 
 /// Comparison of recorded answers with a published count.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Finding {
     /// They could be a random part of the published ones.
     Agrees,
@@ -259,19 +261,6 @@ impl Part {
 fn share((hits, all): (u32, u32)) -> (Option<f64>, Option<Interval>) {
     let share = (all > 0).then(|| f64::from(hits) / f64::from(all));
     (share, wilson(hits, all))
-}
-
-impl Finding {
-    /// In a word.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Agrees => "agrees",
-            Self::Differs => "differs",
-            Self::Impossible => "impossible",
-            Self::Missing => "missing",
-        }
-    }
 }
 
 #[cfg(test)]

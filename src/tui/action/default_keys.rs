@@ -90,7 +90,7 @@ table! {
     SaveDrive, Global, "save-drive", ["space e s"], 0, "save drive", "Write the planned ego, as an ego trajectory (CSV) and as a CommonRoad solution, into the folder that pictures go to.";
     Generate, Global, "generate", ["space g g"], 0, "make dangerous", "Make the scenario dangerous: search for a motion of an obstacle that endangers the planned ego and that a good driver survives; again uses the next seed.";
     GenerateWith, Global, "generate-with", ["space g a"], 0, "picked attacks", "The same, with the picked obstacle as the attacker.";
-    GenerateWish, Global, "generate-wish", ["space g d"], 0, "describe an attack", "Search for an attack that words describe: who, which manoeuvre, from where.";
+    GenerateWish, Global, "generate-wish", ["space g d"], 0, "describe an attack", "Search for an attack that terms describe: who, which manoeuvre, from where.";
     ModelAttacks, Global, "generate-with-model", ["space g m"], 0, "model attacks", "Make the scenario dangerous with the chosen model: it picks the attacker and writes its motion, and sees what the gate refuses; again asks it again.";
     ModelAttacksWith, Global, "generate-with-model-by", ["space g w"], 0, "model writes", "The same, with the picked obstacle as the attacker: the model only writes its motion.";
     SwitchVariant, Global, "switch-variant", ["space g o"], 0, "original or variant", "Switch between the generated variant and its original.";

@@ -47,7 +47,7 @@ pub fn menu_label(entry: &Entry) -> &'static str {
         SaveDrive => "save the planned drive",
         Generate => "search for an attack",
         GenerateWith => "search, picked obstacle attacks",
-        GenerateWish => "search, in your words",
+        GenerateWish => "search, by terms",
         ModelAttacks => "model attacks",
         ModelAttacksWith => "model moves the picked obstacle",
         VariantPanel => "about the variant",

@@ -62,7 +62,7 @@ pub fn synonyms_of(action: Action) -> &'static str {
         CollisionStep => "danger critical moment crash jump",
         ContactStep => "collision crash impact",
         NextDisagreement => "wrong mistake differ",
-        GenerateWish => "wish sentence words attack",
+        GenerateWish => "wish terms attack",
         Generate => "attack adversarial variant danger",
         DrivePlanner => "plan simulate closed loop autopilot",
         NextPlanner => "external process own planner under test",

@@ -148,7 +148,7 @@ fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
     }
 }
 
-/// The table and the action of the screen of two prompt versions, which is gone. Files that `nearmiss keys --print` wrote
+/// The table and the action of the screen of two prompt versions, which is gone. Files that `nearmiss config keys --format toml` wrote
 /// before have both: the other keys of these files go on to hold.
 const REMOVED_TABLE: &str = "versions";
 const REMOVED_ACTION: &str = "compare-versions";
@@ -234,7 +234,7 @@ fn near(scope: Scope, id: &str) -> String {
     let here = ACTIONS.iter().filter(|entry| entry.scope == scope);
     match nearest(id, here.map(|entry| entry.id)) {
         Some(meant) => format!("; did you mean `{meant}`?"),
-        None => "; `nearmiss keys` lists all".into(),
+        None => "; `nearmiss config keys` lists all".into(),
     }
 }
 
@@ -408,7 +408,7 @@ mod tests {
 
     #[test]
     fn keys_of_a_file_win_over_those_of_the_preset() {
-        // As `nearmiss keys --print` wrote them before there were menus.
+        // As `nearmiss config keys --format toml` wrote them before there were menus.
         let text = "[global]\nplay = [\"space\"]\nresults = [\"%\"]\ncp = [\"1\"]\n[text]\ntop = [\"g\"]\n";
         let map = Keymap::parse("keymap.toml", text).unwrap();
         let means = |names: &str, scope| map.meaning(&Chord::parse(names).unwrap().0, scope);

@@ -178,11 +178,11 @@ impl Arranged {
             _ => 17,
         };
         let focus = Pane::Scenarios;
-        self.answers(right, body, shares, (Wide, focus), (verdict, risk));
+        self.answers(right, body, shares, Wide, focus, (verdict, risk));
     }
 
     /// Three columns in a low terminal: the prompt takes turns with map and timeline.
-    pub fn low(&mut self, body: Rect, shares: PaneShares, (longest, focus): (usize, Pane)) {
+    pub fn low(&mut self, body: Rect, shares: PaneShares, longest: usize, focus: Pane) {
         let [left, right] = self.cut(body, body, shares, Wide, Cut::answers(body));
         let [list, middle] = self.cut(left, body, shares, Wide, Cut::list(body, left, longest));
         self.panes.push((Pane::Scenarios, list));
@@ -205,7 +205,7 @@ impl Arranged {
             self.panes
                 .extend([(Pane::Map, map), (Pane::Timeline, timeline)]);
         }
-        self.answers(right, body, shares, (Wide, focus), (9, 7));
+        self.answers(right, body, shares, Wide, focus, (9, 7));
     }
 
     /// One column: what is looked at above (list, map or prompt), and what is said about it below; below the list, the
@@ -330,7 +330,7 @@ impl Arranged {
             self.panes.push((shown, upper));
         }
         self.panes.push((Pane::Timeline, timeline));
-        self.answers(right, body, shares, (Compact, focus), (9, 7));
+        self.answers(right, body, shares, Compact, focus, (9, 7));
     }
 
     /// The column on the right: verdicts, reasoning and plot, of which the first and the last usually have so many
@@ -340,7 +340,8 @@ impl Arranged {
         area: Rect,
         body: Rect,
         shares: PaneShares,
-        (arrangement, focus): (Arrangement, Pane),
+        arrangement: Arrangement,
+        focus: Pane,
         usual: (u16, u16),
     ) {
         let all = area.height >= usual.0 + LOWEST + LOW;

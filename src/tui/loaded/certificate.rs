@@ -38,11 +38,11 @@ impl CertificateDrive {
     pub(super) fn saved(entry: &Entry, variant: &Opened, thresholds: &Thresholds) -> Option<Self> {
         let saved = variant.saved.as_ref()?;
         let (delay, path) = saved.origin.certificate(None)?;
-        let ego = EgoSelection::File {
+        let from_file = EgoSelection::File {
             path,
             planning_problem: None,
         };
-        let mut ego = ego.resolve(entry, &variant.scenario).ok()??;
+        let mut ego = from_file.resolve(entry, &variant.scenario).ok()??;
         // The same vehicle drives; a recording cannot say so.
         ego.footprint = variant.scene.as_ref()?.ego.footprint.clone();
         let scenario = Arc::clone(&variant.scenario);

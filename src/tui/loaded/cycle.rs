@@ -80,7 +80,8 @@ impl CycleShown {
     /// The displayed data of a cycle that has just ended, for steps of `dt` seconds.
     #[must_use]
     pub fn new(
-        (planner, limits): (&Planner<'_>, &Limits),
+        planner: &Planner<'_>,
+        limits: &Limits,
         cycle: &Cycle,
         traffic: &Traffic,
         dt: f64,

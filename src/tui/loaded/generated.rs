@@ -136,10 +136,17 @@ impl Opened {
             .map_err(|error| error.to_string())?;
         let original = {
             let drive = workshop.closed.baseline().drive();
-            let mut planned = PlannedEgo::from_outcome(&prepared, drive, recorder.cycles);
-            planned.1.planner = wanted.planner;
-            planned.1.process.clone_from(&drive.external);
-            Self::with_planned(&request.open, workshop.ego.clone(), planned, thresholds)
+            let (scenario, mut planned) =
+                PlannedEgo::from_outcome(&prepared, drive, recorder.cycles);
+            planned.planner = wanted.planner;
+            planned.process.clone_from(&drive.external);
+            Self::with_planned(
+                &request.open,
+                workshop.ego.clone(),
+                scenario,
+                planned,
+                thresholds,
+            )
         };
         let plausibility = workshop.plausibility(&chosen.attack.change);
         let shown = VariantDisplay {
@@ -220,7 +227,7 @@ impl VariantDisplay {
         let author = self
             .authorship
             .as_ref()
-            .map(|wrote| wrote.authored.document(Some(&chosen.attack)));
+            .map(|wrote| serde_json::json!(wrote.authored.record(Some(&chosen.attack))));
         let Attack {
             asked,
             change,

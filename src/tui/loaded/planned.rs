@@ -83,7 +83,7 @@ impl Opened {
         cancel: &Cancel,
         on_step: &mut dyn FnMut(usize, usize),
     ) -> Result<Option<Self>, String> {
-        Self::planned_by(request, (0, None), thresholds, cancel, on_step)
+        Self::planned_by(request, 0, None, thresholds, cancel, on_step)
     }
 
     /// The same by a planner with this place among those that can be chosen; the built-in one is the first.
@@ -92,7 +92,8 @@ impl Opened {
     /// Those of [`Self::planned`].
     pub fn planned_by(
         request: &PlanRequest<'_>,
-        (place, planner): (usize, Option<Arc<ExternalPlanner>>),
+        place: usize,
+        planner: Option<Arc<ExternalPlanner>>,
         thresholds: &Thresholds,
         cancel: &Cancel,
         on_step: &mut dyn FnMut(usize, usize),
@@ -106,10 +107,11 @@ impl Opened {
             .map_err(|error| error.to_string())?;
         Ok(outcome.map(|PlanOutcome { prepared, drive }| {
             let ego = drive.ego(prepared.problem(), &prepared.settings);
-            let mut planned = PlannedEgo::from_outcome(&prepared, &drive, recorder.cycles);
-            planned.1.planner = place;
-            planned.1.process = drive.external;
-            Self::with_planned(&request.open, ego, planned, thresholds)
+            let (scenario, mut planned) =
+                PlannedEgo::from_outcome(&prepared, &drive, recorder.cycles);
+            planned.planner = place;
+            planned.process = drive.external;
+            Self::with_planned(&request.open, ego, scenario, planned, thresholds)
         }))
     }
 
@@ -117,7 +119,8 @@ impl Opened {
     pub(super) fn with_planned(
         request: &OpenRequest<'_>,
         ego: Ego,
-        (scenario, planned): (Arc<Scenario>, PlannedEgo),
+        scenario: Arc<Scenario>,
+        planned: PlannedEgo,
         thresholds: &Thresholds,
     ) -> Self {
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
@@ -178,8 +181,7 @@ impl Recorder {
             done,
             of,
         } = event;
-        let planner = (*planner, &self.limits);
-        let shown = CycleShown::new(planner, cycle, &traffic(), self.dt);
+        let shown = CycleShown::new(planner, &self.limits, cycle, &traffic(), self.dt);
         self.cycles.push(shown);
         on_step(*done, *of);
     }

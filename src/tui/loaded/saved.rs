@@ -1,11 +1,12 @@
 //! The original of a variant that was opened from a file, as the certificate beside it names it.
 
 use super::Opened;
+use nearmiss_drive::generation::AttackerRecord;
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_render::{Variation, Variations};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::Scenario;
-use nearmiss_workflow::{Attacker, VariantOrigin};
+use nearmiss_workflow::VariantOrigin;
 
 /// A saved variant's origin, with its original opened beside it.
 #[derive(Debug)]
@@ -34,14 +35,19 @@ impl SavedVariant {
         let Ok((_, original)) = &self.original else {
             return Variations::default();
         };
-        let both = |attacker: &Attacker| {
+        let both = |attacker: &AttackerRecord| {
             Some(Variation {
                 recorded: original.scenario.obstacle(attacker.id)?,
                 changed: variant.obstacle(attacker.id)?,
-                from: attacker.from,
+                from: attacker.from_step,
                 shows_changed,
             })
         };
-        self.origin.attackers.iter().filter_map(both).collect()
+        self.origin
+            .manifest
+            .attackers
+            .iter()
+            .filter_map(both)
+            .collect()
     }
 }

@@ -9,7 +9,7 @@ use nearmiss_scene::description::Frame;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Edge, Filter, Page, Run, RunId};
-use nearmiss_study::evaluation::batch::{AnswerSet, CountingChoice, Estimate, RequestSettings};
+use nearmiss_study::evaluation::batch::{AnswerSet, CountingChoice, Estimate, Experiment};
 use nearmiss_study::evaluation::{Answer, Results};
 use nearmiss_workflow::TruthChoice;
 
@@ -128,8 +128,8 @@ pub struct Batch {
     pub frame: Frame,
     /// How it is asked.
     pub techniques: Techniques,
-    /// The user's other settings.
-    pub request: RequestSettings,
+    /// All that is asked.
+    pub experiment: Experiment,
     /// Steps in a window.
     pub history: usize,
     /// The templates.

@@ -110,8 +110,10 @@ impl GenerationState {
     /// Where the variant was written to.
     #[must_use]
     pub fn files(&self, made: &Arc<GeneratedVariant>) -> Option<&str> {
-        let mut kept = self.kept.iter();
-        let kept = kept.find(|kept| Arc::ptr_eq(&kept.made, made))?;
+        let kept = self
+            .kept
+            .iter()
+            .find(|kept| Arc::ptr_eq(&kept.made, made))?;
         kept.saved.as_deref()
     }
 
@@ -316,7 +318,7 @@ impl Model {
             Ok(_) => format!(
                 "{what}; {} opens the original {}, {} shows it beside",
                 self.look.key(Action::SwitchVariant),
-                saved.origin.id,
+                saved.origin.manifest.original.benchmark_id,
                 self.look.key(Action::SplitMap)
             ),
             Err(why) => format!("{what}; {why}"),

@@ -289,11 +289,11 @@ impl List {
         self.stale = false;
         let selected = self.lines.get(self.selected).copied();
         let place = self.current().or(self.opened);
-        let name = selected.and_then(|line| match line {
+        let group = selected.and_then(|line| match line {
             Line::Head(group) | Line::Scenario(_, Some(group)) => self.groups.get(group),
             Line::Scenario(_, None) => None,
         });
-        let name = name.map(|group| group.name.clone());
+        let name = group.map(|group| group.name.clone());
         let on_head = matches!(selected, Some(Line::Head(_)));
 
         (self.visible, self.matched) = self.passing();

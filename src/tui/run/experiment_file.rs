@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use nearmiss_ask::prompts::Library;
 use nearmiss_settings::TextFile;
-use nearmiss_workflow::{Experiment, experiment_among};
+use nearmiss_workflow::{experiment_among, read_experiment};
 
 /// The scenarios that the workbench lists, and the experiment that it opens if one is named in their place: then those
 /// that it asks about, or the bundled ones where the file cannot be used, which its screen says.
@@ -16,9 +16,8 @@ pub fn split_off(paths: Vec<PathBuf>) -> Result<(Vec<PathBuf>, Option<PathBuf>),
         return Ok((paths, None));
     };
     let text = TextFile::read(&file).map(|file| file.text);
-    let experiment =
-        text.and_then(|text| Experiment::from_toml(&text, &file, &Library::load(None)));
-    let listed = experiment.map_or_else(|_| Vec::new(), |experiment| experiment.paths);
+    let experiment = text.and_then(|text| read_experiment(&text, &file, &Library::load(None)));
+    let listed = experiment.map_or_else(|_| Vec::new(), |experiment| experiment.scenarios);
     Ok((listed, Some(file)))
 }
 

@@ -10,6 +10,7 @@ use super::super::model::{Glyphs, Look, MapChoice, Model, Prices};
 use super::super::pixels::{self, Encoder};
 use super::super::session::{self, SavedLocation, drafts, restore};
 use super::super::tasks::thresholds;
+use super::super::terminal;
 use super::super::theme::{AUTO, ColorDepth, Theme};
 use super::super::user_file::first;
 use nearmiss_ask::llm::{Environment, Registry};
@@ -36,7 +37,7 @@ pub fn prepare(
     let chosen = config.theme.clone().unwrap_or_else(|| AUTO.into());
     // The terminal takes its time to answer; meanwhile the rest is read.
     let asks = ThemeFile::pairs().any(|pair| pair == chosen);
-    let asked = asks.then(|| std::thread::spawn(move || background::ask(env)));
+    let asked = asks.then(|| std::thread::spawn(move || background::ask(terminal::answers, env)));
     let registry = Registry::lenient(&config.providers, &folders.config_file());
     complaints.extend(registry.broken().map(|(_, why)| why.to_string()));
     let keymap = Keymap::load(&folders.keymap()).unwrap_or_else(|mistakes| {
@@ -54,7 +55,7 @@ pub fn prepare(
     let mut background = asked.unwrap_or_else(|| background::of_environment(env));
     let map = MapChoice::of_config(config.map.as_deref());
     let encoder = if pixels::is_worth_asking(map, env) {
-        Encoder::ask(background::PATIENCE)
+        Encoder::ask(terminal::answers, background::PATIENCE, env)
     } else {
         None
     };

@@ -112,8 +112,11 @@ impl AttackScreen {
             ),
             ("price", self.price.clone(), bold),
         ];
-        let bound = model.prompt.prices.bound(&self.asked);
-        let bound = bound.map(|bound| ("counted", bound, Style::new()));
+        let bound = model
+            .prompt
+            .prices
+            .bound(&self.asked)
+            .map(|bound| ("counted", bound, Style::new()));
         let rows = rows.into_iter().chain(bound);
         let line = |(name, value, style): (&str, String, Style)| {
             let value = visible(&value).into_owned();

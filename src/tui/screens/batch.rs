@@ -114,7 +114,7 @@ fn windows(batch: &Batch) -> String {
         return "each recording as a whole".to_string();
     }
     let steps = batch.history;
-    match (batch.request.within, batch.request.lead, batch.task) {
+    match (batch.experiment.within, batch.experiment.lead(), batch.task) {
         (Some(_), Some(Lead::Seconds(lead)), _) => {
             format!("{steps} steps up to {lead} s before contact; safe ones like them")
         }
@@ -171,11 +171,12 @@ fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
         batch.model.clone()
     };
     row("model", who, bold);
+    let tools = batch.experiment.parameters().tools;
     let how = format!(
         "{} · {} · {}",
         batch.task.name(),
         batch.frame.name(),
-        with_tools(&batch.techniques.to_string(), batch.request.tools.is_some())
+        with_tools(&batch.techniques.to_string(), tools.is_some())
     );
     row("how", how, Style::new());
     if batch.draft.is_some() {
@@ -223,7 +224,7 @@ fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
     } else {
         format!("{}, {} at once", estimate.requests, counts.at_once)
     };
-    let asks = match batch.request.tools.filter(|_| !own) {
+    let asks = match tools.filter(|_| !own) {
         Some(limits) => format!("{asks}; each with up to {} rounds of tools", limits.rounds),
         None => asks,
     };

@@ -63,8 +63,15 @@ impl Screen for CycleScreen {
             Some((planned, cycle)) => text(model, planned, cycle, usize::from(width).max(2) - 2),
             None => Text::styled(without(model), Style::new().fg(model.theme.dim)),
         };
-        let shown = (width, self.scroll);
-        window::at_right(frame, screen, model, "the planner", text, shown);
+        window::at_right(
+            frame,
+            screen,
+            model,
+            "the planner",
+            text,
+            width,
+            self.scroll,
+        );
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {

@@ -66,7 +66,7 @@ impl Screen for DetailsScreen {
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let width = self.columns_at_right(screen).unwrap_or(screen.width);
         let text = text(model, usize::from(width.saturating_sub(2)));
-        window::at_right(frame, screen, model, "details", text, (width, self.scroll));
+        window::at_right(frame, screen, model, "details", text, width, self.scroll);
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {

@@ -60,8 +60,15 @@ impl Screen for HelpScreen {
             typed => format!("keys · {}▏", fit(typed, 30)),
         };
         let text = text(model, &self.typed, window::text_width(screen));
-        let shown = (window::COLUMNS, self.scroll);
-        window::scrolled_in(frame, screen, model, &title, text, shown);
+        window::scrolled_in(
+            frame,
+            screen,
+            model,
+            &title,
+            text,
+            window::COLUMNS,
+            self.scroll,
+        );
     }
 
     fn hints(&self, _model: &Model) -> Vec<Hint> {
@@ -139,8 +146,10 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
     let of_scope = |scope: Scope| ACTIONS.iter().filter(move |entry| entry.scope == scope);
     let in_pane = |entry: &Entry| entry.scope == Scope::Global && here.1.contains(&entry.action);
     if here.0 != Scope::Global {
-        let words = Scope::ALL.iter().find(|(scope, ..)| *scope == here.0);
-        let words = words.map_or("", |(_, _, words)| words);
+        let words = Scope::ALL
+            .iter()
+            .find(|(scope, ..)| *scope == here.0)
+            .map_or("", |(_, _, words)| words);
         let pane = ACTIONS.iter().filter(|entry| in_pane(entry));
         add(format!("here: {words}"), &mut of_scope(here.0).chain(pane));
     }

@@ -68,7 +68,8 @@ impl Screen for IndexScreen {
             .map(|row| (visible(&row.words).into_owned(), String::new()));
         picker::draw(frame, inner, model, &self.picker, &rows.collect::<Vec<_>>());
         if self.picker.text.trim().is_empty() {
-            let hint = "type the folder of an index; `nearmiss index PATH… -o FOLDER` makes one";
+            let hint =
+                "type the folder of an index; `nearmiss corpus index PATH… -o FOLDER` makes one";
             picker::hint(frame, inner, model, hint);
         }
     }

@@ -45,8 +45,8 @@ impl Screen for LayersScreen {
         window::margin(frame, screen, area, model);
         let inner = window::window_at(frame, area, model, "layers of the map");
         let columns = usize::from(inner.width);
-        let rows = model.map.layers.rows();
-        let rows = rows.iter().enumerate().map(|(row, (name, state))| {
+        let layers = model.map.layers.rows();
+        let rows = layers.iter().enumerate().map(|(row, (name, state))| {
             let style = if row == self.selected {
                 model.theme.selected()
             } else {

@@ -1,6 +1,6 @@
 //! Screens and windows that open over the main screen: one file each, behind the trait [`Screen`].
 //!
-//! A new one is a file here, its `mod` and its line in [`open`], an action and the action's line in the table.
+//! A new one is a file here, its `mod`, its line in `opening.rs`, an action and the action's line in the table.
 
 pub mod about;
 pub mod attack;
@@ -17,6 +17,7 @@ pub mod jobs;
 pub mod layers;
 pub mod measures;
 pub mod models;
+mod opening;
 pub mod orders;
 pub mod palette;
 pub mod picker;
@@ -43,6 +44,8 @@ use super::message::{Effect, Mouse};
 use super::model::{Model, Place};
 use super::widgets::hints::Hint;
 use nearmiss_store::Run;
+
+pub use opening::open;
 
 /// A screen or window over the main screen, which takes the keys: state, keys, drawing and footer.
 pub trait Screen: Any + Debug + Send {
@@ -209,57 +212,6 @@ impl Screens {
 
 fn as_any(screen: &dyn Screen) -> &dyn Any {
     screen
-}
-
-/// Opens the screen of an action, or says why it stays closed; `None` for other actions. An action of a screen opens
-/// the screen where it is not on top, and does nothing else.
-pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
-    use Action::*;
-    match action {
-        Help => model.screens.open(help::HelpScreen::default()),
-        About => model.screens.open(about::AboutScreen::default()),
-        Values => model.screens.open(values::ValuesScreen::default()),
-        Details => details::open(model),
-        PlannerCycle => cycle::open(model),
-        VariantPanel => variant::open(model),
-        Layers => model.screens.open(layers::LayersScreen::default()),
-        Palette => picker::open(model, palette::Palette),
-        PickTheme => themes::open(model),
-        ChooseModel => picker::open(model, models::Models { ask: false }),
-        Compare => picker::open(model, models::Models { ask: true }),
-        PlotMeasure => picker::open(model, measures::Measures),
-        SortScenarios => picker::open(model, orders::Orders),
-        SavePicture => pictures::open(model),
-        ChooseTemplate => picker::open(model, templates::Templates),
-        EditTags => tags::open(model),
-        Source => return Some(source::open(model)),
-        History => return Some(history::open(model)),
-        ReopenRun | SearchRuns | PinRun | DeleteRun | UndoDelete | NoteRun | CopyRun
-        | ExportRuns | OtherHalf
-            if !model.screens.is_top::<history::HistoryScreen>() =>
-        {
-            return Some(history::open(model));
-        }
-        TaskList => jobs::open(model),
-        CancelJob | CancelAllJobs | ShowJob if !model.screens.is_top::<jobs::JobsScreen>() => {
-            jobs::open(model);
-        }
-        Coverage => coverage::open(model),
-        CoverageLeft | CoverageRight | OpenCoverage | NextSeverity | CoverageWindows
-            if !model.screens.is_top::<coverage::CoverageScreen>() =>
-        {
-            coverage::open(model);
-        }
-        Results => return Some(results::open(model)),
-        CellLeft | CellRight | OpenCell | ChooseCounted | ChangeTruth | SortResults
-        | ExportResults
-            if !model.screens.is_top::<results::ResultsScreen>() =>
-        {
-            return Some(results::open(model));
-        }
-        _ => return None,
-    }
-    Some(Vec::new())
 }
 
 /// Whether an action opens a screen wherever it is performed.

@@ -47,8 +47,9 @@ impl Choice for Models {
         let prices = &model.prompt.prices;
         let selected = shown.get(picker.selected);
         let origin = selected.map(|id| prices.origin(id));
-        let bound = selected.and_then(|id| prices.bound(id));
-        let bound = bound.map(|bound| format!("at most: {bound}"));
+        let bound = selected
+            .and_then(|id| prices.bound(id))
+            .map(|bound| format!("at most: {bound}"));
         let rows = shown.into_iter().map(|id| {
             let note = note(model, &id);
             (id, note)
@@ -78,8 +79,9 @@ fn note(model: &Model, id: &str) -> String {
     parts.extend(offer.and_then(|o| o.warning.clone()));
     let of_million = prices.per_million(id);
     let question = model.prompt.question.as_ref();
-    let once = question.map(|_| model.price_of(id));
-    let once = once.filter(|once| *once != of_million);
+    let once = question
+        .map(|_| model.price_of(id))
+        .filter(|once| *once != of_million);
     parts.push(of_million);
     parts.extend(once);
     parts.join(" · ")

@@ -1,4 +1,4 @@
-//! Input line for what an attack is wished to be, in words, with what is understood of them.
+//! Input line for the terms that an attack is wished to fit.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -14,11 +14,11 @@ use crate::model::Model;
 use crate::widgets::hints::{Hint, fixed};
 use crate::widgets::window;
 use crate::widgets::words::fit_end;
+use nearmiss_drive::generation::Wish;
 use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::ContentHash;
-use nearmiss_workflow::read_wish;
 
-/// The words, and the search that waits for them.
+/// The terms, and the search that waits for them.
 #[derive(Debug)]
 pub struct WishScreen {
     typed: String,
@@ -58,7 +58,7 @@ impl Screen for WishScreen {
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-        let title = "search for an attack that you describe";
+        let title = "search for an attack that terms describe";
         let inner = window::window(frame, screen, model, title, (76, 10));
         let width = usize::from(inner.width);
         let (accent, dim) = (
@@ -68,39 +68,35 @@ impl Screen for WishScreen {
         // The end is where one types.
         let line = format!("> {}▏", fit_end(&self.typed, width.saturating_sub(4)));
         let mut lines = vec![Line::styled(line, accent), Line::default()];
-        let read = read_wish(&self.typed);
-        if !read.wish.is_empty() {
-            lines.push(Line::raw(format!("understood: {}", read.wish)));
-        }
-        if !read.not_understood.is_empty() {
-            let words = read.not_understood.join(", ");
+        if let Some(why) = self
+            .typed
+            .parse::<Wish>()
+            .err()
+            .filter(|_| !self.typed.is_empty())
+        {
             let style = Style::new().fg(model.theme.warning);
-            let words = format!("not understood: {words}");
-            lines.push(Line::styled(visible(&words).into_owned(), style));
+            lines.push(Line::styled(visible(&why).into_owned(), style));
+            lines.push(Line::default());
         }
-        lines.push(Line::default());
-        let hint = "who, which manoeuvre, from where: a car cuts in from the left lane; a cyclist comes from behind the parked van";
+        let hint = "who, which manoeuvre, from where: actor:car,truck manoeuvre:cut-in place:left-lane; actor:bicycle place:hidden";
         lines.push(Line::styled(hint, dim));
         frame.render_widget(Paragraph::new(lines).wrap(Wrap { trim: true }), inner);
     }
 
     fn hints(&self, _model: &Model) -> Vec<Hint> {
-        fixed(&[("type", "words"), ("Enter", "search"), ("Esc", "cancel")])
+        fixed(&[("type", "terms"), ("Enter", "search"), ("Esc", "cancel")])
     }
 }
 
 impl WishScreen {
     fn begin(&mut self, model: &mut Model) -> Step {
-        let read = read_wish(&self.typed);
-        if !read.not_understood.is_empty() {
-            model.say("use other words for what is not understood, or leave it out");
-            return Step::stay();
-        }
-        let wish = read.wish;
-        if wish.is_empty() {
-            model.say("none of the words says who attacks, how, or from where");
-            return Step::stay();
-        }
+        let wish = match self.typed.parse::<Wish>() {
+            Ok(wish) => wish,
+            Err(why) => {
+                model.say(visible(&why).into_owned());
+                return Step::stay();
+            }
+        };
         let Some(mut request) = self.request.take() else {
             return Step::close();
         };

@@ -17,8 +17,7 @@ use crate::message::{BatchProgress, JobEvent, JobId, Msg, Update};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{EgoSelection, EntryLocation};
 use nearmiss_store::{Item, Store, StoreError};
-use nearmiss_study::evaluation::batch::{Matrix, way_of};
-use nearmiss_study::evaluation::report::Comparison;
+use nearmiss_study::evaluation::batch::{Experiment, way_of};
 use nearmiss_study::evaluation::{Judge, Judges};
 use nearmiss_workflow::batch::{
     self, BatchControl, BatchError, BatchPlan, BatchRequest, BatchRun, DryRun, DryRunEvent,
@@ -73,7 +72,7 @@ impl Tasks {
             budget: self.models.budget_left(),
             ..Counts::default()
         };
-        let judge = self.judge(&batch.model, batch.request.tools);
+        let judge = self.judge(&batch.model, batch.experiment.parameters().tools);
         let (judge, store) = match (judge, self.store.clone()) {
             (Ok(judge), Some(store)) => (judge, store),
             (judge, _) => {
@@ -156,27 +155,14 @@ impl Batch {
             EntryLocation::Bundled(_) => PathBuf::from(&entry.name),
         });
         BatchRequest {
-            title: None,
-            paths: paths.collect(),
-            entries: self.entries.clone(),
-            matrix: Matrix {
-                tasks: vec![self.task],
-                frames: vec![self.frame],
-                techniques: vec![self.techniques],
-                models: vec![self.model.clone()],
-                samples: 1,
-                more_leads: Vec::new(),
-                transforms: Vec::new(),
-                axes: Default::default(),
-                request: self.request,
+            experiment: Experiment {
+                scenarios: paths.collect(),
+                ..self.experiment.clone()
             },
+            entries: self.entries.clone(),
             ego: ego.clone(),
-            truth: None,
             shard: None,
             drafts: BTreeMap::from_iter(self.draft.clone()),
-            base_url: None,
-            comparison: Comparison::default(),
-            subset: Default::default(),
         }
     }
 }

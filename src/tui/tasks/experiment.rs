@@ -1,5 +1,6 @@
 //! An experiment file is read and its questions are made, or a new file is written.
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
@@ -19,14 +20,15 @@ use nearmiss_formats::EgoSelection;
 use nearmiss_scene::judge;
 use nearmiss_settings::TextFile;
 use nearmiss_store::{BatchId, Filter, ItemState, SplitPart, Store};
-use nearmiss_study::evaluation::batch::{Spec, TestSplit};
-use nearmiss_study::evaluation::report::PivotRequest;
+use nearmiss_study::evaluation::batch::{Experiment, TestSplit};
 use nearmiss_study::evaluation::{Spending, validate};
 use nearmiss_workflow::batch::{
     BatchModels, BatchPlan, DryRun, DryRunEvent, PlanningEvent, Selection,
 };
 use nearmiss_workflow::{
-    Experiment, ExperimentContext, ExperimentProgress, WriteExperimentError, reasons_of,
+    ExperimentContext, ExperimentProgress, WriteExperimentError, experiment_axes, experiment_facts,
+    experiment_of, find_scenarios, prepare_experiment, read_experiment, reasons_of,
+    write_experiment,
 };
 
 /// What a reading needs of the program.
@@ -83,7 +85,7 @@ impl Reading {
         let text = TextFile::read(file)?.text;
         // As the command line has them.
         let library = validate(self.query.library.clone());
-        let experiment = Experiment::from_toml(&text, file, &library);
+        let experiment = read_experiment(&text, file, &library);
         let outline = experiment
             .as_ref()
             .ok()
@@ -97,10 +99,10 @@ impl Reading {
             store: &store,
         };
         tell(ExperimentNews::Working("looking for scenarios".into()));
-        let found = experiment.find_scenarios()?;
+        let found = find_scenarios(&experiment)?;
         let mut doubts: Vec<String> = found.passed_over_in_short().into_iter().collect();
-        let prepared = experiment.prepare(file, found.entries, None, context)?;
-        let split = experiment.subset.split.map(|split| {
+        let prepared = prepare_experiment(&experiment, file, found.entries, None, context)?;
+        let split = experiment.split.map(|split| {
             let entries = &prepared.request().entries;
             let of_test = |name: &str| split.part(name) == SplitPart::Test;
             let test = entries.iter().filter(|entry| of_test(&entry.name)).count();
@@ -128,7 +130,7 @@ impl Reading {
             config_file: &self.config_file,
             environment: self.environment,
             budget,
-            concurrency: None,
+            concurrency: experiment.concurrency.and_then(NonZeroU32::new),
             today: jiff::Zoned::now().date(),
         };
         let judges = models.judges(&plan.models(), &plan.spec, &mut |warning| {
@@ -154,7 +156,7 @@ impl Reading {
             let left_out = dry_run.unlabelled.len();
             doubts.push(format!("{left_out} without ground truth left out"));
         }
-        let counted = counted(&plan, &dry_run, (refused, usd), stored);
+        let counted = counted(&plan, &dry_run, refused, usd, stored);
         // It is set once.
         let _ = ready.set(Ready {
             plan,
@@ -199,12 +201,12 @@ impl Stored {
         let unanswered = items.iter().filter(|item| unanswered.contains(&item.state));
         let reasons = reasons_of(unanswered);
         let batch = store.batch(id).map_err(words)?;
-        let test = batch
+        let split = batch
             .map(|batch| TestSplit::of(store, &batch, false))
             .transpose()
             .map_err(words)?
             .flatten();
-        let test = test.map(|test| [Some(test.words()), test.looks_words()]);
+        let test = split.map(|test| [Some(test.words()), test.looks_words()]);
         let runs = Filter {
             batch: Some(id.to_string()),
             deleted: false,
@@ -231,7 +233,8 @@ const MOST_RUNS: usize = 10_000_000;
 fn counted(
     plan: &BatchPlan,
     dry_run: &DryRun,
-    (refused, usd): (Vec<(String, String)>, Option<f64>),
+    refused: Vec<(String, String)>,
+    usd: Option<f64>,
     stored: Stored,
 ) -> CountedExperiment {
     let estimate = &dry_run.estimate;
@@ -255,83 +258,28 @@ fn counted(
     }
 }
 
-/// The keys of the file beside its axes, in words.
+/// The file in words.
 fn outline_of(
     experiment: &Experiment,
     library: &nearmiss_ask::prompts::Library,
 ) -> ExperimentOutline {
-    let mut facts: Vec<(&'static str, String)> = Vec::new();
-    let paths: Vec<String> = experiment.paths.iter().map(|p| shown(p)).collect();
-    facts.push(("scenarios", paths.join(", ")));
-    let mut add = |name, value: Option<String>| facts.extend(value.map(|value| (name, value)));
-    add("select", experiment.subset.select.clone());
-    add(
-        "split",
-        experiment
-            .subset
-            .split
-            .map(|split| format!("{} of the maps in test, seed {}", split.test, split.seed)),
-    );
-    add("truth", Some(truth_words(experiment)));
-    add("compared", experiment.comparison.words());
-    let tables = experiment.comparison.tables.iter();
-    let tables: Vec<String> = tables.map(PivotRequest::words).collect();
-    add("tables", (!tables.is_empty()).then(|| tables.join("; ")));
-    let request = &experiment.matrix.request;
-    let numbers = [
-        (
-            "history",
-            request.history.map(|steps| format!("{steps} steps")),
-        ),
-        ("radius", request.radius.map(|metres| format!("{metres} m"))),
-        (
-            "max_tokens",
-            request.max_tokens.map(|most| most.to_string()),
-        ),
-    ];
-    for (name, value) in numbers {
-        add(name, value);
-    }
-    add("base_url", experiment.base_url.clone());
-    add("budget", experiment.budget.map(|usd| format!("{usd} USD")));
-    let pinned = match (experiment.templates.len(), experiment.hashes.len()) {
-        (0, 0) => None,
-        (templates, scenarios) => Some(format!(
-            "{templates} template{}, {scenarios} scenario{} by their hashes",
-            if templates == 1 { "" } else { "s" },
-            if scenarios == 1 { "" } else { "s" },
-        )),
+    let shown = |(key, value): (&'static str, String)| match key {
+        "scenarios" => {
+            let paths: Vec<String> = experiment.scenarios.iter().map(|p| shown(p)).collect();
+            (key, paths.join(", "))
+        }
+        key => (key, value),
     };
-    add("pinned", pinned);
     ExperimentOutline {
         title: experiment.title.clone(),
-        axes: experiment.axes(library),
-        ways: experiment.ways(),
-        facts,
-        is_split: experiment.subset.split.is_some(),
+        axes: experiment_axes(experiment, library),
+        ways: experiment.ways().len(),
+        facts: experiment_facts(experiment)
+            .into_iter()
+            .map(shown)
+            .collect(),
+        is_split: experiment.split.is_some(),
     }
-}
-
-/// What its truth is, in words.
-fn truth_words(experiment: &Experiment) -> String {
-    let Some(truth) = &experiment.truth else {
-        return "the folders of a labelled repository, else the exact geometry".into();
-    };
-    let spec = Spec {
-        title: None,
-        paths: Vec::new(),
-        matrix: experiment.matrix.clone(),
-        truth: truth.clone(),
-        templates: Default::default(),
-        thresholds: Vec::new(),
-        base_url: None,
-        ego: EgoSelection::Beside,
-        drafts: Default::default(),
-        comparison: Default::default(),
-        subset: Default::default(),
-        drawn_from: Vec::new(),
-    };
-    spec.truth_words()
 }
 
 /// A path of a file; names of bundled scenarios are as they are.
@@ -346,16 +294,16 @@ fn shown(path: &Path) -> String {
 fn write(new: &NewExperiment, ego: &EgoSelection) -> Result<ExperimentWritten, String> {
     if *ego != EgoSelection::Beside {
         return Err(
-            "an experiment asks about the ego beside each scenario; start nearmiss without --ego and --planning-problem"
+            "an experiment asks about the ego beside each scenario; start nearmiss without --ego"
                 .into(),
         );
     }
     let batch = &new.batch;
     let library = validate(batch.library.clone());
     let request = batch.request(ego);
-    let experiment = Experiment::of_request(request, None, &library, &batch.thresholds)
-        .map_err(|error| error.to_string())?;
-    match experiment.write(&new.file, new.overwrite) {
+    let experiment =
+        experiment_of(request, &library, &batch.thresholds).map_err(|error| error.to_string())?;
+    match write_experiment(&experiment, &new.file, new.overwrite) {
         Ok(()) => Ok(ExperimentWritten::Written(new.file.clone())),
         Err(WriteExperimentError::Save(SaveError::Exists(_))) => {
             Ok(ExperimentWritten::Exists(new.file.clone()))

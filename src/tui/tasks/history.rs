@@ -15,11 +15,10 @@ use crate::message::Msg;
 use crate::message::runs::{HistoryCommand, HistoryEvent};
 use nearmiss_base::system::{self, NewFile, SaveError};
 use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_scene::description::escaped_json;
 use nearmiss_scene::judge;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::{Task, Verdict};
-use nearmiss_store::{Filter, Interrupter, Run, Store};
+use nearmiss_store::{Filter, Interrupter, Run, Store, record_line};
 use nearmiss_workflow::StoredQuestion;
 
 /// Interval between checks for new runs in the store, while the history is open.
@@ -237,7 +236,7 @@ fn done(id: nearmiss_store::RunId, result: Result<(), nearmiss_store::StoreError
     HistoryEvent::Done(id, result.map_err(|e| e.to_string()))
 }
 
-/// Writes the runs that fit into a new file, as `nearmiss export` does: whole or not at all.
+/// Writes the runs that fit into a new file, as `nearmiss runs export` does: whole or not at all.
 fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String> {
     let wrong = |error: &std::io::Error| format!("{}: {}", path.display(), system::words(error));
     let file = NewFile::begin(path, false).map_err(|error| match error {
@@ -248,12 +247,14 @@ fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String>
     })?;
     let mut writer = std::io::BufWriter::new(file);
     let numbers = store.numbers(filter).map_err(|e| e.to_string())?;
+    let superseded = store.superseded().map_err(|e| e.to_string())?;
     let mut written = 0;
     for number in numbers {
         // One that is gone meanwhile is no longer listed either.
         if let Some(run) = store.run(number).map_err(|e| e.to_string())? {
-            let line = escaped_json(&run.to_record().to_string());
-            writeln!(writer, "{line}").map_err(|e| wrong(&e))?;
+            let record = run.to_record(superseded.contains(&number));
+            let line = record_line(&record).map_err(|e| e.to_string())?;
+            writer.write_all(line.as_bytes()).map_err(|e| wrong(&e))?;
             written += 1;
         }
     }

@@ -99,10 +99,10 @@ impl Tasks {
                 fresh,
             } => self.ask(id, question, self.judge(&model, tools), fresh),
             JobRequest::Plan(entry, change, forecast) => {
-                self.plan(id, entry, change, (forecast, 0));
+                self.plan(id, entry, change, forecast, 0);
             }
             JobRequest::PlanBy(entry, change, forecast, planner) => {
-                self.plan(id, entry, change, (forecast, planner));
+                self.plan(id, entry, change, forecast, planner);
             }
             JobRequest::Generate(request) => self.generate(id, request),
             JobRequest::Estimate(batch) => self.estimate(id, batch),

@@ -16,7 +16,8 @@ impl Tasks {
         id: JobId,
         entry: Entry,
         change: Option<Transform>,
-        (forecast, place): (Forecast, usize),
+        forecast: Forecast,
+        place: usize,
     ) {
         let chosen = place.checked_sub(1);
         let planner = chosen.and_then(|chosen| self.planners.get(chosen)).cloned();
@@ -37,13 +38,8 @@ impl Tasks {
                 settings: &settings,
             };
             let mut on_step = |done, of| tell((done, of));
-            let planned = Opened::planned_by(
-                &request,
-                (place, planner),
-                &thresholds,
-                cancel,
-                &mut on_step,
-            )?;
+            let planned =
+                Opened::planned_by(&request, place, planner, &thresholds, cancel, &mut on_step)?;
             Ok(planned.map(Box::new))
         });
     }

@@ -5,18 +5,17 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use serde_json::Value;
-
 use super::Tasks;
 use super::history::Judging;
 use super::pictures::save_new;
 use crate::message::Msg;
 use crate::message::runs::{CountedAnswers, ResultsCommand, ResultsEvent, ResultsQuery};
+use nearmiss_record::{Table, columns};
 use nearmiss_scene::judge;
 use nearmiss_store::{Filter, Store, StoreError};
 use nearmiss_study::evaluation::batch::{self, AnswerSet, BatchResults};
 use nearmiss_study::evaluation::report::{self, Truth};
-use nearmiss_study::evaluation::{Results, Scored, results, with_intervals};
+use nearmiss_study::evaluation::{Results, ResultsRow, Scored, results, with_intervals};
 use nearmiss_workflow::{TruthChoice, TruthSearch};
 
 impl Tasks {
@@ -88,17 +87,13 @@ pub fn answer(
 /// Writes rows as CSV and as JSON lines, each with what it is compared with; gives the names of the files.
 fn export(rows: &[Results], truth: &str, folder: Option<PathBuf>) -> Result<String, String> {
     let folder = folder.unwrap_or_else(|| PathBuf::from("."));
-    let objects: Vec<Value> = rows
-        .iter()
-        .map(|row| {
-            let mut object = row.json();
-            object["truth"] = truth.into();
-            object
-        })
-        .collect();
-    let table = report::csv(&objects)?;
-    let lines: Vec<String> = objects.iter().map(|o| o.to_string() + "\n").collect();
-    let table = save_new(&folder, "results", "csv", table.as_bytes())?;
+    let rows: Vec<ResultsRow> = rows.iter().map(|row| row.row(truth)).collect();
+    let failed = |error: serde_json::Error| error.to_string();
+    let table = Table::new("results", columns::<ResultsRow>());
+    let table = table.csv(nearmiss_record::rows(&rows).map_err(failed)?);
+    let lines = rows.iter().map(nearmiss_record::json_line);
+    let lines: Vec<String> = lines.collect::<Result<_, _>>().map_err(failed)?;
+    let table = save_new(&folder, "results", "csv", &table)?;
     let lines = save_new(&folder, "results", "jsonl", lines.concat().as_bytes())?;
     Ok(format!("{table} and {lines}"))
 }

@@ -145,7 +145,9 @@ impl Whole {
         let store = Store::open(&self.folders.store()).unwrap();
         let mut runs = store.list(&Filter::default(), 100).unwrap();
         runs.reverse();
-        runs.into_iter().map(|run| run.state).collect()
+        runs.into_iter()
+            .map(|run| run.state.name().into())
+            .collect()
     }
 }
 

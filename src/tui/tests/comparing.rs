@@ -319,7 +319,7 @@ fn the_task_goes_round_all_five_and_answers_to_each_are_shown() {
         "obstacle  302",
         "motion    cut-in",
         "when      1.0 s +2.0 s",
-        "gap 4.0 m, speed any",
+        "cut-in from 1.00 s for 2.00 s, gap 4.00 m",
     ] {
         assert!(frame.contains(words), "{words}\n{frame}");
     }

@@ -14,13 +14,10 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::Transform;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{BatchId, ItemState, NewItem, RunId};
-use nearmiss_study::evaluation::batch::{
-    AnswerSet, BatchPart, Matrix, RequestSettings, Spec, TruthSource,
-};
+use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Experiment, Spec, TruthSource};
 use nearmiss_study::evaluation::report::{DataHalf, Report};
 use nearmiss_workflow::TruthChoice;
 use ratatui::layout::Position;
-use std::collections::BTreeMap;
 
 pub(super) const YES: &str = r#"{"safety_critical": true, "obstacles": [{"id": 9, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
 pub(super) const NO: &str = r#"{"safety_critical": false, "obstacles": [], "justification": "j"}"#;
@@ -52,28 +49,17 @@ pub(super) fn item(scenario: &str, label: (bool, Option<i64>), transform: Option
 
 pub(super) fn spec() -> Spec {
     Spec {
-        title: None,
-        paths: Vec::new(),
-        matrix: Matrix {
+        experiment: Experiment {
             tasks: vec![Task::Safety],
             frames: vec![Frame::Cartesian],
             techniques: vec![Techniques::parse("cp").unwrap()],
             models: vec!["lab/small".into()],
-            samples: 1,
-            more_leads: Vec::new(),
             transforms: vec![Transform::Mirror],
-            axes: Default::default(),
-            request: RequestSettings::default(),
+            truth: Some(TruthSource::Files(vec!["/labels/ours.csv".into()])),
+            scenarios: vec!["recorded".into()],
+            ..Experiment::default()
         },
-        truth: TruthSource::Files(vec!["/labels/ours.csv".into()]),
-        templates: BTreeMap::new(),
-        thresholds: Vec::new(),
-        base_url: None,
-        ego: EgoSelection::Beside,
-        drafts: BTreeMap::new(),
-        comparison: Default::default(),
-        subset: Default::default(),
-        drawn_from: Vec::new(),
+        ..Spec::default()
     }
 }
 
@@ -141,10 +127,7 @@ fn a_batch_counts_by_its_own_truth_and_the_screen_says_so() {
     let mut cells = report.cells.iter();
     let cell = cells.find(|c| c.half == DataHalf::All).unwrap();
     let row = &kept.bench.model.results.rows[0];
-    assert_eq!(
-        (row.confusion(), row.f1),
-        (cell.confusion, cell.intervals.f1)
-    );
+    assert_eq!((row.confusion(), row.f1), (cell.confusion, cell.f1_ci));
     for (columns, rows) in [(80, 24), (200, 60)] {
         let frame = kept.bench.frame(columns, rows);
         let line: Vec<&str> = frame.split_whitespace().collect();

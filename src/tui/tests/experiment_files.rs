@@ -8,7 +8,7 @@ use crate::screens::experiments::ExperimentsScreen;
 use nearmiss_ask::prompts::Library;
 use nearmiss_formats::EntryLocation;
 use nearmiss_study::evaluation::batch::Spec;
-use nearmiss_workflow::Experiment;
+use nearmiss_workflow::read_experiment;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_wrong_is_said_where_it_is_and_mended() {
@@ -101,9 +101,9 @@ async fn a_new_one_is_what_the_workbench_asks_and_replaces_nothing_unasked() {
     assert_eq!(problem(&whole), "");
     let text = std::fs::read_to_string(&file).unwrap();
     let library = Library::load(None);
-    let read = Experiment::from_toml(&text, &file, &library).unwrap();
+    let read = read_experiment(&text, &file, &library).unwrap();
     let model = &whole.model;
-    let matrix = &read.matrix;
+    let matrix = &read;
     assert_eq!(
         (&matrix.models, &matrix.tasks),
         (&vec![model.model.clone()], &vec![model.task])
@@ -112,9 +112,13 @@ async fn a_new_one_is_what_the_workbench_asks_and_replaces_nothing_unasked() {
         (&matrix.frames, &matrix.techniques),
         (&vec![model.frame], &vec![model.decided().techniques])
     );
-    assert_eq!(matrix.request.temperature, Some(0.5));
+    assert_eq!(matrix.temperature.one(), Some(0.5));
     assert_eq!(
-        (read.paths.len(), read.hashes.len(), read.templates.len()),
+        (
+            read.scenarios.len(),
+            read.hashes.len(),
+            read.templates.len()
+        ),
         (2, 2, 1)
     );
     // The second time it asks first.
@@ -145,12 +149,12 @@ async fn a_new_one_is_what_the_workbench_asks_and_replaces_nothing_unasked() {
             .iter()
             .all(|entry| matches!(entry.place, EntryLocation::Bundled(_)))
     );
-    assert_eq!(read.subset, Default::default());
+    assert_eq!((&read.select, &read.split), (&None, &None));
     let stored = Spec::templates_of(matrix, &library);
     assert!(
         read.templates
             .iter()
-            .all(|(name, hash)| stored[name].starts_with(hash))
+            .all(|pin| stored[&pin.name].starts_with(&pin.hash))
     );
     // What a file cannot say is not written.
     whole.press("esc");

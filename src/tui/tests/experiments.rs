@@ -11,7 +11,7 @@ use nearmiss_ask::prompts::Library;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_store::{SplitPart, Store};
 use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart};
-use nearmiss_workflow::{Experiment, ExperimentContext};
+use nearmiss_workflow::{ExperimentContext, find_scenarios, prepare_experiment, read_experiment};
 
 pub(super) const HEAD: &str = "scenarios = [\"ZAM_CutIn-1_1_T-1\", \"ZAM_RedLight-1_1_T-1\"]\n";
 
@@ -186,14 +186,14 @@ async fn the_workbench_asks_what_the_workflow_of_the_command_line_asks() {
         Library::load(None),
         std::sync::Arc::new(Thresholds::shipped().clone()),
     );
-    let experiment = Experiment::from_toml(&text, &file, &library).unwrap();
+    let experiment = read_experiment(&text, &file, &library).unwrap();
     let context = ExperimentContext {
         library: &library,
         thresholds: &thresholds,
         store: &store,
     };
-    let found = experiment.find_scenarios().unwrap().entries;
-    let prepared = experiment.prepare(&file, found, None, context).unwrap();
+    let found = find_scenarios(&experiment).unwrap().entries;
+    let prepared = prepare_experiment(&experiment, &file, found, None, context).unwrap();
     assert_eq!(prepared.batch(), Some(stored.id), "the same specification");
     assert_eq!(prepared.request().entries.len(), 1);
 }

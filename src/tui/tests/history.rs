@@ -159,7 +159,7 @@ fn the_details_hold_the_run_against_the_built_in_judge() {
     for words in [
         "built-in     = no",
         "2,000 in, 150 out",
-        "$0.012500 (tokens times listed prices)",
+        "0.0125 US dollars (tokens times listed prices)",
         "2.5 s, 300 ms to first token",
         "20 to 29",
         "── message: user ──",

@@ -38,7 +38,7 @@ fn windows_are_drawn_as_on_the_command_line_and_the_card_says_which() {
     ] {
         bench.press(keys);
         let (id, batch) = counted(&bench);
-        let request = &batch.request;
+        let request = &batch.experiment;
         assert_eq!((request.within, request.every_scenario), (Some(2.0), true));
         let reading = Counts {
             read: (3, 8),

@@ -244,28 +244,27 @@ fn the_picked_obstacle_attacks_if_it_can() {
 }
 
 #[test]
-fn words_describe_an_attack() {
+fn terms_describe_an_attack() {
     let mut bench = open("rightturn");
     bench.press("space g d");
     bench.press("esc");
     bench.press("space g d");
     bench.press("enter");
-    assert!(asked(&bench).is_empty() && said(&bench).contains("none of the words"));
+    assert!(asked(&bench).is_empty() && said(&bench).contains("expected terms"));
     bench.type_text("giraffe");
-    assert!(bench.frame(100, 30).contains("not understood: giraffe"));
+    assert!(bench.frame(100, 30).contains("unknown term `giraffe`"));
     bench.press("enter");
-    assert!(asked(&bench).is_empty() && said(&bench).contains("use other words"));
+    assert!(asked(&bench).is_empty() && said(&bench).contains("unknown term `giraffe`"));
     for _ in "giraffe".chars() {
         bench.press("backspace");
     }
-    bench.type_text("a car cuts in");
-    assert!(bench.frame(100, 30).contains("understood: car, cut-in"));
+    bench.type_text("actor:car manoeuvre:cut_in");
     bench.press("enter");
     let (_, request) = asked(&bench).pop().unwrap();
     assert_eq!(request.seed, 1, "the closed line used none up");
     let wish = request.wish.unwrap();
-    assert_eq!(wish.to_string(), "car, cut-in");
-    assert!(said(&bench).contains("searching for an attack: car, cut-in"));
+    assert_eq!(wish.to_string(), "actor:car manoeuvre:cut-in");
+    assert!(said(&bench).contains("searching for an attack: actor:car manoeuvre:cut-in"));
 }
 
 #[test]

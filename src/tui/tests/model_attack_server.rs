@@ -45,7 +45,7 @@ fn grades(obstacle: i64) -> Script {
 
 /// Moves an obstacle as the search found it.
 fn moves(attacker: i64, motion: &Motion) -> Script {
-    let asked = nearmiss_drive::generation::asked(motion);
+    let asked = serde_json::json!(nearmiss_drive::generation::RequestedMotion::from(motion));
     says(&serde_json::json!({
         "obstacle": attacker,
         "waypoints": null,

@@ -322,8 +322,7 @@ fn a_cycle_is_small() {
             traffic,
             ..
         } = event;
-        let planner = (planner, &limits);
-        kept.push(CycleShown::new(planner, cycle, &traffic(), dt));
+        kept.push(CycleShown::new(planner, &limits, cycle, &traffic(), dt));
         if kept.len() == 2 {
             cancel.ask();
         }

@@ -5,7 +5,7 @@ use super::history_store::{FIRST, Fixture};
 use super::results::{counts, press};
 use crate::action::Scope;
 use nearmiss_store::{BatchId, ItemState, NewItem, SplitPart};
-use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Spec, Split, Subset};
+use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Experiment, Spec, Split};
 
 /// An older batch with an answer, a question that waits and one that cannot be asked; and a newer one in which nothing
 /// can be asked.
@@ -49,7 +49,7 @@ fn what_was_not_asked_is_no_answer_and_the_newest_batch_with_answers_opens() {
     assert!(frame.contains("2 questions not asked"), "{frame}");
     press(&mut kept, "b");
     let frame = kept.bench.frame(200, 60);
-    // The same numbers as of `evaluate --list`.
+    // The same numbers as of `evaluate list`.
     for (batch, _) in kept.store.batches().unwrap() {
         let name = format!("batch {}  ", batch.id);
         let mut lines = frame.lines();
@@ -131,10 +131,9 @@ fn of_a_locked_test_split_the_progress_is_shown_and_when_complete_its_figures() 
         of("ZAM_Waits-1_1_T-1", SplitPart::Test),
     ];
     let spec = Spec {
-        title: None,
-        subset: Subset {
-            select: None,
+        experiment: Experiment {
             split: Some(Split { test: 0.5, seed: 1 }),
+            ..spec().experiment
         },
         ..spec()
     };

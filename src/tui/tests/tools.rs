@@ -24,7 +24,7 @@ fn last_tools(bench: &Bench) -> Option<ToolLimits> {
     let mut all = bench.effects.iter().rev();
     let found = all.find_map(|effect| match effect {
         Effect::Start(_, JobRequest::Question { tools, .. }) => Some(*tools),
-        Effect::Start(_, JobRequest::Estimate(batch)) => Some(batch.request.tools),
+        Effect::Start(_, JobRequest::Estimate(batch)) => Some(batch.experiment.parameters().tools),
         _ => None,
     });
     found.expect("something was asked")

@@ -68,7 +68,7 @@ fn a_view_is_saved_chosen_again_and_deleted() {
 fn what_is_not_known_of_a_view_is_named_and_the_rest_is_shown() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("views.toml");
-    let view = SavedView::new("mer", ("sparkle", true), "mood");
+    let view = SavedView::new("mer", "sparkle", true, "mood");
     let views = SavedViews::change(&path, "newer", Some(view)).unwrap();
     let mut bench = Bench::bundled();
     bench.send(Msg::Views(Ok(views)));

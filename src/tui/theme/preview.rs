@@ -1,4 +1,4 @@
-//! Theme previews for `nearmiss themes`.
+//! Theme previews for `nearmiss config themes`.
 
 use std::path::Path;
 

@@ -1,16 +1,15 @@
 //! Handlers of the actions.
 
 use super::super::action::{Action, Scope};
-use super::super::message::{Effect, StoredOf};
+use super::super::message::Effect;
 use super::super::model::{Column, Model, Notice, Pane, PromptView, ShownAnswer, Toast};
 use super::super::screens;
 use super::super::session::restore;
 use super::{
     answers, batch, claims, clock, compare, editing, experiment, filter, index, jobs, jumps, list,
     making, map, obstacles, open_current, panes, planning, plot, rating, screens as on_screen,
-    second, task, timeline, views,
+    second, stored_answers, task, timeline, views,
 };
-use nearmiss_scene::scenario::EgoSource;
 
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
@@ -205,23 +204,6 @@ pub fn quit(model: &mut Model) -> Vec<Effect> {
     effects
 }
 
-/// Loads the earlier answers on what is open.
-pub fn load_stored(model: &Model) -> Option<Effect> {
-    stored_of(model).map(Effect::LoadStored)
-}
-
-/// The subject that earlier answers must have.
-pub fn stored_of(model: &Model) -> Option<StoredOf> {
-    let scene = model.scene()?;
-    Some(StoredOf {
-        scenario: scene.scenario.hash.to_string(),
-        name: model.opened.as_ref()?.name.clone(),
-        ego: scene.ego.to_string(),
-        recorded: matches!(scene.ego.source, EgoSource::Recording(_)),
-        task: model.task,
-    })
-}
-
 /// Esc: the innermost thing that is open is closed.
 pub fn cancel(model: &mut Model) -> Vec<Effect> {
     if !model.screens.is_empty() {
@@ -310,7 +292,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 .map_or(String::new(), |o| o.name.clone());
             answers::leave(model, &name);
             model.answers.show(ShownAnswer::Reference);
-            effects.extend(load_stored(model));
+            effects.extend(stored_answers::load(model));
         }
         Action::ToggleFrame => {
             model.frame = model.next_frame();

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use super::super::action::Action;
 use super::super::message::{Computation, Effect, JobId, JobRequest, Update, WindowJudgement};
 use super::super::model::{Column, Model, Pane, Progress, ShownAnswer};
-use super::{batch, editing, list, making};
+use super::editing::show_error;
+use super::{batch, list, making};
 use nearmiss_ask::llm::Chunk;
 use nearmiss_ask::llm::{Discovered, ModelOffer};
 use nearmiss_scene::judge;
@@ -31,7 +32,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         return Vec::new();
     }
     // The built-in judge reads the scene, not the prompt.
-    if asked != judge::MODEL && editing::show_error(model) {
+    if asked != judge::MODEL && show_error(model) {
         return Vec::new();
     }
     let Some(question) = model.prompt.question.clone() else {
@@ -112,7 +113,8 @@ pub fn missing_truths(model: &mut Model) -> Option<Computation> {
 /// Takes judgements of windows; those of a scene or task that is no longer open are dropped.
 pub fn judged(
     model: &mut Model,
-    (scene, task): (&Arc<Scene>, Task),
+    scene: &Arc<Scene>,
+    task: Task,
     thresholds: &Arc<Thresholds>,
     found: &[WindowJudgement],
 ) {

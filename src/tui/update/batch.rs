@@ -7,13 +7,13 @@ use super::super::message::runs::{Batch, BatchAnswer, Counts};
 use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
 use super::super::model::{Card, Column, JobKind, JobState, Model, Pane};
 use super::super::screens::batch::BatchScreen;
-use super::{actions, editing, jobs};
-use nearmiss_ask::llm::Effort;
+use super::editing::show_error;
+use super::stored_answers;
 use nearmiss_formats::Entry;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
-use nearmiss_study::evaluation::Protocol;
-use nearmiss_study::evaluation::batch::RequestSettings;
+use nearmiss_study::evaluation::batch::Experiment;
+use nearmiss_workflow::configured_experiment;
 
 /// Marks the selected scenario, or takes its mark away.
 pub fn mark(model: &mut Model) {
@@ -48,7 +48,7 @@ pub fn mark(model: &mut Model) {
 pub fn propose(model: &mut Model) -> Vec<Effect> {
     let entries = model.marks.chosen(&model.list);
     let asked = model.model.clone();
-    if asked != judge::MODEL && editing::show_error(model) {
+    if asked != judge::MODEL && show_error(model) {
         return Vec::new();
     }
     if entries.is_empty() {
@@ -66,10 +66,8 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
     let draft = model.prompt.draft().filter(|_| asked != judge::MODEL);
     let mut batch = batch_of(model, entries, draft);
     if Task::VERDICTS.contains(&batch.task) {
-        batch.request = RequestSettings {
-            every_scenario: true,
-            ..batch.request.drawn(&[batch.task])
-        };
+        batch.experiment.every_scenario = true;
+        batch.experiment.draw_windows();
     }
     let batch = Arc::new(batch);
     let id = JobId(model.new_id());
@@ -87,30 +85,18 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
 /// template that is not saved.
 pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, String)>) -> Batch {
     let decided = model.decided();
-    let config = &model.config;
     Batch {
         task: model.task,
         frame: model.frame,
         techniques: decided.techniques,
-        request: RequestSettings {
-            history: config.history,
-            radius: config.radius,
-            lead: None,
-            within: None,
-            every_scenario: false,
-            protocol: Protocol::Matched,
-            temperature: config.temperature,
-            max_tokens: config.max_tokens,
-            effort: config.effort.as_deref().and_then(Effort::parse),
-            log_probabilities: config.log_probabilities,
-            tools: model.tool_limits(),
-            form: None,
-            stride: None,
-            road: None,
-            axes: None,
-            measures: None,
+        experiment: Experiment {
+            models: vec![model.model.clone()],
+            tasks: vec![model.task],
+            frames: vec![model.frame],
+            techniques: vec![decided.techniques],
+            tools: model.tool_limits().map(|_| true).into(),
             pack: model.library.pack(),
-            seed: None,
+            ..configured_experiment(&model.config)
         },
         history: decided.history,
         library: model.library.clone(),
@@ -141,7 +127,7 @@ pub fn on_update(model: &mut Model, id: JobId, update: Update<BatchProgress, ()>
 
 /// An answer about the scenario that is open stands among the others; what is shown stays shown.
 fn show(model: &mut Model, ended: BatchAnswer) {
-    let about = actions::stored_of(model);
+    let about = stored_answers::subject(model);
     let same = about.is_some_and(|of| ended.about == Some((of.scenario, of.ego, of.task)));
     let run = ended.answer.run;
     let is_it = |c: &Column| run.is_some() && c.answer().and_then(|a| a.run) == run;
@@ -188,13 +174,11 @@ pub fn stop_all(model: &mut Model) -> Vec<Effect> {
         .filter(|job| job.kind == JobKind::Batch)
         .map(|job| job.id);
     let batches: Vec<_> = batches.collect();
-    batches
-        .into_iter()
-        .flat_map(|id| jobs::stop(model, id))
-        .collect()
+    batches.into_iter().flat_map(|id| stop(model, id)).collect()
 }
 
-/// Says what stopping a batch means.
-pub fn stopping(model: &mut Model) {
+/// Lets a batch begin nothing more; the second time, what it began is cancelled too.
+pub fn stop(model: &mut Model, id: JobId) -> Vec<Effect> {
     model.say("no new requests; again cancels those already sent");
+    vec![Effect::Cancel(id)]
 }

@@ -43,7 +43,7 @@ pub fn take(model: &mut Model, value: Computed) {
         Computed::Measured(id, found) => values::measured(model, id, found),
         Computed::Plotted(id, series) => model.plot.take(id, series),
         Computed::Judged(scene, task, thresholds, found) => {
-            answers::judged(model, (&scene, task), &thresholds, &found);
+            answers::judged(model, &scene, task, &thresholds, &found);
         }
         Computed::Paths(request, futures) => map::take_paths(model, &request, futures),
         Computed::MapImage(image) => {

@@ -4,6 +4,7 @@ mod entry;
 mod keys;
 mod outside;
 mod saving;
+mod template_error;
 
 use super::super::action::Action;
 use super::super::keymap::{Code, Key, first_line};
@@ -14,6 +15,7 @@ use nearmiss_scene::description::visible;
 
 pub use outside::{edited_outside, open_outside};
 pub use saving::{reread, reset, saved};
+pub use template_error::show_error;
 
 /// Gives the keys to the editor.
 pub fn begin(model: &mut Model) {
@@ -64,32 +66,6 @@ fn return_focus(model: &mut Model) {
         model.focus = before;
     }
 }
-
-/// Shows why the template cannot be used, at its place: says it, and goes there in the prompt pane, where editing
-/// begins at it. Whether there is such an error.
-pub fn show_error(model: &mut Model) -> bool {
-    let Some(error) = model.prompt.error.clone() else {
-        return false;
-    };
-    let prompt = &mut model.prompt;
-    if !prompt.editing {
-        model.focus = Pane::Prompt;
-        prompt.view = PromptView::Template;
-        prompt.scroll = 0;
-    }
-    if let Some(line) = prompt.error_line {
-        prompt.editor.go(line.saturating_sub(1), 0, false);
-        prompt.scroll = line.saturating_sub(1 + ABOVE_ERROR);
-    }
-    let edit = model.look.key(Action::Edit);
-    model.complain(format!(
-        "requests disabled until fixed: {error}; {edit} edits the template there"
-    ));
-    true
-}
-
-/// Lines that are shown above the one with an error.
-const ABOVE_ERROR: usize = 2;
 
 /// Keeps the drafts for the next start, or forgets those that were kept.
 pub fn keep(model: &mut Model) -> Vec<Effect> {

@@ -14,7 +14,7 @@ use super::super::message::{BatchProgress, Effect, ExternalEdit, JobId, JobReque
 use super::super::model::Model;
 use super::super::screens::experiment::ExperimentScreen;
 use super::super::screens::experiments::{self, ExperimentsScreen};
-use super::jobs;
+use super::batch;
 use nearmiss_store::SplitPart;
 use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart};
 use nearmiss_workflow::FolderOfExperiments;
@@ -192,7 +192,7 @@ pub fn run(model: &mut Model) -> Vec<Effect> {
 /// Stops what is asked: first new requests, then those already sent.
 fn stop(model: &mut Model) -> Vec<Effect> {
     match model.experiment.asking {
-        Some(id) => jobs::stop(model, id),
+        Some(id) => batch::stop(model, id),
         None => {
             model.say("nothing is asked at the moment");
             Vec::new()

@@ -6,7 +6,6 @@ use super::super::message::Effect;
 use super::super::model::{Filtering, Model, Pane};
 use super::{actions, jumps, open_current};
 use nearmiss_scene::description::visible;
-use nearmiss_workflow::Sentence;
 
 /// Begins to type; the old text is selected, so that the first character replaces it.
 pub fn begin(model: &mut Model) {
@@ -24,7 +23,6 @@ pub fn begin(model: &mut Model) {
         line: model.list.selected,
         place: jumps::here(model),
         rest: None,
-        left_out: None,
     });
 }
 
@@ -47,7 +45,6 @@ pub fn drop_kept(model: &mut Model) {
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     match key.code {
         Code::Esc => return cancel(model),
-        Code::Enter | Code::Tab if model.list.sentence().is_some() => return translate(model),
         Code::Enter | Code::Tab => {
             let effects = open_match(model);
             keep(model);
@@ -79,25 +76,6 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     typed(model, filter)
 }
 
-/// The sentence that is typed becomes its filter, which is still being typed: it is used as it stands then.
-fn translate(model: &mut Model) -> Vec<Effect> {
-    let read = Sentence::read(model.list.sentence().unwrap_or_default());
-    let left_out = if read.filter.is_empty() {
-        Some("nothing of this is a filter: `nearmiss help finding` lists the words".into())
-    } else {
-        read.left_out(|words| visible(words).into_owned())
-    };
-    let effects = if read.filter.is_empty() {
-        Vec::new()
-    } else {
-        typed(model, read.filter)
-    };
-    if let Some(filtering) = &mut model.list.filtering {
-        filtering.left_out = left_out;
-    }
-    effects
-}
-
 /// Text that is pasted while the filter is typed.
 pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
     let selected = model.list.filtering.as_ref().is_some_and(|f| f.selected);
@@ -123,14 +101,8 @@ fn typed(model: &mut Model, filter: String) -> Vec<Effect> {
         return Vec::new();
     }
     model.list.set_filter(filter);
-    let is_sentence = model.list.sentence().is_some();
-    let begins_anew = is_sentence || model.list.filter.is_empty();
     if let Some(filtering) = &mut model.list.filtering {
-        // A sentence has no match yet.
-        filtering.rest = (!is_sentence).then_some(REST);
-        if begins_anew {
-            filtering.left_out = None;
-        }
+        filtering.rest = Some(REST);
     }
     Vec::new()
 }

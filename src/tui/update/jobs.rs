@@ -318,7 +318,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
 fn cancel(model: &mut Model, id: JobId, kind: JobKind) -> Vec<Effect> {
     let stop = match kind {
         JobKind::Question => return abort(model, id),
-        JobKind::Batch => return stop(model, id),
+        JobKind::Batch => return batch::stop(model, id),
         JobKind::Plan => return planning::cancel(model),
         JobKind::Generate => return making::cancel(model),
         JobKind::Index => return index::cancel(model, id),
@@ -341,11 +341,5 @@ fn abort(model: &mut Model, id: JobId) -> Vec<Effect> {
     if model.answers.asking_reference == Some(id) {
         model.answers.asking_reference = None;
     }
-    vec![Effect::Cancel(id)]
-}
-
-/// Lets a batch begin nothing more; the second time, what it began is cancelled too.
-pub fn stop(model: &mut Model, id: JobId) -> Vec<Effect> {
-    batch::stopping(model);
     vec![Effect::Cancel(id)]
 }

@@ -21,7 +21,6 @@ use super::super::message::{Effect, JobId, OpenId, Update};
 use super::super::model::{
     Drives, JobKind, Model, Search, consequence_words, forecast_words, listed,
 };
-use super::opening;
 use nearmiss_drive::generation::{AttackStyle, Consequence};
 use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Transform};
 
@@ -80,8 +79,10 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     };
     // A variant against another planner is replaced.
     let attacked = model.driver.planner;
-    let kept = model.maker.find(hash, change);
-    let kept = kept.filter(|kept| kept.planner() == attacked);
+    let kept = model
+        .maker
+        .find(hash, change)
+        .filter(|kept| kept.planner() == attacked);
     if model.variant().is_none() && only.is_none() && kept.is_some() {
         return show(model, true);
     }
@@ -305,7 +306,7 @@ fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
     }
     let id = OpenId(model.new_id());
     model.opening = Some((id, None));
-    let effects = opening::opened(model, id, Ok(opened));
+    let effects = super::opened(model, id, Ok(opened));
     model.picked = Some(made.effect.main().obstacle);
     model.clock.go(step);
     model.map.second.pinned = pinned;

@@ -24,7 +24,7 @@ pub fn request(model: &mut Model) -> Vec<Computation> {
         return Vec::new();
     }
     let history = model.decided().history;
-    let wanted = (whose, model.picked);
+    let picked = model.picked;
     let of =
         |moment: Option<Moment<'_>>| moment.map_or((None, 0), |m| (m.opened.scene.clone(), m.step));
     let (now, then) = (of(model.moment()), of(model.second_moment()));
@@ -33,7 +33,9 @@ pub fn request(model: &mut Model) -> Vec<Computation> {
         (&mut model.map.second.foresight, then),
     ];
     let requests = both
-        .map(|(foresight, (scene, step))| foresight.request(scene.as_ref(), step, history, wanted))
+        .map(|(foresight, (scene, step))| {
+            foresight.request(scene.as_ref(), step, history, whose, picked)
+        })
         .into_iter()
         .flatten();
     requests.map(Computation::Paths).collect()

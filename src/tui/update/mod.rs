@@ -20,6 +20,7 @@ mod making;
 mod map;
 mod menus;
 mod obstacles;
+mod opened;
 mod opening;
 mod panes;
 mod picture;
@@ -30,6 +31,7 @@ mod rating;
 mod reopen;
 mod screens;
 mod second;
+mod stored_answers;
 mod task;
 mod timeline;
 mod values;
@@ -37,8 +39,9 @@ mod views;
 
 pub use actions::perform;
 pub use computed::{compute_missing, compute_now};
+use opened::opened;
 pub use opening::{open, open_current};
-use opening::{open_again, open_changed, opened, show_stored};
+use opening::{open_again, open_changed};
 
 use super::keymap::{Code, Key};
 use super::message::{Effect, Msg};
@@ -137,9 +140,9 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         }
         Msg::Thresholds(read) => values::thresholds(model, read),
         Msg::Stored(of, stored) => {
-            if actions::stored_of(model).as_ref() == Some(&of) {
+            if stored_answers::subject(model).as_ref() == Some(&of) {
                 let reopened = reopen::before_stored(model);
-                show_stored(model, stored);
+                stored_answers::show(model, stored);
                 if let Some(column) = reopened {
                     reopen::after_stored(model, column);
                 }

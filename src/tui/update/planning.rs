@@ -12,7 +12,7 @@ use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
 use super::super::model::{
     Camera, Drives, Job, JobState, Model, NEIGHBOURHOOD, RunningDrive, forecast_words,
 };
-use super::{making, opening};
+use super::making;
 use nearmiss_drive::planner::{Forecast, occupancy_sets};
 use nearmiss_workflow::MissingEgo;
 
@@ -45,8 +45,9 @@ fn drive(model: &mut Model) -> Vec<Effect> {
         model.say("planning is cancelled");
         return cancel(model);
     }
-    let planned = model.planned();
-    let planned = planned.map(|planned| (planned.forecast, planned.planner));
+    let planned = model
+        .planned()
+        .map(|planned| (planned.forecast, planned.planner));
     if planned == Some((model.driver.forecast, model.driver.planner)) {
         let key = model.look.key(Action::NextForecast);
         model.say(format!(
@@ -282,7 +283,7 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         .planned
         .as_ref()
         .map_or(0.0, |planned| planned.reach());
-    let effects = opening::opened(model, id, Ok(opened));
+    let effects = super::opened(model, id, Ok(opened));
     if without {
         // The map showed everyone, from far away.
         model.camera.cell = Camera::default().cell;

@@ -25,10 +25,10 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
         | Mouse::WheelUp(at)
         | Mouse::WheelDown(at) => at,
     };
-    if let Some(held) = model.map.held
+    if let Some((from, moved)) = model.map.held
         && matches!(mouse, Mouse::Drag(_) | Mouse::Release(_))
     {
-        hold(model, held, mouse, at);
+        hold(model, from, moved, mouse, at);
         return Vec::new();
     }
     if panes::on_mouse(model, mouse, at) {
@@ -55,7 +55,7 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
 }
 
 /// The map is in hand: dragging moves it, or measures; letting go where it was taken picks.
-fn hold(model: &mut Model, (from, moved): (Position, bool), mouse: Mouse, at: Position) {
+fn hold(model: &mut Model, from: Position, moved: bool, mouse: Mouse, at: Position) {
     if matches!(mouse, Mouse::Release(_)) {
         model.map.held = None;
         if !moved && model.map.tape.is_none() {

@@ -161,9 +161,7 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
         Layout::horizontal(vec![Constraint::Ratio(1, seen.len() as u32); seen.len()]).split(area);
     for (place, fields) in all.iter().enumerate() {
         match place.checked_sub(first).and_then(|i| areas.get(i)) {
-            Some(area) if seen.contains(&place) => {
-                column(f, *area, model, place, (fields, &differ))
-            }
+            Some(area) if seen.contains(&place) => column(f, *area, model, place, fields, &differ),
             // Those beside the screen keep their places.
             _ => model.drawn.next_column(Extent::default(), Vec::new()),
         }
@@ -175,7 +173,8 @@ fn column(
     area: Rect,
     model: &Model,
     place: usize,
-    (all, differ): (&[Field], &[bool]),
+    all: &[Field],
+    differ: &[bool],
 ) {
     let (compare, theme) = (&model.compare, &model.theme);
     let shown = compare.shown[place];

@@ -14,12 +14,6 @@ use crate::widgets::words::pad;
 const COLUMNS: u16 = 96;
 const TERM: usize = 16;
 
-/// A sentence in place of terms.
-const SENTENCE: (&str, &str) = (
-    "?cut-ins",
-    "a sentence, such as cut-ins in town; Enter makes it a filter",
-);
-
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     if model.list.filtering.is_none() {
         return;
@@ -29,7 +23,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let width = COLUMNS.min(screen.width);
     let room = usize::from(width).saturating_sub(TERM + 4);
     let mut text = Text::default();
-    for (term, words) in TERMS.iter().chain(&[SENTENCE]) {
+    for (term, words) in TERMS {
         let mut term = *term;
         for words in textwrap::wrap(words, room) {
             text.push_line(Line::from(vec![

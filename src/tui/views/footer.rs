@@ -344,8 +344,10 @@ fn editing(model: &Model) -> Vec<Hint> {
     if turned {
         // A view stands in the editor's place.
         let works = [Action::EditDone, Action::Turn, Action::Help];
-        let shown = entries(Scope::Editor);
-        let shown = shown.iter().filter(|entry| works.contains(&entry.action));
+        let of_editor = entries(Scope::Editor);
+        let shown = of_editor
+            .iter()
+            .filter(|entry| works.contains(&entry.action));
         let mut hints: Vec<Hint> = shown.filter_map(hint).collect();
         if let Some((_, words)) = hints.get_mut(1) {
             *words = "next view".into();

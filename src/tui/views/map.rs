@@ -59,7 +59,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let shown = match both {
         Some((then, halves)) => {
             let title = titles::second(&then, halves.second);
-            frame::divide(f, area, model, (Pane::Map, halves.line), title);
+            frame::divide(f, area, model, Pane::Map, halves.line, title);
             let first = half(f, halves.first, model, &now, false);
             first.and(half(f, halves.second, model, &then, true))
         }
@@ -130,7 +130,7 @@ fn half(
 fn alone(f: &mut Frame<'_>, area: Rect, model: &Model, now: &Moment<'_>) -> signs::Placed {
     if let Some(encoder) = image::encoder(model) {
         let view = seen(model, area, now);
-        image::request(model, now, encoder, (area, &view));
+        image::request(model, now, encoder, area, &view);
         if let Some(shown) = image::shown(model, area) {
             register(model, area, view.frame, view.cell, false);
             shown.draw(f, area);
@@ -153,7 +153,7 @@ fn one(
     let scene = MapScene::new(&request(model, moment, view.seen));
     let scene = with_layers(scene, model, moment);
     cells::draw(f.buffer_mut(), area, &scene, &view, &look(model));
-    write(f, area, model, moment, (&scene, &view))
+    write(f, area, model, moment, &scene, &view)
 }
 
 /// How the map is drawn in this terminal.
@@ -226,7 +226,8 @@ fn write(
     area: Rect,
     model: &Model,
     moment: &Moment<'_>,
-    (scene, view): (&MapScene<'_>, &CellView),
+    scene: &MapScene<'_>,
+    view: &CellView,
 ) -> signs::Placed {
     let mut board = LabelPlacer::new(f.buffer_mut(), area, view);
     let look = &look(model);
@@ -234,7 +235,7 @@ fn write(
     vehicles::contacts(&mut board, look, scene, view);
     let lights = signs::lights(&mut board, model, scene, view);
     tape::ends(&mut board, model, moment, view);
-    labels::draw(&mut board, model, moment, (scene, view));
+    labels::draw(&mut board, model, moment, scene, view);
     tape::label(&mut board, model, moment, view);
     hollow::names(&mut board, look, scene, view);
     planner::seconds(&mut board, model, moment, view);

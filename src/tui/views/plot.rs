@@ -101,10 +101,12 @@ fn events(model: &Model, opened: &Opened, series: &Series) -> Vec<Event> {
         words: words.into(),
         style: Style::new().fg(color).add_modifier(Modifier::BOLD),
     };
-    let contact = opened.contact();
-    let contact = contact.map(|contact| event(contact.step, 'X', contact.name(), theme.danger));
-    let extreme = series.most_dangerous(measure.id);
-    let extreme = extreme.map(|(step, _)| event(step, '▾', measure.extreme(), theme.text));
+    let contact = opened
+        .contact()
+        .map(|contact| event(contact.step, 'X', contact.name(), theme.danger));
+    let extreme = series
+        .most_dangerous(measure.id)
+        .map(|(step, _)| event(step, '▾', measure.extreme(), theme.text));
     let worst = opened
         .worst_untouched()
         .map(|moment| event(moment.step, '▼', "most severe", theme.text));
@@ -267,8 +269,9 @@ fn legend(f: &mut Frame<'_>, area: Rect, model: &Model, curves: &[Curve], unname
     }
     if line.width() > 0 {
         line.push_span(Span::raw(" "));
-        let width = u16::try_from(line.width()).unwrap_or(area.width);
-        let width = width.min(area.width);
+        let width = u16::try_from(line.width())
+            .unwrap_or(area.width)
+            .min(area.width);
         f.render_widget(line, Rect { width, ..area });
     }
 }

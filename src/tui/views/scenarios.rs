@@ -69,7 +69,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             ShownAnswer::Scenario(place, _) => {
                 let mut line = Line::from(indent);
                 let room = wide.saturating_sub(indent.len());
-                let row = scenario(model, *place, (&columns, room), matching.as_mut());
+                let row = scenario(model, *place, &columns, room, matching.as_mut());
                 line.spans.extend(row.spans);
                 line
             }
@@ -176,8 +176,7 @@ fn filter(f: &mut Frame<'_>, inner: &mut Rect, model: &Model) {
         },
     );
     *inner = below(*inner, 1);
-    let left_out = filtering.and_then(|filtering| filtering.left_out.as_ref());
-    for wrong in list.read.wrong.first().into_iter().chain(left_out) {
+    if let Some(wrong) = list.read.wrong.first() {
         let words = visible(&format!("! {wrong}")).into_owned();
         let text = Paragraph::new(words).wrap(Wrap { trim: true });
         let rows = u16::try_from(text.line_count(inner.width)).unwrap_or(1);
@@ -224,7 +223,8 @@ fn head(model: &Model, group: &Group) -> Line<'static> {
 fn scenario(
     model: &Model,
     place: usize,
-    (columns, width): (&[Column], usize),
+    columns: &[Column],
+    width: usize,
     matching: Option<&mut Matching>,
 ) -> Line<'static> {
     let row = &model.list.rows[place];

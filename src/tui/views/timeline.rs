@@ -45,7 +45,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         for id in rows(opened, model.picked, strips) {
             lines.push(strip(
                 model,
-                (&scale, series),
+                &scale,
+                series,
                 id,
                 width,
                 column(model.clock.step()),
@@ -176,7 +177,8 @@ const LEVELS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█
 
 fn strip(
     model: &Model,
-    (scale, series): (&Scale, &Series),
+    scale: &Scale,
+    series: &Series,
     id: Option<i64>,
     width: usize,
     cursor: usize,

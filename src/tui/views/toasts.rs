@@ -121,8 +121,10 @@ fn boxes<'a>(
         let words =
             Paragraph::new(Text::styled(text, model.theme.base())).wrap(Wrap { trim: true });
         let lines = words.line_count(width.saturating_sub(4));
-        let height = u16::try_from(lines).unwrap_or(u16::MAX).saturating_add(2);
-        let height = height.min(place.height);
+        let height = u16::try_from(lines)
+            .unwrap_or(u16::MAX)
+            .saturating_add(2)
+            .min(place.height);
         if bottom < place.y + height {
             break;
         }

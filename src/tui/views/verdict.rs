@@ -174,11 +174,11 @@ fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
         .saturating_sub(1)
         .max(1);
     let count = answers.columns.len();
-    let last = match answers.shown {
+    let wanted = match answers.shown {
         ShownAnswer::Column(i) => (i + 1).max(fit),
         ShownAnswer::Reference => fit,
     };
-    let last = last.min(count);
+    let last = wanted.min(count);
     last.saturating_sub(fit)..last
 }
 

@@ -37,8 +37,10 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let following = look.keymap.following(&look.pending, model.scope(), works);
     let rows = following.iter().map(|next| {
         let more = if next.leads_on { " …" } else { "" };
-        let state = next.action.and_then(|action| model.state_of(action));
-        let state = state.map_or(String::new(), |state| format!(" ({})", fit(state, STATE)));
+        let state = next
+            .action
+            .and_then(|action| model.state_of(action))
+            .map_or(String::new(), |state| format!(" ({})", fit(state, STATE)));
         (next.key.to_string(), format!("{}{more}{state}", next.words))
     });
     let rows: Vec<(String, String)> = rows.collect();

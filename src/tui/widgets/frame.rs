@@ -26,7 +26,8 @@ pub fn divide(
     frame: &mut Frame<'_>,
     area: Rect,
     model: &Model,
-    (pane, line): (Pane, Rect),
+    pane: Pane,
+    line: Rect,
     title: Line<'_>,
 ) {
     let look = look(model, pane);

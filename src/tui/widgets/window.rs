@@ -56,7 +56,7 @@ pub fn scrolled(
     text: Text<'static>,
     scroll: usize,
 ) {
-    scrolled_in(frame, screen, model, what, text, (COLUMNS, scroll));
+    scrolled_in(frame, screen, model, what, text, COLUMNS, scroll);
 }
 
 /// The same, with its own title and width.
@@ -66,7 +66,8 @@ pub fn scrolled_in(
     model: &Model,
     title: &str,
     text: Text<'static>,
-    (columns, scroll): (u16, usize),
+    columns: u16,
+    scroll: usize,
 ) {
     let inner = window(frame, screen, model, title, (columns, 60));
     text_in(frame, inner, model, text, scroll);
@@ -123,7 +124,8 @@ pub fn at_right(
     model: &Model,
     title: &str,
     text: Text<'static>,
-    (columns, scroll): (u16, usize),
+    columns: u16,
+    scroll: usize,
 ) {
     let area = Rect {
         x: screen.right() - columns,
@@ -166,13 +168,13 @@ pub fn margin(frame: &mut Frame<'_>, screen: Rect, area: Rect, model: &Model) {
     };
     // A window at the right edge leaves the border of the pane beside it.
     let columns = if area.right() == screen.right() { 1 } else { 2 };
-    let wide = Rect {
+    let mut wide = Rect {
         x: area.x.saturating_sub(columns),
         y: area.y.saturating_sub(1),
         width: area.width.saturating_add(2 * columns),
         height: area.height.saturating_add(2),
-    };
-    let mut wide = wide.intersection(body);
+    }
+    .intersection(body);
     let (left, right) = (area.x - screen.x, screen.right() - area.right());
     if left < SLIVER {
         wide.width += wide.x - screen.x;

@@ -4,6 +4,7 @@ use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;
 
 use nearmiss_scene::description::visible;
+pub use nearmiss_study::evaluation::{duration, local_time as date, thousands};
 
 /// `text` on one line, safe to show, cut to `width` columns with an ellipsis.
 #[must_use]
@@ -121,42 +122,6 @@ pub fn hundredths(value: f64) -> String {
         // Of a negative zero the sign says nothing.
         _ => format!("{:.2}", value + 0.0),
     }
-}
-
-/// A whole number with spaces between thousands.
-#[must_use]
-pub fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-/// Milliseconds in the unit that people would use.
-#[must_use]
-pub fn duration(ms: u64) -> String {
-    match ms {
-        0 => "<1 ms".into(),
-        1..=999 => format!("{ms} ms"),
-        1_000..=99_999 => format!("{:.1} s", ms as f64 / 1e3),
-        _ => format!("{:.1} min", ms as f64 / 6e4),
-    }
-}
-
-/// A moment, milliseconds since 1970, in the clock of this place.
-#[must_use]
-pub fn date(ms: i64) -> String {
-    jiff::Timestamp::from_millisecond(ms).map_or("at an unknown time".into(), |moment| {
-        moment
-            .to_zoned(jiff::tz::TimeZone::system())
-            .strftime("%Y-%m-%d %H:%M")
-            .to_string()
-    })
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ impl BatchPlan {
         for part in parts(&self.scenarios, prepare) {
             done += part.len();
             for ((entry, _), prepared) in part {
-                let split = self.spec.subset.split;
+                let split = self.spec.experiment.split;
                 let of_split = split.map(|split| split.part(&entry.name));
                 let asked = self.part.is_none() || self.part == of_split;
                 dry_run.add(&entry.name, prepared?, &anew, (of_split, asked))?;

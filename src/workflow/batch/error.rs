@@ -37,7 +37,7 @@ pub enum BatchError {
     },
     /// A part of a split is to be asked, and there is no split.
     #[error(
-        "--split: the scenarios have no split; add `split = {{ test = 0.5 }}` to the experiment file, or use --test-share"
+        "--split: the scenarios have no split; add `split = {{ test = 0.5 }}` to the experiment file, or use --set split.test=0.5"
     )]
     NoSplit,
     /// The specification cannot be used.
@@ -61,7 +61,7 @@ pub enum BatchError {
     #[error("{0}: the draft is for another task or frame than the batch")]
     Draft(String),
     /// Samples cannot be taken away from a batch.
-    #[error("--samples {wanted}: {batch} already has {has}, and samples cannot be removed")]
+    #[error("samples {wanted}: {batch} already has {has}, and samples cannot be removed")]
     FewerSamples {
         /// The samples asked for.
         wanted: u32,
@@ -73,40 +73,42 @@ pub enum BatchError {
     /// One part of a split has no scenario.
     #[error("split: no scenario is in the {} part; change its seed or its share", .0.name())]
     EmptyPart(SplitPart),
-    /// Several leads without the safety task.
+    /// Leads without the safety task.
     #[error(
-        "{option}: windows of the collision task have no lead; several leads are for --task safety"
+        "leads: windows of the collision task have no lead; several leads are for the safety task"
     )]
-    Leads {
-        /// The option that names them.
-        option: &'static str,
-    },
+    Leads,
     /// Leads of a batch that asks about the paper's windows.
-    #[error(
-        "{option}: the batch asks about the windows of the paper (--protocol paper), which have no leads"
-    )]
-    PaperWindows {
-        /// The option that names them.
-        option: &'static str,
-    },
+    #[error("leads: the batch asks about the windows of the paper, which have no leads")]
+    PaperWindows,
     /// A lead at which a contact is later than the truth of a window looks.
     #[error(
-        "{option} {lead}: the contact is later than --within {within} s after the window, which makes the window safe; \
-         use a shorter lead, or a new batch with a longer --within"
+        "leads: {lead}: the contact is later than within = {within} s after the window, which makes the window safe; use \
+         a shorter lead, or a new batch with a longer `within`"
     )]
     Beyond {
-        /// The option that names it.
-        option: &'static str,
         /// The lead.
         lead: Lead,
         /// How far the truth looks, seconds.
         within: f64,
     },
+    /// Settings that a batch keeps as they were when it was begun.
+    #[error(
+        "{batch} keeps what it was begun with, so that {} cannot be changed; models, techniques, leads, transforms and \
+         samples can be added, for all else start a new batch",
+        keys.join(", ")
+    )]
+    Kept {
+        /// The batch.
+        batch: BatchId,
+        /// Their keys.
+        keys: Vec<&'static str>,
+    },
     /// The store has no such batch.
-    #[error("no batch {0}; `nearmiss evaluate --list` lists all")]
+    #[error("no batch {0}; `nearmiss evaluate list` lists all")]
     NoBatch(BatchId),
     /// The store has no batch at all.
-    #[error("no batch yet; `nearmiss evaluate --list` lists all")]
+    #[error("no batch yet; `nearmiss evaluate list` lists all")]
     NoBatchYet,
     /// The store cannot be read or written.
     #[error(transparent)]

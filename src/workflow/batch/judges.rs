@@ -41,7 +41,7 @@ impl BatchModels<'_> {
         on_warning: &mut dyn FnMut(String),
     ) -> Result<Judges, String> {
         let mut providers = self.providers.clone();
-        if let Some(url) = &spec.base_url {
+        if let Some(url) = &spec.experiment.base_url {
             let server = Server {
                 url,
                 ..Server::default()
@@ -53,7 +53,7 @@ impl BatchModels<'_> {
         let known = Models::within(
             Registry::lenient(&providers, self.config_file),
             self.environment,
-            spec.matrix.request.parameters(),
+            spec.experiment.parameters(),
             self.budget,
         );
         // A provider that is asked reports its own mistake.

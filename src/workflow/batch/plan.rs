@@ -12,36 +12,23 @@ use nearmiss_formats::{EgoSelection, Entry, EntryLocation};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_store::{Batch, BatchId, SplitPart, Store, StoreError};
 use nearmiss_study::evaluation::batch::{
-    Ask, BatchWindows, Matrix, QuestionBuilder, Shard, Spec, Subset, Truth, TruthSource,
-    WindowSource, path_of,
+    Ask, BatchWindows, Experiment, QuestionBuilder, Shard, Spec, Truth, TruthSource, WindowSource,
+    path_of,
 };
-use nearmiss_study::evaluation::report::Comparison;
 
 /// A batch that is to be begun.
 #[derive(Debug)]
 pub struct BatchRequest {
-    /// What it is about, in a line.
-    pub title: Option<String>,
-    /// Files, folders and names of bundled scenarios, as they were chosen.
-    pub paths: Vec<PathBuf>,
-    /// The scenarios in them.
+    /// What is asked, about files, folders and bundled scenarios as they were chosen.
+    pub experiment: Experiment,
+    /// The scenarios in them that its filter selects.
     pub entries: Vec<Entry>,
-    /// Questions about each scenario.
-    pub matrix: Matrix,
     /// Whose ego they have.
     pub ego: EgoSelection,
-    /// Where the truth is from; by default the folders of a labelled repository, else the geometry.
-    pub truth: Option<TruthSource>,
     /// The part of the scenarios that this machine asks about.
     pub shard: Option<Shard>,
     /// Texts of templates that are not saved, by file name.
     pub drafts: BTreeMap<String, String>,
-    /// The address of the server, where it is not the provider's own.
-    pub base_url: Option<String>,
-    /// Which comparisons of its answers matter.
-    pub comparison: Comparison,
-    /// Which of the scenarios are asked about, and in which parts; `entries` are those that its filter selects.
-    pub subset: Subset,
 }
 
 /// A batch ready to run: a new or a resumed one.
@@ -95,36 +82,32 @@ impl BatchRequest {
                 *path = absolute(path)?;
             }
         }
-        let truth = self
-            .truth
-            .clone()
-            .unwrap_or_else(|| TruthSource::usual(&self.entries));
-        let paths = self.paths.iter().map(|path| {
+        let paths = self.experiment.scenarios.iter().map(|path| {
             if matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
                 Ok(path.clone())
             } else {
                 absolute(path)
             }
         });
+        let truth = self.experiment.truth.clone().map(TruthSource::absolute);
+        let experiment = Experiment {
+            scenarios: paths.collect::<Result<_, _>>()?,
+            truth: Some(truth.unwrap_or_else(|| TruthSource::usual(&self.entries))),
+            ..self.experiment.asked()
+        };
         let mut spec = Spec {
-            title: self.title.clone(),
-            paths: paths.collect::<Result<_, _>>()?,
-            matrix: self.matrix.clone(),
-            truth,
             templates: BTreeMap::new(),
             thresholds: Spec::thresholds_of(thresholds),
-            base_url: self.base_url.clone(),
             ego: self.ego.clone(),
             drafts: self.drafts.clone(),
-            comparison: self.comparison.clone(),
-            subset: self.subset.clone(),
-            drawn_from: if self.matrix.draws_windows() {
+            drawn_from: if experiment.draws_windows() {
                 self.entries.iter().map(path_of).collect()
             } else {
                 Vec::new()
             },
+            experiment,
         };
-        spec.templates = Spec::templates_of(&spec.matrix, &spec.library(library)?);
+        spec.templates = Spec::templates_of(&spec.experiment, &spec.library(library)?);
         let unused = |file: &&String| !spec.templates.contains_key(*file);
         match spec.drafts.keys().find(unused) {
             Some(file) => Err(BatchError::Draft(file.clone())),
@@ -173,14 +156,18 @@ impl BatchRequest {
         thresholds: &Thresholds,
     ) -> Result<Vec<Batch>, BatchError> {
         let spec = self.spec(library, thresholds)?;
-        // Batches of earlier versions do not say what their windows were drawn from.
-        let earlier = Spec {
-            drawn_from: Vec::new(),
-            ..spec.clone()
+        let is_same = |batch: &Batch| {
+            let stored = Spec::from_json(&batch.spec);
+            // Batches of earlier versions do not say what their windows were drawn from.
+            stored.is_ok_and(|mut stored| {
+                if stored.drawn_from.is_empty() {
+                    stored.drawn_from.clone_from(&spec.drawn_from);
+                }
+                stored == spec
+            })
         };
-        let same = [spec.to_json(), earlier.to_json()];
         let all = store.batches()?.into_iter().map(|(batch, _)| batch);
-        Ok(all.filter(|batch| same.contains(&batch.spec)).collect())
+        Ok(all.filter(is_same).collect())
     }
 
     /// Plans the batch; nothing is written. Drawing windows reads all recordings: nothing where `cancel` asked for an
@@ -196,15 +183,15 @@ impl BatchRequest {
         on_event: &mut dyn FnMut(PlanningEvent),
     ) -> Result<Option<BatchPlan>, BatchError> {
         let spec = self.spec(library, thresholds)?;
-        let split = spec.subset.split;
+        let split = spec.experiment.split;
         if let Some(part) = split.and_then(|split| split.empty_part(&self.entries)) {
             return Err(BatchError::EmptyPart(part));
         }
         // Of all scenarios, so that every part has the same ones.
-        let (truth, doubts) = Truth::open(&spec.truth, &self.entries)?;
+        let (truth, doubts) = Truth::open(spec.truth(), &self.entries)?;
         let builder = Arc::new(spec.builder(library, Arc::clone(thresholds))?);
         let source = WindowSource {
-            matrix: &spec.matrix,
+            experiment: &spec.experiment,
             entries: &self.entries,
             builder: &builder,
             split,
@@ -218,7 +205,7 @@ impl BatchRequest {
             self.entries.retain(|entry| shard.has(&entry.name));
         }
         let asks = |entry: Entry| {
-            let asks = spec.matrix.asks(&windows, &path_of(&entry));
+            let asks = spec.experiment.asks(&windows, &path_of(&entry));
             (entry, asks)
         };
         let scenarios = self.entries.into_iter().map(asks).collect();
@@ -255,7 +242,7 @@ impl BatchPlan {
     /// # Errors
     /// There is no split.
     pub fn ask_part(&mut self, part: Option<SplitPart>) -> Result<(), BatchError> {
-        if part.is_some() && self.spec.subset.split.is_none() {
+        if part.is_some() && self.spec.experiment.split.is_none() {
             return Err(BatchError::NoSplit);
         }
         self.part = part;
@@ -270,7 +257,7 @@ impl BatchPlan {
         if dry_run.items.is_empty() && !self.is_stored() {
             return Err(BatchError::Unlabelled {
                 scenarios: self.scenarios(),
-                truth: self.spec.truth.words(),
+                truth: self.spec.truth().words(),
             });
         }
         Ok(())

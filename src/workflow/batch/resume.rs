@@ -9,12 +9,13 @@ use super::{BatchError, BatchPlan, DryRun, Selection};
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::Entry;
+use nearmiss_record::fields::Fields;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Batch, BatchId, Identity, Item, ItemTruth, NewItem, Store, StoreError};
 use nearmiss_study::evaluation::batch::{
-    Ask, AskedWindow, BatchWindows, Matrix, MatrixAdditions, Spec, Truth, TruthSource, Variant,
-    WindowSource, retold, way_of,
+    Ask, AskedWindow, BatchWindows, Experiment, Spec, Truth, TruthSource, Variant, WindowSource,
+    retold, way_of,
 };
 use nearmiss_study::evaluation::{Lead, PromptConfig, Protocol};
 
@@ -25,8 +26,8 @@ pub struct ResumeRequest {
     pub batch: Option<BatchId>,
     /// Which of its questions are asked.
     pub selection: Selection,
-    /// What is added to it.
-    pub more: MatrixAdditions,
+    /// What is added to it, of fields that grow; others have to be as they are.
+    pub more: Experiment,
     /// Another truth.
     pub truth: Option<TruthSource>,
     /// Whether another truth is only looked at; otherwise it is written into the store.
@@ -78,9 +79,9 @@ impl ResumeRequest {
         self.can_be_added(&batch, &spec)?;
         let mut items = store.items(batch.id)?;
         let mut before = spec.clone();
-        spec.matrix.extend(&self.more);
-        spec.matrix.check_size().map_err(BatchError::TooLarge)?;
-        let first_lead = newly_named(&before.matrix, &spec.matrix);
+        spec.experiment.extend(&self.more);
+        spec.experiment.check_size().map_err(BatchError::TooLarge)?;
+        let first_lead = newly_named(&before.experiment, &spec.experiment);
         for item in &mut items {
             if item.asked.task == Task::Safety {
                 item.asked.lead = item.asked.lead.take().or_else(|| first_lead.clone());
@@ -88,7 +89,7 @@ impl ResumeRequest {
         }
         let own_library = spec.library(library)?;
         spec.templates
-            .extend(Spec::templates_of(&spec.matrix, &own_library));
+            .extend(Spec::templates_of(&spec.experiment, &own_library));
         let builder = spec.builder(library, Arc::clone(thresholds))?;
         let mut doubts = Vec::new();
         let mut relabelling = None;
@@ -102,19 +103,19 @@ impl ResumeRequest {
             }
             relabelling = Some(Relabelling {
                 batch: batch.id,
-                before: spec.truth,
+                before: spec.truth().clone(),
                 unlabelled: unlabelled(&items, &labels),
             });
             for (item, told) in items.iter_mut().zip(&labels) {
                 item.tell(told);
             }
-            spec.truth = source.clone();
-            before.truth = source.clone();
+            spec.experiment.truth = Some(source.clone());
+            before.experiment.truth = Some(source.clone());
             if !self.dry_run {
                 store.set_truth(batch.id, &before.to_json(), &labels)?;
             }
         }
-        let extended = self.more.any();
+        let extended = self.more != Experiment::default();
         let mut windows = BatchWindows::of_items(&items).map_err(BatchError::Question)?;
         let mut left_out = None;
         if extended {
@@ -125,15 +126,15 @@ impl ResumeRequest {
             };
             let entries: Vec<Entry> = drawn_from.into_iter().map(entry).collect();
             // Files with labels may be gone; then what the questions say is what is known.
-            let truth = match Truth::open(&spec.truth, &entries) {
+            let truth = match Truth::open(spec.truth(), &entries) {
                 Ok((truth, _)) => truth,
                 Err(_) => Truth::known(&items),
             };
             let source = WindowSource {
-                matrix: &spec.matrix,
+                experiment: &spec.experiment,
                 entries: &entries,
                 builder: &builder,
-                split: spec.subset.split,
+                split: spec.experiment.split,
                 cancel,
             };
             let on_read = &mut |done, of| on_event(PlanningEvent::Read { done, of });
@@ -151,10 +152,10 @@ impl ResumeRequest {
             selection: self.selection,
             part: None,
             relabelling,
-            truth: match spec.truth {
+            truth: match spec.truth() {
                 // Of files that could not be read before.
                 TruthSource::Geometry => Truth::Geometry,
-                TruthSource::Score(convention) => Truth::Score(convention),
+                TruthSource::Score(convention) => Truth::Score(*convention),
                 TruthSource::Layout | TruthSource::Files(_) => Truth::known(&items),
             },
             scenarios,
@@ -177,29 +178,34 @@ impl ResumeRequest {
     }
 
     fn can_be_added(&self, batch: &Batch, spec: &Spec) -> Result<(), BatchError> {
-        let has = spec.matrix.samples;
-        if let Some(wanted) = self.more.samples.filter(|wanted| *wanted < has) {
-            let batch = batch.id;
+        let (more, has, batch) = (&self.more, &spec.experiment, batch.id);
+        let given = more.given().map(|(row, _)| row);
+        let kept = given.filter(|row| !row.is("grows") && more.get(row.key) != has.get(row.key));
+        let kept: Vec<&str> = kept.map(|row| row.key).collect();
+        if !kept.is_empty() {
+            return Err(BatchError::Kept { batch, keys: kept });
+        }
+        if let Some(wanted) = more.samples.filter(|wanted| *wanted < has.samples()) {
+            let has = has.samples();
             return Err(BatchError::FewerSamples { wanted, batch, has });
         }
-        if !self.more.leads.is_empty() && !spec.matrix.tasks.contains(&Task::Safety) {
-            let option = "--add-lead";
-            return Err(BatchError::Leads { option });
+        if more.leads.is_empty() {
+            return Ok(());
         }
-        if !self.more.leads.is_empty() && spec.matrix.request.protocol == Protocol::Paper {
-            return Err(BatchError::PaperWindows {
-                option: "--add-lead",
-            });
+        if !has.tasks.contains(&Task::Safety) {
+            return Err(BatchError::Leads);
         }
-        let beyond = |lead: &&Lead| lead.is_beyond(spec.matrix.request.within);
-        if let Some(lead) = self.more.leads.iter().find(beyond) {
-            return Err(BatchError::Beyond {
-                option: "--add-lead",
+        if has.protocol == Protocol::Paper {
+            return Err(BatchError::PaperWindows);
+        }
+        let beyond = |lead: &&Lead| lead.is_beyond(has.within);
+        match more.leads.iter().find(beyond) {
+            Some(lead) => Err(BatchError::Beyond {
                 lead: *lead,
-                within: spec.matrix.request.within.unwrap_or_default(),
-            });
+                within: has.within.unwrap_or_default(),
+            }),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -255,8 +261,8 @@ fn unlabelled(items: &[Item], labels: &[ItemTruth]) -> Vec<String> {
 
 /// The first lead in words, where the questions of a batch may not name it and have to from now on: earlier versions
 /// left it out of batches with one lead.
-fn newly_named(before: &Matrix, now: &Matrix) -> Option<String> {
-    let lead = before.request.lead.filter(|_| before.more_leads.is_empty());
+fn newly_named(before: &Experiment, now: &Experiment) -> Option<String> {
+    let lead = before.lead().filter(|_| before.more_leads().is_empty());
     lead.filter(|_| now != before).map(Lead::stored)
 }
 
@@ -307,7 +313,7 @@ fn scenarios(
         let there = identities(items);
         for path in &all {
             let asks = by_path.entry(path).or_default();
-            for ask in &spec.matrix.asks(windows, path) {
+            for ask in &spec.experiment.asks(windows, path) {
                 add_missing(asks, ask, path, &there);
             }
         }

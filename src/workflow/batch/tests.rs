@@ -11,7 +11,7 @@ use nearmiss_scene::judge::judge;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Transform, Window};
 use nearmiss_scene::verdict::Task;
-use nearmiss_study::evaluation::batch::{Matrix, QuestionBuilder, RequestSettings, Variant};
+use nearmiss_study::evaluation::batch::{Experiment, QuestionBuilder, Variant};
 use nearmiss_study::evaluation::{AxisValues, Lead, PromptConfig, Question};
 
 #[test]
@@ -25,11 +25,10 @@ fn what_is_asked_again_depends_on_where_it_stands() {
 
 fn builder() -> QuestionBuilder {
     let thresholds = Arc::new(Thresholds::shipped().clone());
-    let request = RequestSettings::default();
     QuestionBuilder::new(
         Library::load(None),
         thresholds,
-        request,
+        Experiment::default(),
         EgoSelection::Beside,
     )
 }
@@ -129,33 +128,22 @@ fn new_numbers_are_described_and_can_be_told_back() {
 }
 
 fn request(entries: Vec<Entry>, every_scenario: bool) -> BatchRequest {
-    let tasks = [Task::Safety];
-    let request = RequestSettings {
+    let mut experiment = Experiment {
+        tasks: vec![Task::Safety],
+        frames: vec![Frame::Ego],
+        techniques: vec![Techniques::ALL],
+        scenarios: vec!["scenarios".into()],
+        models: vec!["lab/small".into()],
         every_scenario,
-        ..RequestSettings::default()
+        ..Experiment::default()
     };
+    experiment.draw_windows();
     BatchRequest {
-        title: None,
-        paths: Vec::new(),
+        experiment,
         entries,
-        matrix: Matrix {
-            tasks: tasks.to_vec(),
-            frames: vec![Frame::Ego],
-            techniques: vec![Techniques::ALL],
-            models: vec!["lab/small".into()],
-            samples: 1,
-            more_leads: Vec::new(),
-            transforms: Vec::new(),
-            axes: Default::default(),
-            request: request.drawn(&tasks),
-        },
         ego: EgoSelection::Beside,
-        truth: None,
         shard: None,
         drafts: Default::default(),
-        base_url: None,
-        comparison: Default::default(),
-        subset: Default::default(),
     }
 }
 

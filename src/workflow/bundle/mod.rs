@@ -41,7 +41,7 @@ pub enum BundleError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The file is something else.
-    #[error("{0}: not a bundle of `nearmiss experiment pack`")]
+    #[error("{0}: not a bundle of `nearmiss runs export`")]
     NoBundle(String),
     /// It is not what was packed.
     #[error("{file}: damaged or altered: {why}; nothing was unpacked")]

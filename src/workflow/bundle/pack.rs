@@ -12,14 +12,14 @@ use super::manifest::{
 };
 use super::runs::{BatchLines, numbers, portable_paths};
 use super::{BundleError, scenarios};
-use crate::{Experiment, hashes_in};
+use crate::{experiment_toml, hashes_in, pins_of};
 use nearmiss_ask::prompts::Library;
 use nearmiss_base::system::{self, without_folders};
 use nearmiss_formats::{Entry, EntryLocation};
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_store::{BatchId, Item, RatedAnswer, RunId, Store};
+use nearmiss_store::{BatchId, Item, RatedAnswer, RunId, Store, record_line};
 use nearmiss_study::evaluation::Provenance;
-use nearmiss_study::evaluation::batch::{Spec, TruthSource, answers, beside_the_judge};
+use nearmiss_study::evaluation::batch::{Experiment, Spec, TruthSource, answers, beside_the_judge};
 
 /// What is packed.
 pub struct PackRequest<'a> {
@@ -80,7 +80,7 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
     let store = request.store;
     let Some(batch) = store.batch(request.batch)? else {
         let words = format!(
-            "no batch {}; `nearmiss evaluate --list` lists batches",
+            "no batch {}; `nearmiss evaluate list` lists batches",
             request.batch
         );
         return Err(BundleError::Batch(words));
@@ -145,10 +145,7 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
         Vec::new()
     };
     if !ratings.is_empty() {
-        members.push(of_bytes(
-            RATINGS.into(),
-            (ratings.join("\n") + "\n").into_bytes(),
-        ));
+        members.push(of_bytes(RATINGS.into(), ratings.concat().into_bytes()));
     }
     let manifest = Manifest {
         nearmiss_bundle: FORMAT,
@@ -221,7 +218,8 @@ fn texts(
         }
         _ => notes.push("thresholds.toml is not in the bundle, as it has changed since".into()),
     }
-    if let (TruthSource::Files(files), TruthSource::Files(names)) = (&spec.truth, &portable.truth) {
+    if let (TruthSource::Files(files), TruthSource::Files(names)) = (spec.truth(), portable.truth())
+    {
         for (file, name) in files.iter().zip(names) {
             match system::read_text(file, system::LARGEST) {
                 Ok(text) => {
@@ -250,33 +248,22 @@ fn experiment(
             Path::new(folder).join(path)
         }
     };
+    let scenarios = portable.experiment.scenarios.iter();
     let experiment = Experiment {
-        title: portable.title.clone(),
-        paths: portable
-            .paths
-            .iter()
-            .map(|path| below(SCENARIOS, path))
-            .collect(),
-        truth: Some(match &portable.truth {
-            TruthSource::Files(files) => TruthSource::Files(
-                files
-                    .iter()
-                    .map(|file| Path::new(TRUTH).join(file))
-                    .collect(),
-            ),
+        scenarios: scenarios.map(|path| below(SCENARIOS, path)).collect(),
+        truth: Some(match portable.truth() {
+            TruthSource::Files(files) => {
+                let files = files.iter().map(|file| Path::new(TRUTH).join(file));
+                TruthSource::Files(files.collect())
+            }
             other => other.clone(),
         }),
-        matrix: portable.matrix.clone(),
-        base_url: portable.base_url.clone(),
         budget: request.budget,
-        comparison: portable.comparison.clone(),
-        templates: portable.templates.clone(),
+        templates: pins_of(portable),
         hashes: hashes_in(items),
-        subset: portable.subset.clone(),
+        ..portable.experiment.clone()
     };
-    experiment
-        .to_toml(Path::new(""))
-        .map_err(BundleError::Batch)
+    experiment_toml(&experiment, Path::new("")).map_err(BundleError::Batch)
 }
 
 /// The ratings of these runs, a line each.
@@ -290,7 +277,7 @@ fn ratings(store: &Store, runs: &BTreeSet<RunId>) -> Result<Vec<String>, BundleE
         for answer in &mut rating.answers {
             answer.run = answer.run.filter(|run| runs.contains(run));
         }
-        lines.push(rating.to_record().to_string());
+        lines.push(record_line(&rating.to_record())?);
     }
     Ok(lines)
 }

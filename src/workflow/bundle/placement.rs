@@ -33,14 +33,17 @@ impl Placement {
         if let Some((ours, spec)) = ours {
             let paths = portable_paths(spec, &request.store.items(*ours)?);
             known.extend(paths.into_iter().map(|(here, there)| (there, here)));
-            roots.extend(spec.portable().paths.into_iter().zip(spec.paths.clone()));
+            roots.extend({
+                let portable = spec.portable().experiment.scenarios.into_iter();
+                portable.zip(spec.experiment.scenarios.clone())
+            });
         }
         let included = manifest.scenarios.iter().filter(|one| one.included);
         let files = included.map(|one| {
             let file = request.into.join(SCENARIOS).join(&one.path);
             (one.path.clone(), file)
         });
-        let has_truth = match &spec.truth {
+        let has_truth = match spec.truth() {
             TruthSource::Files(files) => files.iter().all(|file| {
                 let name = format!("{TRUTH}{}", file.display());
                 manifest.members.iter().any(|member| member.name == name)
@@ -92,16 +95,18 @@ impl Placement {
         if !self.files.is_empty() {
             let scenarios = request.into.join(SCENARIOS);
             let outside = |path: &&mut PathBuf| !is_bundled(&path.display().to_string());
-            for path in spec.paths.iter_mut().filter(outside) {
+            for path in spec.experiment.scenarios.iter_mut().filter(outside) {
                 *path = scenarios.join(&*path);
             }
         }
-        if let (TruthSource::Files(files), true) = (&mut spec.truth, self.has_truth) {
+        if let (Some(TruthSource::Files(files)), true) =
+            (&mut spec.experiment.truth, self.has_truth)
+        {
             for file in files {
                 *file = request.into.join(TRUTH).join(&*file);
             }
         }
-        let now = Spec::templates_of(&spec.matrix, request.library);
+        let now = Spec::templates_of(&spec.experiment, request.library);
         let others: Vec<String> = spec.templates.keys().cloned().collect();
         for file in others {
             if spec.drafts.contains_key(&file) || now.get(&file) == spec.templates.get(&file) {

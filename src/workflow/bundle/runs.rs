@@ -14,6 +14,7 @@ use nearmiss_formats::{Entry, bundled};
 use nearmiss_scene::scenario::Transform;
 use nearmiss_store::{
     Batch, ClaimCounts, Filter, Item, Run, RunId, RunState, SceneRecord, Store, StoreError,
+    record_line,
 };
 use nearmiss_study::evaluation::batch::{Judgement, Spec, Variant, numbered};
 
@@ -74,7 +75,7 @@ impl BatchLines<'_> {
             spec: self.portable.to_json(),
             ..self.batch.clone()
         };
-        writeln!(out, "{}", batch.to_record()).map_err(io)?;
+        write!(out, "{}", record_line(&batch.to_record())?).map_err(io)?;
         let claims = self.claims()?;
         let (mut runs, mut shown) = (0, BTreeSet::new());
         for number in self.runs {
@@ -88,15 +89,15 @@ impl BatchLines<'_> {
             for hash in run.question.image_hashes() {
                 let new = shown.insert(hash.clone()).then(|| self.store.image(&hash));
                 if let Some(image) = new.transpose()?.flatten() {
-                    writeln!(out, "{}", image.to_record()).map_err(io)?;
+                    write!(out, "{}", record_line(&image.to_record())?).map_err(io)?;
                 }
             }
-            writeln!(out, "{}", run.to_record()).map_err(io)?;
+            write!(out, "{}", record_line(&run.to_record(false))?).map_err(io)?;
             runs += 1;
         }
         for item in self.items {
             let item = self.question(item)?;
-            writeln!(out, "{}", item.to_record(self.batch.id)).map_err(io)?;
+            write!(out, "{}", record_line(&item.to_record(self.batch.id))?).map_err(io)?;
         }
         let member = Member {
             name: BATCH.into(),

@@ -254,7 +254,12 @@ fn same(
             continue;
         };
         let portable = ours.portable();
-        let about = |spec: &Spec| (spec.paths.clone(), spec.matrix.tasks.clone());
+        let about = |spec: &Spec| {
+            (
+                spec.experiment.scenarios.clone(),
+                spec.experiment.tasks.clone(),
+            )
+        };
         if batch.created_ms == theirs.created_ms
             && about(&portable) == about(spec)
             && portable.templates == spec.templates

@@ -5,14 +5,18 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use super::HASH_DIGITS;
 use nearmiss_formats::Entry;
+use nearmiss_record::fields::OneOrMore;
 use nearmiss_store::Item;
+use nearmiss_study::evaluation::batch::{ContentHash, HASH_DIGITS};
+
+/// The contents of scenarios by name.
+type Hashes = BTreeMap<String, OneOrMore<ContentHash>>;
 
 /// The contents of scenarios, each as the start of its SHA-256, under its name, or under `folder/name` where several have
 /// the name; those that cannot be read are left out.
 #[must_use]
-pub fn hashes_of(entries: &[Entry]) -> BTreeMap<String, Vec<String>> {
+pub fn hashes_of(entries: &[Entry]) -> Hashes {
     let hash = |entry: &Entry| {
         let hash = entry.read().ok()?.hash.to_string();
         Some((entry.clone(), start(&hash).to_string()))
@@ -21,7 +25,7 @@ pub fn hashes_of(entries: &[Entry]) -> BTreeMap<String, Vec<String>> {
 }
 
 /// The same of the scenarios that a batch asks about, as they were when it was begun.
-pub fn hashes_in(items: &[Item]) -> BTreeMap<String, Vec<String>> {
+pub fn hashes_in(items: &[Item]) -> Hashes {
     let plain = items.iter().filter(|item| item.asked.transform.is_none());
     let found = plain.filter_map(|item| {
         let hash = item.asked.scenario_hash.as_ref()?;
@@ -48,7 +52,7 @@ pub fn name_of(key: &str) -> &str {
     key.rsplit_once('/').map_or(key, |(_, name)| name)
 }
 
-fn keyed(found: Vec<(Entry, String)>) -> BTreeMap<String, Vec<String>> {
+fn keyed(found: Vec<(Entry, String)>) -> Hashes {
     let mut groups: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for (entry, _) in &found {
         groups.entry(&entry.name).or_default().insert(&entry.group);
@@ -66,7 +70,9 @@ fn keyed(found: Vec<(Entry, String)>) -> BTreeMap<String, Vec<String>> {
             of_key.sort_unstable();
         }
     }
-    all
+    let all = all.into_iter();
+    all.map(|(key, hashes)| (key, hashes.into_iter().map(ContentHash).collect()))
+        .collect()
 }
 
 /// Compares the contents of scenarios with those that an experiment was written with; scenarios that it does not name
@@ -74,10 +80,7 @@ fn keyed(found: Vec<(Entry, String)>) -> BTreeMap<String, Vec<String>> {
 ///
 /// # Errors
 /// The first scenario with other contents, or that is missing.
-pub(super) fn check(
-    wanted: &BTreeMap<String, Vec<String>>,
-    entries: &[Entry],
-) -> Result<(), String> {
+pub(super) fn check(wanted: &Hashes, entries: &[Entry]) -> Result<(), String> {
     let missing = |key: &&String| !entries.iter().any(|entry| entry.name == name_of(key));
     if let Some(key) = wanted.keys().find(missing) {
         return Err(format!(
@@ -89,8 +92,10 @@ pub(super) fn check(
         let exact = wanted.get(&in_folder(entry));
         let by_name = wanted.iter().filter(|(key, _)| name_of(key) == entry.name);
         match exact {
-            Some(hashes) => hashes.iter().collect(),
-            None => by_name.flat_map(|(_, hashes)| hashes).collect(),
+            Some(hashes) => hashes.iter().map(|hash| &hash.0).collect(),
+            None => by_name
+                .flat_map(|(_, hashes)| hashes.iter().map(|hash| &hash.0))
+                .collect(),
         }
     };
     let read = |entry: &Entry| {
@@ -118,7 +123,11 @@ pub(super) fn check(
             let mut hashes = of_name.filter_map(|(_, _, hash)| hash.as_ref().ok());
             hashes.any(|hash| hash.starts_with(start.as_str()))
         };
-        if let Some(start) = hashes.iter().find(|start| !there(start)) {
+        if let Some(start) = hashes
+            .iter()
+            .map(|hash| &hash.0)
+            .find(|start| !there(start))
+        {
             return Err(format!(
                 "hashes: no scenario {} has the hash {start}, but the experiment was written with one that has; use that file, or remove its hash",
                 name_of(key)

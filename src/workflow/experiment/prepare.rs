@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::Experiment;
+use super::request_of;
 use crate::batch::{BatchError, BatchPlan, BatchRequest, PlanningEvent, ResumeRequest, Selection};
 use crate::{Selector, find};
 use nearmiss_ask::prompts::Library;
@@ -11,7 +11,7 @@ use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{Entry, SearchResults, resolved};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_store::{BatchId, Store};
-use nearmiss_study::evaluation::batch::{MatrixAdditions, Shard, Subset};
+use nearmiss_study::evaluation::batch::{Experiment, Shard};
 
 /// What an experiment is run with, beside its file.
 #[derive(Debug, Clone, Copy)]
@@ -52,42 +52,38 @@ pub fn experiment_among(paths: &[PathBuf]) -> Result<Option<&Path>, String> {
     }
 }
 
-impl Experiment {
-    /// The scenarios in its paths, before its filter; reads folders.
-    ///
-    /// # Errors
-    /// A path is not there, or there is no scenario in any of them: in words.
-    pub fn find_scenarios(&self) -> Result<SearchResults, String> {
-        let paths = self
-            .paths
-            .iter()
-            .map(|path| resolved(path))
-            .collect::<Result<Vec<_>, _>>()?;
-        find(&paths).map_err(|error| error.to_string())
-    }
+/// The scenarios in the paths of an experiment, before its filter; reads folders.
+///
+/// # Errors
+/// A path is not there, or there is no scenario in any of them: in words.
+pub fn find_scenarios(experiment: &Experiment) -> Result<SearchResults, String> {
+    let paths = experiment.scenarios.iter();
+    let paths = paths
+        .map(|path| resolved(path))
+        .collect::<Result<Vec<_>, _>>()?;
+    find(&paths).map_err(|error| error.to_string())
+}
 
-    /// The batch that asks the experiment of `file` about those of the `found` scenarios that its filter selects.
-    ///
-    /// # Errors
-    /// The filter selects none, or a template or a scenario is not the one that the experiment was written with: with
-    /// the file. The store cannot be read.
-    pub fn prepare(
-        &self,
-        file: &Path,
-        found: Vec<Entry>,
-        shard: Option<Shard>,
-        context: ExperimentContext<'_>,
-    ) -> Result<PreparedExperiment, String> {
-        let named = |why| format!("{}: {why}", file.display());
-        let entries = selected(found, &self.subset, context.thresholds).map_err(named)?;
-        let mut request = self
-            .request(entries, shard, context.library)
-            .map_err(named)?;
-        let batch = request
-            .stored(context.store, context.library, context.thresholds)
-            .map_err(|error| error.to_string())?;
-        Ok(PreparedExperiment { request, batch })
-    }
+/// The batch that asks the experiment of `file` about those of the `found` scenarios that its filter selects.
+///
+/// # Errors
+/// The filter selects none, or a template or a scenario is not the one that the experiment was written with: with
+/// the file. The store cannot be read.
+pub fn prepare_experiment(
+    experiment: &Experiment,
+    file: &Path,
+    found: Vec<Entry>,
+    shard: Option<Shard>,
+    context: ExperimentContext<'_>,
+) -> Result<PreparedExperiment, String> {
+    let named = |why| format!("{}: {why}", file.display());
+    let entries =
+        selected(found, experiment.select.as_deref(), context.thresholds).map_err(named)?;
+    let mut request = request_of(experiment, entries, shard, context.library).map_err(named)?;
+    let batch = request
+        .stored(context.store, context.library, context.thresholds)
+        .map_err(|error| error.to_string())?;
+    Ok(PreparedExperiment { request, batch })
 }
 
 impl PreparedExperiment {
@@ -126,7 +122,7 @@ impl PreparedExperiment {
         let again = ResumeRequest {
             batch: self.batch,
             selection,
-            more: MatrixAdditions::default(),
+            more: Experiment::default(),
             truth: None,
             // Only another truth would be written.
             dry_run: false,
@@ -135,16 +131,16 @@ impl PreparedExperiment {
     }
 }
 
-/// The scenarios that the filter of an experiment or of `--select` lets through.
+/// The scenarios that the filter of an experiment lets through.
 ///
 /// # Errors
 /// The filter is wrong, or lets none through: in words that begin with `select`.
 pub fn selected(
     entries: Vec<Entry>,
-    subset: &Subset,
+    filter: Option<&str>,
     thresholds: &Thresholds,
 ) -> Result<Vec<Entry>, String> {
-    let Some(filter) = &subset.select else {
+    let Some(filter) = filter else {
         return Ok(entries);
     };
     let selected = Selector::read(filter).and_then(|selector| selector.select(entries, thresholds));

@@ -1,22 +1,22 @@
 //! Tests of experiment files.
 #![allow(clippy::unwrap_used)]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use toml::Table;
 
 use super::*;
 use nearmiss_ask::llm::Effort;
 use nearmiss_ask::prompts::Techniques;
-use nearmiss_scene::description::Form;
+use nearmiss_record::fields::Fields;
 use nearmiss_scene::scenario::Transform;
 use nearmiss_scene::verdict::Task;
-use nearmiss_study::evaluation::batch::{RequestSettings, Split};
+use nearmiss_study::evaluation::batch::{ContentHash, Split, TemplatePin, TruthSource};
 use nearmiss_study::evaluation::report::PivotRequest;
-use nearmiss_study::evaluation::{Axes, Lead, PAPER_STEPS, Protocol};
+use nearmiss_study::evaluation::{Lead, PAPER_STEPS, Protocol};
 
 fn read(text: &str) -> Result<Experiment, String> {
-    Experiment::from_toml(text, Path::new("/lab/e.toml"), &Library::load(None))
+    read_experiment(text, Path::new("/lab/e.toml"), &Library::load(None))
 }
 
 const WHOLE: &str = r#"
@@ -70,38 +70,34 @@ twice = ["0123456789ab", "0123456789ac"]
 fn a_file_is_read_and_written_and_read_the_same() {
     let whole = read(WHOLE).unwrap();
     assert_eq!(
-        whole.paths,
+        whole.scenarios,
         ["ZAM_CutIn-1_1_T-1", "/lab/recorded", "/data/more.xml"].map(PathBuf::from)
     );
     assert_eq!(
         whole.truth,
         Some(TruthSource::Files(vec!["/lab/labels.csv".into()]))
     );
-    let (matrix, request) = (&whole.matrix, &whole.matrix.request);
-    assert_eq!(request.lead, Some(Lead::Seconds(0.5)));
-    assert_eq!(matrix.more_leads, [Lead::Seconds(1.0), Lead::Paper]);
-    assert_eq!(matrix.transforms[0], Transform::Mirror);
-    assert_eq!((request.radius, request.within), (Some(40.0), Some(1.5)));
     assert_eq!(
-        matrix.ways().len(),
+        whole.leads,
+        [Lead::Seconds(0.5), Lead::Seconds(1.0), Lead::Paper]
+    );
+    assert_eq!(whole.transforms[0], Transform::Mirror);
+    assert_eq!((whole.radius, whole.within), (Some(40.0), Some(1.5)));
+    assert_eq!(
+        whole.ways().len(),
         128,
         "techniques, frames, models, and four axes of two values"
     );
-    let wanted = Axes {
-        temperatures: vec![0.0, 0.7],
-        forms: vec![Form::Prose, Form::Compact],
-        seeds: vec![1, 2],
-        tools: vec![false, true],
-        ..Axes::default()
-    };
-    assert_eq!(matrix.axes, wanted);
-    assert_eq!((request.stride, request.temperature), (Some(2), None));
-    let limits = request.tools.map(|limits| (limits.rounds, limits.calls));
+    let axes: Vec<&str> = whole.several().map(|(key, _)| key).collect();
+    assert_eq!(axes, ["form", "temperature", "seed", "tools"]);
+    let asked = whole.parameters();
+    assert_eq!((whole.stride.one(), asked.temperature), (Some(2), None));
+    let limits = asked.tools.map(|limits| (limits.rounds, limits.calls));
     assert_eq!(limits, Some((3, 32)));
-    assert_eq!(request.effort, Some(Effort::Low));
-    assert_eq!(whole.subset.split, Some(Split { test: 0.3, seed: 7 }));
-    assert_eq!(whole.hashes["twice"].len(), 2);
-    let tables = &whole.comparison.tables;
+    assert_eq!(asked.effort, Some(Effort::Low));
+    assert_eq!(whole.split, Some(Split { test: 0.3, seed: 7 }));
+    assert_eq!(whole.hashes["twice"].iter().count(), 2);
+    let tables = &whole.tables;
     let words: Vec<String> = tables.iter().map(PivotRequest::words).collect();
     assert_eq!(
         words,
@@ -110,13 +106,7 @@ fn a_file_is_read_and_written_and_read_the_same() {
             "cost_usd by effort"
         ]
     );
-    // The store keeps them as it names axes and measures.
-    for table in tables {
-        let json = serde_json::to_value(table).unwrap();
-        assert_eq!(json["rows"], table.rows.name());
-        assert_eq!(json["measure"], table.measure.name());
-    }
-    let text = whole.to_toml(Path::new("/lab")).unwrap();
+    let text = experiment_toml(&whole, Path::new("/lab")).unwrap();
     assert!(text.contains("\"recorded\", \"/data/more.xml\""), "{text}");
     assert_eq!(read(&text).unwrap(), whole, "{text}");
 }
@@ -124,12 +114,13 @@ fn a_file_is_read_and_written_and_read_the_same() {
 #[test]
 fn what_is_not_said_is_as_on_the_command_line() {
     let small = read("scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n").unwrap();
-    let matrix = &small.matrix;
-    assert_eq!(matrix.tasks, [Task::Safety]);
-    assert_eq!(matrix.techniques, [Techniques::ALL]);
-    assert_eq!((matrix.samples, small.budget), (1, None));
-    let drawn = RequestSettings::default().drawn(&[Task::Safety]);
-    assert_eq!(matrix.request, drawn);
+    assert_eq!(small.tasks, [Task::Safety]);
+    assert_eq!(small.techniques, [Techniques::ALL]);
+    assert_eq!((small.samples(), small.budget), (1, None));
+    assert_eq!(
+        (&small.leads[..], small.within),
+        (&[Lead::Seconds(1.0)][..], Some(2.0))
+    );
 }
 
 #[test]
@@ -138,7 +129,7 @@ fn every_mistake_is_told_with_its_line_and_key() {
         tasks = [\"saftey\"]\nleads = [3]\nwithin = 2\nbaseline = \"lab/c\"\ntransforms = [\"turn\"]\ncompare = [\"lab/a\"]\n\
         templates = [\"safety-ego.md\"]\neffort = 1\ntemperature = [0.5, 3]\nstride = 0\nform = \"tabel\"\n\
         split = { test = 1 }\nselect = \"verdict:differ\"\nhashes = { a = \"xyz\" }\n\
-        tables = [{ rows = \"modle\" }, { rows = \"task\", columns = \"task\" }]\nprotocol = \"papers\"\n";
+        tables = [{ rows = \"modle\" }]\nprotocol = \"papers\"\n";
     let said = read(text).unwrap_err();
     let said: Vec<&str> = said.lines().collect();
     let starts = [
@@ -156,11 +147,10 @@ fn every_mistake_is_told_with_its_line_and_key() {
         "/lab/e.toml:16: temperature: 3: expected a number from 0 to 2, or a list of them",
         "/lab/e.toml:17: stride = 0: expected a whole number from 1 to 1000, or a list of them",
         "/lab/e.toml:18: form: unknown form `tabel`",
-        "/lab/e.toml:19: split = a table: expected a table such as { test = 0.5, seed = 7 }",
+        "/lab/e.toml:19: split: test = 1: expected a number above 0 and below 1",
         "/lab/e.toml:20: select: `verdict:` depends on your stored answers",
         "/lab/e.toml:21: hashes: a: expected 12 hexadecimal digits or more",
-        "/lab/e.toml:22: tables: unknown axis `modle`; did you mean `model`?",
-        "/lab/e.toml:22: tables: columns: the rows have this axis; choose another",
+        "/lab/e.toml:22: tables: rows: unknown axis `modle`; did you mean `model`?",
         "/lab/e.toml:23: protocol: unknown protocol `papers`; did you mean `paper`?",
     ];
     assert_eq!(said.len(), starts.len(), "{said:#?}");
@@ -178,14 +168,14 @@ fn options_of_one_frame_need_that_frame_and_known_words() {
     let start = "scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n";
     let file = |rest: &str| read(&format!("{start}{rest}"));
     let read_ok = file("frames = [\"metrics\"]\nmeasures = [\"thw\", \"ttc\"]\n").unwrap();
-    let measures = read_ok.matrix.request.measures.unwrap();
+    let measures = read_ok.measures().unwrap();
     assert_eq!(measures.ids(), ["thw", "ttc"]);
-    let again = Experiment::from_toml(
-        &read_ok.to_toml(Path::new("/lab")).unwrap(),
+    let again = read_experiment(
+        &experiment_toml(&read_ok, Path::new("/lab")).unwrap(),
         Path::new("/lab/e.toml"),
         &Library::load(None),
     );
-    assert_eq!(again.unwrap().matrix.request.measures, Some(measures));
+    assert_eq!(again.unwrap().measures(), Some(measures));
     for (rest, wrong) in [
         ("measures = [\"darc\"]\n", "did you mean `drac`"),
         (
@@ -193,6 +183,10 @@ fn options_of_one_frame_need_that_frame_and_known_words() {
             "measures is an option of the metrics frame",
         ),
         ("axes = \"lain\"\n", "unknown axes `lain`"),
+        (
+            "tables = [{ rows = \"task\", columns = \"task\" }]\n",
+            "tables: columns: the rows have this axis; choose another",
+        ),
         ("pack = \"papr\"\n", "unknown pack `papr`"),
     ] {
         let error = file(rest).unwrap_err();
@@ -204,11 +198,10 @@ fn options_of_one_frame_need_that_frame_and_known_words() {
 fn the_papers_protocol_has_its_own_windows() {
     let text = "scenarios = [\"a.xml\"]\nmodels = [\"recorded/gpt-4o\"]\nprotocol = \"paper\"\n";
     let paper = read(text).unwrap();
-    let request = &paper.matrix.request;
-    assert_eq!(request.protocol, Protocol::Paper);
-    assert_eq!((request.lead, request.within), (None, None));
-    assert_eq!(request.history, Some(PAPER_STEPS));
-    let written = paper.to_toml(Path::new("/lab")).unwrap();
+    assert_eq!(paper.protocol, Protocol::Paper);
+    assert_eq!((paper.lead(), paper.within), (None, None));
+    assert_eq!(paper.history, Some(PAPER_STEPS));
+    let written = experiment_toml(&paper, Path::new("/lab")).unwrap();
     assert!(written.contains("protocol = \"paper\""), "{written}");
     assert_eq!(read(&written).unwrap(), paper);
     let both = read(&format!("{text}leads = [1]\nwithin = 2\n")).unwrap_err();
@@ -219,21 +212,27 @@ fn the_papers_protocol_has_its_own_windows() {
 fn templates_of_another_text_are_refused() {
     let library = Library::load(None);
     let small = read("scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n").unwrap();
-    let templates = Spec::templates_of(&small.matrix, &library);
+    let templates = pins_of(&Spec {
+        templates: Spec::templates_of(&small, &library),
+        ..Spec::default()
+    });
     let pinned = Experiment {
         templates,
         ..small.clone()
     };
-    let text = pinned.to_toml(Path::new("/lab")).unwrap();
+    let text = experiment_toml(&pinned, Path::new("/lab")).unwrap();
     let pinned = read(&text).unwrap();
-    assert!(pinned.request(Vec::new(), None, &library).is_ok());
-    let (name, _) = pinned.templates.first_key_value().unwrap();
-    let other = BTreeMap::from([(name.clone(), "0123456789ab".to_string())]);
+    assert!(request_of(&pinned, Vec::new(), None, &library).is_ok());
+    let name = &pinned.templates[0].name;
+    let other = vec![TemplatePin {
+        name: name.clone(),
+        hash: "0123456789ab".into(),
+    }];
     let other = Experiment {
         templates: other,
         ..small
     };
-    let said = other.request(Vec::new(), None, &library).unwrap_err();
+    let said = request_of(&other, Vec::new(), None, &library).unwrap_err();
     assert!(
         said.contains(name.as_str()) && said.contains("0123456789ab"),
         "{said}"
@@ -249,7 +248,7 @@ fn the_schema_takes_what_is_read() {
         validator.is_valid(&serde_json::to_value(table).unwrap())
     };
     assert!(valid(WHOLE));
-    let written = read(WHOLE).unwrap().to_toml(Path::new("/lab")).unwrap();
+    let written = experiment_toml(&read(WHOLE).unwrap(), Path::new("/lab")).unwrap();
     assert!(valid(&written));
     for wrong in [
         "samples = 0",
@@ -266,7 +265,7 @@ fn the_schema_takes_what_is_read() {
         assert!(!valid(&text) && read(&text).is_err(), "{wrong}");
     }
     let properties = schema["properties"].as_object().unwrap();
-    assert_eq!(properties.len(), EXPERIMENT_KEYS.len());
+    assert_eq!(properties.len(), Experiment::rows().len());
 }
 
 #[test]
@@ -278,21 +277,19 @@ fn scenarios_with_other_contents_are_named_before_anything_is_asked() {
         hashes: hashes_of(&entries()),
         ..small.clone()
     };
-    let text = right.to_toml(Path::new("/lab")).unwrap();
+    let text = experiment_toml(&right, Path::new("/lab")).unwrap();
     assert!(text.contains("[hashes]\nZAM_CutIn-1_1_T-1 = \""), "{text}");
-    assert!(
-        read(&text)
-            .unwrap()
-            .request(entries(), None, &library)
-            .is_ok()
-    );
+    assert!(request_of(&read(&text).unwrap(), entries(), None, &library).is_ok());
     let refused = |name: &str| {
-        let hashes = BTreeMap::from([(name.to_string(), vec!["0123456789ab".to_string()])]);
+        let hashes = BTreeMap::from([(
+            name.to_string(),
+            Some(ContentHash("0123456789ab".into())).into(),
+        )]);
         let other = Experiment {
             hashes,
             ..small.clone()
         };
-        other.request(entries(), None, &library).unwrap_err()
+        request_of(&other, entries(), None, &library).unwrap_err()
     };
     let said = refused("ZAM_CutIn-1_1_T-1");
     assert!(
@@ -338,5 +335,5 @@ fn too_many_ways_are_counted_and_not_made() {
     assert!(why.contains("seed: 20000 values, at most 10000"), "{why}");
     assert!(begun.elapsed() < std::time::Duration::from_secs(10));
     // Each is made once, without looking at all others.
-    assert_eq!(read(&text(1000, "")).unwrap().matrix.ways().len(), 90_000);
+    assert_eq!(read(&text(1000, "")).unwrap().ways().len(), 90_000);
 }

@@ -24,21 +24,6 @@ pub fn codes_of(word: &str) -> Vec<&'static str> {
         .collect()
 }
 
-/// The code of the country with exactly this name, in any case, or with this code in capitals.
-#[must_use]
-pub fn country_named(name: &str) -> Option<&'static str> {
-    let small = name.to_lowercase();
-    let countries = TABLE.lines().filter_map(|line| line.split_once(' '));
-    let mut found = countries.filter(|(code, names)| {
-        // A short name such as `us` is another word; in capitals it is not.
-        let capitals = name.chars().all(|c| c.is_ascii_uppercase());
-        let named = (capitals || name.len() >= LEAST)
-            && names.split(", ").any(|n| n.to_lowercase() == small);
-        *code == name || named
-    });
-    found.next().map(|(code, _)| code)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

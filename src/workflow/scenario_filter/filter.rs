@@ -42,6 +42,8 @@ struct Words {
     fuzzy: Pattern,
     /// In small letters, without operators.
     plain: Vec<String>,
+    /// How many have no operator.
+    bare: usize,
 }
 
 /// A word in small letters, without the operators around it.
@@ -68,6 +70,7 @@ impl Words {
             parts: Pattern::parse(&parts.join(" "), case, form),
             fuzzy: Pattern::parse(&words.join(" "), case, form),
             plain: words.iter().map(|word| plain_word(word)).collect(),
+            bare: words.iter().filter(|word| plain(word)).count(),
         }
     }
 
@@ -131,6 +134,12 @@ impl Filter {
     #[must_use]
     pub fn has_words(&self) -> bool {
         !self.words.fuzzy.atoms.is_empty() || !self.countries.is_empty()
+    }
+
+    /// Whether it has several words that are no terms, as a sentence has.
+    #[must_use]
+    pub fn is_sentence(&self) -> bool {
+        self.words.bare > 1
     }
 
     /// Whether anything of it filters.

@@ -6,7 +6,10 @@ use nearmiss_scene::corpus::{CellWindows, Manoeuvre, RoadType};
 use nearmiss_scene::metrics::SEVERITY_NAMES;
 use nearmiss_scene::scenario::ObstacleType;
 
-/// Severities that `severity:critical` means: contact, conflict and near miss.
+/// The word for the most severe ones: contact, conflict and near miss.
+const CRITICAL_WORD: &str = "critical";
+
+/// How many these are.
 const CRITICAL: usize = 3;
 
 /// Places in a list of words: several are meant where a term names several.
@@ -51,6 +54,31 @@ fn actor_word(kind: ObstacleType) -> String {
     word
 }
 
+fn actor_words() -> Vec<String> {
+    ObstacleType::ALL.iter().map(|k| actor_word(*k)).collect()
+}
+
+fn severity_words() -> [String; SEVERITY_NAMES.len()] {
+    SEVERITY_NAMES.map(|name| name.replace(' ', "_"))
+}
+
+/// The terms about windows, and their values.
+pub fn window_values() -> [(&'static str, Vec<String>); 4] {
+    let owned = |word: &str| word.to_string();
+    [
+        ("manoeuvre:", Manoeuvre::ALL.map(|m| owned(m.name())).into()),
+        ("actor:", actor_words()),
+        ("road:", RoadType::ALL.map(|r| owned(r.name())).into()),
+        (
+            "severity:",
+            severity_words()
+                .into_iter()
+                .chain([owned(CRITICAL_WORD)])
+                .collect(),
+        ),
+    ]
+}
+
 /// A word and the places that it means.
 type Known<'a> = (&'a str, AnyOf);
 
@@ -64,7 +92,7 @@ impl WindowTest {
                 value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Manoeuvre))
             }
             "actor" => {
-                let words: Vec<String> = ObstacleType::ALL.iter().map(|k| actor_word(*k)).collect();
+                let words = actor_words();
                 let words: Vec<&str> = words.iter().map(String::as_str).collect();
                 value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Actor))
             }
@@ -73,11 +101,11 @@ impl WindowTest {
                 value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Road))
             }
             "severity" => {
-                let names = SEVERITY_NAMES.map(|name| name.replace(' ', "_"));
+                let names = severity_words();
                 let digits: Vec<String> = (0..names.len()).map(|n| n.to_string()).collect();
                 let words = names.iter().chain(&digits).map(String::as_str);
                 let places = (0..names.len()).chain(0..names.len()).map(AnyOf::one);
-                let critical = ("critical", AnyOf((1 << CRITICAL) - 1));
+                let critical = (CRITICAL_WORD, AnyOf((1 << CRITICAL) - 1));
                 let known: Vec<Known<'_>> = words.zip(places).chain([critical]).collect();
                 value_of(key, value, &known).map(|any| any.map(Self::Severity))
             }

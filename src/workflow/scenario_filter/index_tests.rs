@@ -146,6 +146,40 @@ fn half_typed_values_wait_and_wrong_ones_are_named() {
 }
 
 #[test]
+fn a_search_takes_every_kind_of_term() {
+    for filter in [
+        "manoeuvre:cut_in ttc<1.5 road:highway",
+        "actor:bicycle,pedestrian manoeuvre:crossing road:intersection pet<=0.9",
+        "manoeuvre:following,followed time_gap<0.8 thw<1 headway<10",
+        "!actor:truck,bus !road:highway !ttc<2",
+        "ttc>=0.5 ttc<=1.5 country:DEU,USA",
+        "actor:car,parked_vehicle manoeuvre:standing distance<0.8",
+        "severity:critical risk<=2 risk>=1 severity<=2",
+        "rss_margin<-1.5 drac>=6 btn>1 wttc<1 ttc_lane<2.5",
+        "duration>30 obstacles>50 no:answers has:tags has:error",
+        "verdict:differ tag:roundabout folder:highd",
+        "ZAM_Urban-3_3",
+        "germany US101",
+    ] {
+        let read = crate::checked_filter(filter);
+        assert!(read.is_ok(), "{filter}: {read:?}");
+    }
+    for (sentence, is_one) in [
+        ("cut-ins on motorways", true),
+        ("ttc<1 on motorways", true),
+        ("trucks merging in Germany", true),
+        ("motorways ttc<1", false),
+        ("'US101 'merge ^ZAM !xml", false),
+    ] {
+        let read = crate::checked_filter(sentence);
+        let says = read
+            .err()
+            .is_some_and(|why| why.contains("reads as a sentence"));
+        assert_eq!(says, is_one, "{sentence}");
+    }
+}
+
+#[test]
 fn without_an_index_its_terms_are_errors_and_the_others_filter() {
     let mut filter = Filter::read("road:urban no:index folder:x", None);
     assert_eq!(filter.index_term(), Some("road:"));

@@ -9,9 +9,9 @@ mod index_tests;
 mod selector;
 mod terms;
 
-pub use countries::country_named;
 pub use facts::{Facts, Tally, Verdicts, country_of, nearest};
 pub use filter::{Filter, Matching, WordMatch};
+pub use index_terms::window_values;
 pub use selector::Selector;
 pub use terms::{HEADLINE, Number, Property, TERMS};
 

@@ -35,7 +35,7 @@ impl Selector {
         if let Some(term) = filter.index_term() {
             return Err(format!(
                 "`{term}` depends on an index on this machine, so others would ask about other scenarios; \
-                 `nearmiss sample INDEX --format toml` writes scenarios of an index into an experiment file"
+                 `nearmiss corpus sample INDEX --format toml` writes scenarios of an index into an experiment file"
             ));
         }
         if let Some(term) = filter.personal() {

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::TuneSettings;
 use super::divide::DevPart;
 use super::prepare::TunePlan;
 use super::reflect::LONGEST;
 use super::reflector::Reflector;
-use super::request::{TuneModels, TuneSettings};
+use super::request::TuneModels;
 use super::rounds::MINIBATCH;
 use nearmiss_ask::llm::{self, Message, Request, Role};
 use nearmiss_store::{Store, StoreError};

@@ -1,6 +1,6 @@
 //! Prompt optimisation: better templates from wrong answers of a dev split, within a budget.
 //!
-//! [`Experiment::tuned`] takes the dev scenarios of an experiment and one way of asking; those of the test split are
+//! [`tune_request`] takes the dev scenarios of an experiment and one way of asking; those of the test split are
 //! never opened. [`TunePlan`] divides the dev scenarios once more: wrong answers are shown of the feedback part, and
 //! templates are compared on the selection part. [`tune`] asks a model for better templates, round by round, and keeps
 //! those that prove better: reflective evolution of prompts with a Pareto front, as in L. A. Agrawal et al., "GEPA:
@@ -9,8 +9,6 @@
 //!
 //! Everything is decided by the seed and by answers, and every answer is in the store before it is used: the same tune
 //! after a kill takes the same way without paying for it again.
-//!
-//! [`Experiment::tuned`]: super::Experiment::tuned
 
 mod ask;
 mod candidate;
@@ -34,10 +32,10 @@ pub use candidate::{Candidate, CostMeasure, Refusal, RefusedBecause, Score};
 pub use diff::template_diff;
 pub use divide::{DevPart, Division};
 pub use estimate::{TuneEstimate, can_tune, estimate};
+pub use nearmiss_study::evaluation::batch::TuneSettings;
 pub use outcome::{Measure, TuneOutcome, Usage};
-pub use prepare::{TuneChoice, TunePlan, TuneQuestion, TuneRequest};
-pub use reflector::PROPOSAL_TOKENS;
-pub use request::{TuneError, TuneEvent, TuneModels, TuneSettings};
+pub use prepare::{TunePlan, TuneQuestion, TuneRequest, tune_request};
+pub use request::{TuneError, TuneEvent, TuneModels};
 pub use rounds::tune;
 
 #[cfg(test)]

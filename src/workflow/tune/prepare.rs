@@ -1,7 +1,6 @@
 //! From an experiment to what is tuned: one way of asking, the questions about the dev scenarios, and their parts.
 
 use std::collections::BTreeSet;
-use std::fmt::Display;
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -9,29 +8,17 @@ use rayon::prelude::*;
 use super::copied::Traces;
 use super::divide::{DevPart, Division};
 use crate::batch::{BatchError, BatchPlan, BatchRequest, DryRun, PlanningEvent};
-use crate::{Experiment, ExperimentContext, name_of, selected};
-use nearmiss_ask::prompts::{Library, Techniques, Template};
+use crate::{ExperimentContext, name_of, request_of, selected};
+use nearmiss_ask::prompts::{Library, Template};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::Entry;
-use nearmiss_scene::description::Frame;
+use nearmiss_record::fields::Fields;
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::verdict::Task;
 use nearmiss_store::{NewItem, SplitPart};
-use nearmiss_study::evaluation::batch::{Spec, Split, Variant, critical_of, label_of, way_of};
+use nearmiss_study::evaluation::batch::{
+    Experiment, Spec, Split, Variant, critical_of, label_of, way_of,
+};
 use nearmiss_study::evaluation::{Cluster, Label, PromptConfig, Protocol, Question};
-
-/// Which way of asking is tuned, where an experiment has several.
-#[derive(Debug, Clone, Default)]
-pub struct TuneChoice {
-    /// The task.
-    pub task: Option<Task>,
-    /// The frame of the description.
-    pub frame: Option<Frame>,
-    /// The techniques.
-    pub techniques: Option<Techniques>,
-    /// The model, `provider/model`.
-    pub model: Option<String>,
-}
 
 /// The dev scenarios of an experiment, asked about in one way.
 #[derive(Debug)]
@@ -41,99 +28,73 @@ pub struct TuneRequest {
     pub test_scenarios: usize,
 }
 
-impl Experiment {
-    /// Those of the `found` scenarios that are in the dev split, asked about in one way.
-    ///
-    /// # Errors
-    /// There is no split, or several ways and none is chosen; else as [`Experiment::prepare`]: with the file.
-    pub fn tuned(
-        &self,
-        choice: &TuneChoice,
-        file: &Path,
-        found: Vec<Entry>,
-        context: ExperimentContext<'_>,
-    ) -> Result<TuneRequest, String> {
-        let named = |why: String| format!("{}: {why}", file.display());
-        let mut one = self.of_one_way(choice).map_err(named)?;
-        let Some(split) = one.subset.split.take() else {
-            return Err(named(
-                "no split, and tuning needs scenarios that it never sees; add `split = { test = 0.5 }`".into(),
-            ));
-        };
-        if let Some(part) = split.empty_part(&found) {
-            return Err(named(BatchError::EmptyPart(part).to_string()));
-        }
-        let is_dev = |name: &str| Split::part(&split, name) == SplitPart::Dev;
-        let (dev, test): (Vec<Entry>, Vec<Entry>) =
-            found.into_iter().partition(|entry| is_dev(&entry.name));
-        one.hashes.retain(|key, _| is_dev(name_of(key)));
-        let asked = Spec::templates_of(&one.matrix, context.library);
-        one.templates.retain(|name, _| asked.contains_key(name));
-        let dev = selected(dev, &one.subset, context.thresholds).map_err(named)?;
-        let request = one.request(dev, None, context.library).map_err(named)?;
-        Ok(TuneRequest {
-            request,
-            test_scenarios: test.len(),
-        })
+/// Those of the `found` scenarios that are in the dev split, asked about in one way.
+///
+/// # Errors
+/// There is no split, or several ways; else as [`prepare_experiment`](crate::prepare_experiment): with the file.
+pub fn tune_request(
+    experiment: &Experiment,
+    file: &Path,
+    found: Vec<Entry>,
+    context: ExperimentContext<'_>,
+) -> Result<TuneRequest, String> {
+    let named = |why: String| format!("{}: {why}", file.display());
+    let mut one = of_one_way(experiment).map_err(named)?;
+    let Some(split) = one.split.take() else {
+        return Err(named(
+            "no split, and tuning needs scenarios that it never sees; add `split = { test = 0.5 }`"
+                .into(),
+        ));
+    };
+    if let Some(part) = split.empty_part(&found) {
+        return Err(named(BatchError::EmptyPart(part).to_string()));
     }
-
-    /// The same with one way of asking, about the scenes as they are and at the first lead.
-    fn of_one_way(&self, choice: &TuneChoice) -> Result<Self, String> {
-        let mut one = self.clone();
-        let matrix = &mut one.matrix;
-        if matrix.axes.values().len() > 1 {
-            return Err(format!(
-                "it asks with several values of {}; tuning needs one, so that a template is the only difference",
-                matrix.axes.words().join(", ")
-            ));
-        }
-        let task = choice.task;
-        matrix.tasks = vec![chosen("task", task, &matrix.tasks, |task| task.name())?];
-        let frame = choice.frame;
-        matrix.frames = vec![chosen("frame", frame, &matrix.frames, |frame| {
-            frame.name()
-        })?];
-        let techniques = choice.techniques;
-        matrix.techniques = vec![chosen("techniques", techniques, &matrix.techniques, |t| {
-            *t
-        })?];
-        let model = choice.model.clone();
-        matrix.models = vec![chosen("model", model, &matrix.models, Clone::clone)?];
-        let model = &matrix.models[0];
-        if model.starts_with("reference/") || model.starts_with("recorded/") {
-            return Err(format!(
-                "{model} is not asked with a template; tune a language model"
-            ));
-        }
-        matrix.samples = 1;
-        matrix.more_leads.clear();
-        matrix.transforms.clear();
-        one.comparison = Default::default();
-        Ok(one)
-    }
+    let is_dev = |name: &str| Split::part(&split, name) == SplitPart::Dev;
+    let (dev, test): (Vec<Entry>, Vec<Entry>) =
+        found.into_iter().partition(|entry| is_dev(&entry.name));
+    one.hashes.retain(|key, _| is_dev(name_of(key)));
+    let asked = Spec::templates_of(&one, context.library);
+    one.templates.retain(|pin| asked.contains_key(&pin.name));
+    let dev = selected(dev, one.select.as_deref(), context.thresholds).map_err(named)?;
+    let request = request_of(&one, dev, None, context.library).map_err(named)?;
+    Ok(TuneRequest {
+        request,
+        test_scenarios: test.len(),
+    })
 }
 
-/// The value that is chosen, or the only one.
-fn chosen<T: PartialEq + Clone, W: Display>(
-    what: &str,
-    choice: Option<T>,
-    all: &[T],
-    word: impl Fn(&T) -> W,
-) -> Result<T, String> {
-    let words: Vec<String> = all.iter().map(|one| word(one).to_string()).collect();
-    match (choice, all) {
-        (Some(one), all) if all.contains(&one) => Ok(one),
-        (Some(one), _) => Err(format!(
-            "--{what} {}: the experiment has {}",
-            word(&one),
-            words.join(", ")
-        )),
-        (None, [one]) => Ok(one.clone()),
-        (None, _) => Err(format!(
-            "it has several values of {what}: {}; choose one with --{what}",
-            words.join(", ")
-        )),
+/// The same with one way of asking, about the scenes as they are and at the first lead.
+fn of_one_way(experiment: &Experiment) -> Result<Experiment, String> {
+    if let Some((key, _)) = experiment.several().next() {
+        return Err(format!(
+            "it asks with several values of {key}; tuning needs one, so that a template is the only difference"
+        ));
     }
+    for key in ["tasks", "frames", "techniques", "models"] {
+        let values = experiment.texts(key);
+        if values.len() > 1 {
+            return Err(format!(
+                "it has several {key}: {}; choose one with --set {key}={}",
+                values.join(", "),
+                values[0]
+            ));
+        }
+    }
+    let model = experiment.models.first().cloned().unwrap_or_default();
+    if model.starts_with("reference/") || model.starts_with("recorded/") {
+        return Err(format!(
+            "{model} is not asked with a template; tune a language model"
+        ));
+    }
+    Ok(Experiment {
+        samples: Some(1),
+        leads: experiment.lead().into_iter().collect(),
+        transforms: Vec::new(),
+        baseline: None,
+        compare: None,
+        tables: Vec::new(),
+        ..experiment.clone()
+    })
 }
 
 impl TuneRequest {
@@ -254,8 +215,8 @@ impl TunePlan {
             hash,
             division,
             left_out: dry_run.items.len() - questions.len(),
-            protocol: plan.spec.matrix.request.protocol,
-            by_score: plan.spec.truth.is_score(first.question.case.task),
+            protocol: plan.spec.experiment.protocol,
+            by_score: plan.spec.truth().is_score(first.question.case.task),
             library,
             scenarios,
             questions,

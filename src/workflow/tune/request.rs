@@ -8,25 +8,14 @@ use crate::batch::BatchControl;
 use nearmiss_store::{Store, StoreError};
 use nearmiss_study::evaluation::{Judge, ModelJudge};
 
-/// How much is tried.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TuneSettings {
-    /// Rounds at most.
-    pub rounds: u32,
-    /// Proposals in a round.
-    pub candidates: u32,
-    /// Another seed shows other answers and takes other parents.
-    pub seed: u64,
-    /// Requests on their way at once.
-    pub at_once: usize,
-}
-
 /// Who is asked, within one budget, and where answers are kept.
 pub struct TuneModels {
     /// Who answers the questions.
     pub judge: Arc<Judge>,
     /// Who proposes templates.
     pub reflect: Box<ModelJudge>,
+    /// Requests on their way at once.
+    pub at_once: usize,
     /// Where answers are kept, and looked for.
     pub store: Arc<Store>,
     /// Stops the tune.

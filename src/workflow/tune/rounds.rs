@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use super::TuneSettings;
 use super::ask::{Asker, Graded, Halt, Replies};
 use super::candidate::{Candidate, CostMeasure, Refusal, RefusedBecause, Score};
 use super::check::{Checked, check};
@@ -14,7 +15,7 @@ use super::prepare::TunePlan;
 use super::proposal::Proposal;
 use super::reflect::{WrongAnswer, in_a_line, messages};
 use super::reflector::Reflector;
-use super::request::{TuneError, TuneEvent, TuneModels, TuneSettings};
+use super::request::{TuneError, TuneEvent, TuneModels};
 use nearmiss_study::evaluation::Question;
 use nearmiss_study::evaluation::statistics::FEWEST;
 
@@ -67,7 +68,7 @@ pub async fn tune(
         asker: Asker {
             judge: models.judge,
             store: Arc::clone(&models.store),
-            at_once: settings.at_once,
+            at_once: models.at_once,
             control: models.control.clone(),
         },
         reflector: Reflector {

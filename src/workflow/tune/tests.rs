@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use super::candidate::Candidate;
 use super::check::check;
-use super::prepare::{TuneChoice, TunePlan};
+use super::prepare::{TunePlan, tune_request};
 use super::*;
 use crate::batch::BatchModels;
-use crate::{Experiment, ExperimentContext};
+use crate::{ExperimentContext, find_scenarios, read_experiment};
 use nearmiss_ask::llm::Environment;
 use nearmiss_ask::prompts::{Library, Template};
 use nearmiss_drive::planner::Cancel;
@@ -36,10 +36,9 @@ fn plan() -> TunePlan {
         store: &store,
     };
     let file = Path::new("e.toml");
-    let experiment = Experiment::from_toml(TEXT, file, &library).unwrap();
-    let found = experiment.find_scenarios().unwrap().entries;
-    let choice = TuneChoice::default();
-    let request = experiment.tuned(&choice, file, found, context).unwrap();
+    let experiment = read_experiment(TEXT, file, &library).unwrap();
+    let found = find_scenarios(&experiment).unwrap().entries;
+    let request = tune_request(&experiment, file, found, context).unwrap();
     assert_eq!(request.test_scenarios, 1);
     let batch = request
         .plan(context, &Cancel::default(), &mut |_| {})

@@ -107,7 +107,7 @@ async fn most_votes_decide_and_all_are_kept() {
     assert_eq!(choice.proposal.as_ref().unwrap().run, choice.votes[0].run);
     let asked = bodies[3].json()["messages"][1]["content"].to_string();
     assert!(asked.contains(&format!("for obstacle {OTHER} ")));
-    let document = polled.authored().document(None);
+    let document = json!(polled.authored().record(None));
     let tally = json!([{"attacker": OTHER, "votes": 2}, {"attacker": ATTACKER, "votes": 1}]);
     assert_eq!(document["tally"], tally);
     assert_eq!(document["votes"].as_array().unwrap().len(), 3);
@@ -133,7 +133,10 @@ async fn the_reference_ranking_breaks_ties() {
     assert_eq!(choice.tied, [OTHER]);
     // Its reasons are those of the vote that won.
     assert_eq!(choice.proposal, Some(choice.votes[1].clone()));
-    assert_eq!(tied.authored().document(None)["tied_with"], json!([OTHER]));
+    assert_eq!(
+        json!(tied.authored().record(None))["tied_with"],
+        json!([OTHER])
+    );
 }
 
 #[tokio::test]
@@ -245,7 +248,7 @@ async fn where_no_obstacle_comes_near_nothing_is_voted_on() {
     assert!(choice.votes.is_empty() && choice.within.is_none());
     // The only request is the one for the motion.
     assert_eq!((far.requests.len(), authored.attacks.len()), (1, 1));
-    let document = authored.document(None);
+    let document = json!(authored.record(None));
     assert_eq!(
         document["not_asked"],
         "no obstacle comes within 0.5 m ahead of the ego or beside it"
@@ -259,7 +262,7 @@ async fn where_no_obstacle_comes_near_nothing_is_voted_on() {
     .await;
     assert_eq!(obeyed.authored().choice.by, ChosenBy::NoAttacker);
     assert!(obeyed.requests.is_empty());
-    assert_eq!(obeyed.authored().document(None)["attacker_by"], "none");
+    assert_eq!(json!(obeyed.authored().record(None))["attacker_by"], "none");
 }
 
 /// What would be asked at most.

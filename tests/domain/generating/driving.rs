@@ -117,7 +117,7 @@ async fn what_came_of_the_drive_goes_back_until_it_has_an_effect() {
     let chosen = |authored: &Authored| {
         let taken = on_ground(&scene(), |ground| authored.taken(ground, 0.5));
         let attack = taken.chosen.unwrap().attack;
-        let document = authored.document(Some(&attack));
+        let document = json!(authored.record(Some(&attack)));
         assert_eq!(document["motions"][0]["sent_back"], true);
         assert_eq!(document["motions"][0]["outcome"], "no_effect");
         assert_eq!(document["motions"][1]["taken"], true);
@@ -187,7 +187,7 @@ async fn motions_are_graded_and_both_rankings_are_compared() {
         let taken = on_ground(&scene(), |ground| authored.taken(ground, 0.5));
         let attack = taken.chosen.unwrap().attack;
         let source: Source = authored.source_of(&attack).unwrap().source;
-        (source.sample, authored.document(Some(&attack)))
+        (source.sample, json!(authored.record(Some(&attack))))
     };
     let (exact, document) = taken(authored);
     assert_eq!((exact, &document["ranked_by"]), (1, &json!("exact")));

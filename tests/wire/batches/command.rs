@@ -1,4 +1,4 @@
-//! `nearmiss batches` from outside.
+//! `nearmiss runs batches` from outside.
 
 use super::support::program::Home;
 use super::*;
@@ -38,29 +38,29 @@ async fn batches_are_listed_cancelled_and_collected() {
             assert!(!ended.stdout.contains(KEY) && !ended.stderr.contains(KEY));
             ended
         };
-        let listed = run(&["batches"]).status(0).stdout;
+        let listed = run(&["runs", "batches"]).status(0).stdout;
         assert!(
             listed.contains("submitted") && listed.contains("0/2"),
             "{listed}"
         );
-        let document = run(&["batches", "--json"]).status(0).json();
+        let document = run(&["runs", "batches", "--format=json"]).status(0).json();
         assert_eq!(document["state"], "submitted");
-        run(&["batches", "collect"])
+        run(&["runs", "batches", "collect"])
             .status(0)
             .says(&["working on it"]);
-        run(&["batches", "cancel", &id])
+        run(&["runs", "batches", "cancel", &id])
             .status(0)
             .says(&["asked the provider to stop"]);
-        run(&["batches", "collect", &id])
+        run(&["runs", "batches", "collect", &id])
             .status(0)
             .says(&["batch 1"]);
 
         provider.world().fates = vec![Fate::Answered, Fate::Cancelled];
         provider.world().state = "cancelled".into();
-        run(&["batches", "collect", "--wait"])
+        run(&["runs", "batches", "collect", "--wait"])
             .status(0)
             .says(&["cancelled"]);
-        let document = run(&["batches", "--json"]).json();
+        let document = run(&["runs", "batches", "--format=json"]).json();
         assert_eq!(document["results"], 2, "{document}");
         assert_eq!(document["state"], "cancelled");
         let states: Vec<_> = home
@@ -69,10 +69,10 @@ async fn batches_are_listed_cancelled_and_collected() {
             .map(|run| run["state"].clone().unwrap())
             .collect();
         assert_eq!(states, ["answered", "cancelled"]);
-        run(&["batches", "collect"])
+        run(&["runs", "batches", "collect"])
             .status(0)
             .says(&["no batch is open at a provider"]);
-        run(&["batches", "cancel", &id])
+        run(&["runs", "batches", "cancel", &id])
             .status(0)
             .says(&["already finished"]);
         assert!(home.files_with(KEY).is_empty());
@@ -84,18 +84,22 @@ async fn what_cannot_be_done_is_said() {
     let provider = Provider::start().await;
     let (home, _) = home(&provider, Dialect::Anthropic).await;
     let run = |arguments: &[&str]| tokio::task::block_in_place(|| home.run(arguments));
-    run(&["batches", "collect", "7"])
+    run(&["runs", "batches", "collect", "7"])
         .status(2)
         .says(&["no batch 7"]);
     // Without its key nothing can be asked; the batch stays.
-    run(&["batches", "collect"]).status(1).says(&["LAB_KEY"]);
+    run(&["runs", "batches", "collect"])
+        .status(1)
+        .says(&["LAB_KEY"]);
     let elsewhere = "[provider.lab]\ndialect = \"anthropic\"\nbase_url = \"http://127.0.0.1:9\"\n";
     home.write(home.config().join("config.toml"), elsewhere);
-    run(&["batches", "collect"])
+    run(&["runs", "batches", "collect"])
         .status(2)
         .says(&["was sent to", "base_url"]);
     home.write(home.config().join("config.toml"), "");
-    run(&["batches", "cancel", "1"]).status(2).says(&["lab"]);
+    run(&["runs", "batches", "cancel", "1"])
+        .status(2)
+        .says(&["lab"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -123,26 +127,24 @@ async fn evaluate_hands_its_questions_over_and_counts_what_came_back() {
             "lab/tiny,reference/geometry",
             "--task",
             "collision",
-            "--max-tokens",
-            "500",
+            "--set",
+            "max_tokens=500",
             "--batch",
         ];
         // The built-in judge answers at once; the others are with the provider.
         let first = run(&asked)
             .status(1)
-            .says(&["2 questions with the provider", "--resume b1"]);
+            .says(&["2 questions with the provider", "evaluate b1"]);
         assert!(!first.stderr.contains(KEY));
         // Going on neither sends anything nor waits for it.
-        run(&["evaluate", "--resume", "b1"])
+        run(&["evaluate", "b1"])
             .status(1)
             .says(&["2 of them submitted to providers"]);
         assert_eq!(home.runs().len(), 4);
         provider.world().fates = vec![Fate::Answered; 2];
         provider.world().state = "completed".into();
-        run(&["batches", "collect", "--wait"]).status(0);
-        let table = run(&["evaluate", "--resume", "b1", "--json"])
-            .status(0)
-            .json();
+        run(&["runs", "batches", "collect", "--wait"]).status(0);
+        let table = run(&["evaluate", "b1", "--format=json"]).status(0).json();
         let cells = table["cells"].as_array().unwrap();
         let cell = cells
             .iter()
@@ -153,7 +155,9 @@ async fn evaluate_hands_its_questions_over_and_counts_what_came_back() {
             (&2.into(), &0.into()),
             "{table}"
         );
-        let report = run(&["report", "--batch", "b1", "--json"]).status(0).json();
+        let report = run(&["report", "--batch", "b1", "--format=json"])
+            .status(0)
+            .json();
         assert!(report["cells"].as_array().unwrap().len() >= 2, "{report}");
         assert_eq!(home.runs().len(), 4, "nothing was asked twice");
     }

@@ -35,37 +35,41 @@ async fn what_the_provider_deleted_can_be_given_up_and_asked_again() {
                 (world.refuse, world.without_results) = (status, status.is_none());
                 world.words = "no such batch".into();
             }
-            run(&home, &["batches", "collect"]).status(1).says(&[
-                "no longer has it",
-                "`nearmiss batches give-up 1` frees its questions",
-            ]);
+            run(&home, &["runs", "batches", "collect"])
+                .status(1)
+                .says(&[
+                    "no longer has it",
+                    "`nearmiss runs batches give-up 1` frees its questions",
+                ]);
             assert_eq!(states(&home), ["running", "running"], "nothing by itself");
-            run(&home, &["batches", "give-up", "1"]).status(0).says(&[
-                "given up; 2 questions can be asked again: `nearmiss evaluate --resume b1`",
-                "may pay twice",
-            ]);
+            run(&home, &["runs", "batches", "give-up", "1"])
+                .status(0)
+                .says(&[
+                    "given up; 2 questions can be asked again: `nearmiss evaluate b1`",
+                    "may pay twice",
+                ]);
             assert_eq!(
                 states(&home),
                 ["failed", "failed"],
                 "{dialect:?} {status:?}"
             );
-            let listed = run(&home, &["batches"]).status(0).stdout;
+            let listed = run(&home, &["runs", "batches"]).status(0).stdout;
             assert!(
                 listed.contains("failed") && listed.contains("given up: "),
                 "{listed}"
             );
-            run(&home, &["batches", "give-up", "1"])
+            run(&home, &["runs", "batches", "give-up", "1"])
                 .status(0)
                 .says(&["already finished"]);
             {
                 let mut world = provider.world();
                 (world.refuse, world.without_results) = (None, false);
             }
-            run(&home, &["evaluate", "--resume", "b1", "--batch"])
+            run(&home, &["evaluate", "b1", "--batch"])
                 .status(0)
                 .says(&["2 questions with the provider as 2"]);
-            run(&home, &["batches", "collect", "--wait"]).status(0);
-            let table = run(&home, &["evaluate", "--resume", "b1", "--json"]).status(0);
+            run(&home, &["runs", "batches", "collect", "--wait"]).status(0);
+            let table = run(&home, &["evaluate", "b1", "--format=json"]).status(0);
             assert_eq!(table.json()["cells"][0]["failed"], 0, "{dialect:?}");
             assert_eq!(provider.world().batches.len(), 2);
         }
@@ -87,7 +91,7 @@ async fn a_provider_that_refuses_keeps_no_other_from_its_questions() {
             "rejected the key",
             "b/tiny: 2 questions with the provider",
             "not everything could be submitted for 1 model",
-            "--resume b1",
+            "evaluate b1",
         ]);
     assert_eq!(second.world().batches.len(), 1);
 }
@@ -97,20 +101,18 @@ async fn what_may_still_come_is_given_up_by_force_only() {
     let provider = Provider::start().await;
     provider.world().state = "in_progress".into();
     let home = handed(&provider, Dialect::OpenAiChat);
-    run(&home, &["batches", "give-up", "1"]).status(2).says(&[
-        "may still be answered",
-        "batches cancel 1",
-        "--force",
-    ]);
+    run(&home, &["runs", "batches", "give-up", "1"])
+        .status(2)
+        .says(&["may still be answered", "batches cancel 1", "--force"]);
     provider.world().refuse = Some(401);
-    run(&home, &["batches", "give-up", "1"])
+    run(&home, &["runs", "batches", "give-up", "1"])
         .status(2)
         .says(&["rejected the key", "--force"]);
-    run(&home, &["batches", "give-up", "9"])
+    run(&home, &["runs", "batches", "give-up", "9"])
         .status(2)
         .says(&["no batch 9"]);
     assert_eq!(states(&home), ["running", "running"]);
-    run(&home, &["batches", "give-up", "1", "--force"])
+    run(&home, &["runs", "batches", "give-up", "1", "--force"])
         .status(0)
         .says(&["2 questions can be asked again"]);
     assert_eq!(states(&home), ["failed", "failed"]);
@@ -118,7 +120,7 @@ async fn what_may_still_come_is_given_up_by_force_only() {
     // What can be had is taken instead.
     let provider = Provider::start().await;
     let home = handed(&provider, Dialect::Anthropic);
-    run(&home, &["batches", "give-up", "1"])
+    run(&home, &["runs", "batches", "give-up", "1"])
         .status(0)
         .says(&["2 results stored, 0 questions without a result"]);
     assert_eq!(states(&home), ["answered", "answered"]);

@@ -27,8 +27,8 @@ pub const ASKED: [&str; 9] = [
     "ZAM_CutIn-1_1_T-1",
     "--task",
     "collision",
-    "--max-tokens",
-    "500",
+    "--set",
+    "max_tokens=500",
     "--batch",
     "--model",
 ];
@@ -68,27 +68,28 @@ async fn killed_between_handing_over_and_fetching_nothing_is_lost_or_sent_twice(
         let (there, _) = second.world().batches[0].items[0].clone();
         assert!(there.starts_with(&tag), "{there}");
         let begins = format!("question ids starting with {tag}; ");
-        let listed = run(&home, &["batches"]).status(0).stdout;
-        let lost = ["no id came back", &begins, "`nearmiss batches collect 2`"];
+        let listed = run(&home, &["runs", "batches"]).status(0).stdout;
+        let lost = [
+            "no id came back",
+            &begins,
+            "`nearmiss runs batches collect 2`",
+        ];
         assert!(lost.iter().all(|words| listed.contains(words)), "{listed}");
         assert_eq!(listed.matches("no id came back").count(), 1, "{listed}");
-        run(&home, &["evaluate", "--resume", "b1"])
-            .status(1)
-            .says(&[
-                "4 of them submitted to providers",
-                "batch 2: no id came back",
-                &begins,
-            ]);
-        run(&home, &["evaluate", "--resume", "b1", "--batch"])
-            .says(&["4 of them submitted to providers"]);
+        run(&home, &["evaluate", "b1"]).status(1).says(&[
+            "4 of them submitted to providers",
+            "batch 2: no id came back",
+            &begins,
+        ]);
+        run(&home, &["evaluate", "b1", "--batch"]).says(&["4 of them submitted to providers"]);
 
         for provider in [&first, &second] {
             let mut world = provider.world();
             world.creation = Creation::Answered;
             world.state = "completed".into();
         }
-        run(&home, &["batches", "collect", "--wait"]).status(0);
-        let table = run(&home, &["evaluate", "--resume", "b1", "--json"])
+        run(&home, &["runs", "batches", "collect", "--wait"]).status(0);
+        let table = run(&home, &["evaluate", "b1", "--format=json"])
             .status(0)
             .json();
         for cell in table["cells"].as_array().unwrap() {

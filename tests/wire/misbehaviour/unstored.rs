@@ -101,7 +101,7 @@ async fn json_of_an_answer_that_cannot_be_stored_is_whole() {
     let server = Server::start(vec![Script::events().send(usual())]).await;
     let home = home(server.base_url());
     fill(&home);
-    let ended = run(&home, &[&ASK[..], &["--json"]].concat()).status(2);
+    let ended = run(&home, &[&ASK[..], &["--format=json"]].concat()).status(2);
     assert_eq!(ended.json()["collision"], true);
     assert_eq!(ended.json()["run"], serde_json::Value::Null);
 }
@@ -149,7 +149,7 @@ async fn a_batch_stops_at_a_store_that_fails_and_pays_for_nothing_twice() {
     assert_eq!(asked, 1, "nothing more is asked");
     assert_eq!(set_aside(&home), asked);
     make_room(&home);
-    run(&home, &["evaluate", "--resume", "last"]).status(0);
+    run(&home, &["evaluate", "last"]).status(0);
     assert_eq!(server.requests().len(), QUESTIONS, "nothing is paid twice");
     assert_eq!(set_aside(&home), 0);
 }
@@ -166,9 +166,9 @@ async fn what_was_deleted_is_asked_again_by_resume() {
     .concat();
     run(&home, &begin).status(0);
     run(&home, &["runs", "delete", "2"]).status(0);
-    run(&home, &["evaluate", "--resume", "last"]).status(0);
+    run(&home, &["evaluate", "last"]).status(0);
     assert_eq!(server.requests().len(), QUESTIONS + 1);
-    run(&home, &["evaluate", "--resume", "last"])
+    run(&home, &["evaluate", "last"])
         .status(0)
         .says(&["nothing to ask"]);
 }
@@ -180,7 +180,7 @@ async fn an_answer_is_cut_off_at_its_limit_and_says_so() {
     let home = home(server.base_url());
     let words = ["nearmiss cut the answer off", "4 MiB", "max_tokens"];
     run(&home, &ASK).status(1).says(&words);
-    let ended = run(&home, &[&ASK[..], &["--json"]].concat())
+    let ended = run(&home, &[&ASK[..], &["--format=json"]].concat())
         .status(1)
         .says(&words);
     let document = ended.json();
@@ -201,7 +201,7 @@ async fn an_answer_is_cut_off_at_its_limit_and_says_so() {
     ];
     run(&home, &begin).status(1).says(&words[..2]);
     assert_eq!(server.requests().len(), 3);
-    run(&home, &["evaluate", "--resume", "last"]);
+    run(&home, &["evaluate", "last"]);
     assert_eq!(server.requests().len(), 3, "it would be cut off again");
 }
 

@@ -230,8 +230,10 @@ impl Calls {
             let refused = matches!(error.status(), None | Some(429 | 503 | 529));
             let worth = retry.may_pass && (again == RetryPolicy::Harmless || refused);
             let longest = self.endpoint.retry.longest_wait;
-            let wait = waits.next().filter(|_| worth);
-            let wait = wait.map(|wait| retry.after().unwrap_or(wait.min(longest)));
+            let wait = waits
+                .next()
+                .filter(|_| worth)
+                .map(|wait| retry.after().unwrap_or(wait.min(longest)));
             match wait.filter(|wait| *wait <= longest && *wait < patience.left()) {
                 Some(wait) => tokio::time::sleep(wait.max(Duration::from_millis(1))).await,
                 None => return Err(cleared(error).into()),

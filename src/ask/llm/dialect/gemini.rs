@@ -131,8 +131,8 @@ fn round(round: &ToolRound) -> [Value; 2] {
     let signed = echo.iter().filter(|part| !is_thought(part));
     let signed: String = signed.filter_map(|part| string(part, "text")).collect();
     // Signed text comes last, and is among the parts.
-    let text = &round.turn.text;
-    let text = text.strip_suffix(signed.as_str()).unwrap_or(text);
+    let spoken = &round.turn.text;
+    let text = spoken.strip_suffix(signed.as_str()).unwrap_or(spoken);
     if !text.is_empty() {
         parts.push(json!({"text": text}));
     }

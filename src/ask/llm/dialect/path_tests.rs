@@ -1,6 +1,7 @@
 //! Tests of base URLs in every spelling, in every dialect.
 #![allow(clippy::unwrap_used)]
 
+use super::super::endpoint::Endpoint;
 use super::*;
 
 fn url(dialect: Dialect, base: &str, model: &str) -> String {

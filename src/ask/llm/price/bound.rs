@@ -36,8 +36,11 @@ impl Pricing {
                     format!("the question at the cache-write rate, ${write} per 1M")
                 }
             });
-        let peak = self.peak.as_ref().filter(|peak| peak.factor > 1.0);
-        let peak = peak.map(|peak| format!("peak hours (×{})", peak.factor));
+        let peak = self
+            .peak
+            .as_ref()
+            .filter(|peak| peak.factor > 1.0)
+            .map(|peak| format!("peak hours (×{})", peak.factor));
         let words: Vec<String> = written.into_iter().chain(peak).collect();
         (!words.is_empty()).then(|| words.join(", "))
     }

@@ -47,8 +47,10 @@ impl Layer {
         self.coded = search.coded.next(self.coded, unit.byte);
         let found = search.plain.found(self.plain);
         let start = self.start_of_last(found.max(search.coded.found(self.coded)));
-        let depth = search.plain.depth(self.plain);
-        let depth = depth.max(search.coded.depth(self.coded));
+        let depth = search
+            .plain
+            .depth(self.plain)
+            .max(search.coded.depth(self.coded));
         while self.starts.len() > depth {
             self.starts.pop_front();
         }
@@ -105,8 +107,11 @@ impl Redactor {
             self.step(&search, 0, unit);
             self.escaped = !self.is_idle();
         }
-        let begun = self.layers.iter().filter_map(|l| l.starts.front().copied());
-        let begun = begun.chain(self.escapes.iter().filter_map(Escapes::begun));
+        let begun = self
+            .layers
+            .iter()
+            .filter_map(|l| l.starts.front().copied())
+            .chain(self.escapes.iter().filter_map(Escapes::begun));
         self.release(begun.min().unwrap_or(base + bytes.len()))
     }
 

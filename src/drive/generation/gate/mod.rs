@@ -115,7 +115,7 @@ impl<'a> Gate<'a> {
         change: &Change,
         contact: Option<i64>,
     ) -> Result<GateEvidence, Vec<Refusal>> {
-        self.run((change, self.scenario), contact, false)
+        self.run(change, self.scenario, contact, false)
     }
 
     /// The same, but only the first refusal that is found; cheap checks come first.
@@ -123,7 +123,7 @@ impl<'a> Gate<'a> {
     /// # Errors
     /// A refusal.
     pub fn passes(&self, change: &Change, contact: Option<i64>) -> Result<GateEvidence, Refusal> {
-        self.run((change, self.scenario), contact, true)
+        self.run(change, self.scenario, contact, true)
             .map_err(|mut refusals| refusals.swap_remove(0))
     }
 
@@ -172,19 +172,20 @@ impl<'a> Gate<'a> {
                 let _ = other.apply_to(scenario);
             }
             let around = around.as_ref().unwrap_or(self.scenario);
-            (change, self.run((change, around), contact, false))
+            (change, self.run(change, around, contact, false))
         })
     }
 
     fn run(
         &self,
-        (change, around): (&Change, &Scenario),
+        change: &Change,
+        around: &Scenario,
         contact: Option<i64>,
         stop: bool,
     ) -> Result<GateEvidence, Vec<Refusal>> {
         let mut found = Findings::new(stop);
         let mut passed = None;
-        if let Some(run) = Run::begin(self, (change, around), contact, &mut found) {
+        if let Some(run) = Run::begin(self, change, around, contact, &mut found) {
             let _ = run.all(&mut found);
             passed = Some((run.steps(), run.friction(), run.early()));
         }

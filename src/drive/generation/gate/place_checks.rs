@@ -22,11 +22,12 @@ impl Run<'_> {
                 continue;
             }
             let body = self.body(place);
-            let before = place.checked_sub(1);
-            let before = before.filter(|before| self.motions[*before].0 + 1 == *step);
-            let bodies = (before.map(|before| self.body(before)), &body);
+            let before = place
+                .checked_sub(1)
+                .filter(|before| self.motions[*before].0 + 1 == *step)
+                .map(|before| self.body(before));
             let (scenario, regions) = (self.around, &self.gate.regions);
-            for id in overlapped(scenario, regions, bodies, self.obstacle.id, *step) {
+            for id in overlapped(scenario, regions, before, &body, self.obstacle.id, *step) {
                 let refusal = Refusal::at(*step, Reason::Overlap(id));
                 found.say(self.is_kept(place), refusal)?;
             }
@@ -106,7 +107,8 @@ impl Run<'_> {
 
 /// The obstacle whose motion is changed, its body and its limits.
 pub(super) fn who<'a>(
-    (scenario, style): (&'a Scenario, AttackStyle),
+    scenario: &'a Scenario,
+    style: AttackStyle,
     change: &Change,
 ) -> Result<(&'a Obstacle, &'a Footprint, Capability), Refusal> {
     let id = change.obstacle;

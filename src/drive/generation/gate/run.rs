@@ -104,18 +104,19 @@ impl<'a> Run<'a> {
     /// Nothing where there is nothing that more could be asked of; the refusals say why.
     pub fn begin(
         gate: &'a Gate<'a>,
-        (change, around): (&'a Change, &'a Scenario),
+        change: &'a Change,
+        around: &'a Scenario,
         contact: Option<i64>,
         found: &mut Findings,
     ) -> Option<Self> {
-        let (obstacle, footprint, can) =
-            match place_checks::who((gate.scenario, gate.style), change) {
-                Ok(who) => who,
-                Err(refusal) => {
-                    let _ = found.say(false, refusal);
-                    return None;
-                }
-            };
+        let (obstacle, footprint, can) = match place_checks::who(gate.scenario, gate.style, change)
+        {
+            Ok(who) => who,
+            Err(refusal) => {
+                let _ = found.say(false, refusal);
+                return None;
+            }
+        };
         let motions = change.motions.as_slice();
         if place_checks::is_no_motion(motions, found).is_break() || !found.refusals.is_empty() {
             return None;
@@ -283,7 +284,8 @@ pub(super) fn touch(a: &Placed<'_>, b: &Placed<'_>) -> bool {
 pub(super) fn overlapped<'s>(
     scenario: &'s Scenario,
     regions: &'s Regions,
-    (before, body): (Option<Placed<'s>>, &'s Placed<'_>),
+    before: Option<Placed<'s>>,
+    body: &'s Placed<'_>,
     itself: i64,
     step: i64,
 ) -> impl Iterator<Item = i64> + 's {

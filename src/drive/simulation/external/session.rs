@@ -285,7 +285,7 @@ impl Stop {
             NoLine::TimedOut => {
                 let (option, key) = match timeout {
                     PlannerFault::StartTimeout => ("", "start_timeout"),
-                    _ => ("--planner-timeout or ", "timeout"),
+                    _ => ("--set timeout=SECONDS or ", "timeout"),
                 };
                 let details = format!(
                     "{} s; {option}`{key}` of [planner.NAME] in config.toml sets it",

@@ -58,7 +58,8 @@ impl<'a, F: Fn(f64) -> Pose> Ahead<'a, F> {
         footprint: &'a Footprint,
         pose: F,
         speed: f64,
-        (idm, braking): (Idm, f64),
+        idm: Idm,
+        braking: f64,
     ) -> Self {
         let look = speed * speed / (2.0 * idm.deceleration) + 2.0 * speed + 15.0;
         let count = (look.min(FARTHEST) / SPACING).ceil() as usize;

@@ -73,7 +73,8 @@ impl Reacting {
             footprint,
             |distance| self.course.pose_at(self.s + distance),
             self.v,
-            (self.idm, self.limits.braking),
+            self.idm,
+            self.limits.braking,
         );
         let others = others.iter().filter(|other| other.place != Some(place));
         let waiting = self.desired.waits_at(self.s, step).map(|at| Leader {

@@ -63,7 +63,7 @@ fn neighbour(body: &Footprint, place: Option<usize>, pose: Pose, speed: f64) -> 
 
 fn ahead(body: &Footprint, place: usize, speed: f64) -> Ahead<'_, impl Fn(f64) -> Pose> {
     let idm = Idm::of(ObstacleType::Car);
-    Ahead::new(place, body, |s| Pose::new(s, 0.0, 0.0), speed, (idm, 7.59))
+    Ahead::new(place, body, |s| Pose::new(s, 0.0, 0.0), speed, idm, 7.59)
 }
 
 #[test]

@@ -182,8 +182,10 @@ impl<'a> Reactive<'a> {
         }
         let motion = obstacle.motion_at(step)?;
         let moves = obstacle.role == ObstacleRole::Dynamic;
-        let course = self.course(place).filter(|_| moves);
-        let course = course.and_then(|course| Some((course, course.at_step(step)?)));
+        let course = self
+            .course(place)
+            .filter(|_| moves)
+            .and_then(|course| Some((course, course.at_step(step)?)));
         Some(Neighbour {
             place: Some(place),
             body: obstacle.placed_at(step)?,

@@ -369,8 +369,8 @@ fn dynamic_name(file: &Path) -> Option<String> {
 
 /// The name of the map of a dynamic or scenario file: `DEU_Bremen-1` of `DEU_Bremen-1_10_T-1-SC`.
 fn map_name(file: &Path) -> Option<String> {
-    let stem = file.file_stem()?.to_str()?;
-    let stem = stem.strip_prefix("C-").unwrap_or(stem);
+    let name = file.file_stem()?.to_str()?;
+    let stem = name.strip_prefix("C-").unwrap_or(name);
     let mut parts = stem.split('_');
     Some(format!("{}_{}", parts.next()?, parts.next()?))
 }

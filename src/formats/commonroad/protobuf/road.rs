@@ -30,8 +30,10 @@ pub(super) fn lanelet(
         let same = direction.filter(|d| matches!(d, 0 | 1)).map(|d| d == 0);
         Some(builder::adjacent(&at.field(name), id?.into(), same))
     };
-    let line = message.stop_line.as_ref();
-    let line = line.map(|line| stop_line(&at.field("stop_line"), line));
+    let line = message
+        .stop_line
+        .as_ref()
+        .map(|line| stop_line(&at.field("stop_line"), line));
     let (left, right) = (message.adjacent_left, message.adjacent_right);
     Ok(Lanelet {
         id: at.need("lanelet_id", message.lanelet_id)?.into(),

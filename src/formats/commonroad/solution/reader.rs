@@ -136,8 +136,8 @@ fn id<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Result<BenchmarkId, ReadError
 
 /// The date, to the second; what cannot be used is left out with a diagnostic.
 fn date<'a>(xml: &mut Xml<'a>, root: Element<'a>) -> Option<DateTime> {
-    let text = xml.attribute(root, "date")?;
-    let text = text.trim();
+    let date = xml.attribute(root, "date")?;
+    let text = date.trim();
     let zoned = || {
         let there: jiff::Timestamp = text.parse().ok()?;
         Some(there.to_zoned(jiff::tz::TimeZone::UTC).datetime())

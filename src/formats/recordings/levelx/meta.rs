@@ -107,8 +107,8 @@ fn rows(
     take: &mut dyn FnMut(&Fields<'_>) -> Result<(), ReadError>,
 ) -> Result<(), ReadError> {
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(report.file(), &e))?;
-    let text = String::from_utf8_lossy(&bytes);
-    let text = text.trim_start_matches('\u{feff}');
+    let decoded = String::from_utf8_lossy(&bytes);
+    let text = decoded.trim_start_matches('\u{feff}');
     let (separator, header) = rows::of(text.as_bytes());
     let mut table = csv::ReaderBuilder::new()
         .delimiter(separator)
@@ -132,8 +132,8 @@ fn rows(
         take(&fields)?;
         count += 1;
     }
-    let end = path.file_stem().unwrap_or_default().to_string_lossy();
-    let end = end.rsplit('_').next().unwrap_or_default();
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let end = stem.rsplit('_').next().unwrap_or_default();
     let used = fields.used.borrow();
     for name in fields.header.iter().filter(|name| !used.contains(*name)) {
         leftovers.add_times(&format!("{end}, column {name}"), count, || 1);

@@ -220,7 +220,7 @@ pub fn read(database: &Database, clock: &Clock<'_>) -> Result<Lights, ReadError>
         return Ok(Lights::new());
     }
     let lights = &clock.log.lights;
-    lights.each(database, (table, &COLUMNS), clock, &mut |row, step| {
+    lights.each(database, table, &COLUMNS, clock, &mut |row, step| {
         let colors = said.entry(row.whole(1)?).or_default();
         colors.insert(step, color(&row.text(2)));
         Ok(())

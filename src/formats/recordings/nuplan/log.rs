@@ -240,8 +240,8 @@ const KILOMETRE: f64 = 1000.0;
 
 fn origin(database: &Database, first: &Sweep) -> Result<((f64, f64), Option<i64>), ReadError> {
     let (mut origin, mut system) = ((0.0, 0.0), None);
-    let columns = ("ego_pose", &["token", "x", "y", "?epsg"][..]);
-    database.with_token(columns, ("token", first.pose), &mut |row| {
+    let columns = &["token", "x", "y", "?epsg"];
+    database.with_token("ego_pose", columns, "token", first.pose, &mut |row| {
         let round = |value: f64| (value / KILOMETRE).floor() * KILOMETRE;
         origin = (round(row.number(1)?), round(row.number(2)?));
         system = row.optional_whole(3)?;

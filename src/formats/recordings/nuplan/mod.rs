@@ -195,10 +195,12 @@ fn tell(report: &Report, path: &Path, log: &Log) {
         "tracks are numbered from {} by the rows of table track; the ego is {EGO}",
         EGO + 1
     ));
-    let zone = log.system.and_then(geopackage::zone);
-    let zone = zone.map_or_else(String::new, |(zone, south)| {
-        format!(" in UTM zone {zone}{}", if south { "S" } else { "N" })
-    });
+    let zone = log
+        .system
+        .and_then(geopackage::zone)
+        .map_or_else(String::new, |(zone, south)| {
+            format!(" in UTM zone {zone}{}", if south { "S" } else { "N" })
+        });
     let (east, north) = log.origin;
     report.note(format!(
         "coordinates are relative to east {east}, north {north}{zone}"

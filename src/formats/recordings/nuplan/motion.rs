@@ -144,7 +144,7 @@ pub fn others(
     let mut seen: BTreeMap<usize, Vec<TrackBox>> = BTreeMap::new();
     let mut unknown = 0;
     log.boxes
-        .each(database, ("lidar_box", &BOX), clock, &mut |row, step| {
+        .each(database, "lidar_box", &BOX, clock, &mut |row, step| {
             let Some(track) = log.by_track.get(&row.token(8)?) else {
                 unknown += 1;
                 return Ok(());
@@ -325,7 +325,8 @@ impl SweepRows {
     pub fn each(
         &self,
         database: &Database,
-        (table, columns): (&str, &[&str]),
+        table: &str,
+        columns: &[&str],
         clock: &Clock<'_>,
         take: &mut dyn FnMut(&Record<'_>, i64) -> Result<(), ReadError>,
     ) -> Result<(), ReadError> {

@@ -93,13 +93,19 @@ fn there(id: i64, log: &Log, database: &Database) -> Result<Vec<usize>, ReadErro
         return Ok(Vec::new());
     };
     let (mut first, mut last) = (usize::MAX, 0);
-    let columns = ("lidar_box", &["token", "lidar_pc_token", "track_token"][..]);
-    database.with_token(columns, ("track_token", track.token), &mut |row| {
-        if let Some(sweep) = log.by_sweep.get(&row.token(1)?) {
-            (first, last) = (first.min(*sweep), last.max(*sweep));
-        }
-        Ok(())
-    })?;
+    let columns = &["token", "lidar_pc_token", "track_token"];
+    database.with_token(
+        "lidar_box",
+        columns,
+        "track_token",
+        track.token,
+        &mut |row| {
+            if let Some(sweep) = log.by_sweep.get(&row.token(1)?) {
+                (first, last) = (first.min(*sweep), last.max(*sweep));
+            }
+            Ok(())
+        },
+    )?;
     Ok((first..=last).collect())
 }
 
@@ -149,8 +155,8 @@ fn around(
     }
     let mut sweep = log.by_sweep.get(&id).copied();
     if sweep.is_none() && database.has("scenario_tag") {
-        let columns = ("scenario_tag", &["token", "lidar_pc_token"][..]);
-        database.with_token(columns, ("token", id), &mut |row| {
+        let columns = &["token", "lidar_pc_token"];
+        database.with_token("scenario_tag", columns, "token", id, &mut |row| {
             sweep = log.by_sweep.get(&row.token(1)?).copied();
             Ok(())
         })?;

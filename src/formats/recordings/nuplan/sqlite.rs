@@ -124,8 +124,8 @@ impl Database {
             .columns(table)
             .map_err(|error| self.table(table).fail(words(&error)))?;
         {
-            let mut asked = self.asked.borrow_mut();
-            let asked = asked.entry(table.to_string()).or_default();
+            let mut tables = self.asked.borrow_mut();
+            let asked = tables.entry(table.to_string()).or_default();
             let names = columns.iter().map(|name| name.trim_start_matches('?'));
             asked.extend(names.map(str::to_lowercase));
         }
@@ -200,8 +200,10 @@ impl Database {
     /// As [`each`](Self::each).
     pub fn with_token(
         &self,
-        (table, columns): (&str, &[&str]),
-        (column, token): (&str, Token),
+        table: &str,
+        columns: &[&str],
+        column: &str,
+        token: Token,
         take: Take<'_>,
     ) -> Result<(), ReadError> {
         let rest = format!("WHERE \"{column}\" = ?1");

@@ -187,8 +187,9 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
         let mut found = all.filter(|p| p.text("name") == Some(name));
         found.next()?.text("value").map(str::to_string)
     };
-    let dt = header_property("commonroad_time_step").and_then(|t| t.parse().ok());
-    let dt = dt.filter(|dt| refused_time_step(*dt).is_none());
+    let dt = header_property("commonroad_time_step")
+        .and_then(|t| t.parse().ok())
+        .filter(|dt| refused_time_step(*dt).is_none());
     let origin = header_property("commonroad_first_step").and_then(|s| s.parse().ok());
     let document = header_property(DOCUMENT);
     let mut names: Vec<&str> = entities.iter().map(|entity| entity.name.as_str()).collect();

@@ -158,8 +158,10 @@ fn lanelets(lanes: &[NetLane], connections: &[Connection], ids: &mut Ids) -> Nam
 fn link(map: &mut NamedMap, lanes: &[&NetLane], connections: &[Connection]) {
     let places = names(&map.names);
     for connection in connections {
-        let to = connection.via.clone();
-        let to = to.unwrap_or_else(|| lane_name(&connection.to));
+        let to = connection
+            .via
+            .clone()
+            .unwrap_or_else(|| lane_name(&connection.to));
         let from = places.get(&lane_name(&connection.from));
         let (Some(from), Some(to)) = (from, places.get(&to)) else {
             continue;

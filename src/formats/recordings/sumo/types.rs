@@ -167,8 +167,8 @@ fn add<'a>(xml: &mut Xml<'a>, element: Element<'a>, known: &mut Defined) -> Resu
         .leftovers
         .attributes(xml, element, &["id", "vClass", "length", "width"]);
     let name = xml.attribute(element, "id");
-    let of_class = xml.attribute(element, "vClass");
-    let of_class = of_class.as_deref().unwrap_or("passenger");
+    let v_class = xml.attribute(element, "vClass");
+    let of_class = v_class.as_deref().unwrap_or("passenger");
     if !CLASSES.iter().any(|(class, ..)| *class == of_class) {
         let shown: String = of_class.chars().take(40).collect();
         let kind = format!("vType@vClass `{shown}`, taken as passenger");

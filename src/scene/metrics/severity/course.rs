@@ -192,7 +192,7 @@ pub(super) fn meet(
     encounter: &Encounter<'_>,
     step: i64,
 ) -> Option<Course> {
-    let course = meet_within(ego, other, encounter, (step, f64::INFINITY))?;
+    let course = meet_within(ego, other, encounter, step, f64::INFINITY)?;
     let Motion {
         velocity,
         acceleration,
@@ -200,7 +200,7 @@ pub(super) fn meet(
     } = *encounter.other;
     let stop = velocity * velocity / (2.0 * acceleration.abs());
     if course.crosses && velocity * acceleration < 0.0 {
-        meet_within(ego, other, encounter, (step, stop))
+        meet_within(ego, other, encounter, step, stop)
     } else {
         Some(course)
     }
@@ -211,7 +211,8 @@ fn meet_within(
     ego: &DrivenPath,
     other: &DrivenPath,
     encounter: &Encounter<'_>,
-    (step, most): (i64, f64),
+    step: i64,
+    most: f64,
 ) -> Option<Course> {
     let from = [ego.length_at(step)?, other.length_at(step)?];
     let speeds = [encounter.ego, encounter.other].map(|motion| motion.velocity.abs());

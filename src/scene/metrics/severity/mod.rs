@@ -147,14 +147,16 @@ impl PairMoments<'_, '_> {
         let (grade, order) = pair.nearness(&encounter);
         let near = moment((step, grade, order, Hazard::Near { metres }));
         // A region has no course.
-        let course = (!encounter.is_with_occupancy()).then(|| pair.graded(&encounter, step));
-        let course = course.flatten().map(|(grade, order, course)| {
-            let hazard = Hazard::Course {
-                seconds: course.seconds,
-                braking: course.braking(),
-            };
-            moment((step, grade, order, hazard))
-        });
+        let course = (!encounter.is_with_occupancy())
+            .then(|| pair.graded(&encounter, step))
+            .flatten()
+            .map(|(grade, order, course)| {
+                let hazard = Hazard::Course {
+                    seconds: course.seconds,
+                    braking: course.braking(),
+                };
+                moment((step, grade, order, hazard))
+            });
         let passes = self.passes().iter().filter(|pass| pass.0 == step);
         let others = course.into_iter().chain(passes.copied().map(moment));
         others.chain([near]).min_by(CriticalMoment::compare)

@@ -59,25 +59,28 @@ pub(super) struct OwnLimit {
 /// Longest piece of a line that is shown, characters.
 const LONGEST: usize = 80;
 
-pub(super) fn read(
-    shipped: &Thresholds,
-    text: &str,
-    file: &str,
-) -> Result<Thresholds, ThresholdError> {
-    let error = |(at, message): (usize, String)| ThresholdError {
-        file: file.into(),
-        line: Some(line_at(text, at)),
-        message,
-    };
-    let said: File = toml::from_str(text).map_err(|wrong| syntax(text, file, &wrong))?;
-    let mut thresholds = shipped.clone();
-    thresholds.file = Some(file.into());
-    thresholds
-        .take_thresholds(&said.threshold, file)
-        .and_then(|()| thresholds.take_levels(&said.level))
-        .and_then(|()| thresholds.take_limits(&said.limit))
-        .map_err(error)?;
-    Ok(thresholds)
+impl Thresholds {
+    /// Those that come with the program, changed entry by entry by the text of a file; `file` is its name, for errors
+    /// and for people.
+    ///
+    /// # Errors
+    /// The first thing that is wrong: file, line, key, and what is allowed.
+    pub fn read(text: &str, file: &str) -> Result<Self, ThresholdError> {
+        let error = |(at, message): (usize, String)| ThresholdError {
+            file: file.into(),
+            line: Some(line_at(text, at)),
+            message,
+        };
+        let said: File = toml::from_str(text).map_err(|wrong| syntax(text, file, &wrong))?;
+        let mut thresholds = Self::shipped().clone();
+        thresholds.file = Some(file.into());
+        thresholds
+            .take_thresholds(&said.threshold, file)
+            .and_then(|()| thresholds.take_levels(&said.level))
+            .and_then(|()| thresholds.take_limits(&said.limit))
+            .map_err(error)?;
+        Ok(thresholds)
+    }
 }
 
 /// A mistake of TOML's, or an unknown key, with the line that it is in: messages alone do not always name the key.

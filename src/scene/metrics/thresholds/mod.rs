@@ -86,15 +86,6 @@ impl Thresholds {
         &SHIPPED
     }
 
-    /// Those that come with the program, changed entry by entry by the text of a file; `file` is its name, for errors
-    /// and for people.
-    ///
-    /// # Errors
-    /// The first thing that is wrong: file, line, key, and what is allowed.
-    pub fn read(text: &str, file: &str) -> Result<Self, ThresholdError> {
-        file::read(Self::shipped(), text, file)
-    }
-
     /// The critical values of a measure, the most dangerous first.
     pub fn for_measure(&self, measure: &str) -> impl Iterator<Item = &Threshold> {
         self.critical.iter().filter(move |t| t.measure == measure)
@@ -169,12 +160,14 @@ impl Thresholds {
                 bound("time", own.time, shipped.time, "s"),
             ]
         });
-        let limits = LIMITS.iter().filter(|l| self.own_limit(l));
-        let limits = limits.map(|limit| Change {
-            entry: format!("limit {}", limit.id),
-            value: limit.value(&self.limits),
-            unit: limit.unit,
-        });
+        let limits = LIMITS
+            .iter()
+            .filter(|l| self.own_limit(l))
+            .map(|limit| Change {
+                entry: format!("limit {}", limit.id),
+                value: limit.value(&self.limits),
+                unit: limit.unit,
+            });
         critical.chain(bounds.flatten()).chain(limits).collect()
     }
 }

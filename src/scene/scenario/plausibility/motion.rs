@@ -140,8 +140,8 @@ impl<'a> Pair<'a> {
         if !moves || self.time > LONGEST {
             return None;
         }
-        let way = self.b.position - self.a.position;
-        let way = way.y.atan2(way.x);
+        let between = self.b.position - self.a.position;
+        let way = between.y.atan2(between.x);
         let off = |s: &Sample| Some((angle_between(s.heading?, way), s.velocity?));
         let (a, b) = (off(self.a)?, off(self.b)?);
         let (fast, less) = FAST_SIDEWAYS;

@@ -187,8 +187,7 @@ impl<'a> Predictor<'a> {
         };
         let total: f64 = lanes.iter().map(|way| way.weight).sum();
         let turning = if lanes.is_empty() { 1.0 } else { 1.0 - LANES };
-        let spread = LATERAL / present.speed.powi(2);
-        let spread = spread.min(MOST_CURVATURE);
+        let spread = (LATERAL / present.speed.powi(2)).min(MOST_CURVATURE);
         let turns = THREE.iter().map(|(z, weight)| Course {
             way: PredictedPath::Turn,
             path: Path::Arc {

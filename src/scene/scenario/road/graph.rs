@@ -9,7 +9,8 @@ use crate::scenario::{Lanelet, LaneletNetwork, RoadUser};
 use nearmiss_base::geometry::{angle_between, normalize_angle};
 
 /// Which way a lanelet is driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Direction {
     /// As its borders are drawn.
     Along,
@@ -27,7 +28,8 @@ pub struct DirectedLanelet {
 }
 
 /// The sides of a lane, seen in driving direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Side {
     /// Left.
     Left,
@@ -216,8 +218,10 @@ impl<'a> LaneGraph<'a> {
         driven: DirectedLanelet,
         wanted: impl Fn(Step) -> bool,
     ) -> Vec<DirectedLanelet> {
-        let node = self.network.place(driven.lanelet);
-        let node = node.and_then(|place| self.node(place, driven.direction, false));
+        let node = self
+            .network
+            .place(driven.lanelet)
+            .and_then(|place| self.node(place, driven.direction, false));
         let Some(node) = node else { return Vec::new() };
         let edges = self.graph.edges(node).filter(|e| wanted(e.weight().step));
         let mut found: Vec<DirectedLanelet> = edges.map(|e| self.driven(e.target())).collect();

@@ -43,7 +43,8 @@ pub struct Leg {
 }
 
 /// Where a route leads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Destination {
     /// To the goal with this place among the problem's goals.
     Goal(usize),

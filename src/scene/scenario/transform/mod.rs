@@ -232,6 +232,26 @@ impl Transform {
     }
 }
 
+impl nearmiss_record::fields::Word for Transform {
+    /// A move has a comma between its numbers.
+    const SEPARATORS: &'static [char] = &[';', ' '];
+
+    fn of_word(word: &str) -> Result<Self, String> {
+        word.parse().map_err(|error: TransformError| {
+            let hint = if word.contains(',') {
+                "; several are separated by semicolons or spaces"
+            } else {
+                ""
+            };
+            format!("{error}{hint}")
+        })
+    }
+
+    fn word(&self) -> String {
+        self.to_string()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]

@@ -256,8 +256,8 @@ pub fn reasons_first(answer: &str) -> Option<ReasonedAnswer> {
         let rest = String::new();
         return Some(ReasonedAnswer { reasons, rest });
     }
-    let after = answer[reader.at()..].trim_start();
-    let after = after.strip_prefix(',').unwrap_or(after);
+    let rest = answer[reader.at()..].trim_start();
+    let after = rest.strip_prefix(',').unwrap_or(rest);
     let rest = if after.is_empty() {
         String::new()
     } else {

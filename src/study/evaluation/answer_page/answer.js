@@ -110,9 +110,9 @@ const showAnswer = () => {
   const truth = `truth ${truthOf(of)}${of.critical.length ? `, critical ${of.critical.join(", ")}` : ""}`;
   const facts = [
     returned && (returned === ways[way].model.replace(/^[^/]*\//, "") ? `model returned ${returned}` : `model returned ${returned}, asked for ${ways[way].model}`),
-    finish && `ended: ${finish}`, used.seconds !== null && `${used.seconds.toFixed(1)} s`,
-    used.input !== null && `${number(used.input)} tokens in`, used.output !== null && `${number(used.output)} out`,
-    used.usd !== null && `$${used.usd.toPrecision(3)}`].filter(Boolean).join(" · ");
+    finish && `ended: ${finish}`, used.duration_ms !== null && `${(used.duration_ms / 1000).toFixed(1)} s`,
+    used.input_tokens !== null && `${number(used.input_tokens)} tokens in`, used.output_tokens !== null && `${number(used.output_tokens)} out`,
+    used.cost_usd !== null && `$${used.cost_usd.toPrecision(3)}`].filter(Boolean).join(" · ");
   const picture = of.picture === null
     ? make("p", { class: "facts" }, "No picture: the scenario was not at hand.")
     : make("img", { id: "picture", alt: `Map of ${of.scenario} at the last step of the window`, src: `data:image/svg+xml;charset=utf-8,${encodeURIComponent(block(`picture-${of.picture}`))}` });

@@ -1,11 +1,14 @@
 //! A page's data as blocks of JSON in HTML: the grid at once, texts, details and pictures when they are asked for.
 
+use std::borrow::Cow;
+
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use serde_json::{Value, json};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::{AnswerPage, Row};
+use crate::evaluation::PromptConfig;
 use crate::evaluation::report::{name_of, technique};
 use nearmiss_scene::description::visible;
 
@@ -35,17 +38,16 @@ impl AnswerPage {
         let firsts: Vec<usize> = texts.iter().map(|(first, _)| *first).collect();
         block(&mut html, "grid", &self.grid(&firsts));
         for (number, (_, texts)) in texts.iter().enumerate() {
-            block(&mut html, &format!("texts-{number}"), &json!(texts));
+            block(&mut html, &format!("texts-{number}"), &texts);
         }
         for (number, details) in self.details.chunks(DETAILS).enumerate() {
-            let details: Vec<Value> = details.iter().map(super::AnswerDetail::json).collect();
-            block(&mut html, &format!("details-{number}"), &json!(details));
+            block(&mut html, &format!("details-{number}"), &details);
         }
         for (number, svg) in self.pictures.iter().enumerate() {
-            block(&mut html, &format!("picture-{number}"), &json!(svg));
+            block(&mut html, &format!("picture-{number}"), svg);
         }
         for (number, address) in self.sent.all.iter().enumerate() {
-            block(&mut html, &format!("sent-{number}"), &json!(address));
+            block(&mut html, &format!("sent-{number}"), address);
         }
         html.push_str("<script>");
         html.push_str(SCRIPT);
@@ -59,55 +61,71 @@ impl AnswerPage {
     }
 
     /// Ways, questions and marks, in columns.
-    fn grid(&self, text_blocks: &[usize]) -> Value {
-        let ways = self.ways.iter().map(|way| {
-            json!({
-                "name": visible(&name_of(way)),
-                "frame": way.frame.map(|frame| frame.name()),
-                "techniques": way.techniques.map(technique),
-                "model": visible(&way.model),
-                "settings": way.settings.words(),
-                "template": way.template.as_ref().map(ToString::to_string),
-            })
-        });
-        let letters: String = self.marks.iter().map(|mark| mark.letter).collect();
-        let said: String = self.marks.iter().map(|mark| mark.said).collect();
-        let column =
-            |of: fn(&super::Mark) -> usize| -> Vec<usize> { self.marks.iter().map(of).collect() };
-        json!({
-            "ways": ways.collect::<Vec<_>>(),
-            "rows": self.rows.iter().map(question).collect::<Vec<_>>(),
-            "marks": {
-                "row": column(|mark| mark.row),
-                "way": column(|mark| mark.way),
-                "sample": column(|mark| mark.sample as usize),
-                "letter": letters,
-                "said": said,
+    fn grid<'p>(&'p self, text_blocks: &'p [usize]) -> Grid<'p> {
+        let way = |way: &'p PromptConfig| GridWay {
+            name: visible(&name_of(way)).into_owned(),
+            frame: way.frame.map(|frame| frame.name()),
+            techniques: way.techniques.map(technique),
+            model: visible(&way.model),
+            settings: way.settings.words(),
+            template: way.template.as_ref().map(ToString::to_string),
+        };
+        Grid {
+            ways: self.ways.iter().map(way).collect(),
+            rows: &self.rows,
+            marks: Marks {
+                row: self.marks.iter().map(|mark| mark.row).collect(),
+                way: self.marks.iter().map(|mark| mark.way).collect(),
+                sample: self.marks.iter().map(|mark| mark.sample).collect(),
+                letter: self.marks.iter().map(|mark| mark.letter).collect(),
+                said: self.marks.iter().map(|mark| mark.said).collect(),
             },
-            "texts": text_blocks,
-            "details": DETAILS,
-        })
+            texts: text_blocks,
+            details: DETAILS,
+        }
     }
 }
 
-fn question(row: &Row) -> Value {
-    json!({
-        "task": row.task.name(),
-        "scenario": row.scenario,
-        "lead": row.lead,
-        "window": row.window,
-        "truth": row.truth,
-        "critical": row.critical,
-        "picture": row.picture,
-    })
+/// What a page shows at once.
+#[derive(Serialize)]
+struct Grid<'p> {
+    ways: Vec<GridWay<'p>>,
+    rows: &'p [Row],
+    marks: Marks,
+    /// The first text of each block of texts.
+    texts: &'p [usize],
+    /// Answers whose details are one block.
+    details: usize,
+}
+
+/// A way of asking: a column of the grid.
+#[derive(Serialize)]
+struct GridWay<'p> {
+    name: String,
+    frame: Option<&'static str>,
+    techniques: Option<String>,
+    model: Cow<'p, str>,
+    settings: Option<String>,
+    template: Option<String>,
+}
+
+/// The answers in columns.
+#[derive(Serialize)]
+struct Marks {
+    row: Vec<usize>,
+    way: Vec<usize>,
+    sample: Vec<u32>,
+    letter: String,
+    said: String,
 }
 
 /// A block of data that no browser runs. Nothing in it ends the block or begins a comment, whatever it holds.
-fn block(html: &mut String, name: &str, value: &Value) {
+fn block(html: &mut String, name: &str, value: &impl Serialize) {
     html.push_str("<script type=\"application/json\" id=\"data-");
     html.push_str(name);
     html.push_str("\">");
-    for c in value.to_string().chars() {
+    // Neither maps with other keys than texts nor errors of our own are in it.
+    for c in serde_json::to_string(value).unwrap_or_default().chars() {
         match c {
             '<' => html.push_str("\\u003c"),
             '>' => html.push_str("\\u003e"),

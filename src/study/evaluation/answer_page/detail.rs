@@ -1,12 +1,12 @@
 //! What is known of one answer: its verdict, its texts by place, its claims and its consumption.
 
-use serde::Serialize;
-use serde_json::{Value, json};
+use serde::{Serialize, Serializer};
 
 use super::super::claims::{CheckedClaim, Judgement};
 use super::super::{AnswerStatus, Scored};
 use super::sent::Sent;
 use nearmiss_scene::description::visible;
+use nearmiss_store::Consumed;
 
 /// A claim in the text of an answer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -51,8 +51,9 @@ impl ShownClaim {
 }
 
 /// What is known of an answer.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct AnswerDetail {
+    status: Option<Said>,
     /// Roles and places of the texts of the question.
     pub(super) messages: Vec<(String, usize)>,
     /// The pictures that the question was sent with.
@@ -62,63 +63,72 @@ pub struct AnswerDetail {
     /// Its claims; `None` where they cannot be checked.
     pub claims: Option<Vec<ShownClaim>>,
     /// The model as the server named it.
+    #[serde(rename = "returned", serialize_with = "shown")]
     pub model_returned: Option<String>,
     /// Why the model stopped.
+    #[serde(serialize_with = "shown")]
     pub finish: Option<String>,
-    status: Value,
-    consumed: Value,
+    used: Consumed,
+}
+
+/// What an answer says, or why it has no verdict.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+enum Said {
+    Verdict {
+        word: &'static str,
+        why: String,
+        /// Ids, risk scores and reasons.
+        obstacles: Vec<(i64, u8, String)>,
+        /// Ids and probabilities.
+        critical: Option<Vec<(i64, Option<f64>)>>,
+        probability: Option<f64>,
+        token_probability: Option<f64>,
+    },
+    Missing {
+        missing: &'static str,
+        why: String,
+    },
 }
 
 impl AnswerDetail {
     /// What an answer says and cost; its texts are added later.
     pub(super) fn of(one: &Scored) -> Self {
-        let used = &one.consumed;
         Self {
-            status: status(&one.status),
-            consumed: json!({
-                "seconds": used.duration_ms.map(|ms| ms as f64 / 1000.0),
-                "input": used.input_tokens,
-                "output": used.output_tokens,
-                "usd": used.cost_usd,
-            }),
+            status: Some(Said::of(&one.status)),
+            used: one.consumed,
             ..Self::default()
         }
     }
-
-    pub(super) fn json(&self) -> Value {
-        let shown = |text: &Option<String>| text.as_deref().map(|text| visible(text).into_owned());
-        json!({
-            "status": self.status,
-            "messages": self.messages,
-            "sent": self.sent.iter().map(Sent::json).collect::<Vec<_>>(),
-            "text": self.text,
-            "claims": self.claims,
-            "returned": shown(&self.model_returned),
-            "finish": shown(&self.finish),
-            "used": self.consumed,
-        })
-    }
 }
 
-fn status(status: &AnswerStatus) -> Value {
-    let missing = |how: &str, why: &str| json!({ "missing": how, "why": visible(why) });
-    let verdict = match status {
-        AnswerStatus::Verdict(verdict) => verdict,
-        AnswerStatus::Unparsed(why) => return missing("no verdict in the answer", why),
-        AnswerStatus::Failed(why) => return missing("no complete answer", why),
-        AnswerStatus::Unasked(why) => return missing("not asked", why),
-    };
-    let obstacles = verdict.obstacles.iter();
-    let obstacles: Vec<Value> = obstacles
-        .map(|one| json!([one.id, one.risk_score, visible(&one.reason)]))
-        .collect();
-    let critical = verdict.critical.as_ref();
-    json!({
-        "word": verdict.word(),
-        "why": visible(&verdict.justification),
-        "obstacles": obstacles,
-        "critical": critical.map(|all| all.iter().map(|one| (one.id, one.probability)).collect::<Vec<_>>()),
-        "probability": verdict.probability,
-        "token_probability": verdict.token_probability,
-    })
+fn shown<S: Serializer>(text: &Option<String>, to: S) -> Result<S::Ok, S::Error> {
+    text.as_deref().map(visible).serialize(to)
+}
+
+impl Said {
+    fn of(status: &AnswerStatus) -> Self {
+        let missing = |missing, why: &str| Self::Missing {
+            missing,
+            why: visible(why).into_owned(),
+        };
+        let verdict = match status {
+            AnswerStatus::Verdict(verdict) => verdict,
+            AnswerStatus::Unparsed(why) => return missing("no verdict in the answer", why),
+            AnswerStatus::Failed(why) => return missing("no complete answer", why),
+            AnswerStatus::Unasked(why) => return missing("not asked", why),
+        };
+        let obstacles = verdict.obstacles.iter();
+        let critical = verdict.critical.as_ref();
+        Self::Verdict {
+            word: verdict.word(),
+            why: visible(&verdict.justification).into_owned(),
+            obstacles: obstacles
+                .map(|one| (one.id, one.risk_score, visible(&one.reason).into_owned()))
+                .collect(),
+            critical: critical.map(|all| all.iter().map(|one| (one.id, one.probability)).collect()),
+            probability: verdict.probability,
+            token_probability: verdict.token_probability,
+        }
+    }
 }

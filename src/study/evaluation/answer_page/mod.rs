@@ -13,6 +13,8 @@ pub use detail::{AnswerDetail, ShownClaim};
 
 use std::collections::{BTreeSet, HashMap};
 
+use serde::Serialize;
+
 use super::{AnswerCase, AnswerStatus, PromptConfig, Scored};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::verdict::Task;
@@ -24,7 +26,7 @@ use texts::Texts;
 const MOST_PICTURES: usize = 64 << 20;
 
 /// A question: a row of the grid.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 struct Row {
     task: Task,
     scenario: String,

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use nearmiss_store::StoredImage;
 
@@ -15,23 +15,13 @@ const MOST: usize = 64 << 20;
 const SHOWN: [&str; 4] = ["image/png", "image/jpeg", "image/webp", "image/gif"];
 
 /// Where a picture that a question was sent with stands, or why it does not.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
 pub(super) enum Sent {
     /// Its place among the pictures of the page, and its size in pixels.
-    Shown(usize, (u32, u32)),
+    Shown { picture: usize, size: (u32, u32) },
     /// In words.
-    Missing(String),
-}
-
-impl Sent {
-    pub(super) fn json(&self) -> Value {
-        match self {
-            Self::Shown(place, (width, height)) => {
-                json!({ "picture": place, "size": [width, height] })
-            }
-            Self::Missing(why) => json!({ "missing": why }),
-        }
-    }
+    Missing { missing: String },
 }
 
 /// The pictures of a page.
@@ -54,17 +44,18 @@ impl SentPictures {
     /// Takes what was found under a hash.
     pub(super) fn take(&mut self, sha256: &str, found: Option<&StoredImage>) -> Sent {
         let short: String = sha256.chars().take(12).collect();
+        let missing = |missing| Sent::Missing { missing };
         let sent = match found {
-            None => Sent::Missing(format!(
+            None => missing(format!(
                 "The store does not have the picture {short}…; import the export or bundle again that has it."
             )),
             Some(picture) if !SHOWN.contains(&picture.media_type.as_str()) => {
-                Sent::Missing(format!("The picture {short}… is of a type that pages do not show."))
+                missing(format!("The picture {short}… is of a type that pages do not show."))
             }
             Some(picture) => self.add(picture).unwrap_or_else(|| {
                 self.left_out += 1;
-                Sent::Missing(format!(
-                    "The page would become too large with the picture {short}…; \"nearmiss runs picture\" writes it."
+                missing(format!(
+                    "The page would become too large with the picture {short}…; \"nearmiss runs show\" writes it."
                 ))
             }),
         };
@@ -82,7 +73,10 @@ impl SentPictures {
         self.all
             .push(format!("data:{};base64,{base64}", picture.media_type));
         let size = (picture.width, picture.height);
-        Some(Sent::Shown(self.all.len() - 1, size))
+        Some(Sent::Shown {
+            picture: self.all.len() - 1,
+            size,
+        })
     }
 }
 
@@ -100,19 +94,24 @@ mod tests {
         }
     }
 
+    fn shown(picture: usize) -> Sent {
+        let size = (3, 2);
+        Sent::Shown { picture, size }
+    }
+
     #[test]
     fn what_does_not_fit_is_counted_and_smaller_ones_still_fit() {
         let mut all = SentPictures::default();
         let large = picture(MOST / 2);
-        assert_eq!(all.take("a", Some(&large)), Sent::Shown(0, (3, 2)));
-        let Sent::Missing(why) = all.take("b", Some(&large)) else {
+        assert_eq!(all.take("a", Some(&large)), shown(0));
+        let Sent::Missing { missing: why } = all.take("b", Some(&large)) else {
             panic!("it does not fit");
         };
         assert!(why.contains("too large"), "{why}");
-        assert_eq!(all.take("c", Some(&picture(1))), Sent::Shown(1, (3, 2)));
+        assert_eq!(all.take("c", Some(&picture(1))), shown(1));
         assert_eq!((all.left_out, all.all.len()), (1, 2));
         assert_eq!(all.all[1], "data:image/png;base64,AA==");
-        assert_eq!(all.known("a"), Some(&Sent::Shown(0, (3, 2))));
+        assert_eq!(all.known("a"), Some(&shown(0)));
     }
 
     #[test]
@@ -123,7 +122,7 @@ mod tests {
             ..picture(1)
         };
         for (found, words) in [(None, "does not have"), (Some(&odd), "do not show")] {
-            let Sent::Missing(why) = all.take("0123456789abcdef", found) else {
+            let Sent::Missing { missing: why } = all.take("0123456789abcdef", found) else {
                 panic!("nothing is shown");
             };
             assert!(

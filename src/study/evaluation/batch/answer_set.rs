@@ -103,10 +103,11 @@ pub fn offers(store: &Store) -> Result<Vec<CountingChoice>, StoreError> {
         };
         let test = TestSplit::of(store, &batch, false)?;
         let looks = test.as_ref().and_then(TestSplit::looks_words);
-        let matrix = spec.ok().map(|spec| spec.matrix);
-        let parts = matrix.iter().flat_map(|matrix| {
-            let leads = matrix.more_leads.iter().map(|lead| BatchPart::Lead(*lead));
-            let changes = matrix.transforms.iter();
+        let experiment = spec.ok().map(|spec| spec.experiment);
+        let parts = experiment.iter().flat_map(|experiment| {
+            let leads = experiment.more_leads().iter();
+            let leads = leads.map(|lead| BatchPart::Lead(*lead));
+            let changes = experiment.transforms.iter();
             leads.chain(changes.map(|change| BatchPart::Changed(*change)))
         });
         // Leads and changes are counted of the dev part of a split.
@@ -174,7 +175,7 @@ pub fn counted(
         (Some(_), BatchPart::Split(part)) => Some(part),
         (Some(_), _) => Some(SplitPart::Dev),
     };
-    let (first, protocol) = (spec.matrix.request.lead, spec.matrix.request.protocol);
+    let (first, protocol) = (spec.experiment.lead(), spec.experiment.protocol);
     let mut ways: BTreeMap<PromptConfig, CountedWay> = BTreeMap::new();
     let mut templates = BatchTemplates::default();
     let (mut unasked, mut from) = (0, 0);

@@ -5,6 +5,7 @@
 mod agreement;
 mod answer_set;
 mod estimate;
+mod experiment;
 mod matrix;
 mod portable;
 mod prepared;
@@ -28,7 +29,7 @@ pub use answer_set::{
     AnswerSet, BatchPart, BatchResults, CountingChoice, OtherTruth, counted, offers,
 };
 pub use estimate::{Estimate, Price, Size};
-pub use matrix::{Matrix, MatrixAdditions, RequestSettings};
+pub use experiment::{ContentHash, Experiment, HASH_DIGITS, TemplatePin, TuneSettings};
 pub use portable::numbered;
 pub use prepared::{Ask, PreparedQuestions};
 pub use question_builder::{QuestionBuilder, Reading, path_of, question_key};
@@ -37,7 +38,7 @@ pub use request_summary::SceneDescriptions;
 pub use scored::{Answers, answers, answers_of_part, label_of, retold, way_of};
 pub use shard::Shard;
 pub use spec::{Spec, SpecError};
-pub use split::{Split, Subset};
+pub use split::Split;
 pub use test_split::TestSplit;
 pub use truth::{Truth, TruthError, TruthSource};
 pub use variant::Variant;

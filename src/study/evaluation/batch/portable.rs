@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use super::experiment::Experiment;
 use super::spec::Spec;
 use super::truth::TruthSource;
 use nearmiss_formats::{EgoSelection, Entry, EntryLocation};
@@ -16,10 +17,14 @@ impl Spec {
     #[must_use]
     pub fn portable(&self) -> Self {
         Self {
-            paths: names(&self.paths),
-            truth: match &self.truth {
-                TruthSource::Files(files) => TruthSource::Files(names(files)),
-                other => other.clone(),
+            experiment: Experiment {
+                scenarios: names(&self.experiment.scenarios),
+                truth: self.experiment.truth.as_ref().map(|truth| match truth {
+                    TruthSource::Files(files) => TruthSource::Files(names(files)),
+                    other => other.clone(),
+                }),
+                base_url: self.experiment.base_url.as_deref().map(plain_address),
+                ..self.experiment.clone()
             },
             ego: match &self.ego {
                 EgoSelection::File {
@@ -32,7 +37,6 @@ impl Spec {
                 EgoSelection::Planner(drives) => EgoSelection::Planner(drives.portable()),
                 other => other.clone(),
             },
-            base_url: self.base_url.as_deref().map(plain_address),
             drawn_from: { self.drawn_from.iter() }
                 .map(|path| self.portable_path(path))
                 .collect(),
@@ -47,9 +51,9 @@ impl Spec {
         if matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
             return path.display().to_string();
         }
-        let named = names(&self.paths);
+        let named = names(&self.experiment.scenarios);
         let mut below: Vec<(usize, PathBuf)> = Vec::new();
-        for (root, name) in self.paths.iter().zip(named) {
+        for (root, name) in self.experiment.scenarios.iter().zip(named) {
             if let Ok(rest) = path.strip_prefix(root) {
                 let whole = if rest.as_os_str().is_empty() {
                     name

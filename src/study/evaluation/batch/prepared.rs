@@ -89,7 +89,7 @@ impl QuestionBuilder {
             let another = ask.variant.transform.is_none()
                 && ask.variant.window.is_none()
                 && ask.variant.lead.is_some()
-                && ask.variant.lead != self.request.lead;
+                && ask.variant.lead != self.experiment.lead();
             if another && label == Some(Label::Safe) {
                 continue;
             }

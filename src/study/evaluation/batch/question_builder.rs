@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::matrix::RequestSettings;
+use super::experiment::Experiment;
 use super::recent::Recent;
 use super::variant::Variant;
 use super::windows::{default_window, too_short};
@@ -27,7 +27,7 @@ pub struct QuestionBuilder {
     /// Thresholds of the risk scores.
     pub(super) thresholds: Arc<Thresholds>,
     /// How all are asked.
-    pub(super) request: RequestSettings,
+    pub(super) experiment: Experiment,
     /// The ego of scenarios.
     ego: EgoSelection,
     scenes: Recent<String, Result<Reading, String>>,
@@ -55,13 +55,13 @@ impl QuestionBuilder {
     pub fn new(
         library: Library,
         thresholds: Arc<Thresholds>,
-        request: RequestSettings,
+        experiment: Experiment,
         ego: EgoSelection,
     ) -> Self {
         Self {
             library,
             thresholds,
-            request,
+            experiment,
             ego,
             scenes: Recent::new(KEPT.0),
             questions: Recent::new(KEPT.1),
@@ -76,7 +76,7 @@ impl QuestionBuilder {
 
     /// How far after a window its truth looks, seconds.
     pub(super) fn horizon(&self) -> f64 {
-        self.request.within.unwrap_or(Case::HORIZON)
+        self.experiment.within.unwrap_or(Case::HORIZON)
     }
 
     /// The scenario of an entry with its ego.
@@ -180,7 +180,7 @@ impl QuestionBuilder {
             .unwrap_or_else(|| default_frame(&self.library, way.task));
         let techniques = way.techniques.unwrap_or(Techniques::ALL);
         let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
-        let settings = self.request.settings(Some(techniques));
+        let settings = self.experiment.settings(Some(techniques));
         let settings = way.settings.settings(settings);
         Ok(settings.with(&chosen.front.defaults))
     }
@@ -208,11 +208,11 @@ impl QuestionBuilder {
             return Ok(Window::ending_at(scene, last, steps));
         }
         let history = self.decided(way)?.history;
-        if self.request.protocol == Protocol::Paper {
+        if self.experiment.protocol == Protocol::Paper {
             let window = Labelled::new(scene, label).paper_window(way.task, history);
             return window.ok_or_else(|| too_short(entry, Lead::Paper));
         }
-        match (way.task, variant.lead.or(self.request.lead)) {
+        match (way.task, variant.lead.or(self.experiment.lead())) {
             (Task::Safety, Some(lead)) => Labelled::new(scene, label)
                 .window(lead, history)
                 .ok_or_else(|| too_short(entry, lead)),
@@ -228,7 +228,7 @@ impl QuestionBuilder {
         label: Label,
         (first, last): (i64, i64),
     ) -> (Label, Vec<i64>) {
-        let (Ok(reading), Some(horizon)) = (self.open(entry), self.request.within) else {
+        let (Ok(reading), Some(horizon)) = (self.open(entry), self.experiment.within) else {
             return (label, label.critical());
         };
         let scene = &reading.scene;
@@ -239,7 +239,7 @@ impl QuestionBuilder {
         let steps = usize::try_from(last - first + 1).unwrap_or(1);
         let window = Window::ending_at(scene, last, steps);
         let case = Labelled::new(scene, Some(label));
-        let recording = Recording::new(&entry.name, &case, self.request.radius.unwrap_or(0.0));
+        let recording = Recording::new(&entry.name, &case, self.experiment.radius.unwrap_or(0.0));
         recording.truth(moment, &window, horizon)
     }
 

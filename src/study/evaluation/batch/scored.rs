@@ -9,7 +9,6 @@ use super::spec::Spec;
 use super::truth::Truth;
 use super::variant::Variant;
 use super::windows::critical_of;
-use crate::evaluation::answer_state::rank;
 use crate::evaluation::report::QuestionKey;
 use crate::evaluation::{
     AnswerCase, AnswerStatus, Attempt, Cluster, Label, LabelError, Lead, PromptConfig, Protocol,
@@ -23,7 +22,7 @@ use nearmiss_scene::scenario::{Transform, Window};
 use nearmiss_scene::verdict::{self, Task, Verdict};
 use nearmiss_store::{
     BatchId, Item, ItemState, ItemTruth, NewItem, NewestAnswer, QuestionRun, SplitPart, Store,
-    StoreError,
+    StoreError, attempt_rank,
 };
 
 /// The answers of a batch, those about its scenes as they are and with the first lead apart from the others.
@@ -157,7 +156,7 @@ fn protocol(store: &Store, batch: BatchId) -> Result<Protocol, StoreError> {
         return Ok(Protocol::default());
     };
     let spec = Spec::from_json(&batch.spec).map_err(|why| StoreError::Word(why.to_string()))?;
-    Ok(spec.matrix.request.protocol)
+    Ok(spec.experiment.protocol)
 }
 
 /// The templates that a batch asks with, by task and frame: it pins one version of each, which its answers tell.
@@ -247,7 +246,9 @@ fn one(
     // The same that counts in a report of the store.
     let counts = match found {
         Some(found) => runs.iter().find(|one| one.run == found.run),
-        None => runs.iter().max_by_key(|one| (rank(one.state), one.run)),
+        None => runs
+            .iter()
+            .max_by_key(|one| (attempt_rank(one.state), one.run)),
     };
     let others = runs
         .iter()

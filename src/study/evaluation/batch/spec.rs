@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::matrix::Matrix;
+use serde::{Deserialize, Serialize};
+
+use super::experiment::Experiment;
 use super::question_builder::QuestionBuilder;
-use super::split::Subset;
 use super::truth::TruthSource;
-use crate::evaluation::report::Comparison;
 use crate::evaluation::{default_frame, template};
 use nearmiss_ask::prompts::{Library, Origin};
 use nearmiss_formats::EgoSelection;
@@ -16,33 +16,29 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::Task;
 
 /// Everything that determines what a batch asks.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Spec {
-    /// What the batch is about, in a line; experiment files say it.
-    pub title: Option<String>,
-    /// Files, folders, names of bundled scenarios.
-    pub paths: Vec<PathBuf>,
-    /// Questions about each scenario.
-    pub matrix: Matrix,
-    /// Where the truth is from.
-    pub truth: TruthSource,
     /// The templates by file name, each with the hash of its text and fragments.
     pub templates: BTreeMap<String, String>,
     /// Descriptions of changes to the shipped thresholds.
     pub thresholds: Vec<String>,
-    /// The address of the server, where it is not the provider's own.
-    pub base_url: Option<String>,
     /// The ego of the scenarios.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub ego: EgoSelection,
     /// Texts of templates that were not saved, by file name.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub drafts: BTreeMap<String, String>,
-    /// Which comparisons of its answers were declared to matter.
-    pub comparison: Comparison,
-    /// Which of the scenarios are asked about, and in which parts.
-    pub subset: Subset,
     /// Paths of the scenarios that windows are drawn from, in order, asked about or not: windows of what is added are
     /// matched among the same. Empty in batches of versions that did not write them down.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub drawn_from: Vec<String>,
+    /// What is asked.
+    #[serde(flatten)]
+    pub experiment: Experiment,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 /// Why a specification cannot be used.
@@ -74,25 +70,32 @@ fn other(file: &str, place: Option<&Path>) -> String {
             path.display()
         ),
         None => format!(
-            "the program's own text is used now; put the older text into your folder of templates (`nearmiss prompts show \
+            "the program's own text is used now; put the older text into your folder of templates (`nearmiss prompt text \
              {file}` with the nearmiss that began the batch prints it), or start a new batch. Reports still have its answers"
         ),
     }
 }
 
 impl Spec {
+    /// Where the truth is from.
+    #[must_use]
+    pub fn truth(&self) -> &TruthSource {
+        let truth = self.experiment.truth.as_ref();
+        truth.unwrap_or(&TruthSource::Geometry)
+    }
+
     /// What the truth of its questions is, in words for people.
     #[must_use]
     pub fn truth_words(&self) -> String {
-        let tasks = &self.matrix.tasks;
+        let tasks = &self.experiment.tasks;
         if matches!(tasks[..], [Task::Recording]) {
-            return self.truth.words_of_recordings();
+            return self.truth().words_of_recordings();
         }
         let words = self.words_of_windows();
         let more = if tasks.contains(&Task::Recording) {
             format!(
                 "; of recordings as a whole, {}",
-                self.truth.words_of_recordings()
+                self.truth().words_of_recordings()
             )
         } else {
             String::new()
@@ -101,8 +104,8 @@ impl Spec {
     }
 
     fn words_of_windows(&self) -> String {
-        let words = self.truth.words();
-        match (self.matrix.request.within, &self.truth) {
+        let words = self.truth().words();
+        match (self.experiment.within, self.truth()) {
             (None, _) => words,
             (Some(horizon), TruthSource::Score(_)) => {
                 format!("{words}; of windows, within the {horizon} s after them")
@@ -116,13 +119,13 @@ impl Spec {
         }
     }
 
-    /// The templates that a matrix is asked with, by file name with their hashes; frames that a task has none for are
+    /// The templates that an experiment is asked with, by file name with their hashes; frames that a task has none for are
     /// left out, their questions say so.
     #[must_use]
-    pub fn templates_of(matrix: &Matrix, library: &Library) -> BTreeMap<String, String> {
-        let library = &library.clone().with_pack(matrix.request.pack);
+    pub fn templates_of(experiment: &Experiment, library: &Library) -> BTreeMap<String, String> {
+        let library = &library.clone().with_pack(experiment.pack);
         let mut found = BTreeMap::new();
-        let ways = matrix.ways();
+        let ways = experiment.ways();
         let asked = ways.iter().map(|way| (way.task, way.frame));
         for (task, frame) in asked.collect::<BTreeSet<_>>() {
             let frame = frame.unwrap_or_else(|| default_frame(library, task));
@@ -148,7 +151,7 @@ impl Spec {
     /// # Errors
     /// A draft is no template.
     pub fn library(&self, library: &Library) -> Result<Library, SpecError> {
-        let mut library = library.clone().with_pack(self.matrix.request.pack);
+        let mut library = library.clone().with_pack(self.experiment.pack);
         for (file, text) in &self.drafts {
             let used = library.use_draft(file, text);
             used.map_err(|error| SpecError::Unreadable(error.in_file(file)))?;
@@ -166,8 +169,8 @@ impl Spec {
         thresholds: Arc<Thresholds>,
     ) -> Result<QuestionBuilder, SpecError> {
         let library = self.library(library)?;
-        let (request, ego) = (self.matrix.request, self.ego.clone());
-        Ok(QuestionBuilder::new(library, thresholds, request, ego))
+        let (experiment, ego) = (self.experiment.clone(), self.ego.clone());
+        Ok(QuestionBuilder::new(library, thresholds, experiment, ego))
     }
 
     /// What makes the questions of the batch again.
@@ -189,7 +192,7 @@ impl Spec {
     /// Which are not.
     pub fn still(&self, library: &Library, thresholds: &Thresholds) -> Result<(), SpecError> {
         let library = self.library(library)?;
-        let now = Self::templates_of(&self.matrix, &library);
+        let now = Self::templates_of(&self.experiment, &library);
         for (file, hash) in &self.templates {
             if now.get(file) != Some(hash) {
                 let place = match library.source(file) {

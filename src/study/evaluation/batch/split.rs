@@ -1,31 +1,21 @@
-//! Which scenarios a batch asks about: a filter, and their split into dev and test.
-
-use serde::{Deserialize, Serialize};
+//! The split of scenarios into dev and test.
 
 use super::shard::spread;
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::identity;
 use nearmiss_store::SplitPart;
 
-/// Which of the scenarios in its paths a batch asks about, and in which parts.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Subset {
-    /// A filter of the scenario list; `None` for all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub select: Option<String>,
-    /// The split into dev and test; `None` without one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub split: Option<Split>,
-}
-
-/// A split of scenarios into dev and test. Which part a scenario is in depends on its name and the seed alone.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Split {
-    /// Share of the families of scenarios that are in the test part, above 0 and below 1.
-    pub test: f64,
-    /// Another seed gives another split.
-    pub seed: u64,
+nearmiss_record::fields! {
+    /// A split of scenarios into dev and test. Which part a scenario is in depends on its name and the seed alone.
+    #[derive(Copy)]
+    pub struct Split {
+        "split" {
+            /// Share of the families of scenarios that are in the test part.
+            test [required]: f64, Takes::Between(0.0, 1.0);
+            /// Another seed gives another split; by default 1.
+            seed: u64 = Split::SEED;
+        }
+    }
 }
 
 impl Split {

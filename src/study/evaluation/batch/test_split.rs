@@ -25,7 +25,7 @@ impl TestSplit {
     /// The store cannot be read or written.
     pub fn of(store: &Store, batch: &Batch, unlock: bool) -> Result<Option<Self>, StoreError> {
         let spec = Spec::from_json(&batch.spec).ok();
-        if spec.is_none_or(|spec| spec.subset.split.is_none()) {
+        if spec.is_none_or(|spec| spec.experiment.split.is_none()) {
             return Ok(None);
         }
         let mut found = Self {
@@ -77,14 +77,16 @@ impl TestSplit {
     #[must_use]
     pub fn parts(&self, dev: SplitProgress) -> [PartProgress; 2] {
         let dev = PartProgress {
-            part: SplitPart::Dev,
-            progress: dev,
+            split: SplitPart::Dev.name(),
+            questions: dev.questions,
+            answered: dev.answered,
             locked: false,
             looks: 0,
         };
         let test = PartProgress {
-            part: SplitPart::Test,
-            progress: self.progress,
+            split: SplitPart::Test.name(),
+            questions: self.progress.questions,
+            answered: self.progress.answered,
             locked: self.is_locked(),
             looks: self.looks.len(),
         };

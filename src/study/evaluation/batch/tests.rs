@@ -12,7 +12,6 @@ use nearmiss_ask::prompts::{Pack, Techniques};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::description::{EgoAxes, Form, Frame};
 use nearmiss_scene::judge;
-use nearmiss_scene::metrics::MeasureList;
 use nearmiss_scene::scenario::Transform;
 use nearmiss_scene::verdict::Task;
 
@@ -20,17 +19,14 @@ pub(super) fn techniques(words: &str) -> Techniques {
     Techniques::parse(words).unwrap()
 }
 
-pub(super) fn matrix() -> Matrix {
-    Matrix {
+pub(super) fn experiment() -> Experiment {
+    Experiment {
         tasks: vec![Task::Collision, Task::Safety],
         frames: vec![Frame::Ego, Frame::Cartesian],
         techniques: vec![techniques("base"), techniques("cp+cot")],
         models: vec!["lab/a".into(), judge::MODEL.into()],
-        samples: 3,
-        more_leads: Vec::new(),
-        transforms: Vec::new(),
-        axes: Default::default(),
-        request: RequestSettings::default(),
+        samples: Some(3),
+        ..Experiment::default()
     }
 }
 
@@ -42,7 +38,7 @@ fn words(way: &PromptConfig) -> String {
 
 #[test]
 fn ways_come_in_the_order_they_were_named_and_the_judge_once_for_each_task() {
-    let ways = matrix().ways();
+    let ways = experiment().ways();
     let said: Vec<String> = ways.iter().map(words).collect();
     let wanted = [
         "collision ego base lab/a",
@@ -57,15 +53,14 @@ fn ways_come_in_the_order_they_were_named_and_the_judge_once_for_each_task() {
         "safety cartesian cp+cot lab/a",
     ];
     assert_eq!(said, wanted);
-    let samples: u32 = ways.iter().map(|way| matrix().samples_of(way)).sum();
+    let samples: u32 = ways.iter().map(|way| experiment().samples_of(way)).sum();
     assert_eq!(samples, 8 * 3 + 2, "the judge always says the same");
 }
 
 #[test]
 fn leads_and_changes_are_asked_beside_the_original_not_of_each_other() {
-    let mut matrix = matrix();
-    matrix.request.lead = Some(Lead::Seconds(0.5));
-    matrix.more_leads = vec![Lead::Seconds(1.0)];
+    let mut matrix = experiment();
+    matrix.leads = vec![Lead::Seconds(0.5), Lead::Seconds(1.0)];
     matrix.transforms = vec![Transform::Mirror];
     let variants = |task| {
         let ways = matrix.ways();
@@ -86,41 +81,40 @@ fn leads_and_changes_are_asked_beside_the_original_not_of_each_other() {
 
 #[test]
 fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
-    let mut more = matrix();
-    more.extend(&MatrixAdditions {
+    let mut more = experiment();
+    more.extend(&Experiment {
         models: vec!["lab/a".into(), "lab/b".into()],
         techniques: vec![techniques("cot+cp")],
         samples: Some(2),
-        ..MatrixAdditions::default()
+        ..Experiment::default()
     });
     assert_eq!(more.models, ["lab/a", judge::MODEL, "lab/b"]);
-    assert_eq!(more.techniques, matrix().techniques);
-    assert_eq!(more.samples, 3, "samples are not taken away");
-    more.extend(&MatrixAdditions {
+    assert_eq!(more.techniques, experiment().techniques);
+    assert_eq!(more.samples(), 3, "samples are not taken away");
+    more.extend(&Experiment {
         techniques: vec![techniques("all")],
         samples: Some(5),
-        ..MatrixAdditions::default()
+        ..Experiment::default()
     });
-    assert_eq!((more.techniques.len(), more.samples), (3, 5));
-    let (before, after) = (matrix().ways(), more.ways());
+    assert_eq!((more.techniques.len(), more.samples()), (3, 5));
+    let (before, after) = (experiment().ways(), more.ways());
     assert!(before.iter().all(|way| after.contains(way)));
     assert_eq!(after.len(), 2 * (2 * 3 * 2 + 1));
 }
 
 #[test]
 fn leads_and_changes_are_added_beside_the_first_lead() {
-    let mut more = matrix();
-    more.request.lead = Some(Lead::Seconds(0.5));
-    let added = MatrixAdditions {
+    let mut more = experiment();
+    more.leads = vec![Lead::Seconds(0.5)];
+    let added = Experiment {
         leads: vec![Lead::Seconds(0.5), Lead::Seconds(1.0), Lead::Seconds(1.0)],
         transforms: vec![Transform::Mirror, Transform::Mirror],
-        ..MatrixAdditions::default()
+        ..Experiment::default()
     };
     more.extend(&added);
     more.extend(&added);
-    assert_eq!(more.more_leads, [Lead::Seconds(1.0)]);
+    assert_eq!(more.more_leads(), [Lead::Seconds(1.0)]);
     assert_eq!(more.transforms, [Transform::Mirror]);
-    assert!(added.any() && !MatrixAdditions::default().any());
 }
 
 #[test]
@@ -154,68 +148,61 @@ fn shards_have_every_scenario_once_whatever_the_order() {
 
 #[test]
 fn a_spec_comes_back_from_the_store_as_it_was() {
-    let request = RequestSettings {
-        history: Some(7),
-        radius: Some(25.5),
-        lead: Some(Lead::Seconds(1.5)),
-        within: Some(2.5),
-        every_scenario: true,
-        protocol: Protocol::Paper,
-        temperature: Some(0.0),
-        max_tokens: Some(900),
-        effort: Some(Effort::Low),
-        log_probabilities: true,
-        tools: Some(nearmiss_ask::llm::ToolLimits {
-            rounds: 3,
-            calls: 9,
-        }),
-        form: Some(Form::Prose),
-        stride: Some(2),
-        road: Some(true),
-        axes: Some(EgoAxes::Lane),
-        measures: MeasureList::parse("thw,ttc").ok(),
-        pack: Pack::Paper,
-        seed: Some(7),
-    };
     for truth in [
         TruthSource::Geometry,
         TruthSource::Layout,
         TruthSource::Files(vec!["/t.csv".into()]),
     ] {
         let spec = Spec {
-            title: None,
-            paths: vec![PathBuf::from("/data"), PathBuf::from("ZAM_CutIn-1_1_T-1")],
-            matrix: Matrix {
-                request,
-                ..matrix()
+            experiment: Experiment {
+                scenarios: vec![PathBuf::from("/data"), PathBuf::from("ZAM_CutIn-1_1_T-1")],
+                truth: Some(truth),
+                history: Some(7),
+                radius: Some(25.5),
+                leads: vec![Lead::Seconds(1.5)],
+                within: Some(2.5),
+                every_scenario: true,
+                protocol: Protocol::Paper,
+                temperature: Some(0.0).into(),
+                max_tokens: Some(900),
+                effort: Some(Effort::Low).into(),
+                log_probabilities: true,
+                tools: Some(true).into(),
+                tool_rounds: 3,
+                tool_calls: 9,
+                form: Some(Form::Prose).into(),
+                stride: Some(2).into(),
+                road: Some(true),
+                axes: Some(EgoAxes::Lane),
+                measures: vec!["thw".into(), "ttc".into()],
+                pack: Pack::Paper,
+                seed: Some(7).into(),
+                base_url: Some("http://127.0.0.1:1".into()),
+                ..experiment()
             },
-            truth,
             templates: BTreeMap::from([("collision-ego.md".into(), "ab".into())]),
             thresholds: vec!["risk 1 distance = 3 m".into()],
-            base_url: Some("http://127.0.0.1:1".into()),
-            ego: EgoSelection::Beside,
-            drafts: BTreeMap::new(),
-            comparison: Default::default(),
-            subset: Default::default(),
             drawn_from: vec!["/data/a.xml".into()],
+            ..Spec::default()
         };
         let json = spec.to_json();
         assert!(
-            ["more_leads", "transforms", "ego\":", "drafts", "comparison"]
+            ["transforms", "ego\":", "drafts", "baseline"]
                 .iter()
                 .all(|name| !json.contains(name)),
-            "as older versions wrote it"
+            "defaults are not written"
         );
         assert_eq!(Spec::from_json(&json), Ok(spec.clone()));
         let mut varied = spec;
-        varied.matrix.more_leads = vec![Lead::Paper, Lead::Seconds(0.5)];
-        varied.matrix.transforms = vec![Transform::Mirror, Transform::Move(1000.0, -500.0)];
+        varied.experiment.leads = vec![Lead::Seconds(1.5), Lead::Paper, Lead::Seconds(0.5)];
+        varied.experiment.transforms = vec![Transform::Mirror, Transform::Move(1000.0, -500.0)];
         varied.ego = EgoSelection::File {
             path: "/data/ego.csv".into(),
             planning_problem: Some(3),
         };
-        varied.comparison.baseline = Some("lab/x".into());
-        varied.comparison.primary = Some(("lab/x".into(), "lab/y".into()));
+        varied.experiment.baseline = Some("lab/x".into());
+        varied.experiment.compare = Some(("lab/x".into(), "lab/y".into()));
+        varied.experiment.split = Some(Split { test: 0.5, seed: 7 });
         varied.drafts = BTreeMap::from([("collision-ego.md".into(), "my text".into())]);
         assert_eq!(Spec::from_json(&varied.to_json()), Ok(varied));
     }
@@ -228,18 +215,9 @@ fn a_changed_template_is_noticed() {
     let library = nearmiss_ask::prompts::Library::load(None);
     let thresholds = nearmiss_scene::metrics::Thresholds::shipped();
     let mut spec = Spec {
-        title: None,
-        paths: Vec::new(),
-        matrix: matrix(),
-        truth: TruthSource::Geometry,
-        templates: Spec::templates_of(&matrix(), &library),
-        thresholds: Vec::new(),
-        base_url: None,
-        ego: EgoSelection::Beside,
-        drafts: BTreeMap::new(),
-        comparison: Default::default(),
-        subset: Default::default(),
-        drawn_from: Vec::new(),
+        experiment: experiment(),
+        templates: Spec::templates_of(&experiment(), &library),
+        ..Spec::default()
     };
     assert_eq!(spec.templates.len(), 4, "two tasks, two frames");
     assert_eq!(spec.still(&library, thresholds), Ok(()));
@@ -249,7 +227,7 @@ fn a_changed_template_is_noticed() {
     for words in [
         "template collision-ego.md",
         "(000000000000…)",
-        "`nearmiss prompts show collision-ego.md`",
+        "`nearmiss prompt text collision-ego.md`",
         "or start a new batch",
     ] {
         assert!(error.contains(words), "{words}: {error}");
@@ -266,27 +244,21 @@ fn a_draft_is_part_of_its_batch() {
         shipped.replace("Did the", "Be brief. Did the"),
     )]);
     let mut spec = Spec {
-        title: None,
-        paths: Vec::new(),
-        matrix: matrix(),
-        truth: TruthSource::Geometry,
-        templates: BTreeMap::new(),
-        thresholds: Vec::new(),
-        base_url: None,
-        ego: EgoSelection::Beside,
+        experiment: experiment(),
         drafts,
-        comparison: Default::default(),
-        subset: Default::default(),
-        drawn_from: Vec::new(),
+        ..Spec::default()
     };
-    spec.templates = Spec::templates_of(&spec.matrix, &spec.library(&library).unwrap());
-    assert_ne!(spec.templates, Spec::templates_of(&spec.matrix, &library));
+    spec.templates = Spec::templates_of(&spec.experiment, &spec.library(&library).unwrap());
+    assert_ne!(
+        spec.templates,
+        Spec::templates_of(&spec.experiment, &library)
+    );
     let thresholds = nearmiss_scene::metrics::Thresholds::shipped();
     assert_eq!(spec.still(&library, thresholds), Ok(()));
     let builder = spec
         .builder(&library, Arc::new(thresholds.clone()))
         .unwrap();
-    let (entry, way) = (&nearmiss_formats::bundled()[0], &spec.matrix.ways()[0]);
+    let (entry, way) = (&nearmiss_formats::bundled()[0], &spec.experiment.ways()[0]);
     let question = builder
         .question(entry, way, &Variant::default(), None)
         .unwrap();
@@ -301,18 +273,9 @@ fn a_draft_is_part_of_its_batch() {
 fn what_templates_decide_is_told_in_numbers() {
     let library = nearmiss_ask::prompts::Library::load(None);
     let mut spec = Spec {
-        title: None,
-        paths: Vec::new(),
-        matrix: matrix(),
-        truth: TruthSource::Geometry,
-        templates: Spec::templates_of(&matrix(), &library),
-        thresholds: Vec::new(),
-        base_url: None,
-        ego: EgoSelection::Beside,
-        drafts: BTreeMap::new(),
-        comparison: Default::default(),
-        subset: Default::default(),
-        drawn_from: Vec::new(),
+        experiment: experiment(),
+        templates: Spec::templates_of(&experiment(), &library),
+        ..Spec::default()
     };
     let described = spec.described(&library).unwrap();
     assert_eq!(described.history, [10], "as the paper");
@@ -328,12 +291,9 @@ fn what_templates_decide_is_told_in_numbers() {
         serde_json::json!(["history", "radius"])
     );
     let words = spec.asked_words(Some(&described));
-    assert!(
-        words.contains("steps in a window 10 (from the templates)"),
-        "{words}"
-    );
+    assert!(words.contains("history 10 (from the templates)"), "{words}");
     // What the batch says itself is no matter of the templates.
-    spec.matrix.request.history = Some(5);
+    spec.experiment.history = Some(5);
     let described = spec.described(&library).unwrap();
     let asked = spec.asked(Some(&described));
     assert_eq!(
@@ -341,13 +301,13 @@ fn what_templates_decide_is_told_in_numbers() {
         (&5.into(), &serde_json::json!(["radius"]))
     );
     let words = spec.asked_words(Some(&described));
-    assert!(words.contains("steps in a window 5, radius"), "{words}");
+    assert!(words.contains("history 5 steps, radius"), "{words}");
     // Other templates would tell other numbers.
     spec.templates
         .insert("collision-ego.md".into(), "0".repeat(64));
     assert_eq!(spec.described(&library), None);
     assert!(spec.asked(None)["radius"].is_null());
-    assert!(spec.asked_words(None).contains("from the templates, which"));
+    assert!(!spec.asked_words(None).contains("(from the templates)"));
 }
 
 #[test]

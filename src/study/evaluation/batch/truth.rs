@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use crate::evaluation::{CriticalMoments, Label, LabelError, Labelled, Labels, annotations};
 use nearmiss_base::system;
 use nearmiss_formats::{Entry, EntryLocation};
+use nearmiss_record::fields::{FieldValue, Takes, Wrong};
 use nearmiss_scene::metrics::{RiskConvention, Thresholds};
 use nearmiss_scene::scenario::{Scene, Window};
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::Item;
+use toml::Value;
 
 use super::question_builder::path_of;
 use super::scored::label_of;
@@ -142,6 +144,28 @@ impl TruthSource {
         }
     }
 
+    /// From words of `--truth`; files as they are named. None without a word.
+    #[must_use]
+    pub fn of_words(words: &[String]) -> Option<Self> {
+        Some(match words {
+            [] => return None,
+            [one] if one == "auto" => Self::Geometry,
+            [one] if one == "layout" => Self::Layout,
+            [one] if Self::score(one).is_some() => Self::Score(Self::score(one)?),
+            files => Self::Files(files.iter().map(PathBuf::from).collect()),
+        })
+    }
+
+    /// The same with absolute paths.
+    #[must_use]
+    pub fn absolute(self) -> Self {
+        let absolute = |file: PathBuf| std::path::absolute(&file).unwrap_or(file);
+        match self {
+            Self::Files(files) => Self::Files(files.into_iter().map(absolute).collect()),
+            other => other,
+        }
+    }
+
     /// In words for people.
     #[must_use]
     pub fn words(&self) -> String {
@@ -154,6 +178,25 @@ impl TruthSource {
                 format!("labels from {}", names.join(", "))
             }
         }
+    }
+}
+
+impl FieldValue for TruthSource {
+    fn read(value: &Value, takes: &Takes) -> Result<Self, Wrong> {
+        let words = <Vec<String>>::read(value, takes)?;
+        Self::of_words(&words).ok_or(Wrong::kind())
+    }
+
+    fn write(&self) -> Option<Value> {
+        Some(self.sources().into())
+    }
+
+    fn describe(takes: &Takes) -> (String, serde_json::Value) {
+        <Vec<String>>::describe(takes)
+    }
+
+    fn parse(text: &str) -> Value {
+        <Vec<String>>::parse(text)
     }
 }
 

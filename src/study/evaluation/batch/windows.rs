@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
-use super::matrix::{Matrix, RequestSettings};
+use super::experiment::Experiment;
 use super::question_builder::{QuestionBuilder, path_of};
 use super::scored::{label_of, way_of};
 use super::split::Split;
@@ -46,7 +46,7 @@ impl AskedWindow {
 /// What windows are drawn from.
 pub struct WindowSource<'a> {
     /// What is asked.
-    pub matrix: &'a Matrix,
+    pub experiment: &'a Experiment,
     /// About which scenarios.
     pub entries: &'a [Entry],
     /// What opens them.
@@ -125,8 +125,8 @@ impl BatchWindows {
         truth: &Truth,
         on_read: &mut dyn FnMut(usize, usize),
     ) -> Option<Option<String>> {
-        let request = &source.matrix.request;
-        let Some(horizon) = request.within else {
+        let experiment = source.experiment;
+        let Some(horizon) = experiment.within else {
             return Some(None);
         };
         let wanted = self.wanted(source, truth.convention());
@@ -150,7 +150,7 @@ impl BatchWindows {
                     moment,
                     history,
                     horizon,
-                    every_recording: request.every_scenario,
+                    every_recording: experiment.every_scenario,
                 };
                 let mut by_path: BTreeMap<String, Vec<AskedWindow>> = BTreeMap::new();
                 for (paths, known) in &parts {
@@ -182,7 +182,10 @@ impl BatchWindows {
             slots.any(|by_path| by_path.get(path).is_some_and(|windows| !windows.is_empty()))
         };
         without.retain(|path| !asked(path));
-        let words = [left_out(without.len(), request), without_score(&not_scored)];
+        let words = [
+            left_out(without.len(), experiment),
+            without_score(&not_scored),
+        ];
         let words: Vec<String> = words.into_iter().flatten().collect();
         Some((!words.is_empty()).then(|| words.join("; ")))
     }
@@ -194,11 +197,11 @@ impl BatchWindows {
         score: Option<RiskConvention>,
     ) -> BTreeMap<(usize, u64, bool), Vec<(Slot, Moment)>> {
         let mut wanted: BTreeMap<(usize, u64, bool), Vec<(Slot, Moment)>> = BTreeMap::new();
-        for way in source.matrix.ways() {
+        for way in source.experiment.ways() {
             let Ok((history, radius)) = source.builder.span(&way) else {
                 continue;
             };
-            for (slot, moment) in slots(source.matrix, &way) {
+            for (slot, moment) in slots(source.experiment, &way) {
                 // Contact is contact by any score.
                 let by_score = score.is_some() && moment != Moment::Contact;
                 let span = (history, radius.to_bits(), by_score);
@@ -222,17 +225,16 @@ impl BatchWindows {
 }
 
 /// What is asked about with a way.
-fn slots(matrix: &Matrix, way: &PromptConfig) -> Vec<(Slot, Moment)> {
+fn slots(experiment: &Experiment, way: &PromptConfig) -> Vec<(Slot, Moment)> {
     match way.task {
         Task::Safety => {
-            let leads = matrix.request.lead.iter().chain(&matrix.more_leads);
             let slot = |lead: &Lead| {
                 (
                     (way.task, way.frame, Some(lead.stored())),
                     Moment::Before(*lead),
                 )
             };
-            leads.map(slot).collect()
+            experiment.leads.iter().map(slot).collect()
         }
         Task::Collision => vec![((way.task, way.frame, None), Moment::Contact)],
         // The window is the whole recording.
@@ -241,9 +243,9 @@ fn slots(matrix: &Matrix, way: &PromptConfig) -> Vec<(Slot, Moment)> {
 }
 
 /// How many safe scenarios have no window, and why.
-fn left_out(scenarios: usize, request: &RequestSettings) -> Option<String> {
-    let horizon = request.within?;
-    let unlike = if request.every_scenario {
+fn left_out(scenarios: usize, experiment: &Experiment) -> Option<String> {
+    let horizon = experiment.within?;
+    let unlike = if experiment.every_scenario {
         ""
     } else {
         ", or unlike the dangerous windows"

@@ -13,11 +13,12 @@ use super::super::answer::{Answer, JudgeOutcome};
 use super::super::question::{CaseError, Question};
 use super::super::run_case::AskError;
 use super::super::settings::Settings;
+use super::candidate_name::CANDIDATE;
 use super::choosing::other_task;
 use super::feedback::nearest;
 use super::outcome::{Authored, AuthoredAttack, Source};
 use super::{AuthorError, AuthorSession, Progress};
-use nearmiss_drive::generation::{Attack, Refusal, asked};
+use nearmiss_drive::generation::{Attack, Refusal, RequestedMotion};
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::scenario::{ContentHash, Scene, Window};
 use nearmiss_scene::verdict::Task;
@@ -53,15 +54,6 @@ pub struct Agreement {
 
 /// The window ends so long before the motion is nearest to the ego's planned drive, seconds.
 const BEFORE: f64 = 0.5;
-
-/// What is put behind a scenario's name where it has a motion in it that is only a candidate.
-const CANDIDATE: &str = " with a candidate motion";
-
-/// The name of the scenario that a candidate motion was put into; another name as it is.
-#[must_use]
-pub fn unchanged_name(name: &str) -> &str {
-    name.strip_suffix(CANDIDATE).unwrap_or(name)
-}
 
 impl AuthorSession<'_> {
     /// Has the model grade every motion that passed the gate.
@@ -129,7 +121,8 @@ impl AuthorSession<'_> {
             Err(_) => stage.scenario.clone(),
         };
         // An answer about it is none about the original.
-        let motion = format!("{} {:?}", asked(written), change.motions);
+        let asked = serde_json::json!(RequestedMotion::from(written));
+        let motion = format!("{asked} {:?}", change.motions);
         let parts = [&stage.scenario.hash.bytes()[..], motion.as_bytes()];
         scenario.hash = ContentHash::of_parts(parts);
         let scene = Scene::new(Arc::new(scenario), self.scene.ego.clone());

@@ -1,9 +1,9 @@
 //! How a model is asked for attacks: votes, motions, retries, grades, and what decides between its motions.
 
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
 
 /// How often a model is asked, and what for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Method {
     /// Votes for the attacker, each an answer to the same question; 1 asks once.
     pub votes: u32,
@@ -32,7 +32,8 @@ pub const SAMPLES: u32 = 5;
 pub const RETRIES: u32 = 2;
 
 /// What decides between motions that passed the gate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Ranking {
     /// The closed loop, exact risk scores, and whether a good driver survives.
     #[default]
@@ -106,20 +107,6 @@ impl Method {
     #[must_use]
     pub fn requests(&self, attacker: Option<i64>) -> u32 {
         self.votes_for(attacker) + self.motions() + self.most_grades()
-    }
-
-    /// All of it as data: who asks in the same way gets the same.
-    #[must_use]
-    pub fn document(&self) -> Value {
-        json!({
-            "votes": self.votes,
-            "within": self.within,
-            "samples": self.samples,
-            "retries": self.retries,
-            "feedback": self.feedback,
-            "grades": self.grades,
-            "rank": self.rank.name(),
-        })
     }
 }
 

@@ -6,6 +6,7 @@
 //! [`nearmiss_drive::generation::admit`]; nothing else passes the gate.
 
 mod bound;
+mod candidate_name;
 mod choosing;
 mod consistency;
 mod document;
@@ -21,8 +22,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use bound::{Bound, bound};
+pub use candidate_name::unchanged_name;
 pub use choosing::{Choice, ChosenBy, Proposal};
-pub use consistency::{Agreement, Grade, unchanged_name};
+pub use consistency::{Agreement, Grade};
+pub use document::{AgreementRecord, AuthoredRecord, Place};
 pub use feedback::{Nearest, nearest};
 pub use method::{Method, RETRIES, Ranking, SAMPLES, VOTES};
 pub use outcome::{Authored, AuthoredAttack, RefusedAnswer, Source, Tries};

@@ -193,7 +193,17 @@ impl Authored {
 }
 
 /// How a model's conversations about a motion fared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
 pub struct Tries {
     /// Conversations that had an answer.
     pub conversations: usize,

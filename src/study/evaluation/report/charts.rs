@@ -90,7 +90,7 @@ impl Report {
             }
             ReportFigure::Leads => self.lead_curves(palette),
             ReportFigure::Reliability => {
-                let series = cells.iter().filter(|cell| cell.calibration.n() > 0);
+                let series = cells.iter().filter(|cell| cell.calibration.fit.n > 0);
                 let series: Vec<ChartSeries> =
                     series.map(|cell| reliability(name(cell), cell)).collect();
                 let axes = [
@@ -152,7 +152,7 @@ impl Report {
             ("lead: seconds before the contact", (0.0, most)),
             ("dangerous windows called so", (0.0, 1.0)),
         ];
-        let missing = "the answers have no leads; `nearmiss evaluate --lead 0.5,1,2` asks with several, and `nearmiss report --batch ID` has them";
+        let missing = "the answers have no leads; `nearmiss evaluate --set leads=0.5,1,2` asks with several, and `nearmiss report --batch ID` has them";
         self.points(axes, series, true, missing, palette)
             .map(|chart| chart.picture())
     }
@@ -242,7 +242,7 @@ fn provenance(about: &ReportSubject, title: &str) -> Provenance {
         concat!("nearmiss ", env!("CARGO_PKG_VERSION")).to_string(),
     )];
     facts.extend(about.batch.clone().map(|batch| ("batch", batch)));
-    facts.push(("truth", about.truth.clone()));
+    facts.push(("truth", about.truth.words.clone()));
     Provenance {
         title: title.into(),
         description: about.notes.join(" "),
@@ -260,7 +260,7 @@ fn share(share: &Share) -> Option<(f64, Option<Interval>)> {
 }
 
 fn reliability(name: String, cell: &Cell) -> ChartSeries {
-    let bins = cell.calibration.bins();
+    let bins = &cell.calibration.fit.bins;
     let points = bins.iter().filter_map(|bin| {
         Some(ChartPoint {
             x: bin.mean?,
@@ -276,7 +276,7 @@ fn reliability(name: String, cell: &Cell) -> ChartSeries {
 
 fn cost(name: String, cell: &Cell) -> Option<ChartSeries> {
     let questions = cell.n - cell.unasked;
-    let usd = cell.consumption.spending.cost()?;
+    let usd = cell.consumption.cost_usd?;
     let point = ChartPoint {
         x: (questions > 0).then(|| usd / f64::from(questions))?,
         y: Measure::RightOfAll.value(cell)?,

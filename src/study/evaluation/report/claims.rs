@@ -2,33 +2,54 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Map, Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::super::statistics::{Interval, ratio_interval, shown};
 use super::super::{AnswerStatus, Scored};
 
 /// Claims of the answers of a cell.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ClaimTally {
     /// Answers whose claims were checked.
+    #[serde(rename = "claims_of")]
+    #[schemars(title = "Checked", extend("table" = "claims"))]
     pub answers: u32,
     /// Answers that were not checked, as their scenario was not at hand.
+    #[serde(rename = "claims_unchecked")]
+    #[schemars(title = "Not checked", extend("table" = "claims"))]
     pub unchecked: u32,
-    /// Claims that hold.
-    pub right: u32,
-    /// Claims that do not.
-    pub wrong: u32,
-    /// Claims that cannot be decided.
-    pub open: u32,
-    /// The interval of [`Self::wrong_share`], 95 %: the bootstrap over units; `None` of few.
+    /// Claims about obstacles that hold; null if none was checked.
+    #[serde(rename = "claims_right")]
+    #[schemars(title = "Right", extend("table" = "claims"))]
+    pub right: Option<u32>,
+    /// Claims that do not hold; null if none was checked.
+    #[serde(rename = "claims_wrong")]
+    #[schemars(title = "Wrong", extend("table" = "claims"))]
+    pub wrong: Option<u32>,
+    /// Claims that cannot be decided; null if none was checked.
+    #[serde(rename = "claims_open")]
+    #[schemars(title = "Open", extend("table" = "claims"))]
+    pub open: Option<u32>,
+    /// Right, wrong and open claims of an answer, on average.
+    #[serde(rename = "claims_per_answer")]
+    #[schemars(title = "Claims an answer", extend("table" = "claims", "decimals" = 1))]
+    pub per_answer: Option<f64>,
+    /// The share of wrong claims of those that are right or wrong.
+    #[serde(rename = "claims_wrong_share")]
+    #[schemars(title = "Wrong share", extend("table" = "claims", "decimals" = 2))]
+    pub wrong_share: Option<f64>,
+    /// Its interval of 95 %: the bootstrap over units; null of few.
+    #[serde(rename = "claims_wrong_share_ci")]
     pub interval: Option<Interval>,
 }
 
 impl ClaimTally {
     /// Counts the claims of whole answers, with a verdict or without.
     pub(super) fn count(scored: &[&Scored]) -> Self {
-        let mut tally = Self::default();
         let mut units: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
+        let (mut answers, mut unchecked) = (0, 0);
+        let mut sums = [0_u32; 3];
         for one in scored {
             if !matches!(
                 one.status,
@@ -36,14 +57,13 @@ impl ClaimTally {
             ) {
                 continue;
             }
-            let Some([right, wrong, open]) = one.claims.known() else {
-                tally.unchecked += 1;
+            let Some(counts) = one.claims.known() else {
+                unchecked += 1;
                 continue;
             };
-            tally.answers += 1;
-            tally.right += right;
-            tally.wrong += wrong;
-            tally.open += open;
+            answers += 1;
+            sums.iter_mut().zip(counts).for_each(|(sum, n)| *sum += n);
+            let [right, wrong, _] = counts;
             let (of_wrong, decided) = units.entry(one.unit()).or_default();
             *of_wrong += wrong;
             *decided += right + wrong;
@@ -51,42 +71,18 @@ impl ClaimTally {
         let decided = units.into_values().filter(|(_, decided)| *decided > 0);
         let counts: Vec<(u32, u32)> = decided.collect();
         let many = u32::try_from(counts.len()).unwrap_or(u32::MAX);
-        tally.interval = shown(ratio_interval(&counts), many);
-        tally
-    }
-
-    /// Right, wrong and open claims of an answer, on average.
-    #[must_use]
-    pub fn per_answer(&self) -> Option<f64> {
-        let all = self.right + self.wrong + self.open;
-        (self.answers > 0).then(|| f64::from(all) / f64::from(self.answers))
-    }
-
-    /// The share of wrong claims of those that are right or wrong.
-    #[must_use]
-    pub fn wrong_share(&self) -> Option<f64> {
-        let decided = self.right + self.wrong;
-        (decided > 0).then(|| f64::from(self.wrong) / f64::from(decided))
-    }
-
-    /// The fields of a cell in JSON.
-    pub(super) fn fields(&self) -> Map<String, Value> {
-        let known = self.answers > 0;
-        let ends = self.interval.map(|i| [i.low, i.high]);
-        let fields = [
-            ("claims_of", json!(self.answers)),
-            ("claims_unchecked", json!(self.unchecked)),
-            ("claims_right", json!(known.then_some(self.right))),
-            ("claims_wrong", json!(known.then_some(self.wrong))),
-            ("claims_open", json!(known.then_some(self.open))),
-            ("claims_per_answer", json!(self.per_answer())),
-            ("claims_wrong_share", json!(self.wrong_share())),
-            ("claims_wrong_share_ci", json!(ends)),
-        ];
-        fields
-            .map(|(name, value)| (name.to_string(), value))
-            .into_iter()
-            .collect()
+        let share = |part: u32, of: u32| (of > 0).then(|| f64::from(part) / f64::from(of));
+        let [right, wrong, open] = sums.map(|sum| (answers > 0).then_some(sum));
+        Self {
+            answers,
+            unchecked,
+            right,
+            wrong,
+            open,
+            per_answer: share(sums.iter().sum(), answers),
+            wrong_share: share(sums[1], sums[0] + sums[1]),
+            interval: shown(ratio_interval(&counts), many),
+        }
     }
 }
 
@@ -120,13 +116,16 @@ mod tests {
         ];
         let tally = ClaimTally::count(&all.iter().collect::<Vec<_>>());
         assert_eq!((tally.answers, tally.unchecked), (2, 1));
-        assert_eq!((tally.right, tally.wrong, tally.open), (6, 2, 1));
-        assert_eq!(tally.wrong_share(), Some(0.25));
-        assert_eq!(tally.per_answer(), Some(4.5));
+        assert_eq!(
+            (tally.right, tally.wrong, tally.open),
+            (Some(6), Some(2), Some(1))
+        );
+        assert_eq!(tally.wrong_share, Some(0.25));
+        assert_eq!(tally.per_answer, Some(4.5));
         assert_eq!(tally.interval, None, "one scenario has no interval");
         let none = ClaimTally::count(&[&all[2]]);
-        assert_eq!((none.wrong_share(), none.per_answer()), (None, None));
-        assert!(none.fields()["claims_right"].is_null());
+        assert_eq!((none.wrong_share, none.per_answer), (None, None));
+        assert_eq!(none.right, None);
     }
 
     #[test]

@@ -1,28 +1,26 @@
 //! Declared comparisons: the one that matters, and the baseline that others are compared with.
 
-use serde::{Deserialize, Serialize};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::super::PromptConfig;
-use super::{PivotRequest, names};
+use super::names;
+use nearmiss_record::fields::Fields;
 use nearmiss_scene::judge;
 
-/// Which comparisons and which tables a report makes. Names are models, or ways as tables name them: `ego · cp+cot · lab/model`, with the
+/// Which comparisons a report makes. Names are models, or ways as tables name them: `ego · cp+cot · lab/model`, with the
 /// version of the template or without.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Comparison {
     /// What all others are compared with; `None` for every pair that differs in one thing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub baseline: Option<String>,
     /// The two whose comparison was declared to be the one that matters.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub primary: Option<(String, String)>,
-    /// Tables over axes that reports have beside the usual ones.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub tables: Vec<PivotRequest>,
 }
 
 /// Comparisons that are corrected together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Family {
     /// The declared one; several where two models were declared that were asked in several ways.
     Declared,

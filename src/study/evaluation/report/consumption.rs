@@ -1,27 +1,46 @@
 //! Time, tokens and cost of many questions, every attempt included; unknown values are counted, never taken as 0.
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::super::statistics::quantile;
 use super::super::{Scored, Spending};
 use nearmiss_store::Consumed;
 
 /// Consumption of questions.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Consumption {
     /// Answers whose time is known.
+    #[schemars(title = "Timed", extend("table" = "cost"))]
     pub timed: u32,
     /// The median of their times, seconds.
-    pub median_s: Option<f64>,
+    #[schemars(title = "Median", extend("unit" = "s", "table" = "cost", "decimals" = 2))]
+    pub seconds_median: Option<f64>,
     /// The quantile 0.95 of their times, seconds.
-    pub p95_s: Option<f64>,
+    #[schemars(title = "95 %", extend("unit" = "s", "table" = "cost", "decimals" = 2))]
+    pub seconds_p95: Option<f64>,
     /// Attempts whose tokens are known.
-    pub counted: u32,
+    #[schemars(title = "Tokens known", extend("table" = "cost"))]
+    pub tokens_of: u32,
     /// Tokens of their questions.
-    pub input_tokens: u64,
+    #[schemars(title = "Input", extend("table" = "cost"))]
+    pub input_tokens: Option<u64>,
     /// Tokens of their answers.
-    pub output_tokens: u64,
-    /// What they cost.
-    pub spending: Spending,
+    #[schemars(title = "Output", extend("table" = "cost"))]
+    pub output_tokens: Option<u64>,
+    /// What the attempts of known cost cost, US dollars.
+    #[schemars(title = "US dollars", extend("table" = "cost", "decimals" = 4))]
+    pub cost_usd: Option<f64>,
+    /// Attempts of known cost.
+    pub cost_of: u32,
+    /// Attempts of unknown cost.
+    #[schemars(title = "Cost unknown", extend("table" = "cost"))]
+    pub cost_unknown: u32,
+    /// What those of them cost at most that a price and a limit bound, US dollars.
+    #[schemars(title = "at most", extend("table" = "cost", "decimals" = 4))]
+    pub cost_unknown_most_usd: Option<f64>,
     /// Attempts in whose place another one counts; they are among the others.
+    #[schemars(title = "Superseded", extend("table" = "cost"))]
     pub superseded: u32,
 }
 
@@ -30,24 +49,38 @@ impl Consumption {
     pub fn from_scored(all: &[&Scored]) -> Self {
         let mut times = Vec::new();
         let mut sum = Self::default();
+        let mut spending = Spending::default();
         for one in all {
             times.extend(one.consumed.duration_ms.map(|ms| ms as f64 / 1000.0));
             sum.tokens(&one.consumed);
             one.superseded.iter().for_each(|a| sum.tokens(&a.consumed));
             sum.superseded += count(one.superseded.len());
-            sum.spending.join(&one.spending());
+            spending.join(&one.spending());
         }
-        sum.timed = count(times.len());
-        sum.median_s = quantile(&times, 0.5);
-        sum.p95_s = quantile(&times, 0.95);
-        sum
+        Self {
+            timed: count(times.len()),
+            seconds_median: quantile(&times, 0.5),
+            seconds_p95: quantile(&times, 0.95),
+            cost_usd: spending.cost(),
+            cost_of: spending.known,
+            cost_unknown: spending.unpriced(),
+            cost_unknown_most_usd: spending.most(),
+            ..sum
+        }
+    }
+
+    /// Whether anything is known of it.
+    pub fn is_known(&self) -> bool {
+        let bounded = self.cost_unknown_most_usd.is_some();
+        self.timed + self.tokens_of + self.cost_of > 0 || bounded
     }
 
     fn tokens(&mut self, of: &Consumed) {
         if let (Some(input), Some(output)) = (of.input_tokens, of.output_tokens) {
-            self.counted += 1;
-            self.input_tokens = self.input_tokens.saturating_add(input);
-            self.output_tokens = self.output_tokens.saturating_add(output);
+            self.tokens_of += 1;
+            let sum = |known: Option<u64>, more| known.unwrap_or(0).saturating_add(more);
+            self.input_tokens = Some(sum(self.input_tokens, input));
+            self.output_tokens = Some(sum(self.output_tokens, output));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A report independent of its format: headings, paragraphs, tables and figures.
 
-use nearmiss_scene::description::visible;
+use nearmiss_record::{CaptionedTable, escaped_markdown, latex_comment};
 
 /// A whole report.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -19,7 +19,7 @@ pub enum Block {
     /// A paragraph.
     Text(String),
     /// A table.
-    Table(Table),
+    Table(CaptionedTable),
     /// Figures of one kind, side by side, and what they show; only HTML has them.
     Figures(String, Vec<Figure>),
 }
@@ -33,55 +33,36 @@ pub struct Figure {
     pub svg: String,
 }
 
-/// A table.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Table {
-    /// Its caption.
-    pub caption: String,
-    /// Its name for references in LaTeX.
-    pub name: String,
-    /// Titles of the columns, and on which side they stand.
-    pub columns: Vec<(String, Align)>,
-    /// The cells, a row each as long as the columns.
-    pub rows: Vec<Vec<String>>,
-    /// Explanations of its numbers, for tables that stand alone in papers.
-    pub notes: Vec<String>,
-}
-
-/// On which side of its column a cell stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Align {
-    /// Words.
-    Left,
-    /// Numbers.
-    Right,
-}
-
-impl Table {
-    /// An empty table. Titles that begin with `<` are those of words, all others of numbers.
-    pub(crate) fn new(
-        caption: impl Into<String>,
-        name: impl Into<String>,
-        titles: &[&str],
-    ) -> Self {
-        let column = |title: &&str| match title.strip_prefix('<') {
-            Some(title) => (title.to_string(), Align::Left),
-            None => ((*title).to_string(), Align::Right),
-        };
-        Self {
-            caption: caption.into(),
-            name: name.into(),
-            columns: titles.iter().map(column).collect(),
-            rows: Vec::new(),
-            notes: Vec::new(),
+impl Document {
+    /// The report as Markdown; figures are left out.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let mut text = format!("# {}\n", escaped_markdown(&self.title));
+        for block in &self.blocks {
+            match block {
+                Block::Heading(words) => text += &format!("\n## {}\n", escaped_markdown(words)),
+                Block::Text(words) => text += &format!("\n{}\n", escaped_markdown(words)),
+                Block::Table(table) => text += &table.markdown(),
+                Block::Figures(..) => {}
+            }
         }
+        text
     }
-}
 
-/// Text on one line, with what terminals and browsers would obey shown instead.
-pub(super) fn clean(text: &str) -> String {
-    visible(text)
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
+    /// The tables as LaTeX, for `\input`, each with its notes beneath; figures are left out, and headings and
+    /// paragraphs are comments.
+    #[must_use]
+    pub fn latex(&self) -> String {
+        let mut text = latex_comment(&self.title);
+        text += "% \\usepackage{booktabs,graphicx}\n";
+        for block in &self.blocks {
+            match block {
+                Block::Heading(words) => text += &format!("\n%\n{}", latex_comment(words)),
+                Block::Text(words) => text += &latex_comment(words),
+                Block::Table(table) => text += &table.latex(),
+                Block::Figures(..) => {}
+            }
+        }
+        text
+    }
 }

@@ -1,4 +1,4 @@
-//! The figures of a report: what is right as bars, confusion matrices.
+//! The figures of a report: what is right as bars, confusion matrices, calibration.
 
 use super::document::Figure;
 use super::{Cell, names, plot};
@@ -8,8 +8,8 @@ use nearmiss_scene::verdict::Task;
 pub(super) fn bars(task: Task, cells: &[&Cell]) -> Figure {
     let bar = |cell: &&Cell| plot::Bar {
         name: names::way(&cell.way),
-        value: cell.right_of_all(),
-        interval: cell.intervals.right,
+        value: cell.right_of_all,
+        interval: cell.right_of_all_ci,
         other: cell.way.model == judge::MODEL,
     };
     let title = format!(
@@ -38,4 +38,19 @@ pub(super) fn matrices(cells: &[&Cell]) -> Vec<Figure> {
         }
     };
     cells.iter().map(figure).collect()
+}
+
+pub(super) fn calibrations(cells: &[&Cell]) -> Vec<Figure> {
+    let scored = cells.iter().filter(|c| c.calibration.fit.n > 0);
+    let figure = |cell: &&Cell| {
+        let caption = names::way(&cell.way);
+        Figure {
+            svg: plot::calibration(
+                &format!("Share of true collisions by probability: {caption}"),
+                &cell.calibration.fit.bins,
+            ),
+            caption,
+        }
+    };
+    scored.map(figure).collect()
 }

@@ -1,42 +1,16 @@
 //! The table of what the questions of a batch give away.
 
-use serde_json::{Map, Value, json};
-
 use super::super::windows::{CLEAR, MATCHED_ON};
 use super::super::{Leak, SURFACE};
-use super::document::Table;
-use super::names::{NONE, number};
+use super::contents::rows_of;
+use nearmiss_record::{CaptionedTable, columns};
 
 /// The table; `None` where nothing is known of the questions.
-pub(super) fn table(leaks: &[Leak]) -> Option<Table> {
-    let mut titles = vec![
-        "<Task",
-        "<Frame",
-        "<Techniques",
-        "Lead",
-        "Dangerous",
-        "Safe",
-    ];
-    titles.extend(SURFACE.map(|(name, _)| name));
-    titles.push("all, by regression");
+pub(super) fn table(leaks: &[Leak]) -> Option<CaptionedTable> {
     let caption = "What the questions give away: how well each part of their surface alone tells dangerous from safe windows";
-    let mut table = Table::new(caption, "nearmiss-leaks", &titles);
-    table.notes.push(methods());
-    for leak in leaks {
-        let of = |word: &Option<String>| word.clone().unwrap_or_else(|| NONE.into());
-        let lead = leak.lead.clone().unwrap_or_else(|| "all".into());
-        let mut row = vec![
-            leak.task.name().into(),
-            of(&leak.frame),
-            of(&leak.techniques),
-            lead,
-        ];
-        row.extend([leak.dangerous, leak.safe].map(|n| n.to_string()));
-        row.extend(leak.auc.map(|auc| number(auc, 2)));
-        row.push(number(leak.model_auc, 2));
-        table.rows.push(row);
-    }
-    (!table.rows.is_empty()).then_some(table)
+    let columns = columns::<Leak>();
+    let table = CaptionedTable::new(caption, "nearmiss-leaks", &columns, &rows_of(leaks));
+    table.with_notes([methods()]).filled()
 }
 
 /// What the numbers are.
@@ -49,22 +23,4 @@ pub(super) fn methods() -> String {
          logistic regression on all of them, on scenarios that it was not fitted to.",
         surface.join("; ")
     )
-}
-
-/// The same as JSON.
-pub fn row(leak: &Leak) -> Value {
-    let auc = SURFACE.iter().zip(leak.auc);
-    let auc: Map<String, Value> = auc
-        .map(|((name, _), auc)| (name.replace(' ', "_"), json!(auc)))
-        .collect();
-    json!({
-        "task": leak.task.name(),
-        "frame": leak.frame,
-        "techniques": leak.techniques,
-        "lead": leak.lead,
-        "dangerous": leak.dangerous,
-        "safe": leak.safe,
-        "auc": auc,
-        "model_auc": leak.model_auc,
-    })
 }

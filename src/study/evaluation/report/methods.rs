@@ -85,7 +85,7 @@ pub(super) fn samples() -> String {
     "Samples: unanimous is the share of questions on which all samples agree, agreement the share of pairs of samples \
      that do (Fleiss 1971). All right: the chance that all k samples of a question are right, pass^k, with k the number \
      of samples; C(r, k)/C(n, k) of r right among n answers (Chen et al. 2021, Yao et al. 2024), over questions with k \
-     answers; one without a verdict is wrong. Ties have yes and no equally often, no vote means no verdict at all; coverage is the share of questions \
+     answers; one without a verdict is wrong. Ties have yes and no equally often; undecided are these and questions without any verdict; coverage is the share of questions \
      with a majority, and the majority's counts and F1 are of these alone."
         .into()
 }

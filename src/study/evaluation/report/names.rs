@@ -13,27 +13,6 @@ pub fn technique(techniques: Techniques) -> String {
     }
 }
 
-/// The frame of a way, or a dash.
-pub(super) fn frame(way: &PromptConfig) -> String {
-    way.frame.map_or_else(|| NONE.into(), |f| f.name().into())
-}
-
-/// The techniques of a way, or a dash.
-pub(super) fn techniques(way: &PromptConfig) -> String {
-    way.techniques.map_or_else(|| NONE.into(), technique)
-}
-
-/// The version of the template, or a dash.
-pub(super) fn template(way: &PromptConfig) -> String {
-    let version = way.template.as_ref();
-    version.map_or_else(|| NONE.into(), ToString::to_string)
-}
-
-/// The values of the axes of a way, or a dash.
-pub(super) fn settings(way: &PromptConfig) -> String {
-    way.settings.words().unwrap_or_else(|| NONE.into())
-}
-
 /// The model of a way with the values of its axes: `lab/model · effort low`.
 #[must_use]
 pub fn model(way: &PromptConfig) -> String {
@@ -54,14 +33,6 @@ pub fn way(way: &PromptConfig) -> String {
         way.template.as_ref().map(ToString::to_string),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
-}
-
-/// Stands where there is no value.
-pub(crate) const NONE: &str = "–";
-
-/// Formats with this many decimals, or a dash.
-pub(crate) fn number(value: Option<f64>, decimals: usize) -> String {
-    value.map_or_else(|| NONE.into(), |v| format!("{v:.decimals$}"))
 }
 
 /// A p value: three decimals, and none so small that they would be 0.

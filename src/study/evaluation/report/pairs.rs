@@ -3,15 +3,18 @@
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::super::statistics::{McNemar, PairedTest, holm};
 use super::super::{PromptConfig, Scored};
 use super::comparison::{Compared, Comparison, Family};
 use super::consumption::count;
+use nearmiss_record::Record;
 use nearmiss_scene::verdict::Task;
 
 /// Two ways on the same scenarios.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Pair {
     /// One way.
     pub first: PromptConfig,
@@ -20,19 +23,32 @@ pub struct Pair {
     /// In what they differ: `frame`, `techniques`, `model` or `template`; `several` of declared ones.
     pub differs: &'static str,
     /// With which other comparisons it is corrected.
+    #[schemars(title = "Family")]
     pub family: Family,
     /// Units with a truth that both were asked about.
+    #[schemars(title = "n")]
     pub n: u32,
     /// Units of both that one was not asked about yet.
+    #[schemars(title = "Left out")]
     pub left_out: u32,
     /// Of the n those on which the samples of at least one are as often right as wrong.
+    #[schemars(title = "Ties")]
     pub ties: u32,
     /// By how much the first is right more often.
+    #[serde(flatten)]
     pub test: PairedTest,
-    /// The same of majorities: without ties.
-    pub mcnemar: McNemar,
     /// The p value of the test, corrected for its family of the same task, by Holm.
+    #[serde(rename = "p_holm")]
+    #[schemars(title = "p (Holm)", extend("decimals" = 3, "bounded" = true))]
     pub corrected: f64,
+    /// The same of majorities: without ties.
+    #[serde(flatten)]
+    pub mcnemar: McNemar,
+}
+
+impl Record for Pair {
+    const NAME: &'static str = "pair";
+    const TITLE: &'static str = "Two prompt configurations on the same scenarios";
 }
 
 /// How often a way is right about each scenario of each unit, and how often not: see [`Scored::is_right`].
@@ -129,7 +145,7 @@ fn pair(
         n: count(pairs.len()),
         left_out: count(both.len() - pairs.len()),
         ties: count(votes.clone().filter(Option::is_none).count()),
-        test: PairedTest::of_differences(&differences)?,
+        test: PairedTest::of_differences(&differences)?.shown(count(pairs.len())),
         mcnemar: McNemar::from_discordant(only((true, false)), only((false, true))),
         corrected: 1.0,
     })

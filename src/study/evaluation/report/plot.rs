@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::super::Confusion;
-use super::super::statistics::{Calibration, Interval, wilson};
-use super::html::escaped;
+use super::super::statistics::{Bin, Interval, wilson};
+use nearmiss_record::escaped_html as escaped;
 
 /// A bar: its name, its value from 0 to 1, and its interval.
 pub(super) struct Bar {
@@ -91,7 +91,7 @@ pub(super) fn bars(title: &str, bars: &[Bar]) -> String {
 }
 
 /// The share of true collisions by tenths of the probability, with Wilson intervals, beside the diagonal.
-pub(super) fn calibration(title: &str, calibration: &Calibration) -> String {
+pub(super) fn calibration(title: &str, bins: &[Bin]) -> String {
     let (left, top, side) = (34.0, 8.0, 200.0);
     let at = |probability: f64| left + side * probability;
     let up = |share: f64| top + side * (1.0 - share);
@@ -123,8 +123,7 @@ pub(super) fn calibration(title: &str, calibration: &Calibration) -> String {
             top + side + 16.0
         );
     }
-    let bins = calibration.bins();
-    for (place, bin) in (0_u8..).zip(&bins) {
+    for (place, bin) in (0_u8..).zip(bins) {
         let (Some(mean), Some(Interval { low, high })) = (bin.mean, wilson(bin.yes, bin.n)) else {
             continue;
         };

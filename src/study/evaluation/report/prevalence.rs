@@ -2,29 +2,43 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::super::statistics::{Interval, intervals, shown};
-use super::super::{Confusion, PromptConfig, RuleScore, Scored};
-use super::contents::with_interval;
-use super::document::Table;
-use super::json::{interval, way};
-use super::names::{self, number};
+use super::super::{AxisValues, Confusion, PromptConfig, RuleScore, Scored};
+use super::contents::{columns_of_task, rows_of};
+use nearmiss_record::{CaptionedTable, Record};
 use nearmiss_scene::verdict::Task;
 
 /// What a way of asking would come to at another share of dangerous questions.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct AtPrevalence {
     /// The way.
+    #[serde(flatten)]
     pub way: PromptConfig,
     /// The share of dangerous questions, from 0 to 1.
     pub prevalence: f64,
-    /// The share that is right of all asked, and its interval of 95 %.
-    pub right: (Option<f64>, Option<Interval>),
+    /// The share that is right of all asked.
+    #[schemars(title = "Right of all", extend("decimals" = 2))]
+    pub right_of_all: Option<f64>,
+    /// Its interval of 95 %.
+    pub right_of_all_ci: Option<Interval>,
     /// The precision of the verdicts.
-    pub precision: (Option<f64>, Option<Interval>),
+    #[schemars(title = "Precision", extend("decimals" = 2))]
+    pub precision: Option<f64>,
+    /// Its interval of 95 %.
+    pub precision_ci: Option<Interval>,
     /// F1 of the verdicts.
-    pub f1: (Option<f64>, Option<Interval>),
+    #[schemars(title = "F1", extend("decimals" = 2))]
+    pub f1: Option<f64>,
+    /// Its interval of 95 %.
+    pub f1_ci: Option<Interval>,
+}
+
+impl Record for AtPrevalence {
+    const NAME: &'static str = "prevalence";
+    const TITLE: &'static str = "A prompt configuration at another share of dangerous questions";
 }
 
 /// Questions of a unit.
@@ -63,14 +77,19 @@ pub fn at_prevalence(scored: &[Scored], prevalence: f64) -> Vec<AtPrevalence> {
             asked.push(counts.asked);
             answered.push(counts.answered);
         }
-        let [right] = figures(&asked, |counts| [right(counts, prevalence)]);
-        let [precision, f1] = figures(&answered, |counts| of_verdicts(counts, prevalence));
+        let [(right_of_all, right_of_all_ci)] =
+            figures(&asked, |counts| [right(counts, prevalence)]);
+        let [(precision, precision_ci), (f1, f1_ci)] =
+            figures(&answered, |counts| of_verdicts(counts, prevalence));
         AtPrevalence {
             way: way.clone(),
             prevalence,
-            right,
+            right_of_all,
+            right_of_all_ci,
             precision,
+            precision_ci,
             f1,
+            f1_ci,
         }
     };
     ways.into_iter().map(of_way).collect()
@@ -113,53 +132,47 @@ fn of_verdicts(counts: &Confusion, prevalence: f64) -> [Option<f64>; 2] {
 }
 
 /// The table of a task, trivial rules last; `None` without rows.
-pub(super) fn table(task: Task, rows: &[AtPrevalence], rules: &[RuleScore]) -> Option<Table> {
-    let of_task = || rows.iter().filter(|row| row.way.task == task);
-    let share = of_task().next()?.prevalence;
+pub(super) fn table(
+    task: Task,
+    rows: &[AtPrevalence],
+    rules: &[RuleScore],
+) -> Option<CaptionedTable> {
+    let of_task = rows.iter().filter(|row| row.way.task == task);
+    let mut rows: Vec<AtPrevalence> = of_task.cloned().collect();
+    let prevalence = rows.first()?.prevalence;
+    rows.extend(rules.iter().filter(|rule| rule.task == task).map(|rule| {
+        let [precision, f1] = of_verdicts(&rule.counts, prevalence);
+        AtPrevalence {
+            way: PromptConfig {
+                task,
+                frame: None,
+                techniques: None,
+                model: format!("rule: {}", rule.rule),
+                settings: AxisValues::default(),
+                template: None,
+            },
+            prevalence,
+            right_of_all: right(&rule.counts, prevalence),
+            right_of_all_ci: None,
+            precision,
+            precision_ci: None,
+            f1,
+            f1_ci: None,
+        }
+    }));
     let caption = format!(
         "If {} % of the questions were dangerous, {} task",
-        100.0 * share,
+        100.0 * prevalence,
         task.name()
     );
-    let titles = ["<Way", "Right of all", "Precision", "F1"];
     let name = format!("nearmiss-{}-prevalence", task.name());
-    let mut table = Table::new(caption, name, &titles);
-    table.notes = vec![
+    let columns = columns_of_task::<AtPrevalence>("");
+    let table = CaptionedTable::new(caption, name, &columns, &rows_of(&rows));
+    Some(table.with_notes([
         "Recall and specificity are taken as they are here, and weighed with that share; intervals are bootstraps over the \
          same units."
             .into(),
-    ];
-    for row in of_task() {
-        let figures = [row.right, row.precision, row.f1]
-            .map(|(value, interval)| with_interval(value, interval));
-        table
-            .rows
-            .push([vec![names::way(&row.way)], figures.to_vec()].concat());
-    }
-    for rule in rules.iter().filter(|rule| rule.task == task) {
-        let [precision, f1] = of_verdicts(&rule.counts, share);
-        let figures = [right(&rule.counts, share), precision, f1];
-        let name = format!("rule: {}", rule.rule);
-        let figures = figures.map(|figure| number(figure, 2));
-        table.rows.push([vec![name], figures.to_vec()].concat());
-    }
-    Some(table)
-}
-
-/// The same as JSON.
-pub fn row(row: &AtPrevalence) -> Value {
-    let mut map = way(&row.way);
-    map.insert("prevalence".into(), json!(row.prevalence));
-    let figures = [
-        ("right_of_all", row.right),
-        ("precision", row.precision),
-        ("f1", row.f1),
-    ];
-    for (name, (value, ends)) in figures {
-        map.insert(name.into(), json!(value));
-        map.insert(format!("{name}_ci"), interval(ends));
-    }
-    Value::Object(map)
+    ]))
 }
 
 #[cfg(test)]
@@ -201,20 +214,20 @@ mod tests {
             panic!()
         };
         let near = |value: Option<f64>, wanted: f64| (value.unwrap() - wanted).abs() < 1e-6;
-        assert!(near(row.right.0, 0.89), "{row:?}");
-        assert!(near(row.precision.0, 0.470_588), "{row:?}");
-        assert!(near(row.f1.0, 0.592_593), "{row:?}");
-        let ends = row.precision.1.unwrap();
+        assert!(near(row.right_of_all, 0.89), "{row:?}");
+        assert!(near(row.precision, 0.470_588), "{row:?}");
+        assert!(near(row.f1, 0.592_593), "{row:?}");
+        let ends = row.precision_ci.unwrap();
         assert!(ends.low < 0.4 && ends.high > 0.55, "{ends:?}");
         let table = table(Task::Safety, &at_prevalence(&all, 0.1), &rules).unwrap();
-        assert_eq!(table.rows[1], ["rule: always no", "0.90", "–", "0.00"]);
+        assert_eq!(table.rows[1][2..], ["rule: always no", "0.90", "–", "0.00"]);
         // Who says nothing of a safe one is not right about it.
         all[39].status = AnswerStatus::Unparsed("nothing".into());
         let row = &at_prevalence(&all, 0.1)[0];
-        assert!(near(row.right.0, 0.845), "{row:?}");
+        assert!(near(row.right_of_all, 0.845), "{row:?}");
         // At the share of the questions themselves it is what they come to.
         all.pop();
         all.push(one(39, false, false));
-        assert!(near(at_prevalence(&all, 0.5)[0].right.0, 0.85));
+        assert!(near(at_prevalence(&all, 0.5)[0].right_of_all, 0.85));
     }
 }

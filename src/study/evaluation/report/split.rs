@@ -1,11 +1,12 @@
 //! The report of a batch with a split: its dev and test parts as tables of their own, side by side in one file.
 
-use serde_json::{Map, Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::document::{Block, Document};
-use super::{Report, csv};
+use super::{FlatRows, Report, ReportDocument};
 use crate::evaluation::{AnswerPage, Provenance};
-use nearmiss_store::{SplitPart, SplitProgress};
+use nearmiss_store::SplitPart;
 
 /// The reports of the parts that may be shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,107 +24,44 @@ pub struct SplitReport {
 }
 
 /// How far a part of a split is, for programs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct PartProgress {
-    /// The part.
-    pub part: SplitPart,
+    /// The part, dev or test.
+    pub split: &'static str,
     /// Its questions.
-    pub progress: SplitProgress,
+    pub questions: u64,
+    /// Those with an answer.
+    pub answered: u64,
     /// Whether nothing but this may be shown.
     pub locked: bool,
     /// Looks at its figures before it was complete.
     pub looks: usize,
 }
 
-impl PartProgress {
-    fn json(&self) -> Value {
-        json!({
-            "split": self.part.name(),
-            "questions": self.progress.questions,
-            "answered": self.progress.answered,
-            "locked": self.locked,
-            "looks": self.looks,
-        })
-    }
-}
-
-/// One document of those of the parts: their lists one after the other, each row with its part; and how far the parts
-/// are.
-#[must_use]
-pub fn joined(parts: &[(SplitPart, Value)], progress: &[PartProgress]) -> Value {
-    let mut whole = Map::new();
-    for (part, document) in parts {
-        for (name, value) in document.as_object().into_iter().flatten() {
-            let known = whole.entry(name.clone()).or_insert_with(|| match value {
-                Value::Array(_) => json!([]),
-                value => value.clone(),
-            });
-            if let (Value::Array(all), Value::Array(rows)) = (known, value) {
-                for row in rows {
-                    let row = tagged(*part, row.clone());
-                    if !all.contains(&row) {
-                        all.push(row);
-                    }
-                }
-            }
-        }
-    }
-    whole.insert(
-        "splits".into(),
-        progress.iter().map(PartProgress::json).collect(),
-    );
-    Value::Object(whole)
-}
-
-fn tagged(part: SplitPart, mut row: Value) -> Value {
-    if let Some(row) = row.as_object_mut() {
-        row.insert("split".into(), part.name().into());
-    }
-    row
-}
-
 impl SplitReport {
-    /// As JSON: the lists of [`Report::json`], each row with its part, and how far the parts are.
+    /// For programs: the lists of [`Report::json`], each row with its part, and how far the parts are.
     #[must_use]
-    pub fn json(&self) -> Value {
-        let parts: Vec<(SplitPart, Value)> = self
-            .parts
-            .iter()
-            .map(|(part, report)| (*part, report.json()))
-            .collect();
-        let mut whole = joined(&parts, &self.progress);
-        whole["provenance"] = json!(self.provenance);
-        whole
+    pub fn json(&self) -> ReportDocument {
+        let mut document = ReportDocument::of_parts(&self.parts);
+        document.about.provenance.clone_from(&self.provenance);
+        document.splits.clone_from(&self.progress);
+        document
     }
 
-    /// The cells, one line each, with their part as the last column.
-    ///
-    /// # Errors
-    /// Never in practice: the writer's own words.
-    pub fn csv(&self) -> Result<String, String> {
-        csv(&self.rows())
-    }
-
-    /// The lines of [`SplitReport::csv`] as objects.
+    /// The cells, one row each.
     #[must_use]
-    pub fn rows(&self) -> Vec<Value> {
-        self.lines(Report::rows)
+    pub fn rows(&self) -> FlatRows {
+        let parts = self.parts.iter();
+        let parts = parts.map(|(_, report)| (&report.about, report.cells.clone()));
+        FlatRows::new(&parts.collect::<Vec<_>>())
     }
 
-    /// The comparisons of ways within each part, one line each.
-    ///
-    /// # Errors
-    /// Never in practice: the writer's own words.
-    pub fn pairs_csv(&self) -> Result<String, String> {
-        csv(&self.lines(Report::pair_rows))
-    }
-
-    fn lines(&self, rows: impl Fn(&Report) -> Vec<Value>) -> Vec<Value> {
-        let of_part = |(part, report): &(SplitPart, Report)| {
-            let rows = rows(report).into_iter();
-            rows.map(|row| tagged(*part, row)).collect::<Vec<_>>()
-        };
-        self.parts.iter().flat_map(of_part).collect()
+    /// The comparisons of ways within each part, one row each.
+    #[must_use]
+    pub fn pair_rows(&self) -> FlatRows {
+        let parts = self.parts.iter();
+        let parts = parts.map(|(_, report)| (&report.about, report.pairs.clone()));
+        FlatRows::new(&parts.collect::<Vec<_>>())
     }
 
     /// The report for people, under a title.

@@ -5,7 +5,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use rayon::prelude::*;
 
-use super::super::answer_state::rank;
 use super::super::{
     AnswerState, AnswerStatus, Attempt, AxisValues, Cluster, CountedAs, Label, PromptConfig,
     Scored, TemplateVersion,
@@ -17,7 +16,7 @@ use nearmiss_scene::description::Frame;
 use nearmiss_scene::judge;
 use nearmiss_scene::scenario::Transform;
 use nearmiss_scene::verdict::{Task, Verdict};
-use nearmiss_store::{Key, Outcome, RunId, SecondaryRuns};
+use nearmiss_store::{Key, Outcome, RunId, SecondaryRuns, attempt_rank};
 
 /// Runs of the store beside the truth.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -51,7 +50,7 @@ pub struct Stored {
 
 /// Sets runs beside the truth, in the order of the runs. The verdicts are those that were stored.
 ///
-/// Where the same question was asked again, for the same sample, one attempt counts, see `rank`, and what the others
+/// Where the same question was asked again, for the same sample, one attempt counts, see `attempt_rank`, and what the others
 /// cost is added to it. A question whose attempts were all cancelled or interrupted, or are arriving, counts as not
 /// asked. Other leads and changed scenes of batches are other questions, and are left out as in the report of
 /// a batch. The built-in judge's verdict on a question is that of its run on the same file, task and, for safety,
@@ -228,7 +227,7 @@ impl<'a> Attempts<'a> {
     }
 
     fn take(&mut self, mut other: &'a Outcome) {
-        let place = |one: &Outcome| (rank(one.state), one.run);
+        let place = |one: &Outcome| (attempt_rank(one.state), one.run);
         if place(other) > place(self.counts) {
             std::mem::swap(&mut self.counts, &mut other);
         }

@@ -13,6 +13,10 @@ use nearmiss_scene::description::Frame;
 use nearmiss_scene::verdict::{ObstacleRisk, Task, Verdict};
 use nearmiss_store::Consumed;
 
+fn json(value: &impl serde::Serialize) -> serde_json::Value {
+    serde_json::to_value(value).unwrap()
+}
+
 fn verdict(task: Task, dangerous: bool, obstacles: &[(i64, u8)]) -> Verdict {
     let obstacle = |&(id, risk_score): &(i64, u8)| ObstacleRisk {
         id,
@@ -94,7 +98,7 @@ fn every_question_is_in_one_place() {
     let report = Report::from_scored(&scored);
     let names: Vec<_> = report.cells.iter().map(|c| c.half.name()).collect();
     assert_eq!(names, ["collision", "normal", "unknown", "all"]);
-    let all = report.whole().next().unwrap().json();
+    let all = json(report.whole().next().unwrap());
     let number = |name: &str| all[name].as_u64().unwrap();
     let counts = [
         "n",
@@ -111,7 +115,7 @@ fn every_question_is_in_one_place() {
     assert_eq!(counts, [8, 2, 1, 0, 1, 1, 1, 1, 1]);
     assert_eq!(counts[0], counts[1..].iter().sum::<u64>());
     assert_eq!(
-        (&all["technique"], &all["frame"]),
+        (&all["techniques"], &all["frame"]),
         (&"cp+cot".into(), &"ego".into())
     );
     assert_eq!(
@@ -146,7 +150,7 @@ fn every_question_is_in_one_place() {
         (&all["cost_usd"], &all["seconds_median"]),
         (&0.5.into(), &2.0.into())
     );
-    let half = report.cells[0].json();
+    let half = json(&report.cells[0]);
     assert_eq!(
         (&half["precision"], &half["f1"]),
         (&serde_json::Value::Null, &serde_json::Value::Null)
@@ -172,10 +176,10 @@ fn samples_are_summed_up_by_scenario() {
     scored.push(tie.clone());
     tie.status = says(false, &[]);
     scored.push(tie);
-    let all = Report::from_scored(&scored).whole().next().unwrap().json();
+    let all = json(Report::from_scored(&scored).whole().next().unwrap());
     assert_eq!(
-        (&all["technique"], &all["n"], &all["scenarios"]),
-        (&"all".into(), &8.into(), &3.into())
+        (&all["techniques"], &all["n"], &all["scenarios"]),
+        (&"cp+cot+icl".into(), &8.into(), &3.into())
     );
     let samples = &all["samples"];
     assert_eq!(
@@ -221,8 +225,8 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
     // Four scenarios have a truth and verdicts, two have a truth and no verdict, one was not asked about; base with
     // lab/y differs in two things.
     assert_eq!(pairs, [("techniques", 6, 1, 0, 1), ("model", 6, 1, 1, 0)]);
-    let csv = report.pairs_csv().unwrap();
-    let line = "safety,ego,base,base,lab/x,,,,safety,ego,cp,cp,lab/x,,,,techniques,6,1,pairs,0,-0.16666666666666666,,,0.46693";
+    let csv = report.pair_rows().csv();
+    let line = "safety,ego,base,lab/x,,,,safety,ego,cp,lab/x,,,,techniques,pairs,6,1,0,-0.16666666666666666,,,0.46693";
     let found = csv.lines().nth(1).unwrap();
     assert!(found.starts_with(line), "{csv}");
     // p, p (Holm), exact, and McNemar's test.
@@ -238,7 +242,7 @@ fn nothing_from_outside_is_obeyed() {
         notes: vec!["<b>note</b> \\input{x}".into()],
         ..ReportSubject::default()
     });
-    let first = report.json()["notes"][0].to_string();
+    let first = report.json().about.notes[0].clone();
     assert!(first.contains("of 2 of 6 (33 %)"), "{first}");
     let document = report.document("A & B");
     let html = document.html(&AnswerPage::default());
@@ -278,7 +282,7 @@ fn nothing_from_outside_is_obeyed() {
     let mut lines = markdown.lines().filter(|l| l.contains("\\<script"));
     let line = lines.find(|l| l.starts_with('|')).unwrap();
     assert!(line.starts_with("| ego "), "{line}");
-    let csv = report.csv().unwrap();
+    let csv = report.rows().csv();
     assert_eq!(csv.lines().count(), 5, "a header and four cells");
     assert!(
         csv.lines().next().unwrap().ends_with(",batch,truth"),
@@ -286,7 +290,7 @@ fn nothing_from_outside_is_obeyed() {
     );
     assert!(
         csv.starts_with(
-            "label,task,frame,techniques,technique,model,settings,template,template_hash,n,tp,fp,fn,tn,unparsed,failed,"
+            "label,task,frame,techniques,model,settings,template,template_hash,n,tp,fp,fn,tn,unparsed,failed,"
         ),
         "{csv}"
     );
@@ -295,8 +299,8 @@ fn nothing_from_outside_is_obeyed() {
 #[test]
 fn ends_of_intervals_have_columns_of_their_own() {
     let csv = Report::from_scored(&answers(&way(Task::Safety, "cp", "lab/x")))
-        .csv()
-        .unwrap();
+        .rows()
+        .csv();
     let mut reader = ::csv::Reader::from_reader(csv.as_bytes());
     let heads = reader.headers().unwrap().clone();
     let rows: Vec<_> = reader.records().map(Result::unwrap).collect();
@@ -360,7 +364,7 @@ fn what_is_known_to_cost_nothing_is_no_unknown_cost() {
         one("a", &judges, safe, says(true, &[])),
     ];
     let report = Report::from_scored(&scored);
-    let of = |way: &PromptConfig| report.whole().find(|c| c.way == *way).unwrap().json();
+    let of = |way: &PromptConfig| json(report.whole().find(|c| c.way == *way).unwrap());
     let (model, judge) = (of(&models), of(&judges));
     assert_eq!(model["cost_unknown"], 2, "an answer and one that was cut");
     assert_eq!(

@@ -1,15 +1,16 @@
 //! Batch results beyond its cells: invariance to changed scenes, and verdicts by lead.
 
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::super::batch::Answers;
+use super::super::statistics::Interval;
 use super::super::{
-    Invariance, Lead, LeadPoint, PromptConfig, Share, Timed, invariance, lead_curves, pairs,
+    Invariance, Lead, LeadPoint, PromptConfig, Timed, invariance, lead_curves, pairs,
 };
-use super::contents::with_interval;
-use super::document::{Block, Table};
-use super::json::interval;
-use super::names::{self, NONE, technique};
+use super::contents::rows_of;
+use super::document::Block;
+use nearmiss_record::{CaptionedTable, Record, columns};
 
 /// Results of a batch with changed scenes or several leads, beside its cells.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -66,14 +67,16 @@ impl Varied {
         self.invariance.is_empty() && self.leads.is_empty()
     }
 
-    /// `invariance` and `lead`, each where there is something, as rows of JSON.
+    /// Its rows by way and change.
     #[must_use]
-    pub fn fields(&self) -> Vec<(&'static str, Value)> {
-        let invariance: Vec<Value> = self.invariance.iter().map(invariance_row).collect();
-        let leads: Vec<Value> = self.leads.iter().map(lead_row).collect();
-        let all = [("invariance", invariance), ("lead", leads)];
-        let some = all.into_iter().filter(|(_, rows)| !rows.is_empty());
-        some.map(|(name, rows)| (name, json!(rows))).collect()
+    pub fn changes(&self) -> Vec<InvarianceRow> {
+        self.invariance.iter().map(InvarianceRow::from).collect()
+    }
+
+    /// Its rows by way and lead.
+    #[must_use]
+    pub fn by_lead(&self) -> Vec<LeadRow> {
+        self.leads.iter().map(LeadRow::from).collect()
     }
 
     /// Explains the columns of leads, and where false alarms are.
@@ -101,156 +104,189 @@ impl Varied {
             return Vec::new();
         }
         let heading = Block::Heading("Transformed scenes and leads".into());
-        let tables = [self.changes(), self.by_lead()]
-            .into_iter()
-            .filter(|table| !table.rows.is_empty());
+        let changes = CaptionedTable::new(
+            "Transformed scenes, equally dangerous: verdicts that flipped",
+            "nearmiss-changes",
+            &columns::<InvarianceRow>(),
+            &rows_of(&self.changes()),
+        );
+        let leads = CaptionedTable::new(
+            "Collisions, by seconds from the end of the window to the collision",
+            "nearmiss-leads",
+            &columns::<LeadRow>(),
+            &rows_of(&self.by_lead()),
+        );
+        let tables = [
+            changes.with_notes([SAME_WORDS.into()]),
+            leads.with_notes(self.about_leads()),
+        ];
+        let tables = tables.into_iter().filter_map(CaptionedTable::filled);
         std::iter::once(heading)
             .chain(tables.map(Block::Table))
             .collect()
     }
+}
 
-    fn changes(&self) -> Table {
-        let mut table = Table::new(
-            "Transformed scenes, equally dangerous: verdicts that flipped",
-            "nearmiss-changes",
-            &[
-                "<Task",
-                "<Frame",
-                "<Techniques",
-                "<Model",
-                "<Change",
-                "n",
-                "Flips",
-                "Rate",
-                "Renamed",
-                "No verdict",
-                "Same words",
-            ],
-        );
-        table.notes = vec![SAME_WORDS.into()];
-        for row in &self.invariance {
-            let mut cells = way(&row.way);
-            cells.push(row.transform.to_string());
-            cells.push(row.flipped.of.to_string());
-            cells.push(row.flipped.hits.to_string());
-            cells.push(if row.flipped.of == 0 && row.same_words > 0 {
-                "same words".into()
-            } else {
-                share(&row.flipped)
-            });
-            let counts = [row.renamed.hits, row.without_verdict, row.same_words];
-            cells.extend(counts.map(|n| n.to_string()));
-            table.rows.push(cells);
+/// Effect of a scene change on the answers of one prompt configuration, as tables and documents have it.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct InvarianceRow {
+    /// How it was asked.
+    #[serde(flatten)]
+    pub way: PromptConfig,
+    /// The change of the scenes.
+    #[schemars(title = "Change")]
+    pub transform: String,
+    /// Pairs of two verdicts.
+    #[schemars(title = "n")]
+    pub n: u32,
+    /// Scenarios that they are about.
+    pub scenarios: u32,
+    /// Of the pairs those whose verdict turned from yes to no or from no to yes.
+    #[schemars(title = "Flips")]
+    pub flips: u32,
+    /// Their share.
+    #[schemars(title = "Rate", extend("decimals" = 2))]
+    pub flip_rate: Option<f64>,
+    /// Its interval of 95 %.
+    pub flip_rate_ci: Option<Interval>,
+    /// Of the pairs those whose verdicts name other obstacles as the danger.
+    #[schemars(title = "Renamed")]
+    pub renamed: u32,
+    /// The mean of the score afterwards less the score before, over all obstacles that both verdicts of a pair score.
+    pub risk_change: Option<f64>,
+    /// The mean of the size of that difference.
+    pub risk_distance: Option<f64>,
+    /// Pairs in which one answer or both hold no verdict.
+    #[schemars(title = "No verdict")]
+    pub without_verdict: u32,
+    /// Pairs of one and the same answer, as the change leaves the words the same; they are in none of the other counts.
+    #[schemars(title = "Same words")]
+    pub same_words: u32,
+}
+
+impl Record for InvarianceRow {
+    const NAME: &'static str = "invariance";
+    const TITLE: &'static str = "Which verdicts changed on transformed scenes";
+}
+
+impl From<&Invariance> for InvarianceRow {
+    fn from(row: &Invariance) -> Self {
+        Self {
+            way: row.way.clone(),
+            transform: row.transform.to_string(),
+            n: row.flipped.of,
+            scenarios: row.flipped.scenarios,
+            flips: row.flipped.hits,
+            flip_rate: row.flipped.value(),
+            flip_rate_ci: row.flipped.interval,
+            renamed: row.renamed.hits,
+            risk_change: row.risk_change,
+            risk_distance: row.risk_distance,
+            without_verdict: row.without_verdict,
+            same_words: row.same_words,
         }
-        table
     }
+}
 
-    fn by_lead(&self) -> Table {
-        let mut table = Table::new(
-            "Collisions, by seconds from the end of the window to the collision",
-            "nearmiss-leads",
-            &[
-                "<Task",
-                "<Frame",
-                "<Techniques",
-                "<Model",
-                "Lead",
-                "n",
-                "Said yes",
-                "Rate",
-                "Named",
-                "Rate",
-                "False alarms",
-                "Unparsed",
-                "Failed",
-                "Not asked",
-            ],
-        );
-        table.notes = self.about_leads().into();
-        for (lead, of, point) in &self.leads {
-            let mut cells = way(of);
-            cells.push(lead.to_string());
-            cells.push(point.yes.of.to_string());
-            cells.push(point.yes.hits.to_string());
-            cells.push(share(&point.yes));
-            cells.push(of_all(&point.named));
-            cells.push(share(&point.named));
-            cells.push(of_all(&point.false_alarms));
-            let counts = [point.unparsed, point.failed, point.unasked];
-            cells.extend(counts.map(|n| n.to_string()));
-            table.rows.push(cells);
+/// The answers of one prompt configuration at one lead, as tables and documents have them.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LeadRow {
+    /// How it was asked.
+    #[serde(flatten)]
+    pub way: PromptConfig,
+    /// Seconds from the end of the window to the collision; `end` for two steps before the last recorded one.
+    #[schemars(title = "Lead")]
+    pub lead: LeadWord,
+    /// Questions asked about collisions.
+    #[schemars(title = "n")]
+    pub n: u32,
+    /// Scenarios that they are about.
+    pub scenarios: u32,
+    /// Those that say yes, whomever they name.
+    #[schemars(title = "Said yes")]
+    pub yes: u32,
+    /// Their share.
+    #[schemars(title = "Rate", extend("decimals" = 2))]
+    pub yes_rate: Option<f64>,
+    /// Its interval of 95 %.
+    pub yes_rate_ci: Option<Interval>,
+    /// Those that say yes and name an obstacle that is truly critical.
+    #[schemars(title = "Named")]
+    pub named: u32,
+    /// Questions about collisions whose critical obstacles are known.
+    #[schemars(title = "of")]
+    pub named_of: u32,
+    /// Their share.
+    #[schemars(title = "Rate", extend("decimals" = 2))]
+    pub named_rate: Option<f64>,
+    /// Its interval of 95 %.
+    pub named_rate_ci: Option<Interval>,
+    /// Those that say yes about windows that are safe in truth.
+    #[schemars(title = "False alarms")]
+    pub false_alarms: u32,
+    /// Verdicts about such windows.
+    #[schemars(title = "of")]
+    pub false_alarms_of: u32,
+    /// Their share.
+    pub false_alarm_rate: Option<f64>,
+    /// Its interval of 95 %.
+    pub false_alarm_rate_ci: Option<Interval>,
+    /// Answers in which no verdict could be read.
+    #[schemars(title = "Unparsed")]
+    pub unparsed: u32,
+    /// Questions without a whole answer.
+    #[schemars(title = "Failed")]
+    pub failed: u32,
+    /// Questions that were not asked, or not yet.
+    #[schemars(title = "Not asked")]
+    pub unasked: u32,
+}
+
+/// A lead for programs: seconds, or the word for the end of recordings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum LeadWord {
+    /// Seconds before the collision.
+    Seconds(f64),
+    /// `end`.
+    Word(&'static str),
+}
+
+impl From<Lead> for LeadWord {
+    fn from(lead: Lead) -> Self {
+        match lead {
+            Lead::Seconds(seconds) => Self::Seconds(seconds),
+            Lead::Paper => Self::Word("end"),
         }
-        table
     }
 }
 
-fn way(way: &PromptConfig) -> Vec<String> {
-    vec![
-        way.task.name().into(),
-        names::frame(way),
-        names::techniques(way),
-        names::model(way),
-    ]
+impl Record for LeadRow {
+    const NAME: &'static str = "lead";
+    const TITLE: &'static str = "Results by lead of the safety task";
 }
 
-fn share(share: &Share) -> String {
-    with_interval(share.value(), share.interval)
-}
-
-fn of_all(share: &Share) -> String {
-    match share.of {
-        0 => NONE.into(),
-        all => format!("{} of {all}", share.hits),
+impl From<&(Lead, PromptConfig, LeadPoint)> for LeadRow {
+    fn from((lead, way, point): &(Lead, PromptConfig, LeadPoint)) -> Self {
+        Self {
+            way: way.clone(),
+            lead: (*lead).into(),
+            n: point.yes.of,
+            scenarios: point.yes.scenarios,
+            yes: point.yes.hits,
+            yes_rate: point.yes.value(),
+            yes_rate_ci: point.yes.interval,
+            named: point.named.hits,
+            named_of: point.named.of,
+            named_rate: point.named.value(),
+            named_rate_ci: point.named.interval,
+            false_alarms: point.false_alarms.hits,
+            false_alarms_of: point.false_alarms.of,
+            false_alarm_rate: point.false_alarms.value(),
+            false_alarm_rate_ci: point.false_alarms.interval,
+            unparsed: point.unparsed,
+            failed: point.failed,
+            unasked: point.unasked,
+        }
     }
-}
-
-fn invariance_row(row: &Invariance) -> Value {
-    json!({
-        "task": row.way.task.name(),
-        "frame": row.way.frame.map(|frame| frame.name()),
-        "technique": row.way.techniques.map(technique),
-        "model": row.way.model,
-        "settings": row.way.settings.words(),
-        "transform": row.transform.to_string(),
-        "n": row.flipped.of,
-        "scenarios": row.flipped.scenarios,
-        "flips": row.flipped.hits,
-        "flip_rate": row.flipped.value(),
-        "ci": interval(row.flipped.interval),
-        "renamed": row.renamed.hits,
-        "risk_change": row.risk_change,
-        "risk_distance": row.risk_distance,
-        "without_verdict": row.without_verdict,
-        "same_words": row.same_words,
-    })
-}
-
-fn lead_row((lead, way, point): &(Lead, PromptConfig, LeadPoint)) -> Value {
-    json!({
-        "task": way.task.name(),
-        "frame": way.frame.map(|frame| frame.name()),
-        "technique": way.techniques.map(technique),
-        "model": way.model,
-        "settings": way.settings.words(),
-        "lead": match lead {
-            Lead::Seconds(seconds) => json!(seconds),
-            Lead::Paper => json!("paper"),
-        },
-        "n": point.yes.of,
-        "scenarios": point.yes.scenarios,
-        "yes": point.yes.hits,
-        "yes_rate": point.yes.value(),
-        "yes_ci": interval(point.yes.interval),
-        "named": point.named.hits,
-        "named_of": point.named.of,
-        "named_rate": point.named.value(),
-        "named_ci": interval(point.named.interval),
-        "false_alarms": point.false_alarms.hits,
-        "false_alarms_of": point.false_alarms.of,
-        "false_alarm_rate": point.false_alarms.value(),
-        "false_alarm_ci": interval(point.false_alarms.interval),
-        "unparsed": point.unparsed,
-        "failed": point.failed,
-        "unasked": point.unasked,
-    })
 }

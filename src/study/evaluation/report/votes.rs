@@ -2,6 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use schemars::JsonSchema;
+use serde::Serialize;
+
 use super::super::statistics::{
     AllRight, AnswerAgreement, Interval, ShareIntervals, majority, scenario_interval,
     share_interval, share_intervals, shown,
@@ -33,28 +36,40 @@ pub(super) struct Ballot<'a> {
 }
 
 /// What several samples of the same questions come to.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Samples {
-    /// Agreement of several samples.
-    pub spread: AnswerAgreement,
+    /// Questions with two verdicts or more.
+    #[schemars(title = "Questions")]
+    pub scenarios: u32,
+    /// Of them those on which all samples agree.
+    pub unanimous: u32,
+    /// Their share.
+    #[schemars(title = "Unanimous", extend("decimals" = 2))]
+    pub unanimity: Option<f64>,
+    /// The share of pairs of samples that agree.
+    #[schemars(title = "Agreement", extend("decimals" = 2))]
+    pub agreement: Option<f64>,
+    /// The chance that all k samples of a question are right.
+    #[schemars(title = "All right", extend("decimals" = 2))]
+    pub all_right: Option<f64>,
+    /// The number of samples, k.
+    pub all_right_k: u32,
+    /// Questions with k answers.
+    pub all_right_of: u32,
     /// The majority of samples for each question, against the ground truth.
     pub majority: Confusion,
-    /// Questions with a truth whose samples say yes and no equally often, or nothing at all: no vote.
+    /// Questions with a truth whose samples say yes and no equally often, or nothing at all.
+    #[schemars(title = "Undecided")]
     pub undecided: u32,
     /// Of them those whose samples say yes and no equally often.
+    #[schemars(title = "Ties")]
     pub ties: u32,
-    /// How often all samples of a question are right.
-    pub all_right: AllRight,
-}
-
-impl Samples {
-    /// The share of questions with a truth that have a majority; `None` without any.
-    #[must_use]
-    pub fn coverage(&self) -> Option<f64> {
-        let decided = self.majority.answered();
-        let all = decided + self.undecided;
-        (all > 0).then(|| f64::from(decided) / f64::from(all))
-    }
+    /// The share of questions with a truth that have a majority.
+    #[schemars(title = "Coverage", extend("decimals" = 2))]
+    pub majority_coverage: Option<f64>,
+    /// F1 of the majorities.
+    #[schemars(title = "F1", extend("decimals" = 2))]
+    pub majority_f1: Option<f64>,
 }
 
 impl<'a> Ballot<'a> {
@@ -88,8 +103,9 @@ impl<'a> Ballot<'a> {
         count(names.len())
     }
 
-    /// What samples come to. A question without a run has no window: it is that of the scenario, where there is one.
-    pub fn samples(&mut self) -> Samples {
+    /// What samples come to, with F1 where it is wanted. A question without a run has no window: it is that of the
+    /// scenario, where there is one.
+    pub fn samples(&mut self, with_f1: bool) -> Samples {
         let unknown: Vec<&str> = self
             .questions
             .keys()
@@ -111,8 +127,9 @@ impl<'a> Ballot<'a> {
             }
         }
         let mut found = Samples::default();
+        let mut spread = AnswerAgreement::default();
         for votes in self.questions.values() {
-            found.spread.count(votes.yes, votes.no);
+            spread.count(votes.yes, votes.no);
             match (majority(votes.yes, votes.no), votes.truth) {
                 (Some(said), Some(truth)) => found.majority.count(said, truth),
                 (None, Some(_)) => {
@@ -136,8 +153,21 @@ impl<'a> Ballot<'a> {
             };
             Some((right, wrong + votes.silent))
         });
-        found.all_right = AllRight::of_questions(count(most.unwrap_or(0)), right);
-        found
+        let all_right = AllRight::of_questions(count(most.unwrap_or(0)), right);
+        let decided = found.majority.answered();
+        let all = decided + found.undecided;
+        Samples {
+            scenarios: spread.scenarios,
+            unanimous: spread.unanimous,
+            unanimity: spread.unanimity(),
+            agreement: spread.agreement(),
+            all_right: all_right.share,
+            all_right_k: all_right.k,
+            all_right_of: all_right.questions,
+            majority_coverage: (all > 0).then(|| f64::from(decided) / f64::from(all)),
+            majority_f1: found.majority.f1().filter(|_| with_f1),
+            ..found
+        }
     }
 
     /// The counts of the units with a verdict and a truth.

@@ -1,11 +1,12 @@
 //! Probabilities of a yes beside what is true.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::auc;
 
 /// The answers whose probabilities are in one tenth of the scale.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Bin {
     /// Answers with such a probability.
     pub n: u32,

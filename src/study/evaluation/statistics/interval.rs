@@ -1,16 +1,25 @@
 //! Confidence intervals of proportions.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Z;
 
-/// An interval of 95 %.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// An interval of 95 %; for programs the pair of its ends.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[serde(into = "(f64, f64)")]
+#[schemars(with = "(f64, f64)")]
 pub struct Interval {
     /// Its lower end.
     pub low: f64,
     /// Its upper end.
     pub high: f64,
+}
+
+impl From<Interval> for (f64, f64) {
+    fn from(interval: Interval) -> Self {
+        (interval.low, interval.high)
+    }
 }
 
 /// Observations from which on an interval is shown: of fewer it says little more than that they are few.

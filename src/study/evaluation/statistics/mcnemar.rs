@@ -1,20 +1,22 @@
 //! McNemar's test of two configurations on the same scenarios, and correction for many such tests.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Below this many discordant scenarios the test is exact.
 pub const EXACT_BELOW: u32 = 25;
 
 /// Two ways on the same scenarios, and whether one is right more often.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct McNemar {
     /// Scenarios that the first alone is right about.
     pub only_first: u32,
     /// Scenarios that the second alone is right about.
     pub only_second: u32,
-    /// The chi-square statistic; `None` if the test is exact.
+    /// The chi-square statistic; null if the test is exact.
     pub chi_square: Option<f64>,
-    /// The two-sided p value.
+    /// The two-sided p value of McNemar's test.
+    #[serde(rename = "p_mcnemar")]
     pub p: f64,
 }
 

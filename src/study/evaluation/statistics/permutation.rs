@@ -1,5 +1,6 @@
 //! The paired permutation test of two ways by scenario, and what difference it could have found.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::bootstrap::mean_interval;
@@ -20,21 +21,32 @@ const LEAST: usize = 1000;
 const Z_POWER: f64 = 0.841_621_233_572_914_2;
 
 /// Two ways on the same scenarios, and by how much the first is right more often.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct PairedTest {
     /// The mean difference of correctness over scenarios, first minus second.
+    #[schemars(title = "Difference", extend("decimals" = 2))]
     pub difference: f64,
     /// Its bootstrap interval of 95 %, over scenarios.
+    #[serde(rename = "difference_ci")]
     pub interval: Option<Interval>,
+    /// The difference that would be found with a power of 80 % at a level of 5 %; null if no scenario differs.
+    #[schemars(title = "Detectable", extend("decimals" = 2))]
+    pub detectable: Option<f64>,
     /// The two-sided p value.
+    #[schemars(title = "p", extend("decimals" = 3, "bounded" = true))]
     pub p: f64,
     /// Whether all signs were tried.
     pub exact: bool,
-    /// The difference that would be found with a power of 80 % at a level of 5 %; `None` if no scenario differs.
-    pub detectable: Option<f64>,
 }
 
 impl PairedTest {
+    /// The same, whose interval is shown only where enough scenarios stand behind it.
+    #[must_use]
+    pub fn shown(self, scenarios: u32) -> Self {
+        let interval = super::shown(self.interval, scenarios);
+        Self { interval, ..self }
+    }
+
     /// The test of the differences of scenarios: each the mean correctness of the first way over the scenario's windows
     /// and samples, minus that of the second; `None` of none.
     ///

@@ -15,6 +15,4 @@ pub struct Filtering {
     pub place: Option<Place>,
     /// Seconds until the best match is opened; none while it is open.
     pub rest: Option<f64>,
-    /// What a sentence says that its filter does not, while that is typed.
-    pub left_out: Option<String>,
 }

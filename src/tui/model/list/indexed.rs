@@ -5,9 +5,6 @@ use std::sync::Arc;
 use super::{CorpusIndex, Filter, List};
 use nearmiss_workflow::Indexed;
 
-/// What a sentence begins with in the filter line.
-const SENTENCE: char = '?';
-
 /// The index behind terms such as `road:urban`.
 #[derive(Debug, Clone, Default)]
 pub enum ListIndex {
@@ -38,7 +35,7 @@ impl ListIndex {
             Self::Ready(_) => None,
             Self::None => Some(
                 "needs an index: choose one with `:index FOLDER` or `nearmiss --index FOLDER`; \
-                 `nearmiss index PATH… -o FOLDER` makes one",
+                 `nearmiss corpus index PATH… -o FOLDER` makes one",
             ),
             Self::Reading => Some("waits for the index, which is being read"),
             Self::Failed => {
@@ -110,18 +107,8 @@ impl List {
         share
     }
 
-    /// The sentence behind `?` that is typed in place of a filter.
-    #[must_use]
-    pub fn sentence(&self) -> Option<&str> {
-        self.filter.trim_start().strip_prefix(SENTENCE)
-    }
-
-    /// Reads the filter as it is typed; a sentence filters nothing.
+    /// Reads the filter as it is typed.
     pub(super) fn read_filter(&mut self) {
-        if self.sentence().is_some() {
-            self.read = Filter::default();
-            return;
-        }
         self.read = Filter::read(&self.filter, self.measure());
         if let Some(why) = self.index.refusal() {
             self.read.refuse_index_terms(why);

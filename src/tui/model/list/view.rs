@@ -7,8 +7,12 @@ impl List {
     /// The list as it is.
     #[must_use]
     pub fn view(&self) -> SavedView {
-        let sort = (self.order.id(), self.turned);
-        SavedView::new(&self.filter, sort, self.grouping.name())
+        SavedView::new(
+            &self.filter,
+            self.order.id(),
+            self.turned,
+            self.grouping.name(),
+        )
     }
 
     /// Shows a view; gives what of it is not known here and was left out.

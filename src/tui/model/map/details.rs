@@ -110,8 +110,8 @@ fn now(lines: &mut Lines, opened: &Opened, obstacle: &Obstacle, step: i64) {
         format!("{} m/s²", hundredths(motion.acceleration)),
     );
     if obstacle.role != ObstacleRole::Static {
-        let rate = obstacle.yaw_rate_at(step, opened.scenario.dt());
-        let rate = rate.map_or("not recorded".into(), |(rate, said)| {
+        let yaw_rate = obstacle.yaw_rate_at(step, opened.scenario.dt());
+        let rate = yaw_rate.map_or("not recorded".into(), |(rate, said)| {
             let how = if said { "" } else { ", from the headings" };
             format!("{} °/s{how}", hundredths(rate.to_degrees()))
         });

@@ -72,7 +72,8 @@ impl Foresight {
         scene: Option<&Arc<Scene>>,
         step: i64,
         history: usize,
-        (whose, picked): (Foreseen, Option<i64>),
+        whose: Foreseen,
+        picked: Option<i64>,
     ) -> Option<PathRequest> {
         let Some(scene) = scene.filter(|_| whose != Foreseen::Off) else {
             *self = Self::default();

@@ -23,12 +23,12 @@ impl Halves {
     pub fn of(area: Rect, aspect: f64) -> Option<Self> {
         let wide = f64::from(area.width) >= f64::from(area.height) * aspect;
         let (beside, above) = (Self::beside(area), Self::above(area));
-        let both = if wide {
+        let order = if wide {
             [beside, above]
         } else {
             [above, beside]
         };
-        let mut both = both.into_iter();
+        let mut both = order.into_iter();
         both.find(|halves| halves.second.width >= LEAST.0 && halves.second.height >= LEAST.1)
     }
 

@@ -51,7 +51,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, state: &Coverage
     if table > 0 {
         draw_table(frame, above, model, state, index);
     }
-    draw_cell(frame, below, model, state, (index, detail));
+    draw_cell(frame, below, model, state, index, detail);
 }
 
 fn title(model: &Model, state: &CoverageScreen, room: usize) -> String {
@@ -94,7 +94,7 @@ fn without(model: &Model) -> String {
             format!("{error}; {choose} chooses another index")
         }
         ListIndex::None => format!(
-            "no index: {choose} chooses one, `nearmiss index PATH… -o FOLDER` makes one (nearmiss help corpora)"
+            "no index: {choose} chooses one, `nearmiss corpus index PATH… -o FOLDER` makes one (nearmiss help corpora)"
         ),
     }
 }
@@ -124,8 +124,7 @@ fn draw_table(
 ) {
     let theme = &model.theme;
     let columns = ALL.1 + 1;
-    let width = usize::from(area.width).saturating_sub(NAME) / columns;
-    let width = width.clamp(1, WIDEST);
+    let width = (usize::from(area.width).saturating_sub(NAME) / columns).clamp(1, WIDEST);
     let dim = Style::new().fg(theme.dim);
     let bold = Style::new().add_modifier(Modifier::BOLD);
     let mut head = vec![Span::raw(" ".repeat(NAME))];
@@ -227,7 +226,8 @@ fn draw_cell(
     area: Rect,
     model: &Model,
     state: &CoverageScreen,
-    (index, detail): (&CorpusIndex, &CellDetail),
+    index: &CorpusIndex,
+    detail: &CellDetail,
 ) {
     let theme = &model.theme;
     let width = usize::from(area.width);

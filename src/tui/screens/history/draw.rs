@@ -14,7 +14,8 @@ use crate::widgets::window;
 use crate::widgets::words::{date, fit_end, pad, thousands};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::judge;
-use nearmiss_store::{Filter, Summary};
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Filter, RunState, Summary};
 use nearmiss_study::evaluation::TemplateVersion;
 
 /// Columns from which on the details stand beside the list.
@@ -208,9 +209,9 @@ impl Widths {
 
 /// How a run was asked: task, frame and techniques.
 fn how(run: &Summary, short: bool) -> String {
-    let task = match run.task.as_str() {
-        "collision" if short => "coll.",
-        task => task,
+    let task = match run.task {
+        Task::Collision if short => "coll.",
+        task => task.name(),
     };
     let techniques = run.techniques.replace("cp+cot+icl", "all");
     let frame = run.frame.replace("cartesian", "cart");
@@ -218,7 +219,7 @@ fn how(run: &Summary, short: bool) -> String {
         // There is no room for all of it.
         Some(_) => format!("{task} exact"),
         // The frame of the trajectory task has its name.
-        None if frame == run.task => format!("{frame} {techniques}"),
+        None if frame == run.task.name() => format!("{frame} {techniques}"),
         None => format!("{task} {frame} {techniques}"),
     }
 }
@@ -226,15 +227,15 @@ fn how(run: &Summary, short: bool) -> String {
 /// A run on one line: what it says, when, on what, by whom.
 fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths) -> Line<'static> {
     let theme = &model.theme;
-    let (word, color) = match (run.dangerous, run.state.as_str()) {
+    let (word, color) = match (run.dangerous, run.state) {
         // What a cut answer says does not count.
-        (Some(true), "answered") => ("yes", theme.danger),
-        (Some(false), "answered") => ("no", theme.safe),
-        (None, "answered") => ("none", theme.warning),
-        (_, "running") => ("…", theme.accent),
-        (_, "failed") => ("fail", theme.danger),
-        (_, "cancelled") => ("canc", theme.dim),
-        (_, _) => ("cut", theme.warning),
+        (Some(true), RunState::Answered) => ("yes", theme.danger),
+        (Some(false), RunState::Answered) => ("no", theme.safe),
+        (None, RunState::Answered) => ("none", theme.warning),
+        (_, RunState::Running) => ("…", theme.accent),
+        (_, RunState::Failed) => ("fail", theme.danger),
+        (_, RunState::Cancelled) => ("canc", theme.dim),
+        (_, RunState::Truncated | RunState::Interrupted) => ("cut", theme.warning),
     };
     let sign = if chosen { "▸" } else { " " };
     let pin = if run.pinned { "+" } else { " " };

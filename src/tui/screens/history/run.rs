@@ -2,15 +2,13 @@
 
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
-use serde_json::Value;
 
 use crate::model::Model;
-use crate::widgets::words::{date, duration, thousands};
+use nearmiss_ask::llm::{Image, Message};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::judge;
-use nearmiss_store::{Origin, Run};
-use nearmiss_study::evaluation::TemplateVersion;
-use nearmiss_study::evaluation::tool_rounds;
+use nearmiss_store::Run;
+use nearmiss_study::evaluation::{run_words, tool_rounds};
 
 /// Columns of the names.
 const NAME: usize = 12;
@@ -54,7 +52,7 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
     let theme = &model.theme;
     let plain = Style::new();
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
-    let (question, ending, consumed) = (&run.question, &run.ending, &run.ending.consumed);
+    let (question, ending) = (&run.question, &run.ending);
     let mut rows = Vec::new();
     let verdict = ending.verdict.as_ref().and_then(|said| said.verdict());
     let said = verdict.map(|verdict| verdict.dangerous);
@@ -78,103 +76,26 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
         };
         rows.push(("built-in", value, style));
     }
-    let mut row = |name, value: Option<String>| {
-        if let Some(value) = value.filter(|v| !v.is_empty()) {
-            rows.push((name, value, plain));
-        }
-    };
-    row("state", Some(ending.state.name().into()));
-    row("problem", ending.error.clone());
-    row("reading", ending.reading.clone());
-    row("model", Some(question.model.clone()));
-    let other = ending.model_returned.clone();
-    let name = question.model.split_once('/').map(|(_, name)| name);
-    row(
-        "answered by",
-        other.filter(|other| Some(other.as_str()) != name),
-    );
-    row("scenario", Some(question.scenario.clone()));
-    row("ego", Some(question.ego.clone()));
-    let asked = || format!("{} · {}", question.frame, question.techniques);
-    let how = judge::how(&question.model).map_or_else(asked, String::from);
-    row("asked", Some(format!("{} · {how}", question.task.name())));
-    let window = question
-        .window
-        .map(|(first, last)| format!("{first} to {last}"));
-    let all = judge::looks_at(&question.model, question.task).map(String::from);
-    row("steps", all.or(window));
-    let (when, at) = match run.origin {
-        // The time of a recorded answer is unknown.
-        Origin::Recorded => ("imported", date(run.created_ms)),
-        Origin::Asked | Origin::Replayed => ("when", date(run.created_ms)),
-    };
-    row(when, Some(at));
-    row("took", times(run));
-    row("tokens", tokens(run));
-    let source = ending.price_source.as_deref().unwrap_or("source unknown");
-    row(
-        "cost",
-        consumed.cost_usd.map(|usd| format!("${usd:.6} ({source})")),
-    );
-    row("notes", Some(run.notes.clone()));
-    row("pinned", run.pinned.then(|| "yes".into()));
-    row("deleted", run.deleted_ms.map(date));
-    row("batch", question.batch.clone());
-    let sample = Some(question.sample).filter(|n| *n > 0);
-    row("sample", sample.map(|n| n.to_string()));
-    row("origin", Some(run.origin.name().into()));
-    row("read from", run.source.clone());
-    row("server", Some(question.endpoint.clone()));
-    row("template", TemplateVersion::described(&question.template()));
-    row(
-        "parameters",
-        Some(question.parameters.clone()).filter(|p| p != "{}"),
-    );
+    let words = run_words(run, run.most_usd).into_iter();
+    rows.extend(words.map(|(name, value)| (name, value, plain)));
     rows
-}
-
-fn times(run: &Run) -> Option<String> {
-    let consumed = &run.ending.consumed;
-    let whole = consumed.duration_ms.map(duration)?;
-    Some(match consumed.first_chunk_ms {
-        Some(first) => format!("{whole}, {} to first token", duration(first)),
-        None => whole,
-    })
-}
-
-fn tokens(run: &Run) -> Option<String> {
-    let consumed = &run.ending.consumed;
-    let count = |tokens: Option<u64>| tokens.map_or("unknown".into(), thousands);
-    consumed.input_tokens.or(consumed.output_tokens)?;
-    let mut words = format!(
-        "{} in, {} out",
-        count(consumed.input_tokens),
-        count(consumed.output_tokens)
-    );
-    if let Some(reasoning) = consumed.reasoning_tokens {
-        words.push_str(&format!(", {} of them reasoning", thousands(reasoning)));
-    }
-    Some(words)
 }
 
 /// Roles and contents of the messages; of what is no list of messages, the text as it is.
 fn messages(json: &str) -> Vec<(String, String)> {
-    let Ok(Value::Array(all)) = serde_json::from_str(json) else {
+    let Ok(all) = serde_json::from_str::<Vec<Message>>(json) else {
         return vec![("as stored".into(), json.to_string())];
     };
-    let text = |message: &Value, name: &str| match &message[name] {
-        Value::String(text) => text.clone(),
-        other => other.to_string(),
-    };
-    let pictures = |message: &Value| -> String {
-        let images = message["images"].as_array().into_iter().flatten();
-        let words = |image: &Value| {
-            let hash = text(image, "sha256");
-            format!("\n\n[picture {hash}: nearmiss runs picture writes it]")
+    let pictures = |message: &Message| -> String {
+        let images = message.images.iter();
+        let words = |image: &Image| {
+            format!(
+                "\n\n[picture {}: nearmiss runs show writes it]",
+                image.sha256
+            )
         };
         images.map(words).collect()
     };
-    all.iter()
-        .map(|m| (text(m, "role"), text(m, "content") + &pictures(m)))
-        .collect()
+    let text = |m: &Message| (m.role.name().into(), m.content.clone() + &pictures(m));
+    all.iter().map(text).collect()
 }

@@ -43,7 +43,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
     let tail = tails.max().unwrap_or(0);
     let lines = shown.map(|(place, answer)| {
         let chosen = place == selected;
-        let line = line(model, answer, chosen, (usize::from(list.width), tail));
+        let line = line(model, answer, chosen, usize::from(list.width), tail);
         if chosen {
             model.theme.select(line)
         } else {
@@ -76,7 +76,8 @@ fn line(
     model: &Model,
     answer: &AnswerOutcome,
     chosen: bool,
-    (width, tails): (usize, usize),
+    width: usize,
+    tails: usize,
 ) -> Line<'static> {
     let theme = &model.theme;
     let (word, what) = said(answer);

@@ -68,7 +68,7 @@ fn line(model: &Model, offer: &CountingChoice, chosen: bool, width: usize) -> Li
         0 => String::new(),
         all => format!(
             "{} of {}",
-            // As `evaluate --list` has it.
+            // As `evaluate list` has it.
             thousands(progress.answered),
             thousands(all)
         ),

@@ -27,8 +27,9 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         None => {
             let rows = bars::rows(model);
             // The borders, the lines about the truth, and a matrix of some rows come before the bars.
-            let height = u16::try_from(rows.len() + 2).unwrap_or(u16::MAX);
-            let height = height.min(body.height / 2);
+            let height = u16::try_from(rows.len() + 2)
+                .unwrap_or(u16::MAX)
+                .min(body.height / 2);
             let [above, below] =
                 Layout::vertical([Constraint::Min(0), Constraint::Length(height)]).areas(body);
             let mut drawn = matrix::draw(frame, above, model, &title_in(results, above.width));
@@ -61,7 +62,7 @@ fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
         (None, false, _) => {
             let key = model.look.key(Action::Run);
             format!(
-                "no model has been asked yet; {key} on the main screen asks one, `nearmiss import` reads recorded answers"
+                "no model has been asked yet; {key} on the main screen asks one, `nearmiss runs import` reads recorded answers"
             )
         }
     };

@@ -180,7 +180,7 @@ struct Plan {
 
 impl Plan {
     /// Chooses columns by rank; the selected one is always among them.
-    fn of(model: &Model, (asked, table): (&[String], &[Vec<String>]), room: usize) -> Self {
+    fn of(model: &Model, asked: &[String], table: &[Vec<String>], room: usize) -> Self {
         let results = &model.results;
         let names = results.rows.iter().zip(asked);
         let longest = names
@@ -240,7 +240,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Re
     let judging = results.judging.is_some();
     let table: Vec<Vec<String>> = results.rows.iter().map(|row| cells(row, judging)).collect();
     let asked = all_asked(&results.rows);
-    let plan = Plan::of(model, (&asked, &table), usize::from(inner.width));
+    let plan = Plan::of(model, &asked, &table, usize::from(inner.width));
     let inner = foot(frame, inner, model, &plan.hidden);
     let dim = Style::new().fg(theme.dim);
     let rows = usize::from(inner.height).saturating_sub(1);
@@ -258,7 +258,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Re
             spans.push(match shown {
                 Shown::Number(column) => {
                     let picked = chosen && results.column == column;
-                    number(theme, column, &cells[column], (width, picked))
+                    number(theme, column, &cells[column], width, picked)
                 }
                 Shown::Interval => Span::styled(format!("  {}", interval(row, judging)), dim),
                 Shown::Naming(which) => {
@@ -311,12 +311,7 @@ fn head(model: &Model, plan: &Plan) -> String {
 }
 
 /// A number at the right of its column; the selected one is in brackets.
-fn number(
-    theme: &Theme,
-    column: usize,
-    cell: &str,
-    (width, picked): (usize, bool),
-) -> Span<'static> {
+fn number(theme: &Theme, column: usize, cell: &str, width: usize, picked: bool) -> Span<'static> {
     let words = if picked {
         format!("[{cell}]")
     } else {

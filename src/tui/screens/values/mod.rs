@@ -58,8 +58,7 @@ impl Screen for ValuesScreen {
         let title = format!("values of {who} at {time:.1} s, step {step}");
         let width = window::width_in(screen, COLUMNS);
         let text = text(model, width);
-        let shown = (COLUMNS, self.scroll);
-        window::scrolled_in(frame, screen, model, &title, text, shown);
+        window::scrolled_in(frame, screen, model, &title, text, COLUMNS, self.scroll);
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {

@@ -24,7 +24,6 @@ use nearmiss_drive::generation::{
 use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::Motion as State;
 use nearmiss_scene::verdict::{Manoeuvre, Motion};
-use nearmiss_workflow::good_driver_words;
 
 /// The variant that was made.
 #[derive(Debug, Default)]
@@ -82,7 +81,7 @@ impl Screen for VariantScreen {
             Some(_) => "what the model wrote",
             None => "the variant",
         };
-        window::at_right(frame, screen, model, title, text, (width, self.scroll));
+        window::at_right(frame, screen, model, title, text, width, self.scroll);
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
@@ -267,11 +266,26 @@ fn avoidable(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         }
     }
     if let Some(driver) = &made.good_driver {
-        let (used, broken) = (driver.acceleration, driver.broken().join(", "));
-        for (name, words) in good_driver_words(Some(used), &broken, driver.leaves_roadway) {
+        let broken = driver.broken().join(", ");
+        for (name, words) in
+            good_driver_words(Some(driver.acceleration), &broken, driver.leaves_roadway)
+        {
             lines.say(name, &words);
         }
     }
+}
+
+/// What a good driver does, line by line: the acceleration (m/s²) that it uses, the rules that it breaks, and the step at
+/// which it leaves the lanelets of cars.
+fn good_driver_words(
+    used: Option<f64>,
+    broken: &str,
+    left: Option<i64>,
+) -> Vec<(&'static str, String)> {
+    let used = used.map(|used| ("uses", format!("up to {used:.1} m/s²")));
+    let broken = (!broken.is_empty()).then(|| ("breaks", broken.to_owned()));
+    let left = left.map(|step| ("leaves", format!("the lanelets of cars at step {step}")));
+    used.into_iter().chain(broken).chain(left).collect()
 }
 
 fn refused(lines: &mut Lines, made: &GeneratedVariant) {

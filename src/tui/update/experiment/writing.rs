@@ -67,11 +67,9 @@ fn new_batch(model: &Model) -> Result<Batch, String> {
             "{file} has changes that are not saved, which an experiment cannot name; {edit} edits and saves it, {discard} discards them"
         ));
     }
-    let batch = batch_of(model, entries, None);
-    Ok(Batch {
-        request: batch.request.drawn(&[batch.task]),
-        ..batch
-    })
+    let mut batch = batch_of(model, entries, None);
+    batch.experiment.draw_windows();
+    Ok(batch)
 }
 
 /// A file was written, or is there already, or cannot be written.

@@ -1,10 +1,10 @@
-//! A search for an attack that words describe.
+//! A search for an attack that terms describe.
 
 use super::{ready, request, still_searching};
 use crate::model::Model;
 use crate::screens::wish;
 
-/// Asks for the words that describe an attack.
+/// Asks for the terms that describe an attack.
 pub fn ask(model: &mut Model) {
     if still_searching(model) {
         return;

@@ -13,7 +13,7 @@ use super::writing;
 pub fn job(id: JobId, request: &VariantRequest, now: Duration) -> Job {
     let name = &request.entry.name;
     match &request.writer {
-        Some(writer) => writing::job(id, name, (&writer.model, writer.method.samples), now),
+        Some(writer) => writing::job(id, name, &writer.model, writer.method.samples, now),
         None => {
             let title = format!("{name} made dangerous, seed {}", request.seed);
             Job::new(id, JobKind::Generate, title, 1, now)

@@ -208,7 +208,7 @@ fn opened_name(model: &Model) -> String {
 }
 
 /// Work of a model, for the list of tasks.
-pub fn job(id: JobId, name: &str, (asked, conversations): (&str, u32), now: Duration) -> Job {
+pub fn job(id: JobId, name: &str, asked: &str, conversations: u32, now: Duration) -> Job {
     let title = format!("{name} made dangerous by {asked}");
     let conversations = usize::try_from(conversations).unwrap_or(1);
     Job::new(id, JobKind::Generate, title, conversations, now).asking()

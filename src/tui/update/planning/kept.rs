@@ -37,7 +37,8 @@ pub fn show(model: &mut Model) -> Option<Vec<Effect>> {
 /// has that run's ego, and an obstacle that was asked for is the ego.
 pub fn instead(
     model: &mut Model,
-    (id, ego): (OpenId, Option<i64>),
+    id: OpenId,
+    ego: Option<i64>,
     opened: Box<Opened>,
 ) -> Box<Opened> {
     if opened.planned.is_some() {
@@ -48,8 +49,10 @@ pub fn instead(
         model.driver.kept.put_away(hash, change);
         return opened;
     }
-    let run = model.reopening.as_ref();
-    let run = run.and_then(|(of, run)| (*of == id).then_some(&run.question.ego));
+    let run = model
+        .reopening
+        .as_ref()
+        .and_then(|(of, run)| (*of == id).then_some(&run.question.ego));
     let of_run = run.is_some();
     let drive = model
         .driver

@@ -5,11 +5,11 @@ use ratatui::text::{Line, Span};
 
 use crate::model::{Model, Progress, ShownAnswer};
 use crate::widgets::claimed;
-use crate::widgets::words::{duration, pad, thousands};
+use crate::widgets::words::{duration, pad};
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Verdict;
 use nearmiss_store::Choice;
-use nearmiss_study::evaluation::{Answer, JudgeOutcome};
+use nearmiss_study::evaluation::{Answer, JudgeOutcome, consumption};
 
 /// A row: its name, its value, and how that is shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -196,12 +196,7 @@ fn consumed(model: &Model, shown: ShownAnswer) -> (String, String) {
     let Some(consumed) = consumed else {
         return ("–".into(), "–".into());
     };
-    let tokens = match (consumed.input_tokens, consumed.output_tokens) {
-        (Some(input), Some(output)) => {
-            format!("{} in, {} out", thousands(input), thousands(output))
-        }
-        _ => "unknown".into(),
-    };
+    let tokens = consumption::tokens(&consumed).unwrap_or("unknown".into());
     if consumed.duration_ms.is_none() && consumed.cost_usd.is_none() {
         return (tokens, "unknown".into());
     }

@@ -21,12 +21,7 @@ pub fn encoder(model: &Model) -> Option<&Encoder> {
 }
 
 /// Draws the picture that the image is to show.
-pub fn request(
-    model: &Model,
-    moment: &Moment<'_>,
-    encoder: &Encoder,
-    (area, view): (Rect, &CellView),
-) {
+pub fn request(model: &Model, moment: &Moment<'_>, encoder: &Encoder, area: Rect, view: &CellView) {
     let (width, height) = encoder.cell();
     if model.map.layers.shown
         && let Some(picture) = for_models(model)

@@ -20,7 +20,8 @@ pub fn draw(
     board: &mut LabelPlacer<'_>,
     model: &Model,
     moment: &Moment<'_>,
-    (scene, view): (&MapScene<'_>, &CellView),
+    scene: &MapScene<'_>,
+    view: &CellView,
 ) {
     let theme = &model.theme;
     let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);

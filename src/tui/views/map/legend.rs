@@ -48,8 +48,9 @@ pub fn draw(f: &mut Frame<'_>, free: Rect, model: &Model, shown: Placed) {
         line.push_span(Span::styled(entry.words, dim));
     }
     line.push_span(Span::raw(" "));
-    let width = u16::try_from(line.width()).unwrap_or(u16::MAX);
-    let width = width.min(free.width);
+    let width = u16::try_from(line.width())
+        .unwrap_or(u16::MAX)
+        .min(free.width);
     f.render_widget(line, Rect { width, ..free });
 }
 

@@ -147,8 +147,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, drawn: &Drawn<'_>) -> Axes {
         top.push_str(&format!(" {}", drawn.unit));
     }
     let widths = labels.iter().map(|(_, words)| words.width());
-    let width = u16::try_from(widths.max().unwrap_or(0)).unwrap_or(0);
-    let width = width.min(area.width / 3);
+    let width = u16::try_from(widths.max().unwrap_or(0))
+        .unwrap_or(0)
+        .min(area.width / 3);
     let room = rows(area);
     let height = upwards.rows.min(room);
     let mut axes = Axes {

@@ -45,7 +45,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let room = usize::from(area.width).saturating_sub(4);
     let mut titles = labels
         .iter()
-        .map(|(name, unit)| title(name, unit, &curves, (what, now, dt)));
+        .map(|(name, unit)| title(name, unit, &curves, what, now, dt));
     let fits = |title: &Vec<Vec<Span<'static>>>| {
         title.iter().map(|part| width(part) + 3).sum::<usize>() <= room + 3
     };
@@ -85,7 +85,9 @@ fn title(
     name: &'static str,
     unit: &str,
     curves: &[Curve],
-    (what, now, dt): (Drives, f64, f64),
+    what: Drives,
+    now: f64,
+    dt: f64,
 ) -> Vec<Vec<Span<'static>>> {
     let values = curves.iter().map(|curve| {
         let mut points = curve.runs.iter().flatten();

@@ -47,7 +47,7 @@ pub fn shade(f: &mut Frame<'_>, axes: &Axes, window: Option<Range>, style: Style
 /// The current step, and events with a line down from their signs: in the row above the plot if it is free.
 pub fn events(f: &mut Frame<'_>, axes: &Axes, area: Rect, events: &[Event], now: (f64, Style)) {
     let buffer = f.buffer_mut();
-    upright(buffer, axes, axes.column(now.0), (NOW, now.1));
+    upright(buffer, axes, axes.column(now.0), NOW, now.1);
     if axes.plot.y > area.y {
         let mut row = LinePlacer::new(usize::from(axes.plot.width));
         let at = |event: &Event| usize::from(axes.column(event.time) - axes.plot.x);
@@ -66,14 +66,14 @@ pub fn events(f: &mut Frame<'_>, axes: &Axes, area: Rect, events: &[Event], now:
         f.render_widget(Line::from_iter(row.spans()), above);
         for event in events {
             let column = axes.column(event.time);
-            upright(f.buffer_mut(), axes, column, (EVENT, event.style));
+            upright(f.buffer_mut(), axes, column, EVENT, event.style);
         }
         return;
     }
     // The most important one is drawn last.
     for event in events.iter().rev() {
         let column = axes.column(event.time);
-        upright(buffer, axes, column, (EVENT, event.style));
+        upright(buffer, axes, column, EVENT, event.style);
         if let Some(cell) = buffer.cell_mut(Position::new(column, axes.plot.y)) {
             cell.set_char(event.sign).set_style(event.style);
         }
@@ -100,7 +100,7 @@ pub fn window(f: &mut Frame<'_>, axes: &Axes, area: Rect, window: Option<Range>,
 }
 
 /// A line from top to bottom where nothing is drawn.
-fn upright(buffer: &mut Buffer, axes: &Axes, column: u16, (sign, style): (char, Style)) {
+fn upright(buffer: &mut Buffer, axes: &Axes, column: u16, sign: char, style: Style) {
     for y in axes.plot.top()..axes.plot.bottom() {
         if is_free(buffer, column, y) {
             buffer[(column, y)].set_char(sign).set_style(style);

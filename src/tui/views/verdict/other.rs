@@ -6,8 +6,8 @@ use ratatui::text::{Line, Text};
 use super::table::{Row, Table};
 use crate::model::Model;
 use nearmiss_scene::description::visible;
-use nearmiss_scene::verdict::{Moment, Motion, ParsedAnswer, Task, Waypoint};
-use nearmiss_study::evaluation::{Answer, JudgeOutcome};
+use nearmiss_scene::verdict::{Moment, Motion, ParsedAnswer, Task};
+use nearmiss_study::evaluation::{Answer, JudgeOutcome, motion_words};
 
 /// The label of the table's second row.
 pub fn second_label(task: Task) -> &'static str {
@@ -105,44 +105,11 @@ pub fn text(model: &Model, said: &ParsedAnswer) -> Text<'static> {
                 text.push_line(Line::styled(visible(&line).into_owned(), style));
             }
         }
-        ParsedAnswer::Trajectory(new) => match &new.motion {
-            Motion::Manoeuvre(m) => {
-                let number = |value: Option<f64>, unit: &str| {
-                    value.map_or("any".into(), |v| format!("{v:.1} {unit}"))
-                };
-                text.push_line(Line::styled(
-                    format!(
-                        "{} from {:.1} s, for {:.1} s; gap {}, speed {}",
-                        m.kind.name(),
-                        m.start,
-                        m.duration,
-                        number(m.gap, "m"),
-                        number(m.speed, "m/s")
-                    ),
-                    dim,
-                ));
+        ParsedAnswer::Trajectory(new) => {
+            for line in motion_words(&new.motion) {
+                text.push_line(Line::styled(line, dim));
             }
-            Motion::Waypoints(points) => {
-                for point in points {
-                    text.push_line(Line::styled(waypoint(point), dim));
-                }
-            }
-        },
+        }
     }
     text
-}
-
-fn waypoint(point: &Waypoint) -> String {
-    let mut words = match point.at {
-        Moment::Step(step) => format!("step {step}"),
-        Moment::Seconds(seconds) => format!("{seconds:.1} s"),
-    };
-    words.push_str(&format!(": ({:.2}, {:.2}) m", point.x, point.y));
-    if let Some(heading) = point.heading {
-        words.push_str(&format!(", {heading:.2} rad"));
-    }
-    if let Some(velocity) = point.velocity {
-        words.push_str(&format!(", {velocity:.1} m/s"));
-    }
-    words
 }

@@ -114,7 +114,7 @@ fn difference(
         column: column.clone(),
         units: count(differences.len()),
         left_out: count(left_out),
-        test: PairedTest::of_differences(&differences)?,
+        test: PairedTest::of_differences(&differences)?.shown(count(differences.len())),
         corrected: 1.0,
     })
 }

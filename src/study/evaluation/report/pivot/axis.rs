@@ -1,15 +1,13 @@
 //! What tells answers apart: the axes of tables, and the values that they have.
 
-use serde::{Deserialize, Serialize};
-
-use super::super::names::{NONE, technique};
+use super::super::names::technique;
 use crate::evaluation::{AnswerCase, Lead, tools_word};
 use nearmiss_ask::llm::Parameters;
 use nearmiss_base::system::unknown;
+use nearmiss_record::NONE;
 
 /// An axis of a table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// The model, `provider/model`.
     Model,
@@ -202,5 +200,19 @@ impl Axis {
                 }
             }
         }
+    }
+}
+
+impl nearmiss_record::fields::Word for Axis {
+    fn known() -> Vec<&'static str> {
+        Self::ALL.map(Self::name).to_vec()
+    }
+
+    fn of_word(word: &str) -> Result<Self, String> {
+        Self::parse(word)
+    }
+
+    fn word(&self) -> String {
+        self.name().into()
     }
 }

@@ -1,14 +1,11 @@
 //! What the cells of a table over axes measure.
 
-use serde::{Deserialize, Serialize};
-
 use super::super::Cell;
 use crate::evaluation::statistics::Interval;
 use nearmiss_base::system::unknown;
 
 /// A measure of answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Measure {
     /// The share of the questions asked that it is right about: no verdict is not right.
     #[default]
@@ -28,10 +25,8 @@ pub enum Measure {
     /// Of the obstacles named, the share that is critical.
     NamingPrecision,
     /// Median time of an answer, seconds.
-    #[serde(rename = "seconds_median")]
     Seconds,
     /// What all answers cost, US dollars.
-    #[serde(rename = "cost_usd")]
     Cost,
 }
 
@@ -84,6 +79,12 @@ impl Measure {
         }
     }
 
+    /// Whether questions without a verdict count, too.
+    #[must_use]
+    pub fn is_of_all(self) -> bool {
+        matches!(self, Self::RightOfAll | Self::Seconds | Self::Cost)
+    }
+
     /// The one that this word is for.
     ///
     /// # Errors
@@ -97,33 +98,46 @@ impl Measure {
     #[must_use]
     pub fn value(self, cell: &Cell) -> Option<f64> {
         match self {
-            Self::RightOfAll => cell.right_of_all(),
-            Self::F1 => cell.f1(),
-            Self::Precision => cell.precision(),
-            Self::Recall => cell.confusion.recall(),
-            Self::Specificity => cell.confusion.specificity(),
-            Self::Accuracy => cell.confusion.accuracy(),
-            Self::NamingRecall => cell.naming.recall(),
-            Self::NamingPrecision => cell.naming.precision(),
-            Self::Seconds => cell.consumption.median_s,
-            Self::Cost => cell.consumption.spending.cost(),
+            Self::RightOfAll => cell.right_of_all,
+            Self::F1 => cell.f1,
+            Self::Precision => cell.precision,
+            Self::Recall => cell.recall,
+            Self::Specificity => cell.specificity,
+            Self::Accuracy => cell.accuracy,
+            Self::NamingRecall => cell.naming_recall,
+            Self::NamingPrecision => cell.naming_precision,
+            Self::Seconds => cell.consumption.seconds_median,
+            Self::Cost => cell.consumption.cost_usd,
         }
     }
 
     /// The interval of 95 % of its value; times and costs have none.
     #[must_use]
     pub fn interval(self, cell: &Cell) -> Option<Interval> {
-        let (shares, naming) = (&cell.intervals, &cell.naming_intervals);
         match self {
-            Self::RightOfAll => shares.right,
-            Self::F1 => shares.f1,
-            Self::Precision => shares.precision,
-            Self::Recall => shares.recall,
-            Self::Specificity => shares.specificity,
-            Self::Accuracy => shares.accuracy,
-            Self::NamingRecall => naming.recall,
-            Self::NamingPrecision => naming.precision,
+            Self::RightOfAll => cell.right_of_all_ci,
+            Self::F1 => cell.f1_ci,
+            Self::Precision => cell.precision_ci,
+            Self::Recall => cell.recall_ci,
+            Self::Specificity => cell.specificity_ci,
+            Self::Accuracy => cell.accuracy_ci,
+            Self::NamingRecall => cell.naming_recall_ci,
+            Self::NamingPrecision => cell.naming_precision_ci,
             Self::Seconds | Self::Cost => None,
         }
+    }
+}
+
+impl nearmiss_record::fields::Word for Measure {
+    fn known() -> Vec<&'static str> {
+        Self::ALL.map(Self::name).to_vec()
+    }
+
+    fn of_word(word: &str) -> Result<Self, String> {
+        Self::parse(word)
+    }
+
+    fn word(&self) -> String {
+        self.name().into()
     }
 }

@@ -13,11 +13,11 @@ pub use against::Difference;
 pub use axis::{Axis, AxisValue};
 pub use facts::AskedFacts;
 pub use measure::Measure;
+pub use output::AxesDocument;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::{Cell, DataHalf, Report, ReportSubject};
 use crate::evaluation::{AnswerCase, Scored};
@@ -25,20 +25,21 @@ use nearmiss_ask::llm::Parameters;
 use nearmiss_base::system::available;
 use nearmiss_scene::verdict::Task;
 
-/// Which table is wanted.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct PivotRequest {
-    /// The axis of the rows.
-    pub rows: Axis,
-    /// That of the columns; `None` for one column.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub columns: Option<Axis>,
-    /// What is measured.
-    #[serde(default)]
-    pub measure: Measure,
-    /// The value of the rows' axis that all others are compared with.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub against: Option<String>,
+nearmiss_record::fields! {
+    /// Which table is wanted.
+    #[derive(Eq)]
+    pub struct PivotRequest {
+        "table" {
+            /// The axis of the rows.
+            rows [required]: Axis = Axis::Techniques;
+            /// That of the columns; by default one column.
+            columns: Option<Axis>;
+            /// What is measured.
+            measure: Measure;
+            /// The value of the rows' axis that all others are compared with.
+            against: Option<String>;
+        }
+    }
 }
 
 impl PivotRequest {

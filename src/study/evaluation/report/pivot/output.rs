@@ -1,16 +1,148 @@
 //! Tables over axes for people, papers and programs.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-use serde_json::{Map, Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
-use super::super::contents::unit;
-use super::super::document::{Align, Block, Document, Table};
-use super::super::json::{counts, interval};
-use super::super::{csv, methods, names, with_interval};
-use super::{AxisValue, Difference, Measure, Pivot, PivotCell, PivotPart};
-use crate::evaluation::Cluster;
-use crate::evaluation::statistics::{Interval, shown};
+use super::super::contents::{rows_of, unit};
+use super::super::document::{Block, Document};
+use super::super::{FlatRows, ReportSubject, methods, names};
+use super::{Axis, AxisValue, Difference, Pivot, PivotCell, PivotPart};
+use crate::evaluation::statistics::{Interval, PairedTest};
+use crate::evaluation::{Cluster, Confusion};
+use nearmiss_record::{CaptionedTable, Column, NONE, Record, columns, with_interval};
+use std::collections::BTreeMap;
+
+/// The answers with one value of each axis.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct AxisRow {
+    /// The task; null of all.
+    pub task: Option<&'static str>,
+    /// The value of the rows' axis.
+    #[schemars(title = "row")]
+    pub row: String,
+    /// That of the columns' axis; null without one.
+    pub column: Option<String>,
+    /// Questions.
+    #[schemars(title = "n")]
+    pub n: u32,
+    /// Those with a verdict.
+    #[schemars(title = "Answered")]
+    pub answered: u32,
+    /// Scenarios that they are about.
+    #[schemars(title = "Scenarios")]
+    pub scenarios: u32,
+    /// What is measured.
+    #[schemars(title = "value", extend("decimals" = 2))]
+    pub value: Option<f64>,
+    /// Its interval of 95 %.
+    pub value_ci: Option<Interval>,
+    /// Verdicts beside the truth.
+    #[serde(flatten)]
+    #[schemars(extend("table" = "counts"))]
+    pub confusion: Confusion,
+}
+
+impl Record for AxisRow {
+    const NAME: &'static str = "axis-value";
+    const TITLE: &'static str = "A measure of the answers with one value of each axis";
+}
+
+/// A value of the rows' axis against the baseline, within a column.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct DifferenceRow {
+    /// The task; null of all.
+    pub task: Option<&'static str>,
+    /// The value of the rows' axis.
+    #[schemars(title = "row")]
+    pub row: String,
+    /// That of the columns' axis; null without one.
+    #[schemars(title = "column", extend("rare" = true))]
+    pub column: Option<String>,
+    /// The value that it is compared with.
+    pub against: String,
+    /// Units that both were asked about alike in all else.
+    #[schemars(title = "n")]
+    pub n: u32,
+    /// Units that both have questions about, and that at least one was not asked so.
+    #[schemars(title = "Left out")]
+    pub left_out: u32,
+    /// By how much the value is right more often than the baseline.
+    #[serde(flatten)]
+    pub test: PairedTest,
+    /// Its p value, corrected for all differences of the table, by Holm.
+    #[schemars(title = "p (Holm)", extend("decimals" = 3, "bounded" = true))]
+    pub p_holm: f64,
+}
+
+impl Record for DifferenceRow {
+    const NAME: &'static str = "axis-difference";
+    const TITLE: &'static str = "A value of an axis against the baseline";
+}
+
+/// Tables over axes for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct AxesDocument {
+    /// The axis of the rows.
+    pub rows: &'static str,
+    /// What intervals and comparisons take as one: scenario or map.
+    pub unit: String,
+    /// The axis of the columns.
+    pub columns: Option<&'static str>,
+    /// What is measured.
+    pub measure: &'static str,
+    /// The value of the rows that all others are compared with.
+    pub against: Option<String>,
+    /// A table for each task.
+    pub tables: Vec<AxesTable>,
+    /// When the first and the last answer was asked, milliseconds since 1970, UTC.
+    pub asked_ms: Option<(i64, i64)>,
+    /// The names that servers returned, by the model asked for.
+    pub models_returned: BTreeMap<String, BTreeSet<String>>,
+    /// Which answers these are, and beside which truth.
+    #[serde(flatten)]
+    pub about: ReportSubject,
+}
+
+/// The table of a task.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct AxesTable {
+    /// The task; null of all.
+    pub task: Option<&'static str>,
+    /// Scenarios.
+    pub scenarios: usize,
+    /// Questions about them.
+    pub n: usize,
+    /// A measure of the answers with one value of each axis.
+    pub cells: Vec<AxisRow>,
+    /// Differences from the baseline, where there is one.
+    pub differences: Vec<DifferenceRow>,
+}
+
+impl From<&Pivot> for AxesDocument {
+    fn from(pivot: &Pivot) -> Self {
+        let tables = pivot.parts.iter().map(|part| AxesTable {
+            task: part.task.map(|task| task.name()),
+            scenarios: part.counted.0,
+            n: part.counted.1,
+            cells: pivot.cells(part),
+            differences: pivot.differences(part),
+        });
+        Self {
+            rows: pivot.request.rows.name(),
+            unit: pivot.unit().to_string(),
+            columns: pivot.request.columns.map(Axis::name),
+            measure: pivot.request.measure.name(),
+            against: pivot.request.against.clone(),
+            tables: tables.collect(),
+            asked_ms: pivot.asked.asked_ms,
+            models_returned: pivot.asked.returned.clone(),
+            about: pivot.about.clone(),
+        }
+    }
+}
 
 impl Pivot {
     /// The tables for people, each with what its numbers are of.
@@ -30,7 +162,7 @@ impl Pivot {
     }
 
     /// The tables alone, task by task: the values, and where one is compared with, the differences.
-    pub(crate) fn tables(&self) -> Vec<Table> {
+    pub(crate) fn tables(&self) -> Vec<CaptionedTable> {
         let mut tables = Vec::new();
         for part in &self.parts {
             tables.push(self.table(part));
@@ -78,227 +210,152 @@ impl Pivot {
         name.replace('_', "-")
     }
 
-    fn table(&self, part: &PivotPart) -> Table {
-        let mut table = Table::new(
-            self.caption(part, &self.title()),
-            self.name(part, ""),
-            &[&format!("<{}", capital(self.request.rows.name()))],
-        );
-        table.notes = vec![methods::intervals(self.unit())];
-        table.notes.splice(0..0, self.about.notes.iter().cloned());
-        let columns: BTreeSet<&Option<AxisValue>> =
-            part.cells.iter().map(|one| &one.column).collect();
-        match self.request.columns {
-            None => table.columns.extend(
-                [self.request.measure.title(), "n", "Scenarios"]
-                    .map(|t| (t.to_string(), Align::Right)),
-            ),
-            Some(_) => table.columns.extend(
-                columns
-                    .iter()
-                    .copied()
-                    .flatten()
-                    .map(|value| (value.text.clone(), Align::Right)),
-            ),
-        }
-        let rows: BTreeSet<&AxisValue> = part.cells.iter().map(|one| &one.row).collect();
-        for row in rows {
-            let mut line = vec![row.text.clone()];
-            for column in &columns {
-                let found = part
-                    .cells
-                    .iter()
-                    .find(|one| one.row == *row && one.column == **column);
-                match (found, self.request.columns) {
-                    (None, _) => line.push(names::NONE.into()),
-                    (Some(one), Some(_)) => {
-                        line.push(format!("{}, n = {}", self.value(one), self.counted(one)))
-                    }
-                    (Some(one), None) => line.extend([
-                        self.value(one),
-                        self.counted(one),
-                        one.cell.scenarios.to_string(),
-                    ]),
-                }
+    fn table(&self, part: &PivotPart) -> CaptionedTable {
+        let caption = self.caption(part, &self.title());
+        let name = self.name(part, "");
+        let mut table = match self.request.columns {
+            None => {
+                let columns = self.titled(columns::<AxisRow>());
+                CaptionedTable::new(caption, name, &columns, &rows_of(&self.cells(part)))
             }
-            table.rows.push(line);
-        }
+            Some(_) => self.matrix(part, caption, name),
+        };
+        table.notes = self.about.notes.clone();
+        table.notes.push(methods::intervals(self.unit()));
         table
     }
 
-    /// How many questions a value is of: those with a verdict, where the others do not count.
-    fn counted(&self, one: &PivotCell) -> String {
-        let answered = one.cell.confusion.answered() + one.cell.unlabelled;
-        let of_all = matches!(
-            self.request.measure,
-            Measure::RightOfAll | Measure::Seconds | Measure::Cost
-        );
-        if of_all || answered == one.cell.n {
-            one.cell.n.to_string()
-        } else {
-            format!("{answered} of {}", one.cell.n)
+    /// A table with a column for each value of the second axis.
+    fn matrix(&self, part: &PivotPart, caption: String, name: String) -> CaptionedTable {
+        let columns: BTreeSet<&Option<AxisValue>> =
+            part.cells.iter().map(|one| &one.column).collect();
+        let values = columns.iter().copied().flatten();
+        let values = values.map(|value| (value.text.clone(), true));
+        let rows: BTreeSet<&AxisValue> = part.cells.iter().map(|one| &one.row).collect();
+        let row = |row: &AxisValue| {
+            let cells = columns.iter().map(|column| {
+                let is_here = |one: &&PivotCell| one.row == *row && one.column == **column;
+                let found = part.cells.iter().find(is_here);
+                found.map_or_else(|| NONE.into(), |one| self.value(one))
+            });
+            std::iter::once(row.text.clone()).chain(cells).collect()
+        };
+        CaptionedTable {
+            caption,
+            name,
+            columns: std::iter::once((capital(self.request.rows.name()), false))
+                .chain(values)
+                .collect(),
+            rows: rows.into_iter().map(row).collect(),
+            notes: Vec::new(),
         }
     }
 
+    /// A value with its interval, and how many questions it is of: those with a verdict, where the others do not count.
     fn value(&self, one: &PivotCell) -> String {
         let measure = self.request.measure;
-        with_interval(measure.value(&one.cell), measure.interval(&one.cell))
+        let of = &one.cell;
+        let answered = of.confusion.answered() + of.unlabelled;
+        let n = if measure.is_of_all() || answered == of.n {
+            of.n.to_string()
+        } else {
+            format!("{answered} of {}", of.n)
+        };
+        let interval = measure.interval(of).map(Into::into);
+        format!("{}, n = {n}", with_interval(measure.value(of), interval))
     }
 
-    fn against(&self, part: &PivotPart) -> Table {
+    fn against(&self, part: &PivotPart) -> CaptionedTable {
         let baseline = self.request.against.as_deref().unwrap_or_default();
         let title = format!(
             "Share of right answers by {} against {baseline}",
             self.request.rows.name()
         );
-        let mut titles = vec![format!("<{}", capital(self.request.rows.name()))];
-        titles.extend(
-            self.request
-                .columns
-                .map(|axis| format!("<{}", capital(axis.name()))),
-        );
-        let unit = names::units(self.unit());
-        titles.extend([unit, "Left out", "Difference", "p", "p (Holm)"].map(String::from));
-        let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
-        let mut table = Table::new(
+        let table = CaptionedTable::new(
             self.caption(part, &title),
             self.name(part, "-against"),
-            &titles,
+            &self.titled(columns::<DifferenceRow>()),
+            &rows_of(&self.differences(part)),
         );
-        table.notes = vec![paired(self.unit())];
-        for one in &part.differences {
-            let mut line = vec![one.row.text.clone()];
-            line.extend(one.column.as_ref().map(|column| column.text.clone()));
-            line.extend([
-                one.units.to_string(),
-                one.left_out.to_string(),
-                signed(one),
-                names::p_value(one.test.p),
-                names::p_value(one.corrected),
-            ]);
-            table.rows.push(line);
-        }
-        table
+        table.with_notes([paired(self.unit())])
     }
 
-    /// Every number, unrounded.
-    #[must_use]
-    pub fn json(&self) -> Value {
-        let tables = self.parts.iter().map(|part| {
-            json!({
-                "task": part.task.map(|task| task.name()),
-                "scenarios": part.counted.0,
-                "n": part.counted.1,
-                "cells": part.cells.iter().map(|one| self.cell(one)).collect::<Vec<_>>(),
-                "differences": part.differences.iter().map(|one| self.difference(one)).collect::<Vec<_>>(),
-            })
-        });
-        let mut all = json!({
-            "rows": self.request.rows.name(),
-            "unit": self.unit().to_string(),
-            "columns": self.request.columns.map(super::Axis::name),
-            "measure": self.request.measure.name(),
-            "against": self.request.against,
-            "tables": tables.collect::<Vec<_>>(),
-            "asked_ms": self.asked.asked_ms.map(|(first, last)| [first, last]),
-            "models_returned": self.asked.returned,
-        });
-        for (name, value) in self.about.fields() {
-            all[name] = value;
-        }
-        all
-    }
-
-    /// One line a cell, or a difference where there is a baseline, with the batch and the truth as the last columns.
-    ///
-    /// # Errors
-    /// Never in practice: the writer's own words.
-    pub fn csv(&self) -> Result<String, String> {
-        csv(&self.rows())
-    }
-
-    /// The lines of [`Pivot::csv`] as objects.
-    #[must_use]
-    pub fn rows(&self) -> Vec<Value> {
-        let mut lines = Vec::new();
-        for part in &self.parts {
-            let objects: Vec<Value> = if self.request.against.is_some() {
-                part.differences
-                    .iter()
-                    .map(|one| self.difference(one))
-                    .collect()
-            } else {
-                part.cells.iter().map(|one| self.cell(one)).collect()
+    /// Columns whose headings name the axes, the measure and the unit.
+    fn titled(&self, mut columns: Vec<Column>) -> Vec<Column> {
+        let compared = self.request.against.is_some();
+        for column in &mut columns {
+            column.title = match &*column.title {
+                "row" => capital(self.request.rows.name()).into(),
+                "column" => {
+                    let axis = self.request.columns.map(|axis| capital(axis.name()));
+                    axis.unwrap_or_default().into()
+                }
+                "value" => self.request.measure.title().into(),
+                "n" if compared && column.source.starts_with("Units") => {
+                    names::units(self.unit()).into()
+                }
+                "TP" | "FP" | "FN" | "TN" => "".into(),
+                _ => continue,
             };
-            for object in objects {
-                let mut line = json!({ "task": part.task.map(|task| task.name()) });
-                if let (Some(line), Value::Object(object)) = (line.as_object_mut(), object) {
-                    // The axis may be the task itself.
-                    line.extend(object);
-                }
-                for (name, value) in self.about.columns() {
-                    line[name] = value;
-                }
-                lines.push(line);
-            }
         }
-        lines
+        columns
     }
 
-    /// The values of the axes.
-    fn place(&self, row: &AxisValue, column: &Option<AxisValue>) -> Map<String, Value> {
-        let mut map = Map::new();
-        map.insert(self.request.rows.name().into(), json!(row.text));
-        if let (Some(axis), Some(value)) = (self.request.columns, column) {
-            map.insert(axis.name().into(), json!(value.text));
-        }
-        map
-    }
-
-    fn cell(&self, one: &PivotCell) -> Value {
+    /// The cells of a table as rows.
+    fn cells(&self, part: &PivotPart) -> Vec<AxisRow> {
         let measure = self.request.measure;
-        let mut map = self.place(&one.row, &one.column);
-        map.insert("n".into(), json!(one.cell.n));
-        let answered = one.cell.confusion.answered() + one.cell.unlabelled;
-        map.insert("answered".into(), json!(answered));
-        map.insert("scenarios".into(), json!(one.cell.scenarios));
-        map.insert(measure.name().into(), json!(measure.value(&one.cell)));
-        let ends = interval(measure.interval(&one.cell));
-        map.insert(format!("{}_ci", measure.name()), ends);
-        map.extend(counts(&one.cell.confusion));
-        Value::Object(map)
+        let row = |one: &PivotCell| AxisRow {
+            task: part.task.map(|task| task.name()),
+            row: one.row.text.clone(),
+            column: one.column.as_ref().map(|value| value.text.clone()),
+            n: one.cell.n,
+            answered: one.cell.confusion.answered() + one.cell.unlabelled,
+            scenarios: one.cell.scenarios,
+            value: measure.value(&one.cell),
+            value_ci: measure.interval(&one.cell),
+            confusion: one.cell.confusion,
+        };
+        part.cells.iter().map(row).collect()
     }
 
-    fn difference(&self, one: &Difference) -> Value {
-        let mut map = self.place(&one.row, &one.column);
-        let rest = json!({
-            "against": self.request.against,
-            "scenarios": one.units,
-            "left_out": one.left_out,
-            "difference": one.test.difference,
-            "difference_ci": interval(shown(one.test.interval, one.units)),
-            "p": one.test.p,
-            "p_holm": one.corrected,
-            "exact": one.test.exact,
-            "detectable": one.test.detectable,
-        });
-        if let Value::Object(rest) = rest {
-            map.extend(rest);
-        }
-        Value::Object(map)
+    /// The differences of a table as rows.
+    fn differences(&self, part: &PivotPart) -> Vec<DifferenceRow> {
+        let row = |one: &Difference| DifferenceRow {
+            task: part.task.map(|task| task.name()),
+            row: one.row.text.clone(),
+            column: one.column.as_ref().map(|value| value.text.clone()),
+            against: self.request.against.clone().unwrap_or_default(),
+            n: one.units,
+            left_out: one.left_out,
+            test: one.test,
+            p_holm: one.corrected,
+        };
+        part.differences.iter().map(row).collect()
     }
-}
 
-/// A difference with its sign and its interval: `−0.12 [−0.20, −0.03]`.
-fn signed(one: &Difference) -> String {
-    let number = |value: f64| match format!("{value:+.2}").as_str() {
-        "+0.00" | "-0.00" => "0.00".to_string(),
-        other => other.replace('-', "\u{2212}"),
-    };
-    let difference = number(one.test.difference);
-    match shown(one.test.interval, one.units) {
-        Some(Interval { low, high }) => format!("{difference} [{}, {}]", number(low), number(high)),
-        None => difference,
+    /// One row a cell, or a difference where there is a baseline; columns have the names of the axes and the measure.
+    #[must_use]
+    pub fn rows(&self) -> FlatRows {
+        let parts = self.parts.iter();
+        let rows = if self.request.against.is_some() {
+            let rows = parts.flat_map(|part| self.differences(part)).collect();
+            FlatRows::new(&[(&self.about, rows)])
+        } else {
+            let rows = parts.flat_map(|part| self.cells(part)).collect();
+            FlatRows::new(&[(&self.about, rows)])
+        };
+        let axes = [Some(self.request.rows), self.request.columns];
+        let measure = self.request.measure.name();
+        rows.renamed(|name| match name {
+            // The task is a column once.
+            "task" if axes.contains(&Some(Axis::Task)) => None,
+            "row" => Some(self.request.rows.name().into()),
+            "column" => self.request.columns.map(|axis| axis.name().into()),
+            _ => Some(match name.strip_prefix("value") {
+                Some(end) => format!("{measure}{end}").into(),
+                None => Cow::Owned(name.into()),
+            }),
+        })
     }
 }
 

@@ -72,7 +72,7 @@ fn cells_have_their_answers_and_intervals() {
         markdown.contains("| Model | ") && markdown.contains("0.50 [0.25, 0.75], n = 12"),
         "{markdown}"
     );
-    let csv = pivot.csv().unwrap();
+    let csv = pivot.rows().csv();
     assert!(
         csv.starts_with(
             "task,model,techniques,n,answered,scenarios,accuracy,accuracy_ci_low,accuracy_ci_high,tp,"

@@ -29,16 +29,24 @@ fn every_verdict_has_a_probability_and_the_report_says_from_where() {
     ];
     let report = Report::from_scored(&scored);
     let cell = report.whole().next().unwrap();
-    assert_eq!((cell.sources, cell.calibration.n()), ([1, 1, 1, 1, 1], 5));
-    assert_eq!(cell.calibration.auroc(), Some(1.0));
-    let tokens = &cell.json()["token_calibration"];
+    let one_each = ProbabilitySources {
+        from_stated: 1,
+        from_critical: 1,
+        from_token: 1,
+        from_score: 1,
+        from_decision: 1,
+    };
+    assert_eq!(cell.calibration.sources, one_each);
+    assert_eq!(cell.calibration.fit.n, 5);
+    assert_eq!(cell.calibration.fit.auroc, Some(1.0));
+    let tokens = &json(cell)["token_calibration"];
     assert_eq!((&tokens["n"], &tokens["auroc"]), (&2.into(), &1.0.into()));
     assert!(
         (tokens["brier"].as_f64().unwrap() - 0.05).abs() < 1e-12,
         "{tokens}"
     );
     // 7 is named on the collision whatever its score, and on a safe window too.
-    let naming = (cell.naming.recall(), cell.naming.precision());
+    let naming = (cell.naming_recall, cell.naming_precision);
     assert_eq!(naming, (Some(1.0), Some(0.5)));
     let text = report.document("Report").markdown();
     for words in [
@@ -49,7 +57,7 @@ fn every_verdict_has_a_probability_and_the_report_says_from_where() {
         assert!(text.contains(words), "{words}: {text}");
     }
     assert!(report.document("Report").latex().contains("Names right"));
-    let csv = report.csv().unwrap();
+    let csv = report.rows().csv();
     for column in [
         "naming_recall_ci_low",
         "naming_precision",

@@ -96,14 +96,24 @@ fn samples_of_a_scenario_are_no_further_scenarios() {
     };
     let (two, four) = (cell(2), cell(4));
     assert_eq!((two.scenarios, two.n, four.n), (40, 80, 160));
-    assert_eq!(two.intervals, four.intervals);
-    assert_eq!(two.samples.all_right.share, Some(0.8));
+    let intervals = |cell: &Cell| {
+        [
+            cell.right_of_all_ci,
+            cell.precision_ci,
+            cell.recall_ci,
+            cell.specificity_ci,
+            cell.accuracy_ci,
+            cell.f1_ci,
+        ]
+    };
+    assert_eq!(intervals(&two), intervals(&four));
+    assert_eq!(two.samples.all_right, Some(0.8));
     assert_eq!(
-        (four.samples.all_right.k, four.samples.all_right.share),
+        (four.samples.all_right_k, four.samples.all_right),
         (4, Some(0.8))
     );
     // With one answer each it is Wilson's: 32 of 40, statsmodels 0.15.
-    let accuracy = cell(1).intervals.accuracy.unwrap();
+    let accuracy = cell(1).accuracy_ci.unwrap();
     assert!(
         (accuracy.low - 0.652_427).abs() < 1e-5 && (accuracy.high - 0.895_000).abs() < 1e-5,
         "{accuracy:?}"
@@ -138,11 +148,11 @@ fn a_map_is_one_unit_where_it_is_asked_for() {
     };
     let (by_scenario, by_map) = (report(Cluster::Scenario), report(Cluster::Map));
     let width = |report: &Report| {
-        let interval = report.whole().next().unwrap().intervals.right.unwrap();
+        let interval = report.whole().next().unwrap().right_of_all_ci.unwrap();
         interval.high - interval.low
     };
     assert!(width(&by_map) > 1.4 * width(&by_scenario));
-    let right = |report: &Report| report.whole().next().unwrap().right_of_all();
+    let right = |report: &Report| report.whole().next().unwrap().right_of_all;
     assert_eq!(right(&by_map), right(&by_scenario));
     let (by_scenario, by_map) = (&by_scenario.pairs[0], &by_map.pairs[0]);
     assert_eq!((by_scenario.n, by_map.n), (36, 12));

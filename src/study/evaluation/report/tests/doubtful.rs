@@ -18,9 +18,8 @@ fn doubtful_verdicts_are_counted_and_said_first() {
         says("C", |verdict| verdict.unknown.push(429)),
         says("D", |verdict| verdict.probability = Some(0.99)),
     ];
-    let json = Report::from_scored(&all)
-        .about(ReportSubject::default())
-        .json();
+    let report = Report::from_scored(&all).about(ReportSubject::default());
+    let json = json(&report.json());
     let note = json["notes"][0].to_string();
     let words = "of 4: 1 contradictory, 1 with an obstacle that the scene does not have, 1 with an obstacle named twice.";
     assert!(note.contains(words), "{note}");
