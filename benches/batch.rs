@@ -58,7 +58,7 @@ fn main() {
             "ego,cartesian",
         ])
         .args(["--techniques", "base,cp,cot,all", "--samples", &samples])
-        .args(["--concurrency", &AT_ONCE.to_string(), "--json"])
+        .args(["--set", &format!("concurrency={AT_ONCE}"), "--format=json"])
         .env("NEARMISS_CONFIG", &config)
         .env("NEARMISS_DATA", folder.path().join("data"))
         .stdout(Stdio::null())

@@ -83,7 +83,7 @@ topics! {
         "Figures for papers: map, plot, screen; SVG, PNG, GIF";
     corpora, "corpora", "corpora.md", ["corpus"],
         "Thousands of scenarios: parts for several machines, continuing, an index, samples";
-    finding, "finding", "finding.md", ["find"],
+    finding, "finding", "finding.md", [],
         "Windows of an index by terms, or by a sentence that a model writes as terms";
     clusters, "clusters", "clusters.md", [],
         "Slurm job arrays, and parts of an experiment asked by several persons";

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::remote::delta;
-use super::support::program::{Ended, Home};
+use super::support::program::{Ended, Home, untimed};
 use super::support::server::{Recorded, Script, Server};
 use super::{BUNDLED, CUT_IN};
 
@@ -93,7 +93,7 @@ fn run(home: &Home, arguments: &[&str]) -> Ended {
 }
 
 fn cells(ended: &Ended) -> Value {
-    ended.json()["cells"].clone()
+    untimed(ended.json()["cells"].clone())
 }
 
 fn total(cells: &Value, of: &[&str]) -> u64 {

@@ -55,7 +55,7 @@ fn a_yes_is_a_yes_and_whom_it_names_is_counted_apart() {
         assert_eq!(alone["naming_recall"], named);
     }
     let table = home.run(&["evaluate", "last"]).status(0).stdout;
-    assert!(table.contains("obstacle named"), "{table}");
+    assert!(table.contains("Obstacle named"), "{table}");
 }
 
 #[test]

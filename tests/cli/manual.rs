@@ -122,7 +122,7 @@ fn what_there_is_not_is_refused_with_what_was_probably_meant() {
     home.run(&["find", "cut-ins"])
         .status(2)
         .says(&["`find` is `corpus find` now"]);
-    home.run(&["inspect", "--format=json"])
+    home.run(&["inspect", "--json"])
         .status(2)
         .says(&["`--json` is `--format json` now"]);
     let ended = home.run(&["help", "generat"]).status(2);

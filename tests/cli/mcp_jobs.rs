@@ -259,7 +259,10 @@ async fn models_are_asked_within_the_budget_of_the_session() {
         let little = asked(&mut client, json!(1e-9));
         assert!(little.to_string().contains("nothing was sent"), "{little}");
         let answer = asked(&mut client, json!(0.5));
-        assert_eq!(answer["structuredContent"]["collision"], false, "{answer}");
+        assert_eq!(
+            answer["structuredContent"]["verdict"]["collision"], false,
+            "{answer}"
+        );
         // What the answer did not cost is there again.
         let again = asked(&mut client, json!(0.4));
         assert_eq!(again["isError"], false, "{again}");
@@ -290,7 +293,10 @@ async fn a_model_is_asked_with_the_limit_of_the_call_where_the_configuration_has
         let none = asked(&mut client, json!(0)).to_string();
         assert!(none.contains("a whole number from 1 to"), "{none}");
         let answer = asked(&mut client, json!(200));
-        assert_eq!(answer["structuredContent"]["collision"], false, "{answer}");
+        assert_eq!(
+            answer["structuredContent"]["verdict"]["collision"], false,
+            "{answer}"
+        );
         client.end();
     });
     assert_eq!(server.requests().len(), 1);

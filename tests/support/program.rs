@@ -222,6 +222,25 @@ impl Ended {
     }
 }
 
+/// The same without what a clock measured, which differs from run to run.
+pub fn untimed(mut value: serde_json::Value) -> serde_json::Value {
+    match &mut value {
+        serde_json::Value::Object(fields) => {
+            fields.retain(|key, _| !key.starts_with("seconds_"));
+            for field in fields.values_mut() {
+                *field = untimed(field.take());
+            }
+        }
+        serde_json::Value::Array(items) => {
+            for item in items {
+                *item = untimed(item.take());
+            }
+        }
+        _ => {}
+    }
+    value
+}
+
 /// Whether `bytes` hold `part`.
 pub fn contains(bytes: &[u8], part: &[u8]) -> bool {
     bytes.windows(part.len()).any(|window| window == part)

@@ -9,8 +9,8 @@ mod scenes;
 mod scored;
 mod tables;
 
-pub use document::ComparisonRow;
+pub use crate::evaluation::report::Finding;
 pub use recorded::{Recorded, find, is_laid_out};
 pub use runs::runs;
 pub use scored::scored;
-pub use tables::{Comparison, Finding, Paper, Part, Published, published};
+pub use tables::{Comparison, Paper, Part, Published, published};

@@ -1,9 +1,8 @@
 //! Recorded answers compared with the paper's printed numbers and the built-in judge.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
-use crate::evaluation::report::{Cell, Report, ReportSubject};
+use crate::evaluation::report::{Cell, Finding, Report, ReportSubject};
 use crate::evaluation::statistics::{Interval, part_of, wilson};
 use crate::evaluation::{AxisValues, Confusion, PromptConfig, Scored};
 use nearmiss_ask::prompts::Techniques;
@@ -26,20 +25,6 @@ pub struct Published {
     pub counts: Confusion,
     /// Precision, recall and F1, rounded to two decimals.
     pub rates: [f64; 3],
-}
-
-/// Comparison of recorded answers with a published count.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Finding {
-    /// They could be a random part of the published ones.
-    Agrees,
-    /// A random part would be so far off with a probability below 0.05.
-    Differs,
-    /// They cannot be a part of the published ones: there are more of one kind than were published.
-    Impossible,
-    /// There are no recorded answers, or more than published ones.
-    Missing,
 }
 
 /// One half of a row: detected collisions, or normal scenarios mistaken for one.

@@ -28,7 +28,7 @@ const COMMANDS: [&str; 26] = [
     "render FILE --ego EGO --all --size 200x150px -o OUT/animation.gif --overwrite",
     "convert FILE -o OUT/converted.xml --schema --overwrite",
     "convert FILE",
-    "evaluate FILE --truth auto --json",
+    "evaluate FILE --truth auto --format=json",
     "corpus index FILE -o OUT/index --measure all --overwrite",
 ];
 

@@ -8,9 +8,9 @@ use super::super::{Cluster, Leak};
 use super::pivot::AxesDocument;
 use super::rules::RuleRow;
 use super::{
-    AtPrevalence, Cell, InvarianceRow, LeadRow, Pair, PartProgress, Report, ReportSubject,
+    AtPrevalence, Cell, ComparisonRow, InvarianceRow, LeadRow, Pair, PartProgress, Report,
+    ReportSubject,
 };
-use crate::paper::ComparisonRow;
 use nearmiss_store::SplitPart;
 
 /// A row with the part of a split that it is of.
