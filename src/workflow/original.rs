@@ -30,7 +30,10 @@ impl VariantOrigin {
         };
         let text = system::read_text(&file.with_extension("json"), system::LARGEST_TEXT).ok()?;
         let manifest: Manifest = serde_json::from_str(&text).ok()?;
-        if file.file_name()?.to_str()? != manifest.variant || manifest.attackers.is_empty() {
+        if file.file_name()?.to_str()? != manifest.variant
+            || manifest.attackers.is_empty()
+            || manifest.original.sha256.is_empty()
+        {
             return None;
         }
         Some(Self {

@@ -158,6 +158,7 @@ fn a_variant_is_drawn_with_the_motion_before_the_change() {
         let papers = serde_json::json!({
             "variant": "variant.xml",
             "attacker": attacker,
+            "attackers": [{ "id": attacker, "from_step": 0 }],
             "change": { "from_step": 0 },
             "original": { "benchmark_id": id, "sha256": sha256 },
         });
@@ -200,6 +201,7 @@ fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
     let papers = serde_json::json!({
         "variant": "variant.xml",
         "attacker": attacker,
+        "attackers": [{ "id": attacker, "from_step": 0 }],
         "change": { "from_step": 0 },
         "original": { "benchmark_id": name, "sha256": original.hash.to_string() },
         "made": { "line": { "file": "in/own.xml" } },
@@ -289,6 +291,7 @@ fn a_case_study_has_the_original_above_the_variant() {
         let papers = serde_json::json!({
             "variant": "v.xml",
             "attacker": 301,
+            "attackers": [{ "id": 301, "from_step": 19 }],
             "change": { "from_step": 19 },
             "original": { "benchmark_id": name, "sha256": sha256 },
         });

@@ -131,7 +131,7 @@ fn figures_are_svg_or_png() {
     assert!(png.starts_with(b"\x89PNG"));
     report(&["--figure", "leads", "-o", "leads.svg"])
         .status(2)
-        .says(&["--lead 0.5,1,2"]);
+        .says(&["leads=0.5,1,2"]);
     report(&["--figure", "cost", "-o", "cost.svg"])
         .status(2)
         .says(&["known cost"]);

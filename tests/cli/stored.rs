@@ -180,11 +180,13 @@ async fn exported_runs_answer_elsewhere_and_are_there_once() {
     assert!(!ended.stderr.contains("at line"), "{}", ended.stderr);
     let misspelt = lines.replacen("\"task\"", "\"tsak\"", 1);
     other.write("misspelt.jsonl", misspelt);
-    run(&other, &["import", "misspelt.jsonl"]).status(1).says(&[
-        "misspelt.jsonl:1: unknown field `tsak`",
-        "the fields are run, created_ms",
-    ]);
-    run(&other, &["import", "nothing.jsonl"])
+    run(&other, &["runs", "import", "misspelt.jsonl"])
+        .status(1)
+        .says(&[
+            "misspelt.jsonl:1: unknown field `tsak`",
+            "the fields are run, created_ms",
+        ]);
+    run(&other, &["runs", "import", "nothing.jsonl"])
         .status(2)
         .says(&["nothing.jsonl"]);
 }
@@ -243,7 +245,7 @@ async fn runs_are_listed_searched_shown_and_deleted() {
     let server = Server::start(vec![says("It pulls out \u{1b}[2J.")]).await;
     assert_eq!(run(&home, &["runs", "list"]).status(0).stdout, "");
     ask(&home, server.base_url(), &[]).status(0);
-    run(&home, &["ask", CUT_IN, "task:safety"]).status(0);
+    run(&home, &["ask", CUT_IN, "--task", "safety"]).status(0);
     let lines = |arguments: &[&str]| {
         let text = run(&home, arguments).status(0).stdout;
         assert!(!text.contains('\u{1b}'), "{text}");

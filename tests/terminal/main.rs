@@ -139,7 +139,7 @@ fn a_chosen_ego_is_that_of_the_opened_scenario() {
     session.is_restored();
     let mut session = Session::start_with(100, 30, &[], &["--ego", "301"]);
     assert_eq!(session.end(), 2);
-    session.see("need one scenario");
+    session.see("needs one scenario");
 }
 
 #[test]

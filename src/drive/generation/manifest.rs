@@ -19,6 +19,7 @@ use nearmiss_scene::verdict::{Manoeuvre, Motion, NewMotion, TrajectoryAnswer, Wa
 
 /// All that is recorded of a variant.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Manifest {
     /// Name of the file of the changed scenario.
     pub variant: String,
@@ -88,6 +89,7 @@ pub struct Manifest {
 
 /// A recorded scenario that was changed.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct OriginalRecord {
     /// Its benchmark id.
     pub benchmark_id: String,
@@ -99,6 +101,7 @@ pub struct OriginalRecord {
 
 /// What one attacker does, and how near it comes.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct AttackerRecord {
     /// Its id.
     pub id: i64,
@@ -131,6 +134,7 @@ pub struct AttackerRecord {
 
 /// Log-likelihoods of motions, nats per second.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct LogLikelihoods {
     /// Of the attackers' motions.
     #[serde(rename = "log_likelihood_per_second")]
@@ -142,6 +146,7 @@ pub struct LogLikelihoods {
 
 /// A requested motion, as a model would write it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct RequestedMotion {
     /// What it does; null if waypoints are given.
     pub manoeuvre: Option<Manoeuvre>,
@@ -151,6 +156,7 @@ pub struct RequestedMotion {
 
 /// Where changed motions lie.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct ChangedSteps {
     /// The last step before a motion is another one.
     pub from_step: i64,
@@ -162,6 +168,7 @@ pub struct ChangedSteps {
 
 /// How the ego's drive was planned.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct PlanningRecord {
     /// Id of the planning problem.
     pub problem: i64,
@@ -210,6 +217,7 @@ impl Default for PlannerIdentity {
 
 /// How a planner's process fails.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct PlannerFailureRecord {
     /// Name of the fault.
     pub error: Option<String>,
@@ -223,6 +231,7 @@ pub struct PlannerFailureRecord {
 
 /// How a drive ends.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct DriveEnd {
     /// Name of its outcome.
     pub ended_with: String,
@@ -234,6 +243,7 @@ pub struct DriveEnd {
 
 /// A contact of the ego.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct ContactRecord {
     /// Id of the obstacle.
     pub with: i64,
@@ -249,6 +259,7 @@ pub struct ContactRecord {
 
 /// Whether a good driver with a reaction time avoids a variant, and how or why not.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct CertificateRecord {
     /// Whether.
     pub avoided: bool,
@@ -264,6 +275,7 @@ pub struct CertificateRecord {
 
 /// A drive that avoids a variant.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct EvasionRecord {
     /// Name of its file.
     pub trajectory: Option<String>,
@@ -288,6 +300,7 @@ pub struct EvasionRecord {
 
 /// One evasive manoeuvre.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct EvasiveManoeuvreRecord {
     /// m/s².
     pub acceleration: f64,
@@ -301,6 +314,7 @@ pub struct EvasiveManoeuvreRecord {
 
 /// Extent of a search.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct SearchRecord {
     #[serde(flatten)]
     effort: SearchEffort,
@@ -310,6 +324,7 @@ pub struct SearchRecord {
 
 /// A refused motion.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
 pub struct RefusalRecord {
     /// Name of the reason.
     pub reason: String,

@@ -102,7 +102,7 @@ async fn json_of_an_answer_that_cannot_be_stored_is_whole() {
     let home = home(server.base_url());
     fill(&home);
     let ended = run(&home, &[&ASK[..], &["--format=json"]].concat()).status(2);
-    assert_eq!(ended.json()["collision"], true);
+    assert_eq!(ended.json()["verdict"]["collision"], true);
     assert_eq!(ended.json()["run"], serde_json::Value::Null);
 }
 
