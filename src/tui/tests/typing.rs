@@ -108,7 +108,7 @@ fn a_run_of_the_built_in_judge_says_what_it_looked_at() {
             .to_string()
     };
     assert!(
-        row("asked  ").contains("safety · exact geometry"),
+        row("task  ").contains("safety") && row("asked with").contains("exact geometry"),
         "{frame}"
     );
     assert!(
