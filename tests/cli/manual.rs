@@ -132,7 +132,7 @@ fn what_there_is_not_is_refused_with_what_was_probably_meant() {
     let ended = home.run(&["help", "runs", "shwo"]).status(2);
     ended.says(&[
         "unknown command `runs shwo`; did you mean `show`",
-        "`nearmiss runs list --help` lists all",
+        "`nearmiss runs --help` lists all",
     ]);
     let ended = home.run(&["help", "measures", "ttc"]).status(2);
     ended.says(&["`measures` is a topic"]);

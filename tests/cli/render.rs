@@ -203,7 +203,7 @@ fn the_original_of_a_variant_is_found_where_it_was_or_where_it_is_said_to_be() {
         "attacker": attacker,
         "attackers": [{ "id": attacker, "from_step": 0 }],
         "change": { "from_step": 0 },
-        "original": { "benchmark_id": name, "sha256": original.hash.to_string() },
+        "original": { "benchmark_id": name, "sha256": original.hash.to_string(), "file": "in/own.xml" },
         "made": { "line": { "file": "in/own.xml" } },
     });
     home.write("out/variant.json", papers.to_string());
