@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod egos;
-#[allow(dead_code, reason = "shared with the tests of protobuf")]
 use crate::protobuf::encode;
 mod encodings;
 mod rows;
