@@ -73,7 +73,7 @@ pub fn program() -> clap::Command {
     });
     let header = *program.get_styles().get_header();
     let title = |words: &str| format!("{header}{words}:{header:#}");
-    let commands = commands(&program, &title);
+    let commands = commands(&program, title);
     let [arguments, options] = ["Arguments", "Options"].map(title);
     program.help_template(format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n{commands}\n{arguments}\n{{positionals}}\n\n{options}\n{{options}}{{after-help}}"

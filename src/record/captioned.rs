@@ -38,7 +38,7 @@ impl CaptionedTable {
                 let cell = &row[*place];
                 matches!(cell, Cell::None(_) | Cell::Integer(0))
             };
-            !column.title.is_empty() && !(column.rare && rows.iter().all(is_empty))
+            !(column.title.is_empty() || column.rare && rows.iter().all(is_empty))
         };
         let shown: Vec<(usize, &Column)> = columns.iter().enumerate().filter(is_shown).collect();
         let end = |row: &Row, column: &Column, which: &str| {

@@ -124,7 +124,6 @@ impl Row {
     }
 
     #[doc(hidden)]
-    #[must_use]
     pub fn read<T: FieldValue>(&self, value: &Value) -> Result<T, Wrong> {
         T::read(value, &self.takes)
     }

@@ -46,7 +46,8 @@ pub fn serialize<S: Serializer>(document: &impl Document, to: S) -> Result<S::Ok
 /// The same, but what would not come back letter by letter stays text.
 pub fn exact<S: Serializer>(document: &String, to: S) -> Result<S::Ok, S::Error> {
     let value = document.to_value();
-    if value.to_string() == *document {
+    let written = value.to_string();
+    if written == *document {
         value.serialize(to)
     } else {
         document.serialize(to)

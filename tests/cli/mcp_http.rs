@@ -30,11 +30,11 @@ impl Answer {
 
     /// The message, or the last one of a stream.
     fn json(&self) -> Value {
-        let events = self
+        let mut events = self
             .2
             .lines()
             .filter_map(|line| line.strip_prefix("data: "));
-        let message = events.last().unwrap_or(&self.2);
+        let message = events.next_back().unwrap_or(&self.2);
         serde_json::from_str(message).unwrap_or_else(|_| panic!("{} {} {}", self.0, self.1, self.2))
     }
 }

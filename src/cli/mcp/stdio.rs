@@ -141,8 +141,8 @@ fn read_all(mut input: impl BufRead, open: &Open, messages: &Sender<ClientJsonRp
         let message = match message {
             Ok(None) => continue,
             Ok(Some(message)) => message,
-            Err((id, error)) => {
-                write(&JsonRpcMessage::error(error, id));
+            Err(refused) => {
+                write(&refused);
                 continue;
             }
         };
@@ -171,8 +171,8 @@ fn read_all(mut input: impl BufRead, open: &Open, messages: &Sender<ClientJsonRp
     }
 }
 
-/// Why a message is refused, with its id if it has one.
-type Refused = (Option<RequestId>, ErrorData);
+/// The answer to a message that is refused.
+type Refused = Box<ServerJsonRpcMessage>;
 
 /// Reads a message.
 ///
@@ -186,7 +186,7 @@ fn parse(message: &[u8]) -> Result<ClientJsonRpcMessage, Refused> {
             }
             _ => ErrorData::parse_error("the message is no JSON", None),
         };
-        (id_of(message, io::empty()), error)
+        Box::new(JsonRpcMessage::error(error, id_of(message, io::empty())))
     })
 }
 
@@ -218,7 +218,7 @@ fn next(input: &mut impl BufRead) -> Option<Result<Vec<u8>, Refused>> {
     let mut rest = Rest(input, false);
     let id = id_of(&line, &mut rest);
     copy(&mut rest, &mut sink()).ok()?;
-    Some(Err((id, too_long())))
+    Some(Err(Box::new(JsonRpcMessage::error(too_long(), id))))
 }
 
 /// What follows of a line; whether that is all.
@@ -286,7 +286,10 @@ mod tests {
             "{{\"method\":\"m\",\"params\":{{\"id\":1,\"a\":[\"{long}\"]}},\"id\":7}}\n{{\"id\":\"a\",\"x\":\"{long}\"}}\n{{}}\n"
         );
         let mut input = BufReader::new(lines.as_bytes());
-        let mut ids = || next(&mut input).unwrap().unwrap_err().0;
+        let mut ids = || match *next(&mut input).unwrap().unwrap_err() {
+            JsonRpcMessage::Error(error) => error.id,
+            other => panic!("{other:?}"),
+        };
         assert_eq!(
             [ids(), ids()],
             [number(7), Some(RequestId::String("a".into()))]

@@ -138,7 +138,7 @@ impl<'a> Moment<'a> {
         let planned = self.opened.planned.as_ref();
         let process = planned.and_then(|planned| planned.process.as_ref());
         let saved = self.opened.saved.as_ref();
-        let saved = saved.and_then(|saved| Some(saved.origin.planner()));
+        let saved = saved.map(|saved| saved.origin.planner());
         let name = process.map(|process| process.named()).or(saved);
         name.map_or("nearmiss".into(), |name| visible(&name).into_owned())
     }

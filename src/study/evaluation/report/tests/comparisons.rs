@@ -15,7 +15,6 @@ fn declared_comparisons_are_families_of_their_own() {
         let comparison = Comparison {
             baseline: baseline.map(String::from),
             primary: primary.map(|(a, b)| (a.into(), b.into())),
-            ..Comparison::default()
         };
         assert!(
             comparison
