@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nearmiss_scene::verdict::Task;
 use rusqlite::{OptionalExtension, params};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -131,7 +130,7 @@ impl Store {
         })
     }
 
-    /// Appends questions to a batch and replaces its specification. With a `lead`, safety questions without one get it.
+    /// Appends questions to a batch and replaces its specification.
     ///
     /// # Errors
     /// SQLite refused.
@@ -140,18 +139,12 @@ impl Store {
         id: BatchId,
         spec: &str,
         items: &[NewItem],
-        lead: Option<&str>,
     ) -> Result<(), StoreError> {
         self.durably(|transaction| {
             transaction.execute(
                 "UPDATE batches SET spec = ?2, updated_ms = ?3 WHERE id = ?1",
                 params![id.0, spec, now_ms()],
             )?;
-            if let Some(lead) = lead {
-                let sql =
-                    "UPDATE items SET lead = ?2 WHERE batch = ?1 AND task = ?3 AND lead IS NULL";
-                transaction.execute(sql, params![id.0, lead, Task::Safety.name()])?;
-            }
             insert(transaction, id, items)
         })
     }

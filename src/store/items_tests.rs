@@ -94,7 +94,7 @@ fn items_come_back_as_they_were_and_say_where_they_stand() {
     let begun = [item("A", 0), item("A", 1), lost];
     let id = store.begin_batch("{}", Some("1/2"), &begun).unwrap();
     store
-        .extend_batch(id, "{\"more\":1}", &[item("A", 2)], None)
+        .extend_batch(id, "{\"more\":1}", &[item("A", 2)])
         .unwrap();
     let key = Key::parse(&"b".repeat(64)).unwrap();
     let (waiting, failed) = (ItemState::Waiting, ItemState::Failed);

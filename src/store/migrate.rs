@@ -194,7 +194,7 @@ mod tests {
             ..crate::items::tests::item("A", 0)
         };
         let more = std::slice::from_ref(&changed);
-        store.extend_batch(batch, "{}", more, None).unwrap();
+        store.extend_batch(batch, "{}", more).unwrap();
         drop(store);
         let items = Store::open(&path).unwrap().items(batch).unwrap();
         assert_eq!(items.len(), 2);
@@ -262,7 +262,7 @@ mod tests {
             ..crate::items::tests::item("A", 0)
         };
         store
-            .extend_batch(batch, "{}", std::slice::from_ref(&more), None)
+            .extend_batch(batch, "{}", std::slice::from_ref(&more))
             .unwrap();
         let progress = store.split_progress(batch, SplitPart::Test).unwrap();
         store.record_look(batch, progress).unwrap();

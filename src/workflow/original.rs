@@ -201,9 +201,13 @@ mod tests {
     }
 
     fn saved(folder: &Path, original: Value) -> Entry {
+        saved_with(folder, original, &[(7, 3)])
+    }
+
+    fn saved_with(folder: &Path, original: Value, attackers: &[(i64, i64)]) -> Entry {
         let file = folder.join("v.xml");
         std::fs::write(&file, "<commonRoad/>").unwrap();
-        let mut manifest = serde_json::to_value(manifest(&[(7, 3)])).unwrap();
+        let mut manifest = serde_json::to_value(manifest(attackers)).unwrap();
         manifest["original"] = original;
         std::fs::write(folder.join("v.json"), manifest.to_string()).unwrap();
         Entry::of_file(&file)
@@ -248,9 +252,8 @@ mod tests {
     #[test]
     fn all_attackers_are_read() {
         let folder = tempfile::tempdir().unwrap();
-        let entry = saved(folder.path(), json!({"benchmark_id": "A", "sha256": "00"}));
-        let several = serde_json::to_string(&manifest(&[(9, 5), (7, 3)])).unwrap();
-        std::fs::write(folder.path().join("v.json"), several).unwrap();
+        let original = json!({"benchmark_id": "A", "sha256": "00"});
+        let entry = saved_with(folder.path(), original, &[(9, 5), (7, 3)]);
         let origin = VariantOrigin::of(&entry).unwrap();
         assert_eq!((origin.manifest.attacker, origin.from()), (7, 3));
         assert_eq!(origin.ids(), [9, 7]);

@@ -92,8 +92,15 @@ fn run(home: &Home, arguments: &[&str]) -> Ended {
     tokio::task::block_in_place(|| home.run(arguments))
 }
 
+/// The table without times, and without what counts the answers that were cut off.
 fn cells(ended: &Ended) -> Value {
-    untimed(ended.json()["cells"].clone())
+    let mut cells = untimed(ended.json()["cells"].clone());
+    for cell in cells.as_array_mut().unwrap() {
+        for counted in ["cost_of", "superseded"] {
+            cell.as_object_mut().unwrap().remove(counted).unwrap();
+        }
+    }
+    cells
 }
 
 fn total(cells: &Value, of: &[&str]) -> u64 {

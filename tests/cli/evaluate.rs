@@ -313,7 +313,7 @@ async fn changed_scenes_and_leads_are_counted_beside_the_table() {
     assert_eq!(resume(&["--format=json"]).json(), document);
     assert_eq!(server.requests().len(), 5, "nothing is asked again");
     let table = resume(&[]).stdout;
-    for words in ["mirror", "flips", "to the collision", "0.500"] {
+    for words in ["mirror", "Flips", "to the collision", "0.5 "] {
         assert!(table.contains(words), "{words}: {table}");
     }
     let report = tokio::task::block_in_place(|| home.run(&["report", "--batch", "last"]))

@@ -1,18 +1,5 @@
 //! `evaluate BATCH` with more leads and changed scenes, and labels that do not fit the scenarios.
 
-use std::sync::Arc;
-
-use nearmiss::description::Frame;
-use nearmiss::evaluation::batch::Experiment;
-use nearmiss::evaluation::{Judge, Judges};
-use nearmiss::formats::{EgoSelection, Entry};
-use nearmiss::metrics::Thresholds;
-use nearmiss::planner::Cancel;
-use nearmiss::prompts::{Library, Techniques};
-use nearmiss::scenario::Scene;
-use nearmiss::store::Store;
-use nearmiss::verdict::Task;
-use nearmiss::workflow::batch::BatchRequest;
 use serde_json::Value;
 
 use super::batches::{home as home_with, telling};
@@ -162,83 +149,6 @@ async fn a_batch_of_two_tasks_asks_what_one_asks_that_was_planned_whole() {
         for (one, wanted) in all.iter().zip(&wanted) {
             assert_eq!(one, wanted, "{added:?}");
         }
-    }
-}
-
-/// A batch about the ends of the recordings, as earlier versions began them.
-fn of_earlier_version(home: &Home) {
-    let names = [HARD_BRAKING, CUT_IN];
-    let request = BatchRequest {
-        experiment: Experiment {
-            scenarios: names.map(Into::into).to_vec(),
-            tasks: vec![Task::Safety],
-            frames: vec![Frame::Cartesian],
-            techniques: vec![Techniques::ALL],
-            models: vec!["reference/geometry".into()],
-            ..Experiment::default()
-        },
-        entries: names.map(|name| Entry::of_argument(name.as_ref())).to_vec(),
-        ego: EgoSelection::Beside,
-        shard: None,
-        drafts: Default::default(),
-    };
-    let thresholds = Arc::new(Thresholds::shipped().clone());
-    let (library, cancel) = (Library::load(None), Cancel::default());
-    let plan = request
-        .plan(&library, &thresholds, &cancel, &mut |_| {})
-        .unwrap()
-        .unwrap();
-    let store = Store::open(&home.data().join("runs.sqlite")).unwrap();
-    let judges = Judges::from([("reference/geometry".into(), Judge::Reference)]);
-    let dry_run = plan.dry_run(&judges, &store, &cancel, &mut |_| {});
-    plan.write(&store, &dry_run.unwrap().unwrap()).unwrap();
-}
-
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_batch_about_the_ends_of_recordings_keeps_its_windows() {
-    let server = yes_first().await;
-    let home = home_with(server.base_url());
-    of_earlier_version(&home);
-    let plain = resume(&home, &["--model", "lab/tiny"]).status(0).json();
-    assert_eq!(server.requests().len(), 2);
-    let last_steps = home.rows("SELECT window_last FROM runs");
-    let names = [HARD_BRAKING, CUT_IN].map(|name| Entry::of_argument(name.as_ref()));
-    let ends = names.map(|entry| {
-        let scenario = entry.read().unwrap();
-        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
-        (Scene::new(scenario, ego).last_step() - 2).to_string()
-    });
-    let all = |end: &String| {
-        last_steps
-            .iter()
-            .filter(|row| row["window_last"].as_ref() == Some(end))
-            .count()
-    };
-    assert!(
-        ends.iter().all(|end| all(end) >= 2),
-        "{ends:?} {last_steps:?}"
-    );
-    // A lead beside them leaves the table as it was.
-    let more = resume(&home, &["--set", "leads=1"]).status(0).json();
-    assert_eq!(server.requests().len(), 3);
-    assert_eq!(
-        untimed(more["cells"].clone()),
-        untimed(plain["cells"].clone())
-    );
-    let leads = more["lead"].as_array().unwrap().iter();
-    let leads: Vec<_> = leads.filter(|lead| lead["model"] == "lab/tiny").collect();
-    assert_eq!(leads.len(), 1, "{leads:?}");
-    assert_eq!(
-        (&leads[0]["lead"], &leads[0]["n"]),
-        (&1.0.into(), &1.into())
-    );
-    let list = run(&home, &["evaluate", "list"]).status(0).stdout;
-    let report = run(&home, &["report", "--batch", "last"]).status(0).stdout;
-    for text in [list, report] {
-        assert!(
-            text.contains("exact geometry of the whole recordings"),
-            "{text}"
-        );
     }
 }
 

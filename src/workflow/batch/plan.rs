@@ -156,16 +156,8 @@ impl BatchRequest {
         thresholds: &Thresholds,
     ) -> Result<Vec<Batch>, BatchError> {
         let spec = self.spec(library, thresholds)?;
-        let is_same = |batch: &Batch| {
-            let stored = Spec::from_json(&batch.spec);
-            // Batches of earlier versions do not say what their windows were drawn from.
-            stored.is_ok_and(|mut stored| {
-                if stored.drawn_from.is_empty() {
-                    stored.drawn_from.clone_from(&spec.drawn_from);
-                }
-                stored == spec
-            })
-        };
+        let is_same =
+            |batch: &Batch| Spec::from_json(&batch.spec).is_ok_and(|stored| stored == spec);
         let all = store.batches()?.into_iter().map(|(batch, _)| batch);
         Ok(all.filter(is_same).collect())
     }

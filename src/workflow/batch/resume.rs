@@ -51,8 +51,6 @@ pub(super) struct StoredBatch {
     pub(super) items: Vec<Item>,
     /// The specification without what is added.
     before: Spec,
-    /// The first lead, where questions have to name it from now on.
-    first_lead: Option<String>,
     extended: bool,
 }
 
@@ -81,12 +79,6 @@ impl ResumeRequest {
         let mut before = spec.clone();
         spec.experiment.extend(&self.more);
         spec.experiment.check_size().map_err(BatchError::TooLarge)?;
-        let first_lead = newly_named(&before.experiment, &spec.experiment);
-        for item in &mut items {
-            if item.asked.task == Task::Safety {
-                item.asked.lead = item.asked.lead.take().or_else(|| first_lead.clone());
-            }
-        }
         let own_library = spec.library(library)?;
         spec.templates
             .extend(Spec::templates_of(&spec.experiment, &own_library));
@@ -164,7 +156,6 @@ impl ResumeRequest {
                 batch,
                 items,
                 before,
-                first_lead,
                 extended,
             })),
         }))
@@ -234,12 +225,7 @@ impl StoredBatch {
             .iter()
             .filter(|item| !there.contains(&item.identity()));
         let new: Vec<NewItem> = new.cloned().collect();
-        store.extend_batch(
-            self.batch.id,
-            &spec.to_json(),
-            &new,
-            self.first_lead.as_deref(),
-        )
+        store.extend_batch(self.batch.id, &spec.to_json(), &new)
     }
 }
 
@@ -257,13 +243,6 @@ fn unlabelled(items: &[Item], labels: &[ItemTruth]) -> Vec<String> {
         .map(|(item, _)| item.asked.scenario.as_str())
         .collect();
     names.into_iter().map(String::from).collect()
-}
-
-/// The first lead in words, where the questions of a batch may not name it and have to from now on: earlier versions
-/// left it out of batches with one lead.
-fn newly_named(before: &Experiment, now: &Experiment) -> Option<String> {
-    let lead = before.lead().filter(|_| before.more_leads().is_empty());
-    lead.filter(|_| now != before).map(Lead::stored)
 }
 
 /// The truth about scenarios that could not be read when the batch was begun, and can be now.
