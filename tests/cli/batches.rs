@@ -92,11 +92,11 @@ fn run(home: &Home, arguments: &[&str]) -> Ended {
     tokio::task::block_in_place(|| home.run(arguments))
 }
 
-/// The table without times, and without what counts the answers that were cut off.
+/// The table without times, and without what counts answers that were cut off, which cost something, too.
 fn cells(ended: &Ended) -> Value {
     let mut cells = untimed(ended.json()["cells"].clone());
     for cell in cells.as_array_mut().unwrap() {
-        for counted in ["cost_of", "superseded"] {
+        for counted in ["cost_of", "cost_unknown", "superseded"] {
             cell.as_object_mut().unwrap().remove(counted).unwrap();
         }
     }
