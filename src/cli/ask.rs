@@ -16,17 +16,15 @@ pub use dry_run::AskDryRun;
 
 use super::interrupt::{self, INTERRUPTED};
 use super::open::{configuration, judge_of};
-use super::prompt::{QuestionArguments, QuestionSettings};
-use super::set::{Assignment, Settable, assignment, number, on_or_off, settings};
-use super::time;
-use super::tool_options::ToolLimitOptions;
+use super::prompt::QuestionArguments;
 use super::{Failure, Outcome, output};
-use nearmiss_ask::llm::{Dialect, Effort, Environment, Parameters, Registry};
-use nearmiss_base::system::unknown;
+use super::{knobs, time};
+use nearmiss_ask::llm::{Environment, Parameters, Registry};
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::{CriticalObstacle, Task, Verdict};
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::{Origin, RunId, Store};
+use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_study::evaluation::{
     Answer, Case, Event, Judge, JudgeOutcome, RunOptions, StoredOrigin,
 };
@@ -47,8 +45,8 @@ pub struct Ask {
     /// Change a setting of the question (those of `prompt show`), or of the request: temperature, max_tokens, seed, effort,
     /// tools, tool_rounds, tool_calls, log_probabilities [default: from config.toml]; with --base-url dialect and key_env,
     /// the variable that holds the key [default: those of the provider]. See `nearmiss help providers`.
-    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<AskSettings>)]
-    set: Vec<Assignment>,
+    #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::of_request)]
+    set: Vec<(String, String)>,
     /// Maximum cost of the answer in US dollars; needs a known price and a token limit [default: `budget` in
     /// config.toml, else none].
     #[arg(long, value_name = "USD", allow_negative_numbers = true, value_parser = budget)]
@@ -69,78 +67,6 @@ pub struct Ask {
     dry_run: bool,
 }
 
-/// Settings of a question and its request.
-#[derive(Debug, Clone, Default)]
-struct AskSettings {
-    question: QuestionSettings,
-    temperature: Option<f64>,
-    max_tokens: Option<u32>,
-    seed: Option<u64>,
-    effort: Option<Effort>,
-    tools: Option<bool>,
-    tool_limits: ToolLimitOptions,
-    log_probabilities: Option<bool>,
-    dialect: Option<String>,
-    key_env: Option<String>,
-}
-
-impl Settable for AskSettings {
-    fn keys() -> Vec<&'static str> {
-        let request = vec![
-            "temperature",
-            "max_tokens",
-            "seed",
-            "effort",
-            "tools",
-            "tool_rounds",
-            "tool_calls",
-            "log_probabilities",
-            "dialect",
-            "key_env",
-        ];
-        [QuestionSettings::keys(), request].concat()
-    }
-
-    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
-        match key {
-            "temperature" => self.temperature = Some(temperature(value)?),
-            "max_tokens" => self.max_tokens = Some(number(value, 1, u32::MAX)?),
-            "seed" => self.seed = Some(number(value, 0, u64::MAX)?),
-            "effort" => self.effort = Some(effort(value)?),
-            "tools" => self.tools = Some(on_or_off(value)?),
-            "tool_rounds" => self.tool_limits.tool_rounds = Some(number(value, 1, 100)?),
-            "tool_calls" => self.tool_limits.tool_calls = Some(number(value, 1, 1000)?),
-            "log_probabilities" => self.log_probabilities = Some(on_or_off(value)?),
-            "dialect" => self.dialect = Some(dialect(value)?),
-            "key_env" => self.key_env = Some(value.into()),
-            _ => self.question.set(key, value)?,
-        }
-        Ok(())
-    }
-}
-
-fn dialect(word: &str) -> Result<String, String> {
-    let known = Dialect::ALL.map(Dialect::name);
-    if known.contains(&word) {
-        Ok(word.into())
-    } else {
-        Err(unknown("dialect", word, known))
-    }
-}
-
-pub fn temperature(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
-    if (0.0..=2.0).contains(&value) {
-        Ok(value)
-    } else {
-        Err("expected a number from 0 to 2".into())
-    }
-}
-
-pub fn effort(text: &str) -> Result<Effort, String> {
-    Effort::parse(text).ok_or_else(|| format!("expected {}", Effort::names()))
-}
-
 pub fn budget(text: &str) -> Result<f64, String> {
     let usd: f64 = text.parse().map_err(|_| "expected a number".to_string())?;
     if usd.is_finite() && usd > 0.0 {
@@ -153,8 +79,8 @@ pub fn budget(text: &str) -> Result<f64, String> {
 /// Runs `ask`.
 pub fn run(arguments: &Ask) -> Outcome {
     let (folders, config) = configuration()?;
-    let set: AskSettings = settings(&arguments.set).map_err(Failure::input)?;
-    let question = arguments.asked.question(&set.question, &folders, &config)?;
+    let set = question_settings(arguments, &config)?;
+    let question = arguments.asked.question(&set, &folders, &config)?;
     let model = arguments
         .model
         .as_deref()
@@ -259,17 +185,12 @@ fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
 
 fn judge(
     arguments: &Ask,
-    set: &AskSettings,
+    set: &Experiment,
     model: &str,
     folders: &Folders,
     config: &Config,
     bound: Option<&Bound>,
 ) -> Result<Judge, Failure> {
-    if arguments.base_url.is_none() && (set.dialect.is_some() || set.key_env.is_some()) {
-        return Err(Failure::input(
-            "--set dialect and key_env need --base-url; a provider has its own in config.toml",
-        ));
-    }
     let mut providers = config.providers.clone();
     if let Some(url) = &arguments.base_url {
         let Some((name, _)) = model
@@ -287,33 +208,19 @@ fn judge(
         };
         server.overlay(&mut providers, name);
     }
-    let tools = set.tools.unwrap_or(set.tool_limits.any() || config.tools);
-    let usual = parameters(config);
-    let parameters = Parameters {
-        temperature: set.temperature.or(usual.temperature),
-        max_tokens: set.max_tokens.or(usual.max_tokens),
-        seed: set.seed,
-        effort: set.effort.or(usual.effort),
-        log_probabilities: set.log_probabilities.unwrap_or(config.log_probabilities),
-        tools: tools.then(|| set.tool_limits.limits()),
-    };
     let budget = bound.map(|bound| bound.usd);
     judge_of(
-        &models(model, &providers, folders, parameters, budget),
+        &models(model, &providers, folders, set.parameters(), budget),
         model,
     )
 }
 
-/// The parameters of the configuration, for a text.
-pub fn parameters(config: &Config) -> Parameters {
-    Parameters {
-        temperature: config.temperature,
-        max_tokens: config.max_tokens,
-        seed: None,
-        effort: config.effort.as_deref().and_then(Effort::parse),
-        log_probabilities: false,
-        tools: None,
-    }
+/// The settings, with the address of a server.
+fn question_settings(arguments: &Ask, config: &Config) -> Result<Experiment, Failure> {
+    let mut set = arguments.set.clone();
+    let url = arguments.base_url.clone();
+    set.extend(url.map(|url| ("base_url".into(), url)));
+    knobs::of_one_question(config, &set)
 }
 
 /// The models of these providers; what is wrong with other providers, and what is doubtful about this model, is said.

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::knobs;
 use super::open::{EgoChoice, configuration, entry, frame, scene, user_thresholds};
-use super::set::{Assignment, assignment, settings};
-use super::span::{Span, Wording};
+use super::span::Span;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -32,8 +32,8 @@ pub struct Describe {
     span: Span,
     /// Change how the scene is described: stride, radius, precision, form (compact or prose), contact, road, axes, measures.
     /// See `nearmiss help prompting`.
-    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<Wording>)]
-    set: Vec<Assignment>,
+    #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::of_description)]
+    set: Vec<(String, String)>,
     #[command(flatten)]
     format: output::FormatOption,
     /// File for the picture of a frame that has one: .png, as models are sent it, or .svg; with another name for the
@@ -119,10 +119,10 @@ fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
     let (folders, config) = configuration()?;
     let entry = entry(file)?;
     let scene = scene(&entry, &arguments.ego)?;
-    let wording = settings(&arguments.set).map_err(Failure::input)?;
+    let set = knobs::of_one_question(&config, &arguments.set)?;
     let decided = arguments
         .span
-        .settings(&wording, None, arguments.frame, &config)?
+        .settings(&set, None, arguments.frame)?
         .with(&Defaults::default());
     let thresholds = user_thresholds(&folders)?;
     let window = arguments

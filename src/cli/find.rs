@@ -22,8 +22,8 @@ use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::{
-    FilterRequest, FoundWindow, FoundWindows, IndexSearch, checked_filter, search_index,
-    write_filter,
+    FilterRequest, FoundWindow, FoundWindows, IndexSearch, checked_filter, configured_experiment,
+    search_index, write_filter,
 };
 
 /// The most tokens of an answer, reasoning included, where the configuration sets no limit.
@@ -221,7 +221,9 @@ fn written(
     let index = folder(arguments, config)?;
     let parameters = Parameters {
         max_tokens: Some(config.max_tokens.unwrap_or(TOKENS)),
-        ..ask::parameters(config)
+        log_probabilities: false,
+        tools: None,
+        ..configured_experiment(config).parameters()
     };
     let models = ask::models(model, &config.providers, folders, parameters, config.budget);
     let Judge::Model(judge) = judge_of(&models, model)? else {

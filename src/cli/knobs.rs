@@ -4,9 +4,11 @@ use std::path::Path;
 
 use crate::{Failure, output};
 use nearmiss_ask::prompts::Library;
-use nearmiss_record::fields::{Fields, Layers};
+use nearmiss_base::system::unknown;
+use nearmiss_record::fields::{Fields, Layers, Row};
+use nearmiss_settings::Config;
 use nearmiss_study::evaluation::batch::Experiment;
-use nearmiss_workflow::complete_experiment;
+use nearmiss_workflow::{complete_experiment, configured_experiment};
 
 /// Settings of an experiment.
 #[derive(Debug, clap::Args)]
@@ -20,7 +22,7 @@ pub struct Knobs {
 fn setting(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, value)) => Ok((key.trim().into(), value.trim().into())),
-        None => Err("expected KEY=VALUE, such as history=20".into()),
+        None => Err("expected KEY=VALUE, such as radius=50".into()),
     }
 }
 
@@ -34,6 +36,61 @@ impl Knobs {
             layers.word(&format!("--set {key}"), key, value);
         }
     }
+}
+
+/// A setting of a question, by the keys of an experiment's description and sampling: `nearmiss ask --set`.
+pub fn of_request(text: &str) -> Result<(String, String), String> {
+    let others = ["dialect", "key_env"];
+    one(text, |row| {
+        ["description", "sampling"].contains(&row.section) || others.contains(&row.key)
+    })
+}
+
+/// The same of a question that is not sent.
+pub fn of_question(text: &str) -> Result<(String, String), String> {
+    one(text, |row| row.section == "description")
+}
+
+/// The same of a description, which has no template.
+pub fn of_description(text: &str) -> Result<(String, String), String> {
+    one(text, |row| {
+        row.section == "description" && row.key != "pack"
+    })
+}
+
+/// A setting with one value.
+fn one(text: &str, is_taken: impl Fn(&Row) -> bool) -> Result<(String, String), String> {
+    let (key, value) = setting(text)?;
+    let rows = Experiment::rows().iter().filter(|row| is_taken(row));
+    let known: Vec<&Row> = rows.collect();
+    let Some(row) = known.iter().find(|row| row.key == key) else {
+        return Err(unknown("key", &key, known.iter().map(|row| row.key)));
+    };
+    let is_several = |value: &toml::Value| value.as_array().is_some_and(|all| all.len() > 1);
+    if row.is("axis") && is_several(&row.parse(&value)) {
+        return Err(format!("{key}: expected one value"));
+    }
+    Ok((key, value))
+}
+
+/// The settings of a question: those of the configuration, and over them what is set.
+pub fn of_one_question(config: &Config, set: &[(String, String)]) -> Result<Experiment, Failure> {
+    let mut layers = Layers::<Experiment>::default();
+    layers.fields("config.toml: ", &configured_experiment(config));
+    for (key, value) in set {
+        layers.word(&format!("--set {key}"), key, value);
+    }
+    let is_set = |key: &str| set.iter().any(|(set, _)| set == key);
+    if !is_set("tools") && (is_set("tool_rounds") || is_set("tool_calls")) {
+        layers.word("--set tools", "tools", "on");
+    }
+    let settings = layers.fields_so_far();
+    for (key, words) in settings.mistakes() {
+        layers.mistake(key, &words);
+    }
+    let checked = layers.checked();
+    checked.map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
+    Ok(settings)
 }
 
 /// The experiment that layers make, or all that is wrong with it.

@@ -55,7 +55,6 @@ mod span;
 mod templates;
 mod themes_and_keys;
 mod time;
-mod tool_options;
 mod tune;
 mod verdicts;
 

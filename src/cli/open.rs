@@ -10,7 +10,7 @@ use super::plan::as_ego;
 use super::row_file::say_shared_names;
 use super::side_files::without_side_files;
 use super::{Failure, output};
-use nearmiss_ask::prompts::{Pack, Techniques};
+use nearmiss_ask::prompts::Techniques;
 use nearmiss_base::system::unknown;
 use nearmiss_formats::{
     self as formats, EgoError, EgoSelection, Entry, EntryLocation, SearchResults,
@@ -311,11 +311,6 @@ pub fn task(word: &str) -> Result<Task, String> {
 /// The name of a frame.
 pub fn frame(word: &str) -> Result<Frame, String> {
     Frame::parse(word).ok_or_else(|| unknown("frame", word, Frame::ALL.map(Frame::name)))
-}
-
-/// `standard` or `paper`.
-pub fn pack(word: &str) -> Result<Pack, String> {
-    Pack::parse(word).ok_or_else(|| unknown("pack", word, Pack::ALL.map(Pack::name)))
 }
 
 /// `cp,cot,icl`, `base` or `all`.

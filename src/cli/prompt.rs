@@ -6,17 +6,16 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::describe::advised;
-use super::open::{
-    ScenarioArguments, configuration, frame, pack, task, techniques, user_thresholds,
-};
-use super::set::{Assignment, Settable, assignment, settings};
-use super::span::{Span, Wording};
+use super::knobs;
+use super::open::{ScenarioArguments, configuration, frame, task, techniques, user_thresholds};
+use super::span::Span;
 use super::{Failure, Outcome, json, output};
 use nearmiss_ask::llm::Message;
-use nearmiss_ask::prompts::{Library, Pack, Problem, Techniques};
+use nearmiss_ask::prompts::{Library, Problem, Techniques};
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, Folders};
+use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_study::evaluation::{
     AttackTerms, Case, CaseError, Question, default_frame, prepare, template, validate,
 };
@@ -42,38 +41,16 @@ pub struct QuestionArguments {
     pub span: Span,
 }
 
-/// Settings of a question.
-#[derive(Debug, Clone, Default)]
-pub struct QuestionSettings {
-    wording: Wording,
-    pack: Option<Pack>,
-}
-
-impl Settable for QuestionSettings {
-    fn keys() -> Vec<&'static str> {
-        [Wording::keys(), vec!["pack"]].concat()
-    }
-
-    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
-        match key {
-            "pack" => self.pack = Some(pack(value)?),
-            _ => self.wording.set(key, value)?,
-        }
-        Ok(())
-    }
-}
-
 impl QuestionArguments {
     /// The question, ready to be sent.
     pub fn question(
         &self,
-        set: &QuestionSettings,
+        set: &Experiment,
         folders: &Folders,
         config: &Config,
     ) -> Result<Question, Failure> {
         let (entry, scene) = self.which.open()?;
-        let library = validate(Library::load(Some(&folders.prompts())))
-            .with_pack(set.pack.unwrap_or_default());
+        let library = validate(Library::load(Some(&folders.prompts()))).with_pack(set.pack);
         let frame = self
             .frame
             .unwrap_or_else(|| default_frame(&library, self.task));
@@ -83,9 +60,7 @@ impl QuestionArguments {
             library.problems.iter().for_each(say);
             Failure::input(error)
         })?;
-        let settings = self
-            .span
-            .settings(&set.wording, self.techniques, frame, config)?;
+        let settings = self.span.settings(set, self.techniques, frame)?;
         let decided = settings.with(&chosen.front.defaults);
         let thresholds = user_thresholds(folders)?;
         let window = (self.span).window(&scene, &thresholds, Some(self.task), decided.history)?;
@@ -115,8 +90,8 @@ pub struct PromptArguments {
     asked: QuestionArguments,
     /// Change a setting of the template: stride, radius, precision, form, contact, road, axes, measures; or pack=paper, to
     /// ask as "From Words to Collisions" does. See `nearmiss help prompting`.
-    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<QuestionSettings>)]
-    set: Vec<Assignment>,
+    #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::of_question)]
+    set: Vec<(String, String)>,
     #[command(flatten)]
     format: output::FormatOption,
 }
@@ -145,7 +120,7 @@ impl json::Output for Document {
 /// Runs `prompt`.
 pub fn run(arguments: &PromptArguments) -> Outcome {
     let (folders, config) = configuration()?;
-    let set = settings(&arguments.set).map_err(Failure::input)?;
+    let set = knobs::of_one_question(&config, &arguments.set)?;
     let question = arguments.asked.question(&set, &folders, &config)?;
     if arguments.format.is_json() {
         let case = &question.case;

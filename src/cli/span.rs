@@ -2,15 +2,13 @@
 
 use super::Failure;
 use super::at::{AT, At, worst_step};
-use super::set::{Settable, number, on_or_off};
-use nearmiss_ask::prompts::{MOST_DECIMALS, Techniques};
-use nearmiss_base::system::unknown;
-use nearmiss_scene::description::{EgoAxes, Form, Frame};
-use nearmiss_scene::metrics::{MeasureList, Thresholds};
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Scene, Window};
 use nearmiss_scene::verdict::Task;
-use nearmiss_settings::Config;
 use nearmiss_study::evaluation::Settings;
+use nearmiss_study::evaluation::batch::Experiment;
 
 /// Which steps are looked at, and which obstacle.
 #[derive(Debug, clap::Args)]
@@ -26,78 +24,6 @@ pub struct Span {
     /// Describe only this obstacle; the trajectory frame needs it.
     #[arg(long, value_name = "ID", allow_negative_numbers = true)]
     obstacle: Option<i64>,
-}
-
-/// How a scene is described, by the keys of a template.
-#[derive(Debug, Clone, Default)]
-pub struct Wording {
-    stride: Option<u32>,
-    radius: Option<f64>,
-    precision: Option<u8>,
-    form: Option<Form>,
-    contact: Option<bool>,
-    road: Option<bool>,
-    axes: Option<EgoAxes>,
-    measures: Option<MeasureList>,
-}
-
-impl Settable for Wording {
-    fn keys() -> Vec<&'static str> {
-        vec![
-            "stride",
-            "radius",
-            "precision",
-            "form",
-            "contact",
-            "road",
-            "axes",
-            "measures",
-        ]
-    }
-
-    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
-        match key {
-            "stride" => self.stride = Some(number(value, 1, u32::MAX)?),
-            "radius" => self.radius = Some(metres(value)?),
-            "precision" => self.precision = Some(number(value, 0, MOST_DECIMALS as u8)?),
-            "form" => self.form = Some(form(value)?),
-            "contact" => self.contact = Some(on_or_off(value)?),
-            "road" => self.road = Some(on_or_off(value)?),
-            "axes" => self.axes = Some(axes(value)?),
-            _ => self.measures = Some(measures(value)?),
-        }
-        Ok(())
-    }
-}
-
-/// A positive number of metres.
-fn metres(word: &str) -> Result<f64, String> {
-    let metres = word.parse::<f64>().ok();
-    metres
-        .filter(|m| m.is_finite() && *m > 0.0)
-        .ok_or_else(|| "expected a positive number of metres".into())
-}
-
-/// Options of a description that one frame has.
-#[derive(Debug, Clone, Copy, Default, clap::Args)]
-pub struct OfFrames {
-    /// Cartesian frame: describe the road near the ego too, its lanelets with their lines [default: from the template,
-    /// else no].
-    #[arg(long, value_name = "yes|no", num_args = 0..=1, require_equals = true, default_missing_value = "yes", value_parser = on_or_off)]
-    pub road: Option<bool>,
-    /// Ego frame: heading (gaps along the ego's heading), lane (s and d along its lane) or centre (places of centres,
-    /// without distances and gaps) [default: from the template, else heading].
-    #[arg(long, value_name = "AXES", value_parser = axes)]
-    pub axes: Option<EgoAxes>,
-    /// Metrics frame: the measures that are its columns, separated by commas, such as ttc,thw,drac; see `nearmiss help
-    /// measures` [default: from the template, else distance, times, drac and risk].
-    #[arg(long, value_name = "MEASURES", value_parser = measures)]
-    pub measures: Option<MeasureList>,
-}
-
-/// `heading` or `lane`.
-fn axes(word: &str) -> Result<EgoAxes, String> {
-    EgoAxes::parse(word).ok_or_else(|| unknown("axes", word, EgoAxes::ALL.map(EgoAxes::name)))
 }
 
 /// Steps of a window: no recording is longer than the most.
@@ -158,37 +84,19 @@ impl Span {
     /// What the user says, here and in the configuration, about how a scene is described.
     pub fn settings(
         &self,
-        wording: &Wording,
+        set: &Experiment,
         techniques: Option<Techniques>,
         frame: Frame,
-        config: &Config,
     ) -> Result<Settings, Failure> {
+        let set = set.settings(techniques);
         let settings = Settings {
-            history: self.history.map(|steps| steps as usize).or(config.history),
-            stride: wording.stride.map(|steps| steps as usize),
-            radius: wording.radius.or(config.radius),
-            precision: wording.precision.map(usize::from),
-            form: wording.form,
-            contact: wording.contact,
-            techniques,
-            road: wording.road,
-            axes: wording.axes,
-            measures: wording.measures,
+            history: self.history.map(|steps| steps as usize).or(set.history),
             obstacle: self.obstacle,
+            ..set
         };
         match settings.misplaced(&[frame], "--set ") {
             Some(why) => Err(Failure::input(why)),
             None => Ok(settings),
         }
     }
-}
-
-/// `prose` or `compact`.
-pub fn form(word: &str) -> Result<Form, String> {
-    Form::parse(word).ok_or_else(|| "expected prose or compact".into())
-}
-
-fn measures(text: &str) -> Result<MeasureList, String> {
-    let list = MeasureList::parse(text);
-    list.map_err(|wrong| format!("{wrong}\n`nearmiss metrics --list` lists all"))
 }

@@ -306,7 +306,7 @@ fn what_cannot_be_described_is_said_with_advice() {
         .status(2);
     home.run(&["prompt", "describe", CUT_IN, "--set=form=verse"])
         .status(2)
-        .says(&["prose or compact"]);
+        .says(&["unknown form `verse`; available: prose, compact"]);
 }
 
 #[test]

@@ -39,6 +39,8 @@ pub fn find(
     // What answers are to be like is said of answers, not of proposals.
     spec.experiment = Experiment {
         base_url: spec.experiment.base_url,
+        dialect: spec.experiment.dialect,
+        key_env: spec.experiment.key_env,
         max_tokens: Some(settings.proposal_tokens),
         ..Experiment::default()
     };

@@ -41,10 +41,12 @@ impl BatchModels<'_> {
         on_warning: &mut dyn FnMut(String),
     ) -> Result<Judges, String> {
         let mut providers = self.providers.clone();
-        if let Some(url) = &spec.experiment.base_url {
+        let experiment = &spec.experiment;
+        if let Some(url) = &experiment.base_url {
             let server = Server {
                 url,
-                ..Server::default()
+                dialect: experiment.dialect.as_deref(),
+                key_env: experiment.key_env.as_deref(),
             };
             for model in models.iter().filter(|model| *model != judge::MODEL) {
                 server.overlay(&mut providers, model.split('/').next().unwrap_or_default());

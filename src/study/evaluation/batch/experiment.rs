@@ -8,8 +8,9 @@ use super::truth::TruthSource;
 use crate::evaluation::report::{Comparison, PivotRequest};
 use crate::evaluation::windows::{LEAD, WITHIN};
 use crate::evaluation::{AxisValues, Lead, PAPER_STEPS, Protocol, Settings, default_frame};
-use nearmiss_ask::llm::{Effort, Endpoint, Parameters, ToolLimits};
-use nearmiss_ask::prompts::{Library, Pack, Techniques};
+use nearmiss_ask::llm::{Dialect, Effort, Endpoint, Parameters, ToolLimits};
+use nearmiss_ask::prompts::{Library, MOST_DECIMALS, Pack, Techniques};
+use nearmiss_base::system::unknown;
 use nearmiss_record::fields::{Fields, OneOrMore, Word};
 use nearmiss_scene::description::{EgoAxes, Form, Frame};
 use nearmiss_scene::metrics::MeasureList;
@@ -68,10 +69,14 @@ nearmiss_record::fields! {
             /// Obstacles within this distance of the ego are described, metres, and farther away those that can reach it
             /// soon; by default that of the template.
             radius: Option<f64>, Takes::Above(0.0, 1e6), "m";
+            /// Decimals of the numbers; by default those of the template.
+            precision: Option<usize>, Takes::Whole(0, MOST_DECIMALS as i64);
             /// Wording of the description, or several; by default that of the template, else compact.
             form [axis]: OneOrMore<Form>;
             /// Every so many steps are described, or several numbers; by default those of the template, else 1.
             stride [axis]: OneOrMore<usize>, Takes::Whole(1, 1000);
+            /// Whether bodies that touch are said to; by default as the template says.
+            contact: Option<bool>;
             /// Whether the Cartesian frame describes the road near the ego; by default as the template says, else not.
             road: Option<bool>;
             /// What the ego frame measures along: the ego's `heading` or its `lane`; by default as the template says, else
@@ -103,6 +108,10 @@ nearmiss_record::fields! {
         "run" {
             /// Address of one server for all models, instead of the providers' own.
             base_url: Option<String>;
+            /// Dialect of the server at base_url; by default that of the providers.
+            dialect: Option<String>, Takes::Checked(dialect);
+            /// Environment variable with the key of the server at base_url; by default those of the providers.
+            key_env: Option<String>;
             /// Most that a run may cost, US dollars; by default `budget` in config.toml.
             budget [run]: Option<f64>, Takes::Above(0.0, 1e9), "USD";
             /// Concurrent requests to each provider; by default `concurrency` in config.toml.
@@ -155,6 +164,15 @@ fn model(id: &str) -> Result<(), String> {
         _ => Err(format!(
             "{id}: expected provider/model, such as openai/gpt-6-luna"
         )),
+    }
+}
+
+fn dialect(word: &str) -> Result<(), String> {
+    let known = Dialect::ALL.map(Dialect::name);
+    if known.contains(&word) {
+        Ok(())
+    } else {
+        Err(unknown("dialect", word, known))
     }
 }
 
@@ -247,8 +265,9 @@ impl Experiment {
         mistakes
     }
 
-    /// What is wrong about fields as they were said.
-    fn mistakes(&self) -> Vec<(&'static str, String)> {
+    /// What is wrong about fields as they were said, each with its key.
+    #[must_use]
+    pub fn mistakes(&self) -> Vec<(&'static str, String)> {
         let mut mistakes = Vec::new();
         let own = "protocol = \"paper\" has windows of its own; remove one of the two";
         if self.protocol == Protocol::Paper {
@@ -277,6 +296,15 @@ impl Experiment {
             let words = "contains a password or key, which the batch would store; set base_url of the provider in \
                          config.toml, or name the key with key_env";
             mistakes.push(("base_url", words.into()));
+        }
+        if self.base_url.is_none() {
+            let given = [
+                ("dialect", self.dialect.is_some()),
+                ("key_env", self.key_env.is_some()),
+            ];
+            let given = given.into_iter().filter(|(_, given)| *given);
+            let needed = "needs base_url; a provider has its own in config.toml";
+            mistakes.extend(given.map(|(key, _)| (key, needed.into())));
         }
         for table in &self.tables {
             if let Err((part, words)) = table.check() {
@@ -377,6 +405,8 @@ impl Experiment {
         Settings {
             history: self.history,
             radius: self.radius,
+            precision: self.precision,
+            contact: self.contact,
             form: self.form.one(),
             stride: self.stride.one(),
             road: self.road,
