@@ -14,7 +14,7 @@ use budget::Bound;
 pub use document::AskDocument;
 pub use dry_run::AskDryRun;
 
-use super::interrupt::{self, INTERRUPTED};
+use super::interrupt;
 use super::open::{configuration, judge_of};
 use super::prompt::QuestionArguments;
 use super::{Failure, Outcome, output};
@@ -139,16 +139,10 @@ pub fn run(arguments: &Ask) -> Outcome {
             }) => {
                 outcome.map_err(|error| budget::refused(error, bound.as_ref()))
             }
-            () = interrupt::signal() => Err(Failure {
-                message: String::new(),
-                status: INTERRUPTED,
-            }),
+            () = interrupt::signal() => Err(interrupted(number, arguments.no_store)),
         };
         words.end();
-        outcome.map_err(|failure| match failure.status {
-            INTERRUPTED => interrupted(number, arguments.no_store),
-            _ => failure,
-        })
+        outcome
     });
     let AskOutcome { answer, not_stored } = outcome?;
     if arguments.format.is_json() {
@@ -170,16 +164,12 @@ pub fn run(arguments: &Ask) -> Outcome {
 
 /// The message after Ctrl-C.
 fn interrupted(run: Option<RunId>, no_store: bool) -> Failure {
-    let message = match run {
-        Some(run) => {
-            format!("interrupted; the partial answer is stored: `nearmiss runs show {run}`")
-        }
-        None if no_store => "interrupted; nothing is kept".into(),
-        None => "interrupted before anything was sent".into(),
-    };
-    Failure {
-        message,
-        status: INTERRUPTED,
+    match run {
+        Some(run) => Failure::interrupted(&format!(
+            "the partial answer is stored: `nearmiss runs show {run}`"
+        )),
+        None if no_store => Failure::interrupted("nothing is kept"),
+        None => Failure::interrupted("nothing was sent"),
     }
 }
 

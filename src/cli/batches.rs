@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::filters::store;
-use super::interrupt::{self, INTERRUPTED};
+use super::interrupt;
 use super::open::configuration;
 use super::{Failure, Outcome, json, output, time};
 use nearmiss_ask::llm::{Client, Environment, Error, Parameters, Registry};
@@ -91,10 +91,9 @@ pub fn run(arguments: &Batches) -> Outcome {
 async fn interruptible(work: impl Future<Output = Outcome>) -> Outcome {
     tokio::select! {
         done = work => done,
-        () = interrupt::signal() => Err(Failure {
-            message: "interrupted; the batches stay with their providers: run `nearmiss runs batches collect` again".into(),
-            status: INTERRUPTED,
-        }),
+        () = interrupt::signal() => Err(Failure::interrupted(
+            "the batches stay with their providers: run `nearmiss runs batches collect` again",
+        )),
     }
 }
 

@@ -8,6 +8,7 @@ use super::span::Span;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::many_files::Failed;
 use super::{Failure, Outcome, json, output};
 use nearmiss_ask::prompts::{Defaults, estimate_tokens};
 use nearmiss_base::system;
@@ -97,21 +98,13 @@ pub fn run(arguments: &Describe) -> Outcome {
 
 /// Describes one scenario after the other; those that cannot be described are said and counted.
 fn several(arguments: &Describe) -> Outcome {
-    let all = arguments.files.len();
-    let mut failed = 0;
+    let mut failed = Failed::of(arguments.files.len());
     for file in &arguments.files {
         if let Err(failure) = describe(arguments, file, true) {
-            failed += 1;
-            failure.say();
+            failed.add(failure);
         }
     }
-    match failed {
-        0 => Ok(()),
-        _ => Err(Failure {
-            message: format!("{failed} of {all} scenarios could not be described"),
-            status: if failed == all { 2 } else { 1 },
-        }),
-    }
+    failed.end("described")
 }
 
 /// Describes a scenario, below its name where it is one of several.

@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use super::interrupt::INTERRUPTED;
 use super::output;
 use nearmiss_base::system;
 
@@ -37,6 +38,25 @@ impl Failure {
     /// What the system said about a file, or about what else is named.
     pub fn system(name: impl Display, error: &std::io::Error) -> Self {
         Self::input(format!("{name}: {}", system::words(error)))
+    }
+
+    /// The user has ended it; `kept` says what that leaves, and how it goes on: nothing where there is nothing to say.
+    pub fn interrupted(kept: &str) -> Self {
+        Self::interrupted_after("", kept)
+    }
+
+    /// The same after some of the work.
+    pub fn interrupted_after(done: &str, kept: &str) -> Self {
+        let semicolon = if kept.is_empty() { "" } else { "; " };
+        Self {
+            message: format!("interrupted{done}{semicolon}{kept}"),
+            status: INTERRUPTED,
+        }
+    }
+
+    /// Whether the user has ended it.
+    pub fn is_interrupted(&self) -> bool {
+        self.status == INTERRUPTED
     }
 
     /// Says on standard error what went wrong.

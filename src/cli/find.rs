@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::ask;
 use super::evaluate::runtime;
-use super::interrupt::{self, INTERRUPTED, interrupted};
+use super::interrupt::{self, interrupted};
 use super::open::{configuration, judge_of, user_thresholds};
 use super::output::{self, Target};
 use super::{Failure, Outcome, json};
@@ -204,10 +204,9 @@ pub fn search(
         thresholds,
     };
     let found = search_index(request, &Cancel::from_flag(stop), &mut |_| {});
-    found.map_err(Failure::input)?.ok_or_else(|| Failure {
-        message: "interrupted".into(),
-        status: INTERRUPTED,
-    })
+    found
+        .map_err(Failure::input)?
+        .ok_or_else(|| Failure::interrupted(""))
 }
 
 /// Asks a model for the terms of a sentence.
@@ -243,10 +242,7 @@ fn written(
             written = write_filter(request) => {
                 written.map_err(|why| Failure::input(output::visible(&why.to_string())))
             }
-            () = interrupt::signal() => Err(Failure {
-                message: "interrupted".into(),
-                status: INTERRUPTED,
-            }),
+            () = interrupt::signal() => Err(Failure::interrupted("")),
         }
     })?;
     let left_out = written.left_out.map(|words| output::visible(&words));

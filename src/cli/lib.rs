@@ -35,7 +35,6 @@ mod metrics;
 mod models;
 mod open;
 mod output;
-mod parallel;
 mod parts;
 mod plan;
 mod print_config;

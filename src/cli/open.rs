@@ -34,7 +34,7 @@ pub struct ScenarioArguments {
 }
 
 /// Who is the ego.
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, Default, clap::Args, serde::Serialize)]
 pub struct EgoChoice {
     /// The ego: id of an obstacle, file with a recorded trajectory, Frenetix log or CommonRoad solution, `planner` (the
     /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command. FILE#ID and

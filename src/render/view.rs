@@ -1,5 +1,7 @@
 //! From the world to the page: which part of the map is seen, which way up, how large.
 
+use std::fmt;
+
 use super::display::{Area, Spot};
 use super::scene::Viewport;
 use nearmiss_base::geometry::{Bounds, Point, Pose};
@@ -25,6 +27,17 @@ pub enum MapExtent {
         /// Metres from left to right.
         width: f64,
     },
+}
+
+impl fmt::Display for MapExtent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Usual => f.write_str("ego"),
+            Self::Ego { width } => write!(f, "ego,{width}"),
+            Self::All => f.write_str("all"),
+            Self::Around { center, width } => write!(f, "{},{},{width}", center.x, center.y),
+        }
+    }
 }
 
 impl MapExtent {

@@ -1,5 +1,6 @@
 //! `[planner]` of `config.toml`: its keys, what each may be, and the setting of the planner that it stands for.
 
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 use toml::{Table, Value};
@@ -158,6 +159,13 @@ impl PlannerKey {
         "weights.following" "" number WEIGHT => planner.weights.following;
         "weights.risk" "" number WEIGHT => planner.weights.risk;
     };
+
+    /// The values that settings have, by key.
+    #[must_use]
+    pub fn values(settings: &Settings) -> BTreeMap<&'static str, Value> {
+        let all = Self::ALL.iter();
+        all.map(|key| (key.id, key.value(settings))).collect()
+    }
 
     /// The value that settings have for it.
     #[must_use]

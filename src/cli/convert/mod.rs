@@ -3,19 +3,14 @@
 mod ego;
 mod simulator;
 
-use std::collections::BTreeMap;
 use std::io::Write;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 
-use serde_json::json;
+use serde::{Deserialize, Serialize};
 
-use super::interrupt::{INTERRUPTED, interrupted};
-use super::many_files::{FinishedFiles, ManyFiles, Progressed, holds};
+use super::interrupt::interrupted;
+use super::many_files::{Failed, Job, ManyFiles, NEXT, RunJournal, Unit, holds};
 use super::open::{clash, found};
-use super::parallel::in_order;
-use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::Entry;
@@ -24,24 +19,29 @@ use nearmiss_scene::scenario::{alike, in_short};
 use nearmiss_workflow::{SimulatedEgo, VariantOrigin};
 
 /// Arguments of `convert`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, clap::Args, Serialize)]
 pub struct Convert {
     /// Scenario files of any format, folders or names of bundled scenarios.
     #[arg(required = true)]
+    #[serde(skip)]
     paths: Vec<PathBuf>,
     /// File to write (.xml or .xosc), or an existing folder; several scenarios need a folder [default: standard output,
     /// CommonRoad only].
     #[arg(short, long, value_name = "PATH")]
+    #[serde(skip)]
     output: Option<PathBuf>,
     /// CommonRoad: change what the published schema does not allow, and report each change.
     #[arg(long)]
     schema: bool,
     /// Replace existing files.
     #[arg(long)]
+    #[serde(skip)]
     overwrite: bool,
     #[command(flatten)]
+    #[serde(skip)]
     many: ManyFiles,
     #[command(flatten)]
+    #[serde(flatten)]
     simulator: simulator::SimulatorOptions,
 }
 
@@ -70,14 +70,7 @@ pub fn run(arguments: &Convert) -> Outcome {
             if for_simulators { "xosc" } else { "xml" }
         )));
     }
-    let settings = if for_simulators {
-        format!("openscenario {}", arguments.simulator.settings())
-    } else {
-        format!("schema {}", arguments.schema)
-    };
-    let finished = arguments
-        .many
-        .finished_files("convert", folder, (settings, BTreeMap::new()))?;
+    let journal = arguments.many.journal("convert", folder, arguments)?;
     let ego = if for_simulators {
         Some(arguments.simulator.ego(&entries)?)
     } else {
@@ -85,72 +78,49 @@ pub fn run(arguments: &Convert) -> Outcome {
     };
     // Before anything is written, so that no file is left half written.
     let stop = interrupted(true);
-    let job = Job {
+    let conversion = Conversion {
         arguments,
         ego,
         folder,
-        finished,
+        journal,
         cancel: Cancel::from_flag(&stop),
     };
-    let (mut failed, mut unfit) = (0, 0);
-    let mut ended = None;
-    let mut left = entries.iter();
-    let progress = Progress::new(entries.len(), "scenarios", job.target(None).is_some());
-    in_order(
-        entries.len(),
-        &stop,
-        |i| job.convert(&entries[i]),
-        |converted| {
-            let Some(entry) = left.next() else {
-                return ControlFlow::Break(());
-            };
-            let taken = converted.and_then(|converted| job.take(entry, converted, &progress));
-            match taken {
-                Ok(fits) => unfit += usize::from(!fits),
-                Err(failure) if entries.len() == 1 => {
-                    ended = Some(failure);
-                    return ControlFlow::Break(());
-                }
-                Err(failure) => {
-                    failed += 1;
-                    progress.suspend(|| failure.say());
-                }
+    let (mut failed, mut unfit) = (Failed::of(entries.len()), 0);
+    let to_file = conversion.target(None).is_some();
+    let done = Job::new("scenarios", &stop).to_file(to_file).run(
+        &entries,
+        |entry| {
+            let convert = || Some(conversion.convert(entry));
+            conversion.journal.unit(entry, convert)
+        },
+        |entry, unit| {
+            match unit.and_then(|unit| conversion.take(entry, unit)) {
+                Ok(Notes { fits }) => unfit += usize::from(!fits),
+                Err(failure) => failed.add(failure),
             }
-            progress.step();
-            ControlFlow::Continue(())
+            NEXT
         },
     );
-    drop(progress);
-    if stop.load(Ordering::Relaxed) {
-        return Err(job.stopped());
-    }
-    if let Some(failure) = ended {
-        return Err(failure);
-    }
-    let finding = |message| Failure::finding(message);
-    match (failed, unfit) {
-        _ if entries.is_empty() => Ok(()),
-        (0, 0) => Ok(()),
-        (0, _) if !arguments.schema => Ok(()),
-        (0, n) => Err(finding(format!(
-            "{n} of {} do not conform to the schema; see above",
+    done.end(match folder {
+        Some(_) => "finished files are kept; the same command with --resume continues",
+        None => "",
+    })?;
+    if failed.count == 0 && unfit > 0 && arguments.schema {
+        return Err(Failure::finding(format!(
+            "{unfit} of {} do not conform to the schema; see above",
             output::counted(entries.len(), "scenario")
-        ))),
-        (n, _) if n == entries.len() => Err(Failure::input("no scenario could be converted")),
-        (n, _) => Err(finding(format!(
-            "{n} of {} scenarios could not be converted",
-            entries.len()
-        ))),
+        )));
     }
+    failed.end("converted")
 }
 
 /// What holds for all scenarios of a call.
-struct Job<'a> {
+struct Conversion<'a> {
     arguments: &'a Convert,
     /// The ego for simulators; `None` where CommonRoad is written.
     ego: Option<SimulatedEgo>,
     folder: Option<&'a Path>,
-    finished: Option<FinishedFiles>,
+    journal: RunJournal,
     cancel: Cancel,
 }
 
@@ -167,15 +137,14 @@ struct Converted {
     fits: bool,
 }
 
-/// What is to be done with a scenario.
-enum Step {
-    /// Nothing: an earlier run has done it; whether it fits the schema.
-    Kept(bool),
-    /// It is written.
-    Write(Converted, Option<Progressed>),
+/// What is noted of a scenario that is written.
+#[derive(Serialize, Deserialize)]
+struct Notes {
+    /// Whether it fits the schema.
+    fits: bool,
 }
 
-impl Job<'_> {
+impl Conversion<'_> {
     /// The file of a scenario; nothing where it is printed.
     fn target(&self, entry: Option<&Entry>) -> Option<PathBuf> {
         let named = |folder: &Path| match entry {
@@ -194,32 +163,32 @@ impl Job<'_> {
         }
     }
 
-    /// Converts a scenario, unless an earlier run has done it. Nothing is written yet.
-    fn convert(&self, entry: &Entry) -> Result<Step, Failure> {
+    /// Converts a scenario. Nothing is written yet.
+    fn convert(&self, entry: &Entry) -> Result<Converted, Failure> {
         let target = self.target(Some(entry));
-        let known = match (&self.finished, &target) {
-            (Some(finished), Some(_)) => Some(finished.of(entry)),
-            _ => None,
-        };
-        if let Some(notes) = known.as_ref().and_then(|k| k.finished.as_ref()) {
-            return Ok(Step::Kept(notes["fits"] == true));
+        match &self.ego {
+            Some(ego) => simulator::convert(entry, target, ego, &self.cancel),
+            None => commonroad(entry, target, self.arguments),
         }
-        let converted = match &self.ego {
-            Some(ego) => simulator::convert(entry, target, ego, &self.cancel)?,
-            None => commonroad(entry, target, self.arguments)?,
-        };
-        Ok(Step::Write(converted, known))
     }
 
-    /// Writes a scenario; says whether it fits the schema.
-    fn take(&self, entry: &Entry, step: Step, progress: &Progress) -> Result<bool, Failure> {
-        let (converted, known) = match step {
-            Step::Kept(fits) => return Ok(fits),
-            Step::Write(converted, known) => (converted, known),
-        };
-        if let (Some(finished), Some(known)) = (&self.finished, &known) {
-            finished.make_room(known)?;
+    /// Writes a scenario, unless an earlier run has done it.
+    fn take(
+        &self,
+        entry: &Entry,
+        unit: Unit<Notes, Result<Converted, Failure>>,
+    ) -> Result<Notes, Failure> {
+        match unit {
+            Unit::Kept(notes) => Ok(notes),
+            Unit::New(converted, earlier) => {
+                let converted = converted?;
+                let write = || self.write(entry, converted);
+                self.journal.write(entry, earlier, write)
+            }
         }
+    }
+
+    fn write(&self, entry: &Entry, converted: Converted) -> Result<(Vec<PathBuf>, Notes), Failure> {
         let own_ego = self.target(Some(entry)).map(|path| ego::beside(&path));
         let refused = |path: &Path, error: &dyn std::fmt::Display| {
             let hint = if path.exists() { " (--overwrite)" } else { "" };
@@ -245,26 +214,10 @@ impl Job<'_> {
         if let Some(text) = &converted.printed {
             output::text(text)?;
         }
-        progress.suspend(|| converted.said.iter().for_each(|said| output::say(said)));
-        if let (Some(finished), Some(known)) = (&self.finished, known) {
-            let files = converted.files.into_iter().map(|(path, _)| path);
-            let files: Vec<PathBuf> = files.collect();
-            finished.add(entry, known, &files, json!({ "fits": converted.fits }))?;
-        }
-        Ok(converted.fits)
-    }
-
-    fn stopped(&self) -> Failure {
-        let words = match self.folder {
-            Some(_) => {
-                "interrupted; finished files are kept; the same command with --resume continues"
-            }
-            None => "interrupted",
-        };
-        Failure {
-            message: words.into(),
-            status: INTERRUPTED,
-        }
+        converted.said.iter().for_each(|said| output::say(said));
+        let files = converted.files.into_iter().map(|(path, _)| path);
+        let fits = converted.fits;
+        Ok((files.collect(), Notes { fits }))
     }
 }
 

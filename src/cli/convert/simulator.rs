@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use super::Converted;
 use crate::Failure;
 use crate::open::configuration;
@@ -23,7 +25,7 @@ const COMMONROAD: &str = "xml";
 const ROADS: &str = "xodr";
 
 /// Who the ego is, and what it does.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, clap::Args, Serialize)]
 pub struct SimulatorOptions {
     /// Format to write: commonroad (XML) or openscenario (FILE.xosc and FILE.xodr) [default: by the ending of -o, else
     /// commonroad].
@@ -101,11 +103,6 @@ impl SimulatorOptions {
             path: wanted.clone(),
             planning_problem: None,
         }))
-    }
-
-    /// What the result depends on.
-    pub fn settings(&self) -> String {
-        format!("{:?} {:?}", self.format, self.ego)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Shows progress while the windows of a batch are drawn, for which all recordings are read.
 
 use super::truth::say_each;
-use crate::interrupt::INTERRUPTED;
 use crate::progress::Progress;
 use crate::{Failure, output};
 use nearmiss_drive::planner::Cancel;
@@ -23,10 +22,9 @@ pub fn planned(
     );
     drop(progress);
     // Nothing cancels it: Ctrl-C ends the program.
-    let plan = plan.map_err(Failure::input)?.ok_or_else(|| Failure {
-        message: "interrupted".into(),
-        status: INTERRUPTED,
-    })?;
+    let plan = plan
+        .map_err(Failure::input)?
+        .ok_or_else(|| Failure::interrupted(""))?;
     say_each(&plan.doubts);
     if let Some(words) = &plan.left_out {
         output::say(&format!("nearmiss: {words}"));

@@ -9,7 +9,7 @@ use super::context::BatchContext;
 use super::table::BatchTable;
 use super::{dry_run, split_table, submit};
 use crate::batches::lost;
-use crate::interrupt::{GRACE, INTERRUPTED, signal};
+use crate::interrupt::{GRACE, signal};
 use crate::progress::Progress;
 use crate::{Failure, Outcome, output};
 use nearmiss_store::{BatchId, Item, ItemState, SplitPart};
@@ -72,10 +72,8 @@ pub fn ask(
     };
     let ask = |items| {
         let paused = runtime.block_on(until_interrupted(run, items))?;
-        paused.ok_or_else(|| Failure {
-            message: format!("interrupted; `nearmiss evaluate {id}` continues it"),
-            status: INTERRUPTED,
-        })
+        paused
+            .ok_or_else(|| Failure::interrupted(&format!("`nearmiss evaluate {id}` continues it")))
     };
     let mut paused = ask(items)?;
     for _ in 0..retries {

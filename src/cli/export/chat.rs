@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
-use crate::interrupt::{INTERRUPTED, interrupted};
+use crate::interrupt::interrupted;
 use crate::locked::LockedAnswers;
 use crate::output::refused;
 use crate::progress::Progress;
@@ -207,10 +207,7 @@ pub fn run(
     let progress = Progress::new(chosen.len(), "answers", true);
     for outcome in &chosen {
         if stop.load(Ordering::Relaxed) {
-            return Err(Failure {
-                message: "interrupted; no file was written".into(),
-                status: INTERRUPTED,
-            });
+            return Err(Failure::interrupted("no file was written"));
         }
         progress.step();
         let Some(run) = store.run(outcome.run).map_err(Failure::input)? else {

@@ -10,7 +10,7 @@ use std::sync::atomic::Ordering;
 
 use super::bundle::{self, BundleOptions};
 use super::filters::Filters;
-use super::interrupt::{INTERRUPTED, interrupted};
+use super::interrupt::interrupted;
 use super::locked::Unlock;
 use super::output::{
     self, Encoded, ForSpreadsheet, OutputFile, Table, TableWriter, format_of, written,
@@ -139,10 +139,7 @@ pub fn run(arguments: &Export) -> Outcome {
     let mut shown = BTreeSet::new();
     for number in &numbers {
         if stop.load(Ordering::Relaxed) {
-            return Err(Failure {
-                message: "interrupted; no file was written".into(),
-                status: INTERRUPTED,
-            });
+            return Err(Failure::interrupted("no file was written"));
         }
         progress.step();
         let Some(run) = store.run(*number).map_err(Failure::input)? else {

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::variant::GenerateJob;
-use crate::interrupt::{INTERRUPTED, interrupted};
+use crate::interrupt::interrupted;
 use crate::output::Align::{Left, Right};
 use crate::{Failure, Outcome, output};
 use nearmiss_drive::generation::AttackSetup;
@@ -121,10 +121,7 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
             generate(&request, &cancel, &mut |_| {})
         });
         if stop.load(Ordering::Relaxed) {
-            return Err(Failure {
-                message: "interrupted".into(),
-                status: INTERRUPTED,
-            });
+            return Err(Failure::interrupted(""));
         }
         if let Err(error) = counted {
             output::say(&format!("nearmiss: {error}"));

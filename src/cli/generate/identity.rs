@@ -8,6 +8,7 @@ use serde_json::Value;
 use crate::output;
 use nearmiss_drive::simulation::ExternalPlanner;
 use nearmiss_study::evaluation::generating::Method;
+use nearmiss_workflow::journal::{RunSettings, SettingDifference};
 
 /// All settings of a variant but for the content of its original.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -132,42 +133,23 @@ impl GenerationSettings {
             let words = format!("planner {}, now {}", named(self), named(now));
             return vec![output::visible(&words)];
         }
-        let mut found = Vec::new();
-        compare("", &written(self), &written(now), &mut found);
-        found
+        let of = |settings: &Self| RunSettings::new(settings).unwrap_or_default();
+        let found = of(self).differences(&of(now));
+        found.iter().filter_map(words).collect()
     }
 }
 
-/// Settings as a file has them: digits that no file keeps make no difference.
-fn written(settings: &GenerationSettings) -> Value {
-    let text = serde_json::to_string(settings);
-    text.and_then(|text| serde_json::from_str(&text))
-        .unwrap_or_default()
-}
-
-fn compare(path: &str, then: &Value, now: &Value, found: &mut Vec<String>) {
-    if let (Value::Object(then), Value::Object(now)) = (then, now) {
-        let more = now.keys().filter(|key| !then.contains_key(*key));
-        for key in then.keys().chain(more) {
-            let inner = if path.is_empty() {
-                key.clone()
-            } else {
-                format!("{path}.{key}")
-            };
-            let of = |all: &serde_json::Map<String, Value>| all.get(key).cloned();
-            let (then, now) = (of(then).unwrap_or_default(), of(now).unwrap_or_default());
-            compare(&inner, &then, &now, found);
-        }
-        return;
-    }
+/// A difference in words; nothing where it makes none.
+fn words(difference: &SettingDifference) -> Option<String> {
+    let key = difference.key.as_str();
     // A planner that does not get ready is found out when it drives.
-    let unknown = now.is_null() && IDENTITY.contains(&path);
-    if then == now || unknown || SEARCH.contains(&path) {
-        return;
+    let unknown = difference.now.is_none() && IDENTITY.contains(&key);
+    if unknown || SEARCH.contains(&key) {
+        return None;
     }
-    found.push(if path.starts_with(PROMPTS) {
-        format!("{path}, another version")
+    Some(if key.starts_with(PROMPTS) {
+        format!("{key}, another version")
     } else {
-        output::visible(&format!("{path} {then}, now {now}"))
-    });
+        output::visible(&difference.to_string())
+    })
 }

@@ -10,13 +10,14 @@ use super::line::VariantLine;
 use super::summary::Summary;
 use super::table::Table;
 use super::variant::{Generated, Product};
+use crate::many_files::{NEXT, Taken};
 use crate::{Failure, output};
 use nearmiss_drive::generation::{Variant, VariantFiles};
 use nearmiss_formats::Entry;
 use nearmiss_workflow::PlanError;
 
 /// The work so far.
-pub struct Job<'a> {
+pub struct Variants<'a> {
     pub folder: Option<&'a Path>,
     pub json: bool,
     pub by: &'a str,
@@ -24,18 +25,11 @@ pub struct Job<'a> {
     pub unheard: bool,
     pub summary: Summary,
     pub table: Table,
-    /// How many scenarios are done.
-    pub done: usize,
 }
 
-impl Job<'_> {
+impl Variants<'_> {
     /// Saves and reports the outcome of a scenario.
-    pub fn take(
-        &mut self,
-        entry: &Entry,
-        product: Result<Product, PlanError>,
-    ) -> Result<ControlFlow<()>, Failure> {
-        self.done += 1;
+    pub fn take(&mut self, entry: &Entry, product: Result<Product, PlanError>) -> Taken {
         match product {
             Ok(Product::New(generated)) => self.made(&generated),
             Ok(Product::TakenOver(line)) => self.report(&line),
@@ -47,13 +41,13 @@ impl Job<'_> {
                         entry, &error,
                     ))?)
                 } else {
-                    Ok(ControlFlow::Continue(()))
+                    NEXT
                 }
             }
         }
     }
 
-    fn made(&mut self, generated: &Generated) -> Result<ControlFlow<()>, Failure> {
+    fn made(&mut self, generated: &Generated) -> Taken {
         // Files first: who reads a line finds them.
         let line = VariantLine::new(generated, self.by);
         let saved = self.save(generated, &line)?;
@@ -73,7 +67,7 @@ impl Job<'_> {
     }
 
     /// Counts a line and writes it.
-    fn report(&mut self, line: &VariantLine) -> Result<ControlFlow<()>, Failure> {
+    fn report(&mut self, line: &VariantLine) -> Taken {
         self.summary.count(line);
         let text = if self.json {
             output::json_line(line)?
@@ -84,12 +78,12 @@ impl Job<'_> {
     }
 
     /// After standard output is closed, only files are worth going on for.
-    fn show(&self, text: &str) -> Result<ControlFlow<()>, Failure> {
-        Ok(if output::heard(text)? || self.unheard {
-            ControlFlow::Continue(())
+    fn show(&self, text: &str) -> Taken {
+        if output::heard(text)? || self.unheard {
+            NEXT
         } else {
-            ControlFlow::Break(())
-        })
+            Ok(ControlFlow::Break(()))
+        }
     }
 
     fn save(

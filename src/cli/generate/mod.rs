@@ -19,21 +19,17 @@ mod variant;
 
 pub use check::CheckDocument;
 pub use line::VariantLine;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 pub use summary::GenerateReport;
 
 use super::ask::budget;
-use super::interrupt::{INTERRUPTED, interrupted};
-use super::many_files::ShardOption;
+use super::interrupt::interrupted;
+use super::many_files::{Job, ShardOption};
 use super::open::{configuration, found};
-use super::parallel::in_order_and_kept;
 use super::plan::{PlannerOptions, ProblemOption, identity};
-use super::progress::Progress;
 use super::set::{self, Assignment, assignment};
 use super::{Failure, Outcome, output};
-use job::Job;
+use job::Variants;
 use model::Writer;
 use nearmiss_base::system::unknown;
 use nearmiss_drive::generation::{AttackStyle, DELAYS, Effort, Wish};
@@ -248,61 +244,31 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     if arguments.dry_run {
         return dry_run::run(&entries, &wanted);
     }
-    let mut job = Job {
+    let mut job = Variants {
         folder: arguments.output.as_deref(),
         json: arguments.format.is_json(),
         by: &by,
         unheard: arguments.output.is_some() || arguments.report.is_some(),
         summary: Summary::new(entries.len()),
         table: Table::new(&entries, wanted.effort.together),
-        done: 0,
     };
-    let progress = Progress::new(entries.len(), "scenarios", true);
-    let mut failure = None;
-    in_order_and_kept(
-        entries.len(),
-        &stop,
-        |i| (i, variant::make(&entries[i], &wanted, &cancel)),
-        |(i, made)| {
-            let Some(made) = made else {
-                return ControlFlow::Continue(());
-            };
-            let mut taken = Ok(ControlFlow::Continue(()));
-            progress.suspend(|| taken = job.take(&entries[i], made));
-            progress.step();
-            taken.unwrap_or_else(|error| {
-                failure = Some(error);
-                ControlFlow::Break(())
-            })
-        },
+    let done = Job::new("scenarios", &stop).keeping_finished().run(
+        &entries,
+        |entry| variant::make(entry, &wanted, &cancel),
+        |entry, made| job.take(entry, made),
     );
-    drop(progress);
-    let done = job.done;
     let summary = job.summary;
-    if !arguments.format.is_json() && done > 0 {
+    if !arguments.format.is_json() && done.count > 0 {
         output::text(&summary.words())?;
     }
     if let Some(path) = &arguments.report {
-        summary.save(path, done < entries.len(), arguments.resume)?;
+        summary.save(path, done.count < entries.len(), arguments.resume)?;
     }
-    if let Some(failure) = failure {
-        return Err(failure);
-    }
-    if stop.load(Ordering::Relaxed) && done < entries.len() {
-        return Err(Failure {
-            message: format!(
-                "interrupted after {done} of {} scenarios; {}",
-                entries.len(),
-                match arguments.output {
-                    Some(_) =>
-                        "finished variants are kept; the same command with --resume continues",
-                    None =>
-                        "nothing was written (-o FOLDER keeps variants, and --resume continues with them)",
-                }
-            ),
-            status: INTERRUPTED,
-        });
-    }
+    done.end(if arguments.output.is_some() {
+        "finished variants are kept; the same command with --resume continues"
+    } else {
+        "nothing was written (-o FOLDER keeps variants, and --resume continues with them)"
+    })?;
     summary.outcome()
 }
 

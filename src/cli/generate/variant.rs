@@ -46,10 +46,10 @@ impl GenerateJob {
     pub fn settings(&self, problem: i64) -> GenerationSettings {
         let effort = &self.effort;
         // Attacks are always judged in recorded traffic.
-        let planning = PlannerKey::ALL
-            .iter()
-            .filter(|key| key.id != "traffic")
-            .map(|key| (key.id.to_string(), json!(key.value(&self.settings))));
+        let planning = PlannerKey::values(&self.settings)
+            .into_iter()
+            .filter(|(key, _)| *key != "traffic")
+            .map(|(key, value)| (key.to_string(), json!(value)));
         GenerationSettings {
             problem,
             planning: planning.collect(),

@@ -7,6 +7,8 @@ mod throughput;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use serde::Serialize;
+
 use super::interrupt::interrupted;
 use super::many_files::ManyFiles;
 use super::open::{found, user_thresholds};
@@ -18,6 +20,7 @@ use nearmiss_scene::corpus::IndexOptions;
 use nearmiss_scene::metrics::{MEASURES, Measure, Thresholds, measure};
 use nearmiss_settings::Folders;
 use nearmiss_workflow::INDEX_RADIUS;
+use nearmiss_workflow::journal::RunSettings;
 pub use show::{Show, ShowDocument, run as show};
 use throughput::Throughput;
 
@@ -116,6 +119,17 @@ pub fn usual() -> IndexOptions {
     }
 }
 
+/// Everything that changes the windows, apart from the scenarios.
+#[derive(Serialize)]
+struct IndexSettings<'a> {
+    length: f64,
+    stride: f64,
+    radius: f64,
+    measures: Vec<&'a str>,
+    /// What the user's file changes.
+    thresholds: Vec<String>,
+}
+
 /// The index of a folder.
 pub fn request<'a>(
     folder: &'a Path,
@@ -123,16 +137,23 @@ pub fn request<'a>(
     overwrite: bool,
     options: &IndexOptions,
     thresholds: &Thresholds,
-) -> PartsRequest<'a> {
-    PartsRequest {
+) -> Result<PartsRequest<'a>, Failure> {
+    let settings = IndexSettings {
+        length: options.length,
+        stride: options.stride,
+        radius: options.radius,
+        measures: options.measures.iter().map(|measure| measure.id).collect(),
+        thresholds: thresholds.change_words(),
+    };
+    Ok(PartsRequest {
         command: "index",
         folder,
         many,
         overwrite,
         table: rows::table(options, thresholds),
-        settings: format!("{} {} {}", options.length, options.stride, options.radius),
+        settings: RunSettings::new(&settings).map_err(Failure::input)?,
         per_part: PER_PART,
-    }
+    })
 }
 
 /// The windows of a scenario.
@@ -163,7 +184,7 @@ pub fn run(arguments: &Index) -> Outcome {
         arguments.overwrite,
         &options,
         &thresholds,
-    );
+    )?;
     let (pairs, throughput) = (AtomicU64::new(0), Throughput::begin());
     let done = write(request, &entries, &stop, |entry| {
         let measured = measured(entry, &options, &thresholds);

@@ -52,8 +52,7 @@ pub fn table(options: &IndexOptions, thresholds: &Thresholds) -> Table {
         .columns
         .iter()
         .map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
-    let changes = thresholds.changes();
-    let changes: Value = changes.iter().map(ToString::to_string).collect();
+    let changes = json!(thresholds.change_words());
     table.metadata = vec![
         ("version", env!("CARGO_PKG_VERSION").into()),
         ("columns", columns.collect::<Value>().to_string()),

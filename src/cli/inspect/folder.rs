@@ -1,15 +1,13 @@
 //! `nearmiss inspect` of a folder or several files: a line for each scenario.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::interrupt::interrupted;
+use crate::many_files::{Failed, Job, NEXT};
 use crate::open::{found, not_opened};
-use crate::parallel::in_order;
 use crate::row_file::{Labels, short_hash};
 use crate::{Failure, Outcome, json, output};
 use nearmiss_formats::{EgoSelection, Entry};
@@ -34,37 +32,25 @@ pub fn run(paths: &[PathBuf], as_json: bool) -> Outcome {
     let entries = found(paths)?;
     let labels = Labels::new(&entries);
     let mut rows = vec![TITLES.map(String::from)];
-    let (mut failed, mut written) = (0, Ok(()));
-    in_order(
-        entries.len(),
-        &Arc::new(AtomicBool::new(false)),
-        |i| opened(&entries[i]).map(|scene| FolderLine::new(&entries[i], &scene)),
-        |line| {
+    let mut failed = Failed::of(entries.len());
+    let stop = interrupted(false);
+    let done = Job::new("scenarios", &stop).to_file(false).run(
+        &entries,
+        |entry| Some(opened(entry).map(|scene| FolderLine::new(entry, &scene))),
+        |_, line| {
             match line {
-                Ok(line) if as_json => written = output::document(&line),
+                Ok(line) if as_json => output::document(&line)?,
                 Ok(line) => rows.push(line.cells(&labels)),
-                Err(failure) => {
-                    failed += 1;
-                    failure.say();
-                }
+                Err(failure) => failed.add(failure),
             }
-            match written {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(_) => ControlFlow::Break(()),
-            }
+            NEXT
         },
     );
-    written?;
+    done.end("")?;
     if !as_json && rows.len() > 1 {
         output::text(&output::table_lines(&rows, &[2, 3, 4, 5, 7, 8]).collect::<String>())?;
     }
-    match failed {
-        0 => Ok(()),
-        _ => Err(Failure {
-            message: format!("{failed} of {} scenarios could not be read", entries.len()),
-            status: if failed == entries.len() { 2 } else { 1 },
-        }),
-    }
+    failed.end("read")
 }
 
 fn opened(entry: &Entry) -> Result<OpenedScene, Failure> {

@@ -182,12 +182,12 @@ fn make(
             rows: Err(Failure::input(why)),
         })
     };
-    let request = request(folder, many, false, &options, thresholds);
+    let request = request(folder, many, false, &options, thresholds).map_err(words)?;
     let made = write(request, entries, &progress.cancel, measure).map_err(words)?;
-    if made.interrupted {
+    if made.done.interrupted {
         Err(TAKEN_BACK.into())
     } else {
-        Ok(made.failed)
+        Ok(made.failed.count)
     }
 }
 

@@ -19,7 +19,7 @@ use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::spawn_blocking;
 
 use super::server::{Handler, Server};
-use crate::interrupt::{self, INTERRUPTED};
+use crate::interrupt;
 use crate::{Failure, Outcome};
 
 /// Longest message that is read, bytes.
@@ -46,10 +46,7 @@ pub async fn serve(server: &Arc<Server>) -> Outcome {
     };
     tokio::select! {
         served = served => served,
-        () = interrupt::signal() => Err(Failure {
-            message: "interrupted".into(),
-            status: INTERRUPTED,
-        }),
+        () = interrupt::signal() => Err(Failure::interrupted("")),
     }
 }
 

@@ -13,17 +13,15 @@ pub use list::ListDocument;
 use std::io;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::interrupt::{INTERRUPTED, interrupted};
-use super::many_files::ManyFiles;
+use super::interrupt::interrupted;
+use super::many_files::{Failed, Job, ManyFiles};
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
 use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, Target};
-use super::parallel::in_order;
 use super::parts::is_folder;
-use super::progress::Progress;
 use super::row_file::RowFile;
 use super::{Failure, Outcome};
 use nearmiss_formats::{EgoSelection, Entry};
@@ -34,16 +32,19 @@ use nearmiss_study::evaluation::Provenance;
 use nearmiss_study::evaluation::batch::Spec;
 
 /// Arguments of `metrics`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, clap::Args, Serialize)]
 pub struct Metrics {
     /// Scenario files, folders or names of bundled scenarios.
     #[arg(required_unless_present = "list")]
+    #[serde(skip)]
     paths: Vec<PathBuf>,
     /// List the measures instead: id, unit, dangerous direction, thresholds, name and source. With --scene, list the
     /// measures of whole scenes.
     #[arg(long, conflicts_with_all = ["paths", "output", "radius", "reasons", "ego"])]
+    #[serde(skip)]
     list: bool,
     #[command(flatten)]
+    #[serde(flatten)]
     ego: EgoChoice,
     /// Definition of the measures.
     #[arg(long, value_enum, default_value = "exact")]
@@ -54,6 +55,7 @@ pub struct Metrics {
     /// TOML file of risk levels and limits. It replaces `thresholds.toml` in the configuration folder and overrides the
     /// shipped values. The paper convention ignores it.
     #[arg(long, value_name = "FILE")]
+    #[serde(skip)]
     thresholds: Option<PathBuf>,
     /// Leave out obstacles whose centre is farther than this from that of the ego, metres (30 in the paper).
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = radius)]
@@ -63,16 +65,21 @@ pub struct Metrics {
     reasons: bool,
     /// Format of the table [default: from the file name, else csv].
     #[arg(long, value_enum)]
+    #[serde(skip)]
     format: Option<Format>,
     #[command(flatten)]
+    #[serde(skip)]
     spreadsheet: output::ForSpreadsheet,
     #[command(flatten)]
+    #[serde(skip)]
     output: OutputFile,
     #[command(flatten)]
+    #[serde(skip)]
     many: ManyFiles,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
 enum Convention {
     /// Real bodies, exact geometry, every measure.
     Exact,
@@ -185,11 +192,8 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
         ("columns", columns.collect::<Value>().to_string()),
     ];
     if !matches!(rows, Rows::Paper) {
-        let changes = thresholds.changes();
-        let changes: Value = changes.iter().map(ToString::to_string).collect();
-        table
-            .metadata
-            .push(("thresholds_changed", changes.to_string()));
+        let changes = json!(thresholds.change_words()).to_string();
+        table.metadata.push(("thresholds_changed", changes));
     }
     let provenance = provenance(rows, thresholds);
     table
@@ -273,60 +277,38 @@ pub fn run(arguments: &Metrics) -> Outcome {
         thresholds,
         format,
     };
-    let mut job = Job {
+    let mut measures = Measures {
         plan: &plan,
         target: Some(arguments.output.begin()?),
         writer: None,
-        failed: 0,
-        last: None,
+        failed: Failed::of(entries.len()),
     };
     plan.say_thresholds();
-    let progress = Progress::new(entries.len(), "scenarios", file.is_some());
     let mut written = Ok(());
-    in_order(
-        entries.len(),
-        &stop,
-        |i| measure(&entries[i], &plan),
-        |(doubts, rows)| {
-            progress.suspend(|| {
-                doubts.iter().for_each(|doubt| output::say(doubt));
-                if let (Err(failure), 2..) = (&rows, entries.len()) {
-                    failure.say();
-                }
-            });
-            progress.step();
-            written = job.take(rows);
-            match &written {
+    let done = Job::new("scenarios", &stop).to_file(file.is_some()).run(
+        &entries,
+        |entry| Some(measure(entry, &plan)),
+        |_, (doubts, rows)| {
+            doubts.iter().for_each(|doubt| output::say(doubt));
+            written = measures.take(rows);
+            Ok(match &written {
                 Ok(()) => ControlFlow::Continue(()),
                 Err(_) => ControlFlow::Break(()),
-            }
+            })
         },
     );
-    drop(progress);
-    if stop.load(Ordering::Relaxed) {
-        return Err(Failure {
-            message: "interrupted; no file was written".into(),
-            status: INTERRUPTED,
-        });
-    }
-    if format == output::Format::Csv && job.failed < entries.len() {
+    done.end("no file was written")?;
+    let is_empty = measures.failed.all();
+    if format == output::Format::Csv && !is_empty {
         let provenance = provenance(rows, &plan.thresholds);
         output::say(&format!("nearmiss: {}", provenance.words()));
     }
-    let done = output::written(file, written.and_then(|()| job.finish()))?;
+    let done = output::written(file, written.and_then(|()| measures.finish()))?;
     // A file without a single scenario in it is not kept.
-    if let Some(target) = done.flatten().filter(|_| job.failed < entries.len()) {
+    if let Some(target) = done.flatten().filter(|_| !is_empty) {
         target.finish()?;
     }
-    match job.failed {
-        0 => Ok(()),
-        1 if entries.len() == 1 => Err(job.last.unwrap_or_else(|| Failure::input("no scenario"))),
-        failed if failed == entries.len() => Err(Failure::input("no scenario could be measured")),
-        failed => Err(Failure::finding(format!(
-            "{failed} of {} scenarios could not be measured",
-            entries.len()
-        ))),
-    }
+    measures.failed.end("measured")
 }
 
 /// Warnings about the ego, and the rows of one scenario.
@@ -351,23 +333,20 @@ fn measured_rows(entry: &Entry, plan: &Plan<'_>) -> (Vec<String>, Result<Vec<Row
 }
 
 /// The table in the making.
-struct Job<'a> {
+struct Measures<'a> {
     plan: &'a Plan<'a>,
     /// Until the first scenario is measured, so that a table of nothing has no header either.
     target: Option<Target>,
     writer: Option<TableWriter>,
-    failed: usize,
-    /// Why the last of these could not be measured.
-    last: Option<Failure>,
+    failed: Failed,
 }
 
-impl Job<'_> {
+impl Measures<'_> {
     fn take(&mut self, rows: Result<Encoded, Failure>) -> io::Result<()> {
         let rows = match rows {
             Ok(rows) => rows,
             Err(failure) => {
-                self.failed += 1;
-                self.last = Some(failure);
+                self.failed.add(failure);
                 return Ok(());
             }
         };

@@ -2,21 +2,28 @@
 
 use std::path::Path;
 
+use serde::Serialize;
+
 use super::{Metrics, Plan, measured, measured_rows, table};
-use crate::Outcome;
 use crate::interrupt::interrupted;
 use crate::open::found;
 use crate::output::Format;
 use crate::parts::{Measured, PartsRequest, write};
-use nearmiss_formats::EgoSelection;
+use crate::{Failure, Outcome};
+use nearmiss_workflow::journal::RunSettings;
 
 /// Scenarios in a part: what a killed run loses at most, for each of its threads.
 const PER_PART: usize = 64;
 
-/// Which drives of a planner are measured, as its name says too little.
-fn drives_of(ego: &EgoSelection) -> String {
-    let drives = ego.planner();
-    drives.map_or(String::new(), |drives| format!(" {}", drives.sha256))
+/// Everything that changes the rows, apart from the scenarios.
+#[derive(Serialize)]
+struct MetricsSettings<'a> {
+    #[serde(flatten)]
+    arguments: &'a Metrics,
+    /// The hash of a planner's drives.
+    drives: Option<&'a str>,
+    /// What the user's file changes.
+    thresholds: Vec<String>,
 }
 
 /// Writes the parts.
@@ -39,12 +46,12 @@ pub(super) fn run(arguments: &Metrics, folder: &Path) -> Outcome {
         many: arguments.many,
         overwrite: arguments.output.overwrites(),
         table: plan.table.clone(),
-        settings: format!(
-            "{:?} {:?}{}",
-            arguments.radius,
-            arguments.ego,
-            drives_of(&plan.ego)
-        ),
+        settings: RunSettings::new(&MetricsSettings {
+            arguments,
+            drives: plan.ego.planner().map(|drives| drives.sha256.as_str()),
+            thresholds: plan.thresholds.change_words(),
+        })
+        .map_err(Failure::input)?,
         per_part: PER_PART,
     };
     let done = write(request, &entries, &stop, |entry| {

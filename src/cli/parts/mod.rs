@@ -6,19 +6,15 @@
 
 mod writer;
 
-use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
-use super::interrupt::INTERRUPTED;
-use super::many_files::ManyFiles;
+use super::many_files::{Done, Failed, Job, ManyFiles, NEXT};
 use super::output::{self, Format, Row, Table};
-use super::parallel::in_order;
-use super::progress::Progress;
 use super::{Failure, Outcome};
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::ContentHash;
-use nearmiss_workflow::journal::input_hash;
+use nearmiss_workflow::journal::{RunSettings, input_hash};
 use writer::PartWriter;
 
 /// Rows that are kept in memory before they are written.
@@ -36,8 +32,8 @@ pub struct PartsRequest<'a> {
     pub overwrite: bool,
     /// The table.
     pub table: Table,
-    /// Everything beside the table that changes the rows.
-    pub settings: String,
+    /// Everything that changes the rows, apart from the scenarios.
+    pub settings: RunSettings,
     /// Scenarios in a part.
     pub per_part: usize,
 }
@@ -51,20 +47,16 @@ pub struct Measured {
 }
 
 /// What was done.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct PartsOutcome {
     /// Rows that were measured in this run.
     pub new_rows: u64,
     /// Rows of an earlier run.
     pub kept_rows: u64,
-    /// Scenarios in all.
-    pub scenarios: usize,
     /// Scenarios without rows.
-    pub failed: usize,
-    /// Why the last of these has none, as far as this run knows.
-    pub last: Option<Failure>,
-    /// Whether it was interrupted.
-    pub interrupted: bool,
+    pub failed: Failed,
+    /// How far it came.
+    pub done: Done,
 }
 
 /// Whether -o names a folder for parts, not a file.
@@ -90,50 +82,23 @@ pub fn write(
 ) -> Result<PartsOutcome, Failure> {
     request.table.group = ROW_GROUP;
     let (mut writer, known) = PartWriter::begin(&request, entries)?;
-    let progress = Progress::new(entries.len(), "scenarios", true);
-    let mut done = Ok(());
-    let mut next = 0;
-    in_order(
-        entries.len(),
-        stop,
-        |i| {
-            let input = input(&entries[i]);
-            let same = known.has(i, &input);
-            (input, (!same).then(|| measure(&entries[i])))
+    let places: Vec<(usize, &Entry)> = entries.iter().enumerate().collect();
+    let done = Job::new("scenarios", stop).run(
+        &places,
+        |(place, entry)| {
+            let input = input(entry);
+            let same = known.has(*place, &input);
+            Some((input, (!same).then(|| measure(entry))))
         },
-        |(input, measured)| {
-            let entry = &entries[next];
-            next += 1;
-            if let Some(measured) = &measured {
-                progress.suspend(|| say(measured, entries.len()));
+        |(_, entry), (input, measured)| {
+            for words in measured.iter().flat_map(|measured| &measured.said) {
+                output::say(words);
             }
-            done = writer.take(entry, input, measured, &measure);
-            progress.step();
-            match &done {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(_) => ControlFlow::Break(()),
-            }
+            writer.take(entry, input, measured, &measure)?;
+            NEXT
         },
     );
-    drop(progress);
-    done?;
-    let interrupted = stop.load(Ordering::Relaxed);
-    if !interrupted {
-        writer.end()?;
-    }
-    let scenarios = entries.len();
-    Ok(PartsOutcome {
-        interrupted,
-        scenarios,
-        ..writer.outcome
-    })
-}
-
-fn say(measured: &Measured, scenarios: usize) {
-    measured.said.iter().for_each(|words| output::say(words));
-    if let (Err(failure), 2..) = (&measured.rows, scenarios) {
-        failure.say();
-    }
+    writer.end(done)
 }
 
 /// The hash of a scenario's input; of one that cannot be read, that of its place.
@@ -148,26 +113,8 @@ fn input(entry: &Entry) -> String {
 impl PartsOutcome {
     /// How the command ends; `done` says what is done with scenarios: measured.
     pub fn end(self, done: &str) -> Outcome {
-        if self.interrupted {
-            return Err(Failure {
-                message:
-                    "interrupted; finished parts are kept; the same command with --resume continues"
-                        .into(),
-                status: INTERRUPTED,
-            });
-        }
-        match self.failed {
-            0 => Ok(()),
-            1 if self.scenarios == 1 && self.last.is_some() => {
-                Err(self.last.unwrap_or_else(|| Failure::input("no scenario")))
-            }
-            failed if failed == self.scenarios => {
-                Err(Failure::input(format!("no scenario could be {done}")))
-            }
-            failed => Err(Failure::finding(format!(
-                "{failed} of {} scenarios could not be {done}",
-                self.scenarios
-            ))),
-        }
+        self.done
+            .end("finished parts are kept; the same command with --resume continues")?;
+        self.failed.end(done)
     }
 }

@@ -1,18 +1,18 @@
 //! Writes one part after the other, and leaves those of an earlier run as they are.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
+use serde::{Deserialize, Serialize};
 
 use super::{Measured, PartsOutcome, PartsRequest};
-use crate::many_files::opened;
+use crate::many_files::{Done, Failed, open_journal};
 use crate::output::{Format, TableWriter, Target, written};
 use crate::{Failure, Outcome};
 use nearmiss_formats::Entry;
+use nearmiss_scene::scenario::ContentHash;
 use nearmiss_study::evaluation::batch::Shard;
-use nearmiss_workflow::journal::{EarlierRun, JobIdentity, Journal};
+use nearmiss_workflow::journal::{EarlierRun, Journal, RunSettings};
 
 /// The inputs of the parts of an earlier run.
 pub struct KnownInputs {
@@ -27,6 +27,24 @@ impl KnownInputs {
         let part = self.parts[place / self.per_part].as_ref();
         part.is_some_and(|inputs| inputs[place % self.per_part] == input)
     }
+}
+
+/// What a run that is continued must have had.
+#[derive(Serialize)]
+struct PartsSettings<'a> {
+    #[serde(flatten)]
+    settings: &'a RunSettings,
+    /// Scenarios in a part.
+    per_part: usize,
+    /// The hash of the names of the columns.
+    columns: String,
+}
+
+/// What is noted of a finished part.
+#[derive(Default, Serialize, Deserialize)]
+struct PartNotes {
+    failed: usize,
+    rows: u64,
 }
 
 /// The part in the making.
@@ -49,7 +67,9 @@ pub struct PartWriter<'a> {
     /// Place of the next scenario.
     next: usize,
     part: Part<'a>,
-    pub outcome: PartsOutcome,
+    new_rows: u64,
+    kept_rows: u64,
+    failed: Failed,
 }
 
 impl<'a> PartWriter<'a> {
@@ -58,21 +78,28 @@ impl<'a> PartWriter<'a> {
         request: &'a PartsRequest<'a>,
         entries: &[Entry],
     ) -> Result<(Self, KnownInputs), Failure> {
-        let job = JobIdentity {
-            command: request.command,
-            shard: request.many.part.shard,
-            settings: format!(
-                "{}\n{}\n{:?}",
-                request.settings, request.per_part, request.table
-            ),
-            named: BTreeMap::new(),
-        };
         let earlier = match (request.many.resume, request.overwrite) {
             (true, false) => EarlierRun::Continue,
             (_, true) => EarlierRun::Replace,
             (false, false) => EarlierRun::Refuse,
         };
-        let journal = opened(request.folder, &job, earlier)?;
+        let columns = request
+            .table
+            .columns
+            .iter()
+            .map(|column| column.name.as_bytes());
+        let settings = PartsSettings {
+            settings: &request.settings,
+            per_part: request.per_part,
+            columns: ContentHash::of_parts(columns).to_string(),
+        };
+        let journal = open_journal(
+            request.folder,
+            request.command,
+            request.many.part.shard,
+            &settings,
+            earlier,
+        )?;
         let folder = request.folder.join(shard_folder(request));
         fs::create_dir_all(&folder).map_err(|e| Failure::system(folder.display(), &e))?;
         let count = entries.len().div_ceil(request.per_part);
@@ -92,7 +119,9 @@ impl<'a> PartWriter<'a> {
             scenarios: entries.len(),
             next: 0,
             part: Part::default(),
-            outcome: PartsOutcome::default(),
+            new_rows: 0,
+            kept_rows: 0,
+            failed: Failed::of(entries.len()),
         };
         Ok((writer, known))
     }
@@ -129,23 +158,28 @@ impl<'a> PartWriter<'a> {
         Ok(())
     }
 
-    /// Removes parts of an earlier run that had more scenarios.
-    pub fn end(&self) -> Outcome {
-        let count = self.scenarios.div_ceil(self.request.per_part);
-        let mut part = count;
-        while self.path(part).is_file() {
+    /// What was done; parts of an earlier run that had more scenarios are removed.
+    pub fn end(self, done: Done) -> Result<PartsOutcome, Failure> {
+        let done = done.or_failure()?;
+        let mut part = self.scenarios.div_ceil(self.request.per_part);
+        while !done.interrupted && self.path(part).is_file() {
             let path = self.path(part);
             fs::remove_file(&path).map_err(|e| Failure::system(path.display(), &e))?;
             part += 1;
         }
-        Ok(())
+        Ok(PartsOutcome {
+            new_rows: self.new_rows,
+            kept_rows: self.kept_rows,
+            failed: self.failed,
+            done,
+        })
     }
 
     fn rows(&mut self, measured: Measured) -> Outcome {
         match measured.rows {
             Err(failure) => {
                 self.part.failed += 1;
-                self.outcome.last = Some(failure);
+                self.failed.add(failure);
             }
             Ok(rows) => {
                 self.part.rows += rows.len() as u64;
@@ -163,18 +197,22 @@ impl<'a> PartWriter<'a> {
         let number = (self.next - 1) / self.request.per_part;
         let part = std::mem::take(&mut self.part);
         let Some(table) = part.table else {
-            let notes = self.journal.finished(&name(number)).map(|unit| &unit.notes);
-            let count = |key: &str| notes.and_then(|notes| notes[key].as_u64()).unwrap_or(0);
-            self.outcome.failed += usize::try_from(count("failed")).unwrap_or(0);
-            self.outcome.kept_rows += count("rows");
+            let unit = self.journal.finished(&name(number));
+            let notes = unit.and_then(|unit| PartNotes::deserialize(&unit.notes).ok());
+            let PartNotes { failed, rows } = notes.unwrap_or_default();
+            self.failed.count += failed;
+            self.kept_rows += rows;
             return Ok(());
         };
-        self.outcome.failed += part.failed;
-        self.outcome.new_rows += part.rows;
+        self.new_rows += part.rows;
         let done = table.finish();
         self.written(done)?.finish()?;
         let file = Path::new(&shard_folder(self.request)).join(name(number));
-        let notes = json!({ "failed": part.failed, "rows": part.rows });
+        let notes = serde_json::to_value(PartNotes {
+            failed: part.failed,
+            rows: part.rows,
+        });
+        let notes = notes.map_err(Failure::input)?;
         self.journal
             .add(&name(number), part.inputs, &[file], notes)
             .map_err(Failure::input)

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::Ordering;
 
 use super::driven::{self, DrivenScenario};
 use super::planners::{BUILT_IN, PlannerChoice};
 use super::{DriveRecord, PlannerOptions};
-use crate::interrupt::{INTERRUPTED, interrupted};
+use crate::interrupt::interrupted;
+use crate::many_files::{Job, NEXT};
 use crate::open::configuration;
 use crate::{Failure, output};
 use nearmiss_base::system::{self, save_private};
@@ -75,13 +75,14 @@ pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoS
 
 /// The settings of drives by the names of the configuration; of a process those that it is run with, too.
 fn words(settings: &Settings, planner: &PlannerChoice) -> BTreeMap<String, String> {
-    let keys = PlannerKey::ALL.iter();
-    let value = |key: &PlannerKey| match key.value(settings) {
+    let word = |value| match value {
         toml::Value::String(word) => word,
         other => other.to_string(),
     };
-    let mut words: BTreeMap<String, String> =
-        keys.map(|key| (key.id.to_string(), value(key))).collect();
+    let values = PlannerKey::values(settings).into_iter();
+    let mut words: BTreeMap<String, String> = values
+        .map(|(key, value)| (key.to_string(), word(value)))
+        .collect();
     if let Some(external) = &planner.external {
         let options = external.options();
         for (name, value) in [
@@ -125,27 +126,14 @@ impl Kept {
                 &cancel,
             )
         };
-        let mut done = 0;
-        driven::each(entries, "drives", &stop, work, |_, driven| {
-            done += 1;
+        let done = Job::new("drives", &stop).run(entries, work, |_, driven| {
             match driven {
-                Ok(driven) => self.take(&driven),
-                Err(error) => {
-                    output::say(&format!("nearmiss: {error}"));
-                    Ok(())
-                }
+                Ok(driven) => self.take(&driven)?,
+                Err(error) => output::say(&format!("nearmiss: {error}")),
             }
-        })?;
-        if stop.load(Ordering::Relaxed) {
-            return Err(Failure {
-                message: format!(
-                    "interrupted after {done} of {} drives; none was kept",
-                    entries.len()
-                ),
-                status: INTERRUPTED,
-            });
-        }
-        Ok(())
+            NEXT
+        });
+        done.end("none was kept")
     }
 
     /// A planner that failed has driven nothing that could be asked about.

@@ -1,7 +1,5 @@
 //! Two planners side by side: every scenario driven by both, and paired differences.
 
-use std::sync::atomic::Ordering;
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -10,8 +8,9 @@ use super::driven::{self, DrivenScenario};
 use super::export::Export;
 use super::planners::PlannerChoice;
 use super::{DriveRecord, NotDrivenRecord, PlanArguments};
-use crate::interrupt::{INTERRUPTED, interrupted};
+use crate::interrupt::interrupted;
 use crate::json::Output;
+use crate::many_files::{Job, NEXT, RunJournal};
 use crate::output::Align::{Left, Right};
 use crate::output::{self, line};
 use crate::row_file::Labels;
@@ -59,7 +58,7 @@ pub fn run(
         export: Export::begin(
             (arguments.table.as_deref(), arguments.spreadsheet),
             arguments.files.overwrites(),
-            None,
+            &RunJournal::none(),
         )?,
         names: [output::visible(&first.name), output::visible(&second.name)],
         width: widest(&labels),
@@ -85,21 +84,15 @@ pub fn run(
         let one = drive(first)?;
         Some(one.and_then(|one| Ok((one, drive(second).transpose()?))))
     };
-    driven::each(entries, "scenarios", &stop, both, |entry, pair| {
-        job.take(entry, pair)
-    })?;
+    let done = Job::new("scenarios", &stop).run(entries, both, |entry, pair| {
+        job.take(entry, pair)?;
+        NEXT
+    });
     job.end()?;
-    job.export.take().map_or(Ok(()), Export::finish)?;
-    if stop.load(Ordering::Relaxed) {
-        return Err(Failure {
-            message: format!(
-                "interrupted after {} of {} scenarios",
-                job.done(),
-                entries.len()
-            ),
-            status: INTERRUPTED,
-        });
-    }
+    job.export
+        .take()
+        .map_or(Ok(()), |export| export.finish(&RunJournal::none()))?;
+    done.end("")?;
     match (job.harmed, job.missed) {
         (0, 0) => Ok(()),
         (_, missed) if missed == entries.len() => Err(Failure::input(format!(
@@ -134,10 +127,6 @@ struct Comparison {
 }
 
 impl Comparison {
-    fn done(&self) -> usize {
-        self.pairs.len() + self.missed
-    }
-
     /// What stands above the columns of both: their names, where those are short and differ.
     fn labels(&self) -> [String; 2] {
         let labels = [0, 1].map(|place| {

@@ -1,13 +1,9 @@
 //! Drives one scenario, or each of several.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use super::planners::{BUILT_IN, PlannerChoice, RECORDED};
-use crate::parallel::in_order;
-use crate::progress::Progress;
-use crate::{Failure, output};
+use crate::output;
 use nearmiss_drive::planner::{Cancel, Emergency};
 use nearmiss_drive::simulation::{Collision, MOST_DRIVEN, Outcome, Rollout, Settings};
 use nearmiss_formats::{EgoSelection, Entry};
@@ -56,40 +52,6 @@ pub fn request(
         problem,
         settings,
     })
-}
-
-/// Drives in each scenario on all cores, and hands over in their order what came of it, with progress counted in `what`.
-/// Ends early where `drive` gives nothing, since it was cut short, and when `stop` becomes true.
-///
-/// # Errors
-/// The first one of `take`, after which nothing is driven.
-pub fn each<T: Send>(
-    entries: &[Entry],
-    what: &'static str,
-    stop: &AtomicBool,
-    drive: impl Fn(&Entry) -> Option<T> + Sync,
-    mut take: impl FnMut(&Entry, T) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    let progress = Progress::new(entries.len(), what, true);
-    let mut failure = None;
-    let work = |i: usize| Some((i, drive(&entries[i])?));
-    in_order(entries.len(), stop, work, |driven| {
-        let Some((place, driven)) = driven else {
-            return ControlFlow::Break(());
-        };
-        let mut taken = Ok(());
-        progress.suspend(|| taken = take(&entries[place], driven));
-        progress.step();
-        taken.map_or_else(
-            |error| {
-                failure = Some(error);
-                ControlFlow::Break(())
-            },
-            ControlFlow::Continue,
-        )
-    });
-    drop(progress);
-    failure.map_or(Ok(()), Err)
 }
 
 /// Drives the ego of a scenario, perhaps beside a monitor; nothing where `cancel` asked for an end. With `counts` its

@@ -1,10 +1,9 @@
 //! `plan --table FILE`: one row a drive, as CSV, JSON lines or Parquet.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use super::document::DriveRecord;
-use crate::many_files::FinishedFiles;
+use crate::many_files::RunJournal;
 use crate::output::{
     self, Cell, Column, ForSpreadsheet, Format, Kind, Row, Table, TableWriter, Target,
 };
@@ -38,8 +37,6 @@ pub struct Export {
     spreadsheet: ForSpreadsheet,
     target: Target,
     rows: Vec<Row>,
-    /// The run that is continued.
-    finished: Option<Arc<FinishedFiles>>,
 }
 
 impl Export {
@@ -50,7 +47,7 @@ impl Export {
     pub fn begin(
         (file, spreadsheet): (Option<&Path>, ForSpreadsheet),
         overwrite: bool,
-        finished: Option<Arc<FinishedFiles>>,
+        run: &RunJournal,
     ) -> Result<Option<Self>, Failure> {
         let Some(file) = file else {
             spreadsheet.check(false)?;
@@ -63,21 +60,20 @@ impl Export {
             ))
         })?;
         spreadsheet.check(format == Format::Csv)?;
-        let own = finished.as_ref().filter(|_| !overwrite && file.exists());
-        if let Some(run) = own.filter(|run| !run.wrote_table(file)) {
+        let run_folder = run.folder().filter(|_| !overwrite && file.exists());
+        if let Some(folder) = run_folder.filter(|_| !run.wrote_table(file)) {
             return Err(Failure::input(format!(
                 "--table {}: exists, and is not the table of the run in {} or was changed since; name another file, or replace it with --overwrite",
                 file.display(),
-                run.folder().display()
+                folder.display()
             )));
         }
         Ok(Some(Self {
             file: file.to_path_buf(),
             format,
             spreadsheet,
-            target: Target::begin(Some(file), overwrite || own.is_some())?,
+            target: Target::begin(Some(file), overwrite || run_folder.is_some())?,
             rows: Vec::new(),
-            finished,
         }))
     }
 
@@ -95,11 +91,11 @@ impl Export {
         Ok(())
     }
 
-    /// Writes the table.
+    /// Writes the table of a run.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn finish(self) -> Outcome {
+    pub fn finish(self, run: &RunJournal) -> Outcome {
         let mut table = Table::new("drives", columns());
         table.for_spreadsheet = self.spreadsheet.is_asked();
         let rows = table.encode(self.format, self.rows);
@@ -112,6 +108,6 @@ impl Export {
             Some(target) => target.finish()?,
             None => return Ok(()),
         }
-        { self.finished.as_ref() }.map_or(Ok(()), |run| run.note_table(&self.file))
+        run.note_table(&self.file)
     }
 }

@@ -1,17 +1,16 @@
 //! Output files of planning: the ego's motion, a CommonRoad solution, the scenario, and a log of all cycles.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use serde_json::json;
+use serde::Serialize;
 
 use super::driven::DrivenScenario;
 use super::places::{named_rightly, no_second_copies, writable};
-use super::{CycleRecord, DriveRecord, FinishedDrive, StandardErrorRecord};
+use super::{CycleRecord, StandardErrorRecord};
 use crate::Failure;
-use crate::many_files::{FinishedFiles, ManyFiles, Progressed, holds};
+use crate::many_files::{ManyFiles, RunJournal, holds};
 use crate::open::clash;
 use crate::output::{self, Target, file_of, refused};
 use nearmiss_formats::commonroad::{self, SaveError, save};
@@ -54,7 +53,17 @@ pub struct Files {
 pub struct Targets<'a> {
     files: &'a Files,
     log: Option<Target>,
-    finished: Option<Arc<FinishedFiles>>,
+}
+
+/// The options of [`Files`] that a run which is continued must have had.
+#[derive(Serialize)]
+#[serde(rename_all = "kebab-case")]
+struct FileOptions<'a, P> {
+    #[serde(flatten)]
+    planning: &'a P,
+    solution: Option<&'a Path>,
+    solution_model: Option<&'a str>,
+    with_scenario: Option<&'static str>,
 }
 
 impl Files {
@@ -101,12 +110,7 @@ impl Files {
     /// # Errors
     /// Something is in the way: a file that is there, an input, two scenarios of the same name; or there is no folder
     /// for several scenarios, nothing can be written there, or the scenarios would be found twice at `paths`.
-    pub fn begin(
-        &self,
-        paths: &[PathBuf],
-        entries: &[Entry],
-        (settings, mut named): (&str, BTreeMap<String, String>),
-    ) -> Result<Targets<'_>, Failure> {
+    pub fn begin(&self, paths: &[PathBuf], entries: &[Entry]) -> Result<Targets<'_>, Failure> {
         if self.many.resume && self.log.is_some() {
             return Err(Failure::input(
                 "--log and --resume exclude each other: the log has the cycles of one run",
@@ -170,34 +174,26 @@ impl Files {
             .log
             .as_deref()
             .map(|path| Target::begin(Some(path), self.overwrite));
-        let settings = format!(
-            "{settings} {:?} {} {}",
-            self.solution, self.solution_model, self.with_scenario
-        );
-        for (option, value) in [
-            (
-                "solution",
-                self.solution
-                    .as_ref()
-                    .map(|path| path.display().to_string()),
-            ),
-            (
-                "solution-model",
-                self.solution.as_ref().map(|_| self.solution_model.clone()),
-            ),
-            ("with-scenario", self.with_scenario.then(|| "yes".into())),
-        ] {
-            named.extend(value.map(|value| (option.to_string(), value)));
-        }
-        let folder = self.output.as_deref().filter(|path| path.is_dir());
         Ok(Targets {
             files: self,
             log: log.transpose()?,
-            finished: self
-                .many
-                .finished_files("plan", folder, (settings, named))?
-                .map(Arc::new),
         })
+    }
+
+    /// What earlier runs with these settings have finished.
+    ///
+    /// # Errors
+    /// Those in the folder have other settings.
+    pub fn journal(&self, planning: &impl Serialize) -> Result<RunJournal, Failure> {
+        let solution = self.solution.as_deref();
+        let settings = FileOptions {
+            planning,
+            solution,
+            solution_model: solution.map(|_| self.solution_model.as_str()),
+            with_scenario: self.with_scenario.then_some("yes"),
+        };
+        let folder = self.output.as_deref().filter(|path| path.is_dir());
+        self.many.journal("plan", folder, &settings)
     }
 
     /// The scenarios of the part that is planned.
@@ -261,32 +257,8 @@ impl Files {
 }
 
 impl Targets<'_> {
-    /// What earlier runs have finished; nothing without --resume.
-    pub fn finished(&self) -> Option<Arc<FinishedFiles>> {
-        self.finished.clone()
-    }
-
-    /// Writes all that is wanted of a drive, and notes it as finished.
-    pub fn write(
-        &mut self,
-        entry: &Entry,
-        driven: &DrivenScenario,
-        known: Option<Progressed>,
-    ) -> Result<(), Failure> {
-        let (Some(finished), Some(known)) = (self.finished(), known) else {
-            return self.write_files(entry, driven).map(drop);
-        };
-        finished.make_room(&known)?;
-        let files = self.write_files(entry, driven)?;
-        let notes = json!(FinishedDrive {
-            document: DriveRecord::new(driven),
-            unharmed: driven.unharmed(),
-        });
-        finished.add(entry, known, &files, notes)
-    }
-
     /// Writes all that is wanted of a drive; the files that were written.
-    fn write_files(
+    pub fn write(
         &mut self,
         entry: &Entry,
         driven: &DrivenScenario,

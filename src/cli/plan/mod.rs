@@ -19,17 +19,13 @@ mod table;
 
 use std::io::{self, Write};
 use std::ops::ControlFlow;
-use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
-use super::interrupt::{INTERRUPTED, interrupted};
-use super::many_files::Progressed;
+use super::interrupt::interrupted;
+use super::many_files::{Done, Job, RunJournal, Unit};
 use super::open::{configuration, found};
-use super::parallel::in_order;
-use super::progress::Progress;
 use super::row_file::Labels;
 use super::set::{Assignment, assignment, settings};
 use super::{Failure, Outcome, output};
@@ -43,10 +39,10 @@ use files::{Files, Targets};
 use monitor::MonitorOptions;
 pub use monitor_record::MonitorDryRun;
 use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::Outcome as Ended;
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::VehicleType;
 use nearmiss_workflow::PlanError;
+use options::RunOptions;
 pub use options::{PlannerSettings, ProblemOption};
 pub use planners::{PlannerOptions, identity};
 use table::Table;
@@ -117,28 +113,17 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         );
     }
     let external = planner.and_then(|planner| planner.external.as_ref());
-    let said = match external {
-        None => format!("{settings:?} {problem:?} {:?}", arguments.monitor),
-        Some(planner) => format!(
-            "{settings:?} {problem:?} {:?} {:?}",
-            arguments.monitor,
-            planner.options()
-        ),
-    };
-    // Runs of versions that knew no other traffic can be resumed.
-    let said = said
-        .replace(", traffic: Recorded", "")
-        .replace(", rules: Off", "");
-    let named = options::named(&settings, problem, external.map(|planner| &**planner));
-    let targets = arguments
-        .files
-        .begin(&arguments.paths, &entries, (&said, named))?;
-    let finished = targets.finished();
+    let targets = arguments.files.begin(&arguments.paths, &entries)?;
+    let journal = arguments.files.journal(&RunOptions::new(
+        &settings,
+        problem,
+        external.map(|planner| &**planner),
+        arguments.monitor.is_asked().then_some(&arguments.monitor),
+    ))?;
     let cancel = Cancel::from_flag(&stop);
-    if let (Some(finished), Some(external)) = (&finished, external) {
-        let identity = || planners::identity(&entries, problem, &settings, external, &cancel);
-        finished.by_same_planner(identity)?;
-    }
+    check_earlier_drives(&journal, setup.is_some(), || {
+        planners::identity(&entries, problem, &settings, external?, &cancel)
+    })?;
     let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();
     if unnamed && settings.planner.vehicle != VehicleType::Bmw320i {
         output::say(&format!(
@@ -151,82 +136,99 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         setup.announce(&entries, problem, &settings, &stop)?;
     }
     let monitor = setup.as_ref().map(|setup| setup.monitor());
-    let mut job = Job {
+    let mut drives = Drives {
         arguments,
         entries: &entries,
+        journal: &journal,
         targets,
         export: Export::begin(
             (arguments.table.as_deref(), arguments.spreadsheet),
             arguments.files.overwrites(),
-            finished.clone(),
+            &journal,
         )?,
         table: Table::new(Labels::new(&entries), monitor.is_some(), planner.is_some()),
         begun: false,
         gone: false,
-        next: 0,
         kept: 0,
         harmed: 0,
         failed: 0,
         missed: Missing::default(),
     };
-    let progress = Progress::new(entries.len(), "scenarios", true);
-    let mut failure = None;
-    in_order(
-        entries.len(),
-        &stop,
-        |i| {
-            let known = finished.as_ref().map(|finished| finished.of(&entries[i]));
-            if let Some(notes) = known.as_ref().and_then(|known| known.finished.clone()) {
-                return Some(Work::Kept(notes));
-            }
-            let driven = driven::drive(
-                &entries[i],
+    let work = |entry: &Entry| {
+        journal.unit(entry, || {
+            driven::drive(
+                entry,
                 problem,
                 &settings,
                 planner,
                 (monitor.as_ref(), arguments.files.keeps_log()),
                 &cancel,
-            )?;
-            Some(Work::Driven(driven.map(Box::new), known))
-        },
-        |work| {
-            // A drive that was cut short is none.
-            let Some(work) = work else {
-                return ControlFlow::Break(());
-            };
-            let mut taken = Ok(ControlFlow::Continue(()));
-            progress.suspend(|| {
-                taken = match work {
-                    Work::Kept(notes) => job.keep(&notes),
-                    Work::Driven(driven, known) => job.take(driven, known),
-                };
-            });
-            progress.step();
-            taken.unwrap_or_else(|error| {
-                failure = Some(error);
-                ControlFlow::Break(())
-            })
-        },
-    );
-    drop(progress);
-    job.end(failure, stop.load(Ordering::Relaxed))
+            )
+            .map(Box::new)
+        })
+    };
+    let done = Job::new("scenarios", &stop).run(&entries, work, |entry, unit| {
+        drives.take(entry, unit?)?;
+        Ok(drives.next_one())
+    });
+    drives.end(done)
+}
+
+/// Refuses drives of an earlier run that had a planner whose process says another name or version than `now`, or a
+/// monitor that the first layout of journals did not note. A planner that cannot be asked is compared where it drives:
+/// nowhere.
+fn check_earlier_drives(
+    journal: &RunJournal,
+    is_monitored: bool,
+    now: impl FnOnce() -> Option<(String, String)>,
+) -> Outcome {
+    let drives = journal.notes().map(|drive: FinishedDrive| drive.document);
+    let drives: Vec<DriveRecord> = drives.collect();
+    let refused = |why: &str| {
+        let folder = journal.folder().unwrap_or(Path::new("."));
+        Err(Failure::input(output::visible(&format!(
+            "{}: the drives in this folder {why}; choose another folder, or leave out --resume and start again with --overwrite",
+            folder.display()
+        ))))
+    };
+    if drives.iter().any(|drive| drive.monitor.is_some()) && !is_monitored {
+        return refused("had a monitor, and none is asked for");
+    }
+    let processes = drives
+        .into_iter()
+        .filter_map(|drive| drive.external_planner);
+    let mut then: Vec<(String, String)> = processes
+        .map(|process| (process.name, process.version))
+        .filter(|(name, _)| !name.is_empty())
+        .collect();
+    then.sort();
+    then.dedup();
+    if then.is_empty() {
+        return Ok(());
+    }
+    let Some(now) = now() else {
+        return Ok(());
+    };
+    match then.iter().find(|then| **then != now) {
+        None => Ok(()),
+        Some(then) => refused(&format!(
+            "are of planner {}, which is {} now",
+            format!("{} {}", then.0, then.1).trim(),
+            format!("{} {}", now.0, now.1).trim()
+        )),
+    }
 }
 
 /// What a run notes of a drive for the run that continues it.
 #[derive(Serialize, Deserialize)]
-pub struct FinishedDrive {
-    pub document: DriveRecord,
+struct FinishedDrive {
+    document: DriveRecord,
     /// Whether it ended at the goal or out of time.
     unharmed: bool,
 }
 
-/// What became of a scenario.
-enum Work {
-    /// An earlier run has driven it, with these notes.
-    Kept(Value),
-    /// It was driven, with what an earlier run has of it.
-    Driven(Result<Box<DrivenScenario>, PlanError>, Option<Progressed>),
-}
+/// A scenario that was driven, now or by an earlier run, or why it was not.
+type DrivenUnit = Unit<FinishedDrive, Box<Result<DrivenScenario, PlanError>>>;
 
 /// How many scenarios were not driven.
 #[derive(Debug, Default)]
@@ -238,9 +240,10 @@ struct Missing {
 }
 
 /// The work so far.
-struct Job<'a> {
+struct Drives<'a> {
     arguments: &'a PlanArguments,
     entries: &'a [Entry],
+    journal: &'a RunJournal,
     targets: Targets<'a>,
     table: Table,
     /// The table in a file.
@@ -249,8 +252,6 @@ struct Job<'a> {
     begun: bool,
     /// The reader of the table is gone.
     gone: bool,
-    /// Place of the next scenario.
-    next: usize,
     /// Scenarios that an earlier run has driven.
     kept: usize,
     harmed: usize,
@@ -259,60 +260,64 @@ struct Job<'a> {
     missed: Missing,
 }
 
-impl Job<'_> {
-    /// Counts the next scenario as an earlier run has left it.
-    fn keep(&mut self, notes: &Value) -> Result<ControlFlow<()>, Failure> {
-        self.next += 1;
-        self.kept += 1;
-        let drive = FinishedDrive::deserialize(notes).map_err(|why| {
-            Failure::input(format!("the notes of an earlier run cannot be read: {why}"))
-        })?;
-        self.harmed += usize::from(!drive.unharmed);
-        self.failed += usize::from(drive.document.outcome == "planner_error");
-        self.report(&drive.document)?;
-        Ok(self.next_one())
-    }
-
-    /// Shows and writes the next scenario.
-    fn take(
-        &mut self,
-        driven: Result<Box<DrivenScenario>, PlanError>,
-        known: Option<Progressed>,
-    ) -> Result<ControlFlow<()>, Failure> {
-        let entry = &self.entries[self.next];
-        self.next += 1;
+impl Drives<'_> {
+    /// Writes and shows the next scenario, or counts it as an earlier run has left it.
+    fn take(&mut self, entry: &Entry, unit: DrivenUnit) -> Outcome {
+        let (driven, earlier) = match unit {
+            Unit::Kept(drive) => {
+                self.kept += 1;
+                return self.count(&drive);
+            }
+            Unit::New(driven, earlier) => (*driven, earlier),
+        };
         let driven = match driven {
             Ok(driven) => driven,
-            Err(error) => {
-                let is_finding = matches!(error, PlanError::NothingToPlan(_));
-                if self.arguments.format.is_json() {
-                    self.line(&NotDrivenRecord::new(entry, &error))?;
-                }
-                if self.entries.len() == 1 && !is_finding {
-                    return Err(Failure::input(error));
-                }
-                if is_finding {
-                    self.missed.finding += 1
-                } else {
-                    self.missed.input += 1
-                }
-                output::say(&format!("nearmiss: {error}"));
-                return Ok(self.next_one());
-            }
+            Err(error) => return self.miss(entry, &error),
         };
-        self.harmed += usize::from(!driven.unharmed());
-        self.failed += usize::from(matches!(driven.outcome(), Ended::PlannerError(_)));
         // Files first: who reads a line finds them. What cannot be written of one scenario does not end the others.
-        if let Err(failure) = self.targets.write(entry, &driven, known) {
-            if self.entries.len() == 1 {
-                return Err(failure);
+        let journal = self.journal;
+        let written = journal.write(entry, earlier, || {
+            let files = self.targets.write(entry, &driven)?;
+            let drive = FinishedDrive {
+                document: DriveRecord::new(&driven),
+                unharmed: driven.unharmed(),
+            };
+            Ok((files, drive))
+        });
+        match written {
+            Ok(drive) => self.count(&drive),
+            Err(failure) if self.entries.len() == 1 => Err(failure),
+            Err(failure) => {
+                self.missed.input += 1;
+                failure.say();
+                Ok(())
             }
-            self.missed.input += 1;
-            failure.say();
-            return Ok(self.next_one());
         }
-        self.report(&DriveRecord::new(&driven))?;
-        Ok(self.next_one())
+    }
+
+    /// Says why a scenario was not driven.
+    fn miss(&mut self, entry: &Entry, error: &PlanError) -> Outcome {
+        let is_finding = matches!(error, PlanError::NothingToPlan(_));
+        if self.arguments.format.is_json() {
+            self.line(&NotDrivenRecord::new(entry, error))?;
+        }
+        if self.entries.len() == 1 && !is_finding {
+            return Err(Failure::input(error));
+        }
+        if is_finding {
+            self.missed.finding += 1;
+        } else {
+            self.missed.input += 1;
+        }
+        output::say(&format!("nearmiss: {error}"));
+        Ok(())
+    }
+
+    /// Counts and shows a drive.
+    fn count(&mut self, drive: &FinishedDrive) -> Outcome {
+        self.harmed += usize::from(!drive.unharmed);
+        self.failed += usize::from(drive.document.outcome == "planner_error");
+        self.report(&drive.document)
     }
 
     /// Shows a drive, whenever it was driven.
@@ -364,9 +369,9 @@ impl Job<'_> {
     }
 
     /// The sum, and the exit status.
-    fn end(mut self, failure: Option<Failure>, interrupted: bool) -> Outcome {
+    fn end(mut self, done: Done) -> Outcome {
         let (missed, all) = (self.missed.input + self.missed.finding, self.entries.len());
-        if !self.arguments.format.is_json() && self.next > 0 && (all > 1 || self.begun) {
+        if !self.arguments.format.is_json() && done.count > 0 && (all > 1 || self.begun) {
             let sum =
                 std::mem::replace(&mut self.table, Table::new(Labels::default(), false, false))
                     .sum(missed);
@@ -378,31 +383,20 @@ impl Job<'_> {
                 output::counted(self.kept, "drive")
             ));
         }
-        let (done, harmed) = (self.next, self.harmed);
         self.targets.finish()?;
-        self.export.map_or(Ok(()), Export::finish)?;
-        if let Some(failure) = failure {
-            return Err(failure);
-        }
-        if interrupted {
-            return Err(Failure {
-                message: format!(
-                    "interrupted after {done} of {all} scenarios; their files are kept{}",
-                    if self.arguments.files.resumes() {
-                        "; the same command continues"
-                    } else {
-                        ""
-                    }
-                ),
-                status: INTERRUPTED,
-            });
-        }
+        self.export
+            .map_or(Ok(()), |export| export.finish(self.journal))?;
+        done.end(if self.arguments.files.resumes() {
+            "their files are kept; the same command continues"
+        } else {
+            "their files are kept"
+        })?;
         let finding = |message| Err(Failure::finding(message));
         let harm = match self.failed {
             0 => "ended in a collision, off the road or infeasible",
             _ => "ended in a collision, off the road, infeasible or with an error of the planner",
         };
-        match (harmed, missed) {
+        match (self.harmed, missed) {
             (0, 0) => Ok(()),
             _ if self.missed.input == all => Err(Failure::input(format!(
                 "none of the {all} scenarios could be planned"

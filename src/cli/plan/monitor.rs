@@ -4,12 +4,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use serde::Serialize;
 use tokio::runtime::{Builder, Runtime};
 
 use crate::ask::budget;
-use crate::interrupt::INTERRUPTED;
+use crate::many_files::{Job, NEXT};
 use crate::open::{judge_of, user_thresholds};
-use crate::parallel::in_order;
 use crate::templates::templates;
 use crate::{Failure, Outcome, output};
 use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry};
@@ -27,7 +27,8 @@ use super::driven::request;
 use super::monitor_record::MonitorDryRun;
 
 /// A judge beside the planner.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, clap::Args, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub struct MonitorOptions {
     /// Ask this judge the safety question while the ego drives: reference/geometry or provider/model. Answers count
     /// from when they arrive; those of models are stored.
@@ -54,6 +55,7 @@ pub struct MonitorOptions {
     fresh: bool,
     /// Say how many questions the monitor would have and what they cost at most; nothing is sent or written.
     #[arg(long, requires = "monitor")]
+    #[serde(skip)]
     dry_run: bool,
 }
 
@@ -236,39 +238,25 @@ impl MonitorSetup {
         stop: &Arc<AtomicBool>,
     ) -> Result<MonitorCost, Failure> {
         let cancel = Cancel::from_flag(stop);
-        let mut all = MonitorCost {
+        let none = || MonitorCost {
             most_usd: Some(0.0),
             ..MonitorCost::default()
         };
-        let mut counted = 0;
-        let one = |i: usize| {
-            let prepared = request(&entries[i], problem, settings);
-            let cost = prepared.map(|prepared| prepared.monitor_cost(&self.monitor(), &cancel));
-            match cost {
-                Ok(Ok(Some(cost))) => Some(cost),
-                Ok(Ok(None)) => None,
+        let mut all = none();
+        let one = |entry: &Entry| {
+            let prepared = request(entry, problem, settings);
+            match prepared.map(|prepared| prepared.monitor_cost(&self.monitor(), &cancel)) {
+                Ok(Ok(cost)) => cost,
                 // The drive itself says why.
-                Ok(Err(_)) | Err(_) => Some(MonitorCost {
-                    most_usd: Some(0.0),
-                    ..MonitorCost::default()
-                }),
+                Ok(Err(_)) | Err(_) => Some(none()),
             }
         };
-        in_order(entries.len(), stop, one, |cost| {
-            if let Some(cost) = cost {
-                all = all.and(cost);
-                counted += 1;
-            }
-            std::ops::ControlFlow::Continue(())
+        let done = Job::new("scenarios", stop).run(entries, one, |_, cost| {
+            all = all.and(cost);
+            NEXT
         });
-        if counted == entries.len() {
-            Ok(all)
-        } else {
-            Err(Failure {
-                message: "interrupted before anything was sent".into(),
-                status: INTERRUPTED,
-            })
-        }
+        done.end("nothing was sent")?;
+        Ok(all)
     }
 
     fn words(&self, cost: &MonitorCost) -> String {

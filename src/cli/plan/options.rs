@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
 use toml::Value;
 
+use super::monitor::MonitorOptions;
+use super::planners::BUILT_IN;
 use crate::Failure;
 use crate::set::{Settable, number};
 use nearmiss_drive::simulation::{ExternalPlanner, Settings, TrafficMode};
@@ -58,36 +61,53 @@ fn value(key: &PlannerKey, word: &str) -> Result<Value, String> {
     }
 }
 
-/// The settings of a run by the names of the configuration, for messages about another run.
-pub fn named(
-    settings: &Settings,
-    problem: Option<i64>,
-    planner: Option<&ExternalPlanner>,
-) -> BTreeMap<String, String> {
-    let keys = PlannerKey::ALL.iter();
-    let word = |value: Value| match value {
-        Value::String(word) => word,
-        other => other.to_string(),
-    };
-    let mut named: BTreeMap<String, String> = keys
-        .map(|key| (key.id.to_string(), word(key.value(settings))))
-        .collect();
-    let planner = planner.map(|planner| planner.options());
-    let command = planner.map_or("nearmiss".into(), |options| options.command.join(" "));
-    named.insert("planner".into(), command);
-    named.extend(problem.map(|id| ("planning-problem".into(), id.to_string())));
-    if let Some(options) = planner {
-        for (name, value) in [
-            ("start_timeout", options.start.as_secs_f64().to_string()),
-            ("timeout", options.cycle.as_secs_f64().to_string()),
-            ("predictions", options.predictions.to_string()),
-            ("history", options.history.to_string()),
-            ("clock", options.clock.name().to_string()),
-        ] {
-            named.insert(name.into(), value);
+/// The settings of a run by the names of the configuration and of options.
+#[derive(Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub struct RunOptions<'a> {
+    #[serde(flatten)]
+    planning: BTreeMap<&'static str, Value>,
+    planner: String,
+    #[serde(flatten)]
+    process: Option<ProcessOptions>,
+    planning_problem: Option<i64>,
+    #[serde(flatten)]
+    monitor: Option<&'a MonitorOptions>,
+}
+
+/// How a planner's process is run, by the keys of `[planner.NAME]`.
+#[derive(Serialize)]
+struct ProcessOptions {
+    start_timeout: f64,
+    timeout: f64,
+    predictions: bool,
+    history: usize,
+    clock: &'static str,
+}
+
+impl<'a> RunOptions<'a> {
+    /// Those of a run.
+    pub fn new(
+        settings: &Settings,
+        planning_problem: Option<i64>,
+        planner: Option<&ExternalPlanner>,
+        monitor: Option<&'a MonitorOptions>,
+    ) -> Self {
+        let process = planner.map(ExternalPlanner::options);
+        Self {
+            planning: PlannerKey::values(settings),
+            planner: process.map_or(BUILT_IN.into(), |options| options.command.join(" ")),
+            process: process.map(|options| ProcessOptions {
+                start_timeout: options.start.as_secs_f64(),
+                timeout: options.cycle.as_secs_f64(),
+                predictions: options.predictions,
+                history: options.history,
+                clock: options.clock.name(),
+            }),
+            planning_problem,
+            monitor,
         }
     }
-    named
 }
 
 impl PlannerSettings {

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use serde::Serialize;
+
 use super::certificate::CertificateOption;
 use crate::Failure;
 use crate::at::{AT, At};
@@ -17,12 +19,14 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::{Settings, window_end};
 
 /// Arguments of `render`.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, clap::Args, Serialize)]
 pub struct Render {
     /// Scenario files, folders or names of bundled scenarios.
     #[arg(required = true)]
+    #[serde(skip)]
     pub paths: Vec<PathBuf>,
     #[command(flatten)]
+    #[serde(flatten)]
     pub ego: EgoChoice,
     /// Moments to draw, separated by commas: time steps (32), seconds (3.2s), worst (the most severe moment, see
     /// `nearmiss help measures`), or the worst by one measure: worst:risk, worst:ttc, worst:distance [default: worst].
@@ -49,6 +53,7 @@ pub struct Render {
     #[arg(long, conflicts_with_all = ["at", "all", "with_original"])]
     pub case_study: bool,
     #[command(flatten)]
+    #[serde(flatten)]
     pub certificate: CertificateOption,
     /// What is drawn.
     #[arg(long, value_enum, default_value = "map")]
@@ -56,6 +61,7 @@ pub struct Render {
     /// Part of the map, metres: ego, ego,WIDTH, all, or X,Y,WIDTH [default: ego, 60 m wide, or as wide as the pointed
     /// out obstacle needs].
     #[arg(long, value_name = "VIEW", value_parser = MapExtent::parse, allow_hyphen_values = true)]
+    #[serde(skip)]
     pub view: Option<MapExtent>,
     /// Original of a variant of `nearmiss generate`, a CommonRoad file or name of a bundled scenario; its attacker's
     /// motion is drawn too [default: from the manifest of the variant].
@@ -74,6 +80,7 @@ pub struct Render {
     pub obstacle: Vec<i64>,
     /// Measures to plot; `nearmiss metrics --list` lists them [default: distance].
     #[arg(long, value_name = "MEASURE", value_delimiter = ',', value_parser = named_measure)]
+    #[serde(skip)]
     pub plot: Vec<&'static Measure>,
     /// Question whose window plots shade: collision (the end of the recording), or safety (up to the moment drawn)
     /// [default: collision].
@@ -89,6 +96,7 @@ pub struct Render {
     /// Theme: paper (for print), dark, light, contrast, colorblind, or one of yours [default: paper; for --what screen
     /// yours].
     #[arg(long, value_name = "NAME")]
+    #[serde(skip)]
     pub theme: Option<String>,
     /// Pixels per inch of PNG and GIF [default: 300; 150 for GIF; 96 if the size is in pixels].
     #[arg(long, value_name = "N", value_parser = dpi)]
@@ -96,19 +104,24 @@ pub struct Render {
     /// File to write (.svg, .png or .gif) or folder; several steps are numbered. With --format and several pictures the
     /// folder is created [default: SVG on standard output].
     #[arg(short, long, value_name = "PATH")]
+    #[serde(skip)]
     pub output: Option<PathBuf>,
     /// Format: svg, png or gif [default: from the file name].
     #[arg(long, value_name = "FORMAT", value_parser = format)]
+    #[serde(skip)]
     pub format: Option<Format>,
     /// Replace existing files.
     #[arg(long)]
+    #[serde(skip)]
     pub overwrite: bool,
     #[command(flatten)]
+    #[serde(skip)]
     pub many: ManyFiles,
 }
 
 /// What is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum RenderContent {
     /// The map from above.
     Map,
@@ -121,7 +134,7 @@ pub enum RenderContent {
 }
 
 /// Rows and columns of a grid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct GridShape {
     pub rows: usize,
     pub columns: usize,
@@ -146,14 +159,15 @@ fn grid_shape(text: &str) -> Result<GridShape, String> {
 }
 
 /// A size as it was said.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Size {
     width: f64,
     height: Option<f64>,
     unit: Unit,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 enum Unit {
     None,
     Millimetres,
@@ -222,19 +236,6 @@ fn dpi(text: &str) -> Result<f64, String> {
 }
 
 impl Render {
-    /// Everything that changes pictures, apart from scenarios and theme, in words.
-    pub fn settings(&self) -> String {
-        let which = (&self.ego, &self.at, self.all, self.what, &self.view);
-        let shown = (&self.original, self.rotate, &self.obstacle, &self.task);
-        let plots: Vec<&str> = self.plot.iter().map(|measure| measure.id).collect();
-        let form = (plots, self.history, self.size, self.dpi, self.format);
-        let grid = (self.grid, self.with_original, self.case_study);
-        format!(
-            "{which:?} {shown:?} {form:?} {grid:?}{}",
-            self.certificate.words()
-        )
-    }
-
     /// Whether several moments are in one picture.
     pub fn is_grid(&self) -> bool {
         self.grid.is_some() || self.case_study

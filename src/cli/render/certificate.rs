@@ -4,8 +4,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::arguments::RenderContent;
-use super::{Job, Timeline};
+use super::{Drawing, Timeline};
 use crate::open::{Opened, scene_and_doubts};
 use crate::{Failure, Outcome, output};
 use nearmiss_drive::generation::DELAYS;
@@ -18,7 +20,7 @@ use nearmiss_scene::scenario::Scene;
 use nearmiss_workflow::VariantOrigin;
 
 /// The good driver beside the drive in a variant.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, clap::Args, Serialize)]
 pub struct CertificateOption {
     /// Below each map of a variant of `nearmiss generate` the good driver of its certificate with this reaction time at
     /// the same moment, with the gap of each; with --all -o FILE.gif a film [default: the longest that survives].
@@ -26,16 +28,9 @@ pub struct CertificateOption {
     pub with_certificate: Option<Reaction>,
 }
 
-impl CertificateOption {
-    /// What of it changes pictures; nothing without it.
-    pub fn words(&self) -> String {
-        let reaction = self.with_certificate;
-        reaction.map_or(String::new(), |reaction| format!(" {reaction:?}"))
-    }
-}
-
 /// Reaction time of a certificate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Reaction {
     Longest,
     Seconds(f64),
@@ -100,7 +95,7 @@ impl Drive {
     }
 }
 
-impl Job<'_> {
+impl Drawing<'_> {
     /// Draws a variant's two drives.
     pub(super) fn beside_certificate(&self, entry: &Entry, reaction: Reaction) -> Outcome {
         let named =

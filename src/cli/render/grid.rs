@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::arguments::GridShape;
 use super::original::Original;
-use super::{Job, Timeline, without_ego};
+use super::{Drawing, Timeline, without_ego};
 use crate::open::{Opened, scene_beside};
 use crate::{Failure, Outcome, output};
 use nearmiss_formats::Entry;
@@ -56,7 +56,7 @@ impl Drawn {
     }
 }
 
-impl Job<'_> {
+impl Drawing<'_> {
     /// Draws several moments of a scenario in one picture.
     pub(super) fn grid(&self, entry: &Entry) -> Outcome {
         let arguments = self.arguments;

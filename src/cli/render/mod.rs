@@ -6,10 +6,9 @@ mod destination;
 mod grid;
 mod original;
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use serde_json::Value;
+use serde::Serialize;
 
 pub use arguments::Render;
 use arguments::RenderContent;
@@ -17,11 +16,9 @@ use destination::Destination;
 use original::Original;
 
 use super::at::worst_step;
-use super::interrupt::{INTERRUPTED, interrupted};
-use super::many_files::FinishedFiles;
+use super::interrupt::interrupted;
+use super::many_files::{Failed, Job, NEXT, RunJournal, Unit};
 use super::open::{Opened, configuration, found, scene_and_doubts, scene_beside, user_thresholds};
-use super::parallel::in_order;
-use super::progress::Progress;
 use super::{Failure, Outcome, output};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_render::{
@@ -32,7 +29,7 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::Scene;
 
 /// Everything that holds for all scenarios of a call.
-struct Job<'a> {
+struct Drawing<'a> {
     arguments: &'a Render,
     thresholds: Thresholds,
     palette: Palette,
@@ -55,7 +52,7 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
     let (folders, config) = configuration()?;
     let stop = interrupted(true);
     let theme = arguments.theme(config.theme.as_deref());
-    let job = Job {
+    let drawing = Drawing {
         arguments,
         thresholds: user_thresholds(&folders)?,
         palette: Palette::named(&theme, &folders.themes()).map_err(Failure::input)?,
@@ -67,50 +64,52 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
         stop: &stop,
     };
     arguments.check()?;
-    let settings = format!(
-        "{} {theme} {:?} {:?}{}",
-        arguments.settings(),
-        job.history,
-        job.thresholds,
-        job.ego.planner().map_or("", |drives| &drives.sha256)
-    );
-    let finished = arguments.many.finished_files(
-        "render",
-        job.target.folder(),
-        (settings, BTreeMap::new()),
-    )?;
-    let mut failed = 0;
+    let settings = RenderSettings {
+        arguments,
+        theme: &theme,
+        format: drawing.target.format.name(),
+        view: arguments.view.map(|view| view.to_string()),
+        plot: arguments.plot.iter().map(|measure| measure.id).collect(),
+        usual_history: drawing.history,
+        thresholds: drawing.thresholds.change_words(),
+        drives: drawing.ego.planner().map(|drives| drives.sha256.as_str()),
+    };
+    let journal = arguments
+        .many
+        .journal("render", drawing.target.folder(), &settings)?;
+    let mut failed = Failed::of(entries.len());
     for entry in &entries {
-        match job.render_once(entry, &theme, finished.as_ref()) {
+        match drawing.render_once(entry, &theme, &journal) {
             Ok(()) => {}
-            Err(failure) if entries.len() == 1 || failure.status == INTERRUPTED => {
-                return Err(failure);
-            }
-            Err(failure) => {
-                failed += 1;
-                failure.say();
-            }
+            Err(failure) if failure.is_interrupted() => return Err(failure),
+            Err(failure) => failed.add(failure),
         }
     }
-    match failed {
-        0 => Ok(()),
-        n if n == entries.len() => Err(Failure::input("no scenario could be drawn")),
-        n => Err(Failure::finding(format!(
-            "{n} of {} scenarios could not be drawn",
-            entries.len()
-        ))),
-    }
+    failed.end("drawn")
+}
+
+/// Everything that changes pictures, apart from the scenarios.
+#[derive(Serialize)]
+struct RenderSettings<'a> {
+    #[serde(flatten)]
+    arguments: &'a Render,
+    theme: &'a str,
+    format: &'static str,
+    view: Option<String>,
+    plot: Vec<&'static str>,
+    /// Steps of windows, as the configuration has them.
+    usual_history: Option<usize>,
+    /// What the user's file changes.
+    thresholds: Vec<String>,
+    /// The hash of a planner's drives.
+    drives: Option<&'a str>,
 }
 
 /// Pictures of a scenario that are drawn at once.
 const MOST_PICTURES: i64 = 20_000;
 
-fn stopped() -> Failure {
-    Failure {
-        message: "interrupted; finished pictures are kept".into(),
-        status: INTERRUPTED,
-    }
-}
+/// What becomes of an interrupted run.
+const KEPT: &str = "finished pictures are kept";
 
 /// No ego is planned unless asked for; a note says that a picture has no ego.
 fn without_ego(entry: &Entry) {
@@ -130,25 +129,24 @@ struct Timeline<'a> {
     scene: Option<&'a Scene>,
 }
 
-impl Job<'_> {
-    /// The same as [`Job::render`], unless an earlier run has done it.
-    fn render_once(&self, entry: &Entry, theme: &str, finished: Option<&FinishedFiles>) -> Outcome {
-        let Some(finished) = finished else {
-            return self.render(entry, theme);
-        };
-        let known = finished.of(entry);
-        if known.finished.is_some() {
-            return Ok(());
+impl Drawing<'_> {
+    /// The same as [`Drawing::render`], unless an earlier run has done it.
+    fn render_once(&self, entry: &Entry, theme: &str, journal: &RunJournal) -> Outcome {
+        if let Some(unit) = journal.unit::<(), ()>(entry, || Some(()))
+            && let Unit::New((), earlier) = unit?
+        {
+            journal.write(entry, earlier, || {
+                self.target.take_written();
+                self.render(entry, theme)?;
+                Ok((self.target.take_written(), ()))
+            })?;
         }
-        finished.make_room(&known)?;
-        self.target.take_written();
-        self.render(entry, theme)?;
-        finished.add(entry, known, &self.target.take_written(), Value::Null)
+        Ok(())
     }
 
     fn render(&self, entry: &Entry, theme: &str) -> Outcome {
         if self.stop.load(Ordering::Relaxed) {
-            return Err(stopped());
+            return Err(Failure::interrupted(KEPT));
         }
         if self.arguments.what == RenderContent::Screen {
             return self.screens(entry, theme);
@@ -316,7 +314,7 @@ impl Job<'_> {
                 let drawn = animate(out, steps.len(), dt, dpi, |i| draw(steps[i]), self.stop);
                 match drawn {
                     Ok(_) => Ok(()),
-                    Err(_) if self.stop.load(Ordering::Relaxed) => Err(stopped()),
+                    Err(_) if self.stop.load(Ordering::Relaxed) => Err(Failure::interrupted(KEPT)),
                     Err(error) => Err(named(&error)),
                 }
             };
@@ -331,35 +329,24 @@ impl Job<'_> {
             return file.finish();
         }
         let several = steps.len() > 1;
-        let progress = Progress::new(steps.len(), "pictures", true);
-        let work = |i: usize| -> Result<Vec<u8>, String> {
-            let picture = draw(steps[i])?;
-            target
-                .format
-                .encode(&picture, dpi)
-                .map_err(|e| e.to_string())
-        };
-        let (mut outcome, mut next) = (Ok(()), 0);
-        in_order(steps.len(), self.stop, work, |bytes| {
-            let step = several.then(|| steps[next]);
-            next += 1;
-            progress.step();
-            let written = bytes
-                .map_err(|e| named(&e))
-                .and_then(|bytes| target.save(entry, step, &bytes));
-            match written {
-                Ok(()) => std::ops::ControlFlow::Continue(()),
-                Err(failure) => {
-                    outcome = Err(failure);
-                    std::ops::ControlFlow::Break(())
-                }
-            }
-        });
-        outcome?;
-        if next == steps.len() {
-            Ok(())
-        } else {
-            Err(stopped())
-        }
+        let done = Job::new("pictures", self.stop).run(
+            steps,
+            |step| {
+                let picture = draw(*step);
+                let encoded = |picture| {
+                    target
+                        .format
+                        .encode(&picture, dpi)
+                        .map_err(|e| e.to_string())
+                };
+                Some(picture.and_then(encoded))
+            },
+            |step, bytes: Result<Vec<u8>, String>| {
+                let bytes = bytes.map_err(|e| named(&e))?;
+                target.save(entry, several.then_some(*step), &bytes)?;
+                NEXT
+            },
+        );
+        done.end(KEPT)
     }
 }

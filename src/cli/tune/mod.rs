@@ -12,7 +12,7 @@ pub use document::{TuneDocument, TuneDryRunDocument};
 use std::path::PathBuf;
 
 use super::evaluate::{BatchContext, planned, questions_of, runtime};
-use super::interrupt::{GRACE, INTERRUPTED, signal};
+use super::interrupt::{GRACE, signal};
 use super::knobs::{self, Knobs};
 use super::open::with_notes;
 use super::{Failure, Outcome, output};
@@ -156,10 +156,8 @@ async fn until_interrupted(
     settings: TuneSettings,
 ) -> Result<TuneOutcome, Failure> {
     let control = models.control.clone();
-    let interrupted = || Failure {
-        message: "interrupted; the same command goes on, and pays for no answer twice".into(),
-        status: INTERRUPTED,
-    };
+    let interrupted =
+        || Failure::interrupted("the same command goes on, and pays for no answer twice");
     let failed = |error| match error {
         TuneError::Interrupted => interrupted(),
         other => Failure::input(other),

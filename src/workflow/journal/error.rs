@@ -23,13 +23,13 @@ pub enum JournalError {
     EarlierRun(PathBuf),
     /// The earlier run had other settings, or was made by another version.
     #[error(
-        "{path}: the run in this folder has other settings or comes from another version of nearmiss{differences}; \
+        "{path}: the run in this folder has other settings or comes from another version of nearmiss ({differences}); \
          choose another folder, give the settings of then, or leave out --resume and start again with --overwrite"
     )]
     OtherSettings {
         /// The journal.
         path: PathBuf,
-        /// What differs, in brackets; empty where it is not known.
+        /// What differs.
         differences: String,
     },
     /// The folder has another division into parts.

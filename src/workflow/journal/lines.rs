@@ -55,7 +55,6 @@ pub fn check_others(
     folder: &Path,
     own: &Path,
     job: &JobIdentity,
-    wanted: &Header,
 ) -> std::result::Result<(), JournalError> {
     let entries = std::fs::read_dir(folder).map_err(|source| JournalError::Io {
         path: folder.to_path_buf(),
@@ -82,13 +81,11 @@ pub fn check_others(
         let Ok(found) = serde_json::from_str::<Header>(&first) else {
             continue;
         };
-        if parts(found.shard.as_deref()) != parts(wanted.shard.as_deref()) {
+        let own = job.shard.map(|shard| shard.to_string());
+        if parts(found.shard.as_deref()) != parts(own.as_deref()) {
             return Err(JournalError::OtherDivision(path));
         }
-        if (&found.settings, &found.version) != (&wanted.settings, &wanted.version) {
-            let differences = wanted.differences(&found);
-            return Err(JournalError::OtherSettings { path, differences });
-        }
+        job.check(&path, &found)?;
     }
     Ok(())
 }

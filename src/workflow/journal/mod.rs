@@ -6,6 +6,7 @@
 
 mod error;
 mod lines;
+mod settings;
 #[cfg(test)]
 mod tests;
 
@@ -22,9 +23,17 @@ use nearmiss_scene::scenario::ContentHash;
 use nearmiss_study::evaluation::batch::Shard;
 
 pub use error::JournalError;
+pub use settings::{RunSettings, SettingDifference};
 
 /// The folder of journals inside an output folder. Spark, DuckDB and Polars pass over names that begin so.
 pub const FOLDER: &str = "_nearmiss";
+
+/// That of the program.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The number of the present layout of journals. Those of the first one noted a hash of their settings, and those of
+/// `plan` words for them.
+const FORMAT: u32 = 2;
 
 /// What is done, and with which settings.
 #[derive(Debug, Clone)]
@@ -34,9 +43,7 @@ pub struct JobIdentity {
     /// The part of the scenarios; `None` for all.
     pub shard: Option<Shard>,
     /// Everything that changes the output, apart from the scenarios.
-    pub settings: String,
-    /// The settings by name, as far as messages can name them.
-    pub named: BTreeMap<String, String>,
+    pub settings: RunSettings,
 }
 
 /// What happens to an earlier run in the same folder.
@@ -66,58 +73,34 @@ pub struct FinishedUnit {
 /// The first line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Header {
+    #[serde(default)]
+    format: u32,
     command: String,
     shard: Option<String>,
-    settings: String,
+    settings: Value,
     version: String,
-    /// Of earlier versions nothing.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    /// Words for the settings, in the first layout of `plan`.
+    #[serde(default, skip_serializing)]
     named: BTreeMap<String, String>,
 }
 
-impl Header {
-    /// Whether a run with this one continues that of another.
-    fn continues(&self, other: &Self) -> bool {
-        let of = |header: &Self| {
-            let Self {
-                command,
-                shard,
-                settings,
-                version,
-                ..
-            } = header.clone();
-            (command, shard, settings, version)
-        };
-        of(self) == of(other)
-    }
-
-    /// What differs from a run of before, as far as it is known.
-    fn differences(&self, then: &Self) -> String {
+impl JobIdentity {
+    /// What differs from a run of before, in words; nothing where its settings are the same.
+    fn differences(&self, then: &Header) -> Vec<String> {
         let mut found = Vec::new();
-        if self.version != then.version {
-            found.push(format!("nearmiss {}, now {}", then.version, self.version));
+        if then.version != VERSION {
+            found.push(format!("nearmiss {}, now {VERSION}", then.version));
         }
-        if !then.named.is_empty() {
-            let names = then.named.keys().chain(self.named.keys());
-            let names: std::collections::BTreeSet<&String> = names.collect();
-            let of = |header: &Self, name| {
-                header
-                    .named
-                    .get(name)
-                    .map_or("not given".into(), String::clone)
-            };
-            let others = names
-                .into_iter()
-                .filter(|name| self.named.get(*name) != then.named.get(*name));
-            found.extend(
-                others.map(|name| format!("{name} {}, now {}", of(then, name), of(self, name))),
-            );
-        }
-        if found.is_empty() {
-            String::new()
-        } else {
-            format!(" ({})", found.join("; "))
-        }
+        let settings = match RunSettings::deserialize(&then.settings) {
+            Ok(settings) if then.format == FORMAT => settings.differences(&self.settings),
+            _ if then.named.is_empty() => {
+                found.push("its journal does not say with which settings it was made".into());
+                return found;
+            }
+            _ => RunSettings::of_words(then.named.clone()).differences(&self.settings.in_words()),
+        };
+        found.extend(settings.iter().map(ToString::to_string));
+        found
     }
 }
 
@@ -141,7 +124,6 @@ impl Journal {
         earlier: EarlierRun,
     ) -> Result<Self, JournalError> {
         let journals = folder.join(FOLDER);
-        let header = job.header();
         let io = |path: &Path, source| JournalError::Io {
             path: path.to_path_buf(),
             source,
@@ -153,7 +135,7 @@ impl Journal {
         if file.try_lock().is_err() {
             return Err(JournalError::Busy(path));
         }
-        lines::check_others(&journals, &path, job, &header)?;
+        lines::check_others(&journals, &path, job)?;
         if earlier == EarlierRun::Replace {
             file.set_len(0).map_err(|e| io(&path, e))?;
         }
@@ -162,14 +144,8 @@ impl Journal {
             Some(_) if earlier == EarlierRun::Refuse => {
                 return Err(JournalError::EarlierRun(folder.to_path_buf()));
             }
-            Some(found) if !header.continues(&found) => {
-                let differences = header.differences(&found);
-                return Err(JournalError::OtherSettings { path, differences });
-            }
-            Some(_) => {}
-            None => {
-                lines::append(&mut file, &header).map_err(|e| io(&path, e))?;
-            }
+            Some(found) => job.check(&path, &found)?,
+            None => lines::append(&mut file, &job.header()).map_err(|e| io(&path, e))?,
         }
         let mut journal = Self {
             folder: folder.to_path_buf(),
@@ -248,12 +224,25 @@ impl Journal {
 impl JobIdentity {
     fn header(&self) -> Header {
         Header {
+            format: FORMAT,
             command: self.command.to_string(),
             shard: self.shard.map(|shard| shard.to_string()),
-            settings: ContentHash::digest(self.settings.as_bytes()).to_string(),
-            version: env!("CARGO_PKG_VERSION").to_string(),
-            named: self.named.clone(),
+            settings: serde_json::json!(self.settings),
+            version: VERSION.to_string(),
+            named: BTreeMap::new(),
         }
+    }
+
+    /// Refuses a journal with other settings.
+    fn check(&self, path: &Path, found: &Header) -> Result<(), JournalError> {
+        let differences = self.differences(found);
+        if differences.is_empty() {
+            return Ok(());
+        }
+        Err(JournalError::OtherSettings {
+            path: path.to_path_buf(),
+            differences: differences.join("; "),
+        })
     }
 
     fn file_name(&self) -> String {

@@ -139,6 +139,13 @@ impl std::fmt::Display for Change {
 }
 
 impl Thresholds {
+    /// The same as [`Self::changes`] in words.
+    #[must_use]
+    pub fn change_words(&self) -> Vec<String> {
+        let changes = self.changes();
+        changes.iter().map(ToString::to_string).collect()
+    }
+
     /// Every value that the user's file sets, of risk scores those that it changes, in the order of thresholds, risk
     /// scores, limits.
     #[must_use]
