@@ -1,13 +1,14 @@
-//! The template library: shipped templates, and the user's, which override them by file name.
+//! The template library: shipped templates, and the user's, which override them by file name; which one a task uses.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::{ErrorKind, Result as IoResult};
 use std::path::{Path, PathBuf};
 
-use super::chosen::{self, TemplateChoices};
+use nearmiss_base::system::{self, SaveError};
+
 use super::render::syntax;
 use super::shipped::SHIPPED;
-use super::{Pack, Template, TemplateError, includes};
-use nearmiss_base::system;
+use super::{Pack, Template, TemplateError, template};
 
 /// Source of a template.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -77,7 +78,7 @@ impl Library {
         file: &'l str,
         template: &'l Template,
     ) -> impl Iterator<Item = &'l Problem> {
-        let included = includes::included(&template.source, &self.fragments);
+        let included = template::included(&template.source, &self.fragments);
         let fragments = included
             .into_iter()
             .map(|name| self.fragments[name].as_str());
@@ -230,7 +231,7 @@ impl Library {
 
     /// Takes over what the user chose; a choice that cannot be kept is a problem.
     fn choose(&mut self, folder: &Path) {
-        let path = folder.join(chosen::FILE);
+        let path = folder.join(FILE);
         let mut problem = |message: String| {
             self.problems.push(Problem {
                 path: path.clone(),
@@ -342,7 +343,7 @@ impl Library {
     /// SHA-256, hexadecimal, of a template's text and of the fragments that it includes.
     #[must_use]
     pub fn hash(&self, source: &str) -> String {
-        includes::hash(source, &self.fragments)
+        template::hash(source, &self.fragments)
     }
 
     /// The shipped text of a file.
@@ -385,9 +386,185 @@ fn read(path: &Path) -> Result<String, String> {
     system::read_text(path, system::LARGEST_TEXT).map_err(|e| system::words(&e))
 }
 
-mod problem;
+/// A file of the user that is not in use, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Which file.
+    pub path: PathBuf,
+    /// What is wrong, with the line.
+    pub message: String,
+    /// What is in use in its place.
+    pub instead: Fallback,
+}
+
+/// Replacement in use for a broken file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fallback {
+    /// The shipped file of the same name.
+    Shipped,
+    /// The user's own file, as it was when it could last be read.
+    LastGood,
+    /// Nothing: there is no other file of that name.
+    Nothing,
+    /// The template that is used where none is chosen.
+    Usual,
+}
+
+impl Problem {
+    /// Whether another template would be sent in place of the file.
+    #[must_use]
+    pub fn stops(&self) -> bool {
+        matches!(self.instead, Fallback::Shipped | Fallback::Usual)
+    }
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let instead = match self.instead {
+            Fallback::Shipped | Fallback::Usual => {
+                "mend or remove it; nothing is sent in its place"
+            }
+            Fallback::LastGood => "its last good version stays in use",
+            Fallback::Nothing => "the file is not used",
+        };
+        write!(f, "{}: {} ({instead})", self.path.display(), self.message)
+    }
+}
+
+impl Library {
+    /// Whether a file is the user's, template or fragment.
+    #[must_use]
+    pub fn is_users(&self, file: &str) -> bool {
+        let origin = self.source(file).map(|(_, origin)| origin);
+        matches!(origin, Some(Origin::User(_)))
+    }
+
+    /// The user's files that a template is made of: itself, and what it includes.
+    #[must_use]
+    pub fn users_in(&self, file: &str) -> Vec<String> {
+        let Some((template, _)) = self.file(file) else {
+            return Vec::new();
+        };
+        let included = template::included(&template.source, &self.fragments);
+        let all = std::iter::once(file).chain(included);
+        all.filter(|one| self.is_users(one))
+            .map(str::to_string)
+            .collect()
+    }
+
+    /// Takes a file of the user out of use, with a problem that says why; the shipped one of its name is in its place,
+    /// if there is one. Says whether there was such a file.
+    pub fn set_aside(&mut self, file: &str, message: String) -> bool {
+        let Some((_, Origin::User(path))) = self.source(file) else {
+            return false;
+        };
+        let path = path.clone();
+        let used = self.in_use(file);
+        let front = self.file(file).map(|(template, _)| template.front.clone());
+        self.templates.remove(file);
+        self.fragments.remove(file);
+        self.fragment_origins.remove(file);
+        let others = |library: &Self| {
+            let found = front.and_then(|f| library.find(&f.task, &f.frame).map(|_| ()));
+            found.is_some()
+        };
+        let instead = match Self::shipped(file) {
+            Some(source) => {
+                // The shipped files are read by a test.
+                let _ = self.put(file, source, Origin::Shipped);
+                Fallback::Shipped
+            }
+            None if used && others(self) => Fallback::Usual,
+            None => Fallback::Nothing,
+        };
+        self.problems.push(Problem {
+            path,
+            message,
+            instead,
+        });
+        true
+    }
+}
+
+/// Its name.
+pub const FILE: &str = "chosen.toml";
+
+/// Larger files are not read, bytes.
+const MAX_FILE_BYTES: u64 = 1 << 16;
+
+/// Files of templates, by task and frame.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TemplateChoices(BTreeMap<String, BTreeMap<String, String>>);
+
+impl TemplateChoices {
+    /// What was chosen; nothing where there is no file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not tables of tasks with files by frame: with the line.
+    pub fn read(folder: &Path) -> Result<Self, String> {
+        let bytes = match system::read_file(&folder.join(FILE), MAX_FILE_BYTES) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
+            Err(error) => return Err(system::words(&error)),
+        };
+        let text = system::text_of(bytes)?;
+        toml::from_str(&text).map(Self).map_err(|error| {
+            let line = system::line_at(&text, error.span().map_or(0, |span| span.start));
+            format!("line {line}: {}", error.message().trim())
+        })
+    }
+
+    /// The file for a task and a frame.
+    #[must_use]
+    pub fn get(&self, task: &str, frame: &str) -> Option<&str> {
+        Some(self.0.get(task)?.get(frame)?.as_str())
+    }
+
+    /// Every choice: task, frame, file.
+    #[must_use]
+    pub fn all(&self) -> Vec<(String, String, String)> {
+        let all = self.0.iter().flat_map(|(task, files)| {
+            let of =
+                |(frame, file): (&String, &String)| (task.clone(), frame.clone(), file.clone());
+            files.iter().map(of)
+        });
+        all.collect()
+    }
+
+    /// Chooses a file, or the usual one.
+    pub fn set(&mut self, task: &str, frame: &str, file: Option<&str>) {
+        let files = self.0.entry(task.to_string()).or_default();
+        match file {
+            Some(file) => drop(files.insert(frame.to_string(), file.to_string())),
+            None => drop(files.remove(frame)),
+        }
+        self.0.retain(|_, files| !files.is_empty());
+    }
+
+    fn write(&self, folder: &Path) -> IoResult<()> {
+        let text = toml::to_string(&self.0).map_err(std::io::Error::other)?;
+        system::make_folder(folder)?;
+        let saved = system::save(&folder.join(FILE), text.as_bytes(), true);
+        saved.map_err(|error| match error {
+            SaveError::Io { source, .. } => source,
+            other => std::io::Error::other(other.to_string()),
+        })
+    }
+}
+
+/// Chooses a template in the user's folder, for good.
+///
+/// # Errors
+/// What was chosen before cannot be read, or the file not written; nothing changes then.
+pub fn choose_template(folder: &Path, task: &str, frame: &str, file: &str) -> Result<(), String> {
+    let path = folder.join(FILE);
+    let named = |words: String| format!("{}: {words}", path.display());
+    let mut chosen = TemplateChoices::read(folder).map_err(named)?;
+    chosen.set(task, frame, Some(file));
+    chosen
+        .write(folder)
+        .map_err(|error| named(system::words(&error)))
+}
+
 #[cfg(test)]
 mod tests;
-mod unusable_templates;
-
-pub use problem::{Fallback, Problem};
