@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::evaluation::annotations::{file_name, results_folder, sorted_paths};
+use crate::evaluation::labels::{file_name, results_folder, sorted_paths};
 use crate::evaluation::{Loss, Problem};
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_base::system;

@@ -4,19 +4,16 @@
 //! happens. If the program ended between the two, the batch is looked up at the provider; it is not submitted again.
 
 mod collect;
-mod give_up;
-mod result;
 
 use std::sync::Arc;
 
 use jiff::Timestamp;
 
+use super::ask_model::{record, request};
 use super::judges::{Judge, ModelJudge};
 use super::question::Question;
-use super::request::{record, request};
 use super::run_case::RunOptions;
-pub use collect::{Progress, cancel, collect};
-pub use give_up::{GivenUp, give_up, give_up_unasked};
+pub use collect::{GivenUp, Progress, cancel, collect, give_up, give_up_unasked};
 use nearmiss_ask::llm::batch::{Batches, Item, Lookup, SubmissionMark, split, surely_not_created};
 use nearmiss_ask::llm::{self, Error, Request};
 use nearmiss_store::{

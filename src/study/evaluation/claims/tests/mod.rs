@@ -1,13 +1,12 @@
-//! Tests on texts in several styles, about a bundled scenario.
+//! Tests on texts in several styles, about a bundled scenario: claims, obstacles, times relative to the end of the window.
 #![allow(clippy::unwrap_used)]
 
 mod forms;
-mod mentions;
-mod relative;
 
-use super::*;
 use nearmiss_formats::bundled;
 use nearmiss_scene::metrics::Encounter;
+
+use super::*;
 
 fn scene() -> Scene {
     let all = bundled();
@@ -397,4 +396,155 @@ fn the_plainest_sentences() {
     ] {
         assert_eq!(brief(&text), claims, "{text}");
     }
+}
+
+#[test]
+fn a_mention_inside_a_sentence_does_not_change_the_subject() {
+    let (a, b) = ids();
+    let text = format!(
+        "**Obstacle {a} Analysis:**\n\n\
+         - **Position and Motion:**\n\
+         \x20 - Recent Position: Rear-right of the ego with longitudinal distance of -12.11 m and lateral distance of -0.53 m.\n\
+         \x20 - Relative Velocity: Longitudinal: 2.23 m/s toward ego, Lateral: 0.63 m/s toward ego.\n\
+         - **Risk:**\n\
+         \x20 - **Longitudinal:** The distance is large (-12.11 m), a lower risk compared to Obstacle {b}. It is 9 m.\n\
+         \x20 - **TTC:** Longitudinal: |12.11 m| / 2.23 m/s = ~5.43 seconds\n\n\
+         **Obstacle {b} Analysis:**\n- Longitudinal distance: 4.5 m"
+    );
+    let all = brief(&text);
+    for claim in [
+        format!("{a} gap longitudinal: -12.11 m"),
+        format!("{a} gap lateral: -0.53 m"),
+        format!("{a} relative velocity longitudinal: 2.23 m/s"),
+        format!("{a} relative velocity lateral: 0.63 m/s"),
+        format!("{a} TTC longitudinal: 5.43 seconds"),
+    ] {
+        assert!(all.contains(&claim), "{claim}: {all:#?}");
+    }
+    let of_b: Vec<_> = all
+        .iter()
+        .filter(|c| c.starts_with(&b.to_string()))
+        .collect();
+    assert_eq!(of_b, [&format!("{b} gap longitudinal: 4.5 m")]);
+}
+
+#[test]
+fn after_an_aside_the_heading_counts_and_where_two_are_meant_nobody() {
+    let (a, b) = ids();
+    let text = format!(
+        "### Obstacle {a}\n- Obstacle {b} is closer.\n- Lateral distance: 3.25 m\n\
+         - It cuts in front of the path of obstacle {b}:\n  - Lateral distance: 7 m\n"
+    );
+    assert_eq!(brief(&text), [format!("{a} gap lateral: 3.25 m")]);
+    let text = format!(
+        "Obstacle {a} is near. Although it closes in (longitudinal gap 5.5 m), the risk is lower than that of obstacle \
+         {b}. The lateral gap is 2 m.\n\nFor obstacle {b} the longitudinal gap is 8.25 m."
+    );
+    assert_eq!(
+        brief(&text),
+        [
+            format!("{a} gap longitudinal: 5.5 m"),
+            format!("{a} gap lateral: 2 m"),
+            format!("{b} gap longitudinal: 8.25 m"),
+        ]
+    );
+}
+
+#[test]
+fn what_may_mean_something_else_cannot_be_told() {
+    let scene = scene();
+    let (a, b, window) = cast(&scene);
+    let subject = Subject {
+        scene: &scene,
+        times: TimeOrigin::Recording,
+        window: Some(window),
+    };
+    let (mine, other) = (relation(&scene, a, window.1), relation(&scene, b, window.1));
+    assert!((mine.gap_long - other.gap_long).abs() > 1.0);
+    let judged = |text: String| checked(&text, &subject).remove(0).judgement;
+    let heading = format!(
+        "### Obstacle {a}\n- Longitudinal gap: {:.2} m",
+        other.gap_long
+    );
+    assert_eq!(
+        judged(heading),
+        Judgement::Unknown("true for another obstacle")
+    );
+    let named = format!("Obstacle {a}: longitudinal gap {:.2} m", other.gap_long);
+    assert_eq!(judged(named), Judgement::Wrong, "it says whom it is about");
+}
+
+/// The steps of the claims in a text about window steps up to `now`, with times relative to it or to the recording.
+fn steps(text: &str, times: TimeOrigin, window: (i64, i64)) -> Vec<Option<i64>> {
+    let scene = scene();
+    let subject = Subject {
+        scene: &scene,
+        times,
+        window: Some(window),
+    };
+    let claims = find(text, &subject);
+    claims.into_iter().map(|claim| claim.step).collect()
+}
+
+#[test]
+fn times_count_back_from_the_end_of_the_window() {
+    let scene = scene();
+    let (a, _, (_, end)) = cast(&scene);
+    let last = end - 20;
+    let window = (last - 9, last);
+    let of = |text: String| steps(&text, TimeOrigin::WindowEnd, window);
+    for (when, step) in [
+        ("At t = -0.50 s", last - 5),
+        ("At t = 0.00 s", last),
+        ("At -0.3 s", last - 3),
+        ("0.5 s ago", last - 5),
+        ("0.2 s before the end", last - 2),
+    ] {
+        let text = format!("{when}, obstacle {a} is at a distance of 7.00 m.");
+        assert_eq!(of(text), [Some(step)], "{when}");
+    }
+    let now = format!("Obstacle {a} is now at a distance of 7.00 m.");
+    assert_eq!(of(now), [Some(last)]);
+    let heading = format!("### t = -0.90 s\n\nObstacle {a} is at a distance of 7.00 m.");
+    assert_eq!(of(heading), [Some(last - 9)]);
+    // No time of the recording, and none after the window.
+    let later = format!("At t = 0.50 s, obstacle {a} is at a distance of 7.00 m.");
+    assert_eq!(of(later), []);
+    // A step of the reasoning is no time.
+    let reasoning = format!("### Step 1: distances\n\nObstacle {a} is at a distance of 7.00 m.");
+    assert_eq!(of(reasoning), [None]);
+    let contact = format!("Obstacle {a} collides with the ego at t = -0.10 s.");
+    assert_eq!(of(contact), [Some(last - 1)]);
+}
+
+#[test]
+fn answers_to_descriptions_with_absolute_times_are_read_as_before() {
+    let scene = scene();
+    let (a, _, window) = cast(&scene);
+    let of = |text: String| steps(&text, TimeOrigin::Recording, window);
+    let text = format!("At t = 0.50 s, obstacle {a} is at a distance of 7.00 m.");
+    assert_eq!(of(text), [Some(5)]);
+    let text = format!("Obstacle {a} is now at a distance of 7.00 m.");
+    assert_eq!(of(text), [None]);
+}
+
+#[test]
+fn the_messages_tell_what_times_count_from() {
+    let scene = scene();
+    let window = Window::ending_at(&scene, 20, 5);
+    let told = |frame| {
+        let options = nearmiss_scene::description::Options {
+            obstacle: scene.participants().next().map(|p| p.obstacle.id),
+            ..Default::default()
+        };
+        let text = nearmiss_scene::description::describe(&scene, frame, &window, &options);
+        TimeOrigin::of(&serde_json::json!([{ "content": text.unwrap().text }]).to_string())
+    };
+    use nearmiss_scene::description::Frame;
+    for frame in [Frame::Ego, Frame::Metrics, Frame::Cartesian] {
+        assert_eq!(told(frame), TimeOrigin::WindowEnd);
+    }
+    assert_eq!(told(Frame::Trajectory), TimeOrigin::Recording);
+    let old = r#"[{"content": "Step 36, t = 3.60 s:"}]"#;
+    assert_eq!(TimeOrigin::of(old), TimeOrigin::Recording);
 }

@@ -9,7 +9,7 @@ use super::super::{
     AnswerState, AnswerStatus, Attempt, AxisValues, Cluster, CountedAs, Label, PromptConfig,
     Scored, TemplateVersion,
 };
-use super::consumption::count;
+use super::cell::count;
 use super::truth::{QuestionKey, Truth};
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_scene::description::Frame;
@@ -75,7 +75,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
             stored.changed += 1;
         } else if asides.leads.contains(&outcome.run) {
             stored.other_leads += 1;
-        } else if let Some(way) = way(outcome, asides.settings.get(&outcome.run)) {
+        } else if let Some(way) = configuration(outcome, asides.settings.get(&outcome.run)) {
             match places.entry(identity(outcome, truth)) {
                 Entry::Vacant(place) => {
                     place.insert(questions.len());
@@ -263,7 +263,7 @@ fn identity<'a>(outcome: &'a Outcome, truth: &Truth) -> Identity<'a> {
 }
 
 /// How a run was asked, under these values of axes of its batch; `None` if its words are not known.
-fn way(outcome: &Outcome, settings: Option<&String>) -> Option<PromptConfig> {
+fn configuration(outcome: &Outcome, settings: Option<&String>) -> Option<PromptConfig> {
     let settings = settings
         .map(|words| words.parse::<AxisValues>())
         .transpose()

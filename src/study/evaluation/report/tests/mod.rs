@@ -1,17 +1,15 @@
 //! Tests of reports on small invented answers, counted by hand.
 #![allow(clippy::unwrap_used)]
 
-mod calibration;
 mod comparisons;
-mod doubtful;
-mod simulated;
+
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
+use nearmiss_store::Consumed;
 
 use super::*;
 use crate::evaluation::{AnswerStatus, Cluster, Label};
-use nearmiss_ask::prompts::Techniques;
-use nearmiss_scene::description::Frame;
-use nearmiss_scene::verdict::{ObstacleRisk, Task, Verdict};
-use nearmiss_store::Consumed;
 
 fn json(value: &impl serde::Serialize) -> serde_json::Value {
     serde_json::to_value(value).unwrap()
@@ -371,4 +369,96 @@ fn what_is_known_to_cost_nothing_is_no_unknown_cost() {
         (&judge["cost_unknown"], &judge["cost_usd"]),
         (&0.into(), &0.0.into())
     );
+}
+
+#[test]
+fn every_verdict_has_a_probability_and_the_report_says_from_where() {
+    let way = way(Task::Safety, "cp", "lab/x");
+    let safe = Some(Label::Safe);
+    let mut stated = verdict(Task::Safety, true, &[(7, 4)]);
+    stated.critical = Some(vec![CriticalObstacle::new(7)]);
+    stated.probability = Some(0.9);
+    let mut listed = stated.clone();
+    listed.probability = None;
+    listed.critical = Some(vec![CriticalObstacle {
+        id: 7,
+        probability: Some(0.4),
+    }]);
+    let mut weighed = verdict(Task::Safety, false, &[(9, 5)]);
+    weighed.token_probability = Some(0.1);
+    let hit = Some(Label::Collision(Some(7)));
+    stated.token_probability = Some(0.7);
+    let scored = [
+        one("a", &way, hit, AnswerStatus::Verdict(stated)),
+        one("b", &way, safe, AnswerStatus::Verdict(listed)),
+        one("c", &way, safe, says(false, &[(9, 5)])),
+        one("d", &way, safe, says(false, &[])),
+        one("e", &way, safe, AnswerStatus::Verdict(weighed)),
+    ];
+    let report = Report::from_scored(&scored);
+    let cell = report.whole().next().unwrap();
+    let one_each = ProbabilitySources {
+        from_stated: 1,
+        from_critical: 1,
+        from_token: 1,
+        from_score: 1,
+        from_decision: 1,
+    };
+    assert_eq!(cell.calibration.sources, one_each);
+    assert_eq!(cell.calibration.fit.n, 5);
+    assert_eq!(cell.calibration.fit.auroc, Some(1.0));
+    let tokens = &json(cell)["token_calibration"];
+    assert_eq!((&tokens["n"], &tokens["auroc"]), (&2.into(), &1.0.into()));
+    assert!(
+        (tokens["brier"].as_f64().unwrap() - 0.05).abs() < 1e-12,
+        "{tokens}"
+    );
+    // 7 is named on the collision whatever its score, and on a safe window too.
+    let naming = (cell.naming_recall, cell.naming_precision);
+    assert_eq!(naming, (Some(1.0), Some(0.5)));
+    let text = report.document("Report").markdown();
+    for words in [
+        "Obstacle named",
+        "| AUROC |",
+        "Calibration of log probabilities",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    assert!(report.document("Report").latex().contains("Names right"));
+    let csv = report.rows().csv();
+    for column in [
+        "naming_recall_ci_low",
+        "naming_precision",
+        "calibration.from_token",
+        "token_calibration.auroc",
+    ] {
+        assert!(csv.contains(column), "{column}: {csv}");
+    }
+}
+
+#[test]
+fn doubtful_verdicts_are_counted_and_said_first() {
+    let says = |scenario: &str, change: fn(&mut Verdict)| {
+        let mut verdict = verdict(Task::Safety, true, &[(7, 1)]);
+        change(&mut verdict);
+        let way = way(Task::Safety, "cp", "lab/a");
+        one(scenario, &way, None, AnswerStatus::Verdict(verdict))
+    };
+    let all = [
+        says("A", |verdict| verdict.probability = Some(0.01)),
+        says("B", |verdict| {
+            verdict.obstacles.push(verdict.obstacles[0].clone())
+        }),
+        says("C", |verdict| verdict.unknown.push(429)),
+        says("D", |verdict| verdict.probability = Some(0.99)),
+    ];
+    let report = Report::from_scored(&all).about(ReportSubject::default());
+    let json = json(&report.json());
+    let note = json["notes"][0].to_string();
+    let words = "of 4: 1 contradictory, 1 with an obstacle that the scene does not have, 1 with an obstacle named twice.";
+    assert!(note.contains(words), "{note}");
+    let cell = json["cells"].as_array().unwrap().last().unwrap();
+    for key in ["contradictory", "named_twice", "unknown_obstacles"] {
+        assert_eq!(cell[key], 1, "{key}");
+    }
 }
