@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::Failure;
 use nearmiss_study::evaluation::PromptConfig;
-use nearmiss_study::evaluation::report::{Comparison, name_of};
+use nearmiss_study::evaluation::report::{Comparison, configuration_name};
 
 /// Declared comparisons.
 #[derive(Debug, Clone, clap::Args)]
@@ -53,7 +53,9 @@ impl Declared {
             "{name}: no such model or prompt configuration; the models are {}; a prompt configuration is called as in \
              tables, such as `{}`",
             models.join(", "),
-            example.map(|way| name_of(way)).unwrap_or_default()
+            example
+                .map(|way| configuration_name(way))
+                .unwrap_or_default()
         )))
     }
 }

@@ -9,8 +9,8 @@ use std::time::Duration;
 
 use secrecy::SecretString;
 
+use super::api_keys::KeyCommand;
 use super::endpoint::Endpoint;
-use super::key_command::KeyCommand;
 use super::limits::{Gate, Limits};
 use nearmiss_base::system;
 

@@ -9,14 +9,12 @@ use reqwest::Url;
 use reqwest::header::{HeaderName, HeaderValue};
 use secrecy::{ExposeSecret, SecretString};
 
-use super::budget::Budget;
+use super::api_keys::KeyCommand;
 use super::dialect::{Auth, Dialect};
-use super::effort::Effort;
 use super::error::{Error, ProviderAddress};
-use super::key_command::KeyCommand;
-use super::limits::Limits;
+use super::limits::{Budget, Limits};
 use super::price::{Prices, Pricing};
-use super::quirks::Quirks;
+use super::quirks::{Effort, Quirks};
 use super::redaction::is_loopback;
 use super::request::{Parameters, Request};
 

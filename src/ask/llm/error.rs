@@ -283,7 +283,7 @@ fn refusal_hint(message: &str) -> String {
 }
 
 /// A day: who is to wait longer is not told how long.
-const LONG: Duration = Duration::from_secs(24 * 60 * 60);
+const MAX_STATED_WAIT: Duration = Duration::from_secs(24 * 60 * 60);
 
 fn limited_text(
     place: &ProviderAddress,
@@ -300,7 +300,7 @@ fn limited_text(
     let wait = match retry_after {
         // As some servers say it.
         Some(wait) if wait.is_zero() => "wait a moment".to_owned(),
-        Some(wait) if wait > LONG => "wait more than a day".to_owned(),
+        Some(wait) if wait > MAX_STATED_WAIT => "wait more than a day".to_owned(),
         Some(wait) => format!("wait {wait:?}"),
         None => "wait a moment".to_owned(),
     };

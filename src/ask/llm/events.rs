@@ -1,12 +1,21 @@
-//! Splits a stream into events: server-sent events, or one JSON document a line. Time is linear in the input; at most
-//! one event is held in memory.
+//! Splits a stream into events, whose JSON is put right: server-sent events, or one JSON document a line. Time is linear in the input;
+//! at most one event is held in memory.
 
-use super::body_text::BodyError;
-use super::dialect::Framing;
-use super::frames::Frame;
+use std::fmt::Write;
+use std::pin::Pin;
+
+use futures_util::future::FutureExt;
+use futures_util::stream::{self, Stream, StreamExt};
+
+use super::body_text::{BodyError, Elapsed, joined};
+use super::chunk::Chunk;
+use super::decoder::Decoder;
+use super::dialect::{Dialect, Framing};
+use super::endpoint::Endpoint;
+use super::error::Error;
 
 /// More than any line or event of a stream is long, in bytes: some hold a whole answer.
-const LONGEST: usize = 8 << 20;
+const MAX_EVENT_BYTES: usize = 8 << 20;
 
 /// Reads text that is cut anywhere.
 #[derive(Debug)]
@@ -52,7 +61,7 @@ impl Parser {
                 Framing::Lines => feed,
             };
             let piece = &text[at..end];
-            if self.line.len() + piece.len() > LONGEST {
+            if self.line.len() + piece.len() > MAX_EVENT_BYTES {
                 return Err(BodyError::TooLong);
             }
             if end == text.len() {
@@ -103,7 +112,7 @@ impl Parser {
         match field {
             "event" => self.event.is_error = value == "error",
             "data" => {
-                if self.event.data.len() + value.len() >= LONGEST {
+                if self.event.data.len() + value.len() >= MAX_EVENT_BYTES {
                     return Err(BodyError::TooLong);
                 }
                 // Some servers end events with one line feed instead of two: an event that is whole ends where the next
@@ -153,12 +162,201 @@ fn empty() -> Frame {
     }
 }
 
+/// One event.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Frame {
+    /// The server calls it an error.
+    pub is_error: bool,
+    pub data: String,
+}
+
+/// The events of a stream of text.
+pub(super) type Frames = Pin<Box<dyn Stream<Item = Result<Frame, BodyError>> + Send>>;
+
+/// The events in texts that are cut anywhere.
+pub(super) fn frames<S>(texts: S, framing: Framing) -> Frames
+where
+    S: Stream<Item = Result<String, BodyError>> + Send + 'static,
+{
+    let state = Some((Box::pin(texts), Parser::new(framing)));
+    let pieces = stream::unfold(state, |state| async move {
+        let (mut texts, mut parser) = state?;
+        let mut found = Vec::new();
+        let fault = match texts.next().await {
+            None => {
+                found.extend(parser.end().map(Ok));
+                return Some((found, None));
+            }
+            Some(Ok(text)) => parser.push(&text, |frame| found.push(Ok(frame))).err(),
+            Some(Err(fault)) => Some(fault),
+        };
+        let rest = fault.is_none().then_some((texts, parser));
+        found.extend(fault.map(Err));
+        Some((found, rest))
+    });
+    Box::pin(pieces.flat_map(stream::iter))
+}
+
+/// Reads the next event of a stream and returns its chunks; after an answer's end the decoder is done.
+pub(super) async fn step(frames: &mut Frames, decoder: &mut Decoder) -> Vec<Result<Chunk, Error>> {
+    match frames.next().await {
+        Some(Ok(frame)) if frame.is_error => {
+            let error = decoder.error_event(&frame.data);
+            decoder.failed(error)
+        }
+        Some(Ok(frame)) => match decoder.event(&frame.data) {
+            Ok(chunks) => chunks.into_iter().map(Ok).collect(),
+            Err(error) => decoder.failed(error),
+        },
+        Some(Err(fault)) => ended(decoder, fault),
+        // An event begun but not ended has been dropped, as the standard wants.
+        None => ended(decoder, BodyError::Cut("the stream ended early".to_owned())),
+    }
+}
+
+/// The chunks at the end of a body that ended with a fault.
+pub(super) fn ended(decoder: &mut Decoder, fault: BodyError) -> Vec<Result<Chunk, Error>> {
+    if fault == BodyError::TooLong {
+        let what = "too large for an answer".to_owned();
+        return decoder.too_long(|place| Error::Malformed { place, what });
+    }
+    let items = decoder.ended(|place, received| match fault {
+        BodyError::Elapsed(Elapsed { which, after }) => Error::Timeout {
+            place,
+            which,
+            after,
+        },
+        BodyError::Cut(why) => Error::Truncated {
+            place,
+            received,
+            why,
+        },
+        BodyError::NotText | BodyError::TooLong => Error::Malformed {
+            place,
+            what: "not UTF-8 text".to_owned(),
+        },
+    });
+    debug_assert!(decoder.is_done(), "an ended body leaves nothing to read");
+    items
+}
+
+/// What the body of a streamed answer says, given as the pieces in which it arrives; no network is used. Whatever the
+/// bytes and wherever they are cut, the last item is [`Chunk::Finished`] or an error, and there is one such item.
+#[must_use]
+pub fn decode<'a>(
+    dialect: Dialect,
+    pieces: impl IntoIterator<Item = &'a [u8]>,
+) -> Vec<Result<Chunk, Error>> {
+    let pieces: Vec<_> = pieces.into_iter().map(<[u8]>::to_vec).collect();
+    let mut frames = frames(joined(stream::iter(pieces)), dialect.protocol().framing());
+    let endpoint = Endpoint::new("decoder", "http://localhost");
+    let (place, none) = (endpoint.place(), endpoint.secrets());
+    let mut decoder = Decoder::new(dialect, place);
+    let mut items = Vec::new();
+    while !decoder.is_done() {
+        // All pieces are present, so this never waits.
+        match step(&mut frames, &mut decoder).now_or_never() {
+            Some(some) => {
+                items.extend(some.into_iter().map(|i| i.map_err(|e| e.cleared_of(&none))))
+            }
+            None => break,
+        }
+    }
+    items
+}
+
+/// Half of a character beyond the first 65,536, which the next event has the other half of.
+#[derive(Debug, Default)]
+pub(super) struct HalfCharacter(Option<u16>);
+
+impl HalfCharacter {
+    /// The text of an event with `null` for numbers that JSON does not have, and with whole characters: the first half of
+    /// one is kept for the next event, and a second half without a first is U+FFFD.
+    pub fn mend(&mut self, data: &str) -> String {
+        let mut mended = String::with_capacity(data.len());
+        let mut rest = data;
+        let mut inside = false;
+        while let Some(next) = rest.chars().next() {
+            if !inside
+                && let Some((word, after)) = foreign(rest)
+                && !mended.ends_with(|c: char| c.is_ascii_alphanumeric())
+            {
+                mended.push_str(word);
+                rest = after;
+                continue;
+            }
+            let unit = rest
+                .strip_prefix("\\u")
+                .and_then(|hex| hex.get(..4))
+                .and_then(|hex| u16::from_str_radix(hex, 16).ok());
+            match (next, unit) {
+                (_, Some(unit)) if inside => {
+                    self.take(unit, &mut mended);
+                    rest = &rest[6..];
+                }
+                ('\\', _) if inside => {
+                    self.alone(&mut mended);
+                    let length = 1 + rest[1..].chars().next().map_or(0, char::len_utf8);
+                    mended.push_str(&rest[..length]);
+                    rest = &rest[length..];
+                }
+                (next, _) => {
+                    inside ^= next == '"';
+                    if inside && next != '"' {
+                        self.alone(&mut mended);
+                    }
+                    mended.push(next);
+                    rest = &rest[next.len_utf8()..];
+                }
+            }
+        }
+        mended
+    }
+
+    /// An escaped unit of UTF-16.
+    fn take(&mut self, unit: u16, into: &mut String) {
+        match (unit, self.0.take()) {
+            (0xdc00..=0xdfff, Some(first)) => {
+                let both = char::decode_utf16([first, unit]).next();
+                into.push(both.and_then(Result::ok).unwrap_or('\u{fffd}'));
+            }
+            (0xdc00..=0xdfff, None) => into.push('\u{fffd}'),
+            (unit, before) => {
+                if before.is_some() {
+                    into.push('\u{fffd}');
+                }
+                match unit {
+                    0xd800..=0xdbff => self.0 = Some(unit),
+                    unit => drop(write!(into, "\\u{unit:04x}")),
+                }
+            }
+        }
+    }
+
+    /// Something else follows a first half.
+    fn alone(&mut self, into: &mut String) {
+        if self.0.take().is_some() {
+            into.push('\u{fffd}');
+        }
+    }
+}
+
+/// A number that JSON does not have at the beginning, as JSON, and what follows it.
+fn foreign(text: &str) -> Option<(&'static str, &str)> {
+    let words = ["NaN", "-Infinity", "Infinity"].into_iter();
+    words
+        .filter_map(|word| text.strip_prefix(word))
+        .map(|after| ("null", after))
+        .next()
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use std::time::{Duration, Instant};
 
     use super::*;
+    use serde_json::Value;
 
     fn read(framing: Framing, text: &str, size: usize) -> Vec<(bool, String)> {
         let mut parser = Parser::new(framing);
@@ -233,6 +431,35 @@ mod tests {
             begun.elapsed() < Duration::from_secs(20),
             "{:?}",
             begun.elapsed()
+        );
+    }
+
+    fn text(half: &mut HalfCharacter, data: &str) -> String {
+        let value: Value = serde_json::from_str(&half.mend(data)).unwrap();
+        value.as_str().unwrap().to_string()
+    }
+
+    #[test]
+    fn characters_cut_between_events_are_joined() {
+        let mut half = HalfCharacter::default();
+        assert_eq!(text(&mut half, r#""a\ud83d""#), "a");
+        assert_eq!(text(&mut half, r#""\ude97b""#), "🚗b");
+        assert_eq!(
+            text(&mut half, r#""\ud83d\ude97 \\u00e9 \u00e9 \" é""#),
+            "🚗 \\u00e9 é \" é"
+        );
+        assert_eq!(text(&mut half, r#""\ude97x\ud83dy""#), "\u{fffd}x\u{fffd}y");
+        assert_eq!(text(&mut half, r#""\ud83d\ud83d""#), "\u{fffd}");
+        assert_eq!(text(&mut half, r#""z""#), "\u{fffd}z");
+    }
+
+    #[test]
+    fn numbers_that_json_does_not_have_are_null() {
+        let mended = HalfCharacter::default()
+            .mend(r#"{"a": NaN, "NaN": -Infinity, "b": [Infinity, "Infinity"]}"#);
+        assert_eq!(
+            mended,
+            r#"{"a": null, "NaN": null, "b": [null, "Infinity"]}"#
         );
     }
 }

@@ -28,74 +28,52 @@ mod attempt;
 /// Batches that providers work off at half the price.
 pub mod batch;
 mod body_text;
-mod budget;
 mod chunk;
 mod client;
-mod deadlines;
 mod decoder;
 mod dialect;
-mod effort;
 mod endpoint;
 mod error;
 mod error_body;
 mod events;
-mod frames;
-mod image;
-mod invalid_provider;
 mod json;
-mod key_command;
 mod limits;
-mod listing;
-mod mend;
-mod outage;
 mod portable_schema;
 mod price;
 mod price_table;
 mod probe;
 mod provider;
 mod quirks;
-mod reach;
-mod redact_stream;
 mod redaction;
 mod registry;
 mod request;
-mod retry;
 mod sending;
 mod streaming;
-mod think_tags;
-mod token;
-mod tool_calls;
-mod tools_dialect;
-mod turn_draft;
 
-pub use api_keys::{Environment, ResolvedKey, without_secrets};
-pub use attempt::RetryHint;
-pub use budget::{Budget, OverBudget};
-pub use chunk::{Chunk, Cost, CostSource, Finish, LONGEST_ANSWER, Usage};
+pub use accumulator::MOST_CALLS;
+pub use api_keys::{Environment, KeyCommand, ResolvedKey, without_secrets};
+pub use attempt::{ProviderOutage, RetryHint};
+pub use chunk::{Chunk, Cost, CostSource, Finish, LONGEST_ANSWER, Token, Usage};
 pub use client::Client;
+pub use decoder::THINKING_TAGS;
 pub use dialect::{Auth, Dialect, body, gives_log_probabilities, notes, sends_form};
-pub use effort::{Effort, EffortLevels};
 pub use endpoint::{Endpoint, ResponseFormat, Retry, Timeouts};
 pub use error::{Error, ProviderAddress, TimeoutKind};
-pub use frames::decode;
-pub use image::{Image, ImageTokens};
-pub use key_command::KeyCommand;
-pub use limits::Limits;
-pub use listing::{Address, KeyState, ModelListing, ModelOffer, Retirement};
-pub use outage::ProviderOutage;
+pub use events::decode;
+pub use limits::{Budget, Limits, OverBudget};
 pub use price::{Peak, Price, PriceEntry, Prices, Pricing};
 pub use price_table::PriceTable;
-pub use probe::{Discovered, Probed, probe};
+pub use probe::{Discovered, Probed, ProviderStatus, Reachability, probe, reach};
 pub use provider::RegistryError;
-pub use quirks::{Efforts, LogProbabilities, Quirks, StatedQuirks, Temperature};
-pub use reach::{ProviderStatus, Reachability, reach};
+pub use quirks::{
+    Effort, EffortLevels, Efforts, LogProbabilities, Quirks, StatedQuirks, Temperature,
+};
 pub use redaction::Secrets;
-pub use registry::Registry;
-pub use request::{Message, Parameters, Request, Role, Schema};
-pub use think_tags::THINKING_TAGS;
-pub use token::Token;
-pub use tool_calls::{CALL, ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox};
-pub use turn_draft::MOST_CALLS;
+pub use registry::{Address, KeyState, ModelListing, ModelOffer, Registry, Retirement};
+pub use request::{
+    CALL_OVERHEAD, Image, ImageTokens, Message, Parameters, Request, Role, Schema, ToolCall,
+    ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox,
+};
 
 use futures_util::stream::{self, Stream, StreamExt};
 

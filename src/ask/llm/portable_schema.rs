@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 /// Keywords that mean the same everywhere.
-const KEPT: [&str; 12] = [
+const PORTABLE_KEYWORDS: [&str; 12] = [
     "type",
     "description",
     "enum",
@@ -19,7 +19,7 @@ const KEPT: [&str; 12] = [
 ];
 
 /// Keywords that bound a value; their words for the description.
-const BOUNDS: [(&str, &str); 9] = [
+const BOUND_KEYWORDS: [(&str, &str); 9] = [
     ("minimum", "at least"),
     ("maximum", "at most"),
     ("exclusiveMinimum", "more than"),
@@ -33,7 +33,7 @@ const BOUNDS: [(&str, &str); 9] = [
 
 /// Characters of a text that a bounded schema allows where it names no bound: a small model that repeats itself comes to an
 /// end. llama.cpp takes no more repetitions than 2000.
-const LONGEST: u64 = 2000;
+const MAX_TEXT_LENGTH: u64 = 2000;
 
 /// The same of a text in a list.
 const LONGEST_LISTED: u64 = 400;
@@ -49,7 +49,7 @@ pub(super) fn portable(schema: &Value) -> Value {
 
 /// The same with its bounds, and with bounds of all texts and lists.
 pub(super) fn bounded(schema: &Value) -> Value {
-    reduced(schema, Some(LONGEST))
+    reduced(schema, Some(MAX_TEXT_LENGTH))
 }
 
 /// With the bounds, where texts are bounded to so many characters.
@@ -69,8 +69,10 @@ fn reduced(schema: &Value, longest: Option<u64>) -> Value {
             ("anyOf" | "oneOf" | "prefixItems", Value::Array(parts)) => {
                 parts.iter().map(portable).collect()
             }
-            (key, value) if KEPT.contains(&key) => value.clone(),
-            (key, value) if longest.is_some() && BOUNDS.iter().any(|(bound, _)| *bound == key) => {
+            (key, value) if PORTABLE_KEYWORDS.contains(&key) => value.clone(),
+            (key, value)
+                if longest.is_some() && BOUND_KEYWORDS.iter().any(|(bound, _)| *bound == key) =>
+            {
                 value.clone()
             }
             _ => continue,
@@ -86,7 +88,7 @@ fn reduced(schema: &Value, longest: Option<u64>) -> Value {
     if let Some(longest) = longest {
         bound(&mut kept, longest);
     }
-    let bounds = BOUNDS
+    let bounds = BOUND_KEYWORDS
         .iter()
         .filter(|_| few.is_none())
         .filter_map(|(key, word)| {

@@ -1,7 +1,4 @@
-//! Token prices.
-
-mod bound;
-mod free;
+//! Token prices, what costs nothing, and the most that a request can cost.
 
 use jiff::Timestamp;
 use jiff::civil::{Date, Time, Weekday};
@@ -219,10 +216,104 @@ impl Peak {
     }
 }
 
+impl Pricing {
+    /// The most that a request can cost, US dollars, whenever it is sent and whatever of it goes through a cache;
+    /// `None` if the price of a question of this length is not known.
+    #[must_use]
+    pub fn at_most(&self, input: u32, output: u32) -> Option<f64> {
+        // Tokens are estimated before they are sent: a question a quarter longer may be a dearer one.
+        let longest = u64::from(input) + u64::from(input) / 4;
+        let prices = [&self.at(u64::from(input))?.price, &self.at(longest)?.price];
+        let factor = self.peak.as_ref().map_or(1.0, |peak| peak.factor.max(1.0));
+        let most = prices.map(|price| {
+            let dearest = [price.cached, price.cache_write].into_iter().flatten();
+            let input_price = dearest.fold(price.input, f64::max);
+            f64::from(input) * input_price + f64::from(output) * price.output
+        });
+        Some(most[0].max(most[1]) * factor / 1e6)
+    }
+
+    /// What [`Pricing::at_most`] counts beyond the listed prices, in words; `None` where it counts nothing more.
+    #[must_use]
+    pub fn bound_words(&self) -> Option<String> {
+        let price = &self.price;
+        let written = price
+            .cache_write
+            .filter(|write| *write > price.input)
+            .map(|write| {
+                if price.input > 0.0 {
+                    format!(
+                        "the question at the cache-write rate, ${write} per 1M (×{:.2} of input)",
+                        write / price.input
+                    )
+                } else {
+                    format!("the question at the cache-write rate, ${write} per 1M")
+                }
+            });
+        let peak = self
+            .peak
+            .as_ref()
+            .filter(|peak| peak.factor > 1.0)
+            .map(|peak| format!("peak hours (×{})", peak.factor));
+        let words: Vec<String> = written.into_iter().chain(peak).collect();
+        (!words.is_empty()).then(|| words.join(", "))
+    }
+}
+
+/// Where the price of such a server is from, for display.
+const LOCAL_SERVER: &str = "a server on this machine";
+
+impl Prices {
+    /// The prices of a server on this machine: nothing, whatever the model.
+    #[must_use]
+    pub fn free() -> Self {
+        Self {
+            entries: vec![PriceEntry {
+                model: "*".into(),
+                from: None,
+                to: None,
+                up_to: None,
+                price: Price {
+                    input: 0.0,
+                    output: 0.0,
+                    cached: None,
+                    cache_write: None,
+                },
+                as_of: None,
+                source: Some(LOCAL_SERVER.into()),
+            }],
+            peak: None,
+            batch_factor: Some(1.0),
+        }
+    }
+
+    /// Whether these are the prices of [`Prices::free`].
+    #[must_use]
+    pub fn are_free(&self) -> bool {
+        *self == Self::free()
+    }
+}
+
+impl Pricing {
+    /// Whether it is a price of [`Prices::free`].
+    #[must_use]
+    pub fn is_free(&self) -> bool {
+        let nothing = self.price.input == 0.0 && self.price.output == 0.0;
+        nothing && self.source.as_deref() == Some(LOCAL_SERVER)
+    }
+
+    /// The same in words; `None` for all others.
+    #[must_use]
+    pub fn free_words(&self) -> Option<String> {
+        self.is_free().then(|| format!("free: {LOCAL_SERVER}"))
+    }
+}
+
 #[cfg(test)]
 pub mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::llm::Usage;
 
     pub fn pricing() -> Pricing {
         Pricing {
@@ -382,5 +473,44 @@ pub mod tests {
         );
         let short = priced(vec![entry(Some(1000), 1.0)]);
         assert_eq!((cost(&short, 1001), short.at_most(900, 0)), (None, None));
+    }
+
+    #[test]
+    fn the_most_is_no_less_than_any_cost() {
+        let most = pricing().at_most(1000, 1000).unwrap();
+        for (cached, written) in [(0, 0), (1000, 0), (0, 1000)] {
+            let usage = usage(1000, 1000, Some(cached), Some(written));
+            for at in [QUIET, "2026-11-20T01:00:00Z"] {
+                assert!(pricing().cost(&usage, at.parse().unwrap()).unwrap() <= most);
+            }
+        }
+    }
+
+    #[test]
+    fn the_words_name_what_is_counted_beyond_the_list() {
+        let mut priced = pricing();
+        assert_eq!(
+            priced.bound_words().unwrap(),
+            "the question at the cache-write rate, $2.5 per 1M (×1.25 of input), peak hours (×2)"
+        );
+        priced.peak = None;
+        priced.price.cache_write = Some(2.0);
+        assert_eq!(priced.bound_words(), None, "no dearer than the list");
+    }
+
+    #[test]
+    fn what_runs_here_costs_nothing_even_where_no_tokens_are_counted() {
+        let prices = Prices::free();
+        let day = "2026-11-20".parse().unwrap();
+        let pricing = prices.of_answer("any", Some("other"), day).unwrap();
+        let asked = "2026-11-20T12:00:00Z".parse().unwrap();
+        assert_eq!(pricing.cost(&Usage::default(), asked), Some(0.0));
+        assert_eq!(pricing.batch_cost(&Usage::default(), asked), Some(0.0));
+        assert_eq!(pricing.at_most(1000, 1000), Some(0.0));
+        assert!(prices.are_free() && !Prices::default().are_free());
+        assert_eq!(
+            pricing.free_words().unwrap(),
+            "free: a server on this machine"
+        );
     }
 }

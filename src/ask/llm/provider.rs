@@ -1,19 +1,23 @@
-//! A provider's entry in the registry or the user's configuration, and how the two are merged.
+//! A provider's entry in the registry or the user's configuration: how two are merged, and what happens to an invalid one.
 
 use std::collections::BTreeMap;
 use std::fmt;
 use std::num::NonZeroU32;
+use std::path::Path;
 
 use jiff::civil::{Date, Time};
+use nearmiss_base::system;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
+use toml::de::{DeTable, ValueDeserializer};
 
+use super::api_keys::KeyCommand;
 use super::dialect::{Auth, Dialect};
 use super::endpoint::ResponseFormat;
-use super::key_command::KeyCommand;
 use super::price::{Peak, Price, PriceEntry};
 use super::quirks::StatedQuirks;
+use super::registry::Registry;
 
 /// Metadata of one provider. Unstated values are unknown.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
@@ -390,4 +394,99 @@ pub enum RegistryError {
         /// The error, with the line's text.
         message: String,
     },
+}
+
+impl Registry {
+    /// The built-in providers, with the prices of the user's table ([`super::PriceTable`]) over theirs, and the user's
+    /// entries over both. An entry that is not right leaves out its provider and nothing else: [`Registry::broken`]
+    /// tells of it, and so does [`Registry::resolve`]. `file` is where the entries are from, beside the table; it is
+    /// read again for the line of a mistake.
+    #[must_use]
+    pub fn lenient(users: &toml::Table, file: &Path) -> Self {
+        let mut registry = Self::shipped();
+        if let Err(error) = registry.lay_prices(file) {
+            let key = super::price_table::FILE.to_string();
+            registry.broken.insert(key, error);
+        }
+        let mut text = None;
+        for (name, value) in users {
+            let Err(error) = registry.overlay(name, value) else {
+                continue;
+            };
+            let text = text.get_or_insert_with(|| {
+                system::read_text(file, system::LARGEST_TEXT).unwrap_or_default()
+            });
+            let error = match in_text(text, name) {
+                Some((line, message)) => RegistryError::Broken {
+                    place: format!("{}:{line}", file.display()),
+                    name: name.clone(),
+                    message,
+                },
+                None => error,
+            };
+            registry.providers.remove(name);
+            registry.broken.insert(name.clone(), error);
+        }
+        registry
+    }
+
+    /// Errors in the user's entries, by provider, and in the table of prices, by its file's name; they are left out.
+    pub fn broken(&self) -> impl Iterator<Item = (&str, &RegistryError)> {
+        self.broken.iter().map(|(name, why)| (name.as_str(), why))
+    }
+}
+
+/// The line (from 1) and the message of a mistake in a provider's entry.
+fn in_text(text: &str, name: &str) -> Option<(usize, String)> {
+    let mut whole = DeTable::parse(text).ok()?.into_inner();
+    let (_, providers) = whole.remove_entry("provider")?;
+    let toml::de::DeValue::Table(mut providers) = providers.into_inner() else {
+        return None;
+    };
+    let (_, entry) = providers.remove_entry(name)?;
+    let error = Provider::deserialize(ValueDeserializer::from(entry)).err()?;
+    let line = system::line_at(text, error.span()?.start);
+    // The key alone: the value behind it may be a secret.
+    let written = text.lines().nth(line - 1).unwrap_or_default();
+    let key = written.split('=').next().unwrap_or_default().trim();
+    let words: Vec<&str> = error.message().split_whitespace().collect();
+    Some((line, format!("{}, in `{key}`", words.join(" "))))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::llm::Environment;
+
+    #[test]
+    fn a_broken_entry_leaves_out_its_provider_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("config.toml");
+        let text = "mouse = false\n[provider.lab]\nbase_url = \"http://a\"\n[[provider.lab.prices]]\nmodel = \"m\"\n\
+                    imput = 1.0\noutput = 2.0\n\n[provider.good]\nbase_url = \"http://b\"\n[provider.odd]\nmodels = 3\n";
+        std::fs::write(&file, text).unwrap();
+        let whole: toml::Table = toml::from_str(text).unwrap();
+        let users = whole["provider"].as_table().unwrap();
+        let registry = Registry::lenient(users, &file);
+        let said: Vec<String> = registry.broken().map(|(_, why)| why.to_string()).collect();
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert!(
+            said[0].contains("config.toml:6: [provider.lab]"),
+            "{said:?}"
+        );
+        assert!(said[0].contains("`imput`"), "{said:?}");
+        assert!(
+            !said.iter().any(|s| s.contains("= ")),
+            "no values: {said:?}"
+        );
+        assert!(
+            said[1].contains("config.toml:12: [provider.odd]"),
+            "{said:?}"
+        );
+        let environment = Environment::with_files(&[]);
+        assert!(registry.resolve("good/m", &environment).is_ok());
+        let why = registry.resolve("lab/m", &environment).unwrap_err();
+        assert_eq!(why.to_string(), said[0]);
+    }
 }

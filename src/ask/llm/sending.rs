@@ -1,5 +1,6 @@
-//! A request ready to send: address, headers, body, rate-limit permit and reserved budget.
+//! A request ready to send: dialect, address, headers, body, rate-limit permit and reserved budget.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use backon::ExponentialBackoff;
@@ -8,15 +9,14 @@ use reqwest::header::{CONTENT_TYPE, HeaderMap, HeaderName, HeaderValue};
 use serde_json::Value;
 use tokio::sync::OwnedSemaphorePermit;
 
-use super::budget::Reservation;
+use super::attempt::waits;
+use super::body_text::Deadlines;
 use super::client::Client;
-use super::deadlines::Deadlines;
-use super::effort;
 use super::endpoint::Endpoint;
 use super::error::Error;
-use super::limits::Gate;
+use super::limits::{Gate, Reservation};
+use super::quirks;
 use super::request::Request;
-use super::retry::waits;
 
 /// A request ready to go, any number of times.
 pub(super) struct Sending {
@@ -51,7 +51,7 @@ impl Ready {
         request: &Request,
     ) -> Result<Self, Error> {
         let wrong = |place| |why| Error::Setup { place, why };
-        effort::check(endpoint, request)?;
+        quirks::check(endpoint, request)?;
         check_images(endpoint, request)?;
         check_tools(endpoint, request)?;
         let (url, headers) = addressed(client, endpoint, request).await?;
@@ -94,7 +94,7 @@ pub(super) async fn sendable(
     request: &Request,
 ) -> Result<(), Error> {
     // The budget is checked before a command asks the user for a password.
-    effort::check(endpoint, request)?;
+    quirks::check(endpoint, request)?;
     check_images(endpoint, request)?;
     check_tools(endpoint, request)?;
     drop(reserve(endpoint, request)?);
@@ -218,4 +218,82 @@ fn headers(endpoint: &Endpoint) -> Result<HeaderMap, Error> {
         headers.insert(name, value);
     }
     Ok(headers)
+}
+
+impl Endpoint {
+    /// The endpoint as it is for this request: one with tools is asked in [`super::Quirks::tools_dialect`], with the same
+    /// key, limits and prices. What is stored of the request is of this one.
+    #[must_use]
+    pub fn for_request(&self, request: &Request) -> Cow<'_, Self> {
+        let dialect = self.quirks.tools_dialect;
+        let Some(dialect) = dialect.filter(|_| request.offered().is_some()) else {
+            return Cow::Borrowed(self);
+        };
+        // An address may be written with the method of the other dialect.
+        let method = self.dialect.protocol().method();
+        let (path, query) = match self.base_url.trim().split_once('?') {
+            Some((path, query)) => (path, format!("?{query}")),
+            None => (self.base_url.trim(), String::new()),
+        };
+        let path = path.trim_end_matches('/');
+        let root = path.strip_suffix(method).unwrap_or(path);
+        Cow::Owned(Self {
+            dialect,
+            base_url: format!("{root}{query}"),
+            ..self.clone()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::llm::{Dialect, ToolSpec, Toolbox};
+
+    fn request(tools: bool) -> Request {
+        let spec = ToolSpec {
+            name: "distance".into(),
+            about: String::new(),
+            schema: serde_json::json!({"type": "object"}),
+        };
+        Request {
+            model: "m".into(),
+            messages: Vec::new(),
+            parameters: Default::default(),
+            schema: None,
+            tools: tools.then(|| Toolbox {
+                specs: vec![spec],
+                rounds: Vec::new(),
+                may_call: true,
+            }),
+        }
+    }
+
+    #[test]
+    fn only_questions_with_tools_go_elsewhere_however_the_address_is_written() {
+        for (base, url) in [
+            ("https://x.org/v1", "https://x.org/v1/responses"),
+            ("https://x.org", "https://x.org/v1/responses"),
+            (
+                "https://x.org/v1/chat/completions/",
+                "https://x.org/v1/responses",
+            ),
+            (
+                "https://x.org/v1?api-version=2",
+                "https://x.org/v1/responses?api-version=2",
+            ),
+        ] {
+            let mut endpoint = Endpoint::new("mine", base);
+            assert_eq!(
+                endpoint.for_request(&request(true)).dialect,
+                Dialect::OpenAiChat
+            );
+            endpoint.quirks.tools_dialect = Some(Dialect::OpenAiResponses);
+            let asked = endpoint.for_request(&request(true));
+            assert_eq!(asked.request_url("m").unwrap().as_str(), url);
+            let plain = endpoint.for_request(&request(false));
+            assert_eq!(plain.dialect, Dialect::OpenAiChat, "{base}");
+        }
+    }
 }

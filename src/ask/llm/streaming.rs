@@ -11,19 +11,18 @@ use reqwest::Response;
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::yield_now;
 
-use super::body_text::{beginning, joined_whole, response_texts};
-use super::budget::Reservation;
+use super::body_text::{Deadlines, beginning, joined_whole, response_texts};
 use super::chunk::{Chunk, Cost, CostSource, Finish, Usage};
 use super::client::{Client, Dispensable};
-use super::deadlines::Deadlines;
 use super::decoder::Decoder;
 use super::dialect::Framing;
 use super::endpoint::{Endpoint, ResponseFormat};
 use super::error::Error;
 use super::error_body::tidy;
-use super::frames::{Frames, ended, frames, step};
-use super::redact_stream::Redactors;
+use super::events::{Frames, ended, frames, step};
+use super::limits::Reservation;
 use super::redaction::Secrets;
+use super::redaction::redactor::Redactors;
 use super::request::Request;
 use super::sending::{Ready, Sending};
 
@@ -31,7 +30,7 @@ use super::sending::{Ready, Sending};
 const LONGEST_DOCUMENT: usize = 16 << 20;
 
 /// Events that are read before everything else gets its turn.
-const TURN: u64 = 64;
+const EVENTS_PER_TURN: u64 = 64;
 
 /// The state machine behind [`super::stream`].
 pub(super) struct StreamingRequest {
@@ -386,7 +385,7 @@ impl StreamingRequest {
     async fn read(&mut self, mut reading: Box<Reading>) -> State {
         // One piece of the body may hold thousands of events; between them everything else gets its turn.
         reading.events += 1;
-        if reading.events.is_multiple_of(TURN) {
+        if reading.events.is_multiple_of(EVENTS_PER_TURN) {
             yield_now().await;
         }
         let items = step(&mut reading.frames, &mut reading.decoder).await;

@@ -1,12 +1,16 @@
-//! One template: its front matter and its text.
+//! One template: its front matter with defaults, its text, the fragments it includes, its hash, and copies of it.
 
-use serde::Deserialize;
+use std::collections::{BTreeMap, BTreeSet};
+use std::num::NonZeroUsize;
+
+use nearmiss_base::system::line_at;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
+use sha2::{Digest, Sha256};
 use toml::Spanned;
 
-use super::Pack;
-use super::defaults::Defaults;
 use super::render::syntax;
-use nearmiss_base::system::line_at;
+use super::{Pack, Techniques};
 
 /// Metadata of a template.
 #[derive(Debug, Clone, PartialEq)]
@@ -171,10 +175,202 @@ pub(super) fn body_in_place(source: &str) -> String {
     }
 }
 
+/// Defaults of a template; what it does not say, the program decides.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Defaults {
+    /// Steps in the window.
+    pub history: Option<NonZeroUsize>,
+    /// Every so many steps are described.
+    pub stride: Option<NonZeroUsize>,
+    /// At most so many times are described: in a longer window the stride grows.
+    pub times: Option<NonZeroUsize>,
+    /// Whether everyone is told that would be described at any step, and in the ego frame the nearest moment of each.
+    pub nearest: Option<bool>,
+    /// Obstacles within this distance of the ego are described, metres, and farther away those that can reach it soon.
+    #[serde(deserialize_with = "radius")]
+    pub radius: Option<f64>,
+    /// Decimals of metres, m/s and m/s².
+    #[serde(deserialize_with = "precision")]
+    pub precision: Option<usize>,
+    /// How the scene is written.
+    pub form: Option<Wording>,
+    /// Whether it is said that bodies touch.
+    pub contact: Option<bool>,
+    /// Whether the road near the ego is described too, in the Cartesian frame.
+    pub road: Option<bool>,
+    /// What the ego frame measures along and across.
+    pub axes: Option<AxesOfEgo>,
+    /// Ids of the measures of the metrics frame.
+    pub measures: Option<Vec<String>>,
+    /// Which techniques are on.
+    #[serde(deserialize_with = "techniques")]
+    pub techniques: Option<Techniques>,
+    /// Sampling temperature, 0 to 2.
+    #[serde(deserialize_with = "temperature")]
+    pub temperature: Option<f64>,
+}
+
+/// Style of a description.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Wording {
+    /// Sentences.
+    Prose,
+    /// A table.
+    Compact,
+}
+
+/// The axes of the ego frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AxesOfEgo {
+    /// Along and across the ego's heading.
+    Heading,
+    /// Along and across the ego's lane.
+    Lane,
+    /// Along and across the ego's heading, from centre to centre, without distances and gaps.
+    Centre,
+}
+
+/// More decimals than any recording has.
+pub const MOST_DECIMALS: usize = 9;
+
+fn radius<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    let metres = f64::deserialize(from)?;
+    if metres.is_finite() && metres > 0.0 {
+        return Ok(Some(metres));
+    }
+    Err(D::Error::custom(
+        "radius must be a positive number of metres",
+    ))
+}
+
+fn precision<'de, D: Deserializer<'de>>(from: D) -> Result<Option<usize>, D::Error> {
+    let decimals = i64::deserialize(from)?;
+    let decimals = usize::try_from(decimals).ok();
+    match decimals.filter(|d| *d <= MOST_DECIMALS) {
+        Some(decimals) => Ok(Some(decimals)),
+        None => Err(D::Error::custom(format!(
+            "precision must be 0 to {MOST_DECIMALS} decimals"
+        ))),
+    }
+}
+
+fn techniques<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Techniques>, D::Error> {
+    let words = String::deserialize(from)?;
+    Techniques::parse(&words)
+        .map(Some)
+        .map_err(D::Error::custom)
+}
+
+fn temperature<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    let value = f64::deserialize(from)?;
+    if (0.0..=2.0).contains(&value) {
+        return Ok(Some(value));
+    }
+    Err(D::Error::custom("temperature must be from 0 to 2"))
+}
+
+/// The names of the fragments that `source` includes, and that those include.
+///
+/// A fragment counts as included where its name stands in quotes; [`super::render()`] offers no other, so that the
+/// hash covers all that can be in a message.
+pub(super) fn included<'f>(
+    source: &str,
+    fragments: &'f BTreeMap<String, String>,
+) -> BTreeSet<&'f str> {
+    let mut found = BTreeSet::new();
+    let mut look = vec![source];
+    while let Some(text) = look.pop() {
+        for (name, fragment) in fragments {
+            let named = [format!("\"{name}\""), format!("'{name}'")];
+            if named.iter().any(|n| text.contains(n.as_str())) && found.insert(name.as_str()) {
+                look.push(fragment);
+            }
+        }
+    }
+    found
+}
+
+impl super::Library {
+    /// The names of the fragments that a text includes, and that those include.
+    #[must_use]
+    pub fn included(&self, source: &str) -> BTreeSet<&str> {
+        included(source, self.fragments())
+    }
+}
+
+/// SHA-256, hexadecimal, of a template and the fragments that it includes.
+#[must_use]
+pub fn hash(source: &str, fragments: &BTreeMap<String, String>) -> String {
+    let mut digest = Sha256::new();
+    let mut add = |text: &str| {
+        // With its length, so that no two sets of texts are alike one after the other.
+        digest.update((text.len() as u64).to_le_bytes());
+        digest.update(text.as_bytes());
+    };
+    add(source);
+    for name in included(source, fragments) {
+        add(name);
+        add(&fragments[name]);
+    }
+    digest
+        .finalize()
+        .iter()
+        .map(|b| format!("{b:02x}"))
+        .collect()
+}
+
+/// The file that a name for a template means: `.md` may be left out.
+///
+/// # Errors
+/// It is no name of a file that could be a template.
+pub fn template_file(name: &str) -> Result<String, String> {
+    let stem = name.trim().trim_end_matches(".md");
+    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.');
+    if stem.is_empty() || !stem.chars().all(allowed) {
+        return Err(format!(
+            "invalid template name `{}`; letters, digits, - and . are allowed",
+            name.trim()
+        ));
+    }
+    if stem.starts_with(['_', '.']) {
+        return Err(format!(
+            "invalid template name `{stem}`; it must start with a letter"
+        ));
+    }
+    Ok(format!("{stem}.md"))
+}
+
+/// The text of a template with `name` in its front matter changed to that of its new file.
+#[must_use]
+pub fn renamed(source: &str, file: &str) -> String {
+    let Some((front, _)) = split(source) else {
+        return source.to_string();
+    };
+    let Ok(Template { front: said, .. }) = Template::read(source) else {
+        return source.to_string();
+    };
+    let mut start = source.find(front).unwrap_or(0);
+    for line in front.split_inclusive('\n') {
+        let key = line.split('=').next().unwrap_or_default().trim();
+        if key == "name" && line.contains(&format!("\"{}\"", said.name)) {
+            let new = line.replacen(&said.name, file.trim_end_matches(".md"), 1);
+            let mut text = source.to_string();
+            text.replace_range(start..start + line.len(), &new);
+            return text;
+        }
+        start += line.len();
+    }
+    source.to_string()
+}
+
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::prompts::{Techniques, Wording};
+    use crate::prompts::{Library, Techniques, Wording};
 
     const GOOD: &str = "+++\nname = \"a\"\nversion = \"1\"\ntask = \"t\"\nframe = \"f\"\nschema = \"t\"\n\n\
         [defaults]\nhistory = 20\nform = \"compact\"\ntechniques = \"cp,cot\"\n+++\nbody {{ x }}\n";
@@ -253,5 +449,41 @@ mod tests {
         }
         let (line, message) = wrong("cp,cot", "cp,cut");
         assert!(line == 11 && message.contains("cut"), "{line} {message}");
+    }
+
+    #[test]
+    fn the_hash_covers_what_is_included_and_nothing_else() {
+        let with = |b: &str, c: &str| {
+            BTreeMap::from([
+                ("_a.md".to_string(), "{% include '_b.md' %}".to_string()),
+                ("_b.md".to_string(), b.to_string()),
+                ("_c.md".to_string(), c.to_string()),
+            ])
+        };
+        let source = "x {% include \"_a.md\" %}";
+        let found = with("1", "1");
+        assert_eq!(included(source, &found), BTreeSet::from(["_a.md", "_b.md"]));
+        let now = hash(source, &with("1", "1"));
+        assert_eq!(now, hash(source, &with("1", "2")));
+        assert_ne!(now, hash(source, &with("2", "1")));
+        assert_ne!(now, hash("y {% include \"_a.md\" %}", &with("1", "1")));
+    }
+
+    #[test]
+    fn names_of_files() {
+        assert_eq!(template_file(" short ").unwrap(), "short.md");
+        assert_eq!(template_file("a-b.2.md").unwrap(), "a-b.2.md");
+        for wrong in ["", ".md", "../x", "a/b", "_risk", ".hidden", "a b"] {
+            assert!(template_file(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_name_in_the_front_matter_follows() {
+        let shipped = Library::shipped("collision-ego.md").unwrap();
+        let mine = renamed(shipped, "short.md");
+        assert_eq!(Template::read(&mine).unwrap().front.name, "short");
+        assert_eq!(mine.replacen("short", "collision-ego", 1), shipped);
+        assert_eq!(renamed("no template", "short.md"), "no template");
     }
 }

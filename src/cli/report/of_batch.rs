@@ -10,7 +10,7 @@ use nearmiss_base::system::without_folders;
 use nearmiss_store::{BatchId, Filter, Item, ItemState, RunId, SplitPart, Store};
 use nearmiss_study::evaluation::batch::{
     self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, TestSplit,
-    UnjudgedScenario, beside_the_judge,
+    UnjudgedScenario, with_judge_verdicts,
 };
 use nearmiss_study::evaluation::report::{
     AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, TruthSubject, Varied,
@@ -318,7 +318,7 @@ fn described(spec: &Spec) -> Option<SceneDescriptions> {
 
 /// Asks the built-in judge about the scenarios, where it has said nothing yet; says what came of it, if anything did.
 fn judged(answers: &mut Answers, items: &[Item], spec: &Spec) -> Option<String> {
-    let found = beside_the_judge(answers, items, || batch_builder(spec));
+    let found = with_judge_verdicts(answers, items, || batch_builder(spec));
     let verdicts = found.verdicts();
     let first = found.unjudged.first();
     if let (0, Some(first)) = (verdicts, first)

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::share::{Share, Tally};
+use super::confusion::{Share, Tally};
 use super::{AnswerStatus, PromptConfig, Scored};
 use nearmiss_scene::scenario::Transform;
 use nearmiss_scene::verdict::Verdict;
@@ -101,12 +101,12 @@ pub fn invariance<'a>(pairs: impl IntoIterator<Item = Pair<'a>>) -> Vec<Invarian
     }
     groups
         .into_values()
-        .filter_map(|pairs| of(&pairs))
+        .filter_map(|pairs| from_pairs(&pairs))
         .collect()
 }
 
 /// Of pairs of one way and change.
-fn of(pairs: &[Pair<'_>]) -> Option<Invariance> {
+fn from_pairs(pairs: &[Pair<'_>]) -> Option<Invariance> {
     let first = pairs.first()?;
     let (mut flipped, mut renamed) = (Tally::default(), Tally::default());
     let mut changes: Vec<f64> = Vec::new();

@@ -3,11 +3,16 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use super::AxisValues;
 use nearmiss_ask::llm::{
     Client, Endpoint, Environment, Parameters, Registry, RegistryError, ToolLimits,
 };
 use nearmiss_scene::judge;
+use nearmiss_store::{Key, Store, StoreError};
+
+use super::AxisValues;
+use super::ask_model::record;
+use super::question::Question;
+use super::run_case::RunOptions;
 
 /// Judges by model id.
 pub type Judges = BTreeMap<String, Judge>;
@@ -106,4 +111,43 @@ impl Judge {
             Self::Recorded(id) => id,
         }
     }
+}
+
+/// Whether the store has the answer of `judge` to a question, whose request has this key; of a recorded model that has
+/// none, why it cannot be asked.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn has_answer(
+    question: &Question,
+    (judge, key): (&Judge, Option<&Key>),
+    sample: u32,
+    store: &Store,
+) -> Result<Result<bool, String>, StoreError> {
+    if let Some(key) = key {
+        return Ok(Ok(store.has_answer(key, sample)?));
+    }
+    if !matches!(judge, Judge::Recorded(_)) {
+        return Ok(Ok(false));
+    }
+    let wanted = RunOptions {
+        sample,
+        ..RunOptions::default()
+    };
+    let found = store.recorded_answer(&record(question, judge, &wanted)?)?;
+    Ok(match found {
+        Some(_) => Ok(true),
+        None => Err(not_recorded(question)),
+    })
+}
+
+/// Why a recorded model has no answer to a question.
+pub fn not_recorded(question: &Question) -> String {
+    let case = &question.case;
+    format!(
+        "no recorded answer ({}, {} frame, {}); see `nearmiss runs import` and --protocol paper",
+        case.task.name(),
+        case.frame.name(),
+        case.techniques,
+    )
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::lead::first_whole;
+use super::lead::first_full_step;
 use super::windows::{Moment, Recording, SampledWindow, Sampling};
 use super::{Label, Labelled, Lead, Scored};
 use nearmiss_scene::judge::{self, Criterion};
@@ -135,7 +135,7 @@ impl Setting {
         let mut found = Alarms::default();
         let dt = scene.scenario.dt();
         let mut before: Option<i64> = None;
-        for last in first_whole(scene, self.history)..scene.steps().end {
+        for last in first_full_step(scene, self.history)..scene.steps().end {
             let window = Window::ending_at(scene, last, self.history);
             let past = ObservedHistory::from_window(scene, &window);
             let prospects = candidate.criterion.prospects(&past, Some(self.radius));

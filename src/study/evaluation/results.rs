@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::share::Tally;
+use super::confusion::Tally;
 use super::statistics::{Interval, f1_interval, shown};
 use super::{AnswerStatus, Cluster, Confusion, Naming, PromptConfig, Scored, Spending};
 use nearmiss_record::Record;

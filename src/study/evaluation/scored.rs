@@ -1,15 +1,18 @@
-//! Answers with their ground truth: the input of every figure in a report.
+//! Answers with their ground truth, what their questions vary, and what makes them doubtful: the input of every figure.
 
-use schemars::JsonSchema;
-use serde::Serialize;
-
-use super::answer::NOT_SENT;
-use super::{Attempt, AxisValues, Cluster, Confusion, Label, Spending, TemplateVersion};
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::judge;
-use nearmiss_scene::verdict::{Task, Verdict};
+use nearmiss_scene::scenario::{Scenario, Transform};
+use nearmiss_scene::verdict::{Parsed, Task, Verdict};
 use nearmiss_store::{ClaimCounts, Consumed, RunId};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::answer::{Answer, NOT_SENT};
+use super::{
+    Attempt, AxisValues, Cluster, Confusion, JudgeOutcome, Label, Lead, Spending, TemplateVersion,
+};
 
 /// A prompt configuration: a row of a table.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, JsonSchema)]
@@ -245,5 +248,89 @@ impl Confusion {
             }
         }
         counts
+    }
+}
+
+/// An answer, or its absence, and which variant of its scene it is about.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AnswerCase<'a> {
+    /// The answer.
+    pub scored: &'a Scored,
+    /// The lead that its window was asked at; `None` where the batch names none, and outside of batches.
+    pub lead: Option<Lead>,
+}
+
+impl<'a> AnswerCase<'a> {
+    /// Answers about scenes without named leads.
+    pub fn all(scored: &'a [Scored]) -> Vec<Self> {
+        let case = |scored| Self { scored, lead: None };
+        scored.iter().map(case).collect()
+    }
+
+    /// Name of the scenario as it was before a transform.
+    #[must_use]
+    pub fn scenario(&self) -> &'a str {
+        Transform::of_name(&self.scored.scenario).0
+    }
+
+    /// The transform of its scene; `None` for the scene as it is.
+    #[must_use]
+    pub fn transform(&self) -> Option<Transform> {
+        Transform::of_name(&self.scored.scenario).1
+    }
+
+    /// The lead in words: `1 s`, or `end`; `None` without one.
+    #[must_use]
+    pub fn lead_words(&self) -> Option<String> {
+        self.lead.map(|lead| match lead {
+            Lead::Paper => "end".into(),
+            Lead::Seconds(_) => format!("{lead} s"),
+        })
+    }
+}
+
+impl Answer {
+    /// Ids in the verdict that no obstacle of the scenario has, each once.
+    #[must_use]
+    pub fn unknown_obstacles(&self, scenario: &Scenario) -> Vec<i64> {
+        let mut named: Vec<i64> = match &self.judged {
+            JudgeOutcome::Verdict(Parsed { verdict, .. }) => {
+                let critical = verdict.critical.iter().flatten().map(|o| o.id);
+                critical
+                    .chain(verdict.obstacles.iter().map(|o| o.id))
+                    .collect()
+            }
+            JudgeOutcome::Other(reading) => reading.said.named(),
+            JudgeOutcome::Missing(_) => Vec::new(),
+        };
+        named.retain(|id| scenario.obstacle(*id).is_none());
+        named.sort_unstable();
+        named.dedup();
+        named
+    }
+
+    /// What makes it doubtful, in words: contradictions, and obstacles that it names twice or that the scene does not have.
+    #[must_use]
+    pub fn flags(&self, scenario: &Scenario) -> Vec<String> {
+        let unknown = self.unknown_obstacles(scenario);
+        match self.verdict() {
+            Some(_) if self.model == judge::MODEL => Vec::new(),
+            Some(verdict) => {
+                let known = Verdict {
+                    unknown,
+                    ..verdict.clone()
+                };
+                known.flags()
+            }
+            None => unknown.into_iter().map(Verdict::names_unknown).collect(),
+        }
+    }
+
+    /// Keeps with its verdict which obstacles the scene does not have.
+    pub(super) fn note_unknown(&mut self, scenario: &Scenario) {
+        let unknown = self.unknown_obstacles(scenario);
+        if let JudgeOutcome::Verdict(parsed) = &mut self.judged {
+            parsed.verdict.unknown = unknown;
+        }
     }
 }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::question::Question;
 use crate::tools::{self, TOOLS, WindowView};
 use nearmiss_ask::llm::{
-    CALL, MOST_CALLS, ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox,
+    CALL_OVERHEAD, MOST_CALLS, ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox,
 };
 
 /// Most bytes of a result: longer ones become an error that says so.
@@ -172,7 +172,8 @@ pub fn lines(round: &ToolRound) -> Vec<String> {
 /// Tokens that the rounds may add to a request at most: calls and results of all rounds before it.
 pub(super) fn most_added(rounds: u32, limits: &ToolLimits, answer: u32) -> u32 {
     // A turn is at most an answer long; results are half as many tokens as bytes.
-    let tokens = |bytes: usize| u32::try_from((bytes + CALL).div_ceil(2)).unwrap_or(u32::MAX);
+    let tokens =
+        |bytes: usize| u32::try_from((bytes + CALL_OVERHEAD).div_ceil(2)).unwrap_or(u32::MAX);
     let results = limits.calls.saturating_mul(tokens(LONGEST_RESULT));
     // Calls of the last round that are beyond the limit are answered, too.
     let beyond = MOST_CALLS as u32 * tokens(over_limit(limits).len());

@@ -1,7 +1,17 @@
-//! Validates the user's templates: those that parse but cannot be rendered are not used.
+//! Validates the user's templates by rendering them with sample values: those that fail are not used.
 
-use super::dry_render;
-use nearmiss_ask::prompts::Library;
+use std::sync::Arc;
+
+use nearmiss_ask::prompts::{Library, RenderError, Techniques};
+use nearmiss_base::system::unknown;
+use nearmiss_formats::bundled;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Window};
+use nearmiss_scene::verdict::Task;
+
+use super::question::{AttackTerms, Case, CaseError, prepare};
+use super::settings::Settings;
 
 /// The library without the user's files that no prompt can be made of: each is tried on a bundled scenario, and where
 /// that fails the shipped one is in its place, with a problem that names file, line and mistake.
@@ -37,6 +47,75 @@ fn at_fault(library: &Library, file: &str) -> Option<(String, String)> {
     let written = text.lines().nth(line - 1).unwrap_or_default().trim();
     let message = format!("line {line}: {}, in `{written}`", error.message);
     Some((culprit.clone(), message))
+}
+
+/// Renders the template in a file for a bundled scenario, with every combination of techniques and contact.
+///
+/// # Errors
+/// The template names an unknown task or frame, or cannot be rendered: with file and line, where they are known.
+pub fn dry_render(library: &Library, file: &str) -> Result<(), RenderError> {
+    let wrong = |message: String| RenderError {
+        file: file.to_string(),
+        line: None,
+        message,
+    };
+    let Some((template, _)) = library.file(file) else {
+        return Err(wrong("template not found".into()));
+    };
+    let front = &template.front;
+    let Some(task) = Task::parse(&front.task) else {
+        let known = Task::ALL.map(Task::name);
+        return Err(wrong(unknown("task", &front.task, known)));
+    };
+    let Some(frame) = Frame::parse(&front.frame) else {
+        let known = Frame::ALL.map(Frame::name);
+        return Err(wrong(unknown("frame", &front.frame, known)));
+    };
+    let Some(scene) = scene() else {
+        return Err(wrong(
+            "no bundled scenario can be opened for a trial".into(),
+        ));
+    };
+    let obstacle = scene.participants().next().map(|p| p.obstacle.id);
+    for bits in 0..16_u8 {
+        let settings = Settings {
+            techniques: Some(Techniques {
+                cp: bits & 1 != 0,
+                cot: bits & 2 != 0,
+                icl: bits & 4 != 0,
+            }),
+            contact: Some(bits & 8 != 0),
+            obstacle: obstacle.filter(|_| frame.is_of_one_obstacle()),
+            ..Settings::default()
+        };
+        let decided = settings.with(&front.defaults);
+        let case = Case {
+            name: scene.scenario.header.benchmark_id.clone(),
+            scene: scene.clone(),
+            task,
+            frame,
+            techniques: decided.techniques,
+            window: Window::ending_at(&scene, i64::MAX, decided.history),
+            options: decided.options,
+            thresholds: Arc::new(Thresholds::shipped().clone()),
+            horizon: Case::HORIZON,
+            attack: AttackTerms::default(),
+        };
+        let draft = Some((file, template.source.as_str()));
+        prepare(case, library, draft).map_err(|error| match error {
+            CaseError::Render(error) => error,
+            other => wrong(other.to_string()),
+        })?;
+    }
+    Ok(())
+}
+
+fn scene() -> Option<Arc<Scene>> {
+    bundled().iter().find_map(|entry| {
+        let scenario = entry.read().ok()?;
+        let ego = entry.recorded_ego(&scenario).ok()??;
+        Some(Arc::new(Scene::new(scenario, ego)))
+    })
 }
 
 #[cfg(test)]

@@ -4,13 +4,10 @@
 
 mod document;
 mod recorded;
-mod runs;
-mod scenes;
 mod scored;
 mod tables;
 
 pub use crate::evaluation::report::Finding;
 pub use recorded::{Recorded, find, is_laid_out};
-pub use runs::runs;
-pub use scored::scored;
+pub use scored::{runs, scored};
 pub use tables::{Comparison, Paper, Part, Published, published};

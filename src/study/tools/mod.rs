@@ -5,14 +5,10 @@
 
 mod arguments;
 mod instruments;
-mod lanes;
 mod pair;
-mod prediction;
-mod schema;
 mod view;
 
-pub use arguments::{Argument, ArgumentKind, Arguments, ToolError};
-pub use schema::Field;
+pub use arguments::{Argument, ArgumentKind, Arguments, Field, ToolError};
 pub use view::WindowView;
 
 use serde_json::Value;
@@ -39,9 +35,9 @@ pub const TOOLS: &[Tool] = &[
     pair::DISTANCE,
     pair::TIME_TO_COLLISION,
     pair::MEASURE,
-    lanes::LANE_RELATION,
-    lanes::POSITIONS_AHEAD,
-    prediction::PREDICT,
+    instruments::LANE_RELATION,
+    instruments::POSITIONS_AHEAD,
+    pair::PREDICT,
 ];
 
 /// Calls a tool with arguments as a model wrote them: a JSON object as text.
@@ -69,12 +65,10 @@ pub fn table() -> String {
     let mut text = "\n## Tools\n".to_string();
     for tool in TOOLS {
         text.push_str(&format!("\n### {}\n\n{}\n", tool.name, tool.about));
-        text.push_str(&schema::lines(tool));
+        text.push_str(&arguments::lines(tool));
     }
     text
 }
 
-#[cfg(test)]
-mod other_futures;
 #[cfg(test)]
 mod tests;

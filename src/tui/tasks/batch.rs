@@ -17,7 +17,7 @@ use crate::message::{BatchProgress, JobEvent, JobId, Msg, Update};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{EgoSelection, EntryLocation};
 use nearmiss_store::{Item, Store, StoreError};
-use nearmiss_study::evaluation::batch::{Experiment, way_of};
+use nearmiss_study::evaluation::batch::{Experiment, configuration_of_item};
 use nearmiss_study::evaluation::{Judge, Judges};
 use nearmiss_workflow::batch::{
     self, BatchControl, BatchError, BatchPlan, BatchRequest, BatchRun, DryRun, DryRunEvent,
@@ -246,7 +246,7 @@ impl Asking {
                 let asked = Arc::new(run)
                     .ask(items, |ended| {
                         let sender = sender.clone();
-                        if tells_changes && let Ok(way) = way_of(&ended.item.asked) {
+                        if tells_changes && let Ok(way) = configuration_of_item(&ended.item.asked) {
                             let change = ItemChange {
                                 way,
                                 before: ended.item.state,

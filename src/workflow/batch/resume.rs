@@ -15,7 +15,7 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Batch, BatchId, Identity, Item, ItemTruth, NewItem, Store, StoreError};
 use nearmiss_study::evaluation::batch::{
     Ask, AskedWindow, BatchWindows, Experiment, Spec, Truth, TruthSource, Variant, WindowSource,
-    retold, way_of,
+    configuration_of_item, retold,
 };
 use nearmiss_study::evaluation::{Lead, PromptConfig, Protocol};
 
@@ -281,7 +281,7 @@ fn scenarios(
 ) -> Result<Vec<(Entry, Vec<Ask>)>, BatchError> {
     let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
     for item in items.iter().filter(|item| selection.selects(item)) {
-        let way = way_of(&item.asked).map_err(BatchError::Question)?;
+        let way = configuration_of_item(&item.asked).map_err(BatchError::Question)?;
         let variant = Variant::from_item(&item.asked).map_err(BatchError::Question)?;
         let asks = by_path.entry(&item.asked.path).or_default();
         let truth = AskedWindow::of_item(item);

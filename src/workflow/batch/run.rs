@@ -15,7 +15,9 @@ use crate::{AskOutcome, AskRequest, ask};
 use nearmiss_ask::llm::ProviderOutage;
 use nearmiss_formats::Entry;
 use nearmiss_store::{BatchId, Item, ItemState, Key, RunId, SplitPart, Store, StoreError};
-use nearmiss_study::evaluation::batch::{QuestionBuilder, Variant, label_of, question_key, way_of};
+use nearmiss_study::evaluation::batch::{
+    QuestionBuilder, Variant, configuration_of_item, label_of_item, question_key,
+};
 use nearmiss_study::evaluation::{
     Answer, AskError, Event, Judge, JudgeOutcome, Judges, MissingVerdict, Question, RunOptions,
 };
@@ -250,7 +252,7 @@ impl BatchRun {
         item: Item,
         barrier: &mut Option<ProviderOutage>,
     ) -> Result<QuestionOutcome, StoreError> {
-        let judge = match way_of(&item.asked) {
+        let judge = match configuration_of_item(&item.asked) {
             Ok(way) => self.judges[&item.asked.model].under(&way.settings),
             Err(why) => return self.unanswered(item, None, ItemState::Unaskable, why),
         };
@@ -302,8 +304,13 @@ impl BatchRun {
         let asked = item.asked.clone();
         let made = tokio::task::spawn_blocking(move || {
             let entry = Entry::of_argument(Path::new(&asked.path));
-            let way = way_of(&asked)?;
-            builder.question(&entry, &way, &Variant::from_item(&asked)?, label_of(&asked))
+            let way = configuration_of_item(&asked)?;
+            builder.question(
+                &entry,
+                &way,
+                &Variant::from_item(&asked)?,
+                label_of_item(&asked),
+            )
         })
         .await;
         made.map_err(|error| format!("cannot be computed: {error}"))?

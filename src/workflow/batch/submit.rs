@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::BatchRun;
 use nearmiss_formats::Entry;
 use nearmiss_store::{Item, StoreError};
-use nearmiss_study::evaluation::batch::{Variant, label_of, way_of};
+use nearmiss_study::evaluation::batch::{Variant, configuration_of_item, label_of_item};
 use nearmiss_study::evaluation::remote::{RemoteError, SubmissionOutcome, submit};
 use nearmiss_study::evaluation::{AxisValues, Judge, Question, RunOptions};
 
@@ -105,8 +105,8 @@ impl BatchRun {
 
     fn made(&self, item: &Item) -> Result<(AxisValues, Question), String> {
         let entry = Entry::of_argument(Path::new(&item.asked.path));
-        let way = way_of(&item.asked)?;
-        let (variant, label) = (Variant::from_item(&item.asked)?, label_of(&item.asked));
+        let way = configuration_of_item(&item.asked)?;
+        let (variant, label) = (Variant::from_item(&item.asked)?, label_of_item(&item.asked));
         let question = self.builder.question(&entry, &way, &variant, label)?;
         Ok((way.settings, Question::clone(&question)))
     }

@@ -19,7 +19,9 @@ use nearmiss_formats::{Entry, EntryLocation};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_store::{BatchId, Item, RatedAnswer, RunId, Store, record_line};
 use nearmiss_study::evaluation::Provenance;
-use nearmiss_study::evaluation::batch::{Experiment, Spec, TruthSource, answers, beside_the_judge};
+use nearmiss_study::evaluation::batch::{
+    Experiment, Spec, TruthSource, answers, with_judge_verdicts,
+};
 
 /// What is packed.
 pub struct PackRequest<'a> {
@@ -89,7 +91,7 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
     let portable = spec.portable();
     let items = store.items(batch.id)?;
     let mut answers = answers(store, batch.id)?;
-    let judgements = beside_the_judge(&mut answers, &items, || {
+    let judgements = with_judge_verdicts(&mut answers, &items, || {
         let builder = spec.builder_again(request.library, Arc::clone(&request.thresholds.0));
         builder.map_err(|error| without_folders(&error.to_string()))
     });

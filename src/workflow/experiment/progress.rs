@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use nearmiss_store::{Item, ItemState, NewItem};
 use nearmiss_study::evaluation::PromptConfig;
-use nearmiss_study::evaluation::batch::way_of;
+use nearmiss_study::evaluation::batch::configuration_of_item;
 
 /// Questions of one way of asking by their state.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,7 +86,7 @@ impl ExperimentProgress {
         let mut scenarios: HashSet<&str> = HashSet::new();
         let mut windows: HashSet<Window<'a>> = HashSet::new();
         for (asked, state) in items {
-            let way = way_of(asked)?;
+            let way = configuration_of_item(asked)?;
             *progress.of_way(&way).count(state) += 1;
             scenarios.insert(&asked.path);
             windows.insert((

@@ -16,7 +16,7 @@ use nearmiss_record::fields::Fields;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_store::{NewItem, SplitPart};
 use nearmiss_study::evaluation::batch::{
-    Experiment, Spec, Split, Variant, critical_of, label_of, way_of,
+    Experiment, Spec, Split, Variant, configuration_of_item, critical_of, label_of_item,
 };
 use nearmiss_study::evaluation::{Cluster, Label, PromptConfig, Protocol, Question};
 
@@ -184,7 +184,7 @@ impl TunePlan {
                 scenarios.push((item.scenario.clone(), false));
                 scenarios.len() - 1
             });
-            let Some(truth) = label_of(item) else {
+            let Some(truth) = label_of_item(item) else {
                 continue;
             };
             scenarios[scenario].1 |= truth.collides();
@@ -269,9 +269,9 @@ impl TunePlan {
 
 fn made(plan: &BatchPlan, item: &NewItem) -> Result<(PromptConfig, Question), String> {
     let entry = Entry::of_argument(Path::new(&item.path));
-    let (way, variant) = (way_of(item)?, Variant::from_item(item)?);
+    let (way, variant) = (configuration_of_item(item)?, Variant::from_item(item)?);
     let question = plan
         .builder
-        .question(&entry, &way, &variant, label_of(item))?;
+        .question(&entry, &way, &variant, label_of_item(item))?;
     Ok((way, Question::clone(&question)))
 }

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::super::error::Error;
 use super::api::{BatchApi, Match, Results, Submission};
 use super::call::Calls;
-use super::{BatchState, Outcome, SLACK, Status, SubmissionMark, read};
+use super::{BatchState, CLOCK_SKEW, Outcome, Status, SubmissionMark};
 
 /// Anthropic's batches.
 #[derive(Debug)]
@@ -49,7 +49,9 @@ impl BatchApi for AnthropicBatches {
             .get("created_at")
             .and_then(Value::as_str)
             .and_then(|at| at.parse::<Timestamp>().ok());
-        if created.is_some_and(|at| at.as_second().saturating_add(SLACK) < mark.since.as_second()) {
+        if created
+            .is_some_and(|at| at.as_second().saturating_add(CLOCK_SKEW) < mark.since.as_second())
+        {
             return Ok(Match::TooOld);
         }
         let id = calls.id(batch, "id")?;
@@ -97,15 +99,15 @@ impl BatchApi for AnthropicBatches {
     }
 
     fn result<'a>(&self, calls: &Calls, entry: &'a Value) -> Result<(&'a str, Outcome), Error> {
-        let id = read::custom_id(calls, entry)?;
+        let id = super::custom_id(calls, entry)?;
         let outcome = match entry.pointer("/result/type").and_then(Value::as_str) {
             Some("succeeded") => {
                 let message = entry.pointer("/result/message");
-                read::answer(calls, message.unwrap_or(&Value::Null))
+                super::answer(calls, message.unwrap_or(&Value::Null))
             }
             Some("canceled") => Outcome::Cancelled,
             Some("expired") => Outcome::Expired,
-            _ => read::failed(calls, entry.pointer("/result/error").unwrap_or(entry), None),
+            _ => super::failed(calls, entry.pointer("/result/error").unwrap_or(entry), None),
         };
         Ok((id, outcome))
     }

@@ -8,18 +8,18 @@ use reqwest::header::{CONTENT_LENGTH, CONTENT_TYPE, HeaderMap, HeaderValue, TRAN
 use reqwest::{Method, Response, Url, Version};
 use serde_json::Value;
 
+use super::super::attempt::waits;
+use super::super::body_text::Deadlines;
 use super::super::client::{Client, deepest};
-use super::super::deadlines::Deadlines;
 use super::super::endpoint::Endpoint;
 use super::super::error::Error;
 use super::super::json::{MOST_VALUES, is_bounded};
 use super::super::limits::Gate;
 use super::super::redaction::Secrets;
-use super::super::retry::waits;
 use super::super::sending::authorised;
 
 /// Longest document, in bytes: some providers have all results of a batch in one.
-const LONGEST: usize = 256 << 20;
+const MAX_DOCUMENT_BYTES: usize = 256 << 20;
 
 /// Longest result line, in bytes: one answer with its metadata.
 const LONGEST_LINE: usize = 32 << 20;
@@ -121,8 +121,14 @@ impl Calls {
 
     /// Asks for a document.
     pub async fn get(&self, url: Url) -> Result<Value, Error> {
-        self.document(Method::GET, url, None, RetryPolicy::Harmless, LONGEST)
-            .await
+        self.document(
+            Method::GET,
+            url,
+            None,
+            RetryPolicy::Harmless,
+            MAX_DOCUMENT_BYTES,
+        )
+        .await
     }
 
     /// Asks for a page of a list.

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::super::error::Error;
 use super::api::{BatchApi, Match, Results, Submission};
 use super::call::Calls;
-use super::{BatchState, Outcome, Status, SubmissionMark, read};
+use super::{BatchState, Outcome, Status, SubmissionMark};
 
 /// Suffix of the questions' address, before the model.
 const MODELS: [&str; 1] = ["/models"];
@@ -107,7 +107,7 @@ impl BatchApi for GeminiBatches {
             state,
             answered: count("successfulRequestCount"),
             failed: count("failedRequestCount"),
-            problem: problem.map(|words| read::line(calls, words)),
+            problem: problem.map(|words| super::line(calls, words)),
             document,
         })
     }
@@ -170,7 +170,7 @@ fn download(calls: &Calls, file: &str) -> Result<Url, Error> {
 
 fn outcome(calls: &Calls, line: &Value) -> Outcome {
     match line.get("response") {
-        Some(response) if !response.is_null() => read::answer(calls, response),
-        _ => read::failed(calls, line, None),
+        Some(response) if !response.is_null() => super::answer(calls, response),
+        _ => super::failed(calls, line, None),
     }
 }

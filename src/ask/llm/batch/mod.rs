@@ -8,32 +8,31 @@ mod api;
 mod call;
 mod gemini;
 mod openai;
-mod pages;
-mod read;
-mod split;
+
+use std::ops::Range;
 
 use jiff::Timestamp;
 use serde_json::{Value, json};
 
-use super::budget::Reservation;
-use super::chunk::{Finish, Usage};
+use super::chunk::{Chunk, Finish, Token, Usage};
 use super::client::Client;
+use super::decoder::Decoder;
 use super::dialect::body;
 use super::endpoint::Endpoint;
 use super::error::Error;
+use super::error_body::{ErrorBody, LONGEST_QUOTE, tidy};
+use super::limits::Reservation;
 use super::request::Request;
-use super::token::Token;
+use api::{Match, Pages, Results, Submission};
+use call::{Calls, RetryPolicy};
+
 pub(super) use anthropic::AnthropicBatches;
 pub(super) use api::BatchApi;
-use api::{Match, Results, Submission};
-use call::{Calls, RetryPolicy};
 pub(super) use gemini::GeminiBatches;
 pub(super) use openai::OpenAiBatches;
-use pages::Pages;
-pub use split::split;
 
 /// How many seconds the clocks here and there may differ.
-const SLACK: i64 = 300;
+const CLOCK_SKEW: i64 = 300;
 
 /// A question of a batch.
 #[derive(Debug, Clone, PartialEq)]
@@ -384,4 +383,119 @@ pub fn surely_not_created(error: &Error) -> bool {
                 | Error::BadRequest { .. }
                 | Error::Redirected { .. }
         )
+}
+
+/// Most requests in a batch: all providers take more, but a batch is read back in one piece.
+const MOST_REQUESTS: usize = 20_000;
+
+/// Most bytes of a batch. OpenAI takes 200 MB, Anthropic 256 MB and Gemini 20 MB, sent in one request that must not
+/// outlast the patience with a silent server.
+const MOST_BYTES: usize = 16 << 20;
+
+/// How many of these go into one batch, and then into the next: ranges of positions, none of them empty.
+#[must_use]
+pub fn split(endpoint: &Endpoint, requests: &[Request]) -> Vec<Range<usize>> {
+    let size = |request: &Request| body(endpoint, request).to_string().len() + 200;
+    parts(requests.iter().map(size))
+}
+
+fn parts(sizes: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
+    let mut parts: Vec<Range<usize>> = Vec::new();
+    let mut bytes = 0;
+    for (at, size) in sizes.enumerate() {
+        match parts.last_mut() {
+            Some(part) if part.len() < MOST_REQUESTS && bytes + size <= MOST_BYTES => {
+                part.end = at + 1;
+                bytes += size;
+            }
+            _ => {
+                parts.push(at..at + 1);
+                bytes = size;
+            }
+        }
+    }
+    parts
+}
+
+/// The answer in a document that was not streamed, with secrets taken out of what the server said.
+fn answer(calls: &Calls, document: &Value) -> Outcome {
+    let (endpoint, secrets) = (calls.endpoint(), calls.secrets());
+    let clear = |text: String| secrets.redact(&text);
+    let mut decoder = Decoder::new(endpoint.dialect, endpoint.place());
+    let chunks = match decoder.document(&document.to_string()) {
+        Ok(chunks) => chunks,
+        Err(error) => return Outcome::Failed(error.cleared_of(secrets).to_string()),
+    };
+    let mut answer = WholeAnswer {
+        text: String::new(),
+        reasoning: String::new(),
+        usage: None,
+        tokens: Vec::new(),
+        model: None,
+        finish: Finish::Other("unstated".into()),
+    };
+    for chunk in chunks {
+        match chunk {
+            Chunk::Started { model } => answer.model = model.map(clear),
+            Chunk::Reasoning(text) => answer.reasoning.push_str(&text),
+            Chunk::Text(text) => answer.text.push_str(&text),
+            Chunk::Usage(usage) => answer.usage = Some(usage),
+            Chunk::LogProbabilities(tokens) => answer.tokens = tokens,
+            Chunk::Finished(finish) => {
+                answer.finish = match finish {
+                    Finish::Refusal(text) => Finish::Refusal(clear(text)),
+                    Finish::Blocked(text) => Finish::Blocked(clear(text)),
+                    Finish::Other(text) => Finish::Other(clear(text)),
+                    other => other,
+                };
+            }
+            Chunk::Note(_) | Chunk::Retrying { .. } | Chunk::ToolCalls(_) => {}
+        }
+    }
+    answer.text = secrets.redact_cut(&answer.text);
+    answer.reasoning = secrets.redact_cut(&answer.reasoning);
+    Outcome::Answered(Box::new(answer))
+}
+
+/// A failure in the provider's words: one line without secrets.
+fn failed(calls: &Calls, document: &Value, status: Option<u64>) -> Outcome {
+    let body = ErrorBody::in_body(&calls.secrets().redact(&document.to_string()));
+    let status = status.map(|s| format!("{s}: ")).unwrap_or_default();
+    let code = body
+        .code
+        .or(body.kind)
+        .map(|c| format!(" ({c})"))
+        .unwrap_or_default();
+    let words = format!("{status}{}{code}", body.message);
+    Outcome::Failed(line(calls, &words))
+}
+
+/// The id of a question that an entry of results names.
+fn custom_id<'a>(calls: &Calls, entry: &'a Value) -> Result<&'a str, Error> {
+    let id = entry.get("custom_id").and_then(Value::as_str);
+    id.ok_or_else(|| calls.malformed(&format!("no custom_id: {entry}")))
+}
+
+/// Words of the provider's on one line, without secrets.
+fn line(calls: &Calls, words: &str) -> String {
+    tidy(&calls.secrets().redact_cut(words), LONGEST_QUOTE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_are_split_at_both_limits() {
+        assert!(parts(std::iter::empty()).is_empty());
+        assert_eq!(parts([10; 3].into_iter()), vec![0..3; 1]);
+        let half = MOST_BYTES / 2;
+        assert_eq!(parts([half, half, 1].into_iter()), [0..2, 2..3]);
+        assert_eq!(parts([1, MOST_BYTES, 1].into_iter()), [0..1, 1..2, 2..3]);
+        // One that is too large alone is the provider's to refuse.
+        assert_eq!(parts([2 * MOST_BYTES, 1].into_iter()), [0..1, 1..2]);
+        let many = vec![1; MOST_REQUESTS + 1];
+        let split = parts(many.into_iter());
+        assert_eq!(split, [0..MOST_REQUESTS, MOST_REQUESTS..MOST_REQUESTS + 1]);
+    }
 }

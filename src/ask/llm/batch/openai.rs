@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::super::error::Error;
 use super::api::{BatchApi, Match, Results, Submission};
 use super::call::Calls;
-use super::{BatchState, Outcome, SLACK, Status, SubmissionMark, read};
+use super::{BatchState, CLOCK_SKEW, Outcome, Status, SubmissionMark};
 
 /// Suffixes of the questions' address.
 const METHODS: [&str; 2] = ["/chat/completions", "/responses"];
@@ -76,7 +76,8 @@ impl BatchApi for OpenAiBatches {
             return calls.id(batch, "id").map(Match::Yes);
         }
         let created = batch.get("created_at").and_then(Value::as_i64);
-        let too_old = created.is_some_and(|at| at.saturating_add(SLACK) < mark.since.as_second());
+        let too_old =
+            created.is_some_and(|at| at.saturating_add(CLOCK_SKEW) < mark.since.as_second());
         Ok(if too_old { Match::TooOld } else { Match::No })
     }
 
@@ -105,7 +106,7 @@ impl BatchApi for OpenAiBatches {
             .flatten()
             .take(3);
         let words: Vec<_> = errors.filter_map(|e| e.get("message")?.as_str()).collect();
-        let problem = (!words.is_empty()).then(|| read::line(calls, &words.join("; ")));
+        let problem = (!words.is_empty()).then(|| super::line(calls, &words.join("; ")));
         Ok(Status {
             state,
             answered: count("completed"),
@@ -132,7 +133,7 @@ impl BatchApi for OpenAiBatches {
     }
 
     fn result<'a>(&self, calls: &Calls, entry: &'a Value) -> Result<(&'a str, Outcome), Error> {
-        Ok((read::custom_id(calls, entry)?, outcome(calls, entry)))
+        Ok((super::custom_id(calls, entry)?, outcome(calls, entry)))
     }
 
     fn cancel_url(&self, calls: &Calls, id: &str) -> Result<Url, Error> {
@@ -150,10 +151,10 @@ fn outcome(calls: &Calls, line: &Value) -> Outcome {
                 .pointer("/response/status_code")
                 .and_then(Value::as_u64);
             match status {
-                Some(200..=299) | None => read::answer(calls, body),
-                Some(_) => read::failed(calls, body, status),
+                Some(200..=299) | None => super::answer(calls, body),
+                Some(_) => super::failed(calls, body, status),
             }
         }
-        _ => read::failed(calls, line, None),
+        _ => super::failed(calls, line, None),
     }
 }

@@ -3,17 +3,14 @@
 use reqwest::Url;
 use serde_json::{Map, Value, json};
 
-use super::{AnswerReader, Auth, Body, WireProtocol, count, images, names_in, string};
+use super::{AnswerReader, Auth, Body, WireProtocol, count, names_in, protocol, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, GeminiBatches};
-use crate::llm::chunk::{Finish, Usage};
-use crate::llm::effort::Effort;
+use crate::llm::chunk::{ALTERNATIVES, Finish, Token, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
-use crate::llm::quirks::Efforts;
-use crate::llm::request::{Request, Role};
-use crate::llm::token::{ALTERNATIVES, Token};
-use crate::llm::tool_calls::{ToolRound, ToolSpec, Toolbox};
+use crate::llm::quirks::{Effort, Efforts};
+use crate::llm::request::{Request, Role, ToolRound, ToolSpec, Toolbox};
 
 /// Google's Gemini.
 pub(super) struct Protocol;
@@ -57,7 +54,7 @@ impl WireProtocol for Protocol {
                     Role::Assistant => "model",
                     Role::System | Role::User => "user",
                 };
-                json!({"role": role, "parts": images::gemini(m)})
+                json!({"role": role, "parts": protocol::gemini(m)})
             });
         let mut contents: Vec<Value> = turns.collect();
         if let Some(tools) = request.offered() {

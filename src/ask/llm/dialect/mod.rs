@@ -20,26 +20,20 @@ macro_rules! dialects {
 }
 
 mod anthropic;
-mod anthropic_blocks;
-mod body;
 mod gemini;
-mod images;
 mod kind;
 mod ollama;
 mod openai_chat;
 mod openai_responses;
 mod protocol;
-mod reasoning_details;
-mod request_body;
-mod responses_items;
 
-pub(super) use body::Body;
-pub use kind::{Auth, Dialect};
-pub(super) use protocol::{AnswerReader, Framing, WireProtocol};
 use protocol::{
     count, function_tools, is_anthropic_model, names_in, openai_models, openai_version, string,
 };
-pub use request_body::{body, gives_log_probabilities, notes, sends_form};
+
+pub use kind::{Auth, Dialect};
+pub(super) use protocol::{AnswerReader, Body, Framing, WireProtocol};
+pub use protocol::{body, gives_log_probabilities, notes, sends_form};
 
 macro_rules! protocols {
     ($($(#[$meta:meta])* $variant:ident = $name:literal: $protocol:path;)*) => {
@@ -64,5 +58,4 @@ impl Dialect {
 }
 
 #[cfg(test)]
-#[path = "path_tests.rs"]
 mod tests;

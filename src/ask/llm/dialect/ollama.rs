@@ -3,19 +3,17 @@
 use serde_json::{Value, json};
 
 use super::{
-    AnswerReader, Body, Framing, WireProtocol, count, function_tools, images, names_in, string,
+    AnswerReader, Body, Framing, WireProtocol, count, function_tools, names_in, protocol, string,
 };
 use crate::llm::accumulator::ResponseAccumulator;
-use crate::llm::chunk::{Finish, Usage};
-use crate::llm::effort::Effort;
+use crate::llm::chunk::{ALTERNATIVES, Finish, Usage, tokens};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
-use crate::llm::quirks::Efforts;
+use crate::llm::quirks::{Effort, Efforts};
 use crate::llm::request::Request;
-use crate::llm::token::{ALTERNATIVES, tokens};
 
 /// Tokens kept free for the answer where no limit is set.
-const ROOM: u32 = 4096;
+const ANSWER_RESERVE: u32 = 4096;
 
 /// Context windows are asked for in steps of this, so that the model is not loaded anew for every question.
 const STEP: u32 = 8192;
@@ -102,7 +100,7 @@ impl WireProtocol for Protocol {
         // A question longer than the window is cut without a word, so the window is made to fit.
         let needed = endpoint
             .tokens(request)
-            .saturating_add(limit.unwrap_or(ROOM));
+            .saturating_add(limit.unwrap_or(ANSWER_RESERVE));
         let window = needed.div_ceil(STEP).saturating_mul(STEP);
         options.put("num_ctx", json!(quirks.context.unwrap_or(window)));
         out.put_inner("options", options);
@@ -123,7 +121,7 @@ impl WireProtocol for Protocol {
 
 /// The conversation with the rounds of calls so far.
 fn messages(request: &Request) -> Value {
-    let mut all: Vec<Value> = request.messages.iter().map(images::ollama).collect();
+    let mut all: Vec<Value> = request.messages.iter().map(protocol::ollama).collect();
     let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
     for round in rounds {
         let calls = round

@@ -2,22 +2,19 @@
 
 use serde_json::{Value, json};
 
-use super::reasoning_details::Details;
 use super::{
-    AnswerReader, Body, WireProtocol, count, function_tools, images, openai_models, openai_version,
-    string,
+    AnswerReader, Body, WireProtocol, count, function_tools, openai_models, openai_version,
+    protocol, string,
 };
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, OpenAiBatches};
-use crate::llm::chunk::{Cost, CostSource, Finish, Usage};
-use crate::llm::effort::Effort;
+use crate::llm::chunk::{ALTERNATIVES, Cost, CostSource, Finish, Usage, tokens};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::error_body::ErrorBody;
 use crate::llm::portable_schema::name;
-use crate::llm::quirks::Efforts;
+use crate::llm::quirks::{Effort, Efforts};
 use crate::llm::request::{Request, Schema};
-use crate::llm::token::{ALTERNATIVES, tokens};
 
 /// OpenAI's chat completions.
 pub(super) struct Protocol;
@@ -87,7 +84,7 @@ impl WireProtocol for Protocol {
 
 /// The conversation with the rounds of calls so far.
 fn messages(endpoint: &Endpoint, request: &Request) -> Value {
-    let mut all: Vec<Value> = request.messages.iter().map(images::chat).collect();
+    let mut all: Vec<Value> = request.messages.iter().map(protocol::chat).collect();
     let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
     for round in rounds {
         let calls = round.turn.calls.iter().map(|call| {
@@ -360,6 +357,81 @@ fn usage_of(usage: &Value) -> Usage {
     }
 }
 
+/// Most details of a turn that are kept.
+const MAX_DETAILS: usize = 256;
+
+/// The details of a turn so far.
+#[derive(Debug, Default)]
+pub(super) struct Details(Vec<Value>);
+
+impl Details {
+    /// Adds those of a fragment: texts grow, everything else is what was said last.
+    pub fn add(&mut self, delta: &Value) {
+        let list = delta.get("reasoning_details").and_then(Value::as_array);
+        for detail in list.into_iter().flatten().filter(|d| d.is_object()) {
+            let same = |known: &&mut Value| {
+                known.get("index") == detail.get("index") && known.get("type") == detail.get("type")
+            };
+            let room = self.0.len() < MAX_DETAILS;
+            match self.0.last_mut().filter(same) {
+                Some(known) => grow(known, detail),
+                None if room => self.0.push(detail.clone()),
+                None => {}
+            }
+        }
+    }
+
+    /// All of them; none are left.
+    pub fn take(&mut self) -> Vec<Value> {
+        std::mem::take(&mut self.0)
+    }
+}
+
+fn grow(known: &mut Value, more: &Value) {
+    for (key, value) in more.as_object().into_iter().flatten() {
+        match (key.as_str(), string(known, key), value) {
+            ("text" | "summary" | "data", Some(before), Value::String(after)) => {
+                let grown = format!("{before}{after}");
+                known[key] = grown.into();
+            }
+            (_, _, Value::Null) => {}
+            _ => known[key] = value.clone(),
+        }
+    }
+}
+
 #[cfg(test)]
 #[path = "openai_chat_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+mod reasoning_details_tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn fragments_grow_together_and_keep_their_signature() {
+        let mut details = Details::default();
+        let fragments = [
+            json!([{"type": "reasoning.text", "index": 0, "text": "The gap", "format": "f"}]),
+            json!([{"type": "reasoning.text", "index": 0, "text": " shrinks."}]),
+            json!([{"type": "reasoning.text", "index": 0, "signature": "s", "text": null}]),
+            json!([{"type": "reasoning.encrypted", "index": 1, "data": "x"}, 7]),
+        ];
+        for fragment in fragments {
+            details.add(&json!({"reasoning_details": fragment}));
+        }
+        details.add(&json!({"reasoning_details": "none"}));
+        assert_eq!(
+            details.take(),
+            [
+                json!({
+                    "type": "reasoning.text", "index": 0, "text": "The gap shrinks.", "format": "f", "signature": "s",
+                }),
+                json!({"type": "reasoning.encrypted", "index": 1, "data": "x"}),
+            ]
+        );
+        assert!(details.take().is_empty());
+    }
+}

@@ -1,18 +1,18 @@
-//! What a wire protocol is: addresses, headers, bodies and how answers are read; and what several of them share.
+//! What a wire protocol is: addresses, headers, bodies, images and how answers are read; and what several of them share.
 
 use std::fmt::Debug;
 
 use reqwest::Url;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::super::accumulator::ResponseAccumulator;
 use super::super::batch::BatchApi;
 use super::super::endpoint::Endpoint;
 use super::super::error::Error;
-use super::super::request::Request;
-use super::super::tool_calls::{ToolSpec, Toolbox};
-use super::body::Body;
-use super::kind::Auth;
+use super::super::request::{Request, ToolSpec, Toolbox};
+use super::{Auth, Dialect};
+use crate::llm::quirks::{Effort, LogProbabilities, Temperature};
+use crate::llm::request::{Message, Role};
 
 /// One API on the wire: addresses, headers, bodies and how answers are read. Implementations do no I/O.
 pub(in crate::llm) trait WireProtocol: Sync {
@@ -165,4 +165,201 @@ pub(super) fn count(value: &Value, pointer: &str) -> Option<u64> {
     let whole = |n: &f64| *n >= 0.0 && n.fract() == 0.0;
     let float = || value.as_f64().filter(whole).map(|n| n as u64);
     value.as_u64().or_else(float)
+}
+
+/// A JSON object being written, with what people should know about it.
+#[derive(Debug, Default)]
+pub(in crate::llm) struct Body {
+    pub fields: Map<String, Value>,
+    pub notes: Vec<String>,
+}
+
+impl Body {
+    pub fn put(&mut self, name: &str, value: Value) {
+        self.fields.insert(name.to_owned(), value);
+    }
+
+    /// Puts an object into this one, unless it is empty, and takes over its notes.
+    pub fn put_inner(&mut self, name: &str, inner: Self) {
+        if !inner.fields.is_empty() {
+            self.put(name, Value::Object(inner.fields));
+        }
+        self.notes.extend(inner.notes);
+    }
+
+    pub fn note(&mut self, text: &str) {
+        self.notes.push(text.to_owned());
+    }
+
+    /// Something that was asked for and cannot be sent.
+    pub fn untaken(&mut self, what: &str, why: &str) {
+        self.notes.push(format!("{what} is not sent: {why}"));
+    }
+
+    /// The temperature, if one is asked for and the model takes it; `most` is the highest the API takes.
+    pub fn temperature(
+        &mut self,
+        endpoint: &Endpoint,
+        request: &Request,
+        most: f64,
+        put: fn(&mut Self, Value),
+    ) {
+        let Some(temperature) = request.parameters.temperature else {
+            return;
+        };
+        let thinks = request.parameters.effort != Some(Effort::Off);
+        match endpoint.quirks.temperature {
+            Temperature::Fixed if temperature != 1.0 => {
+                self.untaken("temperature", "this model accepts only 1");
+            }
+            Temperature::NotThinking if thinks => self.untaken(
+                "temperature",
+                "no effect while this model thinks, which it does unless effort is off",
+            ),
+            _ if temperature > most => {
+                self.untaken("temperature", &format!("this API accepts 0 to {most}"));
+            }
+            _ => put(self, json!(temperature)),
+        }
+    }
+
+    /// The log probabilities, if they are asked for and the model gives them.
+    pub fn log_probabilities(
+        &mut self,
+        endpoint: &Endpoint,
+        request: &Request,
+        put: fn(&mut Self),
+    ) {
+        let thinks = request.parameters.effort != Some(Effort::Off);
+        match endpoint.quirks.log_probabilities {
+            _ if !request.parameters.log_probabilities => {}
+            LogProbabilities::Given => put(self),
+            LogProbabilities::NotThinking if !thinks => put(self),
+            LogProbabilities::NotThinking => self.untaken(
+                "log_probabilities",
+                "this model gives them only with effort off",
+            ),
+            LogProbabilities::Withheld => {
+                self.untaken("log_probabilities", "this model gives none");
+            }
+        }
+    }
+
+    /// The seed, if one is asked for and the model takes it.
+    pub fn seed(&mut self, endpoint: &Endpoint, request: &Request, put: fn(&mut Self, Value)) {
+        match request.parameters.seed {
+            Some(seed) if endpoint.quirks.seed => put(self, json!(seed)),
+            Some(_) => self.untaken("seed", "not documented by this provider"),
+            None => {}
+        }
+    }
+}
+
+/// The JSON body of a request, exactly as [`crate::llm::stream()`] sends it.
+#[must_use]
+pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
+    let endpoint = &*endpoint.for_request(request);
+    Value::Object(endpoint.dialect.protocol().body(endpoint, request).fields)
+}
+
+/// Whether a request carries the form of its answer: some servers take none while tools may be called.
+#[must_use]
+pub fn sends_form(endpoint: &Endpoint, request: &Request) -> bool {
+    let with = Request {
+        messages: Vec::new(),
+        ..request.clone()
+    };
+    let without = Request {
+        schema: None,
+        ..with.clone()
+    };
+    body(endpoint, &with) != body(endpoint, &without)
+}
+
+/// Whether a request asks for log probabilities, and the endpoint's model gives them.
+#[must_use]
+pub fn gives_log_probabilities(endpoint: &Endpoint, request: &Request) -> bool {
+    let endpoint = &*endpoint.for_request(request);
+    let wanted = request.parameters.log_probabilities;
+    wanted && endpoint.dialect != Dialect::Anthropic && {
+        let mut asked = Body::default();
+        asked.log_probabilities(endpoint, request, |out| out.put("asked", Value::Null));
+        !asked.fields.is_empty()
+    }
+}
+
+/// Parts of a request the endpoint's model does not accept, and parameters sent unrequested; one sentence each.
+#[must_use]
+pub fn notes(endpoint: &Endpoint, request: &Request) -> Vec<String> {
+    let endpoint = &*endpoint.for_request(request);
+    endpoint.dialect.protocol().body(endpoint, request).notes
+}
+
+/// OpenAI's chat: the content is a list of parts, images as data addresses.
+pub(super) fn chat(message: &Message) -> Value {
+    parts(
+        message,
+        |text| json!({"type": "text", "text": text}),
+        |image| json!({"type": "image_url", "image_url": {"url": image.data_url()}}),
+    )
+}
+
+/// OpenAI's Responses API: parts of input, with the detail that the API would choose anyway.
+pub(super) fn responses(message: &Message) -> Value {
+    parts(
+        message,
+        |text| json!({"type": "input_text", "text": text}),
+        |image| json!({"type": "input_image", "image_url": image.data_url(), "detail": "auto"}),
+    )
+}
+
+/// Anthropic's messages: content blocks, images before the text that asks about them.
+pub(super) fn anthropic(message: &Message) -> Value {
+    parts(
+        message,
+        |text| json!({"type": "text", "text": text}),
+        |image| {
+            json!({"type": "image", "source": {
+                "type": "base64", "media_type": image.media_type, "data": image.base64(),
+            }})
+        },
+    )
+}
+
+/// Ollama's own chat: a list of base64 beside the text.
+pub(super) fn ollama(message: &Message) -> Value {
+    let mut sent = text(message);
+    if !message.images.is_empty() {
+        sent["images"] = message.images.iter().map(|i| i.base64()).collect();
+    }
+    sent
+}
+
+/// The parts of a message in Gemini's form.
+pub(super) fn gemini(message: &Message) -> Value {
+    let images = message
+        .images
+        .iter()
+        .map(|image| json!({"inlineData": {"mimeType": image.media_type, "data": image.base64()}}));
+    let text = json!({"text": message.content});
+    images.chain([text]).collect()
+}
+
+fn text(message: &Message) -> Value {
+    json!({"role": message.role, "content": message.content})
+}
+
+/// The images, and then the text.
+fn parts(
+    message: &Message,
+    text_part: impl Fn(&str) -> Value,
+    image_part: impl Fn(&crate::llm::request::Image) -> Value,
+) -> Value {
+    // Only the user shows images.
+    if message.images.is_empty() || message.role != Role::User {
+        return text(message);
+    }
+    let images = message.images.iter().map(image_part);
+    let content: Vec<Value> = images.chain([text_part(&message.content)]).collect();
+    json!({"role": message.role, "content": content})
 }

@@ -1,28 +1,24 @@
 //! Limits on what a template may use: source, nesting, steps, and the text and values made while rendering.
 //!
 //! The engine bounds steps and recursion, but a single step can make any amount of text, and nested values can overflow
-//! the stack. So a template is checked before it is parsed ([`check`]), and rewritten so that every operation that
+//! the stack. So a template is checked before it is parsed ([`self`]), and rewritten so that every operation that
 //! makes or walks a value is charged first ([`rewrite`]); the engine's own filters are replaced by ones that are
 //! charged too ([`filters`]). Each rendering has one [`Budget`].
 
 mod budget;
-mod check;
 mod expressions;
 mod filters;
-mod growth;
-mod literal;
-mod operators;
 mod rewrite;
-
-pub use budget::Budget;
-use check::check;
-use rewrite::rewrite;
 
 use std::sync::Arc;
 
-use minijinja::machinery::{ast, parse};
+use minijinja::machinery::{Token, ast, parse, tokenize};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{AutoEscape, Environment, Error, UndefinedBehavior};
+
+use rewrite::rewrite;
+
+pub use budget::Budget;
 
 /// A template that takes more steps than this to be filled would not end.
 pub const MOST_STEPS: u64 = 1_000_000;
@@ -102,16 +98,82 @@ pub fn environment<'source>(budget: &Arc<Budget>) -> Environment<'source> {
     environment.set_auto_escape_callback(|_| AutoEscape::None);
     environment.set_fuel(Some(MOST_STEPS));
     filters::replace(&mut environment, budget);
-    operators::add(&mut environment, budget);
+    filters::add(&mut environment, budget);
     let paying = budget.clone();
     environment.set_formatter(move |out, state, value| {
         let times = if matches!(state.auto_escape(), AutoEscape::None) {
             1
         } else {
-            growth::ESCAPED
+            filters::ESCAPED
         };
         paying.printed(value, times)?;
         minijinja::escape_formatter(out, state, value)
     });
     environment
+}
+
+/// Whether a source is small enough, and its chains short enough.
+///
+/// # Errors
+/// It is not: with the line. What the lexer refuses is left to the parser.
+fn check(source: &str) -> Result<(), GuardError> {
+    let limit = |line, message: String| Err(GuardError::Limit { line, message });
+    if source.len() > LARGEST_SOURCE {
+        let most = LARGEST_SOURCE >> 10;
+        return limit(1, format!("larger than the limit of {most} KiB"));
+    }
+    let mut chains = Chains::default();
+    let mut elifs = 0_usize;
+    let mut opens = false;
+    for token in tokenize(source, false, SyntaxConfig::default()) {
+        let Ok((token, span)) = token else {
+            return Ok(());
+        };
+        elifs += usize::from(opens && matches!(token, Token::Ident("elif")));
+        opens = matches!(token, Token::BlockStart);
+        chains.meet(&token);
+        let what = if chains.longest > LONGEST_CHAIN {
+            "an expression exceeds the limit of 1000 parts; split it with `set`"
+        } else if elifs > LONGEST_CHAIN {
+            "more than the limit of 1000 `elif`"
+        } else {
+            continue;
+        };
+        return limit(usize::from(span.start_line), what.to_string());
+    }
+    Ok(())
+}
+
+/// How many tokens follow each other without a comma, in every bracket that is open and over all of them.
+#[derive(Default)]
+struct Chains {
+    open: Vec<usize>,
+    now: usize,
+    before: usize,
+    longest: usize,
+}
+
+impl Chains {
+    fn meet(&mut self, token: &Token<'_>) {
+        match token {
+            Token::TemplateData(_) | Token::VariableStart | Token::BlockStart => {
+                *self = Self {
+                    longest: self.longest,
+                    ..Self::default()
+                };
+            }
+            Token::BracketOpen | Token::ParenOpen | Token::BraceOpen => {
+                self.before += self.now + 1;
+                self.open.push(self.now + 1);
+                self.now = 0;
+            }
+            Token::BracketClose | Token::ParenClose | Token::BraceClose => {
+                self.now = self.open.pop().unwrap_or_default();
+                self.before = self.before.saturating_sub(self.now);
+            }
+            Token::Comma => self.now = 0,
+            _ => self.now += 1,
+        }
+        self.longest = self.longest.max(self.before + self.now);
+    }
 }

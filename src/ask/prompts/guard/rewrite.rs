@@ -5,7 +5,7 @@
 use minijinja::machinery::Span;
 use minijinja::machinery::ast::{Expr, Macro, Set, Stmt};
 
-use super::operators::{KEPT, PAID, RAW};
+use super::filters::{KEPT, PAID, RAW};
 
 /// What the definition of a macro takes whenever it is met, bytes: it keeps the variables that it uses.
 const MACRO: usize = 1024;
@@ -301,7 +301,7 @@ impl Writer<'_> {
 
     /// The expression, paid for.
     pub(super) fn paid(&mut self, expr: &Expr<'_>) {
-        if super::literal::is_short(expr) {
+        if super::expressions::is_short(expr) {
             self.expression(expr);
         } else {
             self.wrapped(expr, PAID);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::split::Split;
+use super::matrix::Split;
 use super::truth::TruthSource;
 use crate::evaluation::report::{Comparison, PivotRequest};
 use crate::evaluation::windows::{LEAD, WITHIN};
@@ -329,7 +329,7 @@ impl Experiment {
         let example = example.map_or(String::new(), |way| {
             format!(
                 "; a prompt configuration is called as in tables, such as `{}`",
-                crate::evaluation::report::name_of(way)
+                crate::evaluation::report::configuration_name(way)
             )
         });
         let words = format!(

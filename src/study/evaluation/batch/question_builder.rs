@@ -1,24 +1,26 @@
-//! Builds a batch's questions: from an entry and its settings to the request and the store's record.
+//! Builds a batch's questions: from an entry, its settings and variant to the request and the store's record, or a line.
 
-use std::sync::Arc;
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use nearmiss_ask::prompts::{Library, Techniques};
+use nearmiss_formats::{EgoSelection, Entry, EntryLocation};
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Severity, Transform, Window};
+use nearmiss_scene::verdict::{Task, Verdict};
+use nearmiss_store::{Item, Key, NewItem, StoreError};
+use schemars::JsonSchema;
+use serde::Serialize;
 
 use super::experiment::Experiment;
-use super::recent::Recent;
-use super::variant::Variant;
 use super::windows::{default_window, too_short};
-use crate::evaluation::request::record;
+use crate::evaluation::ask_model::record;
 use crate::evaluation::windows::{Moment, Recording};
 use crate::evaluation::{
     AttackTerms, AxisValues, Case, EffectiveSettings, Judge, Label, Labelled, Lead, PromptConfig,
     Protocol, Question, RunOptions, default_frame, prepare, template,
 };
-use nearmiss_ask::prompts::{Library, Techniques};
-use nearmiss_formats::{EgoSelection, Entry, EntryLocation};
-use nearmiss_scene::judge;
-use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::scenario::{Scene, Severity, Window};
-use nearmiss_scene::verdict::{Task, Verdict};
-use nearmiss_store::{Item, Key, StoreError};
 
 /// Shared inputs of all questions in a batch.
 pub struct QuestionBuilder {
@@ -47,7 +49,7 @@ pub struct Reading {
 }
 
 /// Scenes that are kept in memory at once, and questions.
-const KEPT: (usize, usize) = (8, 64);
+const CACHE_SIZES: (usize, usize) = (8, 64);
 
 impl QuestionBuilder {
     /// A builder with these templates.
@@ -63,8 +65,8 @@ impl QuestionBuilder {
             thresholds,
             experiment,
             ego,
-            scenes: Recent::new(KEPT.0),
-            questions: Recent::new(KEPT.1),
+            scenes: Recent::new(CACHE_SIZES.0),
+            questions: Recent::new(CACHE_SIZES.1),
         }
     }
 
@@ -282,5 +284,207 @@ pub fn path_of(entry: &Entry) -> String {
     match &entry.place {
         EntryLocation::File(path) => path.display().to_string(),
         EntryLocation::Bundled(_) => entry.name.clone(),
+    }
+}
+
+/// Distinguishes questions about one scenario under the same prompt configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Variant {
+    /// End of the window; `None` for the batch's common end.
+    pub lead: Option<Lead>,
+    /// Change of the scene; `None` if unchanged.
+    pub transform: Option<Transform>,
+    /// First and last step of the window, where it was drawn; `None` for the one that task and lead give.
+    pub window: Option<(i64, i64)>,
+}
+
+impl Variant {
+    /// The variant of a question of a batch.
+    ///
+    /// # Errors
+    /// A value written by an unknown version.
+    pub fn from_item(asked: &NewItem) -> Result<Self, String> {
+        let lead = asked.lead.as_deref().map(|word| {
+            word.parse()
+                .map_err(|why| format!("the lead {word} is not known to this version: {why}"))
+        });
+        let transform = asked.transform.as_deref().map(|word| {
+            word.parse()
+                .map_err(|why: nearmiss_scene::scenario::TransformError| why.to_string())
+        });
+        Ok(Self {
+            lead: lead.transpose()?,
+            transform: transform.transpose()?,
+            window: asked.window,
+        })
+    }
+
+    /// The lead and the change as stored.
+    #[must_use]
+    pub fn words(&self) -> (Option<String>, Option<String>) {
+        let lead = self.lead.map(Lead::stored);
+        (lead, self.transform.map(|change| change.to_string()))
+    }
+}
+
+/// The results that were wanted last; what is wanted by several at once is made once.
+pub struct Recent<K, V> {
+    most: usize,
+    kept: Mutex<VecDeque<(K, Arc<OnceLock<V>>)>>,
+}
+
+impl<K: PartialEq + Clone, V: Clone> Recent<K, V> {
+    /// Keeps at most `most` results.
+    pub fn new(most: usize) -> Self {
+        Self {
+            most,
+            kept: Mutex::default(),
+        }
+    }
+
+    /// The result for `key`, made by `make` where it is not there; others who want the same wait for it.
+    pub fn get(&self, key: &K, make: impl FnOnce() -> V) -> V {
+        let place = {
+            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+            match kept.iter().position(|(known, _)| known == key) {
+                Some(at) => Arc::clone(&kept[at].1),
+                None => {
+                    let place = Arc::new(OnceLock::new());
+                    kept.push_back((key.clone(), Arc::clone(&place)));
+                    if kept.len() > self.most {
+                        kept.pop_front();
+                    }
+                    place
+                }
+            }
+        };
+        place.get_or_init(make).clone()
+    }
+}
+
+/// A question.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct QuestionLine {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// File of the scenario, or the name of a bundled one.
+    pub file: String,
+    /// First 12 digits of the SHA-256 of its content; null where it was not read.
+    pub hash: Option<String>,
+    /// Where the ego's motion is from; null where it was not read.
+    pub ego: Option<String>,
+    /// The task.
+    pub task: String,
+    /// The frame of the description; null for the built-in judge.
+    pub frame: Option<String>,
+    /// The prompting techniques; null for the built-in judge.
+    pub techniques: Option<String>,
+    /// Seconds from the end of the window to the contact, `end` for the paper's windows; null without a lead. Of a safe
+    /// window, those of the dangerous one that it is like.
+    pub lead: serde_json::Value,
+    /// Values of the axes of the batch, such as `form compact`; null without axes.
+    pub settings: Option<String>,
+    /// What is changed about the scene; null for the scene as it is.
+    pub transform: Option<String>,
+    /// What is true: `dangerous` or `safe`; null where that is unknown.
+    pub label: Option<&'static str>,
+    /// Obstacles that the ego touches in the window or within the horizon after it, the first one first.
+    pub critical: Vec<i64>,
+    /// First time step of the window in the recording.
+    pub first_step: i64,
+    /// Its last one.
+    pub last_step: i64,
+    /// Obstacles near the ego at one of its steps.
+    pub obstacles: u64,
+    /// The ego's speed at its end, m/s.
+    pub ego_speed: f64,
+    /// Tokens of the question, estimated.
+    pub tokens: u64,
+    /// SHA-256 of the template and its fragments.
+    pub template_hash: String,
+}
+
+impl QuestionLine {
+    /// Every question once, however many models are asked and however often; those that cannot be asked are left out.
+    #[must_use]
+    pub fn of_items(items: &[NewItem]) -> Vec<Self> {
+        let mut once = BTreeSet::new();
+        let mut lines = Vec::new();
+        for item in items {
+            let Some(facts) = &item.facts else { continue };
+            let how = (item.frame.as_deref(), item.techniques.as_deref());
+            let which = (
+                item.settings.as_deref(),
+                item.lead.as_deref(),
+                item.transform.as_deref(),
+                facts.steps,
+            );
+            if !once.insert((&item.path, item.task, how, which)) {
+                continue;
+            }
+            lines.push(Self {
+                scenario: item.scenario.clone(),
+                file: item.path.clone(),
+                hash: item
+                    .scenario_hash
+                    .as_ref()
+                    .map(|hash| hash.chars().take(12).collect()),
+                ego: item.ego.clone(),
+                task: item.task.name().into(),
+                frame: item.frame.clone(),
+                techniques: item.techniques.clone(),
+                lead: lead(item.lead.as_deref()),
+                settings: item.settings.clone(),
+                transform: item.transform.clone(),
+                label: item
+                    .collides
+                    .map(|collides| if collides { "dangerous" } else { "safe" }),
+                critical: match item.collides {
+                    Some(true) => facts.critical.clone(),
+                    _ => Vec::new(),
+                },
+                first_step: facts.steps.0,
+                last_step: facts.steps.1,
+                obstacles: facts.obstacles,
+                ego_speed: facts.speed,
+                tokens: facts.tokens,
+                template_hash: facts.template_hash.clone(),
+            });
+        }
+        lines
+    }
+}
+
+/// A number of seconds, or the word.
+fn lead(stored: Option<&str>) -> serde_json::Value {
+    match stored.map(str::parse::<Lead>) {
+        Some(Ok(Lead::Seconds(seconds))) => seconds.into(),
+        Some(Ok(lead)) => lead.to_string().into(),
+        _ => serde_json::Value::Null,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_wanted_lately_is_made_once() {
+        let recent = Recent::new(2);
+        let made = std::cell::Cell::new(0);
+        let get = |key: u8| {
+            recent.get(&key, || {
+                made.set(made.get() + 1);
+                key * 10
+            })
+        };
+        assert_eq!([get(1), get(2), get(1)], [10, 20, 10]);
+        assert_eq!(made.get(), 2);
+        assert_eq!(
+            [get(3), get(1)],
+            [30, 10],
+            "1 was there longest, and is gone"
+        );
+        assert_eq!(made.get(), 4);
     }
 }

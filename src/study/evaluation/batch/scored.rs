@@ -4,10 +4,9 @@ use std::collections::{BTreeMap, HashMap};
 
 use rayon::prelude::*;
 
-use super::question_builder::obstacle;
+use super::question_builder::{Variant, obstacle};
 use super::spec::Spec;
 use super::truth::Truth;
-use super::variant::Variant;
 use super::windows::critical_of;
 use crate::evaluation::report::QuestionKey;
 use crate::evaluation::{
@@ -271,10 +270,10 @@ fn one(
     let asked_for = !matches!(status, AnswerStatus::Unasked(_));
     Ok(Scored {
         scenario: asked.scenario.clone(),
-        way: way_of(asked).map_err(StoreError::Word)?,
+        way: configuration_of_item(asked).map_err(StoreError::Word)?,
         sample: asked.sample,
-        truth: label_of(asked),
-        critical: label_of(asked)
+        truth: label_of_item(asked),
+        critical: label_of_item(asked)
             .map_or_else(Vec::new, |label| critical_of(label, asked.facts.as_ref())),
         status,
         reference: None,
@@ -377,7 +376,7 @@ fn asked_steps(item: &Item) -> Option<(i64, i64)> {
 ///
 /// # Errors
 /// A word that this version does not know.
-pub fn way_of(asked: &NewItem) -> Result<PromptConfig, String> {
+pub fn configuration_of_item(asked: &NewItem) -> Result<PromptConfig, String> {
     let frame = asked.frame.as_deref().map(|word| {
         Frame::parse(word).ok_or_else(|| format!("the frame {word} is not known to this version"))
     });
@@ -402,7 +401,7 @@ pub fn way_of(asked: &NewItem) -> Result<PromptConfig, String> {
 
 /// The ground truth stored by the batch.
 #[must_use]
-pub fn label_of(asked: &NewItem) -> Option<Label> {
+pub fn label_of_item(asked: &NewItem) -> Option<Label> {
     asked.collides.map(|collides| {
         if collides {
             Label::Collision(asked.obstacle)

@@ -1,19 +1,21 @@
-//! The stored specification of a batch: enough to resume it, or to detect that it has changed.
+//! The stored specification of a batch: enough to resume it or to detect changes; without folders, and for reports.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use nearmiss_ask::prompts::{Library, Origin, Techniques};
+use nearmiss_formats::{EgoSelection, Entry, EntryLocation, PlannerDrives};
+use nearmiss_record::fields::Fields;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::Task;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
 
 use super::experiment::Experiment;
 use super::question_builder::QuestionBuilder;
 use super::truth::TruthSource;
-use crate::evaluation::{default_frame, template};
-use nearmiss_ask::prompts::{Library, Origin};
-use nearmiss_formats::EgoSelection;
-use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::verdict::Task;
+use crate::evaluation::{Protocol, default_frame, template};
 
 /// Everything that determines what a batch asks.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -211,5 +213,349 @@ impl Spec {
             return Err(SpecError::Changed(why.into()));
         }
         Ok(())
+    }
+}
+
+impl Spec {
+    /// As JSON, the same for the same spec.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Strings, numbers and lists can always be written.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// From what [`Spec::to_json`] wrote, and from what was written before experiments and batches had the same keys.
+    ///
+    /// # Errors
+    /// It is not of this form.
+    pub fn from_json(json: &str) -> Result<Self, SpecError> {
+        let unreadable = |error: serde_json::Error| SpecError::Unreadable(error.to_string());
+        let mut spec: Map<String, Value> = serde_json::from_str(json).map_err(unreadable)?;
+        if spec.contains_key("paths") {
+            spec = with_keys_of_experiments(spec);
+        }
+        serde_json::from_value(Value::Object(spec)).map_err(unreadable)
+    }
+}
+
+/// A specification whose keys were its own, with those of experiments.
+fn with_keys_of_experiments(old: Map<String, Value>) -> Map<String, Value> {
+    let mut spec = Map::new();
+    let (mut leads, mut truth) = (Vec::new(), Vec::new());
+    for (key, value) in old.into_iter().filter(|(_, value)| !value.is_null()) {
+        match (key.as_str(), value) {
+            ("paths", paths) => drop(spec.insert("scenarios".into(), paths)),
+            ("lead", first) => leads.insert(0, first),
+            ("more_leads", Value::Array(more)) => leads.extend(more),
+            ("ego_axes", axes) => drop(spec.insert("axes".into(), axes)),
+            ("measures", Value::String(ids)) => {
+                let ids = ids.split([',', ' ']).filter(|id| !id.is_empty());
+                spec.insert(key, ids.collect());
+            }
+            ("tools", Value::Object(limits)) => {
+                spec.entry("tools").or_insert(true.into());
+                spec.extend(
+                    limits
+                        .into_iter()
+                        .map(|(key, most)| (format!("tool_{key}"), most)),
+                );
+            }
+            ("axes", Value::Object(several)) => spec.extend(several),
+            ("comparison", Value::Object(mut declared)) => {
+                let primary = declared.shift_remove("primary");
+                spec.extend(primary.map(|pair| ("compare".into(), pair)));
+                spec.extend(declared);
+            }
+            ("truth", Value::String(word)) => truth.push(Value::String(match word.as_str() {
+                "geometry" => "auto".into(),
+                "files" => continue,
+                other => other.into(),
+            })),
+            ("truth_files", Value::Array(files)) => truth.extend(files),
+            (_, value) => drop(spec.insert(key, value)),
+        }
+    }
+    spec.extend((!leads.is_empty()).then(|| ("leads".into(), leads.into())));
+    spec.insert("truth".into(), truth.into());
+    spec
+}
+
+/// Stands for a folder without a name, such as `/`.
+const NAMELESS: &str = "scenarios";
+
+impl Spec {
+    /// The same with names in the place of paths, each once, and without user, password and query in its address. The
+    /// portable form of a portable spec is itself.
+    #[must_use]
+    pub fn portable(&self) -> Self {
+        Self {
+            experiment: Experiment {
+                scenarios: names(&self.experiment.scenarios),
+                truth: self.experiment.truth.as_ref().map(|truth| match truth {
+                    TruthSource::Files(files) => TruthSource::Files(names(files)),
+                    other => other.clone(),
+                }),
+                base_url: self.experiment.base_url.as_deref().map(plain_address),
+                ..self.experiment.clone()
+            },
+            ego: match &self.ego {
+                EgoSelection::File {
+                    path,
+                    planning_problem,
+                } => EgoSelection::File {
+                    path: names(std::slice::from_ref(path)).remove(0),
+                    planning_problem: *planning_problem,
+                },
+                EgoSelection::Planner(drives) => EgoSelection::Planner(drives.portable()),
+                other => other.clone(),
+            },
+            drawn_from: { self.drawn_from.iter() }
+                .map(|path| self.portable_path(path))
+                .collect(),
+            ..self.clone()
+        }
+    }
+
+    /// The path of a question's scenario under the names of [`Self::portable`]; the name of a bundled one as it is.
+    #[must_use]
+    pub fn portable_path(&self, path: &str) -> String {
+        let path = Path::new(path);
+        if matches!(Entry::of_argument(path).place, EntryLocation::Bundled(_)) {
+            return path.display().to_string();
+        }
+        let named = names(&self.experiment.scenarios);
+        let mut below: Vec<(usize, PathBuf)> = Vec::new();
+        for (root, name) in self.experiment.scenarios.iter().zip(named) {
+            if let Ok(rest) = path.strip_prefix(root) {
+                let whole = if rest.as_os_str().is_empty() {
+                    name
+                } else {
+                    name.join(rest)
+                };
+                below.push((root.components().count(), whole));
+            }
+        }
+        let nearest = below.into_iter().max_by_key(|(depth, _)| *depth);
+        let found = nearest.map_or_else(|| name_of(path), |(_, whole)| whole);
+        found.display().to_string().replace('\\', "/")
+    }
+}
+
+/// The last part of a path.
+fn name_of(path: &Path) -> PathBuf {
+    path.file_name().unwrap_or(NAMELESS.as_ref()).into()
+}
+
+/// The last parts of paths; where two are alike, the second one has a number.
+fn names(paths: &[PathBuf]) -> Vec<PathBuf> {
+    let mut taken = BTreeSet::new();
+    let each = paths.iter().map(|path| {
+        let name = name_of(path);
+        let mut unique = name.clone();
+        let mut number = 2;
+        while !taken.insert(unique.clone()) {
+            unique = numbered(&name, number);
+            number += 1;
+        }
+        unique
+    });
+    each.collect()
+}
+
+/// `labels.csv` as `labels-2.csv`.
+pub fn numbered(name: &Path, number: usize) -> PathBuf {
+    let stem = name.file_stem().unwrap_or_default().to_string_lossy();
+    match name.extension() {
+        Some(end) => name.with_file_name(format!("{stem}-{number}.{}", end.to_string_lossy())),
+        None => name.with_file_name(format!("{stem}-{number}")),
+    }
+}
+
+/// An address without user, password, query and fragment, which may hold secrets.
+fn plain_address(url: &str) -> String {
+    let url = url.split(['?', '#']).next().unwrap_or_default();
+    let (scheme, rest) = url.split_once("://").unwrap_or(("", url));
+    let (place, path) = rest
+        .split_once('/')
+        .map_or((rest, None), |(a, b)| (a, Some(b)));
+    let host = place.rsplit('@').next().unwrap_or_default();
+    let scheme = if scheme.is_empty() {
+        String::new()
+    } else {
+        format!("{scheme}://")
+    };
+    match path {
+        Some(path) => format!("{scheme}{host}/{path}"),
+        None => format!("{scheme}{host}"),
+    }
+}
+
+/// The scene descriptions of a batch, completed from its templates: each number once, in order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SceneDescriptions {
+    /// Steps in a window.
+    pub history: Vec<usize>,
+    /// Obstacles farther from the ego are left out, metres.
+    pub radius: Vec<f64>,
+}
+
+impl Spec {
+    /// What its ways describe; `None` if the library no longer has the templates that the batch was begun with.
+    #[must_use]
+    pub fn described(&self, library: &Library) -> Option<SceneDescriptions> {
+        let library = &self.library(library).ok()?;
+        if Self::templates_of(&self.experiment, library) != self.templates {
+            return None;
+        }
+        let mut described = SceneDescriptions::default();
+        for way in self.experiment.ways() {
+            let frame = way
+                .frame
+                .unwrap_or_else(|| default_frame(library, way.task));
+            let techniques = way.techniques.unwrap_or(Techniques::ALL);
+            let (_, chosen) = template(library, way.task, frame).ok()?;
+            let settings = self.experiment.settings(Some(techniques));
+            let decided = settings.with(&chosen.front.defaults);
+            described.history.push(decided.history);
+            described.radius.push(decided.options.radius);
+        }
+        described.history.sort_unstable();
+        described.history.dedup();
+        described.radius.sort_by(f64::total_cmp);
+        described.radius.dedup();
+        Some(described)
+    }
+
+    /// The same as JSON, with the keys of experiments: names of the paths, what is asked and how, templates and
+    /// thresholds. The address of the server, which may hold a key, and texts of drafts are left out. `history` and `radius`
+    /// are numbers also where the templates decide them, as far as they are known: a list where they differ, and
+    /// `of_templates` names those that are not the batch's.
+    #[must_use]
+    pub fn asked(&self, described: Option<&SceneDescriptions>) -> Value {
+        let asked = Self {
+            drafts: BTreeMap::new(),
+            experiment: Experiment {
+                base_url: None,
+                truth: None,
+                ..self.portable().experiment
+            },
+            ..self.portable()
+        };
+        let mut asked = serde_json::to_value(asked).unwrap_or_default();
+        if let (Some(asked), Some(described)) = (asked.as_object_mut(), described) {
+            let found = [
+                ("history", one_or_all(&described.history)),
+                ("radius", one_or_all(&described.radius)),
+            ];
+            let mut of_templates = Vec::new();
+            for (name, value) in found {
+                if !asked.contains_key(name) {
+                    asked.insert(name.into(), value);
+                    of_templates.push(name);
+                }
+            }
+            asked.insert("of_templates".into(), json!(of_templates));
+        }
+        asked
+    }
+
+    /// How the windows of the questions were chosen.
+    fn windows_words(&self) -> String {
+        let experiment = &self.experiment;
+        if experiment.protocol == Protocol::Paper {
+            return "windows of the paper, a yes of the safety task counts if it names the obstacle of the collision"
+                .into();
+        }
+        let matched = if experiment.every_scenario {
+            "matched windows and one of every other safe scenario"
+        } else {
+            "matched windows"
+        };
+        match (experiment.within, experiment.lead()) {
+            (Some(horizon), Some(lead)) => {
+                format!("{matched}, lead {lead}, contact within {horizon} s")
+            }
+            (Some(_), None) => matched.into(),
+            (None, Some(lead)) => format!("lead {lead}, safe windows first in their recordings"),
+            (None, None) => "windows at the end of the recordings".into(),
+        }
+    }
+
+    /// Settings a reader needs to reproduce the table: window, description, sampling, templates.
+    #[must_use]
+    pub fn asked_words(&self, described: Option<&SceneDescriptions>) -> String {
+        let decided = |key: &str| {
+            let values = match (key, described?) {
+                ("history", known) => joined(&known.history),
+                ("radius", known) => joined(&known.radius),
+                _ => return None,
+            };
+            Some(format!("{key} {values} (from the templates)"))
+        };
+        let rows = Experiment::rows().iter().filter(|row| match row.section {
+            "windows" => row.key == "history",
+            section => ["description", "sampling"].contains(&section),
+        });
+        let said = rows.filter_map(|row| match self.experiment.text(row.key) {
+            Some(value) => Some(format!("{} {}", row.key, value.replace(", ", " or "))),
+            None => decided(row.key),
+        });
+        let egos = self.ego.planner().map(PlannerDrives::words);
+        let parts = [
+            Some(self.windows_words()),
+            Some(format!("samples {}", self.experiment.samples())),
+            egos.map(|egos| format!("egos {egos}")),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().chain(said).collect();
+        let templates = self.templates.iter().map(|(file, hash)| {
+            let short: String = hash.chars().take(12).collect();
+            format!("{file} ({short})")
+        });
+        let templates: Vec<String> = templates.collect();
+        format!(
+            "Settings: {}; all else as templates and servers have it. Templates, with the start of their hashes: {}. nearmiss {}.",
+            parts.join(", "),
+            templates.join(", "),
+            env!("CARGO_PKG_VERSION")
+        )
+    }
+}
+
+/// A number, or a list of several.
+fn one_or_all<T: Serialize>(values: &[T]) -> Value {
+    match values {
+        [one] => json!(one),
+        all => json!(all),
+    }
+}
+
+/// Numbers, with a word between several.
+fn joined<T: ToString>(values: &[T]) -> String {
+    let all: Vec<String> = values.iter().map(T::to_string).collect();
+    all.join(" or ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_told_apart_and_stay_when_named_again() {
+        let paths = ["/a/rec", "/b/rec", "/c/x.xml", "/d/x.xml", "/"].map(PathBuf::from);
+        let told = names(&paths);
+        let wanted = ["rec", "rec-2", "x.xml", "x-2.xml", "scenarios"].map(PathBuf::from);
+        assert_eq!(told, wanted);
+        assert_eq!(names(&told), wanted);
+    }
+
+    #[test]
+    fn addresses_lose_what_may_be_secret() {
+        for (url, plain) in [
+            ("https://ada:secret@host:1/v1?key=k#f", "https://host:1/v1"),
+            ("http://localhost:8080/v1", "http://localhost:8080/v1"),
+            ("ada@host/v1", "host/v1"),
+        ] {
+            assert_eq!(plain_address(url), plain);
+        }
     }
 }

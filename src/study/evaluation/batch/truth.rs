@@ -14,7 +14,7 @@ use nearmiss_store::Item;
 use toml::Value;
 
 use super::question_builder::path_of;
-use super::scored::label_of;
+use super::scored::label_of_item;
 
 /// Source of the ground truth.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -268,7 +268,7 @@ impl Truth {
     pub fn known(items: &[Item]) -> Self {
         let mut known: BTreeMap<(bool, String), Option<Label>> = BTreeMap::new();
         for item in items {
-            let label = label_of(&item.asked);
+            let label = label_of_item(&item.asked);
             let whole = item.asked.task == Task::Recording;
             let path = item.asked.path.clone();
             let before = known.entry((whole, path)).or_insert(label);

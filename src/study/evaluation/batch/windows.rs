@@ -1,23 +1,23 @@
-//! The drawn windows of a batch's questions.
+//! The drawn windows of a batch's questions, and what is known of each beside its label.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use rayon::prelude::*;
-
-use super::experiment::Experiment;
-use super::question_builder::{QuestionBuilder, path_of};
-use super::scored::{label_of, way_of};
-use super::split::Split;
-use super::truth::Truth;
-use crate::evaluation::windows::{Moment, Recording, Sampling};
-use crate::evaluation::{CriticalMoments, Label, Labelled, Lead, PromptConfig};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::Entry;
 use nearmiss_scene::description::Frame;
-use nearmiss_scene::metrics::RiskConvention;
+use nearmiss_scene::metrics::{Context, MEASURES, RiskConvention};
 use nearmiss_scene::scenario::{Scene, Window};
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Item, SplitPart, WindowFacts};
+use rayon::prelude::*;
+
+use super::experiment::Experiment;
+use super::matrix::Split;
+use super::question_builder::{QuestionBuilder, path_of};
+use super::scored::{configuration_of_item, label_of_item};
+use super::truth::Truth;
+use crate::evaluation::windows::{Moment, Recording, Sampling, Traffic};
+use crate::evaluation::{CriticalMoments, Label, Labelled, Lead, PromptConfig, Question};
 
 /// A window to ask about, and what is true about it.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,7 @@ impl AskedWindow {
     /// The drawn window of a stored question, where it has one and its truth is known.
     #[must_use]
     pub fn of_item(item: &Item) -> Option<Self> {
-        let (steps, label) = (item.asked.window?, label_of(&item.asked)?);
+        let (steps, label) = (item.asked.window?, label_of_item(&item.asked)?);
         Some(Self {
             steps,
             label,
@@ -91,7 +91,7 @@ impl BatchWindows {
         let mut without_window: BTreeSet<(Slot, &str)> = BTreeSet::new();
         for item in items {
             let asked = &item.asked;
-            let way = way_of(asked)?;
+            let way = configuration_of_item(asked)?;
             let slot = (way.task, way.frame, asked.lead.clone());
             if asked.window.is_none() {
                 without_window.insert((slot, &asked.path));
@@ -374,4 +374,46 @@ pub(super) fn too_short(entry: &Entry, lead: Lead) -> String {
         "{}: the recording begins later than {lead} s before the collision",
         entry.display()
     )
+}
+
+/// What trivial rules look at in a window.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct RuleValues {
+    nearest: Option<f64>,
+    ttc: Option<f64>,
+}
+
+impl RuleValues {
+    /// Least distance in a window, metres, and least time to collision at its end, seconds.
+    pub fn new(scene: &Scene, window: &Window) -> Self {
+        let context = Context::new(scene);
+        let least = |id: &str, steps: std::ops::RangeInclusive<i64>| {
+            let measure = MEASURES.iter().find(|measure| measure.id == id)?;
+            let pairs = (0..context.participants().len())
+                .flat_map(|place| steps.clone().map(move |step| (place, step)));
+            let values = pairs
+                .filter_map(|(place, step)| measure.of(&context.encounter(place, step)?).value());
+            values.min_by(f64::total_cmp)
+        };
+        Self {
+            nearest: least("distance", window.first()..=window.last()),
+            ttc: least("ttc", window.last()..=window.last()),
+        }
+    }
+}
+
+/// What is known of a question's window.
+pub(super) fn facts(question: &Question, critical: Vec<i64>, values: RuleValues) -> WindowFacts {
+    let case = &question.case;
+    let traffic = Traffic::in_window(&case.scene, &case.window, case.options.radius);
+    WindowFacts {
+        steps: (case.window.first(), case.window.last()),
+        critical,
+        obstacles: traffic.obstacles as u64,
+        speed: traffic.speed,
+        nearest: values.nearest,
+        ttc: values.ttc,
+        tokens: question.tokens() as u64,
+        template_hash: question.template_hash.clone(),
+    }
 }

@@ -1,9 +1,12 @@
-//! Checks claims against the geometry.
+//! Checks claims against the geometry, and why one that does not hold may still not be wrong.
+//!
+//! Calling a true sentence wrong is worse than leaving a wrong one undecided.
 
-use super::{Claim, ClaimedValue, Quantity, Side, Subject, excuse};
 use nearmiss_base::geometry::Point;
 use nearmiss_scene::metrics::{Contact, Encounter, Relation, measure, paper};
 use nearmiss_scene::scenario::Participant;
+
+use super::{Claim, ClaimedValue, Quantity, Side, Subject};
 
 /// Tolerance between a stated number and the true one, for display; see [`check`].
 pub const TOLERANCES: &str = "half of the last stated digit, 0.05 of the unit or 2 %, whichever is largest; 10 % if stated as approximate";
@@ -114,7 +117,7 @@ pub fn check(claim: Claim, subject: &Subject<'_>) -> CheckedClaim {
     let step = claim.step.unwrap_or_else(|| subject.present());
     let mut checked = at(&claim, subject, step);
     if checked.judgement == Judgement::Wrong
-        && let Some(why) = excuse::excuse(&claim, subject, step)
+        && let Some(why) = excuse(&claim, subject, step)
     {
         checked.judgement = Judgement::Unknown(why);
     }
@@ -387,4 +390,178 @@ fn contact(subject: &Subject<'_>, participant: &Participant<'_>, now: bool) -> S
         Some(contact) => format!("first contact at step {}", contact.step),
         None => "no contact at any step".into(),
     }
+}
+
+/// Another possible meaning of the claim at that step; `None` if it is plainly wrong.
+pub fn excuse(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<&'static str> {
+    let ClaimedValue::Number {
+        value, decimals, ..
+    } = claim.stated
+    else {
+        return None;
+    };
+    let holds = |claim: &Claim| at(claim, subject, step).judgement == Judgement::Right;
+    let as_other = |quantity| {
+        holds(&Claim {
+            quantity,
+            ..claim.clone()
+        })
+    };
+    if turned(claim, subject, step) {
+        return Some("the ego stands still; its heading may have been described differently");
+    }
+    let time = matches!(
+        claim.quantity,
+        Quantity::Ttc | Quantity::TtcLong | Quantity::TtcLat
+    );
+    if time && value < 0.0 {
+        let mut unsigned = claim.clone();
+        if let ClaimedValue::Number { value, .. } = &mut unsigned.stated {
+            *value = -*value;
+        }
+        return holds(&unsigned).then_some("true without the sign");
+    }
+    if time && from_rounded(claim, subject, step) {
+        return Some("follows from a rounded velocity");
+    }
+    if of_its_own(claim, subject, step) {
+        return Some("true for its own velocity, not the relative one");
+    }
+    if claim.quantity == Quantity::Distance
+        && (as_other(Quantity::GapLong) || as_other(Quantity::GapLat))
+    {
+        return Some("true for the gap along or across the heading alone");
+    }
+    let length = matches!(
+        claim.quantity,
+        Quantity::Distance | Quantity::GapLong | Quantity::GapLat
+    );
+    if length && along_the_map(claim, subject, step) {
+        return Some("true for the difference in x or y on the map");
+    }
+    // A sentence that names no participant takes its subject from what it stands under.
+    let telling = decimals >= 2 && value != 0.0;
+    if !claim.named && telling {
+        let mut others = subject
+            .scene
+            .participants()
+            .map(|p| p.obstacle.id)
+            .filter(|id| *id != claim.obstacle);
+        let of_another = others.any(|obstacle| {
+            holds(&Claim {
+                obstacle,
+                ..claim.clone()
+            })
+        });
+        return of_another.then_some("true for another obstacle");
+    }
+    None
+}
+
+/// The ego's speed, the distance of the centres, and where the obstacle is, at the step.
+fn met(claim: &Claim, subject: &Subject<'_>, step: i64) -> Option<(f64, f64, Relation)> {
+    let mut participants = subject.scene.participants();
+    let participant = participants.find(|p| p.obstacle.id == claim.obstacle)?;
+    let encounter = Encounter::at(subject.scene, &participant, step)?;
+    let apart = encounter.other.pose.position - encounter.ego.pose.position;
+    let speed = encounter.ego.velocity.abs();
+    Some((speed, apart.norm(), encounter.relation()))
+}
+
+/// Whether the ego stands still and the claim would hold for another heading of it.
+fn turned(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
+    let Some((speed, apart, _)) = met(claim, subject, step) else {
+        return false;
+    };
+    let ClaimedValue::Number { value, .. } = claim.stated else {
+        return false;
+    };
+    let seen_from_it = match claim.quantity {
+        Quantity::GapLong | Quantity::GapLat => value.abs() <= apart,
+        Quantity::Ttc
+        | Quantity::TtcLong
+        | Quantity::TtcLat
+        | Quantity::VelocityLong
+        | Quantity::VelocityLat => true,
+        _ => false,
+    };
+    speed < STANDING && seen_from_it
+}
+
+/// Whether a velocity along an axis is the obstacle's own there, in the ego's axes.
+fn of_its_own(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
+    let ClaimedValue::Number { value, .. } = claim.stated else {
+        return false;
+    };
+    let mut participants = subject.scene.participants();
+    let Some(participant) = participants.find(|p| p.obstacle.id == claim.obstacle) else {
+        return false;
+    };
+    let Some(encounter) = Encounter::at(subject.scene, &participant, step) else {
+        return false;
+    };
+    let turned = encounter.other.pose.heading - encounter.ego.pose.heading;
+    let velocity = encounter.other.velocity;
+    let own = match claim.quantity {
+        Quantity::VelocityLong => velocity * turned.cos(),
+        Quantity::VelocityLat => velocity * turned.sin(),
+        _ => return false,
+    };
+    [own, velocity]
+        .iter()
+        .any(|own| (own.abs() - value.abs()).abs() <= (0.02 * own.abs()).max(0.05))
+}
+
+/// Whether a time is the gap by a velocity that was rounded to two decimals: of slow ones that changes much.
+fn from_rounded(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
+    let (Some((_, _, relation)), ClaimedValue::Number { value, .. }) =
+        (met(claim, subject, step), claim.stated)
+    else {
+        return false;
+    };
+    let axes = [
+        (
+            relation.gap_long,
+            relation.velocity.x,
+            claim.quantity != Quantity::TtcLat,
+        ),
+        (
+            relation.gap_lat,
+            relation.velocity.y,
+            claim.quantity != Quantity::TtcLong,
+        ),
+    ];
+    axes.iter().any(|(gap, velocity, meant)| {
+        let (gap, velocity) = (gap.abs(), velocity.abs());
+        let shortest = 0.95 * gap / (velocity + 0.005);
+        let longest = 1.05 * gap / (velocity - 0.005).max(0.001);
+        *meant && velocity < 0.5 && (shortest..=longest).contains(&value)
+    })
+}
+
+/// Whether a length is the difference of the centres along an axis of the map: what a model that was given
+/// coordinates may call longitudinal or lateral.
+fn along_the_map(claim: &Claim, subject: &Subject<'_>, step: i64) -> bool {
+    let ClaimedValue::Number {
+        value,
+        decimals,
+        rough,
+        ..
+    } = claim.stated
+    else {
+        return false;
+    };
+    let mut participants = subject.scene.participants();
+    let Some(participant) = participants.find(|p| p.obstacle.id == claim.obstacle) else {
+        return false;
+    };
+    let Some(encounter) = Encounter::at(subject.scene, &participant, step) else {
+        return false;
+    };
+    let apart = encounter.other.pose.position - encounter.ego.pose.position;
+    let digit = (0.5 * 10_f64.powi(-i32::from(decimals))).max(0.05);
+    let share = if rough { 0.1 } else { 0.02 };
+    [apart.x, apart.y, apart.norm()]
+        .iter()
+        .any(|d| (d.abs() - value.abs()).abs() <= digit.max(share * d.abs()))
 }

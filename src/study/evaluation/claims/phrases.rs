@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::axis::without_reference;
+use super::number::without_reference;
 use super::place::has_word;
 use super::{ClaimedValue, Quantity};
 

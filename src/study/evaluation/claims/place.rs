@@ -79,7 +79,7 @@ pub fn side_in(lower: &str) -> Option<(Range<usize>, Side)> {
         .into_iter()
         .filter(plain)
         .filter_map(|(from, clause)| {
-            let (span, side) = match said_in(clause) {
+            let (span, side) = match find_side(clause) {
                 Some(found) => found,
                 None => in_brackets(&lower[..from], clause)?,
             };
@@ -96,7 +96,7 @@ pub fn side_in(lower: &str) -> Option<(Range<usize>, Side)> {
 }
 
 /// The place that a clause states.
-fn said_in(clause: &str) -> Option<(Range<usize>, Side)> {
+fn find_side(clause: &str) -> Option<(Range<usize>, Side)> {
     let mut found = CORNERS.iter().filter_map(|(words, side)| {
         let at = clause.find(words)?;
         let end = at + words.len();

@@ -1,9 +1,10 @@
 //! The claims of one sentence about one obstacle.
 
-use super::axis::{axis, axis_of, from_ego, from_number, only_axis, without_reference};
 use super::find::ends_with_word;
 use super::mentions;
-use super::number::{Number, Unit};
+use super::number::{
+    Number, Unit, axis, axis_of, from_ego, from_number, only_axis, without_reference,
+};
 use super::phrases;
 use super::place::{has_word, side_in, touches_before};
 use super::{Claim, ClaimedValue, Quantity};

@@ -4,9 +4,8 @@ use futures_util::future::BoxFuture;
 use futures_util::{FutureExt, StreamExt, stream};
 
 use super::super::answer::{Answer, JudgeOutcome};
-use super::super::defaults::default_frame;
 use super::super::question::{CaseError, Question};
-use super::super::settings::Settings;
+use super::super::settings::{Settings, default_frame};
 use super::{AuthorError, AuthorSession, AuthoringUsage, Progress};
 use nearmiss_drive::generation::attacker::{self, Candidate};
 use nearmiss_drive::generation::{Capability, ChangeError, Reason, Refusal};

@@ -5,38 +5,31 @@
 //! and a stored one is not paid for again. A model's answer becomes an attack only through
 //! [`nearmiss_drive::generation::admit`]; nothing else passes the gate.
 
-mod bound;
-mod candidate_name;
 mod choosing;
 mod consistency;
-mod document;
 mod feedback;
 mod method;
 mod outcome;
-mod usage;
-mod words;
 mod writing;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-pub use bound::{Bound, bound};
-pub use candidate_name::unchanged_name;
 pub use choosing::{Choice, ChosenBy, Proposal};
 pub use consistency::{Agreement, Grade};
-pub use document::{AgreementRecord, AuthoredRecord, Place};
 pub use feedback::{Nearest, nearest};
-pub use method::{Method, RETRIES, Ranking, SAMPLES, VOTES};
-pub use outcome::{Authored, AuthoredAttack, RefusedAnswer, Source, Tries};
-pub use usage::AuthoringUsage;
+pub use method::{Bound, Method, RETRIES, Ranking, SAMPLES, VOTES, bound, unchanged_name};
+pub use outcome::{
+    AgreementRecord, Authored, AuthoredAttack, AuthoredRecord, AuthoringUsage, Place,
+    RefusedAnswer, Source, Tries,
+};
 
 use super::answer::Answer;
-use super::defaults::default_frame;
 use super::judges::Judge;
 use super::question::{AttackTerms, Case, CaseError, Question, prepare, template};
 use super::run_case::{self, AskError, Event, RunOptions};
-use super::settings::Settings;
+use super::settings::{Settings, default_frame};
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::generation::{AttackSetup, Refusal};
 use nearmiss_scene::description::Frame;

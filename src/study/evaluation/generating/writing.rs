@@ -4,13 +4,12 @@ use futures_util::future::BoxFuture;
 use futures_util::{FutureExt, StreamExt, stream};
 
 use super::super::answer::{Answer, JudgeOutcome, MissingVerdict};
-use super::super::defaults::default_frame;
 use super::super::question::Question;
 use super::super::run_case::AskError;
-use super::super::settings::Settings;
+use super::super::settings::{Settings, default_frame};
 use super::choosing::other_task;
 use super::outcome::{Authored, AuthoredAttack, RefusedAnswer, Source};
-use super::{AuthorError, AuthorSession, AuthoringUsage, Progress, feedback, words};
+use super::{AuthorError, AuthorSession, AuthoringUsage, Progress, feedback};
 use nearmiss_drive::generation::attacker::Candidate;
 use nearmiss_drive::generation::{AdmittedAttack, Refusal, admit};
 use nearmiss_scene::scenario::{Motion, Window};
@@ -142,7 +141,7 @@ impl AuthorSession<'_> {
                     made.told.clone_from(&better);
                     talk.attacks.push(made);
                     let Some(words) = better else { break };
-                    question = question.after(&words::shortened(&answer.text), &words);
+                    question = question.after(&feedback::shortened(&answer.text), &words);
                 }
                 Err(refusals) => {
                     let mut about = (attacker, None);
@@ -152,7 +151,7 @@ impl AuthorSession<'_> {
                     let refusals = refusals.into_iter();
                     let refusals: Vec<_> = refusals.map(|r| r.about(about.0, about.1)).collect();
                     let start = self.start(&question, attacker);
-                    let words = words::refused(attacker, &refusals, start);
+                    let words = feedback::refused(attacker, &refusals, start);
                     let declined = RefusedAnswer {
                         source,
                         arrived: answer.arrived(),
@@ -165,7 +164,7 @@ impl AuthorSession<'_> {
                         // There is no attacker to write a motion for.
                         break;
                     }
-                    question = question.after(&words::shortened(&answer.text), &words);
+                    question = question.after(&feedback::shortened(&answer.text), &words);
                 }
             }
         }
@@ -203,7 +202,7 @@ impl AuthorSession<'_> {
         let drive = feedback::driven(self.ground, attack, self.delay);
         (self.listener)(Progress::ToldOfDrive(made.source));
         let start = self.start(question, attacker);
-        Some(words::not_wanted(attacker, &drive, start))
+        Some(feedback::not_wanted(attacker, &drive, start))
     }
 
     fn admitted(&self, attacker: i64, said: &NewMotion) -> Result<AdmittedAttack, Vec<Refusal>> {

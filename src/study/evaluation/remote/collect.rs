@@ -1,16 +1,23 @@
-//! Collects a batch's results from its provider into the store, each once.
+//! Collects a batch's results from its provider into the store, each once, or abandons a batch that cannot be fetched.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::result::{EXPIRED, settled};
-use super::{RemoteError, find};
-use crate::evaluation::judges::ModelJudge;
-use nearmiss_ask::llm::Error;
-use nearmiss_ask::llm::batch::{BatchState, Batches, Outcome};
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use nearmiss_ask::llm::batch::{BatchState, Batches, Outcome, WholeAnswer};
+use nearmiss_ask::llm::{Error, Message, Secrets};
+use nearmiss_ask::prompts::estimate_tokens;
 use nearmiss_store::{
-    Ending, ProviderBatch, ProviderBatchId, ProviderBatchState, RunId, RunState, Store,
+    AnswerPiece, Consumed, Ending, ProviderBatch, ProviderBatchId, ProviderBatchState, Run, RunId,
+    RunState, Store,
 };
+
+use super::{RemoteError, find};
+use crate::evaluation::answer::{
+    Answer, JudgeOutcome, MissingVerdict, read, stopped_short, unless_cut, weighed, word,
+};
+use crate::evaluation::judges::ModelJudge;
 
 /// Progress of a submitted batch.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -213,4 +220,193 @@ async fn remote_id(
         Some(id) => Ok(Some(id.clone())),
         None => find(batch, batches, store).await,
     }
+}
+
+/// Why a question has no answer whose batch the provider did not finish in time.
+pub const EXPIRED: &str = "the batch expired before the provider answered; ask again";
+
+/// The texts of a result and the end of its run.
+pub struct FinishedRun {
+    pub reasoning: String,
+    pub text: String,
+    pub ending: Ending,
+}
+
+impl FinishedRun {
+    pub fn pieces(&self) -> Vec<AnswerPiece<'_>> {
+        let pieces = [
+            AnswerPiece::Reasoning(&self.reasoning),
+            AnswerPiece::Answer(&self.text),
+        ];
+        let some = |piece: &AnswerPiece<'_>| match piece {
+            AnswerPiece::Reasoning(text) | AnswerPiece::Answer(text) => !text.is_empty(),
+        };
+        pieces.into_iter().filter(some).collect()
+    }
+}
+
+/// The end of a question's run with this outcome.
+pub fn settled(run: Run, outcome: Outcome, model: &ModelJudge) -> FinishedRun {
+    match outcome {
+        Outcome::Answered(answered) => answer(run, *answered, model),
+        Outcome::Failed(why) => bare(RunState::Failed, Some(&why)),
+        Outcome::Expired => bare(RunState::Failed, Some(EXPIRED)),
+        Outcome::Cancelled => bare(RunState::Cancelled, None),
+    }
+}
+
+fn bare(state: RunState, error: Option<&str>) -> FinishedRun {
+    FinishedRun {
+        reasoning: String::new(),
+        text: String::new(),
+        ending: Ending {
+            error: error.map(str::to_string),
+            ..Ending::bare(state)
+        },
+    }
+}
+
+fn answer(run: Run, answered: WholeAnswer, model: &ModelJudge) -> FinishedRun {
+    let task = run.question.task;
+    let sent = tokens_sent(&run.question.messages);
+    let asked = Timestamp::from_millisecond(run.created_ms).unwrap_or(Timestamp::UNIX_EPOCH);
+    let returned = answered.model.as_deref();
+    let (cost_usd, price_source) = match cost(&answered, asked, returned, model) {
+        Some((usd, source)) => (Some(usd), Some(source)),
+        None => (None, None),
+    };
+    let usage = answered.usage.unwrap_or_default();
+    let mut answer = Answer {
+        text: answered.text,
+        reasoning: answered.reasoning,
+        model_returned: answered.model,
+        finish: Some(word(&answered.finish)),
+        consumed: Consumed {
+            input_tokens: usage.input_tokens,
+            output_tokens: usage.output_tokens,
+            reasoning_tokens: usage.reasoning_tokens,
+            cached_tokens: usage.cached_tokens,
+            cost_usd,
+            // Its time is the provider's queue, not the model's.
+            first_chunk_ms: None,
+            duration_ms: None,
+        },
+        price_source,
+        judged: JudgeOutcome::Missing(MissingVerdict::Cancelled),
+        ..Answer::from(run)
+    };
+    let secrets = Secrets::sent(&model.client, &model.endpoint);
+    let read = read(task, &answer, stopped_short(&answered.finish)).without(&secrets);
+    answer.judged = unless_cut(read, usage.input_tokens, sent);
+    weighed(task, &answered.tokens, &mut answer.judged);
+    let ending = answer.ending();
+    FinishedRun {
+        reasoning: answer.reasoning,
+        text: answer.text,
+        ending,
+    }
+}
+
+/// Roughly how many tokens messages in words alone are; `None` of those with pictures.
+fn tokens_sent(messages: &str) -> Option<usize> {
+    let messages: Vec<Message> = serde_json::from_str(messages).ok()?;
+    let in_words = messages.iter().all(|message| message.images.is_empty());
+    let tokens = messages
+        .iter()
+        .map(|message| estimate_tokens(&message.content));
+    in_words.then(|| tokens.sum())
+}
+
+/// Cost of an answer, US dollars, and its source.
+fn cost(
+    answered: &WholeAnswer,
+    asked: Timestamp,
+    returned: Option<&str>,
+    model: &ModelJudge,
+) -> Option<(f64, String)> {
+    let usage = answered.usage.as_ref()?;
+    if let Some(cost) = usage.cost {
+        return Some((cost.usd, "stated by the server".into()));
+    }
+    let day = asked.to_zoned(TimeZone::UTC).date();
+    let prices = &model.endpoint.prices;
+    let pricing = prices.of_answer(&model.name, returned, day)?;
+    let usd = pricing.batch_cost(usage, asked)?;
+    let factor = pricing.batch_factor?;
+    let origin = pricing
+        .origin()
+        .map(|o| format!(", {o}"))
+        .unwrap_or_default();
+    Some((
+        usd,
+        format!("tokens times {factor} of listed prices, as part of a batch{origin}"),
+    ))
+}
+
+/// Why a question has no answer whose batch was given up.
+const GIVEN_UP: &str =
+    "its batch was given up; the provider may still have answered and charged for it";
+
+/// Outcome of abandoning a batch.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum GivenUp {
+    /// These questions of it are free now.
+    Freed {
+        /// How many.
+        questions: u64,
+        /// The batches of `evaluate` that they are of.
+        batches: Vec<String>,
+    },
+    /// There was nothing to give up: this is what collecting it came to.
+    Collected(Progress),
+}
+
+/// Gives a batch up that the provider does not have any more. It is collected first, so that no answer that can be had
+/// is given up.
+///
+/// # Errors
+/// The provider still works on it, or cannot be asked.
+pub async fn give_up(
+    id: ProviderBatchId,
+    model: &ModelJudge,
+    store: &Arc<Store>,
+) -> Result<GivenUp, RemoteError> {
+    match collect(id, model, store).await {
+        Ok(progress) if progress.is_open() => Err(RemoteError::Kept(id)),
+        Ok(progress) => Ok(GivenUp::Collected(progress)),
+        Err(RemoteError::Gone { error, .. }) => {
+            give_up_unasked(id, &format!("given up: {error}"), store)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The same without asking the provider; `why` is kept with the batch.
+///
+/// # Errors
+/// There is no such batch, or the store cannot be written.
+pub fn give_up_unasked(
+    id: ProviderBatchId,
+    why: &str,
+    store: &Store,
+) -> Result<GivenUp, RemoteError> {
+    let batch = store.provider_batch(id)?.ok_or(RemoteError::NoBatch(id))?;
+    let mut batches = BTreeSet::new();
+    for handed in store.handed(id)? {
+        let run = store.run(handed.run)?;
+        batches.extend(run.and_then(|run| run.question.batch));
+    }
+    let questions = if batch.state.is_open() {
+        let rest = Ending {
+            error: Some(GIVEN_UP.into()),
+            ..Ending::bare(RunState::Failed)
+        };
+        store.close_provider_batch(id, ProviderBatchState::Failed, Some(why), &rest)?
+    } else {
+        0
+    };
+    Ok(GivenUp::Freed {
+        questions,
+        batches: batches.into_iter().collect(),
+    })
 }

@@ -1,19 +1,22 @@
-//! One cell of a report: a prompt configuration on half of the data or all of it.
+//! One cell of a report: a prompt configuration on half of the data or all of it, with probabilities, claims, consumption.
 
-use schemars::JsonSchema;
-use serde::Serialize;
+use std::collections::BTreeMap;
 
-use super::super::statistics::{Interval, Kappa};
-use super::super::{
-    AnswerStatus, Cluster, Confusion, Naming, NamingIntervals, PromptConfig, Scored, probability,
-};
-use super::calibration_row::{CalibrationRow, Counted, SourcedCalibration};
-use super::claims::ClaimTally;
-use super::consumption::{Consumption, count};
-use super::votes::{Ballot, Samples};
 use nearmiss_record::Record;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Verdict;
+use nearmiss_store::Consumed;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::super::statistics::{
+    Bin, Calibration, Interval, Kappa, quantile, ratio_interval, shown,
+};
+use super::super::{
+    AnswerStatus, Cluster, Confusion, Naming, NamingIntervals, ProbabilitySource, PromptConfig,
+    Scored, Spending, probability,
+};
+use super::comparison::{Ballot, Samples};
 
 /// The half of the data that a cell counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
@@ -328,5 +331,327 @@ impl Tally {
         self.naming.count(one);
         self.probabilities
             .count(probability(verdict), verdict.token_probability, truth);
+    }
+}
+
+/// Probabilities beside the truth.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct CalibrationRow {
+    /// Verdicts with a truth and such a probability.
+    #[schemars(title = "Verdicts")]
+    pub n: u32,
+    /// The mean square of what the probabilities miss.
+    #[schemars(title = "Brier", extend("decimals" = 3))]
+    pub brier: Option<f64>,
+    /// The probability that a yes in truth has a higher one than a no.
+    #[schemars(title = "AUROC", extend("decimals" = 3))]
+    pub auroc: Option<f64>,
+    /// The expected calibration error, of ten bins.
+    #[schemars(title = "ECE", extend("decimals" = 3))]
+    pub expected_error: Option<f64>,
+    /// By tenths of the probability: verdicts, those of a yes in truth, and the mean probability.
+    pub bins: Vec<Bin>,
+}
+
+/// Where the probabilities are from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, JsonSchema)]
+pub struct ProbabilitySources {
+    /// Those that the answer states.
+    #[schemars(title = "Stated")]
+    pub from_stated: u32,
+    /// Those of the largest of its critical obstacles.
+    #[schemars(title = "Of obstacles")]
+    pub from_critical: u32,
+    /// Those of log probabilities.
+    #[schemars(title = "Of tokens")]
+    pub from_token: u32,
+    /// Those of the gravest risk score.
+    #[schemars(title = "Of scores")]
+    pub from_score: u32,
+    /// Those of yes or no, 1 or 0.
+    #[schemars(title = "Of yes or no")]
+    pub from_decision: u32,
+}
+
+/// The probabilities of all verdicts beside the truth.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct SourcedCalibration {
+    /// How well they fit.
+    #[serde(flatten)]
+    pub fit: CalibrationRow,
+    /// Where they are from.
+    #[serde(flatten)]
+    pub sources: ProbabilitySources,
+}
+
+impl From<&Calibration> for CalibrationRow {
+    fn from(all: &Calibration) -> Self {
+        Self {
+            n: all.n(),
+            brier: all.brier(),
+            auroc: all.auroc(),
+            expected_error: all.error(),
+            bins: all.bins().to_vec(),
+        }
+    }
+}
+
+/// Probabilities, counted one by one.
+#[derive(Default)]
+pub(super) struct Counted {
+    all: Calibration,
+    tokens: Calibration,
+    sources: ProbabilitySources,
+}
+
+impl Counted {
+    /// Counts the probability of a verdict and its source, and that of its log probabilities.
+    pub fn count(
+        &mut self,
+        (probability, source): (f64, ProbabilitySource),
+        token: Option<f64>,
+        truth: bool,
+    ) {
+        self.all.count(probability, truth);
+        let of = &mut self.sources;
+        *match source {
+            ProbabilitySource::Stated => &mut of.from_stated,
+            ProbabilitySource::Critical => &mut of.from_critical,
+            ProbabilitySource::Token => &mut of.from_token,
+            ProbabilitySource::Score => &mut of.from_score,
+            ProbabilitySource::Decision => &mut of.from_decision,
+        } += 1;
+        if let Some(probability) = token {
+            self.tokens.count(probability, truth);
+        }
+    }
+
+    /// Of all verdicts, and of log probabilities alone.
+    pub fn rows(&self) -> (SourcedCalibration, CalibrationRow) {
+        let all = SourcedCalibration {
+            fit: (&self.all).into(),
+            sources: self.sources,
+        };
+        (all, (&self.tokens).into())
+    }
+}
+
+/// Claims of the answers of a cell.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
+pub struct ClaimTally {
+    /// Answers whose claims were checked.
+    #[serde(rename = "claims_of")]
+    #[schemars(title = "Checked", extend("table" = "claims"))]
+    pub answers: u32,
+    /// Answers that were not checked, as their scenario was not at hand.
+    #[serde(rename = "claims_unchecked")]
+    #[schemars(title = "Not checked", extend("table" = "claims"))]
+    pub unchecked: u32,
+    /// Claims about obstacles that hold; null if none was checked.
+    #[serde(rename = "claims_right")]
+    #[schemars(title = "Right", extend("table" = "claims"))]
+    pub right: Option<u32>,
+    /// Claims that do not hold; null if none was checked.
+    #[serde(rename = "claims_wrong")]
+    #[schemars(title = "Wrong", extend("table" = "claims"))]
+    pub wrong: Option<u32>,
+    /// Claims that cannot be decided; null if none was checked.
+    #[serde(rename = "claims_open")]
+    #[schemars(title = "Open", extend("table" = "claims"))]
+    pub open: Option<u32>,
+    /// Right, wrong and open claims of an answer, on average.
+    #[serde(rename = "claims_per_answer")]
+    #[schemars(title = "Claims an answer", extend("table" = "claims", "decimals" = 1))]
+    pub per_answer: Option<f64>,
+    /// The share of wrong claims of those that are right or wrong.
+    #[serde(rename = "claims_wrong_share")]
+    #[schemars(title = "Wrong share", extend("table" = "claims", "decimals" = 2))]
+    pub wrong_share: Option<f64>,
+    /// Its interval of 95 %: the bootstrap over units; null of few.
+    #[serde(rename = "claims_wrong_share_ci")]
+    pub interval: Option<Interval>,
+}
+
+impl ClaimTally {
+    /// Counts the claims of whole answers, with a verdict or without.
+    pub(super) fn count(scored: &[&Scored]) -> Self {
+        let mut units: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
+        let (mut answers, mut unchecked) = (0, 0);
+        let mut sums = [0_u32; 3];
+        for one in scored {
+            if !matches!(
+                one.status,
+                AnswerStatus::Verdict(_) | AnswerStatus::Unparsed(_)
+            ) {
+                continue;
+            }
+            let Some(counts) = one.claims.known() else {
+                unchecked += 1;
+                continue;
+            };
+            answers += 1;
+            sums.iter_mut().zip(counts).for_each(|(sum, n)| *sum += n);
+            let [right, wrong, _] = counts;
+            let (of_wrong, decided) = units.entry(one.unit()).or_default();
+            *of_wrong += wrong;
+            *decided += right + wrong;
+        }
+        let decided = units.into_values().filter(|(_, decided)| *decided > 0);
+        let counts: Vec<(u32, u32)> = decided.collect();
+        let many = u32::try_from(counts.len()).unwrap_or(u32::MAX);
+        let share = |part: u32, of: u32| (of > 0).then(|| f64::from(part) / f64::from(of));
+        let [right, wrong, open] = sums.map(|sum| (answers > 0).then_some(sum));
+        Self {
+            answers,
+            unchecked,
+            right,
+            wrong,
+            open,
+            per_answer: share(sums.iter().sum(), answers),
+            wrong_share: share(sums[1], sums[0] + sums[1]),
+            interval: shown(ratio_interval(&counts), many),
+        }
+    }
+}
+
+/// Consumption of questions.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+pub struct Consumption {
+    /// Answers whose time is known.
+    #[schemars(title = "Timed", extend("table" = "cost"))]
+    pub timed: u32,
+    /// The median of their times, seconds.
+    #[schemars(title = "Median", extend("unit" = "s", "table" = "cost", "decimals" = 2))]
+    pub seconds_median: Option<f64>,
+    /// The quantile 0.95 of their times, seconds.
+    #[schemars(title = "95 %", extend("unit" = "s", "table" = "cost", "decimals" = 2))]
+    pub seconds_p95: Option<f64>,
+    /// Attempts whose tokens are known.
+    #[schemars(title = "Tokens known", extend("table" = "cost"))]
+    pub tokens_of: u32,
+    /// Tokens of their questions.
+    #[schemars(title = "Input", extend("table" = "cost"))]
+    pub input_tokens: Option<u64>,
+    /// Tokens of their answers.
+    #[schemars(title = "Output", extend("table" = "cost"))]
+    pub output_tokens: Option<u64>,
+    /// What the attempts of known cost cost, US dollars.
+    #[schemars(title = "US dollars", extend("table" = "cost", "decimals" = 4))]
+    pub cost_usd: Option<f64>,
+    /// Attempts of known cost.
+    pub cost_of: u32,
+    /// Attempts of unknown cost.
+    #[schemars(title = "Cost unknown", extend("table" = "cost"))]
+    pub cost_unknown: u32,
+    /// What those of them cost at most that a price and a limit bound, US dollars.
+    #[schemars(title = "at most", extend("table" = "cost", "decimals" = 4))]
+    pub cost_unknown_most_usd: Option<f64>,
+    /// Attempts in whose place another one counts; they are among the others.
+    #[schemars(title = "Superseded", extend("table" = "cost"))]
+    pub superseded: u32,
+}
+
+impl Consumption {
+    /// Of some questions. Medians and quantiles as in [`quantile`].
+    pub fn from_scored(all: &[&Scored]) -> Self {
+        let mut times = Vec::new();
+        let mut sum = Self::default();
+        let mut spending = Spending::default();
+        for one in all {
+            times.extend(one.consumed.duration_ms.map(|ms| ms as f64 / 1000.0));
+            sum.tokens(&one.consumed);
+            one.superseded.iter().for_each(|a| sum.tokens(&a.consumed));
+            sum.superseded += count(one.superseded.len());
+            spending.join(&one.spending());
+        }
+        Self {
+            timed: count(times.len()),
+            seconds_median: quantile(&times, 0.5),
+            seconds_p95: quantile(&times, 0.95),
+            cost_usd: spending.cost(),
+            cost_of: spending.known,
+            cost_unknown: spending.unpriced(),
+            cost_unknown_most_usd: spending.most(),
+            ..sum
+        }
+    }
+
+    /// Whether anything is known of it.
+    pub fn is_known(&self) -> bool {
+        let bounded = self.cost_unknown_most_usd.is_some();
+        self.timed + self.tokens_of + self.cost_of > 0 || bounded
+    }
+
+    fn tokens(&mut self, of: &Consumed) {
+        if let (Some(input), Some(output)) = (of.input_tokens, of.output_tokens) {
+            self.tokens_of += 1;
+            let sum = |known: Option<u64>, more| known.unwrap_or(0).saturating_add(more);
+            self.input_tokens = Some(sum(self.input_tokens, input));
+            self.output_tokens = Some(sum(self.output_tokens, output));
+        }
+    }
+}
+
+pub(super) fn count(n: usize) -> u32 {
+    u32::try_from(n).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::evaluation::tests_scored::{answer, failed};
+    use nearmiss_store::ClaimCounts;
+
+    fn with(scenario: &str, claims: Option<[u32; 3]>) -> Scored {
+        let mut scored = answer(scenario, "m/x", true, &[]);
+        if let Some([right, wrong, open]) = claims {
+            scored.claims = ClaimCounts {
+                claims_right: Some(right),
+                claims_wrong: Some(wrong),
+                claims_open: Some(open),
+                claims_check: Some(1),
+            };
+        }
+        scored
+    }
+
+    #[test]
+    fn unchecked_answers_are_told_from_those_without_claims() {
+        let all = [
+            with("a", Some([6, 2, 1])),
+            with("b", Some([0, 0, 0])),
+            with("c", None),
+            failed("d", "m/x"),
+        ];
+        let tally = ClaimTally::count(&all.iter().collect::<Vec<_>>());
+        assert_eq!((tally.answers, tally.unchecked), (2, 1));
+        assert_eq!(
+            (tally.right, tally.wrong, tally.open),
+            (Some(6), Some(2), Some(1))
+        );
+        assert_eq!(tally.wrong_share, Some(0.25));
+        assert_eq!(tally.per_answer, Some(4.5));
+        assert_eq!(tally.interval, None, "one scenario has no interval");
+        let none = ClaimTally::count(&[&all[2]]);
+        assert_eq!((none.wrong_share, none.per_answer), (None, None));
+        assert_eq!(none.right, None);
+    }
+
+    #[test]
+    fn scenarios_are_drawn_with_all_their_claims() {
+        let of = |samples: usize| -> Vec<Scored> {
+            (0..40 * samples)
+                .map(|i| with(&format!("s{}", i % 40), Some([4, u32::from(i % 4 == 0), 0])))
+                .collect()
+        };
+        let interval = |all: &[Scored]| {
+            let tally = ClaimTally::count(&all.iter().collect::<Vec<_>>());
+            tally.interval.unwrap()
+        };
+        let (once, thrice) = (interval(&of(1)), interval(&of(3)));
+        assert!((once.low - thrice.low).abs() < 1e-12 && (once.high - thrice.high).abs() < 1e-12);
+        let share = 10.0 / 170.0;
+        assert!(once.low < share && share < once.high, "{once:?}");
     }
 }

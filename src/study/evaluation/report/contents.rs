@@ -1,11 +1,16 @@
-//! The contents of a report: tables and figures, task by task.
+//! The contents of a report: tables and figures, task by task, and what is said before every table.
 
-use super::super::Cluster;
-use super::document::{Block, Document};
-use super::figures::{bars, calibrations, matrices};
-use super::{Cell, Pair, Pivot, Report, leaks, methods, names, prevalence, rules};
-use nearmiss_record::{CaptionedTable, Column, Kind, Record, Row, columns_of, rows};
+use nearmiss_record::{CaptionedTable, Column, Kind, Record, Row, columns, columns_of, rows};
+use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::super::windows::{CLEAR, MATCHED_ON};
+use super::super::{Cluster, Confusion, Leak, RuleScore, SURFACE};
+use super::document::{self, Block, Document, Figure};
+use super::{Cell, DataHalf, Pair, Pivot, Report, charts, configurations, names, prevalence};
+use crate::evaluation::Scored;
 
 impl Report {
     /// The report for people, under the title of its batch, else this one; its notes say first what was counted.
@@ -30,13 +35,13 @@ impl Report {
             let of = |title: &str, name: &str, cells: &[&Cell]| table(task, (title, name), cells);
             let unit = unit(&cells);
             let notes = self.about.notes.iter().cloned();
-            let notes = notes.chain([methods::counts(), methods::intervals(unit)]);
+            let notes = notes.chain([document::counts(), document::intervals(unit)]);
             let first = of("Accuracy of answers", "accuracy", &cells);
             blocks.push(Block::Table(
                 first.with_notes(notes.chain(dangerous(&cells))),
             ));
             blocks.extend(prevalence::table(task, &self.prevalence, &self.rules).map(Block::Table));
-            blocks.extend(rules::table(task, &self.rules).map(Block::Table));
+            blocks.extend(rule_table(task, &self.rules).map(Block::Table));
             blocks.push(Block::Figures(
                 format!(
                     "Right of all asked with intervals of 95 %, {} task",
@@ -49,18 +54,20 @@ impl Report {
                 matrices(&cells),
             ));
             let title = "Named obstacles, and agreement with the built-in judge";
-            let notes = [methods::naming(), methods::intervals(unit)];
+            let notes = [document::naming(), document::intervals(unit)];
             let named = of(title, "agreement", &cells).with_notes(notes);
             blocks.push(Block::Table(named));
             let fit = of("Calibration of probabilities", "calibration", &cells);
-            blocks.push(Block::Table(fit.with_notes([methods::calibration()])));
+            blocks.push(Block::Table(fit.with_notes([document::calibration()])));
             if cells.iter().any(|cell| cell.token_calibration.n > 0) {
                 let fit = of(
                     "Calibration of log probabilities",
                     "log-probabilities",
                     &cells,
                 );
-                blocks.push(Block::Table(fit.with_notes([methods::token_calibration()])));
+                blocks.push(Block::Table(
+                    fit.with_notes([document::token_calibration()]),
+                ));
             }
             blocks.push(Block::Figures(
                 "Calibration: the share of true collisions by tenths of the probability, with Wilson intervals that take answers as independent; dashed, \
@@ -77,19 +84,19 @@ impl Report {
                 "Several samples and their majority",
                 "samples",
                 |cell| cell.samples.scenarios > 0,
-                methods::samples(),
+                document::samples(),
             ));
             blocks.extend(some(
                 "Claims about obstacles in the answers",
                 "claims",
                 |cell| cell.claims.answers + cell.claims.unchecked > 0,
-                methods::claims(unit),
+                document::claims(unit),
             ));
             blocks.extend(some(
                 "Time, tokens and cost",
                 "cost",
                 |cell| cell.consumption.is_known(),
-                methods::consumption(),
+                document::consumption(),
             ));
             blocks.extend(self.pairs(task).map(Block::Table));
         }
@@ -99,10 +106,10 @@ impl Report {
             blocks.extend(tables.map(Block::Table));
         }
         blocks.extend(self.varied.blocks());
-        blocks.extend(leaks::table(&self.leaks).map(Block::Table));
+        blocks.extend(leak_table(&self.leaks).map(Block::Table));
         blocks.retain(|block| !matches!(block, Block::Figures(_, all) if all.is_empty()));
         blocks.push(Block::Heading("Method".into()));
-        blocks.extend(methods::all(self.unit()).map(Block::Text));
+        blocks.extend(document::all(self.unit()).map(Block::Text));
         if let Some(provenance) = &self.about.provenance {
             blocks.push(Block::Heading("Provenance".into()));
             blocks.push(Block::Text(provenance.words()));
@@ -137,7 +144,7 @@ impl Report {
         for (row, pair) in rows.iter_mut().zip(&pairs) {
             row.splice(
                 0..0,
-                [&pair.first, &pair.second].map(|way| names::way(way).into()),
+                [&pair.first, &pair.second].map(|way| names::configuration_name(way).into()),
             );
         }
         let caption = format!(
@@ -147,7 +154,7 @@ impl Report {
         );
         let name = format!("nearmiss-{}-pairs", task.name());
         let table = CaptionedTable::new(caption, name, &columns, &rows);
-        table.with_notes([methods::pairs(self.unit())]).filled()
+        table.with_notes([document::pairs(self.unit())]).filled()
     }
 }
 
@@ -205,4 +212,222 @@ fn dangerous(cells: &[&Cell]) -> Option<String> {
             cell.dangerous, cell.asked
         )
     })
+}
+
+/// The table; `None` where nothing is known of the questions.
+pub(super) fn leak_table(leaks: &[Leak]) -> Option<CaptionedTable> {
+    let caption = "What the questions give away: how well each part of their surface alone tells dangerous from safe windows";
+    let columns = columns::<Leak>();
+    let table = CaptionedTable::new(caption, "nearmiss-leaks", &columns, &rows_of(leaks));
+    table.with_notes([leak_methods()]).filled()
+}
+
+/// What the numbers are.
+pub(super) fn leak_methods() -> String {
+    let surface = SURFACE.map(|(name, words)| format!("{name}: {words}"));
+    format!(
+        "Windows: each dangerous one is matched to a safe one by {MATCHED_ON}, of all recordings and times at once so that the \
+         sum of squared differences is least; nothing is touched in a safe window, within the horizon after it and for {CLEAR} s \
+         more. Leaks are areas under the ROC curve, 0.5 where a value says nothing about the answer ({}); the last one is of a \
+         logistic regression on all of them, on scenarios that it was not fitted to.",
+        surface.join("; ")
+    )
+}
+
+/// What a trivial rule comes to, as tables and documents have it.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct RuleRow {
+    /// The task.
+    pub task: &'static str,
+    /// What the rule says yes to.
+    #[schemars(title = "Rule")]
+    pub rule: String,
+    /// Whether its threshold is the best one of the dev part.
+    pub fitted_on_dev: bool,
+    /// Questions.
+    #[schemars(title = "n")]
+    pub n: u32,
+    /// The share that it is right about.
+    #[schemars(title = "Right of all", extend("decimals" = 2))]
+    pub right_of_all: Option<f64>,
+    /// Its answers beside the truth.
+    #[serde(flatten)]
+    pub counts: Confusion,
+    /// tp / (tp + fp).
+    #[schemars(title = "Precision", extend("decimals" = 2))]
+    pub precision: Option<f64>,
+    /// tp / (tp + fn).
+    #[schemars(title = "Recall", extend("decimals" = 2))]
+    pub recall: Option<f64>,
+    /// Harmonic mean of precision and recall.
+    #[schemars(title = "F1", extend("decimals" = 2))]
+    pub f1: Option<f64>,
+}
+
+impl Record for RuleRow {
+    const NAME: &'static str = "rule";
+    const TITLE: &'static str = "What a trivial rule comes to";
+}
+
+impl From<&RuleScore> for RuleRow {
+    fn from(score: &RuleScore) -> Self {
+        let c = &score.counts;
+        Self {
+            task: score.task.name(),
+            rule: score.rule.to_string(),
+            fitted_on_dev: score.is_fitted,
+            n: c.answered(),
+            right_of_all: c.accuracy(),
+            counts: *c,
+            precision: c.precision(),
+            recall: c.recall(),
+            f1: c.f1(),
+        }
+    }
+}
+
+/// The table of a task; `None` where nothing is known of the questions.
+pub(super) fn rule_table(task: Task, rules: &[RuleScore]) -> Option<CaptionedTable> {
+    let of_task = rules.iter().filter(|score| score.task == task);
+    let rows: Vec<RuleRow> = of_task.map(RuleRow::from).collect();
+    let caption = format!("Trivial rules on the same questions, {} task", task.name());
+    let name = format!("nearmiss-{}-rules", task.name());
+    let columns = columns_of_task::<RuleRow>("accuracy");
+    let table = CaptionedTable::new(caption, name, &columns, &rows_of(&rows));
+    table.with_notes([rule_methods(rules)]).filled()
+}
+
+/// What the rules are.
+fn rule_methods(rules: &[RuleScore]) -> String {
+    let chosen = if rules.iter().any(|rule| rule.is_fitted) {
+        "the best ones of the dev part"
+    } else {
+        "the usual ones, as the batch has no split"
+    };
+    format!(
+        "Rules see the measures of the window and no model: a distance of 0.00 is written in the ego and metrics frames where \
+         bodies touch, so the collision task can be solved there by looking for it; TTC at the end of the window; the nearest \
+         obstacle at any of its steps. Thresholds are {chosen}. A model that is no better than these reads a table."
+    )
+}
+
+/// From this share without a verdict on, a report begins with it.
+const MANY: f64 = 0.05;
+
+impl Report {
+    /// What is said before every table.
+    pub(super) fn warnings(&self) -> impl Iterator<Item = String> + use<> {
+        self.unanswered().into_iter().chain(self.doubtful())
+    }
+
+    /// The same of answers that have no report.
+    pub(super) fn warnings_of<'a>(
+        scored: impl IntoIterator<Item = &'a Scored>,
+    ) -> impl Iterator<Item = String> {
+        let cells = configurations(scored)
+            .into_iter()
+            .map(|(way, of_way)| Cell::count(way, DataHalf::All, &of_way));
+        let report = Self {
+            cells: cells.collect(),
+            ..Self::default()
+        };
+        report.warnings()
+    }
+
+    /// Whose verdicts contradict themselves, or name obstacles twice or that are not there.
+    fn doubtful(&self) -> Option<String> {
+        let who = self.whole().filter_map(|cell| {
+            let flagged = cell.flagged;
+            let counts = [
+                (flagged.contradictory, "contradictory"),
+                (
+                    flagged.unknown,
+                    "with an obstacle that the scene does not have",
+                ),
+                (flagged.twice, "with an obstacle named twice"),
+            ]
+            .into_iter()
+            .filter(|(count, _)| *count > 0);
+            let counts: Vec<String> = counts.map(|(n, what)| format!("{n} {what}")).collect();
+            let of = cell.confusion.answered() + cell.unlabelled;
+            let way = names::configuration_name(&cell.way);
+            (!counts.is_empty()).then(|| format!("{way}, of {of}: {}", counts.join(", ")))
+        });
+        let who: Vec<String> = who.collect();
+        (!who.is_empty()).then(|| {
+            format!(
+                "Doubtful verdicts, which count as they say: {}.",
+                who.join("; ")
+            )
+        })
+    }
+
+    /// Who left out much, which notes begin with.
+    fn unanswered(&self) -> Option<String> {
+        let many = |cell: &&Cell| cell.without_verdict().is_some_and(|share| share >= MANY);
+        let who = self.whole().filter(many).map(|cell| {
+            let without = cell.asked - cell.confusion.answered();
+            let share = 100.0 * f64::from(without) / f64::from(cell.asked);
+            let way = names::configuration_name(&cell.way);
+            format!("{way} of {without} of {} ({share:.0} %)", cell.asked)
+        });
+        let who: Vec<String> = who.collect();
+        (!who.is_empty()).then(|| {
+            format!(
+                "No verdict could be read: {}. That counts as not right; precision, recall, specificity, accuracy and F1 \
+                 are of the verdicts alone and flatter who leaves out what is hard.",
+                who.join("; ")
+            )
+        })
+    }
+}
+
+pub(super) fn bars(task: Task, cells: &[&Cell]) -> Figure {
+    let bar = |cell: &&Cell| charts::Bar {
+        name: names::configuration_name(&cell.way),
+        value: cell.right_of_all,
+        interval: cell.right_of_all_ci,
+        other: cell.way.model == judge::MODEL,
+    };
+    let title = format!(
+        "Right of all asked with intervals of 95 %, {} task",
+        task.name()
+    );
+    Figure {
+        svg: charts::bars(&title, &cells.iter().map(bar).collect::<Vec<_>>()),
+        caption: String::new(),
+    }
+}
+
+pub(super) fn matrices(cells: &[&Cell]) -> Vec<Figure> {
+    let figure = |cell: &&Cell| {
+        let aside = match cell.unparsed + cell.failed + cell.unasked {
+            0 => String::new(),
+            aside => format!("; {aside} without a verdict"),
+        };
+        let caption = format!("{}{aside}", names::configuration_name(&cell.way));
+        Figure {
+            svg: charts::confusion(
+                &format!("Truth in rows, verdict in columns: {caption}"),
+                &cell.confusion,
+            ),
+            caption,
+        }
+    };
+    cells.iter().map(figure).collect()
+}
+
+pub(super) fn calibrations(cells: &[&Cell]) -> Vec<Figure> {
+    let scored = cells.iter().filter(|c| c.calibration.fit.n > 0);
+    let figure = |cell: &&Cell| {
+        let caption = names::configuration_name(&cell.way);
+        Figure {
+            svg: charts::calibration(
+                &format!("Share of true collisions by probability: {caption}"),
+                &cell.calibration.fit.bins,
+            ),
+            caption,
+        }
+    };
+    scored.map(figure).collect()
 }

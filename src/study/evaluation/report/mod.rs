@@ -1,58 +1,40 @@
 //! Reports: figures from answers and ground truth, written for people, papers and programs.
 
-mod calibration_row;
 mod cell;
 mod charts;
-mod claims;
 mod comparison;
-mod consumption;
 mod contents;
 mod document;
-mod figures;
-mod flat;
-mod html;
-mod json;
-mod leaks;
-mod methods;
 mod names;
-mod pairs;
 mod pivot;
-mod plot;
 mod prevalence;
 mod published;
-mod rules;
 mod split;
 mod stored;
 mod subject;
 mod truth;
-mod unanswered;
 mod varied;
-mod votes;
 
-pub use calibration_row::{CalibrationRow, ProbabilitySources, SourcedCalibration};
-pub use cell::{Cell, DataHalf, Flagged};
+pub use cell::{
+    CalibrationRow, Cell, ClaimTally, Consumption, DataHalf, Flagged, ProbabilitySources,
+    SourcedCalibration,
+};
 pub use charts::ReportFigure;
-pub use claims::ClaimTally;
 pub(crate) use comparison::is_called;
-pub use comparison::{Comparison, Family};
-pub use consumption::Consumption;
+pub use comparison::{Comparison, Family, Pair, Samples};
+pub use contents::RuleRow;
 pub(crate) use contents::rows_of;
-pub use document::{Block, Document};
-pub use flat::FlatRows;
-pub use json::{InSplit, IntervalMethods, ReportDocument};
+pub use document::{Block, Document, FlatRows, InSplit, IntervalMethods, ReportDocument};
 pub(crate) use names::p_value;
-pub use names::{model as model_name, technique, way as name_of};
-pub use pairs::Pair;
+pub use names::{configuration_name, model as model_name, technique};
 pub use pivot::{AskedFacts, AxesDocument, Axis, Measure, Pivot, PivotRequest};
 pub use prevalence::{AtPrevalence, at_prevalence};
 pub use published::{ComparisonRow, CountedCounts, Finding, PartRow, PrintedCounts};
-pub use rules::RuleRow;
 pub use split::{PartProgress, SplitReport};
 pub use stored::{Stored, stored};
 pub use subject::{ReportSubject, TruthSubject};
 pub use truth::{AskedAs, BatchTruth, QuestionKey, RecordedScene, ScoreKey, Truth};
 pub use varied::{InvarianceRow, LeadRow, LeadWord, SAME_WORDS, Varied};
-pub use votes::Samples;
 
 use std::collections::BTreeMap;
 
@@ -94,7 +76,7 @@ impl Report {
     /// Counts answers, and makes the comparisons that were declared.
     #[must_use]
     pub fn compared(scored: &[Scored], comparison: &Comparison) -> Self {
-        let ways = ways(scored);
+        let ways = configurations(scored);
         let cells = ways.par_iter().map(|(way, of_way)| {
             let half = |half: DataHalf| {
                 let part: Vec<&Scored> = of_way
@@ -111,7 +93,7 @@ impl Report {
         });
         Self {
             cells: cells.flatten().collect(),
-            pairs: pairs::compare_pairs(&ways, comparison),
+            pairs: comparison::compare_pairs(&ways, comparison),
             ..Self::default()
         }
     }
@@ -166,7 +148,7 @@ impl Report {
 }
 
 /// The answers by way, in their order.
-fn ways<'a>(
+fn configurations<'a>(
     scored: impl IntoIterator<Item = &'a Scored>,
 ) -> Vec<(&'a PromptConfig, Vec<&'a Scored>)> {
     let mut ways: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();

@@ -24,7 +24,7 @@ pub fn model(way: &PromptConfig) -> String {
 
 /// A way in short: `ego · cp+cot · lab/model · effort low · collision-ego@3fa2c1`.
 #[must_use]
-pub fn way(way: &PromptConfig) -> String {
+pub fn configuration_name(way: &PromptConfig) -> String {
     let frame = way.frame.map(|f| f.name().to_string());
     let parts = [
         frame,

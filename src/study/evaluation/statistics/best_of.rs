@@ -3,8 +3,7 @@
 use serde::Serialize;
 
 use super::Interval;
-use super::quantile::quantile;
-use super::random::{SEED, SplitMix};
+use super::interval::{SEED, SplitMix, quantile};
 use crate::evaluation::Confusion;
 
 /// Draws of scenarios, and draws of exchanges.

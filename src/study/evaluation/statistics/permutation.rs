@@ -1,10 +1,9 @@
-//! The paired permutation test of two ways by scenario, and what difference it could have found.
+//! Tests of two configurations on the same scenarios: permutation and McNemar's, and correction for many such tests.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::bootstrap::mean_interval;
-use super::random::{SEED, SplitMix};
+use super::interval::{SEED, SplitMix, mean_interval};
 use super::{Interval, Z};
 
 /// Random draws of signs where not all can be tried.
@@ -15,7 +14,7 @@ pub const EXACT_UP_TO: usize = 13;
 
 /// The most signs that are drawn, all draws together, and the fewest draws of very many scenarios.
 const DRAWN: usize = 200_000_000;
-const LEAST: usize = 1000;
+const MIN_DRAWS: usize = 1000;
 
 /// The quantile of the standard normal distribution for a power of 80 %.
 const Z_POWER: f64 = 0.841_621_233_572_914_2;
@@ -103,7 +102,7 @@ fn all_signs(differences: &[f64]) -> f64 {
 
 fn drawn_signs(differences: &[f64]) -> f64 {
     let limit = limit(differences);
-    let draws = (DRAWN / differences.len()).clamp(LEAST, DRAWS);
+    let draws = (DRAWN / differences.len()).clamp(MIN_DRAWS, DRAWS);
     let mut random = SplitMix(SEED);
     let mut as_far = 0;
     for _ in 0..draws {
@@ -120,10 +119,112 @@ fn drawn_signs(differences: &[f64]) -> f64 {
     (1 + as_far) as f64 / (1 + draws) as f64
 }
 
+/// Below this many discordant scenarios the test is exact.
+pub const EXACT_BELOW: u32 = 25;
+
+/// Two ways on the same scenarios, and whether one is right more often.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct McNemar {
+    /// Scenarios that the first alone is right about.
+    pub only_first: u32,
+    /// Scenarios that the second alone is right about.
+    pub only_second: u32,
+    /// The chi-square statistic; null if the test is exact.
+    pub chi_square: Option<f64>,
+    /// The two-sided p value of McNemar's test.
+    #[serde(rename = "p_mcnemar")]
+    pub p: f64,
+}
+
+impl McNemar {
+    /// The test of scenarios that one of two ways alone is right about, b and c.
+    ///
+    /// Below [`EXACT_BELOW`] such scenarios the two-sided binomial test, 2·P(X ≤ min(b, c)) with X from
+    /// Binomial(b + c, ½), at most 1; else (|b − c| − 1)²/(b + c) against chi-square with one degree of freedom.
+    /// Q. McNemar, "Note on the sampling error of the difference between correlated proportions or percentages",
+    /// Psychometrika 12 (1947); the correction is of A. L. Edwards, Psychometrika 13 (1948).
+    #[must_use]
+    pub fn from_discordant(only_first: u32, only_second: u32) -> Self {
+        let all = only_first + only_second;
+        let (chi_square, p) = if all < EXACT_BELOW {
+            (None, exact(only_first.min(only_second), all))
+        } else {
+            let apart = (f64::from(only_first.abs_diff(only_second)) - 1.0).max(0.0);
+            let statistic = apart * apart / f64::from(all);
+            // The upper tail of chi-square with one degree of freedom.
+            (Some(statistic), libm::erfc((statistic / 2.0).sqrt()))
+        };
+        Self {
+            only_first,
+            only_second,
+            chi_square,
+            p,
+        }
+    }
+}
+
+fn exact(least: u32, all: u32) -> f64 {
+    let mut term = 0.5_f64.powi(i32::try_from(all).unwrap_or(i32::MAX));
+    let mut sum = 0.0;
+    for i in 0..=least {
+        sum += term;
+        term *= f64::from(all - i) / f64::from(i + 1);
+    }
+    (2.0 * sum).min(1.0)
+}
+
+/// p values of several tests as they are to be read together, in their order.
+///
+/// The k-th smallest of m is multiplied by m − k + 1, never below the one before it, at most 1. S. Holm, "A simple
+/// sequentially rejective multiple test procedure", Scandinavian Journal of Statistics 6 (1979).
+#[must_use]
+pub fn holm(p: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p.len()).collect();
+    order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));
+    let mut adjusted = vec![0.0; p.len()];
+    let mut before = 0.0_f64;
+    for (place, &i) in order.iter().enumerate() {
+        before = before.max((p[i] * (p.len() - place) as f64).min(1.0));
+        adjusted[i] = before;
+    }
+    adjusted
+}
+
+/// The two-sided p value of finding `hits` in `n` that were drawn without replacement from `all` with `marked` hits;
+/// nothing where `n` is more than `all`, or `marked` is. It is 0 where that cannot be at all.
+///
+/// The sum of P(X = i) ≤ P(X = `hits`) over i, X hypergeometric: P(X = i) = C(marked, i)·C(all − marked, n − i) /
+/// C(all, n); the two-sided rule of R. A. Fisher's exact test, J. O. Irwin, Metron 12 (1935).
+#[must_use]
+pub fn part_of(hits: u32, n: u32, marked: u32, all: u32) -> Option<f64> {
+    if n > all || marked > all || hits > n {
+        return None;
+    }
+    let log = |i: u32| choose(marked, i) + choose(all - marked, n - i) - choose(all, n);
+    let possible = n.saturating_sub(all - marked)..=n.min(marked);
+    if !possible.contains(&hits) {
+        return Some(0.0);
+    }
+    // Equal probabilities may differ by rounding.
+    let limit = log(hits) + 1e-9;
+    let sum: f64 = possible
+        .map(log)
+        .filter(|l| *l <= limit)
+        .map(f64::exp)
+        .sum();
+    Some(sum.min(1.0))
+}
+
+/// The logarithm of a binomial coefficient.
+fn choose(n: u32, k: u32) -> f64 {
+    let factorial = |n: u32| libm::lgamma(f64::from(n) + 1.0);
+    factorial(n) - factorial(k) - factorial(n - k)
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use super::*;
+    use super::{part_of, *};
 
     fn p(differences: &[f64]) -> f64 {
         PairedTest::of_differences(differences).unwrap().p
@@ -186,5 +287,63 @@ mod tests {
     fn eight_against_thirty_per_cent_of_noise_are_told_apart() {
         let (n, share) = (batches(), found(0.92, 0.70, batches()));
         assert!(share >= 0.8, "{share} of {n}");
+    }
+
+    /// statsmodels 0.15: `mcnemar([[5, b], [c, 7]], exact=True)` below 25, else `exact=False, correction=True`.
+    #[test]
+    fn as_statsmodels_has_it() {
+        for (b, c, chi_square, p) in [
+            (1, 8, None, 0.039_062_5),
+            (0, 5, None, 0.062_5),
+            (3, 3, None, 1.0),
+            (12, 13, Some(0.0), 1.0),
+            (10, 25, Some(5.6), 0.017_960_477_526_078_79),
+            (
+                40,
+                12,
+                Some(14.019_230_769_230_77),
+                0.000_180_950_490_437_567_56,
+            ),
+        ] {
+            let found = McNemar::from_discordant(b, c);
+            assert!((found.p - p).abs() < 1e-12, "{b} {c}: {found:?}");
+            let near = match (found.chi_square, chi_square) {
+                (Some(a), Some(b)) => (a - b).abs() < 1e-9,
+                (a, b) => a == b,
+            };
+            assert!(near, "{b} {c}: {found:?}");
+        }
+        assert_eq!(McNemar::from_discordant(0, 0).p, 1.0);
+    }
+
+    /// statsmodels 0.15, `multipletests(p, method="holm")`.
+    #[test]
+    fn holm_as_statsmodels_has_it() {
+        let near = |found: Vec<f64>, wanted: &[f64]| {
+            let mut pairs = found.iter().zip(wanted);
+            assert!(pairs.all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+        };
+        near(holm(&[0.01, 0.04, 0.03, 0.005]), &[0.03, 0.06, 0.06, 0.02]);
+        near(holm(&[0.5, 0.4, 0.9]), &[1.0, 1.0, 1.0]);
+    }
+
+    /// scipy 1.17, `hypergeom(100, marked, 30).pmf` summed over what is not likelier.
+    #[test]
+    fn as_scipy_has_it() {
+        for (hits, marked, p) in [
+            (10, 45, 0.187_754_991_189_258_26),
+            (26, 84, 0.770_882_226_687_656_6),
+            (1, 2, 0.512_121_212_121_212_2),
+            (3, 4, 0.079_466_238_229_124_85),
+            (20, 42, 0.00174751538667538),
+            (5, 4, 0.0),
+        ] {
+            let found = part_of(hits, 30, marked, 100);
+            assert!(
+                found.is_some_and(|f| (f - p).abs() < 1e-9),
+                "{hits} of {marked}: {found:?}"
+            );
+        }
+        assert_eq!(part_of(1, 30, 1, 20), None);
     }
 }

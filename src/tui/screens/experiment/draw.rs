@@ -13,7 +13,7 @@ use crate::widgets::words::{fit, fit_end, pad};
 use nearmiss_base::system::shown_path;
 use nearmiss_scene::description::visible;
 use nearmiss_store::SplitPart;
-use nearmiss_study::evaluation::report::name_of;
+use nearmiss_study::evaluation::report::configuration_name;
 use nearmiss_workflow::WayProgress;
 use nearmiss_workflow::batch::DryRunLine;
 
@@ -333,7 +333,7 @@ impl<'a> Page<'a> {
     }
 
     fn way(&self, way: &WayProgress, names_task: bool, room: usize) -> Line<'static> {
-        let name = name_of(&way.way);
+        let name = configuration_name(&way.way);
         let name = if names_task {
             format!("{} · {name}", way.way.task.name())
         } else {

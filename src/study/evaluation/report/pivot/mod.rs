@@ -1,29 +1,23 @@
 //! Tables over any axes: a measure by model and techniques, by lead and frame; and differences from a baseline.
 
-mod against;
 mod axis;
-mod facts;
-mod measure;
 mod output;
-#[cfg(test)]
-#[allow(clippy::unwrap_used)]
-mod tests;
 
-pub use against::Difference;
-pub use axis::{Axis, AxisValue};
-pub use facts::AskedFacts;
-pub use measure::Measure;
-pub use output::AxesDocument;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use rayon::prelude::*;
-
-use super::{Cell, DataHalf, Report, ReportSubject};
-use crate::evaluation::{AnswerCase, Scored};
 use nearmiss_ask::llm::Parameters;
 use nearmiss_base::system::available;
 use nearmiss_scene::verdict::Task;
+use nearmiss_store::{RunId, RunOrigin};
+use rayon::prelude::*;
+
+use super::cell::count;
+use super::{Cell, DataHalf, Report, ReportSubject};
+use crate::evaluation::statistics::{PairedTest, holm};
+use crate::evaluation::{AnswerCase, Scored};
+
+pub use axis::{Axis, AxisValue, Measure};
+pub use output::AxesDocument;
 
 nearmiss_record::fields! {
     /// Which table is wanted.
@@ -212,7 +206,7 @@ fn part(task: Option<Task>, placed: &[Placed<'_>], request: &PivotRequest) -> Pi
         let named = placed.iter().find(|one| one.row.text == *name)?;
         Some(named.row.clone())
     });
-    let differences = baseline.map(|value| against::differences(request.rows, &value, placed));
+    let differences = baseline.map(|value| differences(request.rows, &value, placed));
     let scenarios: BTreeSet<&str> = placed.iter().map(|one| one.case.scenario()).collect();
     PivotPart {
         task,
@@ -221,3 +215,178 @@ fn part(task: Option<Task>, placed: &[Placed<'_>], request: &PivotRequest) -> Pi
         differences: differences.unwrap_or_default(),
     }
 }
+
+/// When and whom a table's answers were asked, and with which parameters.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct AskedFacts {
+    /// Parameters that were sent, by run.
+    parameters: HashMap<RunId, Parameters>,
+    /// When the first and the last answer was asked, milliseconds since 1970, UTC.
+    pub asked_ms: Option<(i64, i64)>,
+    /// The names that servers returned, by the model asked for.
+    pub returned: BTreeMap<String, BTreeSet<String>>,
+}
+
+impl AskedFacts {
+    /// Of these answers, as far as the store knows their runs.
+    #[must_use]
+    pub fn new(cases: &[AnswerCase<'_>], runs: &[RunOrigin]) -> Self {
+        let runs: HashMap<RunId, &RunOrigin> = runs.iter().map(|one| (one.run, one)).collect();
+        let mut facts = Self::default();
+        for case in cases {
+            let Some((id, run)) = case.scored.run.and_then(|id| Some((id, runs.get(&id)?))) else {
+                continue;
+            };
+            // Without a prompt nothing was sent.
+            if case.scored.way.frame.is_some()
+                && let Ok(sent) = serde_json::from_str(&run.parameters)
+            {
+                facts.parameters.insert(id, sent);
+            }
+            let (first, last) = facts.asked_ms.unwrap_or((run.created_ms, run.created_ms));
+            facts.asked_ms = Some((first.min(run.created_ms), last.max(run.created_ms)));
+            if let Some(name) = &run.model_returned {
+                let names = facts.returned.entry(case.scored.way.model.clone());
+                names.or_default().insert(name.clone());
+            }
+        }
+        facts
+    }
+
+    /// In words: `asked 2026-11-23 to 2026-11-24; models as returned: …`; `None` where nothing is known.
+    #[must_use]
+    pub fn words(&self) -> Option<String> {
+        let day = |ms| {
+            let time = jiff::Timestamp::from_millisecond(ms).ok()?;
+            Some(time.strftime("%Y-%m-%d").to_string())
+        };
+        let mut parts = Vec::new();
+        if let Some((first, last)) = self.asked_ms.and_then(|(a, b)| Some((day(a)?, day(b)?))) {
+            parts.push(if first == last {
+                format!("asked {first}")
+            } else {
+                format!("asked {first} to {last}")
+            });
+        }
+        let models = self.returned.iter().map(|(model, names)| {
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            format!("{} ({model})", names.join(", "))
+        });
+        let models: Vec<String> = models.collect();
+        if !models.is_empty() {
+            parts.push(format!("models as returned: {}", models.join("; ")));
+        }
+        (!parts.is_empty()).then(|| parts.join("; "))
+    }
+}
+
+/// A value of the rows' axis against the baseline, within a column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// The value.
+    pub row: AxisValue,
+    /// The column; `None` without a second axis.
+    pub column: Option<AxisValue>,
+    /// Units that both were asked about alike in all else.
+    pub units: u32,
+    /// Units that both have questions about, and that at least one was not asked so.
+    pub left_out: u32,
+    /// By how much the value is right more often than the baseline.
+    pub test: PairedTest,
+    /// Its p value, corrected for all differences of the table, by Holm.
+    pub corrected: f64,
+}
+
+/// Questions that are right and that are not, by unit, and within it by scenario and how else was asked.
+type Verdicts<'a> = BTreeMap<&'a str, BTreeMap<(&'a str, Vec<AxisValue>), (u32, u32)>>;
+
+/// Every value but the baseline, in every column in which both have answers.
+fn differences(rows: Axis, baseline: &AxisValue, placed: &[Placed<'_>]) -> Vec<Difference> {
+    let columns: BTreeSet<&Option<AxisValue>> = placed.iter().map(|one| &one.column).collect();
+    let values: BTreeSet<&AxisValue> = placed.iter().map(|one| &one.row).collect();
+    let mut sides: BTreeMap<(&AxisValue, &Option<AxisValue>), Verdicts<'_>> = BTreeMap::new();
+    for one in placed {
+        let side = sides.entry((&one.row, &one.column)).or_default();
+        take(side, rows, one);
+    }
+    let wanted: Vec<_> = values
+        .into_iter()
+        .filter(|value| *value != baseline)
+        .flat_map(|value| columns.iter().map(move |column| (value, *column)))
+        .collect();
+    let found = wanted.into_par_iter().filter_map(|(row, column)| {
+        let (one, other) = (sides.get(&(row, column))?, sides.get(&(baseline, column))?);
+        difference(row, column, one, other)
+    });
+    let mut found: Vec<Difference> = found.collect();
+    let p: Vec<f64> = found.iter().map(|one| one.test.p).collect();
+    for (one, corrected) in found.iter_mut().zip(holm(&p)) {
+        one.corrected = corrected;
+    }
+    found
+}
+
+fn take<'a>(side: &mut Verdicts<'a>, rows: Axis, one: &Placed<'a>) {
+    let scored = one.case.scored;
+    if scored.is_collision().is_none() {
+        return;
+    }
+    let others = Axis::OF_QUESTIONS
+        .into_iter()
+        .filter(|axis| *axis != rows)
+        // A template belongs to its frame: where frames are compared, templates differ, too.
+        .filter(|axis| rows != Axis::Frame || *axis != Axis::Template);
+    let alike: Vec<AxisValue> = others
+        .map(|axis| axis.value(&one.case, one.parameters))
+        .collect();
+    let votes = side
+        .entry(scored.cluster.of(one.case.scenario()))
+        .or_default()
+        .entry((one.case.scenario(), alike))
+        .or_default();
+    match scored.is_right() {
+        Some(true) => votes.0 += 1,
+        Some(false) => votes.1 += 1,
+        None => {}
+    }
+}
+
+fn difference(
+    row: &AxisValue,
+    column: &Option<AxisValue>,
+    one: &Verdicts<'_>,
+    other: &Verdicts<'_>,
+) -> Option<Difference> {
+    let share = |(right, wrong): (u32, u32)| {
+        let all = right + wrong;
+        (all > 0).then(|| f64::from(right) / f64::from(all))
+    };
+    let (mut differences, mut left_out) = (Vec::new(), 0_usize);
+    for (unit, votes) in one {
+        let Some(others) = other.get(unit) else {
+            continue;
+        };
+        let pairs = votes.iter().filter_map(|(alike, votes)| {
+            let other = others.get(alike)?;
+            Some(share(*votes)? - share(*other)?)
+        });
+        let pairs: Vec<f64> = pairs.collect();
+        if pairs.is_empty() {
+            left_out += 1
+        } else {
+            differences.push(pairs.iter().sum::<f64>() / pairs.len() as f64)
+        }
+    }
+    Some(Difference {
+        row: row.clone(),
+        column: column.clone(),
+        units: count(differences.len()),
+        left_out: count(left_out),
+        test: PairedTest::of_differences(&differences)?.shown(count(differences.len())),
+        corrected: 1.0,
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;

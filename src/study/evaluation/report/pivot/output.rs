@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::super::contents::{rows_of, unit};
-use super::super::document::{Block, Document};
-use super::super::{FlatRows, ReportSubject, methods, names};
+use super::super::document::{self, Block, Document};
+use super::super::{FlatRows, ReportSubject, names};
 use super::{Axis, AxisValue, Difference, Pivot, PivotCell, PivotPart};
 use crate::evaluation::statistics::{Interval, PairedTest};
 use crate::evaluation::{Cluster, Confusion};
@@ -151,7 +151,7 @@ impl Pivot {
         let mut blocks: Vec<Block> = self.about.notes.iter().cloned().map(Block::Text).collect();
         blocks.extend(self.tables().into_iter().map(Block::Table));
         blocks.push(Block::Heading("Method".into()));
-        blocks.push(Block::Text(methods::intervals(self.unit())));
+        blocks.push(Block::Text(document::intervals(self.unit())));
         if self.request.against.is_some() {
             blocks.push(Block::Text(paired(self.unit())));
         }
@@ -221,7 +221,7 @@ impl Pivot {
             Some(_) => self.matrix(part, caption, name),
         };
         table.notes = self.about.notes.clone();
-        table.notes.push(methods::intervals(self.unit()));
+        table.notes.push(document::intervals(self.unit()));
         table
     }
 
