@@ -38,6 +38,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 mod text;
+mod words;
 mod writer;
 
 pub use captioned::{CaptionedTable, NONE, with_interval};
@@ -52,3 +53,5 @@ pub use text::{
     versioned,
 };
 pub use writer::{Encoded, Format, TableWriter};
+#[doc(hidden)]
+pub use {schemars, serde, strum};

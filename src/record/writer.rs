@@ -2,12 +2,15 @@
 
 use std::io::{self, Write};
 
+use strum::{IntoStaticStr, VariantArray};
+
 use crate::parquet::ParquetFile;
 use crate::table::{Row, Table};
 use crate::text;
 
 /// Formats of tables for other programs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Format {
     /// Comma-separated, with a header.
     Csv,
@@ -17,16 +20,7 @@ pub enum Format {
     Parquet,
 }
 
-impl Format {
-    /// Its word on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Csv => "csv",
-            Self::Json => "json",
-            Self::Parquet => "parquet",
-        }
-    }
-}
+crate::named!(Format);
 
 /// Rows, as far as they can be written without the others.
 pub enum Encoded {

@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::{Color, RasterError, png, svg};
 
 /// A point on the page, in points.
@@ -376,7 +378,8 @@ pub(super) fn circle((x, y): Spot, r: f64) -> Vec<Segment> {
 }
 
 /// How a picture is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Format {
     /// Shapes and text, for print.
     Svg,
@@ -386,32 +389,13 @@ pub enum Format {
     Gif,
 }
 
+nearmiss_record::named!(Format);
+
 impl Format {
-    /// Every one.
-    pub const ALL: [Self; 3] = [Self::Svg, Self::Png, Self::Gif];
-
-    /// Its name, which is also the ending of its files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Svg => "svg",
-            Self::Png => "png",
-            Self::Gif => "gif",
-        }
-    }
-
-    /// The one with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL
-            .into_iter()
-            .find(|f| f.name().eq_ignore_ascii_case(name))
-    }
-
     /// The one that a file's ending asks for.
     #[must_use]
     pub fn of_file(path: &Path) -> Option<Self> {
-        Self::parse(path.extension()?.to_str()?)
+        Self::parse(&path.extension()?.to_str()?.to_ascii_lowercase())
     }
 
     /// Pixels of an inch unless something else is asked for: as printers want them, or as screens have them.

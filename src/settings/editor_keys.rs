@@ -1,9 +1,11 @@
 //! Which keys the template editor understands.
 
 use serde::Deserialize;
+use strum::{IntoStaticStr, VariantArray};
 
 /// Keys of the template editor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 #[serde(rename_all = "lowercase")]
 pub enum Keys {
     /// Those of most programs: Ctrl-Z, Ctrl-X, Ctrl-V, selecting with Shift.
@@ -15,14 +17,4 @@ pub enum Keys {
     Emacs,
 }
 
-impl Keys {
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Plain => "plain",
-            Self::Vim => "vim",
-            Self::Emacs => "emacs",
-        }
-    }
-}
+nearmiss_record::named!(Keys);

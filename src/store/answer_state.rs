@@ -1,6 +1,6 @@
 //! The state of an answer: one rule for all tables of what counts, and as what.
 
-use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::{Run, RunState};
 
@@ -8,8 +8,8 @@ use super::{Run, RunState};
 pub const TOO_LONG: &str = "too_long";
 
 /// State of an answer, or of an attempt to get one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum AnswerState {
     /// The answer is whole, and a verdict was read in it.
     Answered,
@@ -31,6 +31,8 @@ pub enum AnswerState {
     /// Another attempt at the same question counts in its place; what it cost still counts.
     Superseded,
 }
+
+nearmiss_record::named!(AnswerState, "state");
 
 /// What an answer is counted as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,22 +82,6 @@ impl AnswerState {
             Self::Truncated | Self::Filtered | Self::Failed => CountedAs::Failed,
             Self::Cancelled | Self::Interrupted | Self::Waiting => CountedAs::Unasked,
             Self::Superseded => CountedAs::Nothing,
-        }
-    }
-
-    /// The word for it, in tables and exports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Answered => "answered",
-            Self::Unparsed => "unparsed",
-            Self::Truncated => "truncated",
-            Self::Filtered => "filtered",
-            Self::Failed => "failed",
-            Self::Cancelled => "cancelled",
-            Self::Interrupted => "interrupted",
-            Self::Waiting => "waiting",
-            Self::Superseded => "superseded",
         }
     }
 

@@ -64,7 +64,7 @@ impl Noun for QuestionRecord<'_> {
 }
 
 impl Record {
-    /// Reads a line of an export, of this version or an older one.
+    /// Reads a line of an export.
     ///
     /// # Errors
     /// The line is none, or was altered.

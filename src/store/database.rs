@@ -11,8 +11,8 @@ use rusqlite::{Connection, Transaction, TransactionBehavior};
 use tempfile::TempDir;
 
 use super::filter::KnownModels;
-use super::migrate::migrate;
 use super::read_only;
+use super::version::create_tables;
 
 /// The store of all runs, safe for several threads and several processes at once.
 #[derive(Debug)]
@@ -71,6 +71,16 @@ pub enum StoreError {
         /// Version of the file.
         found: i64,
         /// Newest version known.
+        known: i64,
+    },
+    /// The file was written by a program that was never released.
+    #[error(
+        "the store has version {found}, but this program supports {known}; move it away, or set NEARMISS_DATA to another folder"
+    )]
+    Older {
+        /// Version of the file.
+        found: i64,
+        /// The version known.
         known: i64,
     },
     /// A verdict cannot be written as JSON.
@@ -160,8 +170,7 @@ impl Store {
         write_ahead(&connection)?;
         // Pieces outlive a killed program as they are; whole answers outlive a power cut (see `durably`).
         connection.pragma_update(None, "synchronous", "normal")?;
-        migrate(&mut connection)?;
-        // Not before: a migration puts tables in the place of others.
+        create_tables(&mut connection)?;
         connection.pragma_update(None, "foreign_keys", true)?;
         let mode: String = connection.query_row("PRAGMA journal_mode", [], |row| row.get(0))?;
         let log = connection.path().filter(|_| mode == "wal").map(Log::beside);

@@ -8,6 +8,7 @@ use jiff::tz::TimeZone;
 use nearmiss_scene::verdict::Task;
 use rusqlite::Connection;
 use rusqlite::types::Value;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::{Origin, RunState, SUPERSEDED, Store, StoreError};
 
@@ -104,36 +105,19 @@ impl StateFilter {
 }
 
 /// Decision of a verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Decision {
     /// Yes: a collision, or safety-critical.
     Dangerous,
     /// No.
     Safe,
     /// Nothing: there is no verdict.
+    #[strum(to_string = "none")]
     Nothing,
 }
 
-impl Decision {
-    /// Every one.
-    pub const ALL: [Self; 3] = [Self::Dangerous, Self::Safe, Self::Nothing];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Dangerous => "dangerous",
-            Self::Safe => "safe",
-            Self::Nothing => "none",
-        }
-    }
-
-    /// The one that this word is for.
-    #[must_use]
-    pub fn parse(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == word)
-    }
-}
+nearmiss_record::named!(Decision);
 
 /// A filter in SQL.
 pub(super) struct Condition {
@@ -218,7 +202,7 @@ impl Filter {
             "batch" => self.batch = text("batch")?,
             "task" => self.task = word("task", value, &Task::ALL, Task::name)?,
             "state" => self.state = word("state", value, &StateFilter::ALL, StateFilter::name)?,
-            "origin" => self.origin = word("origin", value, Origin::ALL, Origin::name)?,
+            "origin" => self.origin = word("origin", value, &Origin::ALL, Origin::name)?,
             "verdict" => self.verdict = word("verdict", value, &Decision::ALL, Decision::name)?,
             "since" => self.since_ms = day("since", value)?,
             "before" => self.before_ms = day("before", value)?,

@@ -4,9 +4,9 @@ use rusqlite::{Connection, Row, params};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::list::MOST_SHOWN;
-use super::run::names;
 use super::{
     BatchId, Consumed, Key, RunId, SceneRecord, SplitPart, Store, StoreError, StoredTemplate,
     claim, rows,
@@ -97,7 +97,8 @@ pub struct NewItem {
 }
 
 /// State of a batch question.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum ItemState {
     /// Not asked yet.
     Waiting,
@@ -111,8 +112,7 @@ pub enum ItemState {
     Unaskable,
 }
 
-names!(ItemState "state", Waiting => "waiting", Answered => "answered", Truncated => "truncated", Failed => "failed",
-    Unaskable => "unaskable");
+nearmiss_record::named!(ItemState, "state");
 
 /// A question of a batch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

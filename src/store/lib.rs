@@ -11,7 +11,6 @@ mod images;
 mod intake;
 mod items;
 mod list;
-mod migrate;
 mod outcomes;
 mod provider_batches;
 mod ratings;
@@ -23,6 +22,7 @@ mod run;
 mod split;
 mod truths;
 mod unstored;
+mod version;
 mod write;
 
 pub use answer_state::{AnswerState, CountedAs, TOO_LONG, attempt_rank};

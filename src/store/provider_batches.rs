@@ -2,11 +2,11 @@
 
 use rusqlite::{OptionalExtension, Transaction, params};
 use serde::Deserialize;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::claim::{FOR_EVER, hold_until, interrupt_abandoned, there};
 use super::database::now_ms;
 use super::rows::from_row;
-use super::run::names;
 use super::{AnswerPiece, Claim, Ending, Key, NewRun, RunId, Store, StoreError, write};
 
 /// Identifies a batch in its store; the provider uses a separate id.
@@ -20,7 +20,8 @@ impl std::fmt::Display for ProviderBatchId {
 }
 
 /// State of a submitted batch, as far as this store knows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum ProviderBatchState {
     /// It is about to be sent, or it is unknown whether it arrived.
     Submitting,
@@ -40,8 +41,7 @@ pub enum ProviderBatchState {
     NotSent,
 }
 
-names!(ProviderBatchState "state", Submitting => "submitting", Submitted => "submitted", Cancelling => "cancelling",
-    Ended => "ended", Cancelled => "cancelled", Expired => "expired", Failed => "failed", NotSent => "not_sent");
+nearmiss_record::named!(ProviderBatchState, "state");
 
 impl ProviderBatchState {
     /// Whether the provider may still return something.

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rusqlite::params;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 
 use super::database::now_ms;
 use super::rows::from_row;
@@ -12,13 +13,15 @@ use super::{RunId, Store, StoreError, StoredTemplate};
 use nearmiss_scene::verdict::Task;
 
 /// A person's choice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Choice {
     /// The answer at this place, from 0, is the best.
     Best(usize),
     /// They are equally good.
     Tie,
     /// All of them are wrong.
+    #[strum(to_string = "none")]
     AllWrong,
 }
 
@@ -26,11 +29,7 @@ impl Choice {
     /// The word for it, in the store and in exports.
     #[must_use]
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Best(_) => "best",
-            Self::Tie => "tie",
-            Self::AllWrong => "none",
-        }
+        self.into()
     }
 }
 

@@ -8,7 +8,7 @@ use nearmiss_base::system;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use tempfile::TempDir;
 
-use super::migrate::VERSION;
+use super::version::{VERSION, check_version};
 use super::{Store, StoreError, database};
 
 /// What SQLite keeps beside a file: its write-ahead log, that log's index, and a journal of other modes.
@@ -168,23 +168,8 @@ impl Store {
     /// Opens the store in a file that is not written to.
     fn open_read_only(path: &Path) -> Result<Self, StoreError> {
         let mut reading = open(path)?;
-        let version = |connection: &Connection| {
-            connection.query_row("PRAGMA user_version", [], |row| row.get::<_, i64>(0))
-        };
-        let found = version(&reading.connection)?;
-        if found > VERSION {
-            let known = VERSION;
-            return Err(StoreError::Newer { found, known });
-        }
-        if found < VERSION {
-            // What an older program wrote is brought to the newest version in a copy.
-            let copied = copied(path);
-            let (folder, file) = copied.map_err(|source| StoreError::Open {
-                file: path.display().to_string(),
-                source,
-            })?;
-            let store = Self::open(&file)?;
-            return Ok(store.with_copy(folder));
+        if check_version(&reading.connection)? == 0 {
+            return Self::in_memory();
         }
         let copy = reading.copy.take();
         let store = Self::of_reader(reading.connection);
@@ -203,7 +188,7 @@ const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
 pub struct Health {
     /// Its version.
     pub version: i64,
-    /// The version that this program writes; a newer file cannot be used, an older one is brought to it.
+    /// The version that this program writes; a file of another one cannot be used.
     pub known: i64,
     /// Its size, bytes.
     pub bytes: u64,
@@ -313,26 +298,26 @@ mod tests {
     }
 
     #[test]
-    fn an_older_file_is_brought_to_the_newest_version_in_a_copy() {
+    fn files_of_other_versions_are_refused_and_stay_as_they_are() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(NAME);
-        let connection = Connection::open(&path).unwrap();
-        connection
-            .execute_batch(include_str!("migrations/1.sql"))
-            .unwrap();
-        connection.pragma_update(None, "user_version", 1).unwrap();
-        drop(connection);
-        let before = std::fs::read(&path).unwrap();
-        let store = Store::open_read_only(&path).unwrap();
-        assert_eq!(runs(&store), 0);
-        assert_eq!(std::fs::read(&path).unwrap(), before);
-        let newer = Connection::open(&path).unwrap();
-        newer
-            .pragma_update(None, "user_version", VERSION + 1)
-            .unwrap();
-        drop(newer);
-        let refused = Store::open_read_only(&path).unwrap_err();
-        assert!(matches!(refused, StoreError::Newer { .. }), "{refused}");
+        for version in [0, VERSION - 1, VERSION + 1] {
+            let connection = Connection::open(&path).unwrap();
+            connection
+                .pragma_update(None, "user_version", version)
+                .unwrap();
+            drop(connection);
+            let before = std::fs::read(&path).unwrap();
+            let opened = Store::open_read_only(&path);
+            match version {
+                0 => assert_eq!(runs(&opened.unwrap()), 0, "a file without tables"),
+                older if older < VERSION => {
+                    assert!(matches!(opened, Err(StoreError::Older { .. })));
+                }
+                _ => assert!(matches!(opened, Err(StoreError::Newer { .. }))),
+            }
+            assert_eq!(std::fs::read(&path).unwrap(), before);
+        }
     }
 
     #[test]

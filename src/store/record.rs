@@ -164,7 +164,7 @@ impl Run {
         for name in RunRecord::DERIVED {
             record.remove(name);
         }
-        // Form 4 has the number twice, older ones under this name.
+        // Form 4 has the number twice.
         if let Some(id) = record.remove("id") {
             record.entry("run").or_insert(id);
         }

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use strum::{IntoStaticStr, VariantArray};
 
 use super::{ClaimCounts, Key, StoredImage, claim, document};
 use nearmiss_scene::verdict::{ParsedAnswer, Task};
@@ -135,7 +136,8 @@ impl NewRun {
 }
 
 /// Origin of a run's answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Origin {
     /// This store's program asked a judge.
     #[default]
@@ -145,6 +147,8 @@ pub enum Origin {
     /// Another store's program asked a judge.
     Replayed,
 }
+
+nearmiss_record::named!(Origin, "origin");
 
 /// A piece of an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -156,7 +160,8 @@ pub enum AnswerPiece<'a> {
 }
 
 /// State of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum RunState {
     /// The answer is arriving.
     Running,
@@ -172,56 +177,7 @@ pub enum RunState {
     Cancelled,
 }
 
-/// Words for the variants of an enum, in the store, in exports and on the command line.
-macro_rules! names {
-    ($type:ident $noun:literal, $($variant:ident => $name:literal),+) => {
-        impl $type {
-            /// Every one.
-            pub const ALL: &[Self] = &[$(Self::$variant),+];
-
-            /// The word for it.
-            #[must_use]
-            pub fn name(self) -> &'static str {
-                match self { $(Self::$variant => $name),+ }
-            }
-
-            /// The one that this word is for.
-            #[must_use]
-            pub fn parse(name: &str) -> Option<Self> {
-                Self::ALL.iter().copied().find(|one| one.name() == name)
-            }
-        }
-
-        impl serde::Serialize for $type {
-            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                serializer.serialize_str(self.name())
-            }
-        }
-
-        impl<'de> serde::Deserialize<'de> for $type {
-            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                let word: String = serde::Deserialize::deserialize(deserializer)?;
-                let unknown = || format!(concat!("unknown ", $noun, " `{}`"), word);
-                Self::parse(&word).ok_or_else(|| serde::de::Error::custom(unknown()))
-            }
-        }
-
-        impl schemars::JsonSchema for $type {
-            fn schema_name() -> std::borrow::Cow<'static, str> {
-                stringify!($type).into()
-            }
-
-            fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-                schemars::json_schema!({ "type": "string", "enum": [$($name),+] })
-            }
-        }
-    };
-}
-pub(super) use names;
-
-names!(Origin "origin", Asked => "asked", Recorded => "recorded", Replayed => "replayed");
-names!(RunState "state", Running => "running", Interrupted => "interrupted", Answered => "answered",
-    Truncated => "truncated", Failed => "failed", Cancelled => "cancelled");
+nearmiss_record::named!(RunState, "state");
 
 /// Consumption of an answer, where known.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]

@@ -4,15 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rusqlite::params;
 use serde::{Deserialize, Serialize};
+use strum::{IntoStaticStr, VariantArray};
 
 use super::database::now_ms;
 use super::items::STATE;
 use super::rows::from_row;
-use super::run::names;
 use super::{BatchId, RunId, Store, StoreError};
 
 /// A part of a split.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum SplitPart {
     /// For choosing models and prompts.
     Dev,
@@ -20,7 +21,7 @@ pub enum SplitPart {
     Test,
 }
 
-names!(SplitPart "part of a split", Dev => "dev", Test => "test");
+nearmiss_record::named!(SplitPart, "part of a split");
 
 /// Progress of a part: questions that can be asked, by state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]

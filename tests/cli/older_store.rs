@@ -1,8 +1,10 @@
 //! A store that an older version wrote: what is in it can be read, reported and completed.
 //!
-//! `older_store.sqlite` was written by the program of commit 25e682e: a question to a model (run 1), a batch of two
-//! questions of which the second was refused (runs 2 and 3), and a question to the built-in judge (run 4).
+//! `older_store.sqlite` was written by the program of commit 292b2450: a question to a model (run 1), a batch of two
+//! questions with a template of the user's own, of which the second was refused (runs 2 and 3), and a question to the
+//! built-in judge (run 4).
 
+use super::CUT_IN;
 use super::batches::telling;
 use super::support::program::Home;
 use super::support::server::Server;
@@ -33,7 +35,7 @@ fn its_runs_are_listed_shown_and_exported() {
         .status(0)
         .json();
     assert_eq!(shown["model"], "lab/tiny");
-    assert_eq!(shown["input_tokens"], 900);
+    assert_eq!(shown["input_tokens"], 4000);
     assert!(
         shown["answer"].as_str().unwrap().contains("keeps its lane"),
         "{shown}"
@@ -46,6 +48,27 @@ fn its_runs_are_listed_shown_and_exported() {
         .lines()
         .filter(|line| line.contains("\"nearmiss_run\""));
     assert_eq!(runs.count(), 4, "{exported}");
+}
+
+#[test]
+fn its_tables_are_those_of_a_new_store() {
+    let home = home("http://127.0.0.1:9/v1");
+    let new = super::batches::home("http://127.0.0.1:9/v1");
+    new.run(&["ask", CUT_IN, "--model", "reference/geometry"])
+        .status(0);
+    let columns = |home: &Home| {
+        let store = rusqlite::Connection::open(home.data().join("runs.sqlite")).unwrap();
+        let all = "SELECT m.type, m.name, c.name, c.type, c.\"notnull\", c.pk, c.hidden FROM sqlite_schema m
+            LEFT JOIN pragma_table_xinfo(m.name) c ORDER BY m.name, c.cid";
+        let mut rows = store.prepare(all).unwrap();
+        let words = |row: &rusqlite::Row<'_>| {
+            let value = |at| row.get::<_, rusqlite::types::Value>(at);
+            (0..7).map(value).collect::<Result<Vec<_>, _>>()
+        };
+        let found = rows.query_map([], words).unwrap();
+        found.collect::<Result<Vec<_>, _>>().unwrap()
+    };
+    assert_eq!(columns(&home), columns(&new));
 }
 
 #[test]
@@ -114,7 +137,7 @@ async fn its_batch_is_reported_and_not_mixed_with_other_templates() {
     };
     let before = run(&["report", "--batch", "b1", "--format=json"]).json();
     assert_eq!(cells(&before), [1, 0, 1]);
-    // It pins its template, which is not the one of today: what was answered must not be mixed with other questions.
+    // It pins its template, which this user does not have: what was answered must not be mixed with other questions.
     let resume = ["evaluate", "b1"];
     tokio::task::block_in_place(|| home.run(&resume))
         .status(2)

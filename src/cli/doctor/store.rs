@@ -26,11 +26,12 @@ pub fn look(folders: &Folders) -> Vec<Finding> {
             format!("{shown} has version {version}, this program knows {known}"),
             "update nearmiss, or set NEARMISS_DATA to another folder",
         ),
-        std::cmp::Ordering::Less => Finding::ok(
+        std::cmp::Ordering::Less if version > 0 => Finding::problem(
             AREA,
-            format!("{shown} has version {version} and is migrated to {known} when next opened"),
+            format!("{shown} has version {version}, this program knows {known}"),
+            other,
         ),
-        std::cmp::Ordering::Equal => {
+        _ => {
             let runs = health.runs.unwrap_or_default();
             let kib = health.bytes.div_ceil(1024);
             Finding::ok(

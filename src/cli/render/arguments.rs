@@ -226,7 +226,7 @@ fn named_measure(id: &str) -> Result<&'static Measure, String> {
 }
 
 fn format(name: &str) -> Result<Format, String> {
-    Format::parse(name).ok_or_else(|| "expected svg, png or gif".into())
+    Format::parse(&name.to_ascii_lowercase()).ok_or_else(|| "expected svg, png or gif".into())
 }
 
 fn dpi(text: &str) -> Result<f64, String> {

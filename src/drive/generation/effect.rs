@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use strum::IntoStaticStr;
+
 use nearmiss_scene::scenario::Scenario;
 
 use super::attack::Attack;
@@ -14,7 +16,8 @@ pub type RiskCurve = Vec<(i64, u8)>;
 
 /// Consequence of a change. What also happens to the ego in the baseline is not one, and neither is being hit from behind:
 /// no obstacle reacts to the ego.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Consequence {
     /// The ego and an attacker touch, or the ego drives into another obstacle with its front.
     Collision(Collision),
@@ -31,12 +34,7 @@ impl Consequence {
     /// Its name in documents.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Collision(_) => "collision",
-            Self::PlannerError(_) => "planner_error",
-            Self::NearMiss => "near_miss",
-            Self::NoEffect => "no_effect",
-        }
+        self.into()
     }
 
     /// How bad its kind is: of a collision most.

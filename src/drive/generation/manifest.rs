@@ -7,6 +7,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::variant::{OTHERS, PROGRAM};
 use super::{
@@ -345,8 +346,8 @@ pub struct RefusalRecord {
 }
 
 /// The names of outcomes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum OutcomeName {
     /// Contact.
     Collision,
@@ -361,19 +362,9 @@ pub enum OutcomeName {
     None,
 }
 
-impl OutcomeName {
-    /// Its name in documents.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Collision => "collision",
-            Self::PlannerError => "planner_error",
-            Self::NearMiss => "near_miss",
-            Self::NoEffect => "no_effect",
-            Self::None => "none",
-        }
-    }
+nearmiss_record::named!(OutcomeName, "outcome");
 
+impl OutcomeName {
     /// Whether the ego comes to harm, or nearly.
     #[must_use]
     pub fn is_effective(self) -> bool {

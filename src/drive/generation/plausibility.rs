@@ -8,12 +8,14 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use strum::{IntoStaticStr, VariantArray};
 
 use nearmiss_base::geometry::angle_between;
 use nearmiss_scene::scenario::{LaneletNetwork, Motion, ObstacleRole, Scenario};
 
 /// A quantity of a motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum MotionQuantity {
     /// Along the heading, m/s².
     Acceleration,
@@ -25,26 +27,9 @@ pub enum MotionQuantity {
     LaneOffset,
 }
 
+nearmiss_record::named!(MotionQuantity);
+
 impl MotionQuantity {
-    /// All of them.
-    pub const ALL: [Self; 4] = [
-        Self::Acceleration,
-        Self::Jerk,
-        Self::YawRate,
-        Self::LaneOffset,
-    ];
-
-    /// Its name in documents.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Acceleration => "acceleration",
-            Self::Jerk => "jerk",
-            Self::YawRate => "yaw_rate",
-            Self::LaneOffset => "lane_offset",
-        }
-    }
-
     /// Its unit.
     #[must_use]
     pub fn unit(self) -> &'static str {

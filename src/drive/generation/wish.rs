@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use strum::{IntoStaticStr, VariantArray};
+
 use nearmiss_base::geometry::{Placed, Point, angle_between};
 use nearmiss_base::system::available;
 use nearmiss_scene::scenario::{HumanLimits, ObstacleType};
@@ -24,7 +26,8 @@ pub struct Wish {
 }
 
 /// Where an attacker comes from, as the ego sees it in the seconds before they could meet, while nothing is changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "kebab-case")]
 pub enum AttackPlace {
     /// It drives across the ego's heading, to the right.
     FromLeft,
@@ -44,34 +47,7 @@ pub enum AttackPlace {
     Hidden,
 }
 
-impl AttackPlace {
-    /// Every place.
-    pub const ALL: [Self; 8] = [
-        Self::FromLeft,
-        Self::FromRight,
-        Self::Oncoming,
-        Self::Ahead,
-        Self::Behind,
-        Self::LeftLane,
-        Self::RightLane,
-        Self::Hidden,
-    ];
-
-    /// Its word in terms.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::FromLeft => "from-left",
-            Self::FromRight => "from-right",
-            Self::Oncoming => "oncoming",
-            Self::Ahead => "ahead",
-            Self::Behind => "behind",
-            Self::LeftLane => "left-lane",
-            Self::RightLane => "right-lane",
-            Self::Hidden => "hidden",
-        }
-    }
-}
+nearmiss_record::named!(AttackPlace);
 
 /// Headings less apart than this are the same way, and than this from the opposite one the other way, radians.
 const SAME_WAY: f64 = std::f64::consts::FRAC_PI_4;
@@ -176,7 +152,7 @@ impl FromStr for Wish {
             match key {
                 "actor" => {
                     for word in value.split(',') {
-                        let kind = named(key, word, ObstacleType::ALL, ObstacleType::name)?;
+                        let kind = named(key, word, &ObstacleType::ALL, ObstacleType::name)?;
                         wish.actors.push(kind);
                     }
                 }
@@ -284,7 +260,10 @@ fn is_hidden(stage: &AttackContext<'_>, id: i64, (from, to): (Point, Point), ste
 }
 
 /// The limits that attackers keep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, IntoStaticStr, VariantArray, strum::Display,
+)]
+#[strum(serialize_all = "lowercase")]
 pub enum AttackStyle {
     /// Those of people, by kind of road user; see [`HumanLimits`].
     #[default]
@@ -293,31 +272,7 @@ pub enum AttackStyle {
     Limit,
 }
 
-impl AttackStyle {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Human, Self::Limit];
-
-    /// Its name in options and documents.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Human => "human",
-            Self::Limit => "limit",
-        }
-    }
-
-    /// The style of this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|style| style.name() == name)
-    }
-}
-
-impl std::fmt::Display for AttackStyle {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
+nearmiss_record::named!(AttackStyle);
 
 /// What squared jerks of people cost: 2 m/s³ as much as 0.2 m off the way.
 const JERK_COST: f64 = 1e-2;

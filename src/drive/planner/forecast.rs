@@ -3,6 +3,8 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
+use strum::{IntoStaticStr, VariantArray};
+
 use nearmiss_scene::scenario::prediction::{
     Model, Observed, ObservedHistory, Predictor, TrackedObject,
 };
@@ -11,7 +13,8 @@ use nearmiss_scene::scenario::{Motion, Obstacle, ObstacleRole, Scenario};
 use super::traffic::{Body, Extent, Occupied, Traffic};
 
 /// Source of the others' future.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Forecast {
     /// The recorded future itself: an oracle, which no vehicle has.
     Recorded,
@@ -21,20 +24,9 @@ pub enum Forecast {
     Lane,
 }
 
+nearmiss_record::named!(Forecast);
+
 impl Forecast {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Recorded, Self::ConstantVelocity, Self::Lane];
-
-    /// Its name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Recorded => "recorded",
-            Self::ConstantVelocity => "constant-velocity",
-            Self::Lane => "lane",
-        }
-    }
-
     /// The model that predicts; `None` for the recorded future.
     pub(super) fn model(self) -> Option<Model> {
         match self {
@@ -42,12 +34,6 @@ impl Forecast {
             Self::ConstantVelocity => Some(Model::ConstantVelocity),
             Self::Lane => Some(Model::AlongLanes),
         }
-    }
-
-    /// The one with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|f| f.name() == name)
     }
 }
 

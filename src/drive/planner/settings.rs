@@ -1,5 +1,7 @@
 //! Planner settings: horizon, samples, cost weights.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::Limits;
 use nearmiss_scene::scenario::VehicleType;
 
@@ -29,7 +31,8 @@ pub struct Settings {
 }
 
 /// What the planner makes of the rules of the road.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum RuleMode {
     /// It obeys lights, stop signs, right of way and speed limits, as far as the map has them.
     #[default]
@@ -38,25 +41,7 @@ pub enum RuleMode {
     Off,
 }
 
-impl RuleMode {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Obey, Self::Off];
-
-    /// Its name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Obey => "obey",
-            Self::Off => "off",
-        }
-    }
-
-    /// The one with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|mode| mode.name() == name)
-    }
-}
+nearmiss_record::named!(RuleMode);
 
 /// Density of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]

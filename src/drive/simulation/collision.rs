@@ -1,5 +1,7 @@
 //! What ends a drive: the edge of the road, the goal, or contact, with whom and which side of the body.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use nearmiss_base::geometry::{Placed, Point, Pose, Sweep, Vector};
 use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Scenario, driven_way};
 
@@ -7,7 +9,8 @@ use super::{Driver, Outcome};
 use crate::planner::VehicleState;
 
 /// A side of a body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum ContactSide {
     /// Front.
     Front,
@@ -19,18 +22,7 @@ pub enum ContactSide {
     Right,
 }
 
-impl ContactSide {
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Front => "front",
-            Self::Rear => "rear",
-            Self::Left => "left",
-            Self::Right => "right",
-        }
-    }
-}
+nearmiss_record::named!(ContactSide);
 
 /// The first contact of the ego.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::{Collision, ContactSide, Outcome, Rollout, Settings};
 use crate::planner::{Broken, Feasibility};
 use nearmiss_scene::metrics::{Series, measure};
@@ -9,7 +11,8 @@ use nearmiss_scene::scenario::{PlanningProblem, Scenario, Scene};
 use nearmiss_scene::traffic_rules::RuleReport;
 
 /// Which body drove into which, after the sides that touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum CollisionKind {
     /// The ego's front touches: it ran into the obstacle.
     RanInto,
@@ -20,17 +23,7 @@ pub enum CollisionKind {
     Side,
 }
 
-impl CollisionKind {
-    /// Its name in documents.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::RanInto => "ran_into",
-            Self::RearEnded => "rear_ended",
-            Self::Side => "side",
-        }
-    }
-}
+nearmiss_record::named!(CollisionKind);
 
 impl Collision {
     /// Which body drove into which.

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use strum::IntoStaticStr;
+
 use nearmiss_base::geometry::Pose;
 use nearmiss_formats::commonroad::{ProblemSolution, Solution, SolutionError};
 use nearmiss_scene::scenario::{
@@ -202,7 +204,8 @@ impl ResumableRollout {
 }
 
 /// Outcome of a drive.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Outcome {
     /// The goal with this place among the problem's was reached.
     Goal(usize),
@@ -222,14 +225,7 @@ impl Outcome {
     /// Its name on the command line and in tables.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Goal(_) => "goal",
-            Self::Collision(_) => "collision",
-            Self::Timeout => "timeout",
-            Self::OffRoad => "off_road",
-            Self::Infeasible => "infeasible",
-            Self::PlannerError(_) => "planner_error",
-        }
+        self.into()
     }
 }
 

@@ -55,7 +55,7 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
             .iter()
             .try_for_each(|i| intersection(out, i))?;
         for role in ObstacleRole::ALL {
-            let of_role = scenario.obstacles.iter().filter(|o| o.role == *role);
+            let of_role = scenario.obstacles.iter().filter(|o| o.role == role);
             of_role.into_iter().try_for_each(|o| obstacle(out, o))?;
         }
         scenario.planning_problems.iter().try_for_each(|problem| {

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use super::*;
 
 /// Colours.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Colour {
     /// Red.
     Red,
@@ -14,22 +15,7 @@ pub enum Colour {
     Blue,
 }
 
-impl Colour {
-    const ALL: [Self; 2] = [Self::Red, Self::Blue];
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Red => "red",
-            Self::Blue => "blue",
-        }
-    }
-
-    fn parse(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == word)
-    }
-}
-
-crate::word!(Colour, "colour");
+crate::named!(Colour, "colour");
 
 crate::fields! {
     /// A part.

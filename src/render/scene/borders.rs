@@ -290,7 +290,7 @@ mod tests {
         assert_eq!(offset(&line, 2.0)[1], Point::new(10.0, -2.0));
         assert_eq!(offset(&line, -2.0)[2], Point::new(20.0, 2.0));
         for marking in LineMarking::ALL {
-            let lines = lines_of(*marking);
+            let lines = lines_of(marking);
             assert!(lines.is_sorted_by_key(|line| line.offset), "{marking}");
             let middle: f64 = lines.iter().map(|line| line.offset).sum();
             assert!(middle == 0.0 && lines.len() <= 2, "{marking}");

@@ -1,11 +1,14 @@
 //! What two road users do to each other in a window, told from lanes, headings and turns, and the kind of road.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use nearmiss_base::geometry::angle_between;
 
 use crate::scenario::{LaneRelation, LaneletNetwork, LaneletType, Motion};
 
 /// What the other road user does to the ego.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum Manoeuvre {
     /// It changes into the ego's lane, ahead of the ego.
     CutIn,
@@ -30,6 +33,8 @@ pub enum Manoeuvre {
     /// None of these.
     Other,
 }
+
+nearmiss_record::named!(Manoeuvre);
 
 /// Both at the ends of a window.
 #[derive(Debug, Clone, Copy)]
@@ -66,39 +71,6 @@ const TURN: f64 = 0.436;
 const HALF_LANE: f64 = 1.75;
 
 impl Manoeuvre {
-    /// All of them.
-    pub const ALL: [Self; 11] = [
-        Self::CutIn,
-        Self::LaneChange,
-        Self::Merging,
-        Self::Following,
-        Self::Followed,
-        Self::Parallel,
-        Self::Oncoming,
-        Self::Crossing,
-        Self::TurningAcross,
-        Self::Standing,
-        Self::Other,
-    ];
-
-    /// Its word in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::CutIn => "cut_in",
-            Self::LaneChange => "lane_change",
-            Self::Merging => "merging",
-            Self::Following => "following",
-            Self::Followed => "followed",
-            Self::Parallel => "parallel",
-            Self::Oncoming => "oncoming",
-            Self::Crossing => "crossing",
-            Self::TurningAcross => "turning_across",
-            Self::Standing => "standing",
-            Self::Other => "other",
-        }
-    }
-
     pub(super) fn of(pair: &PairMotion<'_>) -> Self {
         if pair.stands {
             return Self::Standing;
@@ -158,7 +130,8 @@ impl PairMotion<'_> {
 }
 
 /// The kind of road under the ego.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum RoadType {
     /// Inside an intersection.
     Intersection,
@@ -176,32 +149,9 @@ pub enum RoadType {
     OffRoad,
 }
 
+nearmiss_record::named!(RoadType);
+
 impl RoadType {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Intersection,
-        Self::Highway,
-        Self::Ramp,
-        Self::Urban,
-        Self::Country,
-        Self::Untyped,
-        Self::OffRoad,
-    ];
-
-    /// Its word in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Intersection => "intersection",
-            Self::Highway => "highway",
-            Self::Ramp => "ramp",
-            Self::Urban => "urban",
-            Self::Country => "country",
-            Self::Untyped => "untyped",
-            Self::OffRoad => "off_road",
-        }
-    }
-
     /// The road that these lanelets are part of.
     #[must_use]
     pub fn of(network: &LaneletNetwork, lanelets: &[i64]) -> Self {

@@ -6,6 +6,8 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
+use strum::{IntoStaticStr, VariantArray};
+
 use nearmiss_base::system::unknown;
 
 use super::parts::{IndexError, PartRow};
@@ -14,7 +16,8 @@ use crate::metrics::SEVERITY_NAMES;
 use crate::scenario::{ContentHash, ObstacleType};
 
 /// What windows are told apart by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Axis {
     /// The manoeuvre.
     Manoeuvre,
@@ -24,20 +27,7 @@ pub enum Axis {
     Severity,
 }
 
-impl Axis {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Manoeuvre, Self::Road, Self::Severity];
-
-    /// Its word on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Manoeuvre => "manoeuvre",
-            Self::Road => "road",
-            Self::Severity => "severity",
-        }
-    }
-}
+nearmiss_record::named!(Axis);
 
 /// A window that may be drawn.
 #[derive(Debug, Clone, PartialEq)]

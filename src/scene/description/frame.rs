@@ -1,12 +1,15 @@
 //! In which form a scene is described.
 
+use strum::{IntoStaticStr, VariantArray};
+
 /// Kinds of description of a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Frame {
-    /// Positions on the map.
-    Cartesian,
     /// Gaps and motion seen from the ego.
     Ego,
+    /// Positions on the map.
+    Cartesian,
     /// Safety measures of all obstacles near.
     Metrics,
     /// What one obstacle and the ego did, and the road.
@@ -14,45 +17,22 @@ pub enum Frame {
     /// A picture from above, with what is needed to read it.
     Picture,
     /// [`Frame::Ego`], and the picture.
+    #[strum(to_string = "ego+picture")]
     EgoPicture,
     /// [`Frame::Cartesian`], and the picture.
+    #[strum(to_string = "cartesian+picture")]
     CartesianPicture,
     /// [`Frame::Metrics`], and the picture.
+    #[strum(to_string = "metrics+picture")]
     MetricsPicture,
     /// [`Frame::Trajectory`], and the picture.
+    #[strum(to_string = "trajectory+picture")]
     TrajectoryPicture,
 }
 
+nearmiss_record::named!(Frame, "frame");
+
 impl Frame {
-    /// Every frame.
-    pub const ALL: [Self; 9] = [
-        Self::Ego,
-        Self::Cartesian,
-        Self::Metrics,
-        Self::Trajectory,
-        Self::Picture,
-        Self::EgoPicture,
-        Self::CartesianPicture,
-        Self::MetricsPicture,
-        Self::TrajectoryPicture,
-    ];
-
-    /// The word for it, on the command line and in the store.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cartesian => "cartesian",
-            Self::Ego => "ego",
-            Self::Metrics => "metrics",
-            Self::Trajectory => "trajectory",
-            Self::Picture => "picture",
-            Self::EgoPicture => "ego+picture",
-            Self::CartesianPicture => "cartesian+picture",
-            Self::MetricsPicture => "metrics+picture",
-            Self::TrajectoryPicture => "trajectory+picture",
-        }
-    }
-
     /// The frame of its words; `None` for the picture alone.
     #[must_use]
     pub fn words(self) -> Option<Self> {
@@ -82,12 +62,6 @@ impl Frame {
     #[must_use]
     pub fn is_on_the_map(self) -> bool {
         matches!(self.words(), Some(Self::Cartesian | Self::Trajectory))
-    }
-
-    /// The frame with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|f| f.name() == name)
     }
 
     /// The names of every frame, for help and errors.

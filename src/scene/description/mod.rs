@@ -166,5 +166,3 @@ fn participant(scene: &Scene, id: i64) -> Result<Participant<'_>, DescriptionErr
         }
     })
 }
-
-nearmiss_record::word!(Frame, "frame");

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::Frame;
 use super::nearby::{self, can_reach, centre_distance, first_to_touch};
 use super::writer::written;
@@ -59,7 +61,8 @@ pub struct Options {
 }
 
 /// Form of a description.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Form {
     /// Sentences.
     Prose,
@@ -68,28 +71,11 @@ pub enum Form {
     Compact,
 }
 
-impl Form {
-    /// Every form.
-    pub const ALL: [Self; 2] = [Self::Prose, Self::Compact];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Prose => "prose",
-            Self::Compact => "compact",
-        }
-    }
-
-    /// The form with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|f| f.name() == name)
-    }
-}
+nearmiss_record::named!(Form, "form");
 
 /// The axes along and across which the ego frame measures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum EgoAxes {
     /// The ego's heading.
     #[default]
@@ -100,26 +86,7 @@ pub enum EgoAxes {
     Centre,
 }
 
-impl EgoAxes {
-    /// Every one.
-    pub const ALL: [Self; 3] = [Self::Heading, Self::Lane, Self::Centre];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Heading => "heading",
-            Self::Lane => "lane",
-            Self::Centre => "centre",
-        }
-    }
-
-    /// The axes with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|axes| axes.name() == name)
-    }
-}
+nearmiss_record::named!(EgoAxes, "axes");
 
 /// The frame that an option of one frame only is for, and the option's name.
 pub const OF_ONE_FRAME: [(&str, Frame); 3] = [
@@ -242,9 +209,6 @@ pub(super) fn everyone<'a>(
     let first = all.filter(|(participant, _)| seen.insert(participant.obstacle.id));
     first.map(|(participant, _)| *participant).collect()
 }
-
-nearmiss_record::word!(Form, "form");
-nearmiss_record::word!(EgoAxes, "axes");
 
 #[cfg(test)]
 mod tests {

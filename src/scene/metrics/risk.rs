@@ -6,6 +6,8 @@
 //! no worse than the exact distance of the bodies. Between turned bodies that do not touch, both gaps can be 0:
 //! then there is nothing to weigh, and the exact distance and the planar time to collision are graded instead.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::measure::RISK;
 use super::paper::{self, TooLarge};
 use super::risk_levels::Bound;
@@ -106,7 +108,8 @@ fn compute(encounter: &Encounter<'_>) -> Reading {
 }
 
 /// By which numbers and thresholds a risk score is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum RiskConvention {
     /// Real bodies, and the table of the thresholds in use; see [`super::RISK_LEVELS`].
     #[default]
@@ -114,6 +117,8 @@ pub enum RiskConvention {
     /// That of the tables published with "From Words to Collisions", of obstacles within 30 m; see [`paper::Risk`].
     Paper,
 }
+
+nearmiss_record::named!(RiskConvention);
 
 /// The score of an obstacle at a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -127,15 +132,6 @@ pub struct ScoreAt {
 }
 
 impl RiskConvention {
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Paper => "paper",
-        }
-    }
-
     /// The scores of a scene that are at most `most`, by step, the worst of a step first.
     ///
     /// # Errors

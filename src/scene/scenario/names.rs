@@ -5,37 +5,13 @@ macro_rules! names {
     ($(#[$doc:meta])* $name:ident { $($variant:ident = $text:literal),+ $(,)? }) => {
         $(#[$doc])*
         #[allow(missing_docs, reason = "a variant's name is the word of the format")]
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub enum $name { $($variant),+ }
+        #[derive(
+            Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, strum::Display, strum::IntoStaticStr,
+            strum::VariantArray,
+        )]
+        pub enum $name { $(#[strum(to_string = $text)] $variant),+ }
 
-        impl $name {
-            /// Every value, in the order of the format's description.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
-
-            /// The word of the format.
-            #[must_use]
-            pub fn name(self) -> &'static str {
-                match self { $(Self::$variant => $text),+ }
-            }
-
-            /// The value with this name.
-            #[must_use]
-            pub fn parse(name: &str) -> Option<Self> {
-                match name { $($text => Some(Self::$variant),)+ _ => None }
-            }
-        }
-
-        impl serde::Serialize for $name {
-            fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                serializer.serialize_str(self.name())
-            }
-        }
-
-        impl std::fmt::Display for $name {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str(self.name())
-            }
-        }
+        nearmiss_record::named!($name, "word of CommonRoad");
     };
 }
 
@@ -150,10 +126,10 @@ mod tests {
     #[test]
     fn every_name_reads_back() {
         for marking in LineMarking::ALL {
-            assert_eq!(LineMarking::parse(marking.name()), Some(*marking));
+            assert_eq!(LineMarking::parse(marking.name()), Some(marking));
         }
         for field in StateField::ALL {
-            assert_eq!(StateField::parse(field.name()), Some(*field));
+            assert_eq!(StateField::parse(field.name()), Some(field));
         }
         assert_eq!(ObstacleType::parse("spaceship"), None);
     }

@@ -2,12 +2,27 @@
 //!
 //! Limits of people by kind of road user: what they do in an emergency at most, with sources.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use nearmiss_base::geometry::{Footprint, Shape};
 
 use super::ObstacleType;
 
 /// How a benchmark models the motion of a vehicle; the first part of a vehicle id such as `KS2`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    PartialOrd,
+    Ord,
+    IntoStaticStr,
+    VariantArray,
+    strum::Display,
+)]
+#[strum(serialize_all = "UPPERCASE")]
 pub enum VehicleModel {
     /// Point mass.
     Pm,
@@ -21,22 +36,9 @@ pub enum VehicleModel {
     Kst,
 }
 
+nearmiss_record::named!(VehicleModel);
+
 impl VehicleModel {
-    /// Every model.
-    pub const ALL: &'static [Self] = &[Self::Pm, Self::Ks, Self::St, Self::Mb, Self::Kst];
-
-    /// Its letters in a vehicle id.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pm => "PM",
-            Self::Ks => "KS",
-            Self::St => "ST",
-            Self::Mb => "MB",
-            Self::Kst => "KST",
-        }
-    }
-
     /// Its name in words.
     #[must_use]
     pub fn words(self) -> &'static str {
@@ -48,23 +50,11 @@ impl VehicleModel {
             Self::Kst => "kinematic single-track with trailer",
         }
     }
-
-    /// The model with these letters.
-    #[must_use]
-    pub fn parse(letters: &str) -> Option<Self> {
-        Self::ALL.iter().copied().find(|m| m.name() == letters)
-    }
-}
-
-impl std::fmt::Display for VehicleModel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
 }
 
 /// A vehicle with the parameters of Althoff and Würsching, "CommonRoad: Vehicle Models" (2020), which the
 /// package `commonroad-vehicle-models` 3.0.2 holds as data; the number in a vehicle id such as `KS2`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, VariantArray)]
 pub enum VehicleType {
     /// Vehicle 1.
     FordEscort,
@@ -78,12 +68,7 @@ pub enum VehicleType {
 
 impl VehicleType {
     /// Every vehicle, in the order of their numbers.
-    pub const ALL: &'static [Self] = &[
-        Self::FordEscort,
-        Self::Bmw320i,
-        Self::VwVanagon,
-        Self::Truck,
-    ];
+    pub const ALL: &'static [Self] = Self::VARIANTS;
 
     /// Its number in a vehicle id, from 1.
     #[must_use]
@@ -277,7 +262,7 @@ mod tests {
     #[test]
     fn names_and_numbers_lead_back() {
         for model in VehicleModel::ALL {
-            assert_eq!(VehicleModel::parse(model.name()), Some(*model));
+            assert_eq!(VehicleModel::parse(model.name()), Some(model));
         }
         for (i, vehicle) in VehicleType::ALL.iter().enumerate() {
             assert_eq!(usize::from(vehicle.number()), i + 1);

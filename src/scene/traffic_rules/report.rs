@@ -4,6 +4,8 @@
 
 use std::collections::BTreeSet;
 
+use strum::{IntoStaticStr, VariantArray};
+
 use nearmiss_base::geometry::{Point, ReferencePath};
 
 use super::{Regulations, distance, right_of_way, stopping};
@@ -180,7 +182,8 @@ pub(super) fn merged(
 }
 
 /// A rule of the road.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum Rule {
     /// R-G1: enough distance to the vehicle in front to stop behind it.
     SafeDistance,
@@ -200,8 +203,11 @@ pub enum Rule {
     LeftTurn,
 }
 
+nearmiss_record::named!(Rule);
+
 /// What became of a rule in a drive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum RuleStatus {
     /// It was broken.
     Broken,
@@ -212,6 +218,8 @@ pub enum RuleStatus {
     /// The scenario does not say what is needed to decide it.
     Undecided,
 }
+
+nearmiss_record::named!(RuleStatus);
 
 /// Below this speed a vehicle stands, m/s: recordings are noisy.
 pub const STANDING: f64 = 0.1;
@@ -227,33 +235,6 @@ pub const YIELD_BEFORE: f64 = 1.0;
 pub const YIELD_AFTER: f64 = 0.5;
 
 impl Rule {
-    /// All of them, in the order of reports.
-    pub const ALL: [Self; 8] = [
-        Self::SafeDistance,
-        Self::UnnecessaryBraking,
-        Self::SpeedLimit,
-        Self::StopSign,
-        Self::RedLight,
-        Self::RightBeforeLeft,
-        Self::Priority,
-        Self::LeftTurn,
-    ];
-
-    /// Its name in documents and tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::SafeDistance => "safe_distance",
-            Self::UnnecessaryBraking => "unnecessary_braking",
-            Self::SpeedLimit => "speed_limit",
-            Self::StopSign => "stop_sign",
-            Self::RedLight => "red_light",
-            Self::RightBeforeLeft => "right_before_left",
-            Self::Priority => "priority",
-            Self::LeftTurn => "left_turn",
-        }
-    }
-
     /// In words.
     #[must_use]
     pub fn words(self) -> &'static str {
@@ -292,19 +273,6 @@ impl Rule {
             Self::UnnecessaryBraking => "m/s²",
             Self::SpeedLimit | Self::RedLight => "m/s",
             Self::StopSign | Self::RightBeforeLeft | Self::Priority | Self::LeftTurn => "s",
-        }
-    }
-}
-
-impl RuleStatus {
-    /// Its name in documents and tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Broken => "broken",
-            Self::Obeyed => "obeyed",
-            Self::NotApplicable => "not_applicable",
-            Self::Undecided => "undecided",
         }
     }
 }

@@ -13,6 +13,7 @@ mod values;
 
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use strum::{IntoStaticStr, VariantArray};
 
 pub use answer_schema::{CollisionAnswer, RecordingAnswer, SafetyAnswer, schema, schema_with_ids};
 pub use attacker::AttackerChoice;
@@ -25,8 +26,8 @@ pub use trajectory::{
 };
 
 /// The task of a judge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Task {
     /// Does the ego collide in the recorded scene?
     Collision,
@@ -40,40 +41,15 @@ pub enum Task {
     Trajectory,
 }
 
-impl Task {
-    /// Every task.
-    pub const ALL: [Self; 5] = [
-        Self::Collision,
-        Self::Safety,
-        Self::Recording,
-        Self::Attacker,
-        Self::Trajectory,
-    ];
+nearmiss_record::named!(Task, "task");
 
+impl Task {
     /// Those that are answered with yes or no.
     pub const VERDICTS: [Self; 3] = [Self::Collision, Self::Safety, Self::Recording];
 
     /// The highest risk score that makes a recording one of high risk: extreme. It is that of the paper, which takes
     /// obstacles of score 0 and 1 for dangerous.
     pub const HIGH_RISK: u8 = 1;
-
-    /// The word for it, on the command line and in the store.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Collision => "collision",
-            Self::Safety => "safety",
-            Self::Recording => "recording",
-            Self::Attacker => "attacker",
-            Self::Trajectory => "trajectory",
-        }
-    }
-
-    /// The task with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|t| t.name() == name)
-    }
 
     /// The names of some tasks, for help and errors: `collision, safety or recording`.
     #[must_use]
@@ -187,8 +163,6 @@ impl Verdict {
         }
     }
 }
-
-nearmiss_record::word!(Task, "task");
 
 impl Serialize for Verdict {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use strum::{IntoStaticStr, VariantArray};
 
 /// The answer to the trajectory task, as it is written: waypoints or a manoeuvre, the other one null.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -36,7 +37,20 @@ pub struct WaypointAnswer {
 }
 
 /// What a driver does to endanger another one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Hash,
+    Serialize,
+    Deserialize,
+    JsonSchema,
+    IntoStaticStr,
+    VariantArray,
+)]
+#[strum(serialize_all = "kebab-case")]
 #[serde(rename_all = "kebab-case")]
 pub enum ManoeuvreKind {
     /// Changes into the ego's lane close in front of it.
@@ -55,32 +69,7 @@ pub enum ManoeuvreKind {
     PullOut,
 }
 
-impl ManoeuvreKind {
-    /// Every kind.
-    pub const ALL: [Self; 7] = [
-        Self::CutIn,
-        Self::HardBrake,
-        Self::Drift,
-        Self::RunTheLight,
-        Self::LateTurn,
-        Self::DoorToDoor,
-        Self::PullOut,
-    ];
-
-    /// The word for it in answers.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::CutIn => "cut-in",
-            Self::HardBrake => "hard-brake",
-            Self::Drift => "drift",
-            Self::RunTheLight => "run-the-light",
-            Self::LateTurn => "late-turn",
-            Self::DoorToDoor => "door-to-door",
-            Self::PullOut => "pull-out",
-        }
-    }
-}
+nearmiss_record::named!(ManoeuvreKind);
 
 /// A manoeuvre and its numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -237,7 +237,7 @@ fn the_last_piece_and_the_end_are_written_together_or_not_at_all() {
 }
 
 #[test]
-fn two_programs_share_a_file_and_a_newer_one_is_refused() {
+fn two_programs_share_a_file_and_those_of_other_versions_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("deep/runs.sqlite");
     let (a, b) = (Store::open(&path).unwrap(), Store::open(&path).unwrap());
@@ -247,6 +247,11 @@ fn two_programs_share_a_file_and_a_newer_one_is_refused() {
     assert!(matches!(
         Store::open(&path),
         Err(StoreError::Newer { found: 99, .. })
+    ));
+    a.lock().pragma_update(None, "user_version", 12).unwrap();
+    assert!(matches!(
+        Store::open(&path),
+        Err(StoreError::Older { found: 12, .. })
     ));
 }
 

@@ -127,7 +127,7 @@ impl WindowTest {
     pub fn holds(self, window: &CellWindows) -> bool {
         match self {
             Self::Manoeuvre(any) => any.has(place(&Manoeuvre::ALL, &window.manoeuvre)),
-            Self::Actor(any) => any.has(place(ObstacleType::ALL, &window.actor)),
+            Self::Actor(any) => any.has(place(&ObstacleType::ALL, &window.actor)),
             Self::Road(any) => any.has(place(&RoadType::ALL, &window.road)),
             Self::Severity(any) => any.has(usize::from(window.severity)),
             Self::Compared(how, score) => how.holds(f64::from(window.severity), score),

@@ -141,7 +141,7 @@ prop_compose! {
 prop_compose! {
     fn bound()(
         points in vec(point(), 2..6), height in option::of(number()),
-        marking in one_of(LineMarking::ALL),
+        marking in one_of(&LineMarking::ALL),
     ) -> Bound {
         let heights = height.map(|h| vec![h; points.len()]).unwrap_or_default();
         Bound { points, heights, marking }
@@ -155,7 +155,7 @@ fn adjacent() -> impl Strategy<Value = Option<Adjacent>> {
 
 prop_compose! {
     fn stop_line()(
-        points in option::of((point(), point())), marking in one_of(LineMarking::ALL),
+        points in option::of((point(), point())), marking in one_of(&LineMarking::ALL),
         signs in ids(), lights in ids(),
     ) -> StopLine {
         StopLine { points, marking, signs, lights }
@@ -165,8 +165,8 @@ prop_compose! {
 prop_compose! {
     fn lanelet(id: i64)(
         bounds in (bound().boxed(), bound().boxed()), ends in (ids(), ids()), sides in (adjacent(), adjacent()),
-        stop_line in option::of(stop_line().boxed()), types in vec(one_of(LaneletType::ALL), 0..3),
-        users in (vec(one_of(RoadUser::ALL), 0..3), vec(one_of(RoadUser::ALL), 0..3)),
+        stop_line in option::of(stop_line().boxed()), types in vec(one_of(&LaneletType::ALL), 0..3),
+        users in (vec(one_of(&RoadUser::ALL), 0..3), vec(one_of(&RoadUser::ALL), 0..3)),
         references in (ids(), ids()),
     ) -> Lanelet {
         Lanelet {
@@ -190,8 +190,8 @@ prop_compose! {
 
 prop_compose! {
     fn light(id: i64)(
-        cycle in vec((1_i64..99, one_of(SignalColor::ALL)), 0..4), offset in 0_i64..9,
-        position in option::of(point()), direction in option::of(one_of(TrafficDirection::ALL)),
+        cycle in vec((1_i64..99, one_of(&SignalColor::ALL)), 0..4), offset in 0_i64..9,
+        position in option::of(point()), direction in option::of(one_of(&TrafficDirection::ALL)),
         active in any::<bool>(),
     ) -> TrafficLight {
         let phase = |(duration, color)| LightPhase { duration, color };
@@ -214,7 +214,7 @@ prop_compose! {
 
 fn signal_states() -> impl Strategy<Value = Vec<SignalState>> {
     let on = |signals: Vec<(Signal, bool)>| signals.into_iter().collect::<BTreeMap<_, _>>();
-    let signals = vec((one_of(Signal::ALL), any::<bool>()), 0..4).prop_map(on);
+    let signals = vec((one_of(&Signal::ALL), any::<bool>()), 0..4).prop_map(on);
     let one = (steps(0), signals).prop_map(|(time, signals)| SignalState {
         time,
         signals: signals.into_iter().collect(),
@@ -235,7 +235,7 @@ fn prediction() -> BoxedStrategy<Prediction> {
 
 prop_compose! {
     fn obstacle(id: i64)(
-        role in one_of(ObstacleRole::ALL), kind in one_of(ObstacleType::ALL),
+        role in one_of(&ObstacleRole::ALL), kind in one_of(&ObstacleType::ALL),
         shape in option::of(body()), initial in option::of(state(Steps::exact(0)).boxed()),
         prediction in prediction(), signals in signal_states(),
     ) -> Obstacle {

@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 
 use process::Process;
 use protocol::Ready;
+use strum::{IntoStaticStr, VariantArray};
 
 pub use protocol::{
     OLDEST_PROTOCOL, PROTOCOL, ReferencePoint, planner_message_names, planner_message_schema,
@@ -24,7 +25,8 @@ pub use session::ExternalReport;
 pub(super) use session::Session;
 
 /// Whether the ego waits for its planner.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Clock {
     /// It does: the drive is the same however long planning takes.
     #[default]
@@ -33,16 +35,7 @@ pub enum Clock {
     Real,
 }
 
-impl Clock {
-    /// Its name in messages and documents.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Simulated => "simulated",
-            Self::Real => "real",
-        }
-    }
-}
+nearmiss_record::named!(Clock);
 
 /// How a planner's process is run.
 #[derive(Debug, Clone, PartialEq)]
@@ -174,7 +167,8 @@ impl Drop for ExternalPlanner {
 }
 
 /// Why a planner's process ended a drive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum PlannerFault {
     /// Its program cannot be run.
     NotStarted,
@@ -206,46 +200,7 @@ pub enum PlannerFault {
     Refused,
 }
 
-impl PlannerFault {
-    /// All of them.
-    pub const ALL: [Self; 14] = [
-        Self::NotStarted,
-        Self::Died,
-        Self::StartTimeout,
-        Self::CycleTimeout,
-        Self::TooLate,
-        Self::Flood,
-        Self::Nonsense,
-        Self::WrongVersion,
-        Self::NotFinite,
-        Self::Empty,
-        Self::TooShort,
-        Self::WrongStart,
-        Self::WrongTimes,
-        Self::Refused,
-    ];
-
-    /// Its name in JSON.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NotStarted => "not_started",
-            Self::Died => "died",
-            Self::StartTimeout => "start_timeout",
-            Self::CycleTimeout => "cycle_timeout",
-            Self::TooLate => "too_late",
-            Self::Flood => "flood",
-            Self::Nonsense => "nonsense",
-            Self::WrongVersion => "wrong_version",
-            Self::NotFinite => "not_finite",
-            Self::Empty => "empty",
-            Self::TooShort => "too_short",
-            Self::WrongStart => "wrong_start",
-            Self::WrongTimes => "wrong_times",
-            Self::Refused => "refused",
-        }
-    }
-}
+nearmiss_record::named!(PlannerFault);
 
 impl std::fmt::Display for PlannerFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -8,6 +8,8 @@
 //! the limits of people ([`HumanLimits`](nearmiss_scene::scenario::HumanLimits)). Nothing is random, and nothing looks into the
 //! future of another road user: where it will be is taken from its path and present speed.
 
+use strum::{IntoStaticStr, VariantArray};
+
 mod course;
 mod leader;
 mod reacting;
@@ -21,7 +23,8 @@ pub(super) use world::World;
 pub use world::{DrivenTraffic, HitFromBehind, Reaction};
 
 /// What the other road users do while the ego is driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum TrafficMode {
     /// What was recorded, whatever the ego does.
     #[default]
@@ -30,22 +33,4 @@ pub enum TrafficMode {
     Reactive,
 }
 
-impl TrafficMode {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Recorded, Self::Reactive];
-
-    /// Its name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Recorded => "recorded",
-            Self::Reactive => "reactive",
-        }
-    }
-
-    /// The one with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|mode| mode.name() == name)
-    }
-}
+nearmiss_record::named!(TrafficMode);

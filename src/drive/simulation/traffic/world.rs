@@ -4,6 +4,8 @@ use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use strum::{IntoStaticStr, VariantArray};
+
 use nearmiss_base::geometry::Polyline;
 use nearmiss_scene::scenario::prediction::Path;
 use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Scenario};
@@ -231,7 +233,8 @@ pub struct Reaction {
 }
 
 /// Traffic that drove into the ego's rear.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum HitFromBehind {
     /// It followed its recording, and knew nothing of the ego: such a contact says little about the ego.
     Unaware,
@@ -239,16 +242,7 @@ pub enum HitFromBehind {
     Reacting,
 }
 
-impl HitFromBehind {
-    /// Its name in documents.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Unaware => "unaware",
-            Self::Reacting => "reacting",
-        }
-    }
-}
+nearmiss_record::named!(HitFromBehind);
 
 impl Rollout {
     /// The scenario as it was driven, of a drive through `recorded`.

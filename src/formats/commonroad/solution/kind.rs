@@ -1,5 +1,7 @@
 //! Trajectory kinds of a solution with the quantities of their states, and its benchmark id.
 
+use strum::VariantArray;
+
 use nearmiss_scene::scenario::plausibility::limits::{LARGEST_COORDINATE, LARGEST_NUMBER};
 use nearmiss_scene::scenario::{VehicleModel, VehicleType};
 
@@ -25,7 +27,7 @@ impl Field {
 }
 
 /// Trajectory kinds of a solution, in schema order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, VariantArray)]
 pub enum TrajectoryKind {
     /// Accelerations along the world's axes; no states.
     PmInput,
@@ -75,15 +77,7 @@ const KST: &[Field] = fields![
 
 impl TrajectoryKind {
     /// Every kind, in the order in which the schema wants them.
-    pub const ALL: &'static [Self] = &[
-        Self::PmInput,
-        Self::Input,
-        Self::Pm,
-        Self::Ks,
-        Self::St,
-        Self::Mb,
-        Self::Kst,
-    ];
+    pub const ALL: &'static [Self] = Self::VARIANTS;
 
     /// The element of the trajectory.
     #[must_use]
