@@ -46,11 +46,12 @@ fn measured() -> Figures {
         let code = code(&text);
         add("code_lines", code.len());
         add("files", 1);
-        add("files_over_400_lines", usize::from(code.len() > 400));
         let json = code.iter().filter(|line| line.contains("json!("));
         add("json_macros", json.count());
         add("values_by_key", code.iter().map(|line| keys(line)).sum());
         add("shadowed_chains", shadowed(&code));
+        let tuples = code.iter().filter(|line| has_tuple_parameter(line));
+        add("tuple_parameters", tuples.count());
     }
     let (commands, options) = doors();
     add("commands", commands);
@@ -103,6 +104,17 @@ fn shadowed(code: &[&str]) -> usize {
         Some(pair[0].ends_with(';') && first == second && value.starts_with(&format!("{first}.")))
     });
     pairs.filter(|is| *is).count()
+}
+
+/// Whether a line has a parameter that is a tuple, `(a, b): (A, B)`, which hides how many parameters there are.
+fn has_tuple_parameter(line: &str) -> bool {
+    let Some((pattern, _)) = line.split_once("): (") else {
+        return false;
+    };
+    let names = pattern.rsplit('(').next().unwrap_or_default();
+    let in_function = pattern.starts_with('(') || pattern.contains("fn ");
+    let is_name = |c: char| c.is_alphanumeric() || "_, ".contains(c);
+    in_function && names.contains(", ") && names.chars().all(is_name)
 }
 
 /// Commands of the program, and the options of all pages of help.
