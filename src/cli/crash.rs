@@ -15,7 +15,8 @@ pub fn report_panics() {
 
 /// The command that was given, as what is being done; options and their values may say too much for a sentence.
 pub fn running() -> ActivityGuard {
-    let command = std::env::args().nth(1).unwrap_or_default();
+    let command = std::env::args_os().nth(1).unwrap_or_default();
+    let command = command.to_string_lossy();
     let doing_it = doing(format!("running `{command}`"));
     #[cfg(debug_assertions)]
     panic_if_asked(&command);

@@ -34,6 +34,12 @@ impl Knobs {
         }
         for (key, value) in &self.set {
             layers.word(&format!("--set {key}"), key, value);
+            let given = flags
+                .iter()
+                .find(|(_, of, values)| of == key && !values.is_empty());
+            if let Some((flag, ..)) = given {
+                layers.mistake(key, &format!("{flag} sets it, too; remove one"));
+            }
         }
     }
 }

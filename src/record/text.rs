@@ -6,7 +6,7 @@ use crate::table::{Cell, Column, Kind, Row, Table};
 use nearmiss_base::system::{columns, escaped_json, pad_end, pad_start, visible};
 
 /// The version of the form of all JSON; it grows when a key goes or changes its meaning.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// An object with its `schema_version` in front; other values as they are.
 pub fn versioned(value: Value) -> Value {

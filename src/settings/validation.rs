@@ -61,10 +61,14 @@ fn can_be_meant(config: &Config) -> bool {
         let parts = id.split_once('/');
         parts.is_some_and(|(provider, model)| !provider.is_empty() && !model.is_empty())
     };
-    positive(config.radius)
+    config
+        .radius
+        .is_none_or(|metres| metres > 0.0 && metres <= 1e6)
         && positive(Some(config.attack_within))
         && positive(config.budget)
-        && config.history != Some(0)
+        && config
+            .history
+            .is_none_or(|steps| (1..=100_000).contains(&steps))
         && config.max_tokens != Some(0)
         && config.temperature.is_none_or(|t| (0.0..=2.0).contains(&t))
         && one_of(&config.effort, &EFFORTS)

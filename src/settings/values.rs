@@ -83,13 +83,13 @@ pub(super) const KEYS: [Key; 26] = [
     ),
     key(
         "history",
-        "expected a whole number of at least 1",
+        "expected a whole number from 1 to 100000",
         "the template's",
         |config| Some(i64::try_from(config.history?).ok()?.into()),
     ),
     key(
         "radius",
-        "expected a number of metres above 0",
+        "expected a number of metres above 0, at most 1000000",
         "the template's",
         |config| config.radius.map(Value::Float),
     ),

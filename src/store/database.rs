@@ -83,6 +83,11 @@ pub enum StoreError {
         /// The version known.
         known: i64,
     },
+    /// The file is a database of another program, or its version was changed.
+    #[error(
+        "the file is no store of nearmiss; move it away, or set NEARMISS_DATA to another folder"
+    )]
+    Foreign,
     /// A verdict cannot be written as JSON.
     #[error("a verdict cannot be stored: {0}")]
     Json(#[from] serde_json::Error),

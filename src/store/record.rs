@@ -27,6 +27,9 @@ pub enum RecordError {
         /// All fields.
         known: String,
     },
+    /// A field has a value that no run has.
+    #[error("`{0}` has a value that no run has: the line was changed")]
+    Value(&'static str),
     /// It was written by a newer program.
     #[error("the line has format {0}, and this version reads up to {1}; update nearmiss")]
     Newer(u32, u32),
@@ -182,6 +185,18 @@ impl Run {
         }
         if run.ending.state == RunState::Running {
             return Err(RecordError::Running);
+        }
+        let is_cost = |usd: f64| (0.0..=1e9).contains(&usd);
+        // The year 9999 ends then.
+        let is_time = |ms: i64| (0..=253_402_300_799_999).contains(&ms);
+        let is_window = |(first, last): (i64, i64)| first <= last;
+        let checks = [
+            ("cost_usd", run.ending.consumed.cost_usd.is_none_or(is_cost)),
+            ("created_ms", is_time(run.created_ms)),
+            ("window", run.question.window.is_none_or(is_window)),
+        ];
+        if let Some((field, _)) = checks.iter().find(|(_, holds)| !holds) {
+            return Err(RecordError::Value(field));
         }
         // The key of a recorded answer is made of more than the request, which is not known.
         let own = run.question.key();

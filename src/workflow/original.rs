@@ -21,35 +21,49 @@ pub struct VariantOrigin {
 }
 
 impl VariantOrigin {
-    /// Reads what lies beside a scenario under its name; `None` where that is no manifest of this scenario, as other
-    /// JSON says nothing about it.
+    /// Reads what lies beside a scenario under its name; `None` where that is no manifest of this scenario, or one that
+    /// cannot be read.
     #[must_use]
     pub fn of(entry: &Entry) -> Option<Self> {
+        Self::read(entry)?.ok()
+    }
+
+    /// The same; why a manifest of this scenario cannot be read. Other JSON says nothing about it.
+    #[must_use]
+    pub fn read(entry: &Entry) -> Option<Result<Self, String>> {
+        #[derive(Deserialize)]
+        struct Named {
+            variant: String,
+        }
         let EntryLocation::File(file) = &entry.place else {
             return None;
         };
         let text = system::read_text(&file.with_extension("json"), system::LARGEST_TEXT).ok()?;
-        let manifest: Manifest = serde_json::from_str(&text).ok()?;
-        if file.file_name()?.to_str()? != manifest.variant
-            || manifest.attackers.is_empty()
-            || manifest.original.sha256.is_empty()
-        {
+        let named: Named = serde_json::from_str(&text).ok()?;
+        if file.file_name()?.to_str()? != named.variant {
             return None;
         }
-        Some(Self {
-            manifest,
-            variant: file.clone(),
-        })
+        let manifest: Manifest = match serde_json::from_str(&text) {
+            Ok(manifest) => manifest,
+            Err(why) => return Some(Err(why.to_string())),
+        };
+        if manifest.attackers.is_empty() || manifest.original.sha256.is_empty() {
+            return None;
+        }
+        let variant = file.clone();
+        Some(Ok(Self { manifest, variant }))
     }
 
     /// Reaction times of good drivers who survive the variant, seconds, and the names of their drives' files, the
-    /// shortest first.
+    /// shortest first; a name is empty where the manifest has none.
     pub fn certificates(&self) -> impl DoubleEndedIterator<Item = (&str, &str)> {
         let all = self.manifest.avoidable.iter().flatten();
-        all.filter_map(|(seconds, record)| {
-            let evasion = record.evasion.as_ref().filter(|_| record.avoided)?;
-            Some((&**seconds, &**evasion.trajectory.as_ref()?))
-        })
+        all.filter(|(_, record)| record.avoided)
+            .map(|(seconds, record)| {
+                let evasion = record.evasion.as_ref();
+                let name = evasion.and_then(|evasion| evasion.trajectory.as_deref());
+                (&**seconds, name.unwrap_or_default())
+            })
     }
 
     /// The planner whose drive lies beside the variant, with its version.
@@ -247,6 +261,23 @@ mod tests {
         let named = json!({"benchmark_id": "X", "sha256": hash, "file": file.to_str()});
         let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
         assert_eq!(origin.original().unwrap().0, entry);
+    }
+
+    #[test]
+    fn a_manifest_with_a_wrong_type_is_damaged_and_a_drive_without_a_file_is_counted() {
+        let folder = tempfile::tempdir().unwrap();
+        let entry = saved(folder.path(), json!({"benchmark_id": "A", "sha256": "00"}));
+        let file = folder.path().join("v.json");
+        let text = std::fs::read_to_string(&file).unwrap();
+        let mut manifest: Value = serde_json::from_str(&text).unwrap();
+        manifest["avoidable"] = json!({"0.5": {"avoided": true, "searched": {}}});
+        std::fs::write(&file, manifest.to_string()).unwrap();
+        let origin = VariantOrigin::of(&entry).unwrap();
+        assert_eq!(Vec::from_iter(origin.certificates()), [("0.5", "")]);
+        manifest["avoidable"]["0.5"]["max_acceleration"] = "4.8".into();
+        std::fs::write(&file, manifest.to_string()).unwrap();
+        let why = VariantOrigin::read(&entry).unwrap().unwrap_err();
+        assert!(why.contains("4.8"), "{why}");
     }
 
     #[test]

@@ -48,7 +48,18 @@ impl VariantProofs {
 #[must_use]
 pub fn verify_variant(variant: &Path) -> Option<VariantProofs> {
     let entry = Entry::of_file(variant);
-    let origin = VariantOrigin::of(&entry)?;
+    let origin = match VariantOrigin::read(&entry)? {
+        Ok(origin) => origin,
+        Err(why) => {
+            let name = variant.with_extension("json");
+            let name = name.file_name().unwrap_or_default().to_string_lossy();
+            return Some(VariantProofs {
+                files: 0,
+                changed: vec![visible(&format!("{name}: {why}")).into_owned()],
+                certificates: Vec::new(),
+            });
+        }
+    };
     let folder = variant.parent().unwrap_or(Path::new(""));
     let hashes = &origin.manifest.sha256;
     let changed = hashes.iter().filter_map(|(name, hash)| {

@@ -265,7 +265,7 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
     for line in home.run(&["runs", "export"]).stdout.lines() {
         let kinds = ["batch", "question", "run"];
         let is =
-            |kind: &&str| line.contains(&format!("{{\"schema_version\":1,\"nearmiss_{kind}\":"));
+            |kind: &&str| line.contains(&format!("{{\"schema_version\":2,\"nearmiss_{kind}\":"));
         let kind = kinds.into_iter().find(is).expect("a line of a known kind");
         all.push((kind, line.to_string()));
     }
@@ -298,7 +298,7 @@ fn every_output_fits_its_schema() {
         assert!(!text.is_empty(), "{name} prints nothing");
         for line in text.lines() {
             let value: Value = serde_json::from_str(line).unwrap();
-            assert!(line.starts_with("{\"schema_version\":1,"), "{name}: {line}");
+            assert!(line.starts_with("{\"schema_version\":2,"), "{name}: {line}");
             if let Err(error) = validator.validate(&value) {
                 panic!("{name}: {error} at {}\n{line}", error.instance_path());
             }

@@ -370,7 +370,7 @@ fn every_format_is_written_whole_or_not_at_all() {
         ("r.md", "# Accuracy"),
         ("r.tex", "% Accuracy"),
         ("r.csv", "label,task,"),
-        ("r.json", "{\"schema_version\":1,\"cells\":["),
+        ("r.json", "{\"schema_version\":2,\"cells\":["),
         ("r.html", "<!doctype html>"),
     ] {
         report(&["-o", name]).status(0);

@@ -47,7 +47,9 @@ pub fn is_contained() -> bool {
 pub fn report_panics(folder: Option<PathBuf>, redact: Redact) {
     static BEGUN: AtomicBool = AtomicBool::new(false);
     let main = std::thread::current().id();
-    let command: Vec<String> = std::env::args().map(|argument| redact(&argument)).collect();
+    let command: Vec<String> = std::env::args_os()
+        .map(|argument| redact(&argument.to_string_lossy()))
+        .collect();
     std::panic::set_hook(Box::new(move |info| {
         if is_contained() {
             return;

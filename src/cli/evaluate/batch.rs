@@ -156,7 +156,7 @@ fn resume(arguments: &Run, which: Option<BatchId>, mut context: BatchContext) ->
     let request = ResumeRequest {
         batch: which,
         selection: arguments.selection(),
-        more: more.asked(),
+        more,
         truth,
         dry_run: arguments.dry_run.is_some(),
     };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 use strum::{IntoStaticStr, VariantArray};
 
@@ -267,11 +267,15 @@ pub struct CertificateRecord {
     /// Why not.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why: Option<String>,
-    /// The drive that does.
-    #[serde(flatten)]
+    /// The drive that does. A wrong type in it is a mistake of the file, not the absence of a drive.
+    #[serde(flatten, deserialize_with = "read_evasion")]
     pub evasion: Option<EvasionRecord>,
     /// Extent of the search.
     pub searched: SearchRecord,
+}
+
+fn read_evasion<'de, D: Deserializer<'de>>(fields: D) -> Result<Option<EvasionRecord>, D::Error> {
+    EvasionRecord::deserialize(fields).map(Some)
 }
 
 /// A drive that avoids a variant.

@@ -8,6 +8,7 @@ use toml::Value;
 use toml::de::{DeTable, DeValue};
 
 use super::Fields;
+use super::values::toml_value;
 use nearmiss_base::system::{line_at, toml_mistake, unknown};
 
 /// Values of fields from files and from the command line.
@@ -17,6 +18,8 @@ pub struct Layers<F> {
     /// Each with the line of the file it is in.
     mistakes: Vec<(usize, String)>,
     file: Option<String>,
+    /// The file is no TOML: what it lacks is not known.
+    is_unread: bool,
     fields: PhantomData<F>,
 }
 
@@ -41,6 +44,7 @@ impl<F> Default for Layers<F> {
             given: BTreeMap::new(),
             mistakes: Vec::new(),
             file: None,
+            is_unread: false,
             fields: PhantomData,
         }
     }
@@ -62,6 +66,7 @@ impl<F: Fields> Layers<F> {
             Err(error) => {
                 let broken = toml_mistake(text, &error);
                 self.mistakes.push((broken.line.unwrap_or(1), broken.words));
+                self.is_unread = true;
                 return;
             }
         };
@@ -108,9 +113,8 @@ impl<F: Fields> Layers<F> {
                 Some(Value::Table(table)) => table,
                 _ => toml::Table::new(),
             };
-            let typed = toml::from_str::<toml::Table>(&format!("value = {text}"));
-            let typed = typed.ok().and_then(|mut table| table.remove("value"));
-            table.insert(below.into(), typed.unwrap_or_else(|| text.into()));
+            let typed = toml_value(text).unwrap_or_else(|| text.into());
+            table.insert(below.into(), typed);
             value = table.into();
         }
         self.insert(row.key, value, Place::Named(name.into()));
@@ -173,9 +177,13 @@ impl<F: Fields> Layers<F> {
 
     /// Notes which fields are missing.
     pub fn require(&mut self) {
+        if self.is_unread {
+            return;
+        }
+        let is_empty = |given: &Given| given.value.as_array().is_some_and(Vec::is_empty);
         let missing = F::rows()
             .iter()
-            .filter(|row| row.is("required") && !self.given.contains_key(row.key));
+            .filter(|row| row.is("required") && self.given.get(row.key).is_none_or(is_empty));
         let words = missing.map(|row| (1, format!("{} is missing: {}", row.key, row.doc())));
         self.mistakes.extend(words);
     }

@@ -115,9 +115,15 @@ pub(super) fn text(value: &Value) -> String {
 /// A list or a table of TOML, else a text.
 fn typed(text: &str) -> Value {
     let is_toml = text.starts_with(['[', '{']);
-    let read = is_toml.then(|| toml::from_str::<Table>(&format!("value = {text}")).ok());
-    let value = read.flatten().and_then(|mut table| table.remove("value"));
+    let value = is_toml.then(|| toml_value(text)).flatten();
     value.unwrap_or_else(|| text.into())
+}
+
+/// A text as one value of TOML.
+pub(super) fn toml_value(text: &str) -> Option<Value> {
+    let mut table = toml::from_str::<Table>(&format!("value = {text}")).ok()?;
+    let value = table.remove("value")?;
+    table.is_empty().then_some(value)
 }
 
 /// A type whose values are words, often a few known ones.

@@ -9,7 +9,7 @@ use super::{BatchError, BatchPlan, DryRun, Selection};
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::Entry;
-use nearmiss_record::fields::Fields;
+use nearmiss_record::fields::{Fields, Row};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Batch, BatchId, Identity, Item, ItemTruth, NewItem, Store, StoreError};
@@ -107,7 +107,7 @@ impl ResumeRequest {
                 store.set_truth(batch.id, &before.to_json(), &labels)?;
             }
         }
-        let extended = self.more != Experiment::default();
+        let extended = self.more.asked() != Experiment::default();
         let mut windows = BatchWindows::of_items(&items).map_err(BatchError::Question)?;
         let mut left_out = None;
         if extended {
@@ -171,7 +171,8 @@ impl ResumeRequest {
     fn can_be_added(&self, batch: &Batch, spec: &Spec) -> Result<(), BatchError> {
         let (more, has, batch) = (&self.more, &spec.experiment, batch.id);
         let given = more.given().map(|(row, _)| row);
-        let kept = given.filter(|row| !row.is("grows") && more.get(row.key) != has.get(row.key));
+        let is_free = |row: &Row| row.is("grows") || ["budget", "concurrency"].contains(&row.key);
+        let kept = given.filter(|row| !is_free(row) && more.get(row.key) != has.get(row.key));
         let kept: Vec<&str> = kept.map(|row| row.key).collect();
         if !kept.is_empty() {
             return Err(BatchError::Kept { batch, keys: kept });

@@ -251,8 +251,8 @@ impl Experiment {
             );
             mistakes.push(("leads", words));
         }
-        if self.leads.len() > 1 && !self.tasks.contains(&Task::Safety) {
-            mistakes.push(("leads", "several leads are for the safety task".into()));
+        if !self.leads.is_empty() && !self.tasks.contains(&Task::Safety) {
+            mistakes.push(("leads", "leads are for the safety task".into()));
         }
         if let Some(why) = self.settings(None).misplaced(&self.frames, "") {
             mistakes.push(("frames", why));
@@ -305,6 +305,13 @@ impl Experiment {
             let given = given.into_iter().filter(|(_, given)| *given);
             let needed = "needs base_url; a provider has its own in config.toml";
             mistakes.extend(given.map(|(key, _)| (key, needed.into())));
+        }
+        let with_tools = self.tools.is_axis() || self.tools.one() == Some(true);
+        for key in ["tool_rounds", "tool_calls"] {
+            if !with_tools && self.get(key).is_some() {
+                let needed = "limits tools, which are off; set tools = true, too";
+                mistakes.push((key, needed.into()));
+            }
         }
         for table in &self.tables {
             if let Err((part, words)) = table.check() {

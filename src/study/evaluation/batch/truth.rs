@@ -183,7 +183,10 @@ impl TruthSource {
 
 impl FieldValue for TruthSource {
     fn read(value: &Value, takes: &Takes) -> Result<Self, Wrong> {
-        let words = <Vec<String>>::read(value, takes)?;
+        let words = match value.as_str() {
+            Some(word) => vec![word.to_string()],
+            None => <Vec<String>>::read(value, takes)?,
+        };
         Self::of_words(&words).ok_or(Wrong::kind())
     }
 
