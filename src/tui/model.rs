@@ -9,6 +9,7 @@ mod editor;
 mod experiment;
 mod generation;
 mod history;
+mod ids;
 mod index;
 mod jobs;
 mod judgements;
@@ -38,7 +39,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use answers::{Answers, Column, Progress, ShownAnswer, parts};
-pub use batch::{Card, MarkedScenarios};
+pub use batch::{Batch, Card, Counts, MarkedScenarios};
 pub use camera::{Camera, NEIGHBOURHOOD};
 pub use claims::{Claims, Document};
 pub use compare::{
@@ -46,12 +47,13 @@ pub use compare::{
     PendingRating, REASONS, shuffle,
 };
 pub use editor::{Change, Editor, Find, HEAVY, next, rows, width_of};
-pub use experiment::ExperimentView;
+pub use experiment::{CountedExperiment, ExperimentOutline, ExperimentView};
 pub use generation::{GenerationState, Search, consequence_words, listed, working_words};
 pub use history::{COUNTED, History, InputPurpose, PAGE};
+pub use ids::{JobId, MeasureId, OpenId, PageId, SeriesId, Update};
 pub use index::IndexChoice;
 pub use jobs::{Job, JobKind, JobState, Jobs};
-pub use judgements::Judgements;
+pub use judgements::{Judgements, WindowJudgement, WindowsToJudge};
 pub use jump_list::{JumpList, Place};
 pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, MapPicture, Readings};
 pub use list::{
@@ -74,7 +76,7 @@ pub use plot::{Drives, Plot};
 pub use prices::{Prices, RequestTokens};
 pub use prompt::{EntryLine, PromptPane, PromptView, diff_of};
 pub use reading::ReadingView;
-pub use results::{COLUMNS as RESULTS_COLUMNS, ResultsDrawn, ResultsView};
+pub use results::{COLUMNS as RESULTS_COLUMNS, CountedAnswers, ResultsDrawn, ResultsView};
 pub use sizes::{Arrangement, Border, Edge, PaneShares, Sizes};
 pub use timeline::{Disagreement, Heat, Seek, heat};
 pub use values::Values;
@@ -82,7 +84,7 @@ pub use values::Values;
 use super::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope};
 use super::clock::Clock;
 use super::loaded::{Opened, Source};
-use super::message::{JobId, OpenId};
+
 use super::screens::{self, Screen, Screens};
 use super::session::SessionState;
 use super::theme::Theme;

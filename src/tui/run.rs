@@ -21,8 +21,9 @@ use super::external_editor;
 use super::message::{Effect, ExternalEdit, Msg};
 use super::model::Model;
 use super::reload::{self, Stamps};
+use super::services::Services;
 use super::session;
-use super::tasks::{LoopEffect, Tasks};
+use super::tasks::pictures::SavePicture;
 use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{perform, start, update};
 use super::{screenshot, views, widgets};
@@ -121,7 +122,7 @@ async fn workbench(
     model.recall.hint = is_new(&folders, store.as_deref());
     let (sender, receiver) = unbounded_channel();
     tokio::spawn(reload::watch(folders.clone(), stamps, sender.clone()));
-    let tasks = Tasks::new(
+    let services = Services::new(
         sender,
         folders,
         models,
@@ -133,7 +134,7 @@ async fn workbench(
     let mut looping = Loop {
         model,
         screen,
-        tasks,
+        services,
         receiver,
         stray: background.late,
         tried: LastOpened::default(),
@@ -147,7 +148,7 @@ async fn workbench(
         return Ok(());
     }
     let ended = looping.until_quit(ending).await;
-    looping.tasks.finish().await;
+    looping.services.finish().await;
     system::activity::close_marks();
     ended.map_err(|e| the_terminal(&e))
 }
@@ -155,7 +156,7 @@ async fn workbench(
 struct Loop {
     model: Model,
     screen: Screen,
-    tasks: Tasks,
+    services: Services,
     receiver: UnboundedReceiver<Msg>,
     /// Whether the terminal may still answer what it was asked before the start.
     stray: bool,
@@ -171,7 +172,7 @@ impl Loop {
         };
         // Finished work is saved all the same.
         for effect in update(&mut self.model, Msg::Terminate) {
-            self.tasks.perform(effect);
+            self.services.perform(effect);
         }
         if terminal::is_gone(&error) {
             Ok(())
@@ -258,7 +259,7 @@ impl Loop {
                         };
                         // These effects need no terminal.
                         for effect in update(&mut self.model, Msg::EditedOutside(sent, result)) {
-                            self.tasks.perform(effect);
+                            self.services.perform(effect);
                         }
                         pace.change();
                         if over {
@@ -292,17 +293,20 @@ impl Loop {
         let mut step = Step::On;
         for effect in effects {
             self.tried.hear(&effect, &self.model.recall.here);
-            match self.tasks.perform(effect) {
+            match self.services.perform(effect) {
                 None => {}
-                Some(LoopEffect::Copy(text)) => self.screen.copy(&text)?,
-                Some(LoopEffect::Picture(mut job)) => {
-                    job.screen = screenshot::paint(&self.model).map(Some);
-                    self.tasks.draw(job);
+                Some(Effect::Copy(text)) => self.screen.copy(&text)?,
+                Some(Effect::Picture(mut job)) => {
+                    if job.needs_screen() {
+                        job.screen = screenshot::paint(&self.model).map(Some);
+                    }
+                    self.services.perform(SavePicture(job).into());
                 }
-                Some(LoopEffect::UseMouse(on)) => self.screen.use_mouse(on)?,
-                Some(LoopEffect::Suspend) => step = Step::Suspend,
-                Some(LoopEffect::EditOutside(outside)) => step = Step::EditOutside(outside),
-                Some(LoopEffect::Quit) => return Ok(Step::Quit),
+                Some(Effect::UseMouse(on)) => self.screen.use_mouse(on)?,
+                Some(Effect::Suspend) => step = Step::Suspend,
+                Some(Effect::EditOutside(outside)) => step = Step::EditOutside(outside),
+                Some(Effect::Quit) => return Ok(Step::Quit),
+                Some(Effect::Request(_) | Effect::Cancel(_)) => {}
             }
         }
         Ok(step)
@@ -349,7 +353,7 @@ impl Loop {
     fn perform(&mut self, effects: Vec<Effect>) -> std::io::Result<bool> {
         let mut quit = false;
         for effect in effects {
-            quit |= matches!(self.tasks.perform(effect), Some(LoopEffect::Quit));
+            quit |= matches!(self.services.perform(effect), Some(Effect::Quit));
         }
         Ok(quit)
     }

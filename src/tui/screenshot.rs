@@ -7,8 +7,10 @@ use ratatui::style::{Color as Ink, Modifier};
 
 use super::action::Action;
 use super::loaded::{Facts, Opened, Verdicts};
-use super::message::{Effect, Msg};
+use super::message::Msg;
 use super::model::Model;
+use super::tasks::scenarios::{Find, Found, Survey};
+use super::tasks::scenes::Open;
 use super::theme::Theme;
 use super::update::{self, update};
 use super::views;
@@ -28,7 +30,7 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
     let config = Config::read(&folders.config_file()).map_err(|e| e.in_short())?;
     let library = Library::load(Some(&folders.prompts()));
     let mut model = Model::new(Vec::new(), config, theme, library, Vec::new());
-    model.thresholds = std::sync::Arc::new(super::tasks::thresholds(&folders.thresholds())?);
+    model.thresholds = std::sync::Arc::new(super::services::thresholds(&folders.thresholds())?);
     model.size = wanted.size;
     // Pictures are drawn by the program itself, the finest blocks too.
     model.look.blocks_here = Blocks::Octants;
@@ -42,16 +44,14 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
     }
     let mut todo = update(
         &mut model,
-        Msg::Found(Ok(vec![wanted.entry.clone()].into())),
+        Msg::reply::<Find>(Found::All(Ok(vec![wanted.entry.clone()].into()))),
     );
     while let Some(effect) = todo.pop() {
-        let msg = match effect {
-            Effect::Open(id, entry, _) => {
-                let opened = read(&entry, wanted, &thresholds)?;
-                Msg::Opened(id, Ok(Box::new(opened)))
-            }
-            _ => continue,
+        let Some(Open { id, entry, .. }) = effect.request() else {
+            continue;
         };
+        let opened = read(entry, wanted, &thresholds)?;
+        let msg = Msg::reply::<Open>((*id, Ok(Box::new(opened))));
         let effects = update(&mut model, msg);
         todo.extend(update::compute_now(&mut model, effects));
     }
@@ -61,7 +61,7 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
         &thresholds,
         &Verdicts::default(),
     );
-    drop(update(&mut model, Msg::Surveyed(0, facts)));
+    drop(update(&mut model, Msg::reply::<Survey>((0, facts))));
     if let Some(id) = wanted.obstacle {
         let known = model
             .opened

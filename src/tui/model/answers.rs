@@ -1,6 +1,6 @@
 //! The compared answers, one column each, beside the built-in judge.
 
-use crate::message::JobId;
+use super::JobId;
 use nearmiss_ask::llm::ToolRound;
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::judge::Judgement;

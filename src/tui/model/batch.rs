@@ -3,10 +3,14 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use super::JobId;
 use super::List;
-use crate::message::JobId;
-use crate::message::runs::{Batch, Counts};
+use nearmiss_ask::prompts::{Library, Techniques};
 use nearmiss_formats::{Entry, EntryLocation};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::Task;
+use nearmiss_study::evaluation::batch::{Estimate, Experiment};
 
 /// The marked scenarios, by where they lie: the list may be read again.
 #[derive(Debug, Default)]
@@ -73,4 +77,50 @@ impl Card {
     pub fn is_counted(&self) -> bool {
         self.counts.looked >= self.batch.entries.len()
     }
+}
+
+/// One question to one model about many scenarios.
+#[derive(Debug)]
+pub struct Batch {
+    /// The task.
+    pub task: Task,
+    /// From where scenes are described.
+    pub frame: Frame,
+    /// How it is asked.
+    pub techniques: Techniques,
+    /// All that is asked.
+    pub experiment: Experiment,
+    /// Steps in a window.
+    pub history: usize,
+    /// The templates.
+    pub library: Library,
+    /// The text of the template where it is not saved: its file and the text.
+    pub draft: Option<(String, String)>,
+    /// The thresholds of risk scores.
+    pub thresholds: Arc<Thresholds>,
+    /// The model, `provider/model`.
+    pub model: String,
+    /// About which scenarios.
+    pub entries: Vec<Entry>,
+}
+
+/// The estimate of a batch before it is asked.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Counts {
+    /// Recordings that were read to draw windows, and how many there are.
+    pub read: (usize, usize),
+    /// Scenarios that were looked at.
+    pub looked: usize,
+    /// How many safe scenarios have no window to ask about, and why.
+    pub left_out: Option<String>,
+    /// Those of them whose truth is unknown: they are left out.
+    pub unlabelled: usize,
+    /// The size of the questions.
+    pub estimate: Estimate,
+    /// Why nothing would be sent, as things stand.
+    pub refused: Option<String>,
+    /// Requests at once.
+    pub at_once: usize,
+    /// US dollars left of the session's budget, if there is one.
+    pub budget: Option<f64>,
 }

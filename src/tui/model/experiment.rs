@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::message::JobId;
-use crate::message::experiment::{CountedExperiment, ExperimentOutline};
-use nearmiss_store::SplitPart;
-use nearmiss_workflow::{ExperimentProgress, FolderOfExperiments};
+use super::JobId;
+use nearmiss_store::{BatchId, SplitPart};
+use nearmiss_workflow::batch::DryRunLine;
+use nearmiss_workflow::{ExperimentAxis, ExperimentProgress, FolderOfExperiments};
 
 /// Experiments that are remembered at most.
 const MOST: usize = 10;
@@ -50,12 +50,6 @@ pub struct ExperimentView {
 }
 
 impl ExperimentView {
-    /// Whether a job of this number is its own.
-    #[must_use]
-    pub fn owns(&self, id: JobId) -> bool {
-        self.job == Some(id) || self.writing == Some(id)
-    }
-
     /// Begins anew with a file; what was opened before stays known.
     pub fn begin(&mut self, file: PathBuf) {
         let known = std::mem::take(self);
@@ -103,4 +97,48 @@ impl ExperimentView {
         }
         offers
     }
+}
+
+/// What an experiment file says, in words.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ExperimentOutline {
+    /// What it asks, in a line.
+    pub title: Option<String>,
+    /// Each axis of its matrix with the values.
+    pub axes: Vec<ExperimentAxis>,
+    /// How many ways of asking that makes.
+    pub ways: usize,
+    /// Names and values of the other keys.
+    pub facts: Vec<(&'static str, String)>,
+    /// Whether it splits its scenarios into dev and test.
+    pub is_split: bool,
+}
+
+/// An experiment with everything counted, before it is asked.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CountedExperiment {
+    /// The stored batch that is gone on with; `None` where a new one begins.
+    pub batch: Option<BatchId>,
+    /// How far that is; of a new one, what it would ask.
+    pub progress: ExperimentProgress,
+    /// What asking the rest takes, as `evaluate --dry-run` says it.
+    pub lines: Vec<DryRunLine>,
+    /// Requests that would be sent.
+    pub requests: u64,
+    /// Questions that would be answered without a request: by the built-in judge or from the store.
+    pub free: u64,
+    /// The cost in words.
+    pub price: String,
+    /// Models that cannot be asked as things stand, and why.
+    pub refused: Vec<(String, String)>,
+    /// Scenarios in dev and test.
+    pub split: Option<(usize, usize)>,
+    /// How far the test split of the batch is, with its lock and the looks at it.
+    pub test: Vec<String>,
+    /// What the batch cost so far, US dollars, and how many answers are of unknown cost.
+    pub spent: (f64, usize),
+    /// Why questions that were asked have no whole answer, and how many, the most first.
+    pub reasons: Vec<(String, usize)>,
+    /// Warnings about scenarios, ground truth and models.
+    pub doubts: Vec<String>,
 }

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use super::JobId;
 use super::Model;
 use crate::action::Action;
 use crate::loaded::{
     AuthoringProgress, Authorship, GeneratedVariant, GenerationStage, Opened, SavedVariant,
-    VariantRequest, VariantShown,
+    VariantShown,
 };
-use crate::message::{Effect, JobId, JobRequest};
 use nearmiss_drive::generation::Consequence;
 use nearmiss_scene::scenario::{ContentHash, Transform};
 
@@ -82,15 +82,14 @@ impl GenerationState {
         }
     }
 
-    /// Begins a job under `id` about the scenario at a place of the list.
-    pub fn begin(&mut self, id: JobId, place: usize, request: Box<VariantRequest>) -> Effect {
+    /// A job under `id` about the scenario at a place of the list begins.
+    pub fn begin(&mut self, id: JobId, place: usize) {
         self.under_way = Some(Search {
             id,
             place,
             at: None,
             waits: None,
         });
-        Effect::Start(id, JobRequest::Generate(request))
     }
 
     /// The variant of a scenario.

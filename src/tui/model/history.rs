@@ -1,8 +1,8 @@
 //! The run history: the loaded part of the list, and the selected run.
 
 use super::Model;
+use super::PageId;
 use crate::action::Action;
-use crate::message::runs::PageId;
 use nearmiss_formats::{Entry, bundled};
 use nearmiss_scene::scenario::Transform;
 use nearmiss_store::{Cursor, Edge, Filter, Page, Run, RunId, Summary};

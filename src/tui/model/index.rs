@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::message::JobId;
+use super::JobId;
 
 /// The chosen index; what was read of it belongs to the list.
 #[derive(Debug, Clone, Default)]

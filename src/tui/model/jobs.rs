@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::message::JobId;
+use super::JobId;
 use nearmiss_store::Consumed;
 
 /// Work outside the model.
@@ -174,8 +174,11 @@ pub struct Jobs {
 const MOST: usize = 500;
 
 impl Jobs {
-    /// Adds one.
+    /// Adds one, unless there is nothing to do.
     pub fn add(&mut self, job: Job) {
+        if job.of == 0 {
+            return;
+        }
         if self.all.len() >= MOST
             && let Some(old) = self.all.iter().position(|job| !job.is_running())
         {

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::Model;
-use crate::message::{Computation, WindowJudgement};
 use nearmiss_scene::judge::Judgement;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Scene, Window};
@@ -12,6 +11,22 @@ use nearmiss_scene::verdict::Task;
 
 /// Windows that are judged ahead of the current one, so that stepping and playing find theirs there.
 const AHEAD: i64 = 12;
+
+/// The first and last step of a window, and the built-in judge's answer about it.
+pub type WindowJudgement = ((i64, i64), Judgement);
+
+/// Windows of a scene, by their first and last steps, which the built-in judge is to judge.
+#[derive(Debug)]
+pub struct WindowsToJudge {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The task.
+    pub task: Task,
+    /// The windows.
+    pub windows: Vec<(i64, i64)>,
+    /// The thresholds of risk scores.
+    pub thresholds: Arc<Thresholds>,
+}
 
 /// Safety judgements of one scene under the same thresholds, by the first and last step of their windows.
 #[derive(Debug, Default)]
@@ -111,7 +126,7 @@ impl Model {
     }
 
     /// Judgements to request: that of the current window by itself, then those of the steps after it.
-    pub fn missing_judgements(&mut self) -> Vec<Computation> {
+    pub fn missing_judgements(&mut self) -> Vec<WindowsToJudge> {
         let scene = self.opened.as_ref().and_then(|o| o.scene.clone());
         let Some((scene, now)) = scene.zip(self.window()) else {
             return Vec::new();
@@ -130,8 +145,11 @@ impl Model {
         [now, after]
             .into_iter()
             .filter(|windows| !windows.is_empty())
-            .map(|windows| {
-                Computation::Judge(scene.clone(), Task::Safety, windows, thresholds.clone())
+            .map(|windows| WindowsToJudge {
+                scene: scene.clone(),
+                task: Task::Safety,
+                windows,
+                thresholds: thresholds.clone(),
             })
             .collect()
     }

@@ -25,7 +25,6 @@ pub use nearmiss_workflow::{Filter, HEADLINE, Matching, TERMS, WordMatch, neares
 use unicode_width::UnicodeWidthStr;
 
 use crate::loaded::Facts;
-use crate::message::Effect;
 use nearmiss_formats::{Entry, PassedOver, SearchResults};
 use nearmiss_scene::corpus::CorpusIndex;
 use nearmiss_scene::metrics::Measure;
@@ -220,12 +219,17 @@ impl List {
         }
     }
 
-    /// Asks for the values that it is sorted by, where they are not known with the facts.
+    /// The measure that it is sorted by, where its values are not known with the facts.
     #[must_use]
-    pub fn ranking(&self) -> Option<Effect> {
-        let measure = self.measure().filter(|m| !HEADLINE.contains(&m.id))?;
+    pub fn ranking(&self) -> Option<&'static Measure> {
+        self.measure().filter(|m| !HEADLINE.contains(&m.id))
+    }
+
+    /// Every scenario, with its place.
+    #[must_use]
+    pub fn entries(&self) -> Vec<(usize, Entry)> {
         let entries = self.rows.iter().map(|row| row.entry.clone());
-        Some(Effect::Rank(measure.id, entries.enumerate().collect()))
+        entries.enumerate().collect()
     }
 
     /// Sorts anew, as far as what it sorts by is known; by the same again, the other way around.

@@ -1,10 +1,10 @@
 //! The planner in the workbench: its settings, and the drive in progress.
 
+use super::JobId;
 use super::Model;
 use super::rollout_cache::RolloutCache;
 use crate::action::Action;
 use crate::loaded::{CycleShown, PlannedEgo};
-use crate::message::JobId;
 use nearmiss_drive::planner::Forecast;
 use nearmiss_scene::scenario::ContentHash;
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::message::SeriesId;
+use super::SeriesId;
 use nearmiss_scene::metrics::{MEASURES, Measure, Series, Thresholds};
 use nearmiss_scene::scenario::Scene;
 

@@ -1,8 +1,8 @@
 //! How the reasoning pane shows answers.
 
+use super::JobId;
 use super::{Column, Model};
 use crate::action::Action;
-use crate::message::JobId;
 use crate::widgets::long_text::ReadingMode;
 
 /// How answers are read.

@@ -2,7 +2,7 @@
 
 use ratatui::layout::{Position, Rect};
 
-use crate::message::runs::{CountedAnswers, PageId};
+use super::PageId;
 use nearmiss_store::RunId;
 use nearmiss_study::evaluation::batch::{AnswerSet, CountingChoice};
 use nearmiss_study::evaluation::{AnswerOutcome, Outcome, Results};
@@ -244,4 +244,25 @@ impl ResultsDrawn {
         let inside = area.contains(at);
         inside.then(|| rows.get(usize::from(at.y - area.y)).copied())?
     }
+}
+
+/// Counts over stored answers.
+#[derive(Debug)]
+pub struct CountedAnswers {
+    /// Which are counted.
+    pub counting: AnswerSet,
+    /// The choices.
+    pub offers: Vec<CountingChoice>,
+    /// A row for each way of asking.
+    pub rows: Vec<Results>,
+    /// Questions of the batch that were not asked, or not yet, or cannot be asked; they are not counted.
+    pub unasked: usize,
+    /// How far the test split is that may not be counted yet.
+    pub locked: Option<String>,
+    /// What they are compared with.
+    pub truth: TruthChoice,
+    /// What else they could be compared with.
+    pub truths: Vec<TruthChoice>,
+    /// While scenarios are opened to find out what is true about them: how many of how many are done.
+    pub judging: Option<(usize, usize)>,
 }

@@ -1,7 +1,7 @@
 //! The timeline beside the clock: the measure of its strips, and disagreements between answers and judge.
 
+use super::OpenId;
 use super::{Model, ShownAnswer};
-use crate::message::OpenId;
 use nearmiss_scene::metrics::{Danger, Measure, Series, measure};
 
 /// Contents of the timeline's strips.

@@ -1,7 +1,7 @@
 //! All measures of the picked obstacle and of the scene, computed while they are displayed.
 
+use super::MeasureId;
 use crate::loaded::Measured;
-use crate::message::MeasureId;
 
 /// The last request and its result.
 #[derive(Debug, Default)]

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use crate::message::Effect;
 use crate::session::SavedLocation;
+use crate::tasks::scenes::Open;
 use nearmiss_base::system::activity::{ActivityGuard, trying};
-use nearmiss_formats::Entry;
 
 /// A program that is killed later than this after the first picture was not ended by the scenario.
 const SETTLED: Duration = Duration::from_millis(800);
@@ -22,9 +22,8 @@ pub struct LastOpened {
 impl LastOpened {
     /// An effect is about to be performed: if it opens a scenario, that is tried from now on.
     pub fn hear(&mut self, effect: &Effect, here: &Path) {
-        let entry: &Entry = match effect {
-            Effect::Open(_, entry, _) | Effect::OpenChanged(_, entry, _, _) => entry,
-            _ => return,
+        let Some(Open { entry, .. }) = effect.request() else {
+            return;
         };
         // The one before is over first.
         self.open = None;

@@ -10,8 +10,10 @@ use super::{Screen, Step};
 use crate::action::Action;
 use crate::keymap::Key;
 use crate::loaded::VariantRequest;
-use crate::message::JobId;
+
+use crate::model::JobId;
 use crate::model::Model;
+use crate::tasks::making::Generate;
 use crate::widgets::hints::Hint;
 use crate::widgets::window;
 use crate::widgets::words::thousands;
@@ -84,7 +86,8 @@ impl AttackScreen {
         };
         let id = JobId(model.new_id());
         model.say(self.reply.clone());
-        Step::Close(vec![model.maker.begin(id, self.place, request)])
+        model.maker.begin(id, self.place);
+        Step::Close(vec![Generate { id, request }.into()])
     }
 
     fn text(&self, model: &Model) -> Text<'static> {

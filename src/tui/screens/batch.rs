@@ -9,9 +9,10 @@ use ratatui::widgets::Paragraph;
 use super::{Screen, Step};
 use crate::action::Action;
 use crate::keymap::Key;
-use crate::message::runs::Batch;
-use crate::message::{Effect, JobRequest};
+use crate::message::Effect;
+use crate::model::Batch;
 use crate::model::{Card, Model};
+use crate::tasks::batch::AskBatch;
 use crate::widgets::hints::Hint;
 use crate::widgets::window;
 use crate::widgets::words::{fit, thousands};
@@ -105,7 +106,11 @@ fn begin(model: &mut Model) -> Step {
         card.batch.model,
         card.batch.entries.len()
     ));
-    Step::Close(vec![Effect::Start(card.id, JobRequest::Batch(card.batch))])
+    let ask = AskBatch {
+        id: card.id,
+        batch: card.batch,
+    };
+    Step::Close(vec![ask.into()])
 }
 
 /// Which windows are asked about.

@@ -10,6 +10,7 @@ use crate::action::Action;
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::{Model, Picker, matching};
+use crate::tasks::experiment::ListExperiments;
 use crate::widgets::hints::{Hint, fixed};
 use crate::widgets::{picker, window};
 use nearmiss_scene::description::visible;
@@ -177,7 +178,7 @@ impl ExperimentsScreen {
             return Vec::new();
         }
         self.asked = Some(folder.clone());
-        vec![Effect::ListExperiments(folder)]
+        vec![ListExperiments(folder).into()]
     }
 
     fn rows(&self, model: &Model) -> Vec<Row> {

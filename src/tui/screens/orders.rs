@@ -6,6 +6,7 @@ use ratatui::layout::Rect;
 use super::Step;
 use super::picker::Choice;
 use crate::model::{Model, Order, Picker, orders_shown};
+use crate::tasks::scenarios::ranking;
 use crate::widgets::picker;
 use crate::widgets::words::pad;
 
@@ -25,7 +26,7 @@ impl Choice for Orders {
         };
         // By the same again, the other way around.
         model.list.sort_by(*order);
-        Step::Close(model.list.ranking().into_iter().collect())
+        Step::Close(ranking(model).into_iter().collect())
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {

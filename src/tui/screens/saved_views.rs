@@ -8,6 +8,7 @@ use crate::action::Action;
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::{Model, Picker, matching};
+use crate::tasks::scenarios::ListViews;
 use crate::widgets::hints::{Hint, fixed};
 use crate::widgets::words::pad;
 use crate::widgets::{picker, window};
@@ -49,7 +50,7 @@ impl Screen for SavedViewsScreen {
                     Some(Row::Save(name)) => {
                         let view = model.list.view();
                         model.say(format!("view `{name}` saved"));
-                        Step::Close(vec![Effect::ChangeView(name, Some(view))])
+                        Step::Close(vec![ListViews::Change(name, Some(view)).into()])
                     }
                     None => Step::stay(),
                 });
@@ -141,7 +142,7 @@ impl SavedViewsScreen {
             return Step::stay();
         }
         model.say(format!("view `{name}` deleted"));
-        Step::Stay(vec![Effect::ChangeView(name, None)])
+        Step::Stay(vec![ListViews::Change(name, None).into()])
     }
 }
 

@@ -12,6 +12,7 @@ use crate::action::{Action, Scope};
 use crate::loaded::Source;
 use crate::message::{Effect, Mouse};
 use crate::model::Model;
+use crate::tasks::scenes::ReadSource;
 use crate::widgets::highlight::{Language, lines};
 use crate::widgets::hints::{self, Hint};
 use crate::widgets::window;
@@ -143,7 +144,7 @@ pub fn open(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     }
     let entry = model.list.rows[place].entry.clone();
-    vec![Effect::ReadSource(place, entry)]
+    vec![ReadSource(place, entry).into()]
 }
 
 /// The source was read; it is shown if it is still that of what is open.

@@ -10,6 +10,7 @@ use super::{Screen, Step};
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::Model;
+use crate::tasks::scenarios::ScenarioTags;
 use crate::widgets::hints::{Hint, fixed};
 use crate::widgets::window;
 use crate::widgets::words::{fit, fit_end};
@@ -98,6 +99,6 @@ impl TagsScreen {
     fn keep(&self, model: &Model) -> Option<Effect> {
         let tags = Tags::typed(&self.typed);
         let differs = tags != model.list.tags.tags_for(&self.scenario);
-        differs.then(|| Effect::ChangeTags(self.scenario.clone(), tags))
+        differs.then(|| ScenarioTags::Change(self.scenario.clone(), tags).into())
     }
 }

@@ -6,8 +6,8 @@ use ratatui::layout::Rect;
 use super::Step;
 use super::picker::Choice;
 use crate::action::{Action, Scope};
-use crate::message::Effect;
 use crate::model::{Model, Picker, templates_shown};
+use crate::tasks::templates::{ChangeTemplate, TemplateChange};
 use crate::widgets::{picker, window};
 use nearmiss_ask::prompts::{Library, Origin};
 
@@ -29,7 +29,7 @@ impl Choice for Templates {
             model.say(format!("{file} is in use already"));
             return Step::close();
         }
-        Step::Close(vec![Effect::UseTemplate(file)])
+        Step::Close(vec![ChangeTemplate(file, TemplateChange::Use).into()])
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {

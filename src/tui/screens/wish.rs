@@ -9,8 +9,10 @@ use ratatui::widgets::{Paragraph, Wrap};
 use super::{Screen, Step};
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::loaded::VariantRequest;
-use crate::message::{Effect, JobId};
+use crate::message::Effect;
+use crate::model::JobId;
 use crate::model::Model;
+use crate::tasks::making::Generate;
 use crate::widgets::hints::{Hint, fixed};
 use crate::widgets::window;
 use crate::widgets::words::fit_end;
@@ -104,6 +106,7 @@ impl WishScreen {
         model.say(format!("searching for an attack: {wish}…"));
         request.wish = Some(wish);
         request.seed = model.maker.next_seed(self.hash, None);
-        Step::Close(vec![model.maker.begin(id, self.place, request)])
+        model.maker.begin(id, self.place);
+        Step::Close(vec![Generate { id, request }.into()])
     }
 }

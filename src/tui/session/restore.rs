@@ -1,8 +1,9 @@
 //! Captures the state of the workbench as a session, and restores it at the next start.
 
 use super::super::action::Action;
-use super::super::message::{Effect, JobEvent, Msg, Update};
+use super::super::message::{Effect, Msg};
 use super::super::model::{Grouping, IndexChoice, Model, Order, Pane};
+use super::super::tasks::session::{KeepSession, KeepSessionLater};
 use super::super::update::{clock, open, open_current};
 use super::{Override, SavedLocation, SavedScenario, Session, View};
 use nearmiss_ask::prompts::Techniques;
@@ -288,16 +289,8 @@ pub fn opened(model: &mut Model) {
 
 /// Something happened that a session may remember.
 pub fn note(model: &mut Model, msg: &Msg) {
-    let by_hand = matches!(
-        msg,
-        Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_) | Msg::Opened(..)
-    );
+    let by_hand = matches!(msg, Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_));
     model.recall.changed |= by_hand;
-    if let Msg::Job(_, JobEvent::Question(Update::Ended(Ok(answer)))) = msg
-        && answer.verdict().is_some()
-    {
-        model.recall.hint = false;
-    }
 }
 
 /// Something changed: it is kept after a while.
@@ -305,7 +298,7 @@ pub fn remember(model: &mut Model) -> Option<Effect> {
     let recall = &mut model.recall;
     let due = recall.on && recall.changed && !recall.asked;
     recall.asked |= due;
-    due.then_some(Effect::RememberLater)
+    due.then_some(KeepSessionLater.into())
 }
 
 /// Keeps what the workbench looks like, if that is another look than was kept last.
@@ -321,5 +314,5 @@ pub fn keep(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     }
     model.recall.kept = Some(session.clone());
-    vec![Effect::Remember(session)]
+    vec![KeepSession(session).into()]
 }

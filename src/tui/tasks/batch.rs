@@ -6,38 +6,206 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use tokio::runtime::Handle;
-use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::JoinSet;
 
-use super::Tasks;
-use super::job::Canceller;
-use crate::message::experiment::ItemChange;
-use crate::message::runs::{Batch, BatchAnswer, Counts};
-use crate::message::{BatchProgress, JobEvent, JobId, Msg, Update};
+use crate::message::Effect;
+use crate::model::{Batch, Counts, Job, JobId, JobKind, Model, Update};
+use crate::request::{Replies, Request};
+use crate::services::{Canceller, Services};
+use crate::update::{self, experiment, jobs};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{EgoSelection, EntryLocation};
-use nearmiss_store::{Item, Store, StoreError};
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Item, ItemState, Store, StoreError};
 use nearmiss_study::evaluation::batch::{Experiment, way_of};
-use nearmiss_study::evaluation::{Judge, Judges};
+use nearmiss_study::evaluation::{Answer, Judge, Judges, PromptConfig};
 use nearmiss_workflow::batch::{
     self, BatchControl, BatchError, BatchPlan, BatchRequest, BatchRun, DryRun, DryRunEvent,
     PlanningEvent, ProviderSlots,
 };
 
-/// The batch that was estimated last, and what bounds those that are asked.
+/// What can be begun, by its number; it is there once it is prepared.
+pub(super) type Prepared = Option<(JobId, Arc<OnceLock<Ready>>)>;
+
+/// The batch that was estimated last.
 #[derive(Default)]
-pub struct Batches {
-    estimated: Option<(JobId, Arc<OnceLock<Ready>>)>,
-    /// The experiment that was read last.
-    pub(super) experiment: Option<(JobId, Arc<OnceLock<Ready>>)>,
-    slots: Arc<ProviderSlots>,
-}
+struct Estimated(Prepared);
+
+/// Bounds all batches that are asked.
+#[derive(Default)]
+struct Slots(Arc<ProviderSlots>);
 
 /// A batch that can be begun.
 pub(super) struct Ready {
     pub plan: BatchPlan,
     pub dry_run: DryRun,
     pub judges: Judges,
+}
+
+/// Prepares all questions of a batch to know what they take, in place of one that was estimated before; nothing is
+/// asked.
+#[derive(Debug)]
+pub struct EstimateBatch {
+    /// Its number.
+    pub id: JobId,
+    /// The batch.
+    pub batch: Arc<Batch>,
+}
+
+impl Request for EstimateBatch {
+    /// The estimate, as far as known.
+    type Reply = (JobId, Update<Counts, Counts>);
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let Self { id, batch } = self;
+        if let Some((before, _)) = services.state::<Estimated>().0.take() {
+            services.jobs.cancel(before);
+        }
+        let counts = Counts {
+            budget: services.models.budget_left(),
+            ..Counts::default()
+        };
+        let judge = services.judge(&batch.model, batch.experiment.parameters().tools);
+        let (judge, store) = match judge.and_then(|judge| Ok((judge, services.open_store()?))) {
+            Ok(both) => both,
+            Err(why) => {
+                let counts = Counts {
+                    looked: batch.entries.len(),
+                    refused: Some(why),
+                    ..counts
+                };
+                replies.send((id, Update::Ended(Ok(counts))));
+                return;
+            }
+        };
+        let estimating = Estimating {
+            batch,
+            store,
+            ego: services.ego.clone(),
+            counts: Counts {
+                at_once: batch::at_once(&judge, services.concurrency),
+                ..counts
+            },
+            judge,
+        };
+        let ready = Arc::new(OnceLock::new());
+        services.state::<Estimated>().0 = Some((id, Arc::clone(&ready)));
+        let runtime = Handle::current();
+        services.run(id, replies, move |cancel, progress| {
+            Ok(estimating.run(&ready, &runtime, cancel, progress))
+        });
+    }
+
+    fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
+        let card = model.card.as_mut().filter(|card| card.id == id);
+        if let (Some(card), Update::Progress(counts) | Update::Ended(Ok(counts))) = (card, update) {
+            card.counts = counts;
+        }
+        Vec::new()
+    }
+}
+
+/// How far a batch is.
+#[derive(Debug)]
+pub enum BatchProgress {
+    /// The store knows it by this name, and it has so many questions to ask.
+    Named(String, usize),
+    /// A question of an experiment changed its state.
+    Changed(Box<ItemChange>),
+    /// A question was answered, or why not.
+    Answered(Result<BatchAnswer, String>),
+}
+
+/// A question of an experiment changed its state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ItemChange {
+    /// How it is asked.
+    pub way: PromptConfig,
+    /// Its state before.
+    pub before: ItemState,
+    /// Its state now.
+    pub now: ItemState,
+}
+
+/// An answer within a batch.
+#[derive(Debug)]
+pub struct BatchAnswer {
+    /// Its subject: hash of the scenario, ego, task.
+    pub about: Option<(String, String, Task)>,
+    /// The answer.
+    pub answer: Box<Answer>,
+    /// Whether the built-in judge says that the same question's scene is dangerous; nothing for other tasks.
+    pub truth: Option<bool>,
+}
+
+/// Asking the questions of a batch.
+pub type BatchUpdate = Update<BatchProgress, ()>;
+
+/// Asks the questions of the batch that was estimated under the same number.
+#[derive(Debug)]
+pub struct AskBatch {
+    /// Its number.
+    pub id: JobId,
+    /// The batch.
+    pub batch: Arc<Batch>,
+}
+
+impl Request for AskBatch {
+    type Reply = (JobId, BatchUpdate);
+
+    fn sent(&self, model: &mut Model) {
+        let count = self.batch.entries.len();
+        let title = format!("{} on {count} scenarios", self.batch.model);
+        let job = Job::new(self.id, JobKind::Batch, title, count, model.uptime);
+        model.jobs.add(job);
+    }
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let estimated = services.state::<Estimated>().0.take();
+        ask(services, self.id, estimated, replies, false);
+    }
+
+    fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
+        on_update(model, id, update)
+    }
+}
+
+/// Takes the news of a batch or an experiment that is asked.
+pub(super) fn on_update(model: &mut Model, id: JobId, update: BatchUpdate) -> Vec<Effect> {
+    if !jobs::note(model, id, |job, now| jobs::note_batch(job, &update, now)) {
+        return Vec::new();
+    }
+    let effects = experiment::on_batch(model, id, &update);
+    update::batch::on_update(model, id, update);
+    effects
+}
+
+/// Asks the questions that were prepared under this number.
+pub(super) fn ask<R: Request<Reply = (JobId, BatchUpdate)>>(
+    services: &mut Services,
+    id: JobId,
+    prepared: Prepared,
+    replies: Replies<R>,
+    tells_changes: bool,
+) {
+    let ready = prepared.filter(|(of, _)| *of == id);
+    let (Some((_, ready)), Some(store)) = (ready, services.store.clone()) else {
+        replies.send((id, Update::Ended(Ok(()))));
+        return;
+    };
+    let control = BatchControl::default();
+    let asking = Asking {
+        id,
+        ready,
+        store,
+        concurrency: services.concurrency,
+        slots: Arc::clone(&services.state::<Slots>().0),
+        control: control.clone(),
+        replies,
+        tells_changes,
+    };
+    let task = tokio::spawn(asking.run()).abort_handle();
+    services.jobs.insert(id, Canceller::Batch(control), task);
 }
 
 /// Input of a batch estimate.
@@ -50,101 +218,16 @@ struct Estimating {
 }
 
 /// Input of asking a batch.
-struct Asking {
+struct Asking<R> {
     id: JobId,
     ready: Arc<OnceLock<Ready>>,
     store: Arc<Store>,
     concurrency: NonZeroU32,
     slots: Arc<ProviderSlots>,
     control: BatchControl,
-    sender: UnboundedSender<Msg>,
+    replies: Replies<R>,
     /// Whether each change of a question is told, too.
     tells_changes: bool,
-}
-
-impl Tasks {
-    /// Prepares all questions of a batch, in place of one that was estimated before.
-    pub(super) fn estimate(&mut self, id: JobId, batch: Arc<Batch>) {
-        if let Some((before, _)) = self.batches.estimated.take() {
-            self.jobs.cancel(before);
-        }
-        let counts = Counts {
-            budget: self.models.budget_left(),
-            ..Counts::default()
-        };
-        let judge = self.judge(&batch.model, batch.experiment.parameters().tools);
-        let (judge, store) = match (judge, self.store.clone()) {
-            (Ok(judge), Some(store)) => (judge, store),
-            (judge, _) => {
-                let no_store = || "the store of runs is not open".to_string();
-                let counts = Counts {
-                    looked: batch.entries.len(),
-                    refused: Some(judge.err().unwrap_or_else(no_store)),
-                    ..counts
-                };
-                let ended = JobEvent::Estimate(Update::Ended(Ok(counts)));
-                let _ = self.sender.send(Msg::Job(id, ended));
-                return;
-            }
-        };
-        let estimating = Estimating {
-            batch,
-            store,
-            ego: self.ego.clone(),
-            counts: Counts {
-                at_once: batch::at_once(&judge, self.concurrency),
-                ..counts
-            },
-            judge,
-        };
-        let ready = Arc::new(OnceLock::new());
-        self.batches.estimated = Some((id, Arc::clone(&ready)));
-        let runtime = Handle::current();
-        self.run(id, JobEvent::Estimate, move |cancel, tell| {
-            Ok(estimating.run(&ready, &runtime, cancel, tell))
-        });
-    }
-
-    /// Asks the questions of the batch that was estimated under this id.
-    pub(super) fn begin(&mut self, id: JobId) {
-        let estimated = self.batches.estimated.take();
-        self.ask_ready(id, estimated, false);
-    }
-
-    /// Asks the questions of the experiment that was read under this id.
-    pub(super) fn begin_experiment(&mut self, id: JobId) {
-        let read = self.batches.experiment.take();
-        self.ask_ready(id, read, true);
-    }
-
-    fn ask_ready(
-        &mut self,
-        id: JobId,
-        estimated: Option<(JobId, Arc<OnceLock<Ready>>)>,
-        tells_changes: bool,
-    ) {
-        let ready = estimated
-            .filter(|(of, _)| *of == id)
-            .map(|(_, ready)| ready);
-        let (Some(ready), Some(store)) = (ready, self.store.clone()) else {
-            let ended = JobEvent::Batch(Update::Ended(Ok(())));
-            let _ = self.sender.send(Msg::Job(id, ended));
-            return;
-        };
-        let control = BatchControl::default();
-        let asking = Asking {
-            id,
-            ready,
-            store,
-            concurrency: self.concurrency,
-            slots: Arc::clone(&self.batches.slots),
-            control: control.clone(),
-            sender: self.sender.clone(),
-            tells_changes,
-        };
-        let task = tokio::spawn(asking.run()).abort_handle();
-        self.jobs.insert(id, Canceller::Batch(control), task);
-    }
 }
 
 impl Batch {
@@ -233,19 +316,21 @@ impl Estimating {
     }
 }
 
-impl Asking {
+impl<R: Request<Reply = (JobId, BatchUpdate)>> Asking<R> {
     async fn run(self) {
-        let (id, sender, tells_changes) = (self.id, self.sender.clone(), self.tells_changes);
-        let tell = |update| drop(sender.send(Msg::Job(id, JobEvent::Batch(update))));
+        let (id, replies, tells_changes) = (self.id, self.replies.clone(), self.tells_changes);
+        let reply = |update| {
+            replies.send((id, update));
+        };
         let begun = tokio::task::spawn_blocking(move || self.begin()).await;
         let asked = match begun {
             Ok(Ok((run, items))) => {
                 let named = BatchProgress::Named(run.id.to_string(), items.len());
-                tell(Update::Progress(named));
+                reply(Update::Progress(named));
                 let mut judging = JoinSet::new();
                 let asked = Arc::new(run)
                     .ask(items, |ended| {
-                        let sender = sender.clone();
+                        let replies = replies.clone();
                         if tells_changes && let Ok(way) = way_of(&ended.item.asked) {
                             let change = ItemChange {
                                 way,
@@ -253,25 +338,24 @@ impl Asking {
                                 now: ended.state,
                             };
                             let changed = BatchProgress::Changed(Box::new(change));
-                            tell(Update::Progress(changed));
+                            reply(Update::Progress(changed));
                         }
                         judging.spawn_blocking(move || {
                             let answered = BatchProgress::Answered(outcome(ended));
-                            let event = JobEvent::Batch(Update::Progress(answered));
-                            let _ = sender.send(Msg::Job(id, event));
+                            replies.send((id, Update::Progress(answered)));
                         });
                     })
                     .await;
                 judging.join_all().await;
                 for paused in asked.iter().flatten() {
-                    let _ = sender.send(Msg::Complaint(paused.words()));
+                    replies.complain(paused.words());
                 }
                 asked.map_err(|error| error.to_string())
             }
             Ok(Err(error)) => Err(error.to_string()),
             Err(error) => Err(error.to_string()),
         };
-        tell(Update::Ended(asked.map(|_| ())));
+        reply(Update::Ended(asked.map(|_| ())));
     }
 
     /// Writes the batch into the store.

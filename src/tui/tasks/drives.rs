@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::super::loaded::DriveFiles;
 use super::pictures::file_name;
+use crate::loaded::DriveFiles;
 use nearmiss_base::system::shown_path;
 use nearmiss_formats::commonroad::{ProblemSolution, Solution, save, write_solution};
 use nearmiss_formats::write_recording;

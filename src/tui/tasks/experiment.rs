@@ -6,18 +6,21 @@ use std::sync::{Arc, OnceLock};
 
 use tokio::runtime::Handle;
 
-use super::Tasks;
-use super::batch::Ready;
-use crate::message::experiment::{
-    CountedExperiment, ExperimentNews, ExperimentOutline, ExperimentQuery, ExperimentWritten,
-    NewExperiment,
+use super::batch::{self, BatchUpdate, Prepared, Ready};
+use crate::message::Effect;
+use crate::model::{
+    Batch, CountedExperiment, ExperimentOutline, Job, JobId, JobKind, Model, Update,
 };
-use crate::message::{JobEvent, JobId};
+use crate::request::{Replies, Request};
+use crate::services::Services;
+use crate::update;
 use nearmiss_ask::llm::{Budget, Environment};
+use nearmiss_ask::prompts::Library;
 use nearmiss_base::system::SaveError;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::EgoSelection;
 use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::TextFile;
 use nearmiss_store::{BatchId, Filter, ItemState, SplitPart, Store};
 use nearmiss_study::evaluation::batch::{Experiment, TestSplit};
@@ -26,14 +29,14 @@ use nearmiss_workflow::batch::{
     BatchModels, BatchPlan, DryRun, DryRunEvent, PlanningEvent, Selection,
 };
 use nearmiss_workflow::{
-    ExperimentContext, ExperimentProgress, WriteExperimentError, experiment_axes, experiment_facts,
-    experiment_of, find_scenarios, prepare_experiment, read_experiment, reasons_of,
-    write_experiment,
+    ExperimentContext, ExperimentProgress, FolderOfExperiments, WriteExperimentError,
+    experiment_axes, experiment_facts, experiment_of, experiments_in, find_scenarios,
+    prepare_experiment, read_experiment, reasons_of, write_experiment,
 };
 
 /// What a reading needs of the program.
 struct Reading {
-    query: ExperimentQuery,
+    query: ReadExperiment,
     store: Option<Arc<Store>>,
     providers: toml::Table,
     config_file: PathBuf,
@@ -43,34 +46,155 @@ struct Reading {
     runtime: Handle,
 }
 
-impl Tasks {
-    /// Reads an experiment and makes its questions, in place of those that were made before.
-    pub(super) fn read_experiment(&mut self, id: JobId, query: ExperimentQuery) {
-        if let Some((before, _)) = self.batches.experiment.take() {
-            self.jobs.cancel(before);
+/// Reads an experiment file and prepares its questions to know what they take, in place of those that were prepared
+/// before; nothing is asked.
+#[derive(Debug)]
+pub struct ReadExperiment {
+    /// Its number.
+    pub id: JobId,
+    /// The file.
+    pub file: PathBuf,
+    /// The part of its split that would be asked; `None` for all.
+    pub part: Option<SplitPart>,
+    /// The templates.
+    pub library: Library,
+    /// The thresholds of risk scores.
+    pub thresholds: Arc<Thresholds>,
+}
+
+/// How far the reading of an experiment is.
+#[derive(Debug)]
+pub enum ExperimentNews {
+    /// The file was read: its text, and what it says; nothing where it has mistakes.
+    Read(Box<(String, Option<ExperimentOutline>)>),
+    /// What takes its time now, in words.
+    Working(String),
+}
+
+/// The experiment that was read last.
+#[derive(Default)]
+struct LastRead(Prepared);
+
+impl Request for ReadExperiment {
+    /// What the file says, then what it would ask.
+    type Reply = (JobId, Update<ExperimentNews, Box<CountedExperiment>>);
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        if let Some((before, _)) = services.state::<LastRead>().0.take() {
+            services.jobs.cancel(before);
         }
+        let id = self.id;
         let reading = Reading {
-            query,
-            store: self.store.clone(),
-            providers: self.providers.clone(),
-            config_file: self.folders.config_file(),
-            environment: self.models.environment().clone(),
-            budget: self.models.budget(),
+            query: self,
+            store: services.store.clone(),
+            providers: services.providers.clone(),
+            config_file: services.folders.config_file(),
+            environment: services.models.environment().clone(),
+            budget: services.models.budget(),
             runtime: Handle::current(),
         };
         let ready = Arc::new(OnceLock::new());
-        self.batches.experiment = Some((id, Arc::clone(&ready)));
-        self.run(id, JobEvent::Experiment, move |cancel, tell| {
-            reading.run(&ready, cancel, tell)
+        services.state::<LastRead>().0 = Some((id, Arc::clone(&ready)));
+        services.run(id, replies, move |cancel, progress| {
+            reading.run(&ready, cancel, progress)
         });
     }
 
-    /// Writes an experiment file.
-    pub(super) fn write_experiment(&mut self, id: JobId, new: NewExperiment) {
-        let ego = self.ego.clone();
-        self.run(id, JobEvent::ExperimentWritten, move |_, _| {
-            write(&new, &ego).map(Some)
+    fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
+        if model.experiment.job == Some(id) {
+            update::experiment::on_read(model, update);
+        }
+        Vec::new()
+    }
+}
+
+/// Asks the questions of the experiment that was read under the same number.
+#[derive(Debug)]
+pub struct AskExperiment {
+    /// Its number.
+    pub id: JobId,
+    /// Its name in the list of tasks.
+    pub name: String,
+    /// Questions that are asked.
+    pub questions: usize,
+}
+
+impl Request for AskExperiment {
+    type Reply = (JobId, BatchUpdate);
+
+    fn sent(&self, model: &mut Model) {
+        let title = format!("experiment {}", self.name);
+        let job = Job::new(self.id, JobKind::Batch, title, self.questions, model.uptime);
+        model.jobs.add(job);
+    }
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let read = services.state::<LastRead>().0.take();
+        batch::ask(services, self.id, read, replies, true);
+    }
+
+    fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
+        batch::on_update(model, id, update)
+    }
+}
+
+/// Writes an experiment file from what the workbench would ask.
+#[derive(Debug)]
+pub struct WriteExperiment {
+    /// Its number.
+    pub id: JobId,
+    /// The file.
+    pub file: PathBuf,
+    /// The scenarios, and how they are asked about.
+    pub batch: Batch,
+    /// Whether an existing file is replaced.
+    pub overwrite: bool,
+}
+
+/// What became of a file that was to be written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ExperimentWritten {
+    /// It is there.
+    Written(PathBuf),
+    /// There is a file of this name already.
+    Exists(PathBuf),
+}
+
+impl Request for WriteExperiment {
+    type Reply = (JobId, Update<(), ExperimentWritten>);
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let ego = services.ego.clone();
+        services.run(self.id, replies, move |_, _| write(&self, &ego).map(Some));
+    }
+
+    fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
+        if model.experiment.writing == Some(id) {
+            update::experiment::written(model, update)
+        } else {
+            Vec::new()
+        }
+    }
+}
+
+/// Looks through a folder for experiment files; an empty path is the working folder.
+#[derive(Debug)]
+pub struct ListExperiments(pub PathBuf);
+
+impl Request for ListExperiments {
+    type Reply = (PathBuf, Result<FolderOfExperiments, String>);
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let Self(folder) = self;
+        services.background(replies, move || {
+            let found = experiments_in(&folder);
+            (folder, found)
         });
+    }
+
+    fn reply(model: &mut Model, found: Self::Reply) -> Vec<Effect> {
+        model.experiment.folder = Some(found);
+        Vec::new()
     }
 }
 
@@ -291,7 +415,7 @@ fn shown(path: &Path) -> String {
     }
 }
 
-fn write(new: &NewExperiment, ego: &EgoSelection) -> Result<ExperimentWritten, String> {
+fn write(new: &WriteExperiment, ego: &EgoSelection) -> Result<ExperimentWritten, String> {
     if *ego != EgoSelection::Beside {
         return Err(
             "an experiment asks about the ego beside each scenario; start nearmiss without --ego"

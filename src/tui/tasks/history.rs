@@ -8,25 +8,67 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use tokio::sync::mpsc::UnboundedSender;
-
-use super::Tasks;
-use crate::message::Msg;
-use crate::message::runs::{HistoryCommand, HistoryEvent};
+use crate::message::Effect;
+use crate::model::{Model, PageId};
+use crate::request::{Replies, Request};
+use crate::screens::history;
+use crate::services::Services;
+use crate::update::screens;
 use nearmiss_base::system::{self, NewFile, SaveError};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::judge;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::{Task, Verdict};
-use nearmiss_store::{Filter, Interrupter, Run, Store, record_line};
+use nearmiss_store::{Edge, Filter, Interrupter, Page, Run, RunId, Store, record_line};
 use nearmiss_workflow::StoredQuestion;
 
 /// Interval between checks for new runs in the store, while the history is open.
 const LOOK: Duration = Duration::from_millis(400);
 
-/// Reads for the history while it is open; ends when it is dropped.
+/// Requests of the history to the store.
 #[derive(Debug)]
-pub struct Reader {
+pub enum HistoryCommand {
+    /// The screen is open: the store is watched.
+    Open,
+    /// The screen is closed.
+    Close,
+    /// A part of the list, of at most so many.
+    Page(PageId, Filter, Edge, usize),
+    /// How many runs fit.
+    Count(Filter),
+    /// A run whole; and the built-in judge's word on it, for which these files may be the scenario.
+    Details(RunId, Vec<Entry>),
+    /// Pin a run, or no longer.
+    Pin(RunId, bool),
+    /// Delete a run, or restore it.
+    Delete(RunId, bool),
+    /// Write what a person has to say about a run.
+    Note(RunId, String),
+    /// Write the runs that fit into a file, as JSON lines.
+    Export(Filter, PathBuf),
+}
+
+/// Answers of the store to the history.
+#[derive(Debug)]
+pub enum HistoryEvent {
+    /// A part of the list.
+    Page(PageId, Edge, Result<Page, String>),
+    /// How many runs fit.
+    Counted(Filter, u64),
+    /// A run, if it is still there.
+    Details(RunId, Result<Option<Box<Run>>, String>),
+    /// The built-in judge's answer to the same question: dangerous or not, where known.
+    Truth(RunId, Option<bool>),
+    /// The store was written to.
+    Changed,
+    /// A run was changed, or why not.
+    Done(RunId, Result<(), String>),
+    /// A file was written: what to say, or why not.
+    Exported(Result<String, String>),
+}
+
+/// Reads for the history while it is open; ends when it is dropped.
+struct Reader {
     commands: Sender<HistoryCommand>,
     reading: Arc<OnceLock<Interrupter>>,
 }
@@ -42,17 +84,16 @@ pub struct Judging {
 
 impl Reader {
     /// Begins to read the store in a file.
-    #[must_use]
-    pub fn begin(path: PathBuf, judging: Judging, sender: UnboundedSender<Msg>) -> Self {
+    fn begin(path: PathBuf, judging: Judging, replies: Replies<HistoryCommand>) -> Self {
         let (commands, receiver) = channel();
         let reading = Arc::new(OnceLock::new());
         let interrupter = Arc::clone(&reading);
-        std::thread::spawn(move || read(&path, &judging, &receiver, &interrupter, &sender));
+        std::thread::spawn(move || read(&path, &judging, &receiver, &interrupter, &replies));
         Self { commands, reading }
     }
 
     /// Asks for something. A list takes the place of one that is being read.
-    pub fn send(&self, command: HistoryCommand) {
+    fn send(&self, command: HistoryCommand) {
         if let (HistoryCommand::Page(..), Some(reading)) = (&command, self.reading.get()) {
             reading.interrupt();
         }
@@ -61,43 +102,49 @@ impl Reader {
     }
 }
 
-impl Tasks {
+/// The reader, while the history is open.
+#[derive(Default)]
+struct OpenReader(Option<Reader>);
+
+impl Request for HistoryCommand {
+    type Reply = HistoryEvent;
+
     /// Reads go to the history's own reader, changes to where all others are written.
-    pub(super) fn history(&mut self, command: HistoryCommand) {
-        let judging = || Judging {
-            ego: self.ego.clone(),
-            thresholds: self.thresholds.clone(),
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let judging = Judging {
+            ego: services.ego.clone(),
+            thresholds: services.thresholds.clone(),
         };
-        match command {
-            HistoryCommand::Close => self.history = None,
-            HistoryCommand::Open => {
-                let path = self.folders.store();
-                let reader = Reader::begin(path, judging(), self.sender.clone());
-                self.history = Some(reader);
+        match self {
+            Self::Close => services.state::<OpenReader>().0 = None,
+            Self::Open => {
+                let path = services.folders.store();
+                let reader = Reader::begin(path, judging, replies);
+                services.state::<OpenReader>().0 = Some(reader);
             }
-            HistoryCommand::Page(..) | HistoryCommand::Count(..) | HistoryCommand::Details(..) => {
-                if let Some(reader) = &self.history {
-                    reader.send(command);
+            Self::Page(..) | Self::Count(..) | Self::Details(..) => {
+                if let OpenReader(Some(reader)) = services.state() {
+                    reader.send(self);
                 }
             }
-            HistoryCommand::Pin(..)
-            | HistoryCommand::Delete(..)
-            | HistoryCommand::Note(..)
-            | HistoryCommand::Export(..) => {
-                let Some(store) = self.store.clone() else {
-                    let why = "runs are not stored, so nothing can be changed".to_string();
-                    let _ = self.sender.send(Msg::Complaint(why));
-                    return;
+            Self::Pin(..) | Self::Delete(..) | Self::Note(..) | Self::Export(..) => {
+                let Some(store) = services.store.clone() else {
+                    let why = "runs are not stored, so nothing can be changed";
+                    return replies.complain(why.into());
                 };
-                let (judging, sender) = (judging(), self.sender.clone());
                 tokio::task::spawn_blocking(move || {
                     let mut truths = Truths::default();
-                    for event in answer(&store, &judging, &mut truths, command) {
-                        let _ = sender.send(Msg::History(event));
+                    for event in answer(&store, &judging, &mut truths, self) {
+                        replies.send(event);
                     }
                 });
             }
         }
+    }
+
+    fn reply(model: &mut Model, event: HistoryEvent) -> Vec<Effect> {
+        let step = history::on_event(model, event);
+        screens::take(model, None, step)
     }
 }
 
@@ -106,16 +153,15 @@ fn read(
     judging: &Judging,
     commands: &Receiver<HistoryCommand>,
     reading: &OnceLock<Interrupter>,
-    sender: &UnboundedSender<Msg>,
+    replies: &Replies<HistoryCommand>,
 ) {
-    let tell = |event: HistoryEvent| sender.send(Msg::History(event)).is_ok();
     let store = match Store::open_to_read(path) {
         Ok(store) => store,
         Err(error) => {
             let why = error.to_string();
             for command in commands {
                 if let HistoryCommand::Page(id, _, edge, _) = command {
-                    tell(HistoryEvent::Page(id, edge, Err(why.clone())));
+                    replies.send(HistoryEvent::Page(id, edge, Err(why.clone())));
                 }
             }
             return;
@@ -135,14 +181,14 @@ fn read(
         let begun = Instant::now();
         for command in newest(first.into_iter().chain(commands.try_iter())) {
             for event in answer(&store, judging, &mut truths, command) {
-                if !tell(event) {
+                if !replies.send(event) {
                     return;
                 }
             }
         }
         if idle {
             let now = store.version_of_data().ok();
-            if now != version && !tell(HistoryEvent::Changed) {
+            if now != version && !replies.send(HistoryEvent::Changed) {
                 return;
             }
             version = now;

@@ -1,39 +1,64 @@
 //! Making a scenario dangerous in the background; writing a variant.
 
-mod writing;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use std::path::Path;
+use tokio::sync::oneshot;
 
-use super::super::loaded::{GeneratedVariant, GenerationInputs, Opened, VariantRequest};
-use super::super::message::{JobEvent, JobId, Msg, Update};
-use super::Tasks;
+use crate::loaded::{
+    GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
+    VariantRequest, Writer,
+};
+use crate::message::Effect;
+use crate::model::{JobId, JobState, Model, Update};
+use crate::request::{Replies, Request};
+use crate::services::Services;
+use crate::update::{jobs, making};
 use nearmiss_drive::generation::{Effort, VariantFiles};
 use nearmiss_drive::simulation::Settings;
+use nearmiss_study::evaluation::generating::Author;
 use nearmiss_workflow::{AttackSource, ModelWriter};
 
-impl Tasks {
-    /// Makes a scenario dangerous: a model writes the attack, or it is searched for.
-    pub(super) fn generate(&mut self, id: JobId, request: Box<VariantRequest>) {
+/// Makes a scenario dangerous: a model writes the attack, or it is searched for.
+#[derive(Debug)]
+pub struct Generate {
+    /// Its number.
+    pub id: JobId,
+    /// What is wanted.
+    pub request: Box<VariantRequest>,
+}
+
+/// Making a scenario dangerous.
+pub type GenerationUpdate = Update<GenerationProgress, GenerationOutcome>;
+
+impl Request for Generate {
+    type Reply = (JobId, GenerationUpdate);
+
+    fn sent(&self, model: &mut Model) {
+        let job = making::job(self.id, &self.request, model.uptime);
+        model.jobs.add(job);
+    }
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let Self { id, request } = self;
         let settings = Settings {
             forecast: request.forecast,
-            ..self.planning
+            ..services.planning
         };
-        let chosen = request.planner.checked_sub(1);
-        let planner = chosen.and_then(|chosen| self.planners.get(chosen)).cloned();
+        let planner = services.planner(request.planner);
         let writing = match request.writer.as_deref() {
-            Some(writer) => match self.author(writer, request.only) {
-                Ok(author) => Some((author, self.held())),
+            Some(writer) => match author(services, writer, request.only) {
+                Ok(author) => Some((author, until_dropped(services))),
                 Err(why) => {
-                    let failed = JobEvent::Generate(Update::Ended(Err(why)));
-                    let _ = self.sender.send(Msg::Job(id, failed));
+                    replies.send((id, Update::Ended(Err(why))));
                     return;
                 }
             },
             None => None,
         };
-        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
+        let (ego, thresholds) = (services.ego.clone(), services.thresholds.clone());
         let runtime = tokio::runtime::Handle::current();
-        self.run(id, JobEvent::Generate, move |cancel, tell| {
+        services.run(id, replies, move |cancel, progress| {
             let model = writing.as_ref().map(|(author, _)| ModelWriter {
                 author,
                 runtime: &runtime,
@@ -47,8 +72,75 @@ impl Tasks {
                     None => AttackSource::Search(&effort),
                 },
             };
-            Opened::generated(&request, &ego, &thresholds, &how, cancel, tell)
+            Opened::generated(&request, &ego, &thresholds, &how, cancel, progress)
         });
+    }
+
+    fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
+        let job = model.jobs.running_mut(id);
+        let stopping = job.is_some_and(|job| job.state == JobState::Stopping);
+        if !jobs::note(model, id, |job, now| making::note(job, &update, now)) {
+            return Vec::new();
+        }
+        match update {
+            Update::Progress(_) if stopping => {}
+            _ if stopping => making::stopped(model),
+            update => return making::on_update(model, update),
+        }
+        Vec::new()
+    }
+}
+
+/// The author that a model is; nothing is asked yet.
+///
+/// # Errors
+/// No such model is known: in words.
+fn author(services: &Services, writer: &Writer, only: Option<i64>) -> Result<Author, String> {
+    Ok(Author {
+        name: writer.name.clone(),
+        // As `generate` asks.
+        judge: services.judge(&writer.model, None)?,
+        store: services.store.clone(),
+        library: writer.library.clone(),
+        thresholds: Arc::clone(&services.thresholds),
+        settings: writer.settings,
+        frame: None,
+        method: writer.method,
+        at_once: usize::try_from(services.concurrency.get()).unwrap_or(1),
+        attacker: only,
+        obey: false,
+        fresh: writer.fresh,
+        batch: None,
+    })
+}
+
+/// The end of the program waits until this is dropped: a cancelled request is written down by then.
+fn until_dropped(services: &mut Services) -> oneshot::Sender<()> {
+    let (guard, dropped) = oneshot::channel();
+    let until = tokio::spawn(async { drop(dropped.await) });
+    services.jobs.wait_for(until.abort_handle());
+    guard
+}
+
+/// Writes a variant into a folder; the current one if none is named.
+#[derive(Debug)]
+pub struct SaveVariant(pub Arc<GeneratedVariant>, pub Option<PathBuf>);
+
+impl Request for SaveVariant {
+    /// The files, or why it was not written.
+    type Reply = (Arc<GeneratedVariant>, Result<String, String>);
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let Self(variant, folder) = self;
+        services.background(replies, move || {
+            let written = write(&variant, folder.as_deref());
+            (variant, written)
+        });
+    }
+
+    fn reply(model: &mut Model, (variant, written): Self::Reply) -> Vec<Effect> {
+        making::saved(model, &variant, written);
+        Vec::new()
     }
 }
 

@@ -2,46 +2,36 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::super::loaded::{PictureJob, PictureKind};
+use crate::loaded::{PictureJob, PictureKind};
+use crate::message::Effect;
+use crate::model::Model;
+use crate::request::{Replies, Request};
+use crate::services::{DrawGuard, Services};
 use nearmiss_base::system::shown_path;
 use nearmiss_formats::commonroad::{NewFile, SaveError};
 use nearmiss_render::{Figure, Format, Picture, Provenance, Subject, animate};
 
-/// Pictures that are being drawn. What is stopped leaves nothing behind.
-#[derive(Debug, Default)]
-pub struct Drawing {
-    stop: Arc<AtomicBool>,
-    /// Each drawing task holds one.
-    held: Arc<()>,
-}
-
-/// A guard for a picture being drawn.
+/// Draws and saves a picture.
 #[derive(Debug)]
-pub struct DrawGuard {
-    stop: Arc<AtomicBool>,
-    _held: Arc<()>,
-}
+pub struct SavePicture(pub Box<PictureJob>);
 
-impl Drawing {
-    /// Another one begins.
-    pub fn begin(&self) -> DrawGuard {
-        DrawGuard {
-            stop: Arc::clone(&self.stop),
-            _held: Arc::clone(&self.held),
+impl Request for SavePicture {
+    /// Where it is, or why there is none.
+    type Reply = Result<String, String>;
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let guard = services.drawing.begin();
+        services.background(replies, move || save(&self.0, &guard));
+    }
+
+    fn reply(model: &mut Model, saved: Self::Reply) -> Vec<Effect> {
+        match saved {
+            // Long enough to read a path, whatever key comes next.
+            Ok(path) => model.tell(format!("saved as {path}")),
+            Err(error) => model.complain(format!("no picture: {error}")),
         }
-    }
-
-    /// All shall end.
-    pub fn stop(&self) {
-        self.stop.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether the drawing thread has ended.
-    pub fn ended(&self) -> bool {
-        Arc::strong_count(&self.held) == 1
+        Vec::new()
     }
 }
 
@@ -96,7 +86,7 @@ pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
             job.scenario.dt(),
             dpi,
             frame,
-            &held.stop,
+            held.stop(),
         )
         .map_err(|e| e.to_string())?;
     } else {

@@ -5,47 +5,100 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::Tasks;
 use super::history::Judging;
 use super::pictures::save_new;
-use crate::message::Msg;
-use crate::message::runs::{CountedAnswers, ResultsCommand, ResultsEvent, ResultsQuery};
+use crate::message::Effect;
+use crate::model::{CountedAnswers, Model, PageId};
+use crate::request::{Replies, Request};
+use crate::screens::results;
+use crate::services::Services;
+use crate::update::screens;
+use nearmiss_formats::Entry;
 use nearmiss_record::{Table, columns};
 use nearmiss_scene::judge;
-use nearmiss_store::{Filter, Store, StoreError};
+use nearmiss_store::{Filter, Run, RunId, Store, StoreError};
 use nearmiss_study::evaluation::batch::{self, AnswerSet, BatchResults};
 use nearmiss_study::evaluation::report::{self, Truth};
-use nearmiss_study::evaluation::{Results, ResultsRow, Scored, results, with_intervals};
+use nearmiss_study::evaluation::{self, Results, ResultsRow, Scored, with_intervals};
 use nearmiss_workflow::{TruthChoice, TruthSearch};
 
-impl Tasks {
+/// Requests of the results screen to the store.
+#[derive(Debug)]
+pub enum ResultsCommand {
+    /// Stored answers counted.
+    Read(ResultsQuery),
+    /// A run whole.
+    Run(RunId),
+    /// Write these rows, with words about what they are, into new files in a folder.
+    Export(Vec<Results>, String, Option<PathBuf>),
+    /// Stop reading.
+    Stop,
+}
+
+/// Which stored answers are counted, and against which truth.
+#[derive(Debug, Clone)]
+pub struct ResultsQuery {
+    /// The number of the reading.
+    pub id: PageId,
+    /// The answers; else those of the newest batch, or all where there is no batch.
+    pub answers: Option<AnswerSet>,
+    /// What they are compared with.
+    pub truth: TruthChoice,
+    /// Files that may be their scenarios.
+    pub entries: Vec<Entry>,
+}
+
+/// Answers of the store to the results screen.
+#[derive(Debug)]
+pub enum ResultsEvent {
+    /// The counted answers.
+    Read(PageId, Result<Box<CountedAnswers>, String>),
+    /// How many scenarios of how many were opened to find out what is true about them.
+    Judging(PageId, (usize, usize)),
+    /// The files that were written.
+    Exported(Result<String, String>),
+    /// A run, if it is still there.
+    Run(RunId, Result<Option<Box<Run>>, String>),
+}
+
+/// Tells the reading that is under way to end.
+#[derive(Default)]
+struct StopReading(Arc<AtomicBool>);
+
+impl Request for ResultsCommand {
+    type Reply = ResultsEvent;
+
     /// Reads on a thread of its own; a newer reading, or closing the screen, ends an older one.
-    pub(super) fn results(&mut self, command: ResultsCommand) {
-        let mut stop = Arc::clone(&self.results);
-        if matches!(command, ResultsCommand::Read(..) | ResultsCommand::Stop) {
-            stop.store(true, Ordering::Relaxed);
-            stop = Arc::new(AtomicBool::new(false));
-            self.results = Arc::clone(&stop);
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let current = services.state::<StopReading>();
+        if matches!(self, Self::Read(..) | Self::Stop) {
+            current.0.store(true, Ordering::Relaxed);
+            *current = StopReading::default();
         }
-        if matches!(command, ResultsCommand::Stop) {
+        if matches!(self, Self::Stop) {
             return;
         }
+        let stop = Arc::clone(&current.0);
         let judging = Judging {
-            ego: self.ego.clone(),
-            thresholds: self.thresholds.clone(),
+            ego: services.ego.clone(),
+            thresholds: services.thresholds.clone(),
         };
-        let (path, sender) = (self.folders.store(), self.sender.clone());
+        let path = services.folders.store();
         tokio::task::spawn_blocking(move || {
-            let mut say = |event| {
-                // The receiver is gone once the loop has ended.
-                let _ = sender.send(Msg::Results(event));
+            let mut reply = |event| {
+                replies.send(event);
             };
             // A store that is not there yet has no answers.
             match Store::open_to_read(&path) {
-                Ok(store) => answer(&store, &judging, command, &stop, &mut say),
-                Err(error) => refused(command, &error.to_string(), &mut say),
+                Ok(store) => answer(&store, &judging, self, &stop, &mut reply),
+                Err(error) => refused(self, &error.to_string(), &mut reply),
             }
         });
+    }
+
+    fn reply(model: &mut Model, event: ResultsEvent) -> Vec<Effect> {
+        let step = results::on_event(model, event);
+        screens::take(model, None, step)
     }
 }
 
@@ -170,7 +223,7 @@ fn read(
             let is_judge = |one: &&Scored| one.way.model == judge::MODEL;
             let by_itself = choice == TruthChoice::Judge;
             let scored = stored.scored.iter();
-            let rows = results(scored.filter(|one| !(by_itself && is_judge(one))));
+            let rows = evaluation::results(scored.filter(|one| !(by_itself && is_judge(one))));
             Ok(Some(BatchResults {
                 rows,
                 ..BatchResults::default()

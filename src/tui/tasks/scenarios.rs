@@ -1,109 +1,275 @@
-//! Searches for scenarios in chunks, computes the facts of the list, and keeps the user's tags.
+//! Searches for scenarios in chunks, computes the facts of the list, and keeps the user's tags and views.
 
-use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
-use super::super::loaded::{Facts, Verdicts, worst_of};
-use super::super::message::Msg;
-use super::super::session::SavedLocation;
-use super::Tasks;
-use nearmiss_base::system::activity::{self, ActivityGuard, Subject, trying};
-use nearmiss_formats::{Entry, bundled};
+use crate::loaded::{Facts, Verdicts, worst_of};
+use crate::message::Effect;
+use crate::model::{JobKind, Model};
+use crate::request::{Replies, Request};
+use crate::services::{Queue, Services};
+use crate::session::SavedLocation;
+use crate::update::{jobs, list};
+use nearmiss_base::system::activity::{self, ActivityGuard, trying};
+use nearmiss_formats::{Entry, PassedOver, SearchResults, bundled};
 use nearmiss_scene::judge;
-use nearmiss_settings::Tags;
+use nearmiss_settings::{SavedView, SavedViews, Tags};
 use nearmiss_store::Store;
 use nearmiss_workflow::find_in_pieces;
+
+/// Finds the scenarios at these paths; the bundled ones for none.
+#[derive(Debug)]
+pub struct Find(pub Vec<PathBuf>);
+
+/// News of the search.
+#[derive(Debug)]
+pub enum Found {
+    /// All scenarios, or why there are none.
+    All(Result<SearchResults, String>),
+    /// More scenarios; the search continues.
+    More(Vec<Entry>),
+    /// The search has ended: what was passed over, or why nothing was found.
+    Ended(Result<Vec<PassedOver>, String>),
+}
+
+impl Request for Find {
+    type Reply = Found;
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let Self(paths) = self;
+        let pieces = replies.clone();
+        services.background(replies, move || {
+            if paths.is_empty() {
+                return Found::All(Ok(bundled().into()));
+            }
+            let found = find_in_pieces(&paths, &mut |piece| {
+                pieces.send(Found::More(piece));
+            });
+            Found::Ended(found.map_err(|error| error.to_string()))
+        });
+    }
+
+    fn reply(model: &mut Model, found: Found) -> Vec<Effect> {
+        match found {
+            Found::All(found) => list::found(model, found),
+            Found::More(entries) => list::listed(model, entries),
+            Found::Ended(ended) => list::searched(model, ended),
+        }
+    }
+}
 
 /// The message for a scenario that is skipped.
 const HELD: &str =
     "the program crashed while reading or showing this scenario; it is read when you open it";
 
-/// A panic meanwhile is held against the scenario; that the program is killed is not, as many are read at once.
-fn surveying(entry: &Entry, subject: Subject) -> ActivityGuard {
-    let doing = trying(format!("reading {} for the list", entry.name), subject);
-    doing.settle();
-    doing
+/// What guards the reading of a scenario for the list; `None` for one that the program crashed with. A panic meanwhile
+/// is held against the scenario; that the program is killed is not, as many are read at once.
+fn guarded(entry: &Entry, here: &Path) -> Option<ActivityGuard> {
+    let subject = SavedLocation::from_entry(entry, here).subject();
+    if activity::is_held(&subject) {
+        return None;
+    }
+    let guard = trying(format!("reading {} for the list", entry.name), subject);
+    guard.settle();
+    Some(guard)
 }
 
-impl Tasks {
-    /// Finds the scenarios at these paths, and says of them as they are found; the bundled ones for none.
-    pub(super) fn find(&self, paths: Vec<PathBuf>) {
-        let sender = self.sender.clone();
-        self.background(move || {
-            if paths.is_empty() {
-                return Msg::Found(Ok(bundled().into()));
-            }
-            let found = find_in_pieces(&paths, &mut |piece| {
-                // The receiver is gone once the loop has ended.
-                let _ = sender.send(Msg::Listed(piece));
-            });
-            Msg::Searched(found.map_err(|error| error.to_string()))
-        });
-    }
+/// Works out the facts of scenarios, by their places in the list.
+#[derive(Debug)]
+pub enum Survey {
+    /// Of these, instead of those that were asked for before.
+    All(Vec<(usize, Entry)>),
+    /// Of these too.
+    More(Vec<(usize, Entry)>),
+    /// Of those that are waited for, these first: they are on the screen.
+    First(Vec<usize>),
+    /// Of these, with what the store says now.
+    Again(Vec<(usize, Entry)>),
+    /// Of no more.
+    Stop,
+}
 
-    /// Computes the facts of these scenarios; the first worker queries the store once for all.
-    pub(super) fn survey(&self, entries: Vec<(usize, Entry)>) {
-        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
-        let (store, sender) = (self.store.clone(), self.sender.clone());
-        let verdicts: OnceLock<Verdicts> = OnceLock::new();
-        let here = std::env::current_dir().unwrap_or_default();
-        let work = move |place: usize, entry: &Entry| {
-            let verdicts = verdicts.get_or_init(|| {
-                stored(store.as_deref(), None).unwrap_or_else(|error| {
-                    let _ = sender.send(Msg::Complaint(error));
-                    Verdicts::default()
-                })
-            });
-            let subject = SavedLocation::from_entry(entry, &here).subject();
-            if activity::is_held(&subject) {
-                return Msg::Surveyed(place, Err(HELD.to_string()));
-            }
-            let _doing = surveying(entry, subject);
-            Msg::Surveyed(place, Facts::read(entry, &ego, &thresholds, verdicts))
-        };
-        self.survey.replace(entries, Arc::new(work));
-    }
+impl Request for Survey {
+    type Reply = (usize, Result<Facts, String>);
 
-    /// Works out the facts of these with what the store says now.
-    pub(super) fn recount(&self, entries: Vec<(usize, Entry)>) {
-        for (place, entry) in entries {
-            let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
-            let store = self.store.clone();
-            self.background(move || {
-                let hash = entry.read().map(|s| s.hash.to_string()).unwrap_or_default();
-                match stored(store.as_deref(), Some((&hash, &entry.name))) {
-                    Ok(verdicts) => {
-                        Msg::Surveyed(place, Facts::read(&entry, &ego, &thresholds, &verdicts))
-                    }
-                    Err(error) => Msg::Complaint(error),
-                }
-            });
+    fn sent(&self, model: &mut Model) {
+        match self {
+            Self::All(entries) => jobs::begin_survey(model, entries),
+            Self::More(entries) => jobs::extend_survey(model, entries),
+            Self::First(_) | Self::Again(_) | Self::Stop => {}
         }
     }
 
-    /// Works out the most dangerous value of a measure in these scenarios.
-    pub(super) fn rank(&self, measure: &'static str, entries: Vec<(usize, Entry)>) {
-        let (ego, thresholds) = (self.ego.clone(), self.thresholds.clone());
-        let here = std::env::current_dir().unwrap_or_default();
-        let work = move |place: usize, entry: &Entry| {
-            let subject = SavedLocation::from_entry(entry, &here).subject();
-            if activity::is_held(&subject) {
-                return Msg::Ranked(measure, place, None);
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let queue = services.state::<Queue<Self>>().clone();
+        match self {
+            Self::All(entries) => survey(services, &queue, entries, replies),
+            Self::More(entries) => queue.add(entries),
+            Self::First(places) => queue.first(places),
+            Self::Again(entries) => {
+                for (place, entry) in entries {
+                    recount(services, place, entry, replies.clone());
+                }
             }
-            let _doing = surveying(entry, subject);
-            Msg::Ranked(measure, place, worst_of(entry, &ego, measure, &thresholds))
+            Self::Stop => queue.stop(),
+        }
+    }
+
+    fn reply(model: &mut Model, (place, facts): Self::Reply) -> Vec<Effect> {
+        jobs::note_part(model, JobKind::Survey, place);
+        model.list.survey(place, facts);
+        Vec::new()
+    }
+}
+
+/// Computes the facts of these scenarios; the first worker queries the store once for all.
+fn survey(
+    services: &Services,
+    queue: &Queue<Survey>,
+    entries: Vec<(usize, Entry)>,
+    replies: Replies<Survey>,
+) {
+    let (ego, thresholds) = (services.ego.clone(), services.thresholds.clone());
+    let (store, complaints) = (services.store.clone(), replies.clone());
+    let verdicts: OnceLock<Verdicts> = OnceLock::new();
+    let here = std::env::current_dir().unwrap_or_default();
+    queue.replace(entries, replies, move |place, entry| {
+        let verdicts = verdicts.get_or_init(|| {
+            stored(store.as_deref(), None).unwrap_or_else(|error| {
+                complaints.complain(error);
+                Verdicts::default()
+            })
+        });
+        let Some(_guard) = guarded(entry, &here) else {
+            return (place, Err(HELD.to_string()));
         };
-        self.ranking.replace(entries, Arc::new(work));
+        (place, Facts::read(entry, &ego, &thresholds, verdicts))
+    });
+}
+
+/// Works out the facts of a scenario with what the store says now.
+fn recount(services: &Services, place: usize, entry: Entry, replies: Replies<Survey>) {
+    let (ego, thresholds) = (services.ego.clone(), services.thresholds.clone());
+    let store = services.store.clone();
+    tokio::task::spawn_blocking(move || {
+        let hash = entry.read().map(|s| s.hash.to_string()).unwrap_or_default();
+        match stored(store.as_deref(), Some((&hash, &entry.name))) {
+            Ok(verdicts) => {
+                replies.send((place, Facts::read(&entry, &ego, &thresholds, &verdicts)));
+            }
+            Err(error) => replies.complain(error),
+        }
+    });
+}
+
+/// Works out the most dangerous value of a measure in scenarios, by their places in the list.
+#[derive(Debug)]
+pub enum Rank {
+    /// In these.
+    All(&'static str, Vec<(usize, Entry)>),
+    /// In no more.
+    Stop,
+}
+
+impl Request for Rank {
+    /// The measure's id, the place in the list, and the value.
+    type Reply = (&'static str, usize, Option<f64>);
+
+    fn sent(&self, model: &mut Model) {
+        if let Self::All(measure, entries) = self {
+            jobs::begin_ranking(model, measure, entries);
+        }
     }
 
-    pub(super) fn read_tags(&self) {
-        let path = self.folders.tags();
-        self.background(move || Msg::Tags(Tags::read(&path)));
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let queue = services.state::<Queue<Self>>().clone();
+        let Self::All(measure, entries) = self else {
+            return queue.stop();
+        };
+        let (ego, thresholds) = (services.ego.clone(), services.thresholds.clone());
+        let here = std::env::current_dir().unwrap_or_default();
+        queue.replace(entries, replies, move |place, entry| {
+            let Some(_guard) = guarded(entry, &here) else {
+                return (measure, place, None);
+            };
+            let value = worst_of(entry, &ego, measure, &thresholds);
+            (measure, place, value)
+        });
     }
 
-    pub(super) fn change_tags(&self, scenario: String, tags: Vec<String>) {
-        let path = self.folders.tags();
-        self.background(move || Msg::Tags(Tags::change(&path, &scenario, tags)));
+    fn reply(model: &mut Model, (measure, place, value): Self::Reply) -> Vec<Effect> {
+        jobs::note_part(model, JobKind::Ranking(measure), place);
+        model.list.rank(measure, place, value);
+        Vec::new()
+    }
+}
+
+/// The values that the list is sorted by, where they are not known with the facts.
+#[must_use]
+pub fn ranking(model: &Model) -> Option<Effect> {
+    let measure = model.list.ranking()?;
+    Some(Rank::All(measure.id, model.list.entries()).into())
+}
+
+/// The user's tags of scenarios.
+#[derive(Debug)]
+pub enum ScenarioTags {
+    /// Read.
+    Read,
+    /// Given to a scenario, by its name.
+    Change(String, Vec<String>),
+}
+
+impl Request for ScenarioTags {
+    /// All of them, or why they cannot be used.
+    type Reply = Result<Tags, String>;
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let path = services.folders.tags();
+        services.background(replies, move || match self {
+            Self::Read => Tags::read(&path),
+            Self::Change(scenario, tags) => Tags::change(&path, &scenario, tags),
+        });
+    }
+
+    /// Where they cannot be used, they stay as they were.
+    fn reply(model: &mut Model, tags: Self::Reply) -> Vec<Effect> {
+        match tags {
+            Ok(tags) => model.list.set_tags(tags),
+            Err(error) => model.complain(error),
+        }
+        Vec::new()
+    }
+}
+
+/// The saved views of the list.
+#[derive(Debug)]
+pub enum ListViews {
+    /// Read.
+    Read,
+    /// One is saved under a name, or deleted.
+    Change(String, Option<SavedView>),
+}
+
+impl Request for ListViews {
+    /// All of them, or why they cannot be used.
+    type Reply = Result<SavedViews, String>;
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let path = services.folders.views();
+        services.background(replies, move || match self {
+            Self::Read => SavedViews::read(&path),
+            Self::Change(name, view) => SavedViews::change(&path, &name, view),
+        });
+    }
+
+    /// Where they cannot be used, they stay as they were.
+    fn reply(model: &mut Model, views: Self::Reply) -> Vec<Effect> {
+        match views {
+            Ok(views) => model.list.views = views,
+            Err(error) => model.complain(error),
+        }
+        Vec::new()
     }
 }
 

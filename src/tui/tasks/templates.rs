@@ -3,12 +3,81 @@
 use std::io::{Error, ErrorKind, Write};
 use std::path::Path;
 
+use crate::message::Effect;
+use crate::model::Model;
+use crate::request::{Replies, Request};
+use crate::services::Services;
+use crate::update::editing;
 use nearmiss_ask::prompts::{Library, Template, choose_template};
 use nearmiss_base::system;
 use nearmiss_settings::Folders;
 
+/// Changes a template of the user's, by its file.
+#[derive(Debug)]
+pub struct ChangeTemplate(pub String, pub TemplateChange);
+
+/// What becomes of a template.
+#[derive(Debug)]
+pub enum TemplateChange {
+    /// It is written.
+    Save(String),
+    /// It is written under a new name, and used for its task and frame.
+    SaveAs(String),
+    /// It is taken out of use, with the draft that was not saved.
+    Remove(Option<String>),
+    /// It is used, of all those for its task and frame.
+    Use,
+}
+
+impl Request for ChangeTemplate {
+    /// Its file, and the library as it is now with what to say.
+    type Reply = (String, Result<(Library, String), String>);
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let folder = services.folders.prompts();
+        services.background(replies, move || {
+            let Self(file, change) = self;
+            let path = folder.join(&file);
+            let changed = match change {
+                TemplateChange::Save(text) => Folders::write(&path, &text)
+                    .map(|()| format!("saved as {}", path.display()))
+                    .map_err(|error| named(&path, &error)),
+                TemplateChange::SaveAs(text) => save_as(&folder, &file, &text),
+                TemplateChange::Remove(draft) => {
+                    set_aside(&path, draft.as_deref()).map_err(|error| named(&path, &error))
+                }
+                TemplateChange::Use => choose(&folder, &file),
+            };
+            let result = changed.map(|words| (Library::load(Some(&folder)), words));
+            (file, result)
+        });
+    }
+
+    fn reply(model: &mut Model, (file, result): Self::Reply) -> Vec<Effect> {
+        editing::saved(model, &file, result)
+    }
+}
+
+/// Reads all templates again.
+#[derive(Debug)]
+pub struct RereadTemplates;
+
+impl Request for RereadTemplates {
+    type Reply = Library;
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let folder = services.folders.prompts();
+        services.background(replies, move || Library::load(Some(&folder)));
+    }
+
+    fn reply(model: &mut Model, library: Library) -> Vec<Effect> {
+        editing::reread(model, library);
+        Vec::new()
+    }
+}
+
 /// A system error with the name of its file.
-pub fn named(path: &Path, error: &Error) -> String {
+fn named(path: &Path, error: &Error) -> String {
     let words = match error.kind() {
         ErrorKind::AlreadyExists => "exists already; nothing was written".into(),
         _ => system::words(error),
@@ -17,7 +86,7 @@ pub fn named(path: &Path, error: &Error) -> String {
 }
 
 /// Takes a template of the user's, and a draft that was not saved, out of use without losing them.
-pub fn set_aside(path: &Path, draft: Option<&str>) -> std::io::Result<String> {
+fn set_aside(path: &Path, draft: Option<&str>) -> std::io::Result<String> {
     let mut kept = Vec::new();
     let saved = path.with_extension("md.bak");
     match std::fs::rename(path, &saved) {
@@ -46,7 +115,7 @@ pub fn set_aside(path: &Path, draft: Option<&str>) -> std::io::Result<String> {
 }
 
 /// Writes a new template, never over another one, and uses it for its task and frame.
-pub fn save_as(folder: &Path, file: &str, text: &str) -> Result<String, String> {
+fn save_as(folder: &Path, file: &str, text: &str) -> Result<String, String> {
     let path = folder.join(file);
     let front = Template::read(text).map_err(|e| e.in_file(file))?.front;
     let write = || {
@@ -59,7 +128,7 @@ pub fn save_as(folder: &Path, file: &str, text: &str) -> Result<String, String> 
 }
 
 /// Uses a template for its task and frame.
-pub fn choose(folder: &Path, file: &str) -> Result<String, String> {
+fn choose(folder: &Path, file: &str) -> Result<String, String> {
     let library = Library::load(Some(folder));
     let Some((template, _)) = library.file(file) else {
         return Err(format!("template {file} no longer exists"));

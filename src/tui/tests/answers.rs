@@ -2,16 +2,19 @@
 
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::message::{Effect, Msg, StoredOf};
+use crate::message::{Effect, Msg};
 use crate::model::{Pane, Progress, ShownAnswer};
+use crate::tasks::asking::Probe;
+use crate::tasks::scenes::LoadStored;
+use crate::tasks::scenes::StoredOf;
 use nearmiss_ask::llm::{Chunk, Dialect, Discovered};
 use nearmiss_scene::verdict::ParseQuality;
 use nearmiss_study::evaluation::{Event, JudgeOutcome, MissingVerdict};
 
 /// What the workbench wants earlier answers about.
 pub fn stored_of(bench: &Bench) -> StoredOf {
-    let wanted = bench.effects.iter().find_map(|e| match e {
-        Effect::LoadStored(of) => Some(of.clone()),
+    let wanted = bench.effects.iter().find_map(|e| match e.request() {
+        Some(LoadStored(of)) => Some(of.clone()),
         _ => None,
     });
     wanted.unwrap()
@@ -57,8 +60,8 @@ fn models_of_this_machine_are_offered_once() {
         dialect: Dialect::Ollama,
     };
     let all = vec![found("ollama/tiny"), found("lab/small")];
-    bench.send(Msg::Discovered(all.clone()));
-    bench.send(Msg::Discovered(all));
+    bench.send(Msg::reply::<Probe>(all.clone()));
+    bench.send(Msg::reply::<Probe>(all));
     bench.press("m");
     let frame = bench.frame(120, 40);
     assert_eq!(frame.matches("ollama/tiny").count(), 1, "{frame}");
@@ -257,12 +260,15 @@ fn stored_answers_come_back_with_their_scenario_ego_and_task() {
         ego: "301, obstacle 301 taken as ego".into(),
         ..of.clone()
     };
-    bench.send(Msg::Stored(other, vec![answer("lab/x", true, 301)]));
+    bench.send(Msg::reply::<LoadStored>((
+        other,
+        vec![answer("lab/x", true, 301)],
+    )));
     assert!(bench.model.answers.columns.is_empty(), "about another ego");
-    bench.send(Msg::Stored(
+    bench.send(Msg::reply::<LoadStored>((
         of,
         vec![answer("lab/x", true, 301), answer("lab/x", false, 1)],
-    ));
+    )));
     assert_eq!(
         bench.model.answers.columns.len(),
         1,

@@ -10,7 +10,8 @@ use crate::keymap::Key;
 use crate::message::{Effect, Msg};
 use crate::model::{JobState, Model, Notice};
 use crate::screens::history::HistoryScreen;
-use crate::tasks::Tasks;
+use crate::services::Services;
+use crate::tasks::asking::Probe;
 use crate::theme::Theme;
 use crate::update::{start, update};
 use nearmiss_ask::llm::{Environment, Registry};
@@ -30,7 +31,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// A workbench without a screen.
 pub(super) struct Whole {
     pub model: Model,
-    pub tasks: Tasks,
+    pub tasks: Services,
     news: UnboundedReceiver<Msg>,
     folders: Folders,
     _folder: tempfile::TempDir,
@@ -56,7 +57,7 @@ impl Whole {
         let thresholds = Arc::new(Thresholds::shipped().clone());
         let store = Arc::new(Store::open(&folders.store()).unwrap());
         let (sender, news) = unbounded_channel();
-        let tasks = Tasks::new(
+        let tasks = Services::new(
             sender,
             folders.clone(),
             (registry, environment),
@@ -83,7 +84,7 @@ impl Whole {
         let effects = start(&mut whole.model)
             // Servers on this machine are not what this is about.
             .into_iter()
-            .filter(|e| !matches!(e, Effect::Probe));
+            .filter(|e| !matches!(e.request(), Some(Probe)));
         whole.perform(effects.collect());
         whole
     }

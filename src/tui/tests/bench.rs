@@ -7,9 +7,13 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use crate::keymap::Key;
-use crate::loaded::Opened;
-use crate::message::{Effect, JobId, JobRequest, Msg};
+use crate::loaded::{Opened, Source};
+use crate::message::{Effect, Msg};
+use crate::model::JobId;
 use crate::model::Model;
+use crate::tasks::asking::Ask;
+use crate::tasks::scenarios::{Find, Found};
+use crate::tasks::scenes::{Open, ReadSource};
 use crate::theme::Theme;
 use crate::update::update;
 use crate::views;
@@ -34,7 +38,7 @@ impl Bench {
     /// The bundled scenarios, with the first one open.
     pub fn bundled() -> Self {
         let mut bench = Self::empty();
-        bench.send(Msg::Found(Ok(bundled().into())));
+        bench.send(Msg::reply::<Find>(Found::All(Ok(bundled().into()))));
         bench
     }
 
@@ -61,28 +65,32 @@ impl Bench {
     /// Sends a message; scenarios that it asks for are opened at once.
     pub fn send(&mut self, msg: Msg) {
         for effect in update(&mut self.model, msg) {
-            match effect {
-                Effect::Open(id, entry, ego) => {
-                    let ego = ego.map_or_else(|| self.ego.clone(), EgoSelection::Obstacle);
-                    let opened = opened(&entry, &ego, &self.model.thresholds);
-                    self.send(Msg::Opened(id, opened.map(Box::new)));
-                }
-                Effect::OpenChanged(id, entry, ego, change) => {
-                    let ego = ego.map_or_else(|| self.ego.clone(), EgoSelection::Obstacle);
-                    let thresholds = self.model.thresholds.clone();
-                    let opened = Opened::changed(&entry, &ego, &thresholds, Some(change));
-                    self.send(Msg::Opened(id, opened.map(Box::new)));
-                }
-                Effect::Compute(computation) => self.send(Msg::Computed(computation.run())),
-                Effect::ReadSource(place, entry) => {
-                    let source = crate::loaded::Source::read(&entry);
-                    self.send(Msg::Source(place, source.map(Box::new)));
-                }
-                other => self.effects.push(other),
+            match self.reply(effect) {
+                Ok(reply) => self.send(reply),
+                Err(effect) => self.effects.push(effect),
             }
         }
         // As before every frame.
         self.model.list.settle();
+    }
+
+    /// What comes of an effect that needs neither store nor network.
+    fn reply(&self, effect: Effect) -> Result<Msg, Effect> {
+        if let Some(open) = effect.request::<Open>() {
+            let ego = open.obstacle.map(EgoSelection::Obstacle);
+            let ego = ego.unwrap_or_else(|| self.ego.clone());
+            let thresholds = &self.model.thresholds;
+            let opened = match open.change {
+                Some(_) => Opened::changed(&open.entry, &ego, thresholds, open.change),
+                None => opened(&open.entry, &ego, thresholds),
+            };
+            return Ok(Msg::reply::<Open>((open.id, opened.map(Box::new))));
+        }
+        if let Some(ReadSource(place, entry)) = effect.request() {
+            let source = Source::read(entry).map(Box::new);
+            return Ok(Msg::reply::<ReadSource>((*place, source)));
+        }
+        effect.at_once()
     }
 
     /// Presses keys by their names, separated by spaces.
@@ -115,8 +123,8 @@ impl Bench {
 
     /// The id of the last question asked, and its model.
     pub fn asked(&self) -> (JobId, String) {
-        let mut asks = self.effects.iter().filter_map(|e| match e {
-            Effect::Start(id, JobRequest::Question { model, .. }) => Some((*id, model.clone())),
+        let mut asks = self.effects.iter().filter_map(|e| match e.request() {
+            Some(Ask { id, model, .. }) => Some((*id, model.clone())),
             _ => None,
         });
         asks.next_back().expect("something was asked")

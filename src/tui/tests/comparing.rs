@@ -5,6 +5,7 @@ use super::bench::{Bench, answer, no_verdict};
 use super::events;
 use crate::message::Msg;
 use crate::model::{Progress, ShownAnswer};
+use crate::tasks::scenes::LoadStored;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::RunId;
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict};
@@ -46,11 +47,11 @@ fn what_an_answer_about_another_window_is_held_against_is_shown() {
         parsed.verdict.task = Task::Safety;
     }
     let of = stored_of(&bench);
-    let of = crate::message::StoredOf {
+    let of = crate::tasks::scenes::StoredOf {
         task: Task::Safety,
         ..of
     };
-    bench.send(Msg::Stored(of, vec![said]));
+    bench.send(Msg::reply::<LoadStored>((of, vec![said])));
     for size in [(80, 24), (120, 40)] {
         let frame = bench.frame(size.0, size.1);
         assert!(!frame.contains("truth"), "the same window: {frame}");
@@ -89,7 +90,7 @@ fn ways() -> Bench {
         })
     });
     let of = stored_of(&bench);
-    bench.send(Msg::Stored(of, stored.collect()));
+    bench.send(Msg::reply::<LoadStored>((of, stored.collect())));
     bench
 }
 

@@ -5,8 +5,9 @@ use super::history_store::{FIRST, Fixture};
 use super::results::{counts, four, press, settle};
 use super::results_table::techniques;
 use crate::loaded::Opened;
-use crate::message::runs::ResultsEvent;
-use crate::message::{Effect, Mouse, Msg};
+use crate::message::{Mouse, Msg};
+use crate::tasks::results::ResultsCommand;
+use crate::tasks::results::ResultsEvent;
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_formats::{EgoSelection, bundled};
 use nearmiss_scene::description::Frame;
@@ -256,9 +257,8 @@ fn progress_is_shown_while_scenarios_are_judged() {
     let mut kept = four();
     press(&mut kept, "esc");
     kept.bench.press("space o r");
-    let Some(Effect::Results(ask)) = kept.bench.effects.pop() else {
-        panic!("the store is to be read");
-    };
+    let ask = kept.bench.effects.pop().unwrap().into_request();
+    let ask = ask.expect("the store is to be read");
     let judging = crate::tasks::history::Judging {
         ego: EgoSelection::Beside,
         thresholds: std::sync::Arc::new(Thresholds::shipped().clone()),
@@ -274,7 +274,7 @@ fn progress_is_shown_while_scenarios_are_judged() {
         [Read(..), Judging(_, (1, 1)), Read(..)]
     ));
     for (place, news) in said.into_iter().enumerate() {
-        kept.bench.send(Msg::Results(news));
+        kept.bench.send(Msg::reply::<ResultsCommand>(news));
         let done = [Some((0, 0)), Some((1, 1)), None][place];
         assert_eq!(kept.bench.model.results.judging, done);
         // No number that needs the truth is shown until it is known.

@@ -6,6 +6,7 @@ use super::bench::Bench;
 use super::editing::with;
 use crate::message::Msg;
 use crate::session::SavedLocation;
+use crate::tasks::scenarios::{Find, Found};
 use nearmiss_base::system::activity::{self, Subject};
 use nearmiss_formats::{bundled, find};
 use nearmiss_settings::Keys;
@@ -53,7 +54,7 @@ fn a_draft_and_a_scenario_that_ended_the_program_wait_for_the_user() {
 
     // The scenario is passed over by the arrow keys, and opened by Enter.
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(found)));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(found))));
     let opened = |bench: &Bench| bench.model.opened.as_ref().unwrap().name.clone();
     let first = opened(&bench);
     bench.press("down");

@@ -5,13 +5,17 @@ use std::time::Duration;
 use super::bench::Bench;
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{EntryLine, Notice, PromptPane};
+use crate::tasks::scenarios::{Find, Found};
+use crate::tasks::session::KeepDraft;
 use nearmiss_ask::prompts::Library;
 use nearmiss_settings::Keys;
 
 pub fn with(keys: Keys) -> Bench {
     let mut bench = Bench::empty();
     bench.model.prompt = PromptPane::new(keys);
-    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(
+        nearmiss_formats::bundled().into(),
+    ))));
     bench.press("e");
     bench
 }
@@ -37,8 +41,8 @@ pub fn copied(bench: &Bench) -> Option<&str> {
 }
 
 pub fn kept(bench: &Bench) -> Vec<(&str, Option<&str>)> {
-    let kept = bench.effects.iter().filter_map(|e| match e {
-        Effect::KeepDraft(file, text) => Some((file.as_str(), text.as_deref())),
+    let kept = bench.effects.iter().filter_map(|e| match e.request() {
+        Some(KeepDraft(file, text)) => Some((file.as_str(), text.as_deref())),
         _ => None,
     });
     kept.collect()
@@ -209,7 +213,9 @@ fn control_characters_are_shown_and_not_obeyed() {
         "collision-ego.md".into(),
         source.replacen("You", "\u{1b}[2JYou", 1),
     );
-    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(
+        nearmiss_formats::bundled().into(),
+    ))));
     bench.press("e ctrl-g 1 0 enter");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("␛[2JYou") && !frame.contains('\u{1b}'));

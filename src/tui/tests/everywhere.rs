@@ -8,8 +8,10 @@ use ratatui::style::{Color, Modifier};
 use super::answers::stored_of;
 use super::bench::{Bench, answer};
 use super::history_store::three;
-use crate::message::runs::Counts;
-use crate::message::{Effect, JobEvent, JobRequest, Msg, Reloaded, Update};
+use crate::message::{Msg, Reloaded};
+use crate::model::{Counts, Update};
+use crate::tasks::batch::EstimateBatch;
+use crate::tasks::scenes::LoadStored;
 use crate::theme::{ColorDepth, Theme};
 use crate::views;
 use crate::widgets::highlight;
@@ -84,18 +86,21 @@ fn bench(keys: &str, size: (u16, u16)) -> Bench {
     bench.send(Msg::Resize(size.0, size.1));
     bench.model.model = "lab/small".into();
     let of = stored_of(&bench);
-    bench.send(Msg::Stored(
+    bench.send(Msg::reply::<LoadStored>((
         of,
         vec![said("lab/small", false, 7), said("lab/large", true, 8)],
-    ));
+    )));
     bench.press("x");
     bench.model.toasts.clear();
     bench.frame(size.0, size.1);
     bench.press(keys);
-    let count = bench.effects.iter().find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Estimate(_)) => Some(*id),
-        _ => None,
-    });
+    let count = bench
+        .effects
+        .iter()
+        .find_map(|effect| match effect.request() {
+            Some(EstimateBatch { id, .. }) => Some(*id),
+            _ => None,
+        });
     if let Some(id) = count {
         let counts = Counts {
             looked: 8,
@@ -109,7 +114,7 @@ fn bench(keys: &str, size: (u16, u16)) -> Bench {
             at_once: 4,
             ..Counts::default()
         };
-        bench.send(Msg::Job(id, JobEvent::Estimate(Update::Progress(counts))));
+        bench.send(Msg::reply::<EstimateBatch>((id, Update::Progress(counts))));
     }
     bench
 }

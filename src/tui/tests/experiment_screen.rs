@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use super::bench::Bench;
 use super::everywhere::seen_in_every_theme;
 use crate::action::{ACTIONS, Action, Scope};
-use crate::message::experiment::{
-    CountedExperiment, ExperimentNews, ExperimentOutline, ItemChange,
-};
-use crate::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::message::{Effect, Msg};
+use crate::model::{CountedExperiment, ExperimentOutline, JobId, Update};
 use crate::screens::experiment::ExperimentScreen;
 use crate::screens::experiments::ExperimentsScreen;
 use crate::session::{Session, restore};
+use crate::tasks::batch::ItemChange;
+use crate::tasks::batch::{AskBatch, BatchProgress};
+use crate::tasks::experiment::{AskExperiment, ExperimentNews, ListExperiments, ReadExperiment};
 use nearmiss_store::{BatchId, ItemState};
 use nearmiss_study::evaluation::PromptConfig;
 use nearmiss_workflow::batch::DryRunLine;
@@ -88,8 +89,8 @@ pub(super) fn counted(batch: Option<BatchId>) -> CountedExperiment {
 fn reading(bench: &Bench) -> JobId {
     let mut effects = bench.effects.iter().rev();
     effects
-        .find_map(|effect| match effect {
-            Effect::Start(id, JobRequest::Experiment(_)) => Some(*id),
+        .find_map(|effect| match effect.request() {
+            Some(ReadExperiment { id, .. }) => Some(*id),
             _ => None,
         })
         .expect("the file is read")
@@ -97,7 +98,7 @@ fn reading(bench: &Bench) -> JobId {
 
 fn tell(bench: &mut Bench, update: Update<ExperimentNews, Box<CountedExperiment>>) {
     let id = reading(bench);
-    bench.send(Msg::Job(id, JobEvent::Experiment(update)));
+    bench.send(Msg::reply::<ReadExperiment>((id, update)));
 }
 
 /// A workbench with an experiment that has been read.
@@ -188,10 +189,13 @@ fn frames_at_two_sizes() {
 fn progress_is_followed_by_way_of_asking() {
     let mut bench = opened(None);
     bench.press("r y");
-    let asked = bench.effects.iter().find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::ExperimentBatch(batch)) => Some((*id, batch.questions)),
-        _ => None,
-    });
+    let asked = bench
+        .effects
+        .iter()
+        .find_map(|effect| match effect.request() {
+            Some(AskExperiment { id, questions, .. }) => Some((*id, *questions)),
+            _ => None,
+        });
     let (id, questions) = asked.expect("it is asked");
     assert_eq!(questions, 21);
     let change = |techniques| ItemChange {
@@ -201,7 +205,7 @@ fn progress_is_followed_by_way_of_asking() {
     };
     for techniques in ["base", "base", "all"] {
         let changed = BatchProgress::Changed(Box::new(change(techniques)));
-        bench.send(Msg::Job(id, JobEvent::Batch(Update::Progress(changed))));
+        bench.send(Msg::reply::<AskBatch>((id, Update::Progress(changed))));
     }
     let ways = &bench.model.experiment.progress.ways;
     let counts: Vec<_> = ways.iter().map(|way| (way.answered, way.open)).collect();
@@ -300,13 +304,15 @@ fn the_chooser_lists_completes_and_opens() {
     bench.model.experiment.recent = vec!["/elsewhere/old.toml".into()];
     bench.press("space o e");
     let asks = |bench: &Bench, wanted: &str| {
-        bench
-            .effects
-            .iter()
-            .any(|e| matches!(e, Effect::ListExperiments(folder) if folder == Path::new(wanted)))
+        bench.effects.iter().any(
+            |e| matches!(e.request(), Some(ListExperiments(folder)) if folder == Path::new(wanted)),
+        )
     };
     assert!(asks(&bench, ""));
-    bench.send(Msg::ExperimentFiles(PathBuf::new(), Ok(listing())));
+    bench.send(Msg::reply::<ListExperiments>((
+        PathBuf::new(),
+        Ok(listing()),
+    )));
     for size in SIZES {
         bench.model.size = size;
         let words = seen_in_every_theme("chooser", &mut bench, size, true);
@@ -329,7 +335,7 @@ fn the_chooser_lists_completes_and_opens() {
         }],
         folders: vec!["more/deep".into()],
     };
-    bench.send(Msg::ExperimentFiles("more/".into(), Ok(below)));
+    bench.send(Msg::reply::<ListExperiments>(("more/".into(), Ok(below))));
     bench.type_text("d");
     bench.press("tab");
     assert!(asks(&bench, "more/deep/"));
@@ -343,7 +349,7 @@ fn the_chooser_lists_completes_and_opens() {
         }],
         folders: Vec::new(),
     };
-    bench.send(Msg::ExperimentFiles("more/".into(), Ok(again)));
+    bench.send(Msg::reply::<ListExperiments>(("more/".into(), Ok(again))));
     bench.press("tab enter");
     assert!(bench.model.screens.is_top::<ExperimentScreen>());
     assert_eq!(
@@ -353,10 +359,10 @@ fn the_chooser_lists_completes_and_opens() {
     // A folder that cannot be read is said in its place.
     bench.press("esc space o e");
     bench.type_text("x/");
-    bench.send(Msg::ExperimentFiles(
+    bench.send(Msg::reply::<ListExperiments>((
         "x/".into(),
         Err("x/: No such file".into()),
-    ));
+    )));
     assert!(bench.frame(80, 24).contains("x/: No such file"));
 }
 

@@ -4,7 +4,10 @@ use super::bench::Bench;
 use super::drive_fixtures::{coarse, request};
 use super::everywhere::VIEWS;
 use crate::loaded::Opened;
-use crate::message::{Effect, JobEvent, JobRequest, Msg, Update};
+use crate::message::Msg;
+use crate::model::Update;
+use crate::tasks::planning::Plan;
+use crate::tasks::scenarios::{Find, Found};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 
@@ -83,10 +86,14 @@ fn planned(bench: &mut Bench) {
         .effects
         .iter()
         .rev()
-        .filter_map(|effect| match effect {
-            Effect::Start(id, JobRequest::Plan(entry, change, forecast)) => {
-                Some((*id, entry.clone(), *change, *forecast))
-            }
+        .filter_map(|effect| match effect.request() {
+            Some(Plan {
+                id,
+                entry,
+                change,
+                forecast,
+                planner: 0,
+            }) => Some((*id, entry.clone(), *change, *forecast)),
             _ => None,
         });
     let Some((id, entry, change, forecast)) = asks.next() else {
@@ -107,10 +114,10 @@ fn planned(bench: &mut Bench) {
     request.open.transform = change;
     let opened = Opened::planned(&request, &thresholds, &cancel, &mut on_step);
     if let Some(opened) = opened.transpose() {
-        bench.send(Msg::Job(
+        bench.send(Msg::reply::<Plan>((
             id,
-            JobEvent::Plan(Update::Ended(opened.map(Box::new))),
-        ));
+            Update::Ended(opened.map(Box::new)),
+        )));
     }
 }
 
@@ -132,7 +139,9 @@ fn every_view_of_bare_scenarios_is_drawn() {
         {
             let mut bench = Bench::empty();
             bench.ego = ego.clone();
-            bench.send(Msg::Found(Ok(vec![entry.clone()].into())));
+            bench.send(Msg::reply::<Find>(Found::All(Ok(
+                vec![entry.clone()].into()
+            ))));
             // Where nothing is the ego, the workbench plans by itself.
             for plans in [false, true] {
                 bench.frame(120, 40);

@@ -8,6 +8,7 @@ use super::bench::Bench;
 use crate::action::ACTIONS;
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{On, Pane};
+use crate::tasks::scenarios::{Find, Found};
 use nearmiss_scene::verdict::Task;
 
 #[test]
@@ -273,7 +274,9 @@ fn a_notice_goes_with_the_next_key_and_hides_no_pane() {
     assert!(bench.frame(80, 24).contains(" no scenario is open"));
     bench.press("r");
     assert_eq!(bench.model.toasts.len(), 1, "the newest alone");
-    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(
+        nearmiss_formats::bundled().into(),
+    ))));
     assert!(bench.model.toasts.is_empty(), "it is not true any longer");
     bench.press("space a x");
     let frame = bench.frame(80, 24);

@@ -5,10 +5,12 @@ use std::time::Duration;
 use super::bench::{Bench, answer};
 use super::side_by_side::{sized, two};
 use crate::keymap::Keymap;
-use crate::message::{Effect, JobEvent, JobRequest, Msg, Update};
+use crate::message::Msg;
+use crate::model::Update;
 use crate::model::{Column, Model, Pane};
 use crate::screens::batch::BatchScreen;
 use crate::screens::results::ResultsScreen;
+use crate::tasks::batch::EstimateBatch;
 
 fn said(model: &Model) -> String {
     let last = model.toasts.last();
@@ -55,7 +57,7 @@ fn what_cannot_be_asked_is_not_offered() {
     counts.looked = card.batch.entries.len();
     counts.refused = Some("LAB_KEY is not set".into());
     let id = card.id;
-    bench.send(Msg::Job(id, JobEvent::Estimate(Update::Ended(Ok(counts)))));
+    bench.send(Msg::reply::<EstimateBatch>((id, Update::Ended(Ok(counts)))));
     for (columns, rows) in [(80, 24), (120, 40)] {
         let frame = bench.frame(columns, rows);
         assert!(frame.contains("LAB_KEY is not set"), "{frame}");
@@ -163,7 +165,7 @@ fn menus_open_side_by_side_and_in_the_editor() {
         bench
             .effects
             .iter()
-            .any(|effect| { matches!(effect, Effect::Start(_, JobRequest::Estimate(_))) })
+            .any(|effect| { matches!(effect.request(), Some(EstimateBatch { .. })) })
     );
     bench.press("esc f8 w w");
     assert!(bench.model.prompt.editing);

@@ -1,10 +1,11 @@
 //! The history of runs over a store in memory: paging, searching, changing and taking back, opening again.
 
 use super::history_store::{FIRST, Fixture, three};
-use crate::message::runs::{HistoryCommand, HistoryEvent};
-use crate::message::{Effect, Msg};
+use crate::message::Msg;
 use crate::model::{Notice, ShownAnswer};
 use crate::screens::history::HistoryScreen;
+use crate::tasks::history::{HistoryCommand, HistoryEvent};
+use crate::tasks::scenes::LoadStored;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::RunId;
 
@@ -118,8 +119,8 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
     // The other earlier answers come beside it.
     let mut loads = kept.bench.effects.iter().rev();
     let of = loads
-        .find_map(|effect| match effect {
-            Effect::LoadStored(of) => Some(of.clone()),
+        .find_map(|effect| match effect.request() {
+            Some(LoadStored(of)) => Some(of.clone()),
             _ => None,
         })
         .unwrap();
@@ -131,7 +132,7 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
         .into_iter()
         .map(nearmiss_study::evaluation::Answer::from)
         .collect();
-    kept.bench.send(Msg::Stored(of, answers));
+    kept.bench.send(Msg::reply::<LoadStored>((of, answers)));
     let model = &kept.bench.model;
     assert_eq!(model.answers.columns.len(), 2);
     assert!(matches!(model.answers.shown, ShownAnswer::Column(_)));
@@ -178,7 +179,8 @@ fn what_others_write_appears_and_the_selection_stays() {
     kept.press("j");
     let selected = kept.bench.model.history.current();
     kept.add(FIRST, "lab/new", true, "x");
-    kept.bench.send(Msg::History(HistoryEvent::Changed));
+    kept.bench
+        .send(Msg::reply::<HistoryCommand>(HistoryEvent::Changed));
     kept.settle();
     assert_eq!(kept.rows(), [4, 3, 2, 1]);
     assert_eq!(kept.bench.model.history.current(), selected);
@@ -217,14 +219,14 @@ fn old_lists_are_dropped() {
     kept.bench.press("/");
     kept.bench.type_text("brak");
     let asks: Vec<_> = kept.bench.effects.drain(..).collect();
-    let mut ids = asks.iter().filter_map(|effect| match effect {
-        Effect::History(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
+    let mut ids = asks.iter().filter_map(|effect| match effect.request() {
+        Some(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
         _ => None,
     });
     let (id, edge) = ids.next().unwrap();
     assert!(ids.next().is_some(), "one for every letter");
     let news = HistoryEvent::Page(id, edge, Ok(nearmiss_store::Page::default()));
-    kept.bench.send(Msg::History(news));
+    kept.bench.send(Msg::reply::<HistoryCommand>(news));
     assert_eq!(kept.rows(), [3, 2, 1]);
 }
 
@@ -279,13 +281,17 @@ fn the_listed_runs_are_exported_once() {
 fn what_cannot_be_read_is_said() {
     let mut kept = Fixture::new();
     kept.bench.press("ctrl-r");
-    let page = kept.bench.effects.iter().find_map(|effect| match effect {
-        Effect::History(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
-        _ => None,
-    });
+    let page = kept
+        .bench
+        .effects
+        .iter()
+        .find_map(|effect| match effect.request() {
+            Some(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
+            _ => None,
+        });
     let (id, edge) = page.unwrap();
     let news = HistoryEvent::Page(id, edge, Err("the file is no store".into()));
-    kept.bench.send(Msg::History(news));
+    kept.bench.send(Msg::reply::<HistoryCommand>(news));
     assert!(kept.bench.frame(80, 24).contains("the file is no store"));
 }
 

@@ -2,6 +2,8 @@
 
 use super::bench::Bench;
 use crate::message::{Effect, Msg};
+use crate::request::Request;
+use crate::tasks::history::HistoryCommand;
 use crate::tasks::history::{Judging, Truths, answer};
 use nearmiss_formats::EgoSelection;
 use nearmiss_scene::metrics::Thresholds;
@@ -95,17 +97,14 @@ impl Fixture {
         };
         loop {
             let effects = std::mem::take(&mut self.bench.effects);
-            let (asks, others): (Vec<_>, Vec<_>) = effects
-                .into_iter()
-                .partition(|e| matches!(e, Effect::History(_)));
+            let (asks, others) = requests(effects);
             self.bench.effects = others;
             if asks.is_empty() {
                 return;
             }
             for ask in asks {
-                let Effect::History(ask) = ask else { continue };
                 for news in answer(&self.store, &judging, &mut self.truths, ask) {
-                    self.bench.send(Msg::History(news));
+                    self.bench.send(Msg::reply::<HistoryCommand>(news));
                 }
             }
         }
@@ -130,6 +129,19 @@ impl Fixture {
     pub fn deleted(&self, id: RunId) -> bool {
         self.store.run(id).unwrap().unwrap().deleted_ms.is_some()
     }
+}
+
+/// The requests of one type among effects, and the others.
+pub fn requests<R: Request>(effects: Vec<Effect>) -> (Vec<R>, Vec<Effect>) {
+    let mut others = Vec::new();
+    let mut requests = Vec::new();
+    for effect in effects {
+        match effect.into_request() {
+            Ok(request) => requests.push(request),
+            Err(other) => others.push(other),
+        }
+    }
+    (requests, others)
 }
 
 pub const FIRST: &str = "ZAM_HardBraking-1_1_T-1";

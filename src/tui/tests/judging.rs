@@ -2,7 +2,8 @@
 
 use super::bench::Bench;
 use crate::keymap::Key;
-use crate::message::{Computation, Effect, Msg};
+use crate::message::{Effect, Msg};
+use crate::model::WindowsToJudge;
 use crate::update::update;
 use nearmiss_scene::verdict::Task;
 
@@ -18,28 +19,32 @@ fn before() -> Bench {
 }
 
 /// Jumps beyond what was judged ahead, and holds back what that computes.
-fn jump(bench: &mut Bench) -> Vec<Computation> {
+fn jump(bench: &mut Bench) -> Vec<Effect> {
     let (_, last) = bench.model.clock.range();
     bench.model.clock.go(last - 1);
     held(bench, "right")
 }
 
 /// Presses a key and holds back what it computes.
-fn held(bench: &mut Bench, key: &str) -> Vec<Computation> {
+fn held(bench: &mut Bench, key: &str) -> Vec<Effect> {
     let effects = update(&mut bench.model, Msg::Key(Key::parse(key).unwrap()));
-    let computed = effects.into_iter().filter_map(|effect| match effect {
-        Effect::Compute(computation) => Some(computation),
-        _ => None,
-    });
-    computed.collect()
+    let requests = effects.into_iter();
+    let requests = requests.filter(|effect| matches!(effect, Effect::Request(_)));
+    requests.collect()
 }
 
-fn windows(computations: &[Computation]) -> Vec<usize> {
-    let judged = computations.iter().filter_map(|c| match c {
-        Computation::Judge(_, _, windows, _) => Some(windows.len()),
-        _ => None,
-    });
-    judged.collect()
+/// What was held back is computed after all.
+fn compute(bench: &mut Bench, computation: Effect) {
+    if let Ok(computed) = computation.at_once() {
+        bench.send(computed);
+    }
+}
+
+fn windows(computations: &[Effect]) -> Vec<usize> {
+    let judged = computations.iter().filter_map(Effect::request);
+    judged
+        .map(|asked: &WindowsToJudge| asked.windows.len())
+        .collect()
 }
 
 #[test]
@@ -51,7 +56,7 @@ fn the_verdict_is_pending_until_it_is_computed() {
     let frame = bench.frame(120, 40);
     assert!(frame.contains("judging…"), "{frame}");
     for computation in computed {
-        bench.send(Msg::Computed(computation.run()));
+        compute(&mut bench, computation);
     }
     assert!(!bench.model.is_judging());
     let frame = bench.frame(120, 40);
@@ -66,7 +71,7 @@ fn the_next_steps_are_judged_ahead() {
         assert!(!bench.model.is_judging(), "it was judged ahead");
         assert!(windows(&computed).iter().all(|n| *n == 1), "{computed:?}");
         for computation in computed {
-            bench.send(Msg::Computed(computation.run()));
+            compute(&mut bench, computation);
         }
     }
     // Back where everything is known.
@@ -82,7 +87,7 @@ fn a_judgement_of_another_scene_is_dropped() {
     bench.press("j enter");
     let known = bench.model.answers.reference.clone();
     for computation in late {
-        bench.send(Msg::Computed(computation.run()));
+        compute(&mut bench, computation);
     }
     assert_eq!(bench.model.answers.reference, known);
 }

@@ -4,6 +4,8 @@ use super::answers::stored_of;
 use super::bench::{Bench, answer};
 use crate::message::{Effect, Msg};
 use crate::model::{Model, Pane};
+use crate::tasks::asking::Ask;
+use crate::tasks::scenes::LoadStored;
 
 fn quits(bench: &Bench) -> bool {
     bench.effects.iter().any(|e| matches!(e, Effect::Quit))
@@ -25,7 +27,7 @@ fn sized(columns: u16, rows: u16) -> Bench {
         answer("lab/small", false, 301),
         answer("lab/large", true, 301),
     ];
-    bench.send(Msg::Stored(of, answers));
+    bench.send(Msg::reply::<LoadStored>((of, answers)));
     bench.press("x");
     bench.frame(columns, rows);
     bench
@@ -152,7 +154,7 @@ fn digits_are_counts_before_motions() {
     let asked = bench
         .effects
         .iter()
-        .filter(|e| matches!(e, Effect::Start(..)));
+        .filter(|e| matches!(e.request(), Some(Ask { .. })));
     assert!(asked.count() <= 1);
     // Obstacles, and scrolled text.
     let mut bench = sized(80, 24);

@@ -7,6 +7,7 @@ use crate::loaded::{Facts, Verdicts};
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{Grouping, Pane};
 use crate::screens::tags::TagsScreen;
+use crate::tasks::scenarios::{Find, Found, Rank, ScenarioTags, Survey};
 use crate::theme::ColorDepth;
 use nearmiss_formats::{EgoSelection, bundled};
 use nearmiss_scene::metrics::Thresholds;
@@ -51,7 +52,7 @@ pub fn surveyed() -> Bench {
             Thresholds::shipped(),
             &verdicts,
         );
-        bench.send(Msg::Surveyed(place, facts));
+        bench.send(Msg::reply::<Survey>((place, facts)));
     }
     bench
 }
@@ -184,20 +185,20 @@ fn tags_are_typed_kept_and_found() {
     let frame = bench.frame(120, 40);
     assert!(frame.contains("tags of ZAM_HardBraking") && frame.contains("critical"));
     bench.press("enter");
-    let Some(Effect::ChangeTags(name, tags)) = bench.effects.pop() else {
+    let Ok(ScenarioTags::Change(name, tags)) = bench.effects.pop().unwrap().into_request() else {
         panic!("{:?}", bench.effects);
     };
     assert_eq!(tags, ["odd", "later"]);
     let folder = tempfile::tempdir().unwrap();
     let kept = Tags::change(&folder.path().join("tags.toml"), &name, tags);
-    bench.send(Msg::Tags(kept));
+    bench.send(Msg::reply::<ScenarioTags>(kept));
     bench.press("/");
     bench.type_text("tag:later");
     assert_eq!(bench.model.list.visible, [0]);
     bench.press("enter space l t");
     assert!(bench.frame(120, 40).contains("# odd later"));
     bench.press("esc");
-    bench.send(Msg::Tags(Err("tags.toml: line 2".into())));
+    bench.send(Msg::reply::<ScenarioTags>(Err("tags.toml: line 2".into())));
     assert_eq!(bench.model.list.visible, [0], "they stay");
     assert!(bench.frame(120, 40).contains("tags.toml: line 2"));
 }
@@ -218,7 +219,7 @@ fn sorting_by_the_same_again_turns_it_around() {
         .iter()
         .map(|&p| list.rows[p].facts().unwrap().obstacles);
     assert!(counts.is_sorted());
-    let ranked = |e: &Effect| matches!(e, Effect::Rank(..));
+    let ranked = |e: &Effect| matches!(e.request(), Some(Rank::All(..)));
     bench.press("space l s");
     bench.type_text("risk");
     bench.press("enter");
@@ -233,18 +234,18 @@ fn the_list_fills_while_the_search_goes_on() {
     let mut bench = Bench::empty();
     let mut all = bundled();
     let later = all.split_off(3);
-    bench.send(Msg::Listed(all));
+    bench.send(Msg::reply::<Find>(Found::More(all)));
     assert!(bench.model.opened.is_some(), "the first is open already");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("scenarios 3…"), "{frame}");
     bench.press("down");
     let selected = bench.model.list.current();
-    bench.send(Msg::Listed(later));
-    bench.send(Msg::Searched(Ok(Vec::new())));
+    bench.send(Msg::reply::<Find>(Found::More(later)));
+    bench.send(Msg::reply::<Find>(Found::Ended(Ok(Vec::new()))));
     assert_eq!(bench.model.list.current(), selected);
     assert!(bench.frame(120, 40).contains("scenarios 8 "));
-    let asked = bench.effects.iter().map(|effect| match effect {
-        Effect::Survey(entries) | Effect::SurveyMore(entries) => entries.len(),
+    let asked = bench.effects.iter().map(|effect| match effect.request() {
+        Some(Survey::All(entries) | Survey::More(entries)) => entries.len(),
         _ => 0,
     });
     assert_eq!(asked.sum::<usize>(), 8);

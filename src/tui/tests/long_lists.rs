@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use super::bench::Bench;
 use crate::loaded::{Facts, Verdicts};
-use crate::message::{Effect, Msg};
+use crate::message::Msg;
+use crate::tasks::scenarios::{Find, Found, Survey};
 use crate::update::update;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::metrics::Thresholds;
@@ -46,7 +47,10 @@ fn facts() -> Facts {
 #[test]
 fn the_first_frame_counts_thousands() {
     let mut bench = Bench::empty();
-    drop(update(&mut bench.model, Msg::Listed(entries())));
+    drop(update(
+        &mut bench.model,
+        Msg::reply::<Find>(Found::More(entries())),
+    ));
     drop(update(&mut bench.model, Msg::Drawing));
     assert!(bench.frame(200, 60).contains("scenarios 2000"));
 }
@@ -57,7 +61,7 @@ fn a_frame_costs_the_same_for_thousands_and_for_few() {
         let mut bench = Bench::empty();
         drop(update(
             &mut bench.model,
-            Msg::Listed(entries()[..count].to_vec()),
+            Msg::reply::<Find>(Found::More(entries()[..count].to_vec())),
         ));
         drop(update(&mut bench.model, Msg::Drawing));
         least(|| drop(bench.frame(200, 60)))
@@ -69,21 +73,24 @@ fn a_frame_costs_the_same_for_thousands_and_for_few() {
 #[test]
 fn what_arrives_is_sorted_once_a_frame() {
     let mut bench = Bench::empty();
-    drop(update(&mut bench.model, Msg::Listed(entries())));
+    drop(update(
+        &mut bench.model,
+        Msg::reply::<Find>(Found::More(entries())),
+    ));
     bench.model.list.sort_by(crate::model::Order::Obstacles);
     let facts = facts();
     let arriving = least(|| {
         for place in 0..MANY {
             drop(update(
                 &mut bench.model,
-                Msg::Surveyed(place, Ok(facts.clone())),
+                Msg::reply::<Survey>((place, Ok(facts.clone()))),
             ));
         }
     });
     let settling = least(|| {
         drop(update(
             &mut bench.model,
-            Msg::Surveyed(0, Ok(facts.clone())),
+            Msg::reply::<Survey>((0, Ok(facts.clone()))),
         ));
         drop(update(&mut bench.model, Msg::Drawing));
     });
@@ -95,13 +102,16 @@ fn what_arrives_is_sorted_once_a_frame() {
 #[test]
 fn what_is_on_the_screen_is_asked_for_first_and_once() {
     let mut bench = Bench::empty();
-    drop(update(&mut bench.model, Msg::Listed(entries())));
+    drop(update(
+        &mut bench.model,
+        Msg::reply::<Find>(Found::More(entries())),
+    ));
     drop(update(&mut bench.model, Msg::Drawing));
     bench.frame(120, 40);
     bench.model.list.selected = 1_000;
     bench.frame(120, 40);
     let mut asked = update(&mut bench.model, Msg::Drawing);
-    let Some(Effect::SurveyFirst(places)) = asked.pop() else {
+    let Ok(Survey::First(places)) = asked.pop().unwrap().into_request() else {
         panic!("{asked:?}");
     };
     assert!(places.contains(&1_000) && places.len() < 60, "{places:?}");

@@ -6,20 +6,25 @@ use super::variant_fixtures::generated;
 use crate::loaded::{
     GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
 };
-use crate::message::{Effect, JobId, JobRequest, Msg};
+use crate::message::{Effect, Msg};
+use crate::model::JobId;
 use crate::model::{Drives, JobState};
 use crate::screens::variant::VariantScreen;
 use crate::tasks::making::write;
+use crate::tasks::making::{Generate, SaveVariant};
 use nearmiss_drive::generation::{Consequence, Progress};
 use nearmiss_formats::commonroad;
 use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Scenario};
 
 /// The searches that were asked for.
 pub fn asked(bench: &Bench) -> Vec<(JobId, VariantRequest)> {
-    let asks = bench.effects.iter().filter_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Generate(wish)) => Some((*id, (**wish).clone())),
-        _ => None,
-    });
+    let asks = bench
+        .effects
+        .iter()
+        .filter_map(|effect| match effect.request() {
+            Some(Generate { id, request }) => Some((*id, (**request).clone())),
+            _ => None,
+        });
     asks.collect()
 }
 
@@ -335,8 +340,8 @@ fn it_is_written_and_nothing_is_written_over() {
         .effects
         .iter()
         .rev()
-        .filter_map(|effect| match effect {
-            Effect::SaveVariant(made, folder) => Some((made.clone(), folder.clone())),
+        .filter_map(|effect| match effect.request() {
+            Some(SaveVariant(made, folder)) => Some((made.clone(), folder.clone())),
             _ => None,
         });
     let (made, into) = asks.next().unwrap();
@@ -357,7 +362,7 @@ fn it_is_written_and_nothing_is_written_over() {
     let again = write(&made, into.as_deref()).unwrap();
     assert_ne!(again, words);
     assert_eq!(count(), 2 * first);
-    bench.send(Msg::VariantSaved(made.clone(), Ok(words)));
+    bench.send(Msg::reply::<SaveVariant>((made.clone(), Ok(words))));
     bench.press("space g v");
     assert!(bench.frame(200, 60).contains("the variant is kept"));
     assert!(bench.model.maker.files(&made).is_some());

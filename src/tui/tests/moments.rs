@@ -8,6 +8,7 @@ use crate::action::ACTIONS;
 use crate::message::{Mouse, Msg};
 use crate::model::{Moment, On, Pane};
 use crate::session::{Session, restore};
+use crate::tasks::scenarios::{Find, Found};
 use nearmiss_formats::bundled;
 
 const SIZE: (u16, u16) = (200, 60);
@@ -277,7 +278,7 @@ fn two_maps_come_back_with_the_session() {
     let read = Session::parse(&left.text().unwrap(), &left.paths).unwrap();
     let mut again = Bench::empty();
     restore::restore(&mut again.model, read, false);
-    again.send(Msg::Found(Ok(bundled().into())));
+    again.send(Msg::reply::<Find>(Found::All(Ok(bundled().into()))));
     assert_eq!((then(&again).step, again.model.clock.step()), (2, 3));
     // A session of a version without two maps.
     bench.press("space m s");

@@ -3,8 +3,12 @@
 use std::path::Path;
 
 use super::bench::Bench;
-use crate::message::{Effect, JobRequest, Msg, OpenId};
+use crate::message::Msg;
+use crate::model::OpenId;
 use crate::model::{Notice, Pane};
+use crate::tasks::asking::Ask;
+use crate::tasks::scenarios::{Find, Found, Survey};
+use crate::tasks::scenes::Open;
 use nearmiss_formats::{EgoSelection, Entry, write_recording};
 
 #[test]
@@ -28,14 +32,14 @@ fn the_first_scenario_opens_with_the_built_in_verdict() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::Survey(list) if list.len() == 8))
+            .any(|e| matches!(e.request(), Some(Survey::All(list)) if list.len() == 8))
     );
 }
 
 #[test]
 fn a_stale_opening_is_dropped() {
     let mut bench = Bench::bundled();
-    bench.send(Msg::Opened(OpenId(0), Err("late".into())));
+    bench.send(Msg::reply::<Open>((OpenId(0), Err("late".into()))));
     assert!(bench.model.open_error.is_none() && bench.model.opened.is_some());
 }
 
@@ -47,7 +51,7 @@ fn a_file_that_cannot_be_read_says_why_and_the_rest_works() {
     let mut entries = vec![Entry::of_file(&path)];
     entries.extend(nearmiss_formats::bundled());
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(entries.into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(entries.into()))));
     let error = bench.model.open_error.clone().unwrap();
     assert!(
         error.contains("broken.xml:1:1") && error.contains("timeStepSize"),
@@ -69,7 +73,7 @@ fn what_the_search_passed_over_is_said_below_the_list_and_told_by_i() {
     let mut bench = Bench::bundled();
     assert!(!bench.frame(120, 40).contains(" skipped"));
     let found = nearmiss_formats::find(&[folder.path().to_path_buf()]).unwrap();
-    bench.send(Msg::Found(Ok(found)));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(found))));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("scenarios 1 "), "{frame}");
     assert!(frame.contains(" 2 skipped: Space o i "), "{frame}");
@@ -85,7 +89,9 @@ fn what_the_search_passed_over_is_said_below_the_list_and_told_by_i() {
 fn nothing_found_is_said() {
     let mut bench = Bench::empty();
     assert!(bench.frame(120, 40).contains("looking for scenarios"));
-    bench.send(Msg::Found(Err("nothing in there".into())));
+    bench.send(Msg::reply::<Find>(Found::All(Err(
+        "nothing in there".into()
+    ))));
     assert!(bench.frame(120, 40).contains("nothing in there"));
 }
 
@@ -138,14 +144,17 @@ fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/ZAM_Merge-1_1_T-1.xml");
     std::fs::copy(source, &path).unwrap();
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(vec![Entry::of_file(
+        &path,
+    )]
+    .into()))));
     assert!(bench.frame(120, 40).contains("no ego"));
     bench.press("r");
     assert!(
         bench
             .effects
             .iter()
-            .all(|e| !matches!(e, Effect::Start(_, JobRequest::Question { .. })))
+            .all(|e| !matches!(e.request(), Some(Ask { .. })))
     );
     assert!(
         bench
@@ -201,7 +210,10 @@ fn what_reading_assumed_is_shown_and_counted() {
         <dynamicObstacle id="7"><type>spaceship</type></dynamicObstacle></commonRoad>"#;
     std::fs::write(&path, text).unwrap();
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(vec![Entry::of_file(
+        &path,
+    )]
+    .into()))));
     assert!(bench.frame(160, 45).contains("! 3 warnings (Space o i)"));
     bench.press("space o i");
     let frame = bench.frame(160, 45);
@@ -236,7 +248,7 @@ fn an_obstacle_as_the_ego_is_seen_at_once_and_r_goes_back() {
         headline: bench.model.opened.as_ref().unwrap().headline.clone(),
         ..crate::loaded::Facts::default()
     };
-    bench.send(Msg::Surveyed(0, Ok(risk)));
+    bench.send(Msg::reply::<Survey>((0, Ok(risk))));
     let recorded = badge(&bench);
     assert!(recorded.ends_with("0X"), "{recorded}");
     bench.press("space e t");
@@ -266,7 +278,10 @@ fn without_an_ego_every_pane_says_what_to_do_and_no_names_run_together() {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/ZAM_JamTail-1_1_T-1.xml");
     std::fs::copy(source, &path).unwrap();
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(vec![Entry::of_file(
+        &path,
+    )]
+    .into()))));
     let panes = bench.frame(120, 40).matches("makes it the ego").count();
     assert!(panes >= 3, "{}", bench.frame(120, 40));
     let ids: Vec<String> = bench

@@ -4,10 +4,13 @@ use super::bench::Bench;
 use super::events;
 use super::variant_fixtures::generated;
 use crate::loaded::{PictureJob, PictureKind};
-use crate::message::{Effect, JobRequest, Msg};
+use crate::message::{Effect, Msg};
 use crate::model::Pane;
 use crate::pixels::Encoder;
-use crate::tasks::pictures::{Drawing, save};
+use crate::services::Drawing;
+use crate::tasks::making::Generate;
+use crate::tasks::pictures::SavePicture;
+use crate::tasks::pictures::save;
 use nearmiss_render::MapExtent;
 
 fn asked(bench: &mut Bench) -> Box<PictureJob> {
@@ -55,9 +58,9 @@ fn a_picture_is_of_what_is_seen_now() {
 #[test]
 fn where_it_is_or_why_not_is_said() {
     let mut bench = Bench::bundled();
-    bench.send(Msg::Pictured(Ok("a/b.svg".into())));
+    bench.send(Msg::reply::<SavePicture>(Ok("a/b.svg".into())));
     assert!(bench.frame(120, 40).contains("saved as a/b.svg"));
-    bench.send(Msg::Pictured(Err("no space".into())));
+    bench.send(Msg::reply::<SavePicture>(Err("no space".into())));
     assert!(bench.frame(120, 40).contains("no picture: no space"));
 }
 
@@ -130,10 +133,10 @@ fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
     bench.press("/");
     bench.type_text("rightturn");
     bench.press("enter space g g");
-    let Some(Effect::Start(id, JobRequest::Generate(wish))) = bench.effects.pop() else {
+    let Ok(Generate { id, request }) = bench.effects.pop().unwrap().into_request() else {
         panic!("nothing was searched for");
     };
-    bench.send(events::generated(id, generated(&wish)));
+    bench.send(events::generated(id, generated(&request)));
     bench.frame(200, 60);
     bench.model.focus = Pane::Map;
     let folder = tempfile::tempdir().unwrap();

@@ -5,9 +5,12 @@ use std::sync::Arc;
 use super::bench::Bench;
 use super::drive_fixtures::planned;
 use crate::loaded::{DriveFiles, DriveKey, Opened, PlannedEgo};
-use crate::message::{Effect, JobEvent, JobRequest, Msg, Update};
+use crate::message::{Effect, Msg};
+use crate::model::Update;
 use crate::screens::cycle::CycleScreen;
 use crate::tasks::drives;
+use crate::tasks::planning::{Plan, SaveDrive};
+use crate::tasks::thresholds::ReadThresholds;
 use nearmiss_drive::planner::{Bound, Broken, Forecast};
 use nearmiss_drive::simulation::{
     BeyondVehicle, Clock, ExternalReport, Outcome, PlannerError, PlannerFault,
@@ -18,31 +21,47 @@ use nearmiss_scene::scenario::Prediction;
 
 /// How often planning was asked for.
 fn begun(bench: &Bench) -> usize {
-    let begin = |e: &&Effect| matches!(e, Effect::Start(_, JobRequest::Plan(..)));
+    let begin = |e: &&Effect| matches!(e.request(), Some(Plan { planner: 0, .. }));
     bench.effects.iter().filter(begin).count()
 }
 
 /// The last drive that was asked for ends.
 fn arrive(bench: &mut Bench) {
-    let last = bench.effects.iter().rev().find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Plan(entry, _, forecast)) => {
-            Some((*id, entry.clone(), *forecast))
-        }
-        _ => None,
-    });
+    let last = bench
+        .effects
+        .iter()
+        .rev()
+        .find_map(|effect| match effect.request() {
+            Some(Plan {
+                id,
+                entry,
+                forecast,
+                planner: 0,
+                ..
+            }) => Some((*id, entry.clone(), *forecast)),
+            _ => None,
+        });
     let (id, entry, forecast) = last.expect("planning was asked for");
     let ended = planned(&entry, forecast).map(Box::new);
-    bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(ended))));
+    bench.send(Msg::reply::<Plan>((id, Update::Ended(ended))));
 }
 
 /// The last drive that was asked for ends as that of a process that died, with steps that no vehicle can do.
 fn arrive_failed(bench: &mut Bench) {
-    let last = bench.effects.iter().rev().find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Plan(entry, _, forecast)) => {
-            Some((*id, entry.clone(), *forecast))
-        }
-        _ => None,
-    });
+    let last = bench
+        .effects
+        .iter()
+        .rev()
+        .find_map(|effect| match effect.request() {
+            Some(Plan {
+                id,
+                entry,
+                forecast,
+                planner: 0,
+                ..
+            }) => Some((*id, entry.clone(), *forecast)),
+            _ => None,
+        });
     let (id, entry, forecast) = last.expect("planning was asked for");
     let mut opened = planned(&entry, forecast).unwrap();
     let mut of = PlannedEgo::clone(opened.planned.as_deref().unwrap());
@@ -79,7 +98,7 @@ fn arrive_failed(bench: &mut Bench) {
     }));
     opened.planned = Some(Arc::new(of));
     let ended = Ok(Box::new(opened));
-    bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(ended))));
+    bench.send(Msg::reply::<Plan>((id, Update::Ended(ended))));
 }
 
 #[test]
@@ -183,7 +202,7 @@ fn other_thresholds_measure_it_anew() {
     let mut bench = driven();
     bench.press("down");
     let thresholds = bench.model.thresholds.clone();
-    bench.send(Msg::Thresholds(Ok(thresholds)));
+    bench.send(Msg::reply::<ReadThresholds>(Ok(thresholds)));
     bench.press("up");
     assert_eq!(outcome_and_ego(&bench), None, "its measures hold no longer");
 }
@@ -342,15 +361,22 @@ fn the_panel_says_where_the_drive_is() {
     assert!(bench.frame(200, 60).contains("until you quit; Space e s"));
     bench.perform("save-drive");
     assert!(bench.model.screens.is_top::<CycleScreen>());
-    let asked = bench.effects.iter().rev().find_map(|effect| match effect {
-        Effect::SaveDrive(files) => Some(files.key),
-        _ => None,
-    });
+    let asked = bench
+        .effects
+        .iter()
+        .rev()
+        .find_map(|effect| match effect.request() {
+            Some(SaveDrive(files)) => Some(files.key),
+            _ => None,
+        });
     let key: DriveKey = asked.expect("writing was asked for");
-    bench.send(Msg::DriveSaved(key, Ok("a.csv and b.xml".into())));
+    bench.send(Msg::reply::<SaveDrive>((key, Ok("a.csv and b.xml".into()))));
     assert_eq!(said(&bench), "saved as a.csv and b.xml");
     assert!(bench.frame(200, 60).contains("in a.csv and b.xml"));
-    bench.send(Msg::DriveSaved(key, Err("the disk is full".into())));
+    bench.send(Msg::reply::<SaveDrive>((
+        key,
+        Err("the disk is full".into()),
+    )));
     assert!(said(&bench).contains("not written: the disk is full"));
 }
 
@@ -363,7 +389,7 @@ fn another_planner_is_chosen_from_the_configuration() {
     bench.press("space e n");
     assert_eq!(bench.model.driver.planner_name(), "lab");
     bench.press("space e p");
-    let by = |effect: &Effect| matches!(effect, Effect::Start(_, JobRequest::PlanBy(.., 1)));
+    let by = |effect: &Effect| matches!(effect.request(), Some(Plan { planner: 1, .. }));
     assert!(bench.effects.iter().any(by));
     // On its way, the next one drives instead.
     bench.press("space e n");

@@ -5,9 +5,12 @@ use std::time::Duration;
 use super::bench::Bench;
 use super::drive_fixtures::{coarse, planned, request};
 use crate::loaded::CycleShown;
-use crate::message::{Effect, JobEvent, JobId, JobRequest, Msg, OpenId, Update};
+use crate::message::{Effect, Msg};
 use crate::model::{Drives, JobState, Model, Pane};
+use crate::model::{JobId, OpenId, Update};
 use crate::screens::cycle::CycleScreen;
+use crate::tasks::planning::Plan;
+use crate::tasks::scenes::Open;
 use nearmiss_drive::planner::{self, Forecast};
 use nearmiss_drive::simulation::{Outcome, Settings};
 use nearmiss_formats::{Entry, bundled};
@@ -20,17 +23,21 @@ fn asked(bench: &Bench) -> (JobId, Entry, Forecast) {
         .effects
         .iter()
         .rev()
-        .filter_map(|effect| match effect {
-            Effect::Start(id, JobRequest::Plan(entry, _, forecast)) => {
-                Some((*id, entry.clone(), *forecast))
-            }
+        .filter_map(|effect| match effect.request() {
+            Some(Plan {
+                id,
+                entry,
+                forecast,
+                planner: 0,
+                ..
+            }) => Some((*id, entry.clone(), *forecast)),
             _ => None,
         });
     asks.next().expect("planning was asked for")
 }
 
 fn begun(bench: &Bench) -> usize {
-    let begin = |e: &&Effect| matches!(e, Effect::Start(_, JobRequest::Plan(..)));
+    let begin = |e: &&Effect| matches!(e.request(), Some(Plan { planner: 0, .. }));
     bench.effects.iter().filter(begin).count()
 }
 
@@ -43,8 +50,8 @@ fn stopped(bench: &Bench) -> usize {
 fn arrive(bench: &mut Bench) {
     let (id, entry, forecast) = asked(bench);
     let opened = planned(&entry, forecast).map(Box::new);
-    bench.send(Msg::Job(id, JobEvent::Plan(Update::Progress((3, 100)))));
-    bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(opened))));
+    bench.send(Msg::reply::<Plan>((id, Update::Progress((3, 100)))));
+    bench.send(Msg::reply::<Plan>((id, Update::Ended(opened))));
 }
 
 /// A bundled scenario whose ego the planner drove.
@@ -68,7 +75,7 @@ fn without_ego(bench: &mut Bench) {
     opened.no_ego = Some(MissingEgo::NotRecorded);
     let id = OpenId(bench.model.new_id());
     bench.model.opening = Some((id, None));
-    bench.send(Msg::Opened(id, Ok(Box::new(opened))));
+    bench.send(Msg::reply::<Open>((id, Ok(Box::new(opened)))));
 }
 
 fn is_planned(model: &Model) -> bool {
@@ -88,7 +95,7 @@ fn a_key_lets_the_planner_drive_and_another_goes_back() {
     bench.press("space e p");
     let (id, _, forecast) = asked(&bench);
     assert_eq!(forecast, Forecast::Lane);
-    bench.send(Msg::Job(id, JobEvent::Plan(Update::Progress((7, 100)))));
+    bench.send(Msg::reply::<Plan>((id, Update::Progress((7, 100)))));
     assert!(bench.frame(120, 40).contains("planning 7/100"));
     assert!(
         !is_planned(&bench.model),
@@ -185,7 +192,7 @@ fn who_does_not_want_a_planned_ego_gets_none_and_a_failure_is_told_once() {
     bench.press("space e p");
     let (id, ..) = asked(&bench);
     let why = "no way leads from the start to the goal";
-    bench.send(Msg::Job(id, JobEvent::Plan(Update::Ended(Err(why.into())))));
+    bench.send(Msg::reply::<Plan>((id, Update::Ended(Err(why.into())))));
     passes(&mut bench, 900);
     assert_eq!(begun(&bench), 2);
     assert!(bench.model.toasts.iter().any(|t| t.text.contains(why)));

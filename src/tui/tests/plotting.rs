@@ -1,7 +1,9 @@
 //! Measures over time, and the list in their order.
 
 use super::bench::Bench;
-use crate::message::{Effect, Msg};
+use crate::message::Msg;
+use crate::tasks::scenarios::Rank;
+use crate::tasks::thresholds::ReadThresholds;
 
 #[test]
 fn any_measure_is_plotted_for_chosen_obstacles() {
@@ -40,16 +42,16 @@ fn the_list_is_sorted_by_a_measure() {
     bench.press("space l s");
     bench.type_text("headway");
     bench.press("enter");
-    let asked = bench.effects.iter().find_map(|e| match e {
-        Effect::Rank(measure, entries) => Some((*measure, entries.len())),
+    let asked = bench.effects.iter().find_map(|e| match e.request() {
+        Some(Rank::All(measure, entries)) => Some((*measure, entries.len())),
         _ => None,
     });
     assert_eq!(asked, Some(("headway", 8)));
     assert!(bench.frame(200, 60).contains("by headway, m"));
     for (place, value) in [(0, Some(3.0)), (5, Some(0.25)), (2, None)] {
-        bench.send(Msg::Ranked("headway", place, value));
+        bench.send(Msg::reply::<Rank>(("headway", place, value)));
     }
-    bench.send(Msg::Ranked("ttc", 1, Some(0.0)));
+    bench.send(Msg::reply::<Rank>(("ttc", 1, Some(0.0))));
     assert_eq!(
         bench.model.list.visible[..2],
         [5, 0],
@@ -134,7 +136,7 @@ fn a_threshold_that_is_far_away_is_an_arrow_with_its_value() {
     assert_eq!(bench.model.plot.measure.id, "ttc");
     let text = "[[threshold]]\nmeasure = \"ttc\"\nname = \"far\"\nvalue = 900\n";
     let far = nearmiss_scene::metrics::Thresholds::read(text, "mine.toml").unwrap();
-    bench.send(Msg::Thresholds(Ok(std::sync::Arc::new(far))));
+    bench.send(Msg::reply::<ReadThresholds>(Ok(std::sync::Arc::new(far))));
     for (columns, rows) in [(160, 45), (200, 60)] {
         let plot = plotted(&bench, columns, rows);
         assert!(plot.contains("↑ ") && plot.contains("far 900 s"), "{plot}");

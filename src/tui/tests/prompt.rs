@@ -1,8 +1,12 @@
 //! The prompt: switches, the editor, drafts that are right and drafts that are not.
 
 use super::bench::Bench;
-use crate::message::{Effect, JobRequest, Msg};
+use crate::message::{Effect, Msg};
 use crate::model::{Notice, PromptView};
+use crate::tasks::asking::Ask;
+use crate::tasks::scenarios::{Find, Found};
+use crate::tasks::session::KeepDraft;
+use crate::tasks::templates::{ChangeTemplate, RereadTemplates, TemplateChange};
 use nearmiss_ask::prompts::Library;
 
 fn rendered(bench: &Bench) -> String {
@@ -57,8 +61,8 @@ fn the_prompt_follows_every_key_and_the_draft_is_what_is_asked() {
     );
     bench.press("esc r");
     assert!(bench.model.prompt.is_draft());
-    let question = bench.effects.iter().find_map(|e| match e {
-        Effect::Start(_, JobRequest::Question { question, .. }) => Some(question),
+    let question = bench.effects.iter().find_map(|e| match e.request() {
+        Some(Ask { question, .. }) => Some(question),
         _ => None,
     });
     assert!(question.unwrap().prompt.system.starts_with("Dear model!"));
@@ -76,12 +80,10 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
     assert!(rendered(&bench) == format!("{{{before}"));
     assert!(bench.frame(120, 40).contains("rendered, last good"));
     bench.press("ctrl-s");
-    assert!(
-        bench
-            .effects
-            .iter()
-            .all(|e| !matches!(e, Effect::SaveTemplate(..)))
-    );
+    assert!(bench.effects.iter().all(|e| !matches!(
+        e.request(),
+        Some(ChangeTemplate(_, TemplateChange::Save(_)))
+    )));
     bench.model.model = "lab/small".into();
     bench.press("esc g tab r");
     let frame = bench.frame(120, 40);
@@ -99,7 +101,7 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
         bench
             .effects
             .iter()
-            .all(|e| !matches!(e, Effect::Start(_, JobRequest::Question { .. }))),
+            .all(|e| !matches!(e.request(), Some(Ask { .. }))),
         "a broken template is not sent"
     );
     assert_eq!(bench.model.toasts.last().unwrap().kind, Notice::Error);
@@ -111,8 +113,10 @@ fn saving_writes_the_users_copy_and_reset_removes_it() {
     bench.press("e ctrl-g 1 0 enter");
     bench.type_text("Mine. ");
     bench.press("ctrl-s");
-    let saved = bench.effects.iter().find_map(|e| match e {
-        Effect::SaveTemplate(file, text) => Some((file.clone(), text.clone())),
+    let saved = bench.effects.iter().find_map(|e| match e.request() {
+        Some(ChangeTemplate(file, TemplateChange::Save(text))) => {
+            Some((file.clone(), text.clone()))
+        }
         _ => None,
     });
     let (file, text) = saved.unwrap();
@@ -120,24 +124,22 @@ fn saving_writes_the_users_copy_and_reset_removes_it() {
 
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join(&file), &text).unwrap();
-    bench.send(Msg::Saved(
+    bench.send(Msg::reply::<ChangeTemplate>((
         file,
         Ok((Library::load(Some(folder.path())), "saved".into())),
-    ));
+    )));
     assert!(!bench.model.prompt.is_draft());
     bench.press("esc :");
     bench.type_text("discard-draft");
     bench.press("enter");
-    assert!(
-        bench
-            .effects
-            .iter()
-            .any(|e| matches!(e, Effect::RemoveTemplate(..)))
-    );
-    bench.send(Msg::Saved(
+    assert!(bench.effects.iter().any(|e| matches!(
+        e.request(),
+        Some(ChangeTemplate(_, TemplateChange::Remove(_)))
+    )));
+    bench.send(Msg::reply::<ChangeTemplate>((
         "collision-ego.md".into(),
         Ok((Library::load(None), "shipped".into())),
-    ));
+    )));
     assert!(!rendered(&bench).contains("Mine."));
 }
 
@@ -174,15 +176,17 @@ fn a_draft_is_kept_for_the_next_start_and_taken_up() {
     bench.press("e ctrl-g 1 0 enter");
     bench.type_text("Kept. ");
     bench.press("esc q");
-    let kept = bench.effects.iter().rev().find_map(|e| match e {
-        Effect::KeepDraft(file, Some(text)) => Some((file.clone(), text.clone())),
+    let kept = bench.effects.iter().rev().find_map(|e| match e.request() {
+        Some(KeepDraft(file, Some(text))) => Some((file.clone(), text.clone())),
         _ => None,
     });
     let (file, text) = kept.unwrap();
     assert!(matches!(bench.effects.last(), Some(Effect::Quit)));
     let mut bench = Bench::empty();
     bench.model.prompt.take_up(file, text);
-    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(
+        nearmiss_formats::bundled().into(),
+    ))));
     assert!(rendered(&bench).starts_with("Kept. You are"));
 }
 
@@ -197,7 +201,7 @@ fn broken_front_matter_is_named_and_the_built_in_judge_does_not_care() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::Start(_, JobRequest::Question { .. })))
+            .any(|e| matches!(e.request(), Some(Ask { .. })))
     );
 }
 
@@ -217,12 +221,16 @@ fn a_users_file_that_breaks_while_the_program_runs_stays_in_use_as_it_was() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::RereadTemplates))
+            .any(|e| matches!(e.request(), Some(RereadTemplates)))
     );
-    bench.send(Msg::Reread(Library::load(Some(folder.path()))));
+    bench.send(Msg::reply::<RereadTemplates>(Library::load(Some(
+        folder.path(),
+    ))));
     assert!(rendered(&bench).contains("You are mine"));
     std::fs::write(&file, "+++\nname = 7\n+++\n").unwrap();
-    bench.send(Msg::Reread(Library::load(Some(folder.path()))));
+    bench.send(Msg::reply::<RereadTemplates>(Library::load(Some(
+        folder.path(),
+    ))));
     assert!(rendered(&bench).contains("You are mine"));
     let said = |bench: &Bench| {
         let bad = bench
@@ -238,7 +246,9 @@ fn a_users_file_that_breaks_while_the_program_runs_stays_in_use_as_it_was() {
         said(&bench)
     );
     std::fs::remove_file(&file).unwrap();
-    bench.send(Msg::Reread(Library::load(Some(folder.path()))));
+    bench.send(Msg::reply::<RereadTemplates>(Library::load(Some(
+        folder.path(),
+    ))));
     assert!(rendered(&bench).contains("You are an expert"));
 }
 
@@ -252,7 +262,9 @@ fn techniques_are_the_templates_until_they_are_chosen() {
         1,
     );
     std::fs::write(folder.path().join("collision-ego.md"), mine).unwrap();
-    bench.send(Msg::Reread(Library::load(Some(folder.path()))));
+    bench.send(Msg::reply::<RereadTemplates>(Library::load(Some(
+        folder.path(),
+    ))));
     assert_eq!(bench.model.techniques.to_string(), "cot");
     assert_eq!(rendered(&bench).matches(",ego,").count(), 3);
     bench.press("space a c");

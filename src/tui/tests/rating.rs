@@ -2,14 +2,17 @@
 
 use super::bench::Bench;
 use super::side_by_side::{sized, two};
-use crate::message::{Effect, Msg};
+use crate::message::Msg;
+use crate::tasks::rating::Rate;
 use nearmiss_store::Choice;
 
 /// What was sent to the store: what was chosen, how many answers were marked, and which rating that replaces.
 fn sent(bench: &Bench) -> Vec<(Choice, usize, Option<i64>)> {
     let effects = bench.effects.iter();
-    let rated = effects.filter_map(|effect| match effect {
-        Effect::Rate(_, rating, replaced) => {
+    let rated = effects.filter_map(|effect| match effect.request() {
+        Some(Rate {
+            rating, replaced, ..
+        }) => {
             let marked = rating.answers.iter().filter(|answer| answer.wrong).count();
             Some((rating.choice, marked, *replaced))
         }
@@ -25,12 +28,12 @@ fn answers_are_rated_anew_while_they_stand_there() {
         bench.press(open);
         let round = bench.model.compare.round;
         bench.press("1");
-        bench.send(Msg::Rated(round, Ok(4)));
+        bench.send(Msg::reply::<Rate>((round, Ok(4))));
         bench.press("2");
-        bench.send(Msg::Rated(round, Ok(4)));
+        bench.send(Msg::reply::<Rate>((round, Ok(4))));
         assert!(bench.frame(120, 40).contains("rating 4 changed"), "{open}");
         bench.press("w enter");
-        bench.send(Msg::Rated(round, Ok(4)));
+        bench.send(Msg::reply::<Rate>((round, Ok(4))));
         bench.press("w");
         let (best, again) = (Choice::Best, Some(4));
         let anew = [
@@ -41,9 +44,15 @@ fn answers_are_rated_anew_while_they_stand_there() {
         let all = [&[(best(0), 0, None)][..], &anew].concat();
         assert_eq!(sent(&bench), all, "{open}");
         // The last one is refused: what is in the store is what is shown.
-        bench.send(Msg::Rated(round, Err("the store is locked".into())));
+        bench.send(Msg::reply::<Rate>((
+            round,
+            Err("the store is locked".into()),
+        )));
         bench.press("t");
-        bench.send(Msg::Rated(round, Err("the store is locked".into())));
+        bench.send(Msg::reply::<Rate>((
+            round,
+            Err("the store is locked".into()),
+        )));
         assert_eq!(bench.model.compare.choice, Some(best(1)), "{open}");
     }
 }
@@ -57,15 +66,15 @@ fn a_rating_waits_for_the_one_before_it_and_other_answers_have_their_own() {
     assert_eq!(sent(&bench), [(Choice::Best(0), 0, None)]);
     // Meanwhile other answers stand there; nothing was made of them yet.
     bench.press("esc space o c");
-    bench.send(Msg::Rated(round, Ok(4)));
+    bench.send(Msg::reply::<Rate>((round, Ok(4))));
     assert_eq!(sent(&bench)[1..], [(Choice::Tie, 0, Some(4))]);
-    bench.send(Msg::Rated(round, Ok(4)));
+    bench.send(Msg::reply::<Rate>((round, Ok(4))));
     assert_eq!(bench.model.compare.choice, None);
     bench.press("0");
     assert_eq!(sent(&bench)[2..], [(Choice::AllWrong, 0, None)]);
-    bench.send(Msg::Rated(
+    bench.send(Msg::reply::<Rate>((
         bench.model.compare.round,
         Err("the store is locked".into()),
-    ));
+    )));
     assert_eq!(bench.model.compare.choice, None);
 }

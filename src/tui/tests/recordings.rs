@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::bench::Bench;
 use crate::message::Msg;
+use crate::tasks::scenarios::{Find, Found};
 use nearmiss_workflow::find;
 
 /// Floating car data of 40 s: `late` comes up behind `8`, which stands, and stops short of it; `9` drives far from both.
@@ -40,7 +41,7 @@ fn windows_of_a_recording_are_listed_opened_and_stepped_through() {
     written(folder.path());
     let mut bench = Bench::empty();
     let found = find(&[folder.path().to_path_buf()]).unwrap();
-    bench.send(Msg::Found(Ok(found)));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(found))));
     let frame = bench.frame(200, 60);
     assert!(frame.contains("scenarios 1 "), "{frame}");
     assert!(frame.contains("fcd-track-late-12.8s"), "{frame}");

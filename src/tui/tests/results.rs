@@ -5,13 +5,14 @@ use std::sync::atomic::AtomicBool;
 
 use super::bench::Bench;
 use super::everywhere::seen_in_every_theme;
+use super::history_store::requests;
 use super::history_store::{FIRST, Fixture};
 use crate::keymap::{Keymap, Preset};
-use crate::message::runs::ResultsEvent;
-use crate::message::{Effect, Msg};
+use crate::message::Msg;
 use crate::screens::results::ResultsScreen;
 use crate::tasks::history::Judging;
 use crate::tasks::results::answer;
+use crate::tasks::results::{ResultsCommand, ResultsEvent};
 use nearmiss_formats::EgoSelection;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_study::evaluation::Outcome;
@@ -25,22 +26,19 @@ pub(super) fn settle(kept: &mut Fixture) {
     };
     loop {
         let effects = std::mem::take(&mut kept.bench.effects);
-        let (asks, others): (Vec<_>, Vec<_>) = effects
-            .into_iter()
-            .partition(|e| matches!(e, Effect::Results(_)));
+        let (asks, others) = requests(effects);
         kept.bench.effects = others;
         if asks.is_empty() {
             return;
         }
         for ask in asks {
-            let Effect::Results(ask) = ask else { continue };
             let going = AtomicBool::new(false);
             let mut news = Vec::new();
             answer(&kept.store, &judging, ask, &going, &mut |said| {
                 news.push(said);
             });
             for said in news {
-                kept.bench.send(Msg::Results(said));
+                kept.bench.send(Msg::reply::<ResultsCommand>(said));
             }
         }
     }
@@ -162,7 +160,10 @@ fn an_empty_cell_and_news_of_an_older_reading_change_nothing() {
     let old = kept.bench.model.results.asked;
     press(&mut kept, "esc");
     kept.bench
-        .send(Msg::Results(ResultsEvent::Read(old, Err("gone".into()))));
+        .send(Msg::reply::<ResultsCommand>(ResultsEvent::Read(
+            old,
+            Err("gone".into()),
+        )));
     assert_eq!(kept.bench.model.results.error, None);
     assert_eq!(kept.bench.model.results.rows.len(), 2);
 }

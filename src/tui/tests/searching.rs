@@ -4,9 +4,11 @@ use super::bench::Bench;
 use super::events;
 use super::making::{arrive, asked, dangerous, open, said, shown, stopped};
 use crate::loaded::{GenerationStage, Opened};
-use crate::message::{Msg, OpenId};
+use crate::message::Msg;
 use crate::model::JobState;
+use crate::model::OpenId;
 use crate::tasks::making::write;
+use crate::tasks::scenes::Open;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::metrics::Thresholds;
 
@@ -73,7 +75,7 @@ fn a_search_asked_for_while_the_scenario_is_read_begins_when_it_is_open() {
         said(&bench)
     );
     let opened = bench.model.opened.clone().unwrap();
-    bench.send(Msg::Opened(OpenId(1_000_000), Ok(opened)));
+    bench.send(Msg::reply::<Open>((OpenId(1_000_000), Ok(opened))));
     assert_eq!(asked(&bench).len(), 1);
     assert_eq!(bench.model.list.opened, Some(place));
 }

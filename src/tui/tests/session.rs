@@ -8,6 +8,8 @@ use crate::message::{Effect, Msg};
 use crate::model::{Grouping, Pane, Sizes};
 use crate::session::Session;
 use crate::session::restore;
+use crate::tasks::scenarios::{Find, Found};
+use crate::tasks::session::{KeepSession, KeepSessionLater};
 use nearmiss_formats::{Entry, EntryLocation, bundled};
 use nearmiss_scene::verdict::Task;
 
@@ -18,9 +20,10 @@ fn kept(bench: &mut Bench) -> Option<Session> {
         matches!(bench.effects.last(), Some(Effect::Quit)),
         "kept before the end"
     );
-    bench.effects.drain(..).find_map(|effect| match effect {
-        Effect::Remember(session) => Some(*session),
-        _ => None,
+    let mut effects = bench.effects.drain(..);
+    effects.find_map(|effect| match effect.into_request() {
+        Ok(KeepSession(session)) => Some(*session),
+        Err(_) => None,
     })
 }
 
@@ -51,7 +54,7 @@ fn the_workbench_comes_back_as_it_was_left() {
     let mut again = keeping(Bench::empty());
     again.model.config.model = Some("lab/small".into());
     restore::restore(&mut again.model, read(&left), false);
-    again.send(Msg::Found(Ok(bundled().into())));
+    again.send(Msg::reply::<Find>(Found::All(Ok(bundled().into()))));
     let after = &again.model;
     let name = |bench: &crate::model::Model| bench.opened.as_ref().unwrap().name.clone();
     assert_eq!(name(after), name(before));
@@ -106,7 +109,11 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
     };
     let mut bench = keeping(Bench::empty());
     bench.model.recall.here = "/here".into();
-    bench.send(Msg::Listed(vec![file("one"), file("two"), file("three")]));
+    bench.send(Msg::reply::<Find>(Found::More(vec![
+        file("one"),
+        file("two"),
+        file("three"),
+    ])));
     bench.press("down down *");
     let mut left = kept(&mut bench).unwrap();
     let opened = crate::session::SavedScenario {
@@ -138,38 +145,47 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
         ..file(name)
     };
     let mut again = start();
-    again.send(Msg::Listed(vec![file("one"), file("two")]));
+    again.send(Msg::reply::<Find>(Found::More(vec![
+        file("one"),
+        file("two"),
+    ])));
     assert_eq!(again.model.list.opened, None, "it may still come");
-    again.send(Msg::Listed(vec![file("three")]));
+    again.send(Msg::reply::<Find>(Found::More(vec![file("three")])));
     assert_eq!(again.model.list.opened, Some(2));
     assert_eq!(again.model.marks.count(&again.model.list), 1);
 
     let mut gone = start();
-    gone.send(Msg::Listed(vec![file("one"), file("two")]));
-    gone.send(Msg::Searched(Ok(Vec::new())));
+    gone.send(Msg::reply::<Find>(Found::More(vec![
+        file("one"),
+        file("two"),
+    ])));
+    gone.send(Msg::reply::<Find>(Found::Ended(Ok(Vec::new()))));
     assert_eq!(gone.model.list.opened, Some(0));
 
     let mut impatient = start();
-    impatient.send(Msg::Listed(vec![file("one"), file("two")]));
+    impatient.send(Msg::reply::<Find>(Found::More(vec![
+        file("one"),
+        file("two"),
+    ])));
     impatient.press("down");
     assert_eq!(impatient.model.list.opened, Some(1));
-    impatient.send(Msg::Listed(vec![file("three")]));
+    impatient.send(Msg::reply::<Find>(Found::More(vec![file("three")])));
     assert_eq!(impatient.model.list.opened, Some(1));
 }
 
 #[test]
 fn changes_are_kept_after_a_while_and_only_once() {
     let asked = |bench: &Bench| {
-        let later = |e: &&Effect| matches!(e, Effect::RememberLater);
+        let later = |e: &&Effect| matches!(e.request(), Some(KeepSessionLater));
         bench.effects.iter().filter(later).count()
     };
     let written = |bench: &Bench| {
-        let kept = |e: &&Effect| matches!(e, Effect::Remember(_));
+        let kept = |e: &&Effect| matches!(e.request(), Some(KeepSession(_)));
         bench.effects.iter().filter(kept).count()
     };
     let mut off = Bench::bundled();
     off.press("right");
-    off.send(Msg::KeepSession);
+    off.send(Msg::reply::<KeepSessionLater>(()));
     assert_eq!(
         (asked(&off), written(&off)),
         (0, 0),
@@ -179,13 +195,13 @@ fn changes_are_kept_after_a_while_and_only_once() {
     let mut bench = keeping(Bench::bundled());
     bench.press("right right right");
     assert_eq!(asked(&bench), 1, "not for every key");
-    bench.send(Msg::KeepSession);
+    bench.send(Msg::reply::<KeepSessionLater>(()));
     assert_eq!((asked(&bench), written(&bench)), (1, 1));
     bench.press("right");
-    bench.send(Msg::KeepSession);
+    bench.send(Msg::reply::<KeepSessionLater>(()));
     assert_eq!((asked(&bench), written(&bench)), (2, 2));
     bench.press("left right");
-    bench.send(Msg::KeepSession);
+    bench.send(Msg::reply::<KeepSessionLater>(()));
     assert_eq!(written(&bench), 2, "the same as before");
 }
 
@@ -199,14 +215,14 @@ fn an_ego_of_the_command_line_wins() {
     for (chosen, ego) in [(false, taken), (true, None)] {
         let mut again = keeping(Bench::empty());
         restore::restore(&mut again.model, read(&left), chosen);
-        again.send(Msg::Found(Ok(bundled().into())));
+        again.send(Msg::reply::<Find>(Found::All(Ok(bundled().into()))));
         assert_eq!(again.model.taken, ego);
     }
     let mut stale = read(&left);
     stale.opened.as_mut().unwrap().ego = Some(-77);
     let mut again = keeping(Bench::empty());
     restore::restore(&mut again.model, stale, false);
-    again.send(Msg::Found(Ok(bundled().into())));
+    again.send(Msg::reply::<Find>(Found::All(Ok(bundled().into()))));
     assert!(again.model.opened.is_some() && again.model.taken.is_none());
     assert_eq!(again.model.open_error, None);
 }
@@ -226,7 +242,7 @@ fn nonsense_in_a_session_changes_nothing() {
     opened.camera.center = [1e300, 0.0];
     let mut again = keeping(Bench::empty());
     restore::restore(&mut again.model, odd, false);
-    again.send(Msg::Found(Ok(bundled().into())));
+    again.send(Msg::reply::<Find>(Found::All(Ok(bundled().into()))));
     assert_eq!(again.model.task, Task::Collision);
     assert_eq!(again.model.focus, Pane::Scenarios);
     assert_eq!(again.model.clock.step(), again.model.clock.range().1);

@@ -3,7 +3,8 @@
 use super::bench::Bench;
 use super::making::{arrive, asked, made, open, said};
 use crate::message::Effect;
-use crate::tasks::pictures::{Drawing, save};
+use crate::services::Drawing;
+use crate::tasks::pictures::save;
 
 /// A scenario in which one obstacle alone reaches nothing with so few motions, and two do.
 const SCENARIO: &str = "hardbraking";

@@ -6,6 +6,8 @@ use super::events;
 use crate::keymap::Key;
 use crate::message::{Effect, Msg};
 use crate::model::ShownAnswer;
+use crate::tasks::rating::{FindUnrated, Rate, ReadRatings};
+use crate::tasks::scenes::LoadStored;
 use nearmiss_ask::llm::Chunk;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
@@ -29,7 +31,7 @@ pub fn two() -> Bench {
         said("lab/walrus", true, 7, CLAIMS),
         said("lab/mammoth", false, 8, &long),
     ];
-    bench.send(Msg::Stored(of, answers));
+    bench.send(Msg::reply::<LoadStored>((of, answers)));
     bench
 }
 
@@ -39,10 +41,14 @@ pub fn sized(mut bench: Bench, columns: u16, rows: u16) -> Bench {
 }
 
 fn rating(bench: &Bench) -> NewRating {
-    let mut rated = bench.effects.iter().rev().filter_map(|e| match e {
-        Effect::Rate(_, rating, _) => Some((**rating).clone()),
-        _ => None,
-    });
+    let mut rated = bench
+        .effects
+        .iter()
+        .rev()
+        .filter_map(|e| match e.request() {
+            Some(Rate { rating, .. }) => Some((**rating).clone()),
+            _ => None,
+        });
     rated.next().expect("something was rated")
 }
 
@@ -153,7 +159,10 @@ fn what_arrives_is_followed_until_somebody_scrolls_up() {
     assert!(bench.frame(120, 40).contains("line 90"));
     bench.press("1");
     assert!(
-        !bench.effects.iter().any(|e| matches!(e, Effect::Rate(..))),
+        !bench
+            .effects
+            .iter()
+            .any(|e| matches!(e.request(), Some(Rate { .. }))),
         "it is not whole"
     );
 }
@@ -219,12 +228,12 @@ fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
         "now it may be known"
     );
     assert!(agrees(&bench.frame(120, 40)));
-    bench.send(Msg::Rated(bench.model.compare.round, Ok(1)));
+    bench.send(Msg::reply::<Rate>((bench.model.compare.round, Ok(1))));
     bench.press(&(better + 1).to_string());
     let count = bench
         .effects
         .iter()
-        .filter(|e| matches!(e, Effect::Rate(..)))
+        .filter(|e| matches!(e.request(), Some(Rate { .. })))
         .count();
     assert_eq!(count, 1, "once is enough");
 }
@@ -235,7 +244,15 @@ fn blind_mode_goes_on_to_the_next_scenario() {
     let before = bench.model.opened.as_ref().unwrap().name.clone();
     bench.press("space o b t enter");
     // Which scenario has something to rate is asked of the store.
-    let asks = |effect: &&Effect| matches!(effect, Effect::FindUnrated(Task::Collision, _));
+    let asks = |effect: &&Effect| {
+        matches!(
+            effect.request(),
+            Some(FindUnrated {
+                task: Task::Collision,
+                ..
+            })
+        )
+    };
     assert_eq!(bench.effects.iter().filter(asks).count(), 2);
     let list = &bench.model.list;
     let other = list.rows[*list.visible.last().unwrap()].entry.name.clone();
@@ -243,14 +260,14 @@ fn blind_mode_goes_on_to_the_next_scenario() {
         scenarios: scenarios.iter().map(|name| ((*name).into(), 2)).collect(),
         rated: [RunId(5)].into(),
     };
-    bench.send(Msg::Unrated(Ok(left(&[&other]))));
+    bench.send(Msg::reply::<FindUnrated>(Ok(left(&[&other]))));
     assert_ne!(other, before);
     assert_eq!(bench.model.opened.as_ref().unwrap().name, other);
     assert!(bench.frame(120, 40).contains("no stored answers"));
     let mut answers = ["lab/a", "lab/b", "lab/c", "lab/d"].map(|model| answer(model, true, 301));
     answers[3].run = Some(RunId(5));
     let of = stored_of_last(&bench);
-    bench.send(Msg::Stored(of, answers.to_vec()));
+    bench.send(Msg::reply::<LoadStored>((of, answers.to_vec())));
     // As many columns as fit; what was rated before does not come again.
     assert_eq!(bench.model.compare.shown.len(), 3);
     let rated = |shown: &ShownAnswer| *shown == place_of_model(&bench, "lab/d");
@@ -275,11 +292,15 @@ fn place_of_model(bench: &Bench, model: &str) -> ShownAnswer {
     ShownAnswer::Column(columns.position(|c| c.model == model).unwrap())
 }
 
-fn stored_of_last(bench: &Bench) -> crate::message::StoredOf {
-    let mut all = bench.effects.iter().rev().filter_map(|e| match e {
-        Effect::LoadStored(of) => Some(of.clone()),
-        _ => None,
-    });
+fn stored_of_last(bench: &Bench) -> crate::tasks::scenes::StoredOf {
+    let mut all = bench
+        .effects
+        .iter()
+        .rev()
+        .filter_map(|e| match e.request() {
+            Some(LoadStored(of)) => Some(of.clone()),
+            _ => None,
+        });
     all.next().unwrap()
 }
 
@@ -287,7 +308,10 @@ fn stored_of_last(bench: &Bench) -> crate::message::StoredOf {
 fn ratings_are_summed_up() {
     let mut bench = sized(two(), 120, 40);
     bench.press("space o c shift-s");
-    assert!(matches!(bench.effects.last(), Some(Effect::ReadRatings)));
+    assert!(matches!(
+        bench.effects.last().and_then(Effect::request),
+        Some(ReadRatings)
+    ));
     let answer = |model: &str| RatedAnswer {
         run: None,
         model: model.into(),
@@ -315,7 +339,7 @@ fn ratings_are_summed_up() {
         Choice::Tie,
     ]
     .map(rating);
-    bench.send(Msg::Ratings(Ok(all.to_vec())));
+    bench.send(Msg::reply::<ReadRatings>(Ok(all.to_vec())));
     for size in [(80, 24), (120, 40)] {
         let frame = bench.frame(size.0, size.1);
         // 2.5 to 1.5: ln(5/3)/2 = 0.26.
@@ -364,7 +388,10 @@ fn the_palette_rates_nothing_that_is_not_on_the_screen() {
     assert!(bench.model.answers.columns.is_empty());
     for name in ["tie", "all-wrong", "best-1", "mark-wrong"] {
         bench.perform(name);
-        let rated = bench.effects.iter().any(|e| matches!(e, Effect::Rate(..)));
+        let rated = bench
+            .effects
+            .iter()
+            .any(|e| matches!(e.request(), Some(Rate { .. })));
         assert!(!rated && bench.model.compare.open, "{name}");
         bench.press("esc");
     }
@@ -376,7 +403,10 @@ fn answers_that_come_after_it_was_opened_stand_there_too() {
     let of = stored_of(&bench);
     bench.press("space o c");
     assert_eq!(bench.model.compare.shown, [ShownAnswer::Reference]);
-    bench.send(Msg::Stored(of, vec![answer("lab/a", true, 301)]));
+    bench.send(Msg::reply::<LoadStored>((
+        of,
+        vec![answer("lab/a", true, 301)],
+    )));
     assert_eq!(
         bench.model.compare.shown,
         [ShownAnswer::Column(0), ShownAnswer::Reference]

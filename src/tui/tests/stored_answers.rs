@@ -3,8 +3,10 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
-use crate::message::{Effect, JobRequest, Msg};
+use crate::message::{Effect, Msg};
 use crate::model::ShownAnswer;
+use crate::tasks::asking::Ask;
+use crate::tasks::scenes::LoadStored;
 use nearmiss_store::{Origin, RunId};
 use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
 
@@ -12,8 +14,8 @@ use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict, StoredOri
 fn shift_r_asks_anew_and_an_answer_of_the_store_says_so() {
     let mut bench = asking();
     bench.press("shift-r");
-    let fresh = |bench: &Bench| match bench.effects.last() {
-        Some(Effect::Start(_, JobRequest::Question { fresh, .. })) => *fresh,
+    let fresh = |bench: &Bench| match bench.effects.last().and_then(Effect::request) {
+        Some(Ask { fresh, .. }) => *fresh,
         other => panic!("{other:?}"),
     };
     assert!(fresh(&bench));
@@ -51,8 +53,8 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
     let of = bench
         .effects
         .iter()
-        .find_map(|e| match e {
-            Effect::LoadStored(of) => Some(of.clone()),
+        .find_map(|e| match e.request() {
+            Some(LoadStored(of)) => Some(of.clone()),
             _ => None,
         })
         .unwrap();
@@ -71,7 +73,7 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
             ..answer(&format!("recorded/{name}"), true, 301)
         })
     });
-    bench.send(Msg::Stored(of, stored.collect()));
+    bench.send(Msg::reply::<LoadStored>((of, stored.collect())));
     assert_eq!(bench.model.answers.columns.len(), 9);
     let shows = |bench: &Bench, words: &[&str]| {
         let frame = bench.frame(200, 50);
@@ -97,10 +99,16 @@ fn runs_that_reached_no_model_do_not_come_back() {
     let mut bench = Bench::bundled();
     let of = stored_of(&bench);
     let refused = || no_verdict("lab/x", "");
-    bench.send(Msg::Stored(of.clone(), vec![refused(), refused()]));
+    bench.send(Msg::reply::<LoadStored>((
+        of.clone(),
+        vec![refused(), refused()],
+    )));
     assert!(bench.model.answers.columns.is_empty());
     assert_eq!(bench.model.answers.shown, ShownAnswer::Reference);
-    bench.send(Msg::Stored(of, vec![refused(), answer("lab/x", true, 301)]));
+    bench.send(Msg::reply::<LoadStored>((
+        of,
+        vec![refused(), answer("lab/x", true, 301)],
+    )));
     assert_eq!(bench.model.answers.columns.len(), 1);
     assert!(
         bench.frame(120, 40).contains("yes ="),
@@ -117,7 +125,10 @@ fn what_broke_off_does_not_hide_a_whole_answer() {
         text: "the beg".into(),
         ..answer("lab/a", true, 301)
     };
-    bench.send(Msg::Stored(of, vec![cancelled, answer("lab/a", true, 301)]));
+    bench.send(Msg::reply::<LoadStored>((
+        of,
+        vec![cancelled, answer("lab/a", true, 301)],
+    )));
     let columns = &bench.model.answers.columns;
     assert_eq!(columns.len(), 1);
     assert!(columns[0].answer().is_some_and(Answer::arrived));
@@ -131,7 +142,10 @@ fn answers_to_other_prompts_are_told_apart() {
         how: "ego · base · mine 3fa2c1".into(),
         ..answer("lab/a", true, 301)
     };
-    bench.send(Msg::Stored(of, vec![mine, answer("lab/a", true, 301)]));
+    bench.send(Msg::reply::<LoadStored>((
+        of,
+        vec![mine, answer("lab/a", true, 301)],
+    )));
     assert_eq!(bench.model.answers.columns.len(), 2);
     let frame = bench.frame(200, 60);
     let row = frame

@@ -8,6 +8,7 @@ use crate::message::{Effect, ExternalEdit, Msg};
 use crate::model::{Pane, PromptView};
 use crate::screens::picker::PickerScreen;
 use crate::screens::templates::Templates;
+use crate::tasks::templates::{ChangeTemplate, TemplateChange};
 use nearmiss_ask::prompts::Library;
 use nearmiss_settings::Keys;
 
@@ -63,8 +64,10 @@ fn a_template_is_saved_under_a_new_name_and_chosen() {
     let (file, text) = bench
         .effects
         .iter()
-        .find_map(|e| match e {
-            Effect::SaveTemplateAs(file, text) => Some((file.clone(), text.clone())),
+        .find_map(|e| match e.request() {
+            Some(ChangeTemplate(file, TemplateChange::SaveAs(text))) => {
+                Some((file.clone(), text.clone()))
+            }
             _ => None,
         })
         .unwrap();
@@ -74,7 +77,10 @@ fn a_template_is_saved_under_a_new_name_and_chosen() {
     nearmiss_ask::prompts::choose_template(folder.path(), "collision", "ego", &file).unwrap();
     bench.effects.clear();
     let library = Library::load(Some(folder.path()));
-    bench.send(Msg::Saved(file.clone(), Ok((library, "saved".into()))));
+    bench.send(Msg::reply::<ChangeTemplate>((
+        file.clone(),
+        Ok((library, "saved".into())),
+    )));
     assert_eq!(bench.model.prompt.file(), file);
     assert!(!bench.model.prompt.is_draft());
     assert!(kept(&bench).contains(&("collision-ego.md", None)));
@@ -91,7 +97,7 @@ fn a_template_is_saved_under_a_new_name_and_chosen() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::UseTemplate(f) if f == "collision-ego.md"))
+            .any(|e| matches!(e.request(), Some(ChangeTemplate(f, TemplateChange::Use)) if f == "collision-ego.md"))
     );
 }
 

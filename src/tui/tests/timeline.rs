@@ -5,8 +5,10 @@ use super::bench::{Bench, answer};
 use super::events;
 use super::listing::surveyed;
 use crate::clock::PlayRange;
-use crate::message::{Effect, Msg};
+use crate::message::Msg;
 use crate::model::{Heat, ShownAnswer};
+use crate::tasks::scenarios::Survey;
+use crate::tasks::scenes::LoadStored;
 use crate::update::update;
 use nearmiss_study::evaluation::Answer;
 
@@ -160,7 +162,7 @@ fn with_stored(bench: &mut Bench) {
         of_model("lab/wrong", !dangerous, 30),
         of_model("lab/wrong_too", !dangerous, 50),
     ];
-    bench.send(Msg::Stored(of, answers));
+    bench.send(Msg::reply::<LoadStored>((of, answers)));
 }
 
 #[test]
@@ -234,7 +236,7 @@ fn an_answer_that_arrives_is_counted() {
     );
     let counted = effects
         .iter()
-        .any(|e| matches!(e, Effect::Recount(rows) if rows.len() == 1));
+        .any(|e| matches!(e.request(), Some(Survey::Again(rows)) if rows.len() == 1));
     assert!(counted, "{effects:?}");
 }
 

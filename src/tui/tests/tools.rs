@@ -2,9 +2,10 @@
 
 use super::bench::{Bench, answer};
 use super::events;
-use crate::message::{Effect, JobRequest};
 use crate::model::{Prices, RequestTokens};
 use crate::session::{Session, restore};
+use crate::tasks::asking::Ask;
+use crate::tasks::batch::EstimateBatch;
 use nearmiss_ask::llm::{Environment, Registry, ToolLimits};
 use nearmiss_study::evaluation::Answer;
 
@@ -22,10 +23,10 @@ fn asking() -> Bench {
 
 fn last_tools(bench: &Bench) -> Option<ToolLimits> {
     let mut all = bench.effects.iter().rev();
-    let found = all.find_map(|effect| match effect {
-        Effect::Start(_, JobRequest::Question { tools, .. }) => Some(*tools),
-        Effect::Start(_, JobRequest::Estimate(batch)) => Some(batch.experiment.parameters().tools),
-        _ => None,
+    let found = all.find_map(|effect| {
+        let asked = effect.request().map(|ask: &Ask| ask.tools);
+        let estimated = effect.request();
+        asked.or_else(|| estimated.map(|of: &EstimateBatch| of.batch.experiment.parameters().tools))
     });
     found.expect("something was asked")
 }

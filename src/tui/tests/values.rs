@@ -4,7 +4,11 @@ use std::sync::Arc;
 
 use super::bench::Bench;
 use crate::loaded::Measured;
-use crate::message::{Computed, Effect, MeasureId, Msg};
+use crate::message::{Effect, Msg};
+use crate::model::MeasureId;
+use crate::tasks::computations::MeasureAll;
+use crate::tasks::scenarios::{Rank, Survey};
+use crate::tasks::thresholds::{ReadThresholds, UseThresholds};
 use nearmiss_scene::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
 
 /// The first scenario shortly before its contact.
@@ -109,7 +113,7 @@ fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
     assert!(known);
     let scene = bench.model.opened.as_ref().unwrap().scene.clone().unwrap();
     let late = Measured::new(&scene, None, Thresholds::shipped());
-    bench.send(Msg::Computed(Computed::Measured(id, Box::new(late))));
+    bench.send(Msg::reply::<MeasureAll>((id, Box::new(late))));
     assert!(
         bench
             .model
@@ -120,10 +124,8 @@ fn values_are_asked_for_only_while_they_are_shown_and_old_ones_are_dropped() {
     );
     bench.model.values.found = None;
     assert!(bench.frame(80, 24).contains("computing"));
-    bench.send(Msg::Computed(Computed::Measured(
-        MeasureId(0),
-        Box::new(Measured::new(&scene, None, Thresholds::shipped())),
-    )));
+    let unasked = Measured::new(&scene, None, Thresholds::shipped());
+    bench.send(Msg::reply::<MeasureAll>((MeasureId(0), Box::new(unasked))));
     assert!(bench.model.values.found.is_none(), "never asked for");
 }
 
@@ -170,22 +172,22 @@ fn thresholds_of_the_users_change_plot_list_and_judge() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::ReadThresholds))
+            .any(|e| matches!(e.request(), Some(ReadThresholds)))
     );
     bench.effects.clear();
-    bench.send(Msg::Thresholds(Ok(own())));
+    bench.send(Msg::reply::<ReadThresholds>(Ok(own())));
     assert_eq!(risk(&bench).distance, before.0.distance);
     assert!(scores(&bench) < before.1, "wider levels score lower");
     assert_ne!(row(&bench), plotted, "the plot follows");
     let anew = |wanted: fn(&Effect) -> bool| bench.effects.iter().any(wanted);
     assert!(anew(
-        |e| matches!(e, Effect::UseThresholds(t) if t.file().is_some())
+        |e| matches!(e.request(), Some(UseThresholds(t)) if t.file().is_some())
     ));
     assert!(anew(
-        |e| matches!(e, Effect::Survey(list) if list.len() == 8)
+        |e| matches!(e.request(), Some(Survey::All(list)) if list.len() == 8)
     ));
     assert!(anew(
-        |e| matches!(e, Effect::Rank("drac", list) if list.len() == 8)
+        |e| matches!(e.request(), Some(Rank::All("drac", list)) if list.len() == 8)
     ));
     let question = bench.model.prompt.question.as_ref().unwrap();
     assert!(question.prompt.user.contains("80") || question.prompt.system.contains("80"));
@@ -207,7 +209,7 @@ fn thresholds_of_the_users_change_plot_list_and_judge() {
     }
     bench.press("esc");
     // What cannot be used changes nothing and is said.
-    bench.send(Msg::Thresholds(Err("mine.toml:3: no".into())));
+    bench.send(Msg::reply::<ReadThresholds>(Err("mine.toml:3: no".into())));
     assert_eq!(bench.model.thresholds.file(), Some("mine/thresholds.toml"));
     assert!(
         bench
@@ -218,7 +220,9 @@ fn thresholds_of_the_users_change_plot_list_and_judge() {
             .text
             .contains("mine.toml:3")
     );
-    bench.send(Msg::Thresholds(Ok(Arc::new(Thresholds::shipped().clone()))));
+    bench.send(Msg::reply::<ReadThresholds>(Ok(Arc::new(
+        Thresholds::shipped().clone(),
+    ))));
     assert_eq!((risk(&bench), scores(&bench)), (before.0, before.1));
 }
 
@@ -227,7 +231,7 @@ fn an_obstacle_that_is_the_ego_stays_it_with_other_thresholds() {
     let mut bench = Bench::bundled();
     bench.press("n space e t");
     let taken = bench.model.scene().unwrap().ego.id;
-    bench.send(Msg::Thresholds(Ok(own())));
+    bench.send(Msg::reply::<ReadThresholds>(Ok(own())));
     assert_eq!(bench.model.scene().unwrap().ego.id, taken);
 }
 
@@ -281,6 +285,6 @@ fn thresholds_read_again_keep_what_was_picked_and_marked() {
     };
     let before = kept(&bench);
     assert_eq!(before.1.len(), 2);
-    bench.send(Msg::Thresholds(Ok(own())));
+    bench.send(Msg::reply::<ReadThresholds>(Ok(own())));
     assert_eq!(kept(&bench), before);
 }

@@ -2,21 +2,21 @@
 
 use super::bench::Bench;
 use super::editing::said;
-use crate::message::{Effect, Msg};
+use crate::message::Msg;
 use crate::model::{Grouping, Order};
+use crate::tasks::scenarios::ListViews;
 use nearmiss_settings::{Folders, SavedView, SavedViews};
 
 /// Does on the disk what was asked for, in a folder of its own.
 fn kept(bench: &mut Bench, folders: &Folders) {
     for effect in std::mem::take(&mut bench.effects) {
         let path = folders.views();
-        match effect {
-            Effect::ReadViews => bench.send(Msg::Views(SavedViews::read(&path))),
-            Effect::ChangeView(name, view) => {
-                bench.send(Msg::Views(SavedViews::change(&path, &name, view)));
-            }
-            _ => {}
-        }
+        let views = match effect.into_request() {
+            Ok(ListViews::Read) => SavedViews::read(&path),
+            Ok(ListViews::Change(name, view)) => SavedViews::change(&path, &name, view),
+            Err(_) => continue,
+        };
+        bench.send(Msg::reply::<ListViews>(views));
     }
 }
 
@@ -71,13 +71,15 @@ fn what_is_not_known_of_a_view_is_named_and_the_rest_is_shown() {
     let view = SavedView::new("mer", "sparkle", true, "mood");
     let views = SavedViews::change(&path, "newer", Some(view)).unwrap();
     let mut bench = Bench::bundled();
-    bench.send(Msg::Views(Ok(views)));
+    bench.send(Msg::reply::<ListViews>(Ok(views)));
     bench.perform("saved-views");
     bench.press("enter");
     assert!(said(&bench).contains("the order `sparkle` and the grouping `mood`"));
     assert_eq!(bench.model.list.filter, "mer");
     assert_eq!(bench.model.list.order, Order::Found);
-    bench.send(Msg::Views(Err("views.toml: line 2: broken".into())));
+    bench.send(Msg::reply::<ListViews>(Err(
+        "views.toml: line 2: broken".into()
+    )));
     assert!(said(&bench).contains("line 2"));
     assert_eq!(bench.model.list.views.iter().count(), 1);
 }

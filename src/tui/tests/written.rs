@@ -12,8 +12,10 @@ use crate::loaded::{
     Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
     VariantRequest,
 };
-use crate::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
+use crate::message::{Effect, Msg};
+use crate::model::{JobId, Update};
 use crate::model::{JobState, Model};
+use crate::tasks::making::Generate;
 use nearmiss_ask::llm::Chunk;
 use nearmiss_drive::generation::attacker::{self, Candidate};
 use nearmiss_drive::generation::{AttackSetup, AttackStyle, Reason, Refusal, admit};
@@ -36,15 +38,15 @@ const WORDS: &str = "It is 4 m behind and has \u{1b}[31mno\u{1b}[0m other way.\n
 /// The last wish, and its number.
 pub fn asked(bench: &Bench) -> (JobId, VariantRequest) {
     let mut asks = bench.effects.iter().rev();
-    let ask = asks.find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Generate(wish)) => Some((*id, (**wish).clone())),
+    let ask = asks.find_map(|effect| match effect.request() {
+        Some(Generate { id, request }) => Some((*id, (**request).clone())),
         _ => None,
     });
     ask.expect("a model was asked")
 }
 
 pub fn count(bench: &Bench) -> usize {
-    let begun = |e: &&Effect| matches!(e, Effect::Start(_, JobRequest::Generate(..)));
+    let begun = |e: &&Effect| matches!(e.request(), Some(Generate { .. }));
     bench.effects.iter().filter(begun).count()
 }
 
@@ -262,10 +264,10 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     );
     assert_eq!(bench.model.jobs.asking(), 1);
     let hear = |bench: &mut Bench, progress| {
-        bench.send(Msg::Job(
+        bench.send(Msg::reply::<Generate>((
             id,
-            JobEvent::Generate(Update::Progress(GenerationProgress::Model(progress))),
-        ));
+            Update::Progress(GenerationProgress::Model(progress)),
+        )));
         let frame = bench.frame(200, 60);
         frame.lines().last().unwrap().to_string()
     };
@@ -353,7 +355,7 @@ fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
     assert_eq!(state(&bench), JobState::Stopping);
     let (id, _) = asked(&bench);
-    bench.send(Msg::Job(id, JobEvent::Generate(Update::Cancelled)));
+    bench.send(Msg::reply::<Generate>((id, Update::Cancelled)));
     assert!(matches!(state(&bench), JobState::Cancelled(_)));
     assert!(!bench.frame(80, 24).contains("cancelling…"));
     assert_eq!(said(&bench.model), "cancelled");

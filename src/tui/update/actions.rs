@@ -10,6 +10,7 @@ use super::{
     making, map, obstacles, open_current, panes, planning, plot, rating, screens as on_screen,
     second, stored_answers, task, timeline, views,
 };
+use crate::tasks;
 
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
@@ -31,7 +32,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.say(words);
             return vec![Effect::UseMouse(model.mouse)];
         }
-        ReadThresholds => return vec![Effect::ReadThresholds],
+        ReadThresholds => return vec![tasks::thresholds::ReadThresholds.into()],
         Mark => plot::mark(model),
         NextPane => focus_next(model, 1),
         PreviousPane => focus_next(model, Pane::ALL.len() - 1),
@@ -84,7 +85,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         EditDone | SaveTemplate | SaveTemplateAs | Find | GoToLine | Turn | Undo | Redo | Cut
         | CopySelection | PasteCopied | SelectAll => return editing::perform(model, action),
         DiscardDraft => return editing::reset(model),
-        RereadTemplates => return vec![Effect::RereadTemplates],
+        RereadTemplates => return vec![tasks::templates::RereadTemplates.into()],
         Run => return answers::ask(model, false),
         RunAnew => return answers::ask(model, true),
         NextAnswer | PreviousAnswer => {

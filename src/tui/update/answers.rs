@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use super::super::action::Action;
-use super::super::message::{Computation, Effect, JobId, JobRequest, Update, WindowJudgement};
-use super::super::model::{Column, Model, Pane, Progress, ShownAnswer};
+use super::super::message::Effect;
+use super::super::model::{
+    Column, JobId, Model, Pane, Progress, ShownAnswer, Update, WindowJudgement, WindowsToJudge,
+};
+use super::super::tasks::asking::Ask;
 use super::editing::show_error;
 use super::{batch, list, making};
 use nearmiss_ask::llm::Chunk;
 use nearmiss_ask::llm::{Discovered, ModelOffer};
 use nearmiss_scene::judge;
-use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::scenario::Scene;
 use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, RECORDED};
 
@@ -73,15 +74,14 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         };
         model.answers.add(column);
     }
-    vec![Effect::Start(
+    let ask = Ask {
         id,
-        JobRequest::Question {
-            question: Box::new(question),
-            model: asked,
-            tools,
-            fresh,
-        },
-    )]
+        question: Box::new(question),
+        model: asked,
+        tools,
+        fresh,
+    };
+    vec![ask.into()]
 }
 
 /// Whether a model is asked over the network, so that it may call tools.
@@ -91,7 +91,7 @@ pub fn calls_tools(model: &str) -> bool {
 
 /// Judgements to request for answers without a truth: those from the store, and those that were asked before the
 /// built-in judge was ready.
-pub fn missing_truths(model: &mut Model) -> Option<Computation> {
+pub fn missing_truths(model: &mut Model) -> Option<WindowsToJudge> {
     let scene = model.opened.as_ref()?.scene.clone()?;
     let mut windows = Vec::new();
     for column in &mut model.answers.columns {
@@ -107,19 +107,24 @@ pub fn missing_truths(model: &mut Model) -> Option<Computation> {
     windows.sort_unstable();
     windows.dedup();
     let thresholds = model.thresholds.clone();
-    (!windows.is_empty()).then_some(Computation::Judge(scene, model.task, windows, thresholds))
+    (!windows.is_empty()).then_some(WindowsToJudge {
+        scene,
+        task: model.task,
+        windows,
+        thresholds,
+    })
 }
 
 /// Takes judgements of windows; those of a scene or task that is no longer open are dropped.
-pub fn judged(
-    model: &mut Model,
-    scene: &Arc<Scene>,
-    task: Task,
-    thresholds: &Arc<Thresholds>,
-    found: &[WindowJudgement],
-) {
+pub fn judged(model: &mut Model, asked: &WindowsToJudge, found: &[WindowJudgement]) {
+    let WindowsToJudge {
+        scene,
+        task,
+        thresholds,
+        ..
+    } = asked;
     let open = model.opened.as_ref().and_then(|o| o.scene.as_ref());
-    if task != model.task || !open.is_some_and(|open| Arc::ptr_eq(open, scene)) {
+    if *task != model.task || !open.is_some_and(|open| Arc::ptr_eq(open, scene)) {
         return;
     }
     for column in model.answers.columns.iter_mut().filter(|c| c.judging) {
@@ -129,7 +134,7 @@ pub fn judged(
             column.judging = false;
         }
     }
-    if task == Task::Safety {
+    if *task == Task::Safety {
         model.judgements.take(scene, thresholds, found);
         if model.answers.reference.is_none() {
             model.take_reference();

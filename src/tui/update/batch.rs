@@ -3,10 +3,12 @@
 use super::super::action::Action;
 use std::sync::Arc;
 
-use super::super::message::runs::{Batch, BatchAnswer, Counts};
-use super::super::message::{BatchProgress, Effect, JobId, JobRequest, Update};
-use super::super::model::{Card, Column, JobKind, JobState, Model, Pane};
+use super::super::message::Effect;
+use super::super::model::{
+    Batch, Card, Column, Counts, JobId, JobKind, JobState, Model, Pane, Update,
+};
 use super::super::screens::batch::BatchScreen;
+use super::super::tasks::batch::{BatchAnswer, BatchProgress, BatchUpdate, EstimateBatch};
 use super::editing::show_error;
 use super::stored_answers;
 use nearmiss_formats::Entry;
@@ -78,7 +80,7 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
         marked: model.marks.count(&model.list) > 0,
     });
     model.screens.open(BatchScreen);
-    vec![Effect::Start(id, JobRequest::Estimate(batch))]
+    vec![EstimateBatch { id, batch }.into()]
 }
 
 /// A batch about these scenarios, asked as the workbench would ask, each about the window at its end. `draft` is a
@@ -107,17 +109,8 @@ pub fn batch_of(model: &Model, entries: Vec<Entry>, draft: Option<(String, Strin
     }
 }
 
-/// The estimate of the batch on the card, as far as known.
-pub fn estimated(model: &mut Model, update: Update<Counts, Counts>) {
-    if let (Some(card), Update::Progress(counts) | Update::Ended(Ok(counts))) =
-        (&mut model.card, update)
-    {
-        card.counts = counts;
-    }
-}
-
 /// Handles a batch's events; the list of tasks has them already.
-pub fn on_update(model: &mut Model, id: JobId, update: Update<BatchProgress, ()>) {
+pub fn on_update(model: &mut Model, id: JobId, update: BatchUpdate) {
     match update {
         Update::Progress(BatchProgress::Answered(Ok(ended))) => show(model, ended),
         Update::Progress(_) => {}

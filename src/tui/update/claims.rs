@@ -1,11 +1,11 @@
 //! Claims: extracted once an answer is complete, and stepped through one by one.
 
-use super::super::message::Computation;
 use super::super::model::{Column, Model, Pane, ShownAnswer};
+use super::super::tasks::computations::CheckClaims;
 use super::{clock, jumps};
 
 /// Requests the claims of the complete answers on the screen, once for each.
-pub fn request(model: &mut Model) -> Vec<Computation> {
+pub fn request(model: &mut Model) -> Vec<CheckClaims> {
     let mut missing = Vec::new();
     let seen = if model.compare.open {
         model.compare.shown.clone()
@@ -30,7 +30,7 @@ pub fn request(model: &mut Model) -> Vec<Computation> {
         let scene = model.opened.as_ref().and_then(|o| o.scene.clone());
         let Some(scene) = scene else { continue };
         if model.claims.request(document.key) {
-            missing.push(Computation::Claims(document, scene));
+            missing.push(CheckClaims(document, scene));
         }
     }
     missing

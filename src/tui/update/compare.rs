@@ -6,6 +6,7 @@ use super::super::message::Effect;
 use super::super::model::{Column, MOST_COMPARED, Model, ShownAnswer};
 use super::keys::{self, KeyEffect};
 use super::{actions, answers, claims, clock, menus, rating};
+use crate::tasks::rating::ReadRatings;
 use nearmiss_store::Choice;
 
 /// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.
@@ -69,7 +70,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     if !model.compare.open {
         open(model);
         return match action {
-            Ratings if model.compare.open => vec![Effect::ReadRatings],
+            Ratings if model.compare.open => vec![ReadRatings.into()],
             _ => Vec::new(),
         };
     }
@@ -106,7 +107,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         RateAllWrong => return rating::rate(model, Choice::AllWrong),
         MarkWrong => return rating::mark(model),
         NextRound => return rating::next_round(model),
-        Ratings => return vec![Effect::ReadRatings],
+        Ratings => return vec![ReadRatings.into()],
         _ => {}
     }
     Vec::new()

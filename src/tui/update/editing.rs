@@ -11,6 +11,7 @@ use super::super::keymap::{Code, Key, first_line};
 use super::super::message::{Effect, Mouse};
 use super::super::model::{HEAVY, Model, Pane, PromptView};
 use super::{menus, screens};
+use crate::tasks::session::KeepDraft;
 use nearmiss_scene::description::visible;
 
 pub use outside::{edited_outside, open_outside};
@@ -74,7 +75,7 @@ pub fn keep(model: &mut Model) -> Vec<Effect> {
     if !file.is_empty() && drafts.iter().all(|(kept, _)| *kept != file) {
         drafts.push((file, model.prompt.draft().map(|(_, text)| text)));
     }
-    let keep = |(file, draft)| Effect::KeepDraft(file, draft);
+    let keep = |(file, draft)| KeepDraft(file, draft).into();
     drafts.into_iter().map(keep).collect()
 }
 
@@ -87,7 +88,7 @@ pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
         }
     }
     let due = model.prompt.due(seconds);
-    let keep = |(file, draft)| Effect::KeepDraft(file, draft);
+    let keep = |(file, draft)| KeepDraft(file, draft).into();
     due.into_iter().map(keep).collect()
 }
 

@@ -7,17 +7,15 @@ pub use writing::{write_new, written};
 use std::path::PathBuf;
 
 use super::super::action::{Action, Scope};
-use super::super::message::experiment::{
-    CountedExperiment, ExperimentBatch, ExperimentNews, ExperimentQuery,
-};
-use super::super::message::{BatchProgress, Effect, ExternalEdit, JobId, JobRequest, Update};
-use super::super::model::Model;
+use super::super::message::{Effect, ExternalEdit};
+use super::super::model::{CountedExperiment, JobId, Model, Update};
 use super::super::screens::experiment::ExperimentScreen;
 use super::super::screens::experiments::{self, ExperimentsScreen};
+use super::super::tasks::batch::{BatchProgress, BatchUpdate};
+use super::super::tasks::experiment::{AskExperiment, ExperimentNews, ReadExperiment};
 use super::batch;
 use nearmiss_store::SplitPart;
 use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart};
-use nearmiss_workflow::FolderOfExperiments;
 
 /// Opens the experiment that was chosen, else the list of experiments.
 pub fn open(model: &mut Model) -> Vec<Effect> {
@@ -59,13 +57,14 @@ fn read(model: &mut Model) -> Vec<Effect> {
     view.job = Some(id);
     view.working = Some("reading the file".into());
     view.confirming = false;
-    let query = ExperimentQuery {
+    let query = ReadExperiment {
+        id,
         file,
         part: view.part,
         library: model.library.clone(),
         thresholds: model.thresholds.clone(),
     };
-    vec![Effect::Start(id, JobRequest::Experiment(Box::new(query)))]
+    vec![query.into()]
 }
 
 /// Handles news of the reading.
@@ -181,12 +180,13 @@ pub fn run(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     };
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let batch = ExperimentBatch {
+    let ask = AskExperiment {
+        id,
         name: name.into_owned(),
         questions: usize::try_from(counted.requests + counted.free).unwrap_or(usize::MAX),
     };
     view.asking = Some(id);
-    vec![Effect::Start(id, JobRequest::ExperimentBatch(batch))]
+    vec![ask.into()]
 }
 
 /// Stops what is asked: first new requests, then those already sent.
@@ -201,7 +201,7 @@ fn stop(model: &mut Model) -> Vec<Effect> {
 }
 
 /// Follows the batch of the experiment; once it is over, the file is read anew where its screen is open.
-pub fn on_batch(model: &mut Model, id: JobId, update: &Update<BatchProgress, ()>) -> Vec<Effect> {
+pub fn on_batch(model: &mut Model, id: JobId, update: &BatchUpdate) -> Vec<Effect> {
     let view = &mut model.experiment;
     if view.asking != Some(id) {
         return Vec::new();
@@ -308,9 +308,4 @@ fn next_part(model: &mut Model) -> Vec<Effect> {
         };
     }
     read_again(model)
-}
-
-/// A folder was looked through.
-pub fn listed(model: &mut Model, folder: PathBuf, found: Result<FolderOfExperiments, String>) {
-    model.experiment.folder = Some((folder, found));
 }

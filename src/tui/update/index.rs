@@ -1,13 +1,12 @@
 //! The index of a corpus: chosen, read in the background, and given to the list.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Duration;
 
-use super::super::message::{Effect, JobId, JobRequest, Update};
-use super::super::model::{IndexChoice, Job, JobState, ListIndex, Model};
+use super::super::message::Effect;
+use super::super::model::{IndexChoice, Job, JobId, JobState, ListIndex, Model, Update};
 use super::super::screens::index::IndexScreen;
-use nearmiss_scene::corpus::CorpusIndex;
+use super::super::tasks::index::{IndexUpdate, ReadIndex};
 use nearmiss_scene::description::visible;
 
 /// Reads the index that was typed or chosen, else opens the window to choose one.
@@ -39,7 +38,7 @@ fn begin(model: &mut Model, folder: PathBuf) -> Vec<Effect> {
         ..IndexChoice::default()
     };
     model.list.set_index(ListIndex::Reading);
-    effects.push(Effect::Start(id, JobRequest::Index(folder)));
+    effects.push(ReadIndex { id, folder }.into());
     effects
 }
 
@@ -69,7 +68,7 @@ pub fn cancel(model: &mut Model, id: JobId) -> Vec<Effect> {
 }
 
 /// How far the reading is, or what came of it.
-pub fn on_update(model: &mut Model, id: JobId, update: Update<(u64, u64), Arc<CorpusIndex>>) {
+pub fn on_update(model: &mut Model, id: JobId, update: IndexUpdate) {
     if model.index.job != Some(id) {
         return;
     }
@@ -92,7 +91,7 @@ pub fn on_update(model: &mut Model, id: JobId, update: Update<(u64, u64), Arc<Co
 }
 
 /// Notes in the list of tasks how far it is.
-pub fn note(job: &mut Job, update: &Update<(u64, u64), Arc<CorpusIndex>>, now: Duration) {
+pub fn note(job: &mut Job, update: &IndexUpdate, now: Duration) {
     let state = match update {
         Update::Progress((rows, all)) => {
             job.done = usize::try_from(*rows).unwrap_or(usize::MAX);

@@ -3,107 +3,69 @@
 use std::time::Duration;
 
 use super::super::action::Action;
-use super::super::message::runs::BatchAnswer;
-use super::super::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use super::super::model::{Column, Job, JobKind, JobState, Model};
-use super::{answers, batch, experiment, index, making, planning};
+use super::super::message::Effect;
+use super::super::model::{Column, Job, JobId, JobKind, JobState, Model, Update};
+use super::super::tasks::batch::{BatchAnswer, BatchProgress, BatchUpdate};
+use super::super::tasks::scenarios::{Rank, Survey};
+use super::{answers, batch, index, making, planning};
 use nearmiss_ask::llm::Chunk;
 use nearmiss_ask::prompts::estimate_tokens;
-use nearmiss_base::system::shown_path;
+use nearmiss_formats::Entry;
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome};
 
-/// Takes note of what is asked for.
+/// Takes note of what goes out.
 pub fn note_requested(model: &mut Model, effects: &[Effect]) {
     let now = model.uptime;
     for effect in effects {
-        let job = match effect {
-            Effect::Start(id, request) => match started(*id, request, now) {
-                Some(job) => job,
-                None => continue,
-            },
+        match effect {
+            Effect::Request(request) => request.sent(model),
             Effect::Cancel(id) => {
                 if let Some(job) = model.jobs.running_mut(*id) {
                     cancelled(job, now);
                 }
-                continue;
             }
-            Effect::Survey(entries) => {
-                supersede(model, |kind| kind == JobKind::Survey);
-                let id = JobId(model.new_id());
-                let title = "the most dangerous moments of all scenarios".to_string();
-                with_parts(Job::new(id, JobKind::Survey, title, entries.len(), now))
-            }
-            Effect::SurveyMore(entries) => match model.jobs.newest_mut(JobKind::Survey) {
-                Some(job) => {
-                    job.of += entries.len();
-                    let parts = job.parts.len() + entries.len();
-                    job.parts.resize(parts, false);
-                    continue;
-                }
-                None => {
-                    let id = JobId(model.new_id());
-                    let first = entries.first().map_or(0, |(place, _)| *place);
-                    let title = "the most dangerous moments of more scenarios".to_string();
-                    let mut job = Job::new(id, JobKind::Survey, title, entries.len(), now);
-                    // Those before them are not asked for again.
-                    job.parts = vec![false; first + entries.len()];
-                    job
-                }
-            },
-            Effect::Rank(measure, entries) => {
-                supersede(model, |kind| matches!(kind, JobKind::Ranking(_)));
-                let id = JobId(model.new_id());
-                let title = format!("{measure} of all scenarios");
-                with_parts(Job::new(
-                    id,
-                    JobKind::Ranking(measure),
-                    title,
-                    entries.len(),
-                    now,
-                ))
-            }
-            _ => continue,
-        };
-        if job.of > 0 {
-            model.jobs.add(job);
+            _ => {}
         }
     }
 }
 
-/// What the list says of a job that starts; nothing of what is shown on a screen of its own.
-fn started(id: JobId, request: &JobRequest, now: Duration) -> Option<Job> {
-    let (kind, title, parts) = match request {
-        JobRequest::Question {
-            question, model, ..
-        } => {
-            let title = format!("{model} on {}", question.case.name);
-            let mut job = Job::new(id, JobKind::Question, title, 1, now);
-            job.state = JobState::Waiting(String::new());
-            return Some(job);
-        }
-        JobRequest::Plan(entry, _, forecast) | JobRequest::PlanBy(entry, _, forecast, _) => {
-            let title = format!("the ego of {} planned, {}", entry.name, forecast.name());
-            (JobKind::Plan, title, 1)
-        }
-        JobRequest::Generate(request) => return Some(making::job(id, request, now)),
-        JobRequest::Estimate(_) | JobRequest::Experiment(_) | JobRequest::WriteExperiment(_) => {
-            return None;
-        }
-        JobRequest::ExperimentBatch(batch) => {
-            let title = format!("experiment {}", batch.name);
-            (JobKind::Batch, title, batch.questions)
-        }
-        JobRequest::Index(folder) => {
-            let title = format!("the index {}", shown_path(folder));
-            (JobKind::Index, title, 1)
-        }
-        JobRequest::Batch(batch) => {
-            let count = batch.entries.len();
-            let title = format!("{} on {count} scenarios", batch.model);
-            (JobKind::Batch, title, count)
-        }
-    };
-    Some(Job::new(id, kind, title, parts, now))
+/// The facts of these scenarios are asked for, instead of others.
+pub fn begin_survey(model: &mut Model, entries: &[(usize, Entry)]) {
+    supersede(model, |kind| kind == JobKind::Survey);
+    let title = "the most dangerous moments of all scenarios";
+    begin(model, JobKind::Survey, title.into(), entries.len());
+}
+
+/// The facts of these too are asked for.
+pub fn extend_survey(model: &mut Model, entries: &[(usize, Entry)]) {
+    if let Some(job) = model.jobs.newest_mut(JobKind::Survey) {
+        job.of += entries.len();
+        let parts = job.parts.len() + entries.len();
+        job.parts.resize(parts, false);
+        return;
+    }
+    let id = JobId(model.new_id());
+    let first = entries.first().map_or(0, |(place, _)| *place);
+    let title = "the most dangerous moments of more scenarios".to_string();
+    let mut job = Job::new(id, JobKind::Survey, title, entries.len(), model.uptime);
+    // Those before them are not asked for again.
+    job.parts = vec![false; first + entries.len()];
+    model.jobs.add(job);
+}
+
+/// A measure of these scenarios is asked for, instead of another.
+pub fn begin_ranking(model: &mut Model, measure: &'static str, entries: &[(usize, Entry)]) {
+    supersede(model, |kind| matches!(kind, JobKind::Ranking(_)));
+    let title = format!("{measure} of all scenarios");
+    begin(model, JobKind::Ranking(measure), title, entries.len());
+}
+
+/// Work on so many scenarios begins.
+fn begin(model: &mut Model, kind: JobKind, title: String, count: usize) {
+    let id = JobId(model.new_id());
+    let mut job = Job::new(id, kind, title, count, model.uptime);
+    job.parts = vec![false; count];
+    model.jobs.add(job);
 }
 
 /// A job is to end: at once, or once it says so.
@@ -116,11 +78,6 @@ fn cancelled(job: &mut Job, now: Duration) {
     job.end(JobState::Cancelled(words.into()), now);
 }
 
-fn with_parts(mut job: Job) -> Job {
-    job.parts = vec![false; job.of];
-    job
-}
-
 /// The same is asked for anew: what was on its way stops.
 fn supersede(model: &mut Model, kinds: impl Fn(JobKind) -> bool) {
     let now = model.uptime;
@@ -131,60 +88,15 @@ fn supersede(model: &mut Model, kinds: impl Fn(JobKind) -> bool) {
     }
 }
 
-/// Takes note of what comes back of work on all scenarios.
-pub fn note(model: &mut Model, msg: &Msg) {
-    match msg {
-        Msg::Surveyed(place, _) => part(model, JobKind::Survey, *place),
-        Msg::Ranked(measure, place, _) => part(model, JobKind::Ranking(measure), *place),
-        _ => {}
-    }
-}
-
-/// Takes an event of a job; one of a job that has ended is dropped.
-pub fn on_event(model: &mut Model, id: JobId, event: JobEvent) -> Vec<Effect> {
+/// Notes in the list of tasks how far a job is; says whether it is there, which an event must be about.
+pub fn note(model: &mut Model, id: JobId, note: impl FnOnce(&mut Job, Duration)) -> bool {
     let now = model.uptime;
-    let stopping = match model.jobs.running_mut(id) {
-        Some(job) => {
-            let stopping = job.state == JobState::Stopping;
-            note_event(job, &event, now);
-            stopping
-        }
-        None if model.card.as_ref().is_some_and(|card| card.id == id) => false,
-        None if model.experiment.owns(id) => false,
-        None => return Vec::new(),
-    };
-    match event {
-        JobEvent::Question(update) => return answers::on_update(model, id, update),
-        JobEvent::Plan(update) => return planning::on_update(model, update),
-        JobEvent::Generate(Update::Progress(_)) if stopping => {}
-        JobEvent::Generate(_) if stopping => making::stopped(model),
-        JobEvent::Generate(update) => return making::on_update(model, update),
-        JobEvent::Estimate(update) => batch::estimated(model, update),
-        JobEvent::Batch(update) => {
-            let effects = experiment::on_batch(model, id, &update);
-            batch::on_update(model, id, update);
-            return effects;
-        }
-        JobEvent::Experiment(update) => experiment::on_read(model, update),
-        JobEvent::ExperimentWritten(update) => return experiment::written(model, update),
-        JobEvent::Index(update) => index::on_update(model, id, update),
-    }
-    Vec::new()
+    let job = model.jobs.running_mut(id);
+    job.map(|job| note(job, now)).is_some()
 }
 
-/// Notes in the list of tasks how far a job is; an estimate is not listed.
-fn note_event(job: &mut Job, event: &JobEvent, now: Duration) {
-    match event {
-        JobEvent::Question(update) => note_question(job, update, now),
-        JobEvent::Plan(update) => planning::note(job, update, now),
-        JobEvent::Generate(update) => making::note(job, update, now),
-        JobEvent::Estimate(_) | JobEvent::Experiment(_) | JobEvent::ExperimentWritten(_) => {}
-        JobEvent::Batch(update) => note_batch(job, update, now),
-        JobEvent::Index(update) => index::note(job, update, now),
-    }
-}
-
-fn note_question(job: &mut Job, update: &Update<Event, Box<Answer>>, now: Duration) {
+/// Notes how far a question is.
+pub fn note_question(job: &mut Job, update: &Update<Event, Box<Answer>>, now: Duration) {
     let state = match update {
         Update::Progress(event) => return piece(job, event),
         Update::Ended(Ok(answer)) => {
@@ -233,7 +145,7 @@ fn outcome(job: &mut Job, answer: &Answer) -> JobState {
 }
 
 /// One part of work on all scenarios is done.
-fn part(model: &mut Model, kind: JobKind, place: usize) {
+pub fn note_part(model: &mut Model, kind: JobKind, place: usize) {
     let now = model.uptime;
     let Some(job) = model.jobs.newest_mut(kind) else {
         return;
@@ -247,7 +159,8 @@ fn part(model: &mut Model, kind: JobKind, place: usize) {
     }
 }
 
-fn note_batch(job: &mut Job, update: &Update<BatchProgress, ()>, now: Duration) {
+/// Notes how far a batch is.
+pub fn note_batch(job: &mut Job, update: &BatchUpdate, now: Duration) {
     match update {
         Update::Progress(BatchProgress::Named(name, questions)) => {
             job.batch = Some(name.clone());
@@ -322,8 +235,8 @@ fn cancel(model: &mut Model, id: JobId, kind: JobKind) -> Vec<Effect> {
         JobKind::Plan => return planning::cancel(model),
         JobKind::Generate => return making::cancel(model),
         JobKind::Index => return index::cancel(model, id),
-        JobKind::Survey => Effect::StopSurvey,
-        JobKind::Ranking(_) => Effect::StopRanking,
+        JobKind::Survey => Survey::Stop.into(),
+        JobKind::Ranking(_) => Rank::Stop.into(),
     };
     let now = model.uptime;
     if let Some(job) = model.jobs.running_mut(id) {

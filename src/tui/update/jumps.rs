@@ -1,7 +1,8 @@
 //! The list of jumps: notes the places that jumps leave, and goes back to them.
 
 use super::super::action::Action;
-use super::super::message::{Effect, OpenId};
+use super::super::message::Effect;
+use super::super::model::OpenId;
 use super::super::model::{Model, Place};
 use super::{clock, map, open};
 

@@ -1,12 +1,12 @@
 //! The list of scenarios: arriving rows, order and groups, and the user's tags.
 
 use super::super::action::Action;
-use super::super::message::{Effect, JobId};
-use super::super::model::{Line, Model, Pane};
+use super::super::message::Effect;
+use super::super::model::{JobId, Line, Model, Pane};
 use super::super::session::restore;
+use super::super::tasks::scenarios::{Survey, ranking};
 use super::{open, open_current};
 use nearmiss_formats::{Entry, PassedOver, SearchResults};
-use nearmiss_settings::Tags;
 
 /// All scenarios were found at once.
 pub fn found(model: &mut Model, found: Result<SearchResults, String>) -> Vec<Effect> {
@@ -15,8 +15,8 @@ pub fn found(model: &mut Model, found: Result<SearchResults, String>) -> Vec<Eff
             let survey = found.entries.iter().cloned().enumerate().collect();
             model.list.fill(found);
             let mut effects = restore::open_found(model);
-            effects.push(Effect::Survey(survey));
-            effects.extend(model.list.ranking());
+            effects.push(Survey::All(survey).into());
+            effects.extend(ranking(model));
             effects
         }
         Err(message) => nothing_found(model, message),
@@ -31,12 +31,12 @@ pub fn listed(model: &mut Model, entries: Vec<Entry>) -> Vec<Effect> {
     if before > 0 {
         // Sorted by a measure already, the values of all are asked for when all are there.
         let mut effects = restore::open_found(model);
-        effects.push(Effect::SurveyMore(new));
+        effects.push(Survey::More(new).into());
         return effects;
     }
     model.list.settle();
     let mut effects = restore::open_found(model);
-    effects.push(Effect::Survey(new));
+    effects.push(Survey::All(new).into());
     effects
 }
 
@@ -47,7 +47,7 @@ pub fn searched(model: &mut Model, ended: Result<Vec<PassedOver>, String>) -> Ve
             model.list.found = true;
             model.list.passed_over = passed_over;
             let mut effects = restore::open_found(model);
-            effects.extend(model.list.ranking());
+            effects.extend(ranking(model));
             effects
         }
         Err(message) => nothing_found(model, message),
@@ -81,7 +81,7 @@ pub fn drawing(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     }
     model.list.urgent.clone_from(&unknown);
-    vec![Effect::SurveyFirst(unknown)]
+    vec![Survey::First(unknown).into()]
 }
 
 /// Turns the order around.
@@ -115,14 +115,6 @@ pub fn choose(model: &mut Model) -> Vec<Effect> {
     }
 }
 
-/// The user's tags were read or changed; where they cannot be, they stay as they were.
-pub fn tags(model: &mut Model, tags: Result<Tags, String>) {
-    match tags {
-        Ok(tags) => model.list.set_tags(tags),
-        Err(error) => model.complain(error),
-    }
-}
-
 /// The scenarios of this name, to be counted anew after an answer arrived.
 pub fn recount(model: &Model, name: &str) -> Vec<Effect> {
     let rows = model.list.rows.iter().enumerate();
@@ -133,7 +125,7 @@ pub fn recount(model: &Model, name: &str) -> Vec<Effect> {
     if entries.is_empty() {
         Vec::new()
     } else {
-        vec![Effect::Recount(entries)]
+        vec![Survey::Again(entries).into()]
     }
 }
 

@@ -17,10 +17,12 @@ use super::super::loaded::{
     GeneratedVariant, GenerationOutcome, GenerationProgress, Opened, VariantRequest, VariantShown,
     Writer,
 };
-use super::super::message::{Effect, JobId, OpenId, Update};
+use super::super::message::Effect;
 use super::super::model::{
-    Drives, JobKind, Model, Search, consequence_words, forecast_words, listed,
+    Drives, JobId, JobKind, Model, OpenId, Search, Update, consequence_words, forecast_words,
+    listed,
 };
+use super::super::tasks::making::{Generate, GenerationUpdate, SaveVariant};
 use nearmiss_drive::generation::{AttackStyle, Consequence};
 use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Transform};
 
@@ -141,7 +143,8 @@ fn begin(
         return Vec::new();
     };
     let id = JobId(model.new_id());
-    vec![model.maker.begin(id, place, request)]
+    model.maker.begin(id, place);
+    vec![Generate { id, request }.into()]
 }
 
 /// The work of making what is open dangerous, and its place in the list.
@@ -213,10 +216,7 @@ pub fn stop_left(model: &mut Model) -> Vec<Effect> {
 }
 
 /// How far the search is that is under way, or what came of it.
-pub fn on_update(
-    model: &mut Model,
-    update: Update<GenerationProgress, GenerationOutcome>,
-) -> Vec<Effect> {
+pub fn on_update(model: &mut Model, update: GenerationUpdate) -> Vec<Effect> {
     match update {
         Update::Progress(GenerationProgress::Working(at)) => {
             if let Some(search) = &mut model.maker.under_way {
@@ -371,7 +371,7 @@ fn save(model: &mut Model) -> Vec<Effect> {
         Some(shown) => {
             let made: Arc<GeneratedVariant> = shown.made.clone();
             let folder = model.config.pictures.clone();
-            vec![Effect::SaveVariant(made, folder)]
+            vec![SaveVariant(made, folder).into()]
         }
         None => {
             let why = model.without_variant();

@@ -3,10 +3,10 @@
 use ratatui::layout::Position;
 
 use super::super::action::{Action, Scope};
-use super::super::message::Computation;
 use super::super::model::{
     End, Foreseen, Foresight, Future, Model, Moment, On, Pane, PathRequest, Tape,
 };
+use super::super::tasks::computations::DrawMap;
 use nearmiss_base::geometry::{Point, Pose, Vector};
 
 /// Cells that a key moves the end of the tape.
@@ -16,7 +16,7 @@ const STRIDE: f64 = 2.0;
 const STICKS: f64 = 1.0;
 
 /// Requests the predicted paths that are shown, if they changed.
-pub fn request(model: &mut Model) -> Vec<Computation> {
+pub fn request(model: &mut Model) -> Vec<PathRequest> {
     let whose = model.map.layers.paths;
     if whose == Foreseen::Off {
         model.map.foresight = Foresight::default();
@@ -38,7 +38,7 @@ pub fn request(model: &mut Model) -> Vec<Computation> {
         })
         .into_iter()
         .flatten();
-    requests.map(Computation::Paths).collect()
+    requests.collect()
 }
 
 /// Takes predicted paths that were requested.
@@ -49,11 +49,11 @@ pub fn take_paths(model: &mut Model, request: &PathRequest, futures: Vec<Future>
 }
 
 /// Requests the image of the map as it was drawn last, where the terminal shows images.
-pub fn image(model: &mut Model) -> Option<Computation> {
+pub fn image(model: &mut Model) -> Option<DrawMap> {
     let drawn = model.drawn.take_picture()?;
     let images = &mut model.map.images;
     let request = images.request(drawn.picture, drawn.dpi, drawn.cells)?;
-    Some(Computation::MapImage(Box::new(request)))
+    Some(DrawMap(Box::new(request)))
 }
 
 /// Cycles the shown paths: none, the picked obstacle's, those of all near the ego.

@@ -1,61 +1,62 @@
 //! `update`: applies a message to the model and returns effects. No input, no output, no clock.
 
 mod actions;
-mod answers;
-mod batch;
+pub mod answers;
+pub mod batch;
 mod claims;
 pub mod clock;
 mod compare;
 mod computed;
-mod editing;
-mod experiment;
+pub mod editing;
+pub mod experiment;
 mod filter;
-mod index;
-mod jobs;
+pub mod index;
+pub mod jobs;
 mod jumps;
 mod keys;
-mod list;
+pub mod list;
 mod look;
-mod making;
-mod map;
+pub mod making;
+pub mod map;
 mod menus;
 mod obstacles;
 mod opened;
 mod opening;
 mod panes;
-mod picture;
-mod planning;
+pub mod planning;
 mod plot;
 mod pointer;
-mod rating;
+pub mod rating;
 mod reopen;
-mod screens;
+pub mod screens;
 mod second;
-mod stored_answers;
+pub mod stored_answers;
 mod task;
 mod timeline;
-mod values;
+pub mod values;
 mod views;
 
 pub use actions::perform;
 pub use computed::{compute_missing, compute_now};
-use opened::opened;
+pub use opened::opened;
 pub use opening::{open, open_current};
 use opening::{open_again, open_changed};
 
 use super::keymap::{Code, Key};
 use super::message::{Effect, Msg};
 use super::model::Model;
-use super::screens::{Screens, history, results, source};
+use super::screens::Screens;
 use super::session::restore;
+use super::tasks::asking::Probe;
+use super::tasks::scenarios::{Find, ScenarioTags};
 
 /// Effects at the start of the program.
 #[must_use]
 pub fn start(model: &mut Model) -> Vec<Effect> {
     let mut effects = vec![
-        Effect::Find(model.paths.clone()),
-        Effect::ReadTags,
-        Effect::Probe,
+        Find(model.paths.clone()).into(),
+        ScenarioTags::Read.into(),
+        Probe.into(),
     ];
     effects.extend(index::start(model));
     jobs::note_requested(model, &effects);
@@ -64,7 +65,7 @@ pub fn start(model: &mut Model) -> Vec<Effect> {
 
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
-    note(model, &msg);
+    restore::note(model, &msg);
     model.settle_camera();
     let mut effects = take(model, msg);
     settle(model);
@@ -72,12 +73,6 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     jobs::note_requested(model, &effects);
     effects.extend(restore::remember(model));
     effects
-}
-
-/// Writes down what a message tells of tasks and of the session, before it changes anything.
-fn note(model: &mut Model, msg: &Msg) {
-    jobs::note(model, msg);
-    restore::note(model, msg);
 }
 
 /// Makes what is shown true again, whatever the message changed.
@@ -105,80 +100,12 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Passed(elapsed) => passed(model, elapsed),
-        Msg::Found(found) => list::found(model, found),
-        Msg::Listed(entries) => list::listed(model, entries),
-        Msg::Searched(ended) => list::searched(model, ended),
-        Msg::Tags(tags) => {
-            list::tags(model, tags);
-            Vec::new()
-        }
-        Msg::Views(views) => {
-            views::read(model, views);
-            Vec::new()
-        }
         Msg::Drawing => list::drawing(model),
         Msg::Drawn => {
             second::drawn(model);
-            map::image(model).map(Effect::Compute).into_iter().collect()
+            map::image(model).into_iter().map(Effect::from).collect()
         }
-        Msg::Discovered(found) => {
-            answers::offer(model, found);
-            Vec::new()
-        }
-        Msg::Surveyed(place, facts) => {
-            model.list.survey(place, facts);
-            Vec::new()
-        }
-        Msg::Ranked(measure, place, value) => {
-            model.list.rank(measure, place, value);
-            Vec::new()
-        }
-        Msg::Opened(id, result) => opened(model, id, result),
-        Msg::Computed(value) => {
-            computed::take(model, value);
-            Vec::new()
-        }
-        Msg::Thresholds(read) => values::thresholds(model, read),
-        Msg::Stored(of, stored) => {
-            if stored_answers::subject(model).as_ref() == Some(&of) {
-                let reopened = reopen::before_stored(model);
-                stored_answers::show(model, stored);
-                if let Some(column) = reopened {
-                    reopen::after_stored(model, column);
-                }
-                timeline::arrived(model);
-                compare::arrived(model);
-            }
-            Vec::new()
-        }
-        Msg::History(event) => {
-            let step = history::on_event(model, event);
-            screens::take(model, None, step)
-        }
-        Msg::Results(event) => {
-            let step = results::on_event(model, event);
-            screens::take(model, None, step)
-        }
-        Msg::Job(id, event) => jobs::on_event(model, id, event),
-        Msg::DriveSaved(key, result) => {
-            planning::saved(model, key, result);
-            Vec::new()
-        }
-        Msg::VariantSaved(made, result) => {
-            making::saved(model, &made, result);
-            Vec::new()
-        }
-        Msg::Rated(round, result) => rating::kept(model, round, result),
-        Msg::Ratings(result) => {
-            rating::read(model, result);
-            Vec::new()
-        }
-        Msg::Unrated(result) => rating::unrated(model, result),
-        Msg::Saved(file, result) => editing::saved(model, &file, result),
-        Msg::Reread(library) => {
-            editing::reread(model, library);
-            Vec::new()
-        }
+        Msg::Reply(reply) => reply.apply(model),
         Msg::Reloaded(what) => {
             look::reloaded(model, what);
             Vec::new()
@@ -190,19 +117,6 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
                 Vec::new()
             }
         },
-        Msg::ExperimentFiles(folder, found) => {
-            experiment::listed(model, folder, found);
-            Vec::new()
-        }
-        Msg::Source(place, read) => {
-            source::read(model, place, read);
-            Vec::new()
-        }
-        Msg::Pictured(saved) => {
-            picture::saved(model, saved);
-            Vec::new()
-        }
-        Msg::KeepSession => restore::keep(model),
         Msg::Complaint(text) => {
             model.complain(text);
             Vec::new()

@@ -3,8 +3,8 @@
 use super::super::action::Action;
 use super::super::clock::Clock;
 use super::super::loaded::Opened;
-use super::super::message::{Effect, OpenId};
-use super::super::model::{Model, NEIGHBOURHOOD, Notice, ShownAnswer, Values};
+use super::super::message::Effect;
+use super::super::model::{Model, NEIGHBOURHOOD, Notice, OpenId, ShownAnswer, Values};
 use super::super::session::restore;
 use super::opening::open;
 use super::{answers, clock, jumps, making, planning, reopen, stored_answers, timeline};

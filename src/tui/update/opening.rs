@@ -1,8 +1,9 @@
 //! Opens a scenario of the list.
 
-use super::super::message::{Effect, OpenId};
-use super::super::model::Model;
+use super::super::message::Effect;
+use super::super::model::{Model, OpenId};
 use super::super::session::restore;
+use super::super::tasks::scenes::Open;
 use super::jumps;
 use nearmiss_scene::scenario::Transform;
 
@@ -35,10 +36,13 @@ pub fn open_changed(
     model.list.opened = Some(place);
     let entry = model.list.rows[place].entry.clone();
     restore::opening(model, &entry);
-    vec![match change {
-        Some(change) => Effect::OpenChanged(id, entry, ego, change),
-        None => Effect::Open(id, entry, ego),
-    }]
+    let open = Open {
+        id,
+        entry,
+        obstacle: ego,
+        change,
+    };
+    vec![open.into()]
 }
 
 /// Opens what is open again, with another ego or other thresholds: a changed scene stays changed.

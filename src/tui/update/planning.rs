@@ -8,16 +8,15 @@ use std::time::Duration;
 
 use super::super::action::Action;
 use super::super::loaded::Opened;
-use super::super::message::{Effect, JobId, JobRequest, OpenId, Update};
+use super::super::message::Effect;
 use super::super::model::{
-    Camera, Drives, Job, JobState, Model, NEIGHBOURHOOD, RunningDrive, forecast_words,
+    Camera, Drives, Job, JobId, JobState, Model, NEIGHBOURHOOD, OpenId, RunningDrive, Update,
+    forecast_words,
 };
+use super::super::tasks::planning::{Plan, PlanUpdate};
 use super::making;
 use nearmiss_drive::planner::{Forecast, occupancy_sets};
 use nearmiss_workflow::MissingEgo;
-
-/// Planned steps, and steps at most; then the scenario with the planned ego.
-type PlanUpdate = Update<(usize, usize), Box<Opened>>;
 
 /// Seconds a scenario without an ego stays open before one is planned for it, so that moving through the list does not
 /// plan one for each.
@@ -143,13 +142,14 @@ pub fn again(model: &mut Model, place: usize) -> Vec<Effect> {
         done: 0,
         of: 0,
     });
-    let entry = model.list.rows[place].entry.clone();
-    let forecast = model.driver.forecast;
-    let request = match model.driver.planner {
-        0 => JobRequest::Plan(entry, change, forecast),
-        planner => JobRequest::PlanBy(entry, change, forecast, planner),
+    let plan = Plan {
+        id,
+        entry: model.list.rows[place].entry.clone(),
+        change,
+        forecast: model.driver.forecast,
+        planner: model.driver.planner,
     };
-    effects.push(Effect::Start(id, request));
+    effects.push(plan.into());
     effects
 }
 

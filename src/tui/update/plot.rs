@@ -1,11 +1,11 @@
 //! The plot: requests its values in the background, and marks obstacles for it.
 
 use super::super::action::Action;
-use super::super::message::{Computation, SeriesId};
-use super::super::model::Model;
+use super::super::model::{Model, SeriesId};
+use super::super::tasks::computations::PlotMeasure;
 
 /// Requests the plotted values, where another measure, scene or thresholds are plotted than before.
-pub fn request(model: &mut Model) -> Option<Computation> {
+pub fn request(model: &mut Model) -> Option<PlotMeasure> {
     let scene = model.opened.as_ref().and_then(|o| o.scene.clone());
     let Some(scene) = scene else {
         model.plot.clear();
@@ -17,8 +17,12 @@ pub fn request(model: &mut Model) -> Option<Computation> {
     }
     let id = SeriesId(model.new_id());
     model.plot.wait(id, scene.clone(), thresholds.clone());
-    let measure = model.plot.measure;
-    Some(Computation::Plot(id, scene, measure, thresholds))
+    Some(PlotMeasure {
+        id,
+        scene,
+        measure: model.plot.measure,
+        thresholds,
+    })
 }
 
 /// Marks the picked obstacle for the plot, or takes the mark away.

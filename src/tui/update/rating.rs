@@ -6,9 +6,10 @@ use super::super::message::Effect;
 use super::super::model::{
     BlindMode, Marking, Model, Notice, PendingRating, REASONS, ShownAnswer, shuffle,
 };
+use super::super::tasks::rating::{FindUnrated, Rate};
 use super::compare::{is_running, open};
 use super::open_current;
-use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, Unrated};
+use nearmiss_store::{Choice, NewRating, RatedAnswer, Unrated};
 
 /// How the built-in judge is asked: it is not.
 const BUILT_IN: &str = "built in";
@@ -29,7 +30,11 @@ pub fn toggle_blind(model: &mut Model) -> Vec<Effect> {
 
 /// Asks the store what is left to rate.
 fn find_unrated(model: &Model) -> Effect {
-    Effect::FindUnrated(model.task, model.compare.person.clone())
+    let find = FindUnrated {
+        task: model.task,
+        person: model.compare.person.clone(),
+    };
+    find.into()
 }
 
 /// What is left to rate was read; a scenario that waited for that is opened.
@@ -218,7 +223,12 @@ fn send(
         replaced,
         then: None,
     });
-    vec![Effect::Rate(round, rating, replaced)]
+    let rate = Rate {
+        round,
+        rating,
+        replaced,
+    };
+    vec![rate.into()]
 }
 
 fn rated(model: &Model, shown: ShownAnswer, mark: Option<String>) -> RatedAnswer {
@@ -324,12 +334,4 @@ pub fn kept(model: &mut Model, round: u64, result: Result<i64, String>) -> Vec<E
         }
     }
     Vec::new()
-}
-
-/// The ratings were read.
-pub fn read(model: &mut Model, result: Result<Vec<Rating>, String>) {
-    match result {
-        Ok(ratings) => model.compare.ratings = Some(ratings),
-        Err(error) => model.complain(error),
-    }
 }

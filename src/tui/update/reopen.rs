@@ -1,7 +1,8 @@
 //! Reopens the scenario of an earlier run, with the question that was asked.
 
 use super::super::action::Action;
-use super::super::message::{Effect, OpenId};
+use super::super::message::Effect;
+use super::super::model::OpenId;
 use super::super::model::{Column, Model, ShownAnswer};
 use super::super::screens::experiment::ExperimentScreen;
 use super::super::screens::history::{self, HistoryScreen};

@@ -1,13 +1,15 @@
 //! Earlier answers about what is open.
 
-use super::super::message::{Effect, StoredOf};
+use super::super::message::Effect;
 use super::super::model::{Column, Model, ShownAnswer};
+use super::super::tasks::scenes::{LoadStored, StoredOf};
+use super::{compare, reopen, timeline};
 use nearmiss_scene::scenario::EgoSource;
 use nearmiss_study::evaluation::Answer;
 
 /// Loads the earlier answers on what is open.
 pub fn load(model: &Model) -> Option<Effect> {
-    subject(model).map(Effect::LoadStored)
+    subject(model).map(|of| LoadStored(of).into())
 }
 
 /// The subject that earlier answers must have.
@@ -20,6 +22,20 @@ pub fn subject(model: &Model) -> Option<StoredOf> {
         recorded: matches!(scene.ego.source, EgoSource::Recording(_)),
         task: model.task,
     })
+}
+
+/// Takes earlier answers, if they are on what is open.
+pub fn loaded(model: &mut Model, of: &StoredOf, stored: Vec<Answer>) {
+    if subject(model).as_ref() != Some(of) {
+        return;
+    }
+    let reopened = reopen::before_stored(model);
+    show(model, stored);
+    if let Some(column) = reopened {
+        reopen::after_stored(model, column);
+    }
+    timeline::arrived(model);
+    compare::arrived(model);
 }
 
 /// Shows earlier answers that say something, the newest of each model and way of asking, unless something newer is

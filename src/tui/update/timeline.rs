@@ -1,7 +1,8 @@
 //! Timeline jumps: to the most dangerous value, to the next disagreement; loops; strips.
 
 use super::super::clock::PlayRange;
-use super::super::message::{Effect, OpenId};
+use super::super::message::Effect;
+use super::super::model::OpenId;
 use super::super::model::{Disagreement, Heat, Line, Model, Seek, ShownAnswer};
 use super::{clock, jumps, open};
 use nearmiss_scene::metrics::Series;

@@ -2,18 +2,12 @@
 
 use std::sync::Arc;
 
-use super::super::loaded::Measured;
-use super::super::message::{Effect, MeasureId};
+use super::super::message::Effect;
 use super::super::model::{Model, Values};
+use super::super::tasks::scenarios::{Survey, ranking};
+use super::super::tasks::thresholds::UseThresholds;
 use super::{open_again, planning};
 use nearmiss_scene::metrics::Thresholds;
-
-/// Takes values, if nothing newer was asked for.
-pub fn measured(model: &mut Model, id: MeasureId, found: Box<Measured>) {
-    if model.values.asked.is_some_and(|(asked, _)| asked == id) {
-        model.values.found = Some(found);
-    }
-}
 
 /// Measures everything anew with other thresholds; those that cannot be used change nothing.
 pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> Vec<Effect> {
@@ -32,11 +26,10 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
     model.values = Values::default();
     model.driver.kept.forget();
     model.maker.forget();
-    let entries = model.list.rows.iter().map(|row| row.entry.clone());
-    let entries: Vec<_> = entries.enumerate().collect();
-    let mut effects = vec![Effect::UseThresholds(thresholds), Effect::Survey(entries)];
+    let survey = Survey::All(model.list.entries());
+    let mut effects = vec![UseThresholds(thresholds).into(), survey.into()];
     model.list.forget_values();
-    effects.extend(model.list.ranking());
+    effects.extend(ranking(model));
     if let Some(place) = model.list.opened {
         effects.extend(if model.planned().is_some() {
             planning::again(model, place)

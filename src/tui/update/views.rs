@@ -3,14 +3,14 @@
 use super::super::message::Effect;
 use super::super::model::Model;
 use super::super::screens::saved_views::SavedViewsScreen;
+use super::super::tasks::scenarios::{ListViews, ranking};
 use super::open_current;
-use nearmiss_settings::SavedViews;
 
 /// Shows the view that was chosen, else opens the list of them.
 pub fn perform(model: &mut Model) -> Vec<Effect> {
     let Some(name) = model.list.chosen_view.take() else {
         model.screens.open(SavedViewsScreen::default());
-        return vec![Effect::ReadViews];
+        return vec![ListViews::Read.into()];
     };
     let Some(view) = model.list.views.get(&name).cloned() else {
         model.say(format!("view `{name}` no longer exists"));
@@ -24,15 +24,7 @@ pub fn perform(model: &mut Model) -> Vec<Effect> {
             unknown.join(" and ")
         )),
     }
-    let mut effects: Vec<Effect> = model.list.ranking().into_iter().collect();
+    let mut effects: Vec<Effect> = ranking(model).into_iter().collect();
     effects.extend(open_current(model));
     effects
-}
-
-/// The views were read or changed; where they cannot be, they stay as they were.
-pub fn read(model: &mut Model, views: Result<SavedViews, String>) {
-    match views {
-        Ok(views) => model.list.views = views,
-        Err(error) => model.complain(error),
-    }
 }

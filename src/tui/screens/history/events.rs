@@ -2,9 +2,9 @@
 
 use super::{HistoryScreen, details, read, runs};
 use crate::message::Effect;
-use crate::message::runs::{HistoryCommand, HistoryEvent};
 use crate::model::Model;
 use crate::screens::Step;
+use crate::tasks::history::{HistoryCommand, HistoryEvent};
 use nearmiss_store::Edge;
 
 /// Handles the store's answers.
@@ -33,7 +33,7 @@ pub fn on_event(model: &mut Model, event: HistoryEvent) -> Step {
             if whole || model.history.total.is_none() {
                 let filter = model.history.filter.clone();
                 let count = HistoryCommand::Count(filter);
-                effects.push(Effect::History(count));
+                effects.push(count.into());
             }
             return Step::Stay(effects);
         }

@@ -14,9 +14,9 @@ pub use events::on_event;
 use super::{Screen, Step};
 use crate::action::{Action, Scope};
 use crate::keymap::Key;
-use crate::message::runs::{HistoryCommand, PageId};
 use crate::message::{Effect, Mouse};
-use crate::model::{InputPurpose, Model, PAGE};
+use crate::model::{InputPurpose, Model, PAGE, PageId};
+use crate::tasks::history::HistoryCommand;
 use crate::widgets::hints::{self, Hint, fixed};
 use nearmiss_store::Edge;
 
@@ -30,7 +30,7 @@ pub fn open(model: &mut Model) -> Vec<Effect> {
     model.history.typing = None;
     model.history.on_details = false;
     model.history.wanted = None;
-    let mut effects = vec![Effect::History(HistoryCommand::Open)];
+    let mut effects = vec![HistoryCommand::Open.into()];
     effects.extend(read(model, Edge::Newest));
     effects
 }
@@ -39,7 +39,7 @@ pub fn open(model: &mut Model) -> Vec<Effect> {
 pub fn leave(model: &mut Model) -> Vec<Effect> {
     model.history.loading = None;
     model.history.typing = None;
-    vec![Effect::History(HistoryCommand::Close)]
+    vec![HistoryCommand::Close.into()]
 }
 
 impl Screen for HistoryScreen {
@@ -118,7 +118,7 @@ fn read(model: &mut Model, edge: Edge) -> Vec<Effect> {
     history.asked = id;
     history.loading = Some(edge);
     let ask = HistoryCommand::Page(id, history.filter.clone(), edge, most);
-    vec![Effect::History(ask)]
+    vec![ask.into()]
 }
 
 /// Moves the selection, or the details.
@@ -202,5 +202,5 @@ fn details(model: &mut Model, again: bool) -> Vec<Effect> {
     };
     let name = &model.history.rows[model.history.selected].scenario;
     let files = model.files_of(name);
-    vec![Effect::History(HistoryCommand::Details(id, files))]
+    vec![HistoryCommand::Details(id, files).into()]
 }

@@ -3,9 +3,9 @@
 use super::follow;
 use crate::action::Action;
 use crate::message::Effect;
-use crate::message::runs::HistoryCommand;
 use crate::model::{InputPurpose, Model};
 use crate::screens::Step;
+use crate::tasks::history::HistoryCommand;
 use nearmiss_store::RunId;
 
 /// Does something with the selected run.
@@ -19,7 +19,7 @@ pub fn act(model: &mut Model, action: Action) -> Step {
     match action {
         Action::PinRun => {
             row.pinned = !row.pinned;
-            return Step::Stay(vec![Effect::History(HistoryCommand::Pin(id, row.pinned))]);
+            return Step::Stay(vec![HistoryCommand::Pin(id, row.pinned).into()]);
         }
         Action::DeleteRun if row.pinned => {
             let key = model.look.key(Action::PinRun);
@@ -33,7 +33,7 @@ pub fn act(model: &mut Model, action: Action) -> Step {
             let word = if deleted { "deleted" } else { "restored" };
             let key = model.look.key(Action::UndoDelete);
             model.say(format!("run {id} {word}; {key} takes that back"));
-            let mut effects = vec![Effect::History(HistoryCommand::Delete(id, deleted))];
+            let mut effects = vec![HistoryCommand::Delete(id, deleted).into()];
             effects.extend(follow(model));
             return Step::Stay(effects);
         }
@@ -81,5 +81,5 @@ pub fn undo(model: &mut Model) -> Vec<Effect> {
         "is deleted again"
     };
     model.say(format!("run {id} {word}"));
-    vec![Effect::History(HistoryCommand::Delete(id, !deleted))]
+    vec![HistoryCommand::Delete(id, !deleted).into()]
 }

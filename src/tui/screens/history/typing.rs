@@ -6,8 +6,8 @@ use super::{moved, read};
 use crate::action::Action;
 use crate::keymap::{Code, Key, edit_line};
 use crate::message::Effect;
-use crate::message::runs::HistoryCommand;
 use crate::model::{InputPurpose, Model};
+use crate::tasks::history::HistoryCommand;
 use nearmiss_store::{Edge, Filter, FilterError};
 
 /// A key while something is typed.
@@ -104,7 +104,7 @@ fn entered(model: &mut Model) -> Vec<Effect> {
             if let Some(run) = model.history.details.as_mut().filter(|run| run.id == id) {
                 run.notes.clone_from(&text);
             }
-            vec![Effect::History(HistoryCommand::Note(id, text))]
+            vec![HistoryCommand::Note(id, text).into()]
         }
         Some(InputPurpose::Export(file)) if file.trim().is_empty() => {
             model.say("no file was named");
@@ -114,7 +114,7 @@ fn entered(model: &mut Model) -> Vec<Effect> {
             model.say(format!("writing {file} …"));
             let filter = model.history.filter.clone();
             let ask = HistoryCommand::Export(filter, PathBuf::from(file.trim()));
-            vec![Effect::History(ask)]
+            vec![ask.into()]
         }
         Some(InputPurpose::Search) | None => Vec::new(),
     }

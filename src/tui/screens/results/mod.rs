@@ -11,9 +11,9 @@ use ratatui::layout::Rect;
 
 use super::{Screen, Step};
 use crate::action::{Action, Scope};
-use crate::message::runs::{PageId, ResultsCommand, ResultsEvent, ResultsQuery};
 use crate::message::{Effect, Mouse};
-use crate::model::{Model, RESULTS_COLUMNS};
+use crate::model::{Model, PageId, RESULTS_COLUMNS};
+use crate::tasks::results::{ResultsCommand, ResultsEvent, ResultsQuery};
 use crate::widgets::hints::{self, Hint};
 
 /// The screen of results; what it shows is kept in the model, so that it is there until the store is read again.
@@ -101,7 +101,7 @@ fn read(model: &mut Model) -> Vec<Effect> {
     });
     model.results.asked = id;
     model.results.reading = true;
-    vec![Effect::Results(ask)]
+    vec![ask.into()]
 }
 
 /// Compares the answers with another truth.
@@ -127,7 +127,7 @@ fn export(model: &mut Model) -> Vec<Effect> {
     }
     let folder = model.config.pictures.clone();
     let ask = ResultsCommand::Export(results.rows.clone(), results.truth_words(), folder);
-    vec![Effect::Results(ask)]
+    vec![ask.into()]
 }
 
 /// A level back: from the list of what can be counted, or from the answers, to the matrix, from the matrix to the
@@ -141,7 +141,7 @@ fn back(model: &mut Model) -> Step {
     // A reading still in progress is abandoned.
     model.results.asked = PageId(model.new_id());
     model.results.reading = false;
-    Step::Close(vec![Effect::Results(ResultsCommand::Stop)])
+    Step::Close(vec![ResultsCommand::Stop.into()])
 }
 
 /// From the list of what can be counted to the matrix, from a cell to its answers, from an answer to its scenario.
@@ -171,7 +171,7 @@ fn enter(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     };
     results.wanted = Some(run);
-    vec![Effect::Results(ResultsCommand::Run(run))]
+    vec![ResultsCommand::Run(run).into()]
 }
 
 /// Moves the selection.

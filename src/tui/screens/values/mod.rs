@@ -10,8 +10,9 @@ use ratatui::text::{Line, Text};
 use super::{Screen, Step, moves_scene};
 use crate::action::Action;
 use crate::loaded::Measured;
-use crate::message::{Computation, Effect, MeasureId};
-use crate::model::Model;
+use crate::message::Effect;
+use crate::model::{MeasureId, Model};
+use crate::tasks::computations::MeasureAll;
 use crate::widgets::hints::{self, Hint};
 use crate::widgets::words::quantity;
 use crate::widgets::{row, window};
@@ -85,12 +86,13 @@ fn measure_picked(model: &mut Model) -> Option<Effect> {
     let id = MeasureId(model.new_id());
     model.values.asked = Some((id, model.picked));
     let thresholds = model.thresholds.clone();
-    Some(Effect::Compute(Computation::Measure(
+    let measure = MeasureAll {
         id,
         scene,
-        model.picked,
+        obstacle: model.picked,
         thresholds,
-    )))
+    };
+    Some(measure.into())
 }
 
 fn text(model: &Model, width: usize) -> Text<'static> {

@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use super::super::experiment_screen::{counted, outline};
 use super::world::HOSTILE;
-use crate::message::experiment::{
-    CountedExperiment, ExperimentNews, ExperimentOutline, ExperimentWritten, ItemChange,
-};
-use crate::message::{BatchProgress, JobEvent, Msg, Update};
+use crate::message::Msg;
+use crate::model::{CountedExperiment, ExperimentOutline, Update};
+use crate::tasks::batch::{BatchProgress, BatchUpdate, ItemChange};
+use crate::tasks::experiment::{ExperimentNews, ExperimentWritten, ListExperiments};
 use nearmiss_store::{BatchId, ItemState};
 use nearmiss_workflow::batch::DryRunLine;
 use nearmiss_workflow::{ExperimentFile, FolderOfExperiments};
 
 /// What reading a file tells.
-pub fn read(n: usize) -> Vec<JobEvent> {
+pub fn read(n: usize) -> Vec<Update<ExperimentNews, Box<CountedExperiment>>> {
     let outline = ExperimentOutline {
         title: Some(HOSTILE.into()),
         facts: vec![("select", HOSTILE.into())],
@@ -41,14 +41,11 @@ pub fn read(n: usize) -> Vec<JobEvent> {
     ];
     // Some never end.
     let ended = (!n.is_multiple_of(7)).then_some(Update::Ended(ended));
-    news.into_iter()
-        .chain(ended)
-        .map(JobEvent::Experiment)
-        .collect()
+    news.into_iter().chain(ended).collect()
 }
 
 /// What asking one tells.
-pub fn ask(n: usize) -> Vec<JobEvent> {
+pub fn ask(n: usize) -> Vec<BatchUpdate> {
     let mut way = counted(None).progress.ways[n % 2].way.clone();
     if n.is_multiple_of(3) {
         way.model = HOSTILE.into();
@@ -65,16 +62,16 @@ pub fn ask(n: usize) -> Vec<JobEvent> {
     ];
     let ended = (n.is_multiple_of(2)).then_some(Update::Ended(Ok(())));
     let news = news.into_iter().map(Update::Progress);
-    news.chain(ended).map(JobEvent::Batch).collect()
+    news.chain(ended).collect()
 }
 
 /// What writing one tells.
-pub fn write(file: PathBuf, n: usize) -> JobEvent {
-    JobEvent::ExperimentWritten(Update::Ended(match n % 3 {
+pub fn write(file: PathBuf, n: usize) -> Update<(), ExperimentWritten> {
+    Update::Ended(match n % 3 {
         0 => Err(HOSTILE.into()),
         1 => Ok(ExperimentWritten::Exists(file)),
         _ => Ok(ExperimentWritten::Written(file)),
-    }))
+    })
 }
 
 /// What is in a folder.
@@ -90,5 +87,5 @@ pub fn listed(folder: PathBuf, n: usize) -> Msg {
         0 => Err(HOSTILE.into()),
         _ => Ok(listed),
     };
-    Msg::ExperimentFiles(folder, read)
+    Msg::reply::<ListExperiments>((folder, read))
 }

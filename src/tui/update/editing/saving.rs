@@ -3,6 +3,8 @@
 use super::super::super::action::Action;
 use super::super::super::message::Effect;
 use super::super::super::model::Model;
+use super::super::super::tasks::session::KeepDraft;
+use super::super::super::tasks::templates::{ChangeTemplate, TemplateChange};
 use nearmiss_ask::prompts::{Library, Template, renamed, template_file};
 
 /// The text in the editor, if it is a template that can be filled.
@@ -29,7 +31,7 @@ pub fn save(model: &mut Model) -> Vec<Effect> {
     }
     let file = model.prompt.file().to_string();
     let text = good_text(model);
-    text.map(|text| Effect::SaveTemplate(file, text))
+    text.map(|text| ChangeTemplate(file, TemplateChange::Save(text)).into())
         .into_iter()
         .collect()
 }
@@ -56,7 +58,7 @@ pub fn save_as(model: &mut Model, name: &str) -> Vec<Effect> {
     };
     let text = renamed(&text, &file);
     model.prompt.saving_as = Some((file.clone(), text.clone()));
-    vec![Effect::SaveTemplateAs(file, text)]
+    vec![ChangeTemplate(file, TemplateChange::SaveAs(text)).into()]
 }
 
 /// A template was written or removed, or another one chosen.
@@ -73,7 +75,7 @@ pub fn saved(
             if let Some((file, text)) = sent {
                 // The draft went into the new file.
                 let old = model.prompt.file().to_string();
-                effects.push(Effect::KeepDraft(old, None));
+                effects.push(KeepDraft(old, None).into());
                 model.prompt.become_file(file, text);
             } else if file == model.prompt.file() {
                 if model.prompt.editing {
@@ -117,5 +119,5 @@ pub fn reset(model: &mut Model) -> Vec<Effect> {
     super::return_focus(model);
     model.prompt.reload(&model.library);
     model.refresh();
-    vec![Effect::RemoveTemplate(file, draft)]
+    vec![ChangeTemplate(file, TemplateChange::Remove(draft)).into()]
 }

@@ -1,11 +1,10 @@
 //! Writes a new experiment file from what the workbench would ask.
 
 use super::super::super::action::Action;
-use super::super::super::message::experiment::{ExperimentWritten, NewExperiment};
-use super::super::super::message::runs::Batch;
-use super::super::super::message::{Effect, JobId, JobRequest, Update};
-use super::super::super::model::Model;
+use super::super::super::message::Effect;
+use super::super::super::model::{Batch, JobId, Model, Update};
 use super::super::super::screens::experiments;
+use super::super::super::tasks::experiment::{ExperimentWritten, WriteExperiment};
 use super::super::batch::batch_of;
 use super::open_file;
 use nearmiss_scene::verdict::Task;
@@ -29,15 +28,13 @@ pub fn write_new(model: &mut Model) -> Vec<Effect> {
     model.experiment.exists = None;
     let id = JobId(model.new_id());
     model.experiment.writing = Some(id);
-    let new = NewExperiment {
+    let write = WriteExperiment {
+        id,
         file,
         batch,
         overwrite,
     };
-    vec![Effect::Start(
-        id,
-        JobRequest::WriteExperiment(Box::new(new)),
-    )]
+    vec![write.into()]
 }
 
 /// What a new experiment asks, as the workbench would ask it about the marked scenarios; in words why it cannot be

@@ -5,8 +5,10 @@ use std::time::Duration;
 use super::super::super::loaded::{
     GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest,
 };
-use super::super::super::message::{JobId, Update};
-use super::super::super::model::{Job, JobKind, JobState, consequence_words, listed};
+use super::super::super::model::{
+    Job, JobId, JobKind, JobState, Update, consequence_words, listed,
+};
+use super::super::super::tasks::making::GenerationUpdate;
 use super::writing;
 
 /// A job for the list of tasks.
@@ -22,7 +24,7 @@ pub fn job(id: JobId, request: &VariantRequest, now: Duration) -> Job {
 }
 
 /// Notes in the list of tasks how far it is.
-pub fn note(job: &mut Job, update: &Update<GenerationProgress, GenerationOutcome>, now: Duration) {
+pub fn note(job: &mut Job, update: &GenerationUpdate, now: Duration) {
     let stopping = job.state == JobState::Stopping;
     let result = match update {
         Update::Progress(GenerationProgress::Working(GenerationStage::Searching(progress, of))) => {

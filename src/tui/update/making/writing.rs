@@ -5,8 +5,10 @@ use std::time::Duration;
 
 use super::super::super::action::Action;
 use super::super::super::loaded::{AuthoringProgress, Authorship, GenerationStage, Writer};
-use super::super::super::message::{Effect, JobId};
-use super::super::super::model::{Job, JobKind, JobState, Model, RequestTokens, forecast_words};
+use super::super::super::message::Effect;
+use super::super::super::model::{
+    Job, JobId, JobKind, JobState, Model, RequestTokens, forecast_words,
+};
 use super::super::super::screens::attack::AttackScreen;
 use super::super::list;
 use super::{planned_by, ready, request, show, still_searching};

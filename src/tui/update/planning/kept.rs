@@ -2,8 +2,9 @@
 
 use super::super::super::action::Action;
 use super::super::super::loaded::{DriveFiles, DriveKey, Opened};
-use super::super::super::message::{Effect, OpenId};
-use super::super::super::model::Model;
+use super::super::super::message::Effect;
+use super::super::super::model::{Model, OpenId};
+use super::super::super::tasks::planning::SaveDrive;
 use super::{show_reach, take};
 
 /// The drive that the planner would make now, if it was made before.
@@ -108,7 +109,7 @@ pub fn save(model: &mut Model) -> Vec<Effect> {
         })
     });
     match files {
-        Some(files) => vec![Effect::SaveDrive(Box::new(files))],
+        Some(files) => vec![SaveDrive(Box::new(files)).into()],
         None => {
             let why = model.unplanned();
             model.say(format!("nothing to write: {why}"));

@@ -3,50 +3,64 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use tokio::sync::mpsc::UnboundedSender;
-
-use super::super::message::Msg;
+use crate::request::{Replies, Request};
 use nearmiss_formats::Entry;
 
 /// The work done for a scenario, by its place in the list.
-pub type Work = Arc<dyn Fn(usize, &Entry) -> Msg + Send + Sync>;
+type Work<R> = Arc<dyn Fn(usize, &Entry) -> <R as Request>::Reply + Send + Sync>;
 
 /// A queue; its clones are the same queue.
-#[derive(Clone)]
-pub struct Queue {
-    waiting: Arc<Mutex<Waiting>>,
-    sender: UnboundedSender<Msg>,
+pub struct Queue<R: Request> {
+    waiting: Arc<Mutex<Waiting<R>>>,
 }
 
-#[derive(Default)]
-struct Waiting {
+struct Waiting<R: Request> {
     /// By their places, which is the order in which they are taken.
     entries: BTreeMap<usize, Entry>,
     /// Places that are taken before the others.
     first: Vec<usize>,
-    work: Option<Work>,
+    work: Option<(Work<R>, Replies<R>)>,
     /// Raised whenever everything is asked for anew: what is on its way then is of no use.
     asked: u64,
     /// How many are at work.
     at_work: usize,
 }
 
-impl Queue {
-    /// A queue with nothing in it, whose results go there.
-    pub fn new(sender: UnboundedSender<Msg>) -> Self {
+impl<R: Request> Default for Queue<R> {
+    fn default() -> Self {
         Self {
-            waiting: Arc::default(),
-            sender,
+            waiting: Arc::new(Mutex::new(Waiting {
+                entries: BTreeMap::new(),
+                first: Vec::new(),
+                work: None,
+                asked: 0,
+                at_work: 0,
+            })),
         }
     }
+}
 
-    /// Replaces the queue: does this work with these scenarios, and drops earlier entries.
-    pub fn replace(&self, entries: Vec<(usize, Entry)>, work: Work) {
+impl<R: Request> Clone for Queue<R> {
+    fn clone(&self) -> Self {
+        Self {
+            waiting: Arc::clone(&self.waiting),
+        }
+    }
+}
+
+impl<R: Request> Queue<R> {
+    /// Replaces the queue: does this work with these scenarios and replies, and drops earlier entries.
+    pub fn replace(
+        &self,
+        entries: Vec<(usize, Entry)>,
+        replies: Replies<R>,
+        work: impl Fn(usize, &Entry) -> R::Reply + Send + Sync + 'static,
+    ) {
         let mut waiting = self.lock();
         waiting.asked += 1;
         waiting.entries.clear();
         waiting.first.clear();
-        waiting.work = Some(work);
+        waiting.work = Some((Arc::new(work), replies));
         drop(waiting);
         self.add(entries);
     }
@@ -78,16 +92,16 @@ impl Queue {
     /// Works on one scenario, then queues up again behind whatever else wants the cores meanwhile.
     fn go_on(self) {
         rayon::spawn_fifo(move || {
-            let Some((place, entry, work, asked)) = self.take() else {
+            let Some((place, entry, (work, replies), asked)) = self.take() else {
                 return;
             };
             // A scenario that makes a measure panic must not hold up the others.
             let result =
                 std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| work(place, &entry)));
             let of_use = self.lock().asked == asked;
-            if let Ok(msg) = result
+            if let Ok(reply) = result
                 && of_use
-                && self.sender.send(msg).is_err()
+                && !replies.send(reply)
             {
                 // The loop has ended.
                 self.lock().entries.clear();
@@ -96,7 +110,7 @@ impl Queue {
         });
     }
 
-    fn take(&self) -> Option<(usize, Entry, Work, u64)> {
+    fn take(&self) -> Option<(usize, Entry, (Work<R>, Replies<R>), u64)> {
         let mut waiting = self.lock();
         let mut first = std::mem::take(&mut waiting.first).into_iter();
         let urgent = first.find_map(|place| waiting.entries.remove_entry(&place));
@@ -111,7 +125,7 @@ impl Queue {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
+    fn lock(&self) -> MutexGuard<'_, Waiting<R>> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -124,6 +138,23 @@ mod tests {
     use std::sync::Barrier;
 
     use super::*;
+    use crate::message::Effect;
+    use crate::model::Model;
+    use crate::services::Services;
+
+    /// Its replies are places in the list.
+    #[derive(Debug)]
+    struct Place;
+
+    impl Request for Place {
+        type Reply = usize;
+
+        fn perform(self, _: &mut Services, _: Replies<Self>) {}
+
+        fn reply(_: &mut Model, _: usize) -> Vec<Effect> {
+            Vec::new()
+        }
+    }
 
     fn entries(count: usize) -> Vec<(usize, Entry)> {
         (0..count)
@@ -134,29 +165,24 @@ mod tests {
     #[test]
     fn what_is_wanted_first_comes_first_and_everything_comes_once() {
         let (sender, mut receiver) = tokio::sync::mpsc::unbounded_channel();
-        let queue = Queue::new(sender);
+        let queue = Queue::<Place>::default();
         let threads = rayon::current_num_threads();
         // Workers wait until the order is set.
         let gate = Arc::new(Barrier::new(threads + 1));
         let held = gate.clone();
         let count = threads + 40;
-        queue.replace(
-            entries(count),
-            Arc::new(move |place, _: &Entry| {
-                if place < threads {
-                    held.wait();
-                }
-                Msg::Ranked("risk", place, None)
-            }),
-        );
+        queue.replace(entries(count), Replies::new(sender), move |place, _| {
+            if place < threads {
+                held.wait();
+            }
+            place
+        });
         queue.first(vec![threads + 30, threads + 20]);
         gate.wait();
         let mut places = Vec::new();
         while places.len() < count {
-            match receiver.blocking_recv().unwrap() {
-                Msg::Ranked(_, place, _) => places.push(place),
-                other => panic!("{other:?}"),
-            }
+            let reply = receiver.blocking_recv().unwrap();
+            places.push(reply.into_reply::<Place>().unwrap());
         }
         let at = |place: usize| places.iter().position(|&p| p == place).unwrap();
         let ordinary = at(threads + 39);

@@ -4,8 +4,7 @@ use std::collections::HashMap;
 
 use tokio::task::AbortHandle;
 
-use super::super::message::{JobEvent, JobId, JobRequest, Msg, Update};
-use super::Tasks;
+use crate::model::JobId;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_workflow::batch::BatchControl;
 
@@ -85,54 +84,5 @@ impl RunningJobs {
         if !matches!(handle.canceller, Canceller::Flag(_)) {
             self.wait_for(handle.task.clone());
         }
-    }
-}
-
-impl Tasks {
-    /// Starts the work of a job.
-    pub(super) fn start(&mut self, id: JobId, request: JobRequest) {
-        match request {
-            JobRequest::Question {
-                question,
-                model,
-                tools,
-                fresh,
-            } => self.ask(id, question, self.judge(&model, tools), fresh),
-            JobRequest::Plan(entry, change, forecast) => {
-                self.plan(id, entry, change, forecast, 0);
-            }
-            JobRequest::PlanBy(entry, change, forecast, planner) => {
-                self.plan(id, entry, change, forecast, planner);
-            }
-            JobRequest::Generate(request) => self.generate(id, request),
-            JobRequest::Estimate(batch) => self.estimate(id, batch),
-            JobRequest::Batch(_) => self.begin(id),
-            JobRequest::Experiment(query) => self.read_experiment(id, *query),
-            JobRequest::ExperimentBatch(_) => self.begin_experiment(id),
-            JobRequest::WriteExperiment(new) => self.write_experiment(id, *new),
-            JobRequest::Index(folder) => self.read_index(id, folder),
-        }
-    }
-
-    /// Runs work on a thread of its own; it gives nothing where it was cancelled.
-    pub(super) fn run<P: 'static, T: 'static>(
-        &mut self,
-        id: JobId,
-        event: fn(Update<P, T>) -> JobEvent,
-        work: impl FnOnce(&Cancel, &mut dyn FnMut(P)) -> Result<Option<T>, String> + Send + 'static,
-    ) {
-        let cancel = Cancel::default();
-        let (flag, sender) = (cancel.clone(), self.sender.clone());
-        let task = tokio::task::spawn_blocking(move || {
-            // The receiver is gone once the loop has ended; that cancels.
-            let tell = |update| drop(sender.send(Msg::Job(id, event(update))));
-            let outcome = work(&flag, &mut |progress| tell(Update::Progress(progress)));
-            tell(match outcome.transpose() {
-                Some(outcome) => Update::Ended(outcome),
-                None => Update::Cancelled,
-            });
-        });
-        self.jobs
-            .insert(id, Canceller::Flag(cancel), task.abort_handle());
     }
 }

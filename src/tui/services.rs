@@ -1,0 +1,222 @@
+//! What requests work with outside the model: the user's files, the store, models, and what runs.
+
+mod drawing;
+mod jobs;
+mod queue;
+
+pub use drawing::{DrawGuard, Drawing};
+pub use jobs::Canceller;
+pub use queue::Queue;
+
+use std::any::{Any, TypeId};
+use std::collections::HashMap;
+use std::num::NonZeroU32;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::sync::mpsc::UnboundedSender;
+
+use self::jobs::RunningJobs;
+use super::message::{Effect, Msg};
+use super::model::{JobId, Update};
+use super::request::{Replies, Request};
+use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry, ToolLimits};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::{ExternalPlanner, Settings};
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::{Config, Folders, TextFile};
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::{Judge, default_planning};
+use nearmiss_workflow::Models;
+
+/// Times five milliseconds that cancelled questions have to be written down.
+const SETTLE_TRIES: usize = 100;
+
+/// What requests work with.
+pub struct Services {
+    /// Where messages go.
+    pub sender: UnboundedSender<Msg>,
+    /// The user's folders.
+    pub folders: Folders,
+    /// The models that can be asked; this session's budget bounds what they cost.
+    pub models: Models,
+    /// The thresholds of risk scores.
+    pub thresholds: Arc<Thresholds>,
+    /// The store of runs, where it can be opened.
+    pub store: Option<Arc<Store>>,
+    /// The ego of a scenario where no obstacle is taken in its place.
+    pub ego: EgoSelection,
+    /// What runs.
+    pub jobs: RunningJobs,
+    /// Pictures that are being drawn.
+    pub drawing: Drawing,
+    /// How the configuration wants the ego to be planned.
+    pub planning: Settings,
+    /// The planners of the configuration that are processes.
+    planners: Vec<Arc<ExternalPlanner>>,
+    /// The user's providers, as the configuration has them.
+    pub providers: toml::Table,
+    /// Requests of batches at once, to one provider.
+    pub concurrency: NonZeroU32,
+    /// What requests of a type leave for the next ones.
+    state: HashMap<TypeId, Box<dyn Any + Send>>,
+}
+
+impl Services {
+    /// Ready for work.
+    #[must_use]
+    pub fn new(
+        sender: UnboundedSender<Msg>,
+        folders: Folders,
+        (registry, environment): (Registry, Environment),
+        config: &Config,
+        thresholds: Arc<Thresholds>,
+        store: Option<Arc<Store>>,
+        ego: EgoSelection,
+    ) -> Self {
+        Self {
+            sender,
+            folders,
+            models: Models::new(registry, environment, parameters(config), config.budget),
+            thresholds,
+            store,
+            ego,
+            jobs: RunningJobs::default(),
+            drawing: Drawing::default(),
+            planning: config.planning(default_planning()),
+            planners: { config.external_planners().into_iter() }
+                .map(|(name, options)| Arc::new(ExternalPlanner::new(name, options)))
+                .collect(),
+            providers: config.providers.clone(),
+            concurrency: config.concurrency,
+            state: HashMap::new(),
+        }
+    }
+
+    /// Begins what an effect asks for; gives back what only the loop, which owns the terminal, can do.
+    pub fn perform(&mut self, effect: Effect) -> Option<Effect> {
+        match effect {
+            Effect::Request(request) => request.perform(self),
+            Effect::Cancel(id) => self.jobs.cancel(id),
+            other => return Some(other),
+        }
+        None
+    }
+
+    /// What requests left here.
+    pub fn state<T: Default + Send + 'static>(&mut self) -> &mut T {
+        let state = self.state.entry(TypeId::of::<T>());
+        let state = state.or_insert_with(|| Box::<T>::default());
+        match state.downcast_mut() {
+            Some(state) => state,
+            None => unreachable!("it is kept by its type"),
+        }
+    }
+
+    /// Works on a thread of its own, and replies.
+    pub fn background<R: Request>(
+        &self,
+        replies: Replies<R>,
+        work: impl FnOnce() -> R::Reply + Send + 'static,
+    ) {
+        tokio::task::spawn_blocking(move || replies.send(work()));
+    }
+
+    /// Works on the store on a thread of its own, or says that there is none.
+    pub fn with_store<R: Request>(
+        &self,
+        replies: Replies<R>,
+        work: impl FnOnce(Result<Arc<Store>, String>) -> R::Reply + Send + 'static,
+    ) {
+        let store = self.open_store();
+        self.background(replies, move || work(store));
+    }
+
+    /// The store of runs.
+    ///
+    /// # Errors
+    /// It could not be opened.
+    pub fn open_store(&self) -> Result<Arc<Store>, String> {
+        let store = self.store.clone();
+        store.ok_or_else(|| "the store of runs is not open".to_string())
+    }
+
+    /// Runs a job on a thread of its own; it gives nothing where it was cancelled.
+    pub fn run<R, P, T>(
+        &mut self,
+        id: JobId,
+        replies: Replies<R>,
+        work: impl FnOnce(&Cancel, &mut dyn FnMut(P)) -> Result<Option<T>, String> + Send + 'static,
+    ) where
+        R: Request<Reply = (JobId, Update<P, T>)>,
+    {
+        let cancel = Cancel::default();
+        let flag = cancel.clone();
+        let task = tokio::task::spawn_blocking(move || {
+            // Where the receiver is gone the loop has ended; that cancels.
+            let reply = |update| {
+                replies.send((id, update));
+            };
+            let outcome = work(&flag, &mut |progress| reply(Update::Progress(progress)));
+            reply(match outcome.transpose() {
+                Some(outcome) => Update::Ended(outcome),
+                None => Update::Cancelled,
+            });
+        });
+        self.jobs
+            .insert(id, Canceller::Flag(cancel), task.abort_handle());
+    }
+
+    /// The judge with a model id, which may call tools as often; all share the budget of the session.
+    ///
+    /// # Errors
+    /// No such model is known: in words.
+    pub fn judge(&self, model: &str, tools: Option<ToolLimits>) -> Result<Judge, String> {
+        let judge = self.models.judge(model);
+        let judge = judge.map_err(|error| error.to_string())?;
+        Ok(judge.with_tools(tools))
+    }
+
+    /// The planner with this place among those of the configuration, from 1; `None` for the built-in one, 0.
+    #[must_use]
+    pub fn planner(&self, place: usize) -> Option<Arc<ExternalPlanner>> {
+        self.planners.get(place.checked_sub(1)?).cloned()
+    }
+
+    /// Cancels what is on its way and waits until that is written down.
+    pub async fn finish(&mut self) {
+        self.jobs.cancel_all();
+        self.drawing.stop();
+        for _ in 0..SETTLE_TRIES {
+            if self.jobs.is_settled() && self.drawing.ended() {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+    }
+}
+
+/// Request parameters beside the messages; tools are switched while the workbench runs.
+fn parameters(config: &Config) -> Parameters {
+    Parameters {
+        temperature: config.temperature,
+        max_tokens: config.max_tokens,
+        seed: None,
+        effort: config.effort.as_deref().and_then(Effort::parse),
+        log_probabilities: config.log_probabilities,
+        tools: None,
+    }
+}
+
+/// The shipped thresholds, changed by the user's file if it is there.
+///
+/// # Errors
+/// The file cannot be read, or has an invalid entry: with file and line.
+pub fn thresholds(path: &Path) -> Result<Thresholds, String> {
+    match TextFile::read_if_there(path)? {
+        Some(read) => Thresholds::read(&read.text, &read.file).map_err(|e| e.to_string()),
+        None => Ok(Thresholds::shipped().clone()),
+    }
+}
