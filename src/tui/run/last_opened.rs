@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::message::Effect;
 use crate::session::SavedLocation;
-use crate::tasks::scenes::Open;
+use crate::update::Open;
 use nearmiss_base::system::activity::{ActivityGuard, trying};
 
 /// A program that is killed later than this after the first picture was not ended by the scenario.

@@ -8,12 +8,13 @@ use crate::action::Action;
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::{Model, Picker, matching};
-use crate::tasks::scenarios::ListViews;
+use crate::request::{Replies, Request};
+use crate::services::Services;
 use crate::widgets::hints::{Hint, fixed};
 use crate::widgets::words::pad;
 use crate::widgets::{picker, window};
 use nearmiss_scene::description::visible;
-use nearmiss_settings::SavedView;
+use nearmiss_settings::{SavedView, SavedViews};
 
 /// The list of views.
 #[derive(Debug, Default)]
@@ -162,4 +163,35 @@ fn words(view: &SavedView) -> String {
         group => format!(" · by {group}"),
     };
     format!("{filter} · sorted by {sort}{reversed}{group}")
+}
+
+/// The saved views of the list.
+#[derive(Debug)]
+pub enum ListViews {
+    /// Read.
+    Read,
+    /// One is saved under a name, or deleted.
+    Change(String, Option<SavedView>),
+}
+
+impl Request for ListViews {
+    /// All of them, or why they cannot be used.
+    type Reply = Result<SavedViews, String>;
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let path = services.folders.views();
+        services.background(replies, move || match self {
+            Self::Read => SavedViews::read(&path),
+            Self::Change(name, view) => SavedViews::change(&path, &name, view),
+        });
+    }
+
+    /// Where they cannot be used, they stay as they were.
+    fn reply(model: &mut Model, views: Self::Reply) -> Vec<Effect> {
+        match views {
+            Ok(views) => model.list.views = views,
+            Err(error) => model.complain(error),
+        }
+        Vec::new()
+    }
 }

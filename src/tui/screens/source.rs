@@ -12,11 +12,13 @@ use crate::action::{Action, Scope};
 use crate::loaded::Source;
 use crate::message::{Effect, Mouse};
 use crate::model::Model;
-use crate::tasks::scenes::ReadSource;
+use crate::request::{Replies, Request};
+use crate::services::Services;
 use crate::widgets::highlight::{Language, lines};
 use crate::widgets::hints::{self, Hint};
 use crate::widgets::window;
 use crate::widgets::words::{fit_end, thousands};
+use nearmiss_formats::Entry;
 use nearmiss_scene::description::visible;
 
 /// Rows before the first one that are highlighted too, for what begins there.
@@ -147,20 +149,6 @@ pub fn open(model: &mut Model) -> Vec<Effect> {
     vec![ReadSource(place, entry).into()]
 }
 
-/// The source was read; it is shown if it is still that of what is open.
-pub fn read(model: &mut Model, place: usize, read: Result<Box<Source>, String>) {
-    if model.list.opened != Some(place) {
-        return;
-    }
-    match read {
-        Ok(source) => {
-            model.source = Some((place, source));
-            show(model);
-        }
-        Err(error) => model.complain(error),
-    }
-}
-
 fn show(model: &mut Model) {
     let scroll = at_picked(model).unwrap_or(0);
     let seeks = false;
@@ -172,4 +160,31 @@ fn at_picked(model: &Model) -> Option<usize> {
     let (_, source) = model.source.as_ref()?;
     let row = source.row_of(model.picked?)?;
     Some(row.saturating_sub(2))
+}
+
+/// Reads the source of a scenario, by its place in the list.
+#[derive(Debug)]
+pub struct ReadSource(pub usize, pub Entry);
+
+impl Request for ReadSource {
+    type Reply = (usize, Result<Box<Source>, String>);
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let Self(place, entry) = self;
+        services.background(replies, move || (place, Source::read(&entry).map(Box::new)));
+    }
+
+    /// It is shown if it is still that of what is open.
+    fn reply(model: &mut Model, (place, read): Self::Reply) -> Vec<Effect> {
+        if model.list.opened == Some(place) {
+            match read {
+                Ok(source) => {
+                    model.source = Some((place, source));
+                    show(model);
+                }
+                Err(error) => model.complain(error),
+            }
+        }
+        Vec::new()
+    }
 }

@@ -10,7 +10,8 @@ use super::{Screen, Step};
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::Model;
-use crate::tasks::scenarios::ScenarioTags;
+use crate::request::{Replies, Request};
+use crate::services::Services;
 use crate::widgets::hints::{Hint, fixed};
 use crate::widgets::window;
 use crate::widgets::words::{fit, fit_end};
@@ -100,5 +101,36 @@ impl TagsScreen {
         let tags = Tags::typed(&self.typed);
         let differs = tags != model.list.tags.tags_for(&self.scenario);
         differs.then(|| ScenarioTags::Change(self.scenario.clone(), tags).into())
+    }
+}
+
+/// The user's tags of scenarios.
+#[derive(Debug)]
+pub enum ScenarioTags {
+    /// Read.
+    Read,
+    /// Given to a scenario, by its name.
+    Change(String, Vec<String>),
+}
+
+impl Request for ScenarioTags {
+    /// All of them, or why they cannot be used.
+    type Reply = Result<Tags, String>;
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let path = services.folders.tags();
+        services.background(replies, move || match self {
+            Self::Read => Tags::read(&path),
+            Self::Change(scenario, tags) => Tags::change(&path, &scenario, tags),
+        });
+    }
+
+    /// Where they cannot be used, they stay as they were.
+    fn reply(model: &mut Model, tags: Self::Reply) -> Vec<Effect> {
+        match tags {
+            Ok(tags) => model.list.set_tags(tags),
+            Err(error) => model.complain(error),
+        }
+        Vec::new()
     }
 }

@@ -138,8 +138,6 @@ mod tests {
     use std::sync::Barrier;
 
     use super::*;
-    use crate::message::Effect;
-    use crate::model::Model;
     use crate::services::Services;
 
     /// Its replies are places in the list.
@@ -150,10 +148,6 @@ mod tests {
         type Reply = usize;
 
         fn perform(self, _: &mut Services, _: Replies<Self>) {}
-
-        fn reply(_: &mut Model, _: usize) -> Vec<Effect> {
-            Vec::new()
-        }
     }
 
     fn entries(count: usize) -> Vec<(usize, Entry)> {

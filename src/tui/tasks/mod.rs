@@ -2,7 +2,6 @@
 
 pub mod asking;
 pub mod batch;
-pub mod computations;
 pub mod drives;
 pub mod experiment;
 pub mod history;
@@ -13,7 +12,6 @@ pub mod planning;
 pub mod rating;
 pub mod results;
 pub mod scenarios;
-pub mod scenes;
 pub mod session;
 pub mod templates;
 pub mod thresholds;

@@ -13,7 +13,6 @@ use crate::update::{jobs, list};
 use nearmiss_base::system::activity::{self, ActivityGuard, trying};
 use nearmiss_formats::{Entry, PassedOver, SearchResults, bundled};
 use nearmiss_scene::judge;
-use nearmiss_settings::{SavedView, SavedViews, Tags};
 use nearmiss_store::Store;
 use nearmiss_workflow::find_in_pieces;
 
@@ -209,68 +208,6 @@ impl Request for Rank {
 pub fn ranking(model: &Model) -> Option<Effect> {
     let measure = model.list.ranking()?;
     Some(Rank::All(measure.id, model.list.entries()).into())
-}
-
-/// The user's tags of scenarios.
-#[derive(Debug)]
-pub enum ScenarioTags {
-    /// Read.
-    Read,
-    /// Given to a scenario, by its name.
-    Change(String, Vec<String>),
-}
-
-impl Request for ScenarioTags {
-    /// All of them, or why they cannot be used.
-    type Reply = Result<Tags, String>;
-
-    fn perform(self, services: &mut Services, replies: Replies<Self>) {
-        let path = services.folders.tags();
-        services.background(replies, move || match self {
-            Self::Read => Tags::read(&path),
-            Self::Change(scenario, tags) => Tags::change(&path, &scenario, tags),
-        });
-    }
-
-    /// Where they cannot be used, they stay as they were.
-    fn reply(model: &mut Model, tags: Self::Reply) -> Vec<Effect> {
-        match tags {
-            Ok(tags) => model.list.set_tags(tags),
-            Err(error) => model.complain(error),
-        }
-        Vec::new()
-    }
-}
-
-/// The saved views of the list.
-#[derive(Debug)]
-pub enum ListViews {
-    /// Read.
-    Read,
-    /// One is saved under a name, or deleted.
-    Change(String, Option<SavedView>),
-}
-
-impl Request for ListViews {
-    /// All of them, or why they cannot be used.
-    type Reply = Result<SavedViews, String>;
-
-    fn perform(self, services: &mut Services, replies: Replies<Self>) {
-        let path = services.folders.views();
-        services.background(replies, move || match self {
-            Self::Read => SavedViews::read(&path),
-            Self::Change(name, view) => SavedViews::change(&path, &name, view),
-        });
-    }
-
-    /// Where they cannot be used, they stay as they were.
-    fn reply(model: &mut Model, views: Self::Reply) -> Vec<Effect> {
-        match views {
-            Ok(views) => model.list.views = views,
-            Err(error) => model.complain(error),
-        }
-        Vec::new()
-    }
 }
 
 /// Stored verdicts, yes or no, without the built-in judge's own answers.

@@ -1,13 +1,12 @@
 //! What a killed program leaves: the session and drafts of templates.
 
-use std::convert::Infallible;
 use std::time::Duration;
 
 use crate::message::Effect;
 use crate::model::Model;
 use crate::request::{Replies, Request};
 use crate::services::Services;
-use crate::session::{self, Session, drafts, restore};
+use crate::session::{self, Session, restore};
 
 /// How long after a change the session is saved: what a killed program loses.
 const SESSION_DELAY: Duration = Duration::from_secs(2);
@@ -36,36 +35,12 @@ impl Request for KeepSessionLater {
 pub struct KeepSession(pub Box<Session>);
 
 impl Request for KeepSession {
-    type Reply = Infallible;
+    type Reply = ();
 
     // At once and not in the background: the program may be about to end.
     fn perform(self, services: &mut Services, replies: Replies<Self>) {
         if let Err(error) = session::file::write(&services.folders.sessions(), &self.0) {
             replies.complain(format!("{error}; the session is not kept"));
         }
-    }
-
-    fn reply(_: &mut Model, reply: Infallible) -> Vec<Effect> {
-        match reply {}
-    }
-}
-
-/// Keeps the draft of a template (its file and text) for the next start; nothing removes it.
-#[derive(Debug)]
-pub struct KeepDraft(pub String, pub Option<String>);
-
-impl Request for KeepDraft {
-    type Reply = Infallible;
-
-    // At once and not in the background: the program may be about to end.
-    fn perform(self, services: &mut Services, replies: Replies<Self>) {
-        let Self(file, draft) = self;
-        if let Err(error) = drafts::keep(&services.folders.drafts(), &file, draft.as_deref()) {
-            replies.complain(error);
-        }
-    }
-
-    fn reply(_: &mut Model, reply: Infallible) -> Vec<Effect> {
-        match reply {}
     }
 }

@@ -7,6 +7,7 @@ use crate::message::Effect;
 use crate::model::Model;
 use crate::request::{Replies, Request};
 use crate::services::Services;
+use crate::session::drafts;
 use crate::update::editing;
 use nearmiss_ask::prompts::{Library, Template, choose_template};
 use nearmiss_base::system;
@@ -139,6 +140,22 @@ fn choose(folder: &Path, file: &str) -> Result<String, String> {
         "{file} is used for {} in frame {}",
         front.task, front.frame
     ))
+}
+
+/// Keeps the draft of a template (its file and text) for the next start; nothing removes it.
+#[derive(Debug)]
+pub struct KeepDraft(pub String, pub Option<String>);
+
+impl Request for KeepDraft {
+    type Reply = ();
+
+    // At once and not in the background: the program may be about to end.
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let Self(file, draft) = self;
+        if let Err(error) = drafts::keep(&services.folders.drafts(), &file, draft.as_deref()) {
+            replies.complain(error);
+        }
+    }
 }
 
 #[cfg(test)]

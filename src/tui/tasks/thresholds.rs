@@ -1,6 +1,5 @@
 //! The user's thresholds of risk scores: read again, and used.
 
-use std::convert::Infallible;
 use std::sync::Arc;
 
 use crate::message::Effect;
@@ -33,13 +32,9 @@ impl Request for ReadThresholds {
 pub struct UseThresholds(pub Arc<Thresholds>);
 
 impl Request for UseThresholds {
-    type Reply = Infallible;
+    type Reply = ();
 
     fn perform(self, services: &mut Services, _: Replies<Self>) {
         services.thresholds = self.0;
-    }
-
-    fn reply(_: &mut Model, reply: Infallible) -> Vec<Effect> {
-        match reply {}
     }
 }

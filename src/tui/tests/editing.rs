@@ -6,7 +6,7 @@ use super::bench::Bench;
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{EntryLine, Notice, PromptPane};
 use crate::tasks::scenarios::{Find, Found};
-use crate::tasks::session::KeepDraft;
+use crate::tasks::templates::KeepDraft;
 use nearmiss_ask::prompts::Library;
 use nearmiss_settings::Keys;
 

@@ -5,7 +5,7 @@ use crate::message::Msg;
 use crate::model::{Notice, ShownAnswer};
 use crate::screens::history::HistoryScreen;
 use crate::tasks::history::{HistoryCommand, HistoryEvent};
-use crate::tasks::scenes::LoadStored;
+use crate::update::stored_answers::LoadStored;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::RunId;
 

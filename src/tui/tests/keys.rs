@@ -5,7 +5,7 @@ use super::bench::{Bench, answer};
 use crate::message::{Effect, Msg};
 use crate::model::{Model, Pane};
 use crate::tasks::asking::Ask;
-use crate::tasks::scenes::LoadStored;
+use crate::update::stored_answers::LoadStored;
 
 fn quits(bench: &Bench) -> bool {
     bench.effects.iter().any(|e| matches!(e, Effect::Quit))

@@ -8,7 +8,7 @@ use crate::model::OpenId;
 use crate::model::{Notice, Pane};
 use crate::tasks::asking::Ask;
 use crate::tasks::scenarios::{Find, Found, Survey};
-use crate::tasks::scenes::Open;
+use crate::update::Open;
 use nearmiss_formats::{EgoSelection, Entry, write_recording};
 
 #[test]

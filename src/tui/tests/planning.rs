@@ -10,7 +10,7 @@ use crate::model::{Drives, JobState, Model, Pane};
 use crate::model::{JobId, OpenId, Update};
 use crate::screens::cycle::CycleScreen;
 use crate::tasks::planning::Plan;
-use crate::tasks::scenes::Open;
+use crate::update::Open;
 use nearmiss_drive::planner::{self, Forecast};
 use nearmiss_drive::simulation::{Outcome, Settings};
 use nearmiss_formats::{Entry, bundled};

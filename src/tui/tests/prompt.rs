@@ -5,7 +5,7 @@ use crate::message::{Effect, Msg};
 use crate::model::{Notice, PromptView};
 use crate::tasks::asking::Ask;
 use crate::tasks::scenarios::{Find, Found};
-use crate::tasks::session::KeepDraft;
+use crate::tasks::templates::KeepDraft;
 use crate::tasks::templates::{ChangeTemplate, RereadTemplates, TemplateChange};
 use nearmiss_ask::prompts::Library;
 

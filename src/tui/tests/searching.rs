@@ -8,7 +8,7 @@ use crate::message::Msg;
 use crate::model::JobState;
 use crate::model::OpenId;
 use crate::tasks::making::write;
-use crate::tasks::scenes::Open;
+use crate::update::Open;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::metrics::Thresholds;
 

@@ -6,7 +6,7 @@ use super::events;
 use crate::message::{Effect, Msg};
 use crate::model::ShownAnswer;
 use crate::tasks::asking::Ask;
-use crate::tasks::scenes::LoadStored;
+use crate::update::stored_answers::LoadStored;
 use nearmiss_store::{Origin, RunId};
 use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
 

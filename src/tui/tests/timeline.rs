@@ -8,7 +8,7 @@ use crate::clock::PlayRange;
 use crate::message::Msg;
 use crate::model::{Heat, ShownAnswer};
 use crate::tasks::scenarios::Survey;
-use crate::tasks::scenes::LoadStored;
+use crate::update::stored_answers::LoadStored;
 use crate::update::update;
 use nearmiss_study::evaluation::Answer;
 

@@ -6,7 +6,7 @@ use super::bench::Bench;
 use crate::loaded::Measured;
 use crate::message::{Effect, Msg};
 use crate::model::MeasureId;
-use crate::tasks::computations::MeasureAll;
+use crate::screens::values::MeasureAll;
 use crate::tasks::scenarios::{Rank, Survey};
 use crate::tasks::thresholds::{ReadThresholds, UseThresholds};
 use nearmiss_scene::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};

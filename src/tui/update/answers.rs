@@ -10,9 +10,12 @@ use super::super::model::{
 use super::super::tasks::asking::Ask;
 use super::editing::show_error;
 use super::{batch, list, making};
+use crate::request::Computation;
 use nearmiss_ask::llm::Chunk;
 use nearmiss_ask::llm::{Discovered, ModelOffer};
 use nearmiss_scene::judge;
+use nearmiss_scene::judge::judge_under;
+use nearmiss_scene::scenario::Window;
 use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, RECORDED};
 
@@ -113,33 +116,6 @@ pub fn missing_truths(model: &mut Model) -> Option<WindowsToJudge> {
         windows,
         thresholds,
     })
-}
-
-/// Takes judgements of windows; those of a scene or task that is no longer open are dropped.
-pub fn judged(model: &mut Model, asked: &WindowsToJudge, found: &[WindowJudgement]) {
-    let WindowsToJudge {
-        scene,
-        task,
-        thresholds,
-        ..
-    } = asked;
-    let open = model.opened.as_ref().and_then(|o| o.scene.as_ref());
-    if *task != model.task || !open.is_some_and(|open| Arc::ptr_eq(open, scene)) {
-        return;
-    }
-    for column in model.answers.columns.iter_mut().filter(|c| c.judging) {
-        let same = found.iter().find(|(steps, _)| Some(*steps) == column.steps);
-        if let Some((_, judgement)) = same {
-            column.truth = Some(judgement.verdict.clone());
-            column.judging = false;
-        }
-    }
-    if *task == Task::Safety {
-        model.judgements.take(scene, thresholds, found);
-        if model.answers.reference.is_none() {
-            model.take_reference();
-        }
-    }
 }
 
 /// Offers models that were found on this machine, beside those that are known.
@@ -387,5 +363,49 @@ pub fn shown_text(model: &Model) -> Option<String> {
             .reference
             .as_ref()
             .map(|r| r.reasoning.clone()),
+    }
+}
+
+impl Computation for WindowsToJudge {
+    /// The windows, and the judge's answers about them.
+    type Value = (Self, Vec<WindowJudgement>);
+
+    fn compute(self) -> Self::Value {
+        let judge = |&(first, last): &(i64, i64)| {
+            let steps = last.saturating_sub(first).saturating_add(1);
+            let steps = usize::try_from(steps).unwrap_or(1);
+            let window = Window::ending_at(&self.scene, last, steps);
+            let judgement = judge_under(&self.scene, self.task, &window, &self.thresholds);
+            ((first, last), judgement)
+        };
+        let judgements = self.windows.iter().map(judge).collect();
+        (self, judgements)
+    }
+
+    /// Those of a scene or task that is no longer open are dropped.
+    fn take(model: &mut Model, (asked, found): Self::Value) {
+        let Self {
+            scene,
+            task,
+            thresholds,
+            ..
+        } = asked;
+        let open = model.opened.as_ref().and_then(|o| o.scene.as_ref());
+        if task != model.task || !open.is_some_and(|open| Arc::ptr_eq(open, &scene)) {
+            return;
+        }
+        for column in model.answers.columns.iter_mut().filter(|c| c.judging) {
+            let same = found.iter().find(|(steps, _)| Some(*steps) == column.steps);
+            if let Some((_, judgement)) = same {
+                column.truth = Some(judgement.verdict.clone());
+                column.judging = false;
+            }
+        }
+        if task == Task::Safety {
+            model.judgements.take(&scene, &thresholds, &found);
+            if model.answers.reference.is_none() {
+                model.take_reference();
+            }
+        }
     }
 }

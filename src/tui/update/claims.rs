@@ -1,8 +1,12 @@
 //! Claims: extracted once an answer is complete, and stepped through one by one.
 
 use super::super::model::{Column, Model, Pane, ShownAnswer};
-use super::super::tasks::computations::CheckClaims;
 use super::{clock, jumps};
+use crate::model::Document;
+use crate::request::Computation;
+use nearmiss_scene::scenario::Scene;
+use nearmiss_study::evaluation::claims::{CheckedClaim, Subject, checked};
+use std::sync::Arc;
 
 /// Requests the claims of the complete answers on the screen, once for each.
 pub fn request(model: &mut Model) -> Vec<CheckClaims> {
@@ -106,4 +110,27 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize>
     let key = model.document(shown).map_or(document.key, |d| d.key);
     model.claims.picked = Some((key, place));
     Some(place)
+}
+
+/// Claims of an answer, checked against the scene.
+#[derive(Debug)]
+pub struct CheckClaims(pub Arc<Document>, pub Arc<Scene>);
+
+impl Computation for CheckClaims {
+    /// The key of the document, and its claims.
+    type Value = (u64, Vec<CheckedClaim>);
+
+    fn compute(self) -> Self::Value {
+        let Self(document, scene) = self;
+        let subject = Subject {
+            scene: &scene,
+            times: document.times,
+            window: document.window,
+        };
+        (document.key, checked(&document.text, &subject))
+    }
+
+    fn take(model: &mut Model, (key, claims): Self::Value) {
+        model.claims.take(key, claims);
+    }
 }

@@ -11,7 +11,7 @@ use super::super::keymap::{Code, Key, first_line};
 use super::super::message::{Effect, Mouse};
 use super::super::model::{HEAVY, Model, Pane, PromptView};
 use super::{menus, screens};
-use crate::tasks::session::KeepDraft;
+use crate::tasks::templates::KeepDraft;
 use nearmiss_scene::description::visible;
 
 pub use outside::{edited_outside, open_outside};

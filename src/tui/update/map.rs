@@ -6,7 +6,8 @@ use super::super::action::{Action, Scope};
 use super::super::model::{
     End, Foreseen, Foresight, Future, Model, Moment, On, Pane, PathRequest, Tape,
 };
-use super::super::tasks::computations::DrawMap;
+use crate::pixels::{ImageRequest, MapImage};
+use crate::request::Computation;
 use nearmiss_base::geometry::{Point, Pose, Vector};
 
 /// Cells that a key moves the end of the tape.
@@ -39,13 +40,6 @@ pub fn request(model: &mut Model) -> Vec<PathRequest> {
         .into_iter()
         .flatten();
     requests.collect()
-}
-
-/// Takes predicted paths that were requested.
-pub fn take_paths(model: &mut Model, request: &PathRequest, futures: Vec<Future>) {
-    let second = &mut model.map.second.foresight;
-    second.take(request, futures.clone());
-    model.map.foresight.take(request, futures);
 }
 
 /// Requests the image of the map as it was drawn last, where the terminal shows images.
@@ -235,6 +229,40 @@ fn move_map_once(model: &mut Model, action: Action) {
                 model.camera.fit(&bounds, size);
                 model.camera.auto = false;
             }
+        }
+    }
+}
+
+impl Computation for PathRequest {
+    type Value = (Self, Vec<Future>);
+
+    fn compute(self) -> Self::Value {
+        let futures = self.predict();
+        (self, futures)
+    }
+
+    fn take(model: &mut Model, (request, futures): Self::Value) {
+        let second = &mut model.map.second.foresight;
+        second.take(&request, futures.clone());
+        model.map.foresight.take(&request, futures);
+    }
+}
+
+/// The map as an image.
+#[derive(Debug)]
+pub struct DrawMap(pub Box<ImageRequest>);
+
+impl Computation for DrawMap {
+    /// The image, or why there is none.
+    type Value = Result<MapImage, String>;
+
+    fn compute(self) -> Self::Value {
+        self.0.run()
+    }
+
+    fn take(model: &mut Model, image: Self::Value) {
+        if let Err(why) = model.map.images.take(image) {
+            model.complain(format!("the map is drawn in cells: {why}"));
         }
     }
 }

@@ -39,16 +39,17 @@ mod views;
 pub use actions::perform;
 pub use computed::{compute_missing, compute_now};
 pub use opened::opened;
-pub use opening::{open, open_current};
+pub use opening::{Open, open, open_current};
 use opening::{open_again, open_changed};
 
 use super::keymap::{Code, Key};
 use super::message::{Effect, Msg};
 use super::model::Model;
 use super::screens::Screens;
+use super::screens::tags::ScenarioTags;
 use super::session::restore;
 use super::tasks::asking::Probe;
-use super::tasks::scenarios::{Find, ScenarioTags};
+use super::tasks::scenarios::Find;
 
 /// Effects at the start of the program.
 #[must_use]

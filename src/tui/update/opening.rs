@@ -3,8 +3,12 @@
 use super::super::message::Effect;
 use super::super::model::{Model, OpenId};
 use super::super::session::restore;
-use super::super::tasks::scenes::Open;
 use super::jumps;
+use super::opened::opened;
+use crate::loaded::Opened;
+use crate::request::{Replies, Request};
+use crate::services::Services;
+use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::scenario::Transform;
 
 /// Opens the selected scenario, if another one is open.
@@ -51,4 +55,37 @@ pub fn open_again(model: &mut Model, place: usize, ego: Option<i64>) -> Vec<Effe
     let opened = model.opened.as_ref().filter(|_| model.opening.is_none());
     let change = opened.and_then(|opened| opened.change);
     open_changed(model, place, ego, change)
+}
+
+/// Opens a scenario.
+#[derive(Debug)]
+pub struct Open {
+    /// Its number.
+    pub id: OpenId,
+    /// The scenario.
+    pub entry: Entry,
+    /// The obstacle that is its ego; `None` for the recorded or chosen one.
+    pub obstacle: Option<i64>,
+    /// The change of its scene.
+    pub change: Option<Transform>,
+}
+
+impl Request for Open {
+    /// The scenario, or why it is not open.
+    type Reply = (OpenId, Result<Box<Opened>, String>);
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let ego = self.obstacle.map(EgoSelection::Obstacle);
+        let ego = ego.unwrap_or_else(|| services.ego.clone());
+        let thresholds = services.thresholds.clone();
+        services.background(replies, move || {
+            let opened = Opened::changed(&self.entry, &ego, &thresholds, self.change);
+            (self.id, opened.map(Box::new))
+        });
+    }
+
+    fn reply(model: &mut Model, (id, result): Self::Reply) -> Vec<Effect> {
+        model.recall.changed = true;
+        opened(model, id, result)
+    }
 }

@@ -1,8 +1,12 @@
 //! The plot: requests its values in the background, and marks obstacles for it.
 
-use super::super::action::Action;
-use super::super::model::{Model, SeriesId};
-use super::super::tasks::computations::PlotMeasure;
+use crate::action::Action;
+use crate::loaded::plotted;
+use crate::model::{Model, SeriesId};
+use crate::request::Computation;
+use nearmiss_scene::metrics::{Measure, Series, Thresholds};
+use nearmiss_scene::scenario::Scene;
+use std::sync::Arc;
 
 /// Requests the plotted values, where another measure, scene or thresholds are plotted than before.
 pub fn request(model: &mut Model) -> Option<PlotMeasure> {
@@ -40,5 +44,31 @@ pub fn mark(model: &mut Model) {
                 ));
             }
         }
+    }
+}
+
+/// A measure over a scene, for the plot.
+#[derive(Debug)]
+pub struct PlotMeasure {
+    /// Its number.
+    pub id: SeriesId,
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The measure.
+    pub measure: &'static Measure,
+    /// The thresholds of risk scores.
+    pub thresholds: Arc<Thresholds>,
+}
+
+impl Computation for PlotMeasure {
+    type Value = (SeriesId, Box<Series>);
+
+    fn compute(self) -> Self::Value {
+        let series = plotted(&self.scene, self.measure, &self.thresholds);
+        (self.id, Box::new(series))
+    }
+
+    fn take(model: &mut Model, (id, series): Self::Value) {
+        model.plot.take(id, series);
     }
 }

@@ -2,9 +2,12 @@
 
 use super::super::message::Effect;
 use super::super::model::{Column, Model, ShownAnswer};
-use super::super::tasks::scenes::{LoadStored, StoredOf};
 use super::{compare, reopen, timeline};
+use crate::request::{Replies, Request};
+use crate::services::Services;
 use nearmiss_scene::scenario::EgoSource;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::Origin;
 use nearmiss_study::evaluation::Answer;
 
 /// Loads the earlier answers on what is open.
@@ -22,20 +25,6 @@ pub fn subject(model: &Model) -> Option<StoredOf> {
         recorded: matches!(scene.ego.source, EgoSource::Recording(_)),
         task: model.task,
     })
-}
-
-/// Takes earlier answers, if they are on what is open.
-pub fn loaded(model: &mut Model, of: &StoredOf, stored: Vec<Answer>) {
-    if subject(model).as_ref() != Some(of) {
-        return;
-    }
-    let reopened = reopen::before_stored(model);
-    show(model, stored);
-    if let Some(column) = reopened {
-        reopen::after_stored(model, column);
-    }
-    timeline::arrived(model);
-    compare::arrived(model);
 }
 
 /// Shows earlier answers that say something, the newest of each model and way of asking, unless something newer is
@@ -68,3 +57,63 @@ pub fn show(model: &mut Model, stored: Vec<Answer>) {
 
 /// Earlier answers kept at hand.
 const STORED: usize = 32;
+
+/// The scenario, ego and task that stored answers are about.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredOf {
+    /// Hash of the scenario.
+    pub scenario: String,
+    /// Its name.
+    pub name: String,
+    /// The ego, as the store writes it.
+    pub ego: String,
+    /// Whether its motion is the recorded one, which recorded answers are about.
+    pub recorded: bool,
+    /// The task.
+    pub task: Task,
+}
+
+/// Earlier answers that are looked through: the newest on a scenario and task.
+const MAX_STORED: usize = 100;
+
+/// Loads earlier answers.
+#[derive(Debug)]
+pub struct LoadStored(pub StoredOf);
+
+impl Request for LoadStored {
+    type Reply = (StoredOf, Vec<Answer>);
+
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        let Some(store) = services.store.clone() else {
+            return;
+        };
+        let Self(of) = self;
+        tokio::task::spawn_blocking(move || {
+            match store.of_scenario(&of.scenario, &of.name, of.task, MAX_STORED) {
+                Ok(runs) => {
+                    let same = runs.into_iter().filter(|run| match run.origin {
+                        Origin::Recorded => of.recorded,
+                        _ => run.question.ego == of.ego,
+                    });
+                    let answers = same.map(Answer::from).collect();
+                    replies.send((of, answers));
+                }
+                Err(error) => replies.complain(format!("earlier answers are not shown: {error}")),
+            }
+        });
+    }
+
+    /// They are taken if they are on what is open.
+    fn reply(model: &mut Model, (of, stored): Self::Reply) -> Vec<Effect> {
+        if subject(model).as_ref() == Some(&of) {
+            let reopened = reopen::before_stored(model);
+            show(model, stored);
+            if let Some(column) = reopened {
+                reopen::after_stored(model, column);
+            }
+            timeline::arrived(model);
+            compare::arrived(model);
+        }
+        Vec::new()
+    }
+}

@@ -3,8 +3,9 @@
 use super::super::message::Effect;
 use super::super::model::Model;
 use super::super::screens::saved_views::SavedViewsScreen;
-use super::super::tasks::scenarios::{ListViews, ranking};
+use super::super::tasks::scenarios::ranking;
 use super::open_current;
+use crate::screens::saved_views::ListViews;
 
 /// Shows the view that was chosen, else opens the list of them.
 pub fn perform(model: &mut Model) -> Vec<Effect> {

@@ -12,11 +12,13 @@ use crate::action::Action;
 use crate::loaded::Measured;
 use crate::message::Effect;
 use crate::model::{MeasureId, Model};
-use crate::tasks::computations::MeasureAll;
+use crate::request::Computation;
 use crate::widgets::hints::{self, Hint};
 use crate::widgets::words::quantity;
 use crate::widgets::{row, window};
-use nearmiss_scene::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, measure};
+use nearmiss_scene::metrics::{MEASURES, Reading, SCENE_MEASURES, Threshold, Thresholds, measure};
+use nearmiss_scene::scenario::Scene;
+use std::sync::Arc;
 
 /// Columns of the window at most, its borders included.
 const COLUMNS: u16 = 132;
@@ -209,4 +211,32 @@ fn words(threshold: &Threshold, unit: &str) -> String {
     let own = if threshold.own { "*" } else { "" };
     let value = quantity(threshold.value, unit);
     format!("{} {value}{own}", threshold.name)
+}
+
+/// Every measure of an obstacle, if one is picked, and of the scene.
+#[derive(Debug)]
+pub struct MeasureAll {
+    /// Its number.
+    pub id: MeasureId,
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The obstacle.
+    pub obstacle: Option<i64>,
+    /// The thresholds of risk scores.
+    pub thresholds: Arc<Thresholds>,
+}
+
+impl Computation for MeasureAll {
+    type Value = (MeasureId, Box<Measured>);
+
+    fn compute(self) -> Self::Value {
+        let measured = Measured::new(&self.scene, self.obstacle, &self.thresholds);
+        (self.id, Box::new(measured))
+    }
+
+    fn take(model: &mut Model, (id, measured): Self::Value) {
+        if model.values.asked.is_some_and(|(asked, _)| asked == id) {
+            model.values.found = Some(measured);
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use super::super::super::action::Action;
 use super::super::super::message::Effect;
 use super::super::super::model::Model;
-use super::super::super::tasks::session::KeepDraft;
+use super::super::super::tasks::templates::KeepDraft;
 use super::super::super::tasks::templates::{ChangeTemplate, TemplateChange};
 use nearmiss_ask::prompts::{Library, Template, renamed, template_file};
 
