@@ -99,7 +99,7 @@
 //!
 //! In the workbench, data goes one way: a key becomes an action, `tui::update` changes the model and asks for
 //! effects, `tui::tasks` works them off and sends messages back, and `tui::views` draws the model without changing it.
-//! What opens over the main screen is a `tui::screens::Screen`: its state, keys, drawing and footer are one file.
+//! What opens over the main screen is a `tui::features::Screen`: its state, keys, drawing and footer are one file.
 //!
 //! What must hold is told by the tests: `tests/architecture/` the rules above, `tests/cli/` the commands,
 //! `tests/terminal/` the workbench in a real terminal, `tests/domain/` the numbers.

@@ -6,20 +6,20 @@ use std::sync::atomic::AtomicBool;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
+use super::features::answers::Ask;
+use super::features::history::request::Judging;
+use super::features::planner::request::Plan;
+use super::features::results::request::ResultsCommand;
+use super::features::scenarios::request::{Find, Found};
 use super::keymap::Key;
 use super::loaded::Opened;
 use super::message::{Effect, Msg};
 use super::model::{JobId, Model, Update};
 use super::pixels::Encoder;
-use super::tasks::asking::Ask;
-use super::tasks::history::Judging;
-use super::tasks::planning::Plan;
-use super::tasks::results::ResultsCommand;
-use super::tasks::scenarios::{Find, Found};
 use super::theme::Theme;
 use super::update::Open;
 use super::update::{compute_now, update};
-use super::{tasks, views, widgets};
+use super::{views, widgets};
 use nearmiss_ask::llm::Chunk;
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::planner::Cancel;
@@ -229,10 +229,16 @@ impl Stage {
         let (sender, receiver) = std::sync::mpsc::channel();
         std::thread::scope(|scope| {
             scope.spawn(move || {
-                tasks::results::answer(store, &judging, ask, &going, &mut |news| {
-                    // The receiver stays until the sender is gone.
-                    let _ = sender.send(news);
-                });
+                super::features::results::request::answer(
+                    store,
+                    &judging,
+                    ask,
+                    &going,
+                    &mut |news| {
+                        // The receiver stays until the sender is gone.
+                        let _ = sender.send(news);
+                    },
+                );
             });
             for news in receiver {
                 self.send(Msg::reply::<ResultsCommand>(news));

@@ -4,6 +4,7 @@ mod action;
 mod background;
 mod clock;
 mod external_editor;
+mod features;
 /// The workbench without a terminal, for benches.
 #[doc(hidden)]
 pub mod headless;
@@ -16,7 +17,6 @@ mod pixels;
 mod reload;
 mod request;
 mod run;
-mod screens;
 mod screenshot;
 mod services;
 mod session;

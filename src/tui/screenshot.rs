@@ -6,10 +6,10 @@ use ratatui::buffer::Buffer;
 use ratatui::style::{Color as Ink, Modifier};
 
 use super::action::Action;
+use super::features::scenarios::request::{Find, Found, Survey};
 use super::loaded::{Facts, Opened, Verdicts};
 use super::message::Msg;
 use super::model::Model;
-use super::tasks::scenarios::{Find, Found, Survey};
 use super::theme::Theme;
 use super::update::Open;
 use super::update::{self, update};

@@ -1,11 +1,7 @@
 //! Captures the state of the workbench as a session, and restores it at the next start.
 
-use super::super::action::Action;
-use super::super::message::{Effect, Msg};
-use super::super::model::{Grouping, IndexChoice, Model, Order, Pane};
-use super::super::tasks::session::{KeepSession, KeepSessionLater};
-use super::super::update::{clock, open, open_current};
-use super::{Override, SavedLocation, SavedScenario, Session, View};
+use std::time::Duration;
+
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_base::geometry::{Point, Vector};
 use nearmiss_base::system::activity;
@@ -14,6 +10,15 @@ use nearmiss_scene::description::Frame;
 use nearmiss_scene::judge;
 use nearmiss_scene::metrics::measure;
 use nearmiss_scene::verdict::Task;
+
+use super::super::action::Action;
+use super::super::message::{Effect, Msg};
+use super::super::model::{Grouping, IndexChoice, Model, Order, Pane};
+use super::super::update::{open, open_current};
+use super::{Override, SavedLocation, SavedScenario, Session, View};
+use crate::features::timeline;
+use crate::request::{Replies, Request};
+use crate::services::Services;
 
 /// The current session.
 #[must_use]
@@ -283,7 +288,7 @@ pub fn opened(model: &mut Model) {
         camera.ego_up = ego_up;
         camera.auto = auto;
     }
-    clock::stepped(model);
+    timeline::stepped(model);
     model.refresh();
 }
 
@@ -315,4 +320,41 @@ pub fn keep(model: &mut Model) -> Vec<Effect> {
     }
     model.recall.kept = Some(session.clone());
     vec![KeepSession(session).into()]
+}
+
+/// How long after a change the session is saved: what a killed program loses.
+const SESSION_DELAY: Duration = Duration::from_secs(2);
+
+/// Replies after a while: the session is to be kept.
+#[derive(Debug)]
+pub struct KeepSessionLater;
+
+impl Request for KeepSessionLater {
+    type Reply = ();
+
+    fn perform(self, _: &mut Services, replies: Replies<Self>) {
+        tokio::spawn(async move {
+            tokio::time::sleep(SESSION_DELAY).await;
+            replies.send(());
+        });
+    }
+
+    fn reply(model: &mut Model, (): ()) -> Vec<Effect> {
+        keep(model)
+    }
+}
+
+/// Keeps what the workbench looks like for the next start.
+#[derive(Debug)]
+pub struct KeepSession(pub Box<Session>);
+
+impl Request for KeepSession {
+    type Reply = ();
+
+    // At once and not in the background: the program may be about to end.
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        if let Err(error) = super::file::write(&services.folders.sessions(), &self.0) {
+            replies.complain(format!("{error}; the session is not kept"));
+        }
+    }
 }

@@ -2,11 +2,9 @@
 
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
+use crate::features::answers::{LoadStored, Probe, StoredOf};
 use crate::message::{Effect, Msg};
 use crate::model::{Pane, Progress, ShownAnswer};
-use crate::tasks::asking::Probe;
-use crate::update::stored_answers::LoadStored;
-use crate::update::stored_answers::StoredOf;
 use nearmiss_ask::llm::{Chunk, Dialect, Discovered};
 use nearmiss_scene::verdict::ParseQuality;
 use nearmiss_study::evaluation::{Event, JudgeOutcome, MissingVerdict};

@@ -6,12 +6,12 @@ use std::time::{Duration, Instant};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use self::server::{Script, Server};
+use crate::features::answers::Probe;
+use crate::features::history::HistoryScreen;
 use crate::keymap::Key;
 use crate::message::{Effect, Msg};
 use crate::model::{JobState, Model, Notice};
-use crate::screens::history::HistoryScreen;
 use crate::services::Services;
-use crate::tasks::asking::Probe;
 use crate::theme::Theme;
 use crate::update::{start, update};
 use nearmiss_ask::llm::{Environment, Registry};

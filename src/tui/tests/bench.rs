@@ -6,14 +6,14 @@ use std::sync::{Mutex, PoisonError};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
+use crate::features::answers::Ask;
+use crate::features::scenarios::request::{Find, Found};
+use crate::features::source::ReadSource;
 use crate::keymap::Key;
 use crate::loaded::{Opened, Source};
 use crate::message::{Effect, Msg};
 use crate::model::JobId;
 use crate::model::Model;
-use crate::screens::source::ReadSource;
-use crate::tasks::asking::Ask;
-use crate::tasks::scenarios::{Find, Found};
 use crate::theme::Theme;
 use crate::update::Open;
 use crate::update::update;

@@ -3,9 +3,9 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
+use crate::features::answers::LoadStored;
 use crate::message::Msg;
 use crate::model::{Progress, ShownAnswer};
-use crate::update::stored_answers::LoadStored;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::RunId;
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict};
@@ -47,7 +47,7 @@ fn what_an_answer_about_another_window_is_held_against_is_shown() {
         parsed.verdict.task = Task::Safety;
     }
     let of = stored_of(&bench);
-    let of = crate::update::stored_answers::StoredOf {
+    let of = crate::features::answers::StoredOf {
         task: Task::Safety,
         ..of
     };

@@ -4,10 +4,9 @@ use super::everywhere::seen_in_every_theme;
 use super::history_store::{FIRST, Fixture};
 use super::results::{counts, four, press, settle};
 use super::results_table::techniques;
+use crate::features::results::request::{ResultsCommand, ResultsEvent};
 use crate::loaded::Opened;
 use crate::message::{Mouse, Msg};
-use crate::tasks::results::ResultsCommand;
-use crate::tasks::results::ResultsEvent;
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_formats::{EgoSelection, bundled};
 use nearmiss_scene::description::Frame;
@@ -259,13 +258,13 @@ fn progress_is_shown_while_scenarios_are_judged() {
     kept.bench.press("space o r");
     let ask = kept.bench.effects.pop().unwrap().into_request();
     let ask = ask.expect("the store is to be read");
-    let judging = crate::tasks::history::Judging {
+    let judging = crate::features::history::request::Judging {
         ego: EgoSelection::Beside,
         thresholds: std::sync::Arc::new(Thresholds::shipped().clone()),
     };
     let mut said = Vec::new();
     let going = std::sync::atomic::AtomicBool::new(false);
-    crate::tasks::results::answer(&kept.store, &judging, ask, &going, &mut |news| {
+    crate::features::results::request::answer(&kept.store, &judging, ask, &going, &mut |news| {
         said.push(news)
     });
     use ResultsEvent::{Judging, Read};

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::bench::Bench;
 use super::editing::with;
+use crate::features::scenarios::request::{Find, Found};
 use crate::message::Msg;
 use crate::session::SavedLocation;
-use crate::tasks::scenarios::{Find, Found};
 use nearmiss_base::system::activity::{self, Subject};
 use nearmiss_formats::{bundled, find};
 use nearmiss_settings::Keys;

@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use super::bench::Bench;
+use crate::features::prompt::request::KeepDraft;
+use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{EntryLine, Notice, PromptPane};
-use crate::tasks::scenarios::{Find, Found};
-use crate::tasks::templates::KeepDraft;
 use nearmiss_ask::prompts::Library;
 use nearmiss_settings::Keys;
 

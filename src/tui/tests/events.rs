@@ -1,10 +1,10 @@
 //! Events of jobs, as they arrive.
 
+use crate::features::answers::Ask;
+use crate::features::generation::request::Generate;
 use crate::loaded::{GenerationOutcome, GenerationProgress, GenerationStage};
 use crate::message::Msg;
 use crate::model::{JobId, Update};
-use crate::tasks::asking::Ask;
-use crate::tasks::making::Generate;
 use nearmiss_study::evaluation::{Answer, Event};
 
 /// A piece of an answer.

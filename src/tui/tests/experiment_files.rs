@@ -3,8 +3,8 @@
 use super::asking::Whole;
 use super::asking::server::Server;
 use super::experiments::{HEAD, counted, open, problem, toasts, write};
-use crate::screens::experiment::ExperimentScreen;
-use crate::screens::experiments::ExperimentsScreen;
+use crate::features::experiment::ExperimentScreen;
+use crate::features::experiment::list::ExperimentsScreen;
 use nearmiss_ask::prompts::Library;
 use nearmiss_formats::EntryLocation;
 use nearmiss_study::evaluation::batch::Spec;

@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 use super::bench::Bench;
 use super::everywhere::seen_in_every_theme;
 use crate::action::{ACTIONS, Action, Scope};
+use crate::features::batch::request::{AskBatch, BatchProgress, ItemChange};
+use crate::features::experiment::ExperimentScreen;
+use crate::features::experiment::list::ExperimentsScreen;
+use crate::features::experiment::request::{
+    AskExperiment, ExperimentNews, ListExperiments, ReadExperiment,
+};
 use crate::message::{Effect, Msg};
 use crate::model::{CountedExperiment, ExperimentOutline, JobId, Update};
-use crate::screens::experiment::ExperimentScreen;
-use crate::screens::experiments::ExperimentsScreen;
 use crate::session::{Session, restore};
-use crate::tasks::batch::ItemChange;
-use crate::tasks::batch::{AskBatch, BatchProgress};
-use crate::tasks::experiment::{AskExperiment, ExperimentNews, ListExperiments, ReadExperiment};
 use nearmiss_store::{BatchId, ItemState};
 use nearmiss_study::evaluation::PromptConfig;
 use nearmiss_workflow::batch::DryRunLine;

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::asking::Whole;
 use super::asking::server::{Script, Server};
+use crate::features::experiment::ExperimentScreen;
+use crate::features::results::ResultsScreen;
 use crate::model::Model;
-use crate::screens::experiment::ExperimentScreen;
-use crate::screens::results::ResultsScreen;
 use nearmiss_ask::prompts::Library;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_store::{SplitPart, Store};

@@ -3,11 +3,11 @@
 use super::bench::Bench;
 use super::drive_fixtures::{coarse, request};
 use super::everywhere::VIEWS;
+use crate::features::planner::request::Plan;
+use crate::features::scenarios::request::{Find, Found};
 use crate::loaded::Opened;
 use crate::message::Msg;
 use crate::model::Update;
-use crate::tasks::planning::Plan;
-use crate::tasks::scenarios::{Find, Found};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 

@@ -6,9 +6,9 @@ use ratatui::layout::Position;
 
 use super::bench::Bench;
 use crate::action::ACTIONS;
+use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{On, Pane};
-use crate::tasks::scenarios::{Find, Found};
 use nearmiss_scene::verdict::Task;
 
 #[test]

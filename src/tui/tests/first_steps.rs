@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use super::bench::{Bench, answer};
 use super::side_by_side::{sized, two};
+use crate::features::batch::BatchScreen;
+use crate::features::batch::request::EstimateBatch;
+use crate::features::results::ResultsScreen;
 use crate::keymap::Keymap;
 use crate::message::Msg;
 use crate::model::Update;
 use crate::model::{Column, Model, Pane};
-use crate::screens::batch::BatchScreen;
-use crate::screens::results::ResultsScreen;
-use crate::tasks::batch::EstimateBatch;
 
 fn said(model: &Model) -> String {
     let last = model.toasts.last();

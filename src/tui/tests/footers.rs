@@ -5,8 +5,8 @@ use std::time::Duration;
 use super::bench::Bench;
 use super::history_store::three;
 use super::results::{four, press};
+use crate::features::help::HelpScreen;
 use crate::message::Msg;
-use crate::screens::help::HelpScreen;
 
 fn last(frame: &str) -> String {
     frame.lines().last().unwrap_or_default().to_string()

@@ -1,11 +1,11 @@
 //! The history of runs over a store in memory: paging, searching, changing and taking back, opening again.
 
 use super::history_store::{FIRST, Fixture, three};
+use crate::features::answers::LoadStored;
+use crate::features::history::HistoryScreen;
+use crate::features::history::request::{HistoryCommand, HistoryEvent};
 use crate::message::Msg;
 use crate::model::{Notice, ShownAnswer};
-use crate::screens::history::HistoryScreen;
-use crate::tasks::history::{HistoryCommand, HistoryEvent};
-use crate::update::stored_answers::LoadStored;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::RunId;
 

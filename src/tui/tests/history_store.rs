@@ -1,10 +1,9 @@
 //! A workbench whose history reads a store in memory with three runs.
 
 use super::bench::Bench;
+use crate::features::history::request::{HistoryCommand, Judging, Truths, answer};
 use crate::message::{Effect, Msg};
 use crate::request::Request;
-use crate::tasks::history::HistoryCommand;
-use crate::tasks::history::{Judging, Truths, answer};
 use nearmiss_formats::EgoSelection;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::{ParsedAnswer, Task, Verdict};

@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
+use crate::features::batch::request::{AskBatch, BatchAnswer, BatchProgress, EstimateBatch};
+use crate::features::history::HistoryScreen;
+use crate::features::scenarios::request::{Find, Found, Survey};
 use crate::message::{Effect, Msg};
 use crate::model::{Batch, Counts, JobId, Update};
 use crate::model::{JobState, Notice};
-use crate::screens::history::HistoryScreen;
-use crate::tasks::batch::{AskBatch, BatchAnswer, BatchProgress, EstimateBatch};
-use crate::tasks::scenarios::{Find, Found, Survey};
 use nearmiss_store::Consumed;
 use nearmiss_study::evaluation::batch::Estimate;
 

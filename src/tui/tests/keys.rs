@@ -2,10 +2,9 @@
 
 use super::answers::stored_of;
 use super::bench::{Bench, answer};
+use crate::features::answers::{Ask, LoadStored};
 use crate::message::{Effect, Msg};
 use crate::model::{Model, Pane};
-use crate::tasks::asking::Ask;
-use crate::update::stored_answers::LoadStored;
 
 fn quits(bench: &Bench) -> bool {
     bench.effects.iter().any(|e| matches!(e, Effect::Quit))

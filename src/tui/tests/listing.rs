@@ -3,12 +3,11 @@
 use ratatui::layout::Position;
 
 use super::bench::Bench;
+use crate::features::scenarios::request::{Find, Found, Rank, Survey};
+use crate::features::scenarios::tags::{ScenarioTags, TagsScreen};
 use crate::loaded::{Facts, Verdicts};
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{Grouping, Pane};
-use crate::screens::tags::ScenarioTags;
-use crate::screens::tags::TagsScreen;
-use crate::tasks::scenarios::{Find, Found, Rank, Survey};
 use crate::theme::ColorDepth;
 use nearmiss_formats::{EgoSelection, bundled};
 use nearmiss_scene::metrics::Thresholds;

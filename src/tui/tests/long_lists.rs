@@ -4,9 +4,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::bench::Bench;
+use crate::features::scenarios::request::{Find, Found, Survey};
 use crate::loaded::{Facts, Verdicts};
 use crate::message::Msg;
-use crate::tasks::scenarios::{Find, Found, Survey};
 use crate::update::update;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::metrics::Thresholds;

@@ -3,15 +3,14 @@
 use super::bench::Bench;
 use super::events;
 use super::variant_fixtures::generated;
+use crate::features::generation::panel::VariantScreen;
+use crate::features::generation::request::{Generate, SaveVariant, write};
 use crate::loaded::{
     GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
 };
 use crate::message::{Effect, Msg};
 use crate::model::JobId;
 use crate::model::{Drives, JobState};
-use crate::screens::variant::VariantScreen;
-use crate::tasks::making::write;
-use crate::tasks::making::{Generate, SaveVariant};
 use nearmiss_drive::generation::{Consequence, Progress};
 use nearmiss_formats::commonroad;
 use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Scenario};

@@ -4,9 +4,9 @@ use ratatui::layout::Position;
 
 use super::bench::Bench;
 use crate::action::Action;
+use crate::features::details::DetailsScreen;
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{Foreseen, Measurement, On, Pane, Tape};
-use crate::screens::details::DetailsScreen;
 use crate::theme::{ColorDepth, Theme};
 
 /// A bundled scenario with the map alone, at a step.

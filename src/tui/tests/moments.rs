@@ -5,10 +5,10 @@ use ratatui::layout::Position;
 use super::bench::Bench;
 use super::making;
 use crate::action::ACTIONS;
+use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Mouse, Msg};
 use crate::model::{Moment, On, Pane};
 use crate::session::{Session, restore};
-use crate::tasks::scenarios::{Find, Found};
 use nearmiss_formats::bundled;
 
 const SIZE: (u16, u16) = (200, 60);

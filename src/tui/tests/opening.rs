@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::bench::Bench;
+use crate::features::answers::Ask;
+use crate::features::scenarios::request::{Find, Found, Survey};
 use crate::message::Msg;
 use crate::model::OpenId;
 use crate::model::{Notice, Pane};
-use crate::tasks::asking::Ask;
-use crate::tasks::scenarios::{Find, Found, Survey};
 use crate::update::Open;
 use nearmiss_formats::{EgoSelection, Entry, write_recording};
 

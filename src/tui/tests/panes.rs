@@ -3,10 +3,10 @@
 use ratatui::layout::{Position, Rect};
 
 use super::bench::Bench;
+use crate::features::details::DetailsScreen;
 use crate::layout::split;
 use crate::message::{Mouse, Msg};
 use crate::model::{Model, Pane, Sizes};
-use crate::screens::details::DetailsScreen;
 
 /// Terminals of every arrangement.
 const SIZES: [(u16, u16); 9] = [

@@ -3,14 +3,13 @@
 use super::bench::Bench;
 use super::events;
 use super::variant_fixtures::generated;
+use crate::features::generation::request::Generate;
+use crate::features::pictures::{SavePicture, save};
 use crate::loaded::{PictureJob, PictureKind};
 use crate::message::{Effect, Msg};
 use crate::model::Pane;
 use crate::pixels::Encoder;
 use crate::services::Drawing;
-use crate::tasks::making::Generate;
-use crate::tasks::pictures::SavePicture;
-use crate::tasks::pictures::save;
 use nearmiss_render::MapExtent;
 
 fn asked(bench: &mut Bench) -> Box<PictureJob> {

@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use super::bench::Bench;
 use super::drive_fixtures::planned;
+use crate::features::planner::cycle::CycleScreen;
+use crate::features::planner::request::{self, Plan, SaveDrive};
+use crate::features::values::ReadThresholds;
 use crate::loaded::{DriveFiles, DriveKey, Opened, PlannedEgo};
 use crate::message::{Effect, Msg};
 use crate::model::Update;
-use crate::screens::cycle::CycleScreen;
-use crate::tasks::drives;
-use crate::tasks::planning::{Plan, SaveDrive};
-use crate::tasks::thresholds::ReadThresholds;
 use nearmiss_drive::planner::{Bound, Broken, Forecast};
 use nearmiss_drive::simulation::{
     BeyondVehicle, Clock, ExternalReport, Outcome, PlannerError, PlannerFault,
@@ -329,7 +328,7 @@ fn both_files_hold_the_drive_and_nothing_is_written_over() {
     let entry = bundled().remove(0);
     let opened = planned(&entry, Forecast::Lane).unwrap();
     let job = files(&opened, folder.path());
-    drives::write(&job).unwrap();
+    request::write(&job).unwrap();
     let name = |end: &str| folder.path().join(format!("{}{end}", entry.name));
     let csv = std::fs::read(name("_planned_lane.csv")).unwrap();
     let track = &job.scene.ego.track;
@@ -341,12 +340,12 @@ fn both_files_hold_the_drive_and_nothing_is_written_over() {
     let solved = solution.problem(job.problem).unwrap();
     assert_eq!(solved.vehicle, job.vehicle);
     assert_eq!(solved.trajectory.states().len(), track.iter().count());
-    drives::write(&job).unwrap();
+    request::write(&job).unwrap();
     assert!(name("_planned_lane_2.csv").is_file());
     assert_eq!(std::fs::read(name("_planned_lane.csv")).unwrap(), csv);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4);
     let nowhere = files(&opened, &folder.path().join("nowhere"));
-    let error = drives::write(&nowhere).unwrap_err();
+    let error = request::write(&nowhere).unwrap_err();
     assert!(
         error.contains("nowhere") && error.contains("`pictures`"),
         "{error}"

@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use super::bench::Bench;
 use super::drive_fixtures::{coarse, planned, request};
+use crate::features::planner::cycle::CycleScreen;
+use crate::features::planner::request::Plan;
 use crate::loaded::CycleShown;
 use crate::message::{Effect, Msg};
 use crate::model::{Drives, JobState, Model, Pane};
 use crate::model::{JobId, OpenId, Update};
-use crate::screens::cycle::CycleScreen;
-use crate::tasks::planning::Plan;
 use crate::update::Open;
 use nearmiss_drive::planner::{self, Forecast};
 use nearmiss_drive::simulation::{Outcome, Settings};

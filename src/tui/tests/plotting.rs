@@ -1,9 +1,9 @@
 //! Measures over time, and the list in their order.
 
 use super::bench::Bench;
+use crate::features::scenarios::request::Rank;
+use crate::features::values::ReadThresholds;
 use crate::message::Msg;
-use crate::tasks::scenarios::Rank;
-use crate::tasks::thresholds::ReadThresholds;
 
 #[test]
 fn any_measure_is_plotted_for_chosen_obstacles() {

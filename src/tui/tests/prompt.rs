@@ -1,12 +1,13 @@
 //! The prompt: switches, the editor, drafts that are right and drafts that are not.
 
 use super::bench::Bench;
+use crate::features::answers::Ask;
+use crate::features::prompt::request::{
+    ChangeTemplate, KeepDraft, RereadTemplates, TemplateChange,
+};
+use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Effect, Msg};
 use crate::model::{Notice, PromptView};
-use crate::tasks::asking::Ask;
-use crate::tasks::scenarios::{Find, Found};
-use crate::tasks::templates::KeepDraft;
-use crate::tasks::templates::{ChangeTemplate, RereadTemplates, TemplateChange};
 use nearmiss_ask::prompts::Library;
 
 fn rendered(bench: &Bench) -> String {

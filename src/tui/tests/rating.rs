@@ -2,8 +2,8 @@
 
 use super::bench::Bench;
 use super::side_by_side::{sized, two};
+use crate::features::compare::rating::Rate;
 use crate::message::Msg;
-use crate::tasks::rating::Rate;
 use nearmiss_store::Choice;
 
 /// What was sent to the store: what was chosen, how many answers were marked, and which rating that replaces.

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::bench::Bench;
+use crate::features::scenarios::request::{Find, Found};
 use crate::message::Msg;
-use crate::tasks::scenarios::{Find, Found};
 use nearmiss_workflow::find;
 
 /// Floating car data of 40 s: `late` comes up behind `8`, which stands, and stops short of it; `9` drives far from both.

@@ -3,11 +3,11 @@
 use super::bench::Bench;
 use super::events;
 use super::making::{arrive, asked, dangerous, open, said, shown, stopped};
+use crate::features::generation::request::write;
 use crate::loaded::{GenerationStage, Opened};
 use crate::message::Msg;
 use crate::model::JobState;
 use crate::model::OpenId;
-use crate::tasks::making::write;
 use crate::update::Open;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::metrics::Thresholds;

@@ -4,12 +4,11 @@ use std::path::PathBuf;
 
 use super::bench::{Bench, answer};
 use super::events;
+use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Effect, Msg};
 use crate::model::{Grouping, Pane, Sizes};
 use crate::session::Session;
-use crate::session::restore;
-use crate::tasks::scenarios::{Find, Found};
-use crate::tasks::session::{KeepSession, KeepSessionLater};
+use crate::session::restore::{self, KeepSession, KeepSessionLater};
 use nearmiss_formats::{Entry, EntryLocation, bundled};
 use nearmiss_scene::verdict::Task;
 

@@ -2,9 +2,9 @@
 
 use super::bench::Bench;
 use super::making::{arrive, asked, made, open, said};
+use crate::features::pictures::save;
 use crate::message::Effect;
 use crate::services::Drawing;
-use crate::tasks::pictures::save;
 
 /// A scenario in which one obstacle alone reaches nothing with so few motions, and two do.
 const SCENARIO: &str = "hardbraking";

@@ -3,11 +3,11 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer};
 use super::events;
+use crate::features::answers::LoadStored;
+use crate::features::compare::rating::{FindUnrated, Rate, ReadRatings};
 use crate::keymap::Key;
 use crate::message::{Effect, Msg};
 use crate::model::ShownAnswer;
-use crate::tasks::rating::{FindUnrated, Rate, ReadRatings};
-use crate::update::stored_answers::LoadStored;
 use nearmiss_ask::llm::Chunk;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
@@ -292,7 +292,7 @@ fn place_of_model(bench: &Bench, model: &str) -> ShownAnswer {
     ShownAnswer::Column(columns.position(|c| c.model == model).unwrap())
 }
 
-fn stored_of_last(bench: &Bench) -> crate::update::stored_answers::StoredOf {
+fn stored_of_last(bench: &Bench) -> crate::features::answers::StoredOf {
     let mut all = bench
         .effects
         .iter()

@@ -3,10 +3,9 @@
 use super::answers::{asking, stored_of};
 use super::bench::{Bench, answer, no_verdict};
 use super::events;
+use crate::features::answers::{Ask, LoadStored};
 use crate::message::{Effect, Msg};
 use crate::model::ShownAnswer;
-use crate::tasks::asking::Ask;
-use crate::update::stored_answers::LoadStored;
 use nearmiss_store::{Origin, RunId};
 use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict, StoredOrigin};
 

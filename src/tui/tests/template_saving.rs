@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use super::bench::Bench;
 use super::editing::{kept, said, with};
+use crate::features::picker::PickerScreen;
+use crate::features::prompt::request::{ChangeTemplate, TemplateChange};
+use crate::features::prompt::saving::Templates;
 use crate::message::{Effect, ExternalEdit, Msg};
 use crate::model::{Pane, PromptView};
-use crate::screens::picker::PickerScreen;
-use crate::screens::templates::Templates;
-use crate::tasks::templates::{ChangeTemplate, TemplateChange};
 use nearmiss_ask::prompts::Library;
 use nearmiss_settings::Keys;
 

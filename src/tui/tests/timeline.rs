@@ -5,10 +5,10 @@ use super::bench::{Bench, answer};
 use super::events;
 use super::listing::surveyed;
 use crate::clock::PlayRange;
+use crate::features::answers::LoadStored;
+use crate::features::scenarios::request::Survey;
 use crate::message::Msg;
 use crate::model::{Heat, ShownAnswer};
-use crate::tasks::scenarios::Survey;
-use crate::update::stored_answers::LoadStored;
 use crate::update::update;
 use nearmiss_study::evaluation::Answer;
 

@@ -2,10 +2,10 @@
 
 use super::bench::{Bench, answer};
 use super::events;
+use crate::features::answers::Ask;
+use crate::features::batch::request::EstimateBatch;
 use crate::model::{Prices, RequestTokens};
 use crate::session::{Session, restore};
-use crate::tasks::asking::Ask;
-use crate::tasks::batch::EstimateBatch;
 use nearmiss_ask::llm::{Environment, Registry, ToolLimits};
 use nearmiss_study::evaluation::Answer;
 

@@ -4,10 +4,10 @@ use super::bench::Bench;
 use super::editing::with;
 use super::history_store::three;
 use super::side_by_side::{sized, two};
+use crate::features::help::HelpScreen;
+use crate::features::palette::Palette;
+use crate::features::picker::PickerScreen;
 use crate::model::EntryLine;
-use crate::screens::help::HelpScreen;
-use crate::screens::palette::Palette;
-use crate::screens::picker::PickerScreen;
 use nearmiss_settings::Keys;
 
 #[test]

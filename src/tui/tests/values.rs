@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use super::bench::Bench;
+use crate::features::scenarios::request::{Rank, Survey};
+use crate::features::values::{MeasureAll, ReadThresholds, UseThresholds};
 use crate::loaded::Measured;
 use crate::message::{Effect, Msg};
 use crate::model::MeasureId;
-use crate::screens::values::MeasureAll;
-use crate::tasks::scenarios::{Rank, Survey};
-use crate::tasks::thresholds::{ReadThresholds, UseThresholds};
 use nearmiss_scene::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
 
 /// The first scenario shortly before its contact.

@@ -2,9 +2,9 @@
 
 use super::bench::Bench;
 use super::editing::said;
+use crate::features::scenarios::saved_views::ListViews;
 use crate::message::Msg;
 use crate::model::{Grouping, Order};
-use crate::screens::saved_views::ListViews;
 use nearmiss_settings::{Folders, SavedView, SavedViews};
 
 /// Does on the disk what was asked for, in a folder of its own.

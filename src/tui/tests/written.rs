@@ -8,6 +8,7 @@ use super::drive_fixtures::coarse;
 use super::events;
 use super::stopping::right_turn;
 use super::variant_fixtures::{generated, in_12_ms};
+use crate::features::generation::request::Generate;
 use crate::loaded::{
     Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
     VariantRequest,
@@ -15,7 +16,6 @@ use crate::loaded::{
 use crate::message::{Effect, Msg};
 use crate::model::{JobId, Update};
 use crate::model::{JobState, Model};
-use crate::tasks::making::Generate;
 use nearmiss_ask::llm::Chunk;
 use nearmiss_drive::generation::attacker::{self, Candidate};
 use nearmiss_drive::generation::{AttackSetup, AttackStyle, Reason, Refusal, admit};

@@ -2,7 +2,7 @@
 
 use super::events;
 use super::written::{asked, count, open, said, unwritten};
-use crate::screens::variant::VariantScreen;
+use crate::features::generation::panel::VariantScreen;
 
 #[test]
 fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {

@@ -3,19 +3,19 @@
 use super::super::action::{Action, Scope};
 use super::super::message::Effect;
 use super::super::model::{Column, Model, Notice, Pane, PromptView, ShownAnswer, Toast};
-use super::super::screens;
 use super::super::session::restore;
-use super::{
-    answers, batch, claims, clock, compare, editing, experiment, filter, index, jobs, jumps, list,
-    making, map, obstacles, open_current, panes, planning, plot, rating, screens as on_screen,
-    second, stored_answers, task, timeline, views,
+use super::{jumps, open_current, panes, screens as on_screen, task};
+use crate::features::answers::{self, claims};
+use crate::features::compare::{self, rating};
+use crate::features::{
+    self, batch, experiment, generation, index, jobs, map, planner, plot, prompt, scenarios,
+    timeline,
 };
-use crate::tasks;
 
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     use Action::*;
-    if let Some(effects) = screens::open(model, action) {
+    if let Some(effects) = features::open(model, action) {
         return effects;
     }
     match action {
@@ -32,7 +32,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.say(words);
             return vec![Effect::UseMouse(model.mouse)];
         }
-        ReadThresholds => return vec![tasks::thresholds::ReadThresholds.into()],
+        ReadThresholds => return vec![crate::features::values::ReadThresholds.into()],
         Mark => plot::mark(model),
         NextPane => focus_next(model, 1),
         PreviousPane => focus_next(model, Pane::ALL.len() - 1),
@@ -40,16 +40,18 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         WidenPane | NarrowPane | TallerPane | LowerPane => panes::resize(model, action),
         EvenPanes => panes::reset(model),
         FocusLeft | FocusDown | FocusUp | FocusRight => panes::go(model, action),
-        Filter => filter::begin(model),
-        Choose => return list::choose(model),
-        GroupScenarios => list::group(model),
-        TurnOrder => list::turn(model),
+        Filter => scenarios::begin(model),
+        Choose => return scenarios::choose(model),
+        GroupScenarios => scenarios::group(model),
+        TurnOrder => scenarios::turn(model),
         ChooseIndex => return index::perform(model),
         NextDisagreement => return timeline::next_disagreement(model),
         HeatStrips => timeline::next_heat(model),
         Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
         StepForward | StepBack | JumpForward | JumpBack | FirstStep | LastStep | Play | Faster
-        | Slower | MinimumStep | CollisionStep | ContactStep | Loop => clock::clock(model, action),
+        | Slower | MinimumStep | CollisionStep | ContactStep | Loop => {
+            timeline::clock(model, action)
+        }
         PlaceBack => return jumps::go(model, true),
         PlaceForward => return jumps::go(model, false),
         PaneMain => return main_thing(model),
@@ -57,20 +59,20 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             map::move_map(model, action);
         }
         SplitMap | CertificateMap | PinMoment | MomentBack | MomentForward => {
-            second::perform(model, action)
+            map::perform(model, action)
         }
         NextPaths => map::next_paths(model),
         TakeTape => map::tape(model),
         SwapTape if model.map.tape.is_some() => map::swap_tape(model),
         SwapTape => return perform(model, Details),
-        NextObstacle => obstacles::pick(model, 1),
-        PreviousObstacle => obstacles::pick(model, -1),
-        TakeAsEgo => return obstacles::take_as_ego(model),
-        RecordedEgo => return obstacles::recorded_ego(model),
+        NextObstacle => map::pick(model, 1),
+        PreviousObstacle => map::pick(model, -1),
+        TakeAsEgo => return map::take_as_ego(model),
+        RecordedEgo => return map::recorded_ego(model),
         DrivePlanner | NextForecast | NextPlanner | PlotDrives | SaveDrive | Generate
         | GenerateWith | GenerateWish | ModelAttacks | ModelAttacksWith | SwitchVariant
         | SaveVariant => {
-            return planning::perform(model, action);
+            return planner::perform(model, action);
         }
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl | ToggleTools => {
             return toggle(model, action);
@@ -80,12 +82,12 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.prompt.scroll = 0;
             model.compare();
         }
-        Edit => editing::begin(model),
-        OutsideEditor => return editing::open_outside(model),
+        Edit => prompt::begin(model),
+        OutsideEditor => return prompt::open_outside(model),
         EditDone | SaveTemplate | SaveTemplateAs | Find | GoToLine | Turn | Undo | Redo | Cut
-        | CopySelection | PasteCopied | SelectAll => return editing::perform(model, action),
-        DiscardDraft => return editing::reset(model),
-        RereadTemplates => return vec![tasks::templates::RereadTemplates.into()],
+        | CopySelection | PasteCopied | SelectAll => return prompt::perform(model, action),
+        DiscardDraft => return prompt::reset(model),
+        RereadTemplates => return vec![crate::features::prompt::request::RereadTemplates.into()],
         Run => return answers::ask(model, false),
         RunAnew => return answers::ask(model, true),
         NextAnswer | PreviousAnswer => {
@@ -106,7 +108,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         MarkScenario => batch::mark(model),
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),
-        SavedViews => return views::perform(model),
+        SavedViews => return scenarios::perform(model),
         RawAnswer => model.toggle_raw(),
         UnfoldJson => model.toggle_json(),
         Experiment => return experiment::open(model),
@@ -124,7 +126,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
 /// Ctrl-C: what runs is cancelled first, then what is open is closed, then the program ends if it is pressed again.
 pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing && model.prompt.editor.selection().is_some() {
-        return editing::perform(model, Action::CopySelection);
+        return prompt::perform(model, Action::CopySelection);
     }
     if model.compare.open && model.screens.is_empty() {
         return compare::interrupt(model);
@@ -199,7 +201,7 @@ const AGAIN: f64 = 2.0;
 
 /// Leaves; the draft is kept for the next start.
 pub fn quit(model: &mut Model) -> Vec<Effect> {
-    let mut effects = editing::keep(model);
+    let mut effects = prompt::keep(model);
     effects.extend(restore::keep(model));
     effects.push(Effect::Quit);
     effects
@@ -211,10 +213,10 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
         return on_screen::on_action(model, Action::Cancel);
     }
     if model.prompt.editing {
-        return editing::end(model);
+        return prompt::end(model);
     }
     if model.list.filtering.is_some() {
-        return filter::cancel(model);
+        return scenarios::cancel(model);
     }
     if model.map.tape.take().is_some() {
         return Vec::new();
@@ -223,12 +225,12 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
         model.zoomed = false;
         return Vec::new();
     }
-    if making::asks_again(model) {
+    if generation::asks_again(model) {
         return Vec::new();
     }
     let aborted = answers::abort_all(model);
     if aborted.is_empty() && !model.list.filter.is_empty() {
-        filter::drop_kept(model);
+        scenarios::drop_kept(model);
     }
     aborted
 }
@@ -285,7 +287,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
     match action {
         Action::ToggleTask => {
             task::next(model);
-            clock::to_window(model);
+            timeline::to_window(model);
             // Answers to another question do not compare.
             let name = model
                 .opened
@@ -293,7 +295,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 .map_or(String::new(), |o| o.name.clone());
             answers::leave(model, &name);
             model.answers.show(ShownAnswer::Reference);
-            effects.extend(stored_answers::load(model));
+            effects.extend(answers::load(model));
         }
         Action::ToggleFrame => {
             model.frame = model.next_frame();

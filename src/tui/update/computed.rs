@@ -2,7 +2,8 @@
 
 use super::super::message::Effect;
 use super::super::model::Model;
-use super::{answers, claims, map, plot};
+use crate::features::answers::{self, claims};
+use crate::features::{map, plot};
 
 /// Requests what the screen shows and the model lacks.
 pub fn request(model: &mut Model) -> Vec<Effect> {

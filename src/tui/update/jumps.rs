@@ -4,7 +4,8 @@ use super::super::action::Action;
 use super::super::message::Effect;
 use super::super::model::OpenId;
 use super::super::model::{Model, Place};
-use super::{clock, map, open};
+use super::open;
+use crate::features::{map, timeline};
 
 /// A jump is about to leave the present place.
 pub fn leave(model: &mut Model) {
@@ -96,7 +97,7 @@ fn arrive(model: &mut Model, place: &Place) {
     }
     if model.clock.step() != place.step {
         model.clock.go(place.step);
-        clock::stepped(model);
+        timeline::stepped(model);
     } else if picks && model.frame.is_of_one_obstacle() {
         model.refresh();
     }

@@ -1,55 +1,33 @@
 //! `update`: applies a message to the model and returns effects. No input, no output, no clock.
 
-mod actions;
-pub mod answers;
-pub mod batch;
-mod claims;
-pub mod clock;
-mod compare;
-mod computed;
-pub mod editing;
-pub mod experiment;
-mod filter;
-pub mod index;
-pub mod jobs;
-mod jumps;
-mod keys;
-pub mod list;
-mod look;
-pub mod making;
-pub mod map;
-mod menus;
-mod obstacles;
-mod opened;
-mod opening;
-mod panes;
-pub mod planning;
-mod plot;
-mod pointer;
-pub mod rating;
-mod reopen;
+pub mod actions;
+pub mod computed;
+pub mod jumps;
+pub mod keys;
+pub mod look;
+pub mod menus;
+pub mod opened;
+pub mod opening;
+pub mod panes;
+pub mod pointer;
+pub mod reopen;
 pub mod screens;
-mod second;
-pub mod stored_answers;
-mod task;
-mod timeline;
-pub mod values;
-mod views;
+pub mod task;
 
 pub use actions::perform;
 pub use computed::{compute_missing, compute_now};
 pub use opened::opened;
 pub use opening::{Open, open, open_current};
-use opening::{open_again, open_changed};
+pub use opening::{open_again, open_changed};
 
+use super::features::Screens;
+use super::features::answers::Probe;
+use super::features::scenarios::request::Find;
+use super::features::scenarios::tags::ScenarioTags;
 use super::keymap::{Code, Key};
 use super::message::{Effect, Msg};
 use super::model::Model;
-use super::screens::Screens;
-use super::screens::tags::ScenarioTags;
 use super::session::restore;
-use super::tasks::asking::Probe;
-use super::tasks::scenarios::Find;
 
 /// Effects at the start of the program.
 #[must_use]
@@ -59,8 +37,8 @@ pub fn start(model: &mut Model) -> Vec<Effect> {
         ScenarioTags::Read.into(),
         Probe.into(),
     ];
-    effects.extend(index::start(model));
-    jobs::note_requested(model, &effects);
+    effects.extend(super::features::index::start(model));
+    super::features::jobs::note_requested(model, &effects);
     effects
 }
 
@@ -71,21 +49,21 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     let mut effects = take(model, msg);
     settle(model);
     effects.extend(request_missing(model));
-    jobs::note_requested(model, &effects);
+    super::features::jobs::note_requested(model, &effects);
     effects.extend(restore::remember(model));
     effects
 }
 
 /// Makes what is shown true again, whatever the message changed.
 fn settle(model: &mut Model) {
-    compare::settle(model);
+    super::features::compare::settle(model);
 }
 
 /// Asks for what the model lacks and stops what it needs no longer.
 fn request_missing(model: &mut Model) -> Vec<Effect> {
     let mut effects = computed::request(model);
-    effects.extend(planning::request(model));
-    effects.extend(making::stop_left(model));
+    effects.extend(super::features::planner::request(model));
+    effects.extend(super::features::generation::stop_left(model));
     effects.extend(Screens::follow(model));
     effects
 }
@@ -93,7 +71,7 @@ fn request_missing(model: &mut Model) -> Vec<Effect> {
 fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
     match msg {
         Msg::Key(key) => on_key(model, key),
-        Msg::Paste(text) => editing::paste(model, &text),
+        Msg::Paste(text) => super::features::prompt::paste(model, &text),
         Msg::Mouse(mouse) => pointer::on_mouse(model, mouse),
         Msg::Resize(columns, rows) => {
             model.size = (columns, rows);
@@ -101,10 +79,13 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Passed(elapsed) => passed(model, elapsed),
-        Msg::Drawing => list::drawing(model),
+        Msg::Drawing => super::features::scenarios::drawing(model),
         Msg::Drawn => {
-            second::drawn(model);
-            map::image(model).into_iter().map(Effect::from).collect()
+            super::features::map::drawn(model);
+            super::features::map::image(model)
+                .into_iter()
+                .map(Effect::from)
+                .collect()
         }
         Msg::Reply(reply) => reply.apply(model),
         Msg::Reloaded(what) => {
@@ -112,9 +93,9 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::EditedOutside(sent, result) => match sent.place {
-            Some(file) => experiment::edited(model, &file, result),
+            Some(file) => super::features::experiment::edited(model, &file, result),
             None => {
-                editing::edited_outside(model, sent, result);
+                super::features::prompt::edited_outside(model, sent, result);
                 Vec::new()
             }
         },
@@ -159,13 +140,13 @@ fn other_key(model: &mut Model, key: Key) -> Vec<Effect> {
         return screens::on_key(model, key);
     }
     if model.compare.open {
-        return compare::on_key(model, key);
+        return super::features::compare::on_key(model, key);
     }
     if model.prompt.editing {
-        return editing::on_key(model, key);
+        return super::features::prompt::on_key(model, key);
     }
     if model.list.filtering.is_some() {
-        return filter::on_key(model, key);
+        return super::features::scenarios::on_key(model, key);
     }
     keys::on_key(model, key)
 }
@@ -179,12 +160,12 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
         toast.shown += seconds;
     }
     model.toasts.retain(|t| t.left > 0.0);
-    answers::pass(model, seconds);
+    super::features::answers::pass(model, seconds);
     if model.clock.pass(elapsed) {
-        clock::stepped(model);
+        super::features::timeline::stepped(model);
     }
-    let mut effects = planning::pass(model, seconds);
-    effects.extend(editing::pass(model, seconds));
-    effects.extend(filter::pass(model, seconds));
+    let mut effects = super::features::planner::pass(model, seconds);
+    effects.extend(super::features::prompt::pass(model, seconds));
+    effects.extend(super::features::scenarios::pass(model, seconds));
     effects
 }

@@ -7,7 +7,8 @@ use super::super::message::Effect;
 use super::super::model::{Model, NEIGHBOURHOOD, Notice, OpenId, ShownAnswer, Values};
 use super::super::session::restore;
 use super::opening::open;
-use super::{answers, clock, jumps, making, planning, reopen, stored_answers, timeline};
+use super::{jumps, reopen};
+use crate::features::{answers, generation, planner, timeline};
 use nearmiss_base::geometry::Bounds;
 
 pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>) -> Vec<Effect> {
@@ -17,7 +18,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     model.opening = None;
     timeline::opened(model, id);
     let opened = match result {
-        Ok(opened) => planning::instead(model, id, ego, opened),
+        Ok(opened) => planner::instead(model, id, ego, opened),
         Err(_) if restore::is_wanted(model) && ego.is_some() => {
             // The obstacle that was the ego is no longer in the file.
             let place = model.list.opened;
@@ -75,14 +76,14 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     }
     model.opened = Some(opened);
     if step.is_none() {
-        clock::to_window(model);
+        timeline::to_window(model);
     }
     model.refresh();
     reopen::opened(model, id);
     jumps::opened(model, id);
     restore::opened(model);
-    let mut effects: Vec<Effect> = stored_answers::load(model).into_iter().collect();
-    effects.extend(making::opened(model));
+    let mut effects: Vec<Effect> = answers::load(model).into_iter().collect();
+    effects.extend(generation::opened(model));
     effects
 }
 

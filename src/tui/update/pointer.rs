@@ -5,7 +5,8 @@ use ratatui::layout::{Position, Rect};
 use super::super::action::Action;
 use super::super::message::{Effect, Mouse};
 use super::super::model::{Model, Notice, On, Pane};
-use super::{actions, clock, compare, list, map, open_current, panes, screens};
+use super::{actions, open_current, panes, screens};
+use crate::features::{compare, map, scenarios, timeline};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
@@ -15,7 +16,7 @@ pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {
     if model.compare.open {
         return on_compare(model, mouse);
     }
-    if model.prompt.editing && super::editing::on_mouse(model, mouse) {
+    if model.prompt.editing && crate::features::prompt::on_mouse(model, mouse) {
         return Vec::new();
     }
     let at = match mouse {
@@ -135,7 +136,7 @@ fn press(model: &mut Model, pane: Pane, area: Rect, at: Position) -> Vec<Effect>
             let line = model.drawn.list_line(at);
             if let Some(line) = line.filter(|&line| line < model.list.lines.len()) {
                 model.list.selected = line;
-                return list::choose(model);
+                return scenarios::choose(model);
             }
             Vec::new()
         }
@@ -157,7 +158,7 @@ fn seek(model: &mut Model, area: Rect, at: Position) -> Vec<Effect> {
     let step = first as f64 + part.clamp(0.0, 1.0) * (last - first) as f64;
     model.clock.playing = false;
     model.clock.go(step.round() as i64);
-    clock::stepped(model);
+    timeline::stepped(model);
     Vec::new()
 }
 

@@ -4,9 +4,9 @@ use super::super::action::Action;
 use super::super::keymap::Key;
 use super::super::message::{Effect, Mouse};
 use super::super::model::Model;
-use super::super::screens::{self, Screen, Step};
 use super::keys::{self, KeyEffect};
 use super::{actions, jumps, reopen};
+use crate::features::{self, Screen, Step};
 
 /// A key while a screen is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
@@ -67,7 +67,7 @@ pub fn on_action(model: &mut Model, action: Action) -> Vec<Effect> {
 /// Offers an action to the top screen; `None` if that has no use for it.
 fn offer(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
     let mut screen = model.screens.pop()?;
-    match screens::act(screen.as_mut(), model, action) {
+    match features::act(screen.as_mut(), model, action) {
         Step::Ignored => {
             model.screens.put_back(screen);
             None

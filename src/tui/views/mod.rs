@@ -1,19 +1,10 @@
 //! The views: one pane a file. They read the model and draw; they change nothing.
 
-mod compare;
-mod filter_terms;
 mod footer;
 mod header;
 mod hint;
-mod map;
-mod plot;
-mod prompt;
-mod reasoning;
-mod scenarios;
-mod timeline;
 mod toasts;
 mod too_small;
-mod verdict;
 mod which_key;
 
 use ratatui::Frame;
@@ -40,7 +31,7 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
         return;
     };
     if model.compare.open {
-        compare::draw(frame, &parts, model);
+        super::features::compare::draw::draw(frame, &parts, model);
         footer::draw(frame, parts.footer, model);
         screens(frame, screen, model);
         toasts::draw(frame, &parts, model);
@@ -51,17 +42,17 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
     header::draw(frame, parts.header, model);
     for &(pane, area) in &parts.panes {
         match pane {
-            Pane::Scenarios => scenarios::draw(frame, area, model),
-            Pane::Map => map::draw(frame, area, model),
-            Pane::Timeline => timeline::draw(frame, area, model),
-            Pane::Prompt => prompt::draw(frame, area, model),
-            Pane::Verdict => verdict::draw(frame, area, model),
-            Pane::Reasoning => reasoning::draw(frame, area, model),
-            Pane::Plot => plot::draw(frame, area, model),
+            Pane::Scenarios => super::features::scenarios::draw::draw(frame, area, model),
+            Pane::Map => super::features::map::draw::draw(frame, area, model),
+            Pane::Timeline => super::features::timeline::draw::draw(frame, area, model),
+            Pane::Prompt => super::features::prompt::draw::draw(frame, area, model),
+            Pane::Verdict => super::features::answers::verdict::draw(frame, area, model),
+            Pane::Reasoning => super::features::answers::reasoning::draw(frame, area, model),
+            Pane::Plot => super::features::plot::draw::draw(frame, area, model),
         }
     }
     hint::draw(frame, &parts, hint, model);
-    filter_terms::draw(frame, screen, model);
+    super::features::scenarios::draw::draw_filter_terms(frame, screen, model);
     footer::draw(frame, parts.footer, model);
     screens(frame, screen, model);
     toasts::draw(frame, &parts, model);

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use super::super::experiment_screen::{counted, outline};
 use super::world::HOSTILE;
+use crate::features::batch::request::{BatchProgress, BatchUpdate, ItemChange};
+use crate::features::experiment::request::{ExperimentNews, ExperimentWritten, ListExperiments};
 use crate::message::Msg;
 use crate::model::{CountedExperiment, ExperimentOutline, Update};
-use crate::tasks::batch::{BatchProgress, BatchUpdate, ItemChange};
-use crate::tasks::experiment::{ExperimentNews, ExperimentWritten, ListExperiments};
 use nearmiss_store::{BatchId, ItemState};
 use nearmiss_workflow::batch::DryRunLine;
 use nearmiss_workflow::{ExperimentFile, FolderOfExperiments};

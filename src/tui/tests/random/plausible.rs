@@ -12,18 +12,20 @@ use super::super::variant_fixtures::generated;
 use super::super::written::unwritten;
 use super::experiments;
 use super::world::{CLAIMS, HOSTILE};
+use crate::features::answers::Ask;
+use crate::features::batch::request::{
+    AskBatch, BatchAnswer, BatchProgress, BatchUpdate, EstimateBatch,
+};
+use crate::features::experiment::request::{AskExperiment, ReadExperiment, WriteExperiment};
+use crate::features::generation::request::{Generate, GenerationUpdate};
+use crate::features::index::ReadIndex;
+use crate::features::planner::request::{Plan, PlanUpdate};
 use crate::loaded::{
     Facts, GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest, Verdicts,
 };
 use crate::message::{Effect, Msg};
 use crate::model::{Batch, Counts, JobId, JobKind, Update};
 use crate::request::Request;
-use crate::tasks::asking::Ask;
-use crate::tasks::batch::{AskBatch, BatchAnswer, BatchProgress, BatchUpdate, EstimateBatch};
-use crate::tasks::experiment::{AskExperiment, ReadExperiment, WriteExperiment};
-use crate::tasks::index::ReadIndex;
-use crate::tasks::making::{Generate, GenerationUpdate};
-use crate::tasks::planning::{Plan, PlanUpdate};
 use nearmiss_ask::llm::Chunk;
 use nearmiss_drive::generation::Progress;
 use nearmiss_formats::{EgoSelection, Entry};

@@ -2,16 +2,16 @@
 
 use std::any::{Any, TypeId};
 
+use crate::features::batch::BatchScreen;
+use crate::features::models::Models;
+use crate::features::palette::Palette;
+use crate::features::picker::{Choice, PickerScreen};
+use crate::features::pictures::Pictures;
+use crate::features::plot::Measures;
+use crate::features::prompt::saving::Templates;
+use crate::features::scenarios::Orders;
+use crate::features::themes::Themes;
 use crate::model::{Line, Model, ShownAnswer};
-use crate::screens::batch::BatchScreen;
-use crate::screens::measures::Measures;
-use crate::screens::models::Models;
-use crate::screens::orders::Orders;
-use crate::screens::palette::Palette;
-use crate::screens::picker::{Choice, PickerScreen};
-use crate::screens::pictures::Pictures;
-use crate::screens::templates::Templates;
-use crate::screens::themes::Themes;
 
 /// Whether nothing lies over the main screen and nothing is typed.
 pub fn on_main_screen(model: &Model) -> bool {

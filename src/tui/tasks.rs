@@ -1,0 +1,1 @@
+//! Requests of the workbench: what is asked, the work, and the reply.
