@@ -21,13 +21,11 @@ mod screenshot;
 mod services;
 mod session;
 mod shell;
-mod tasks;
 mod terminal;
 #[cfg(test)]
 mod tests;
 mod theme;
 mod update;
-mod user_file;
 mod views;
 mod widgets;
 

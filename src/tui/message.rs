@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use ratatui::layout::Position;
 
+use super::features::Step;
 use super::keymap::{Key, Keymap};
 use super::loaded::PictureJob;
 use super::model::JobId;
@@ -87,6 +88,8 @@ pub struct ExternalEdit {
 pub enum Effect {
     /// A round trip.
     Request(Box<dyn AnyRequest>),
+    /// What follows of a step of a screen; `update` does it before anything leaves it.
+    Step(Step),
     /// Cancel a job. A batch begins nothing more; cancelled once more, it ends what it began.
     Cancel(JobId),
     /// Draw and save a picture.

@@ -3,14 +3,10 @@
 //! Key bindings, footer, help and palette are generated from it.
 
 mod default_keys;
-mod groups;
-mod menu_labels;
-mod synonyms;
+mod words;
 
 pub use default_keys::ACTIONS;
-pub use groups::{order_of, title_of};
-pub use menu_labels::menu_label;
-pub use synonyms::synonyms_of;
+pub use words::{menu_label, order_of, synonyms_of, title_of};
 
 /// A user action, described in [`ACTIONS`].
 #[allow(missing_docs, reason = "the table has a sentence for each")]
@@ -312,6 +308,35 @@ pub const EVEN_THERE: [Action; 8] = [
     Action::TaskList,
     Action::SavePicture,
 ];
+
+/// Whether an action opens a screen wherever it is performed.
+#[must_use]
+pub fn opens(action: Action) -> bool {
+    use Action::*;
+    matches!(
+        action,
+        Help | About
+            | Values
+            | Details
+            | PlannerCycle
+            | VariantPanel
+            | Layers
+            | Palette
+            | PickTheme
+            | ChooseModel
+            | PlotMeasure
+            | SortScenarios
+            | SavePicture
+            | ChooseTemplate
+            | EditTags
+            | Source
+            | History
+            | TaskList
+            | Results
+            | Experiment
+            | Coverage
+    )
+}
 
 /// Actions that give the focus to another pane.
 pub const MOVES_FOCUS: [Action; 6] = [

@@ -49,7 +49,7 @@ impl Screen for AboutScreen {
 }
 
 /// Most files to name; more would add no information.
-const NAMED: usize = 100;
+const MAX_NAMED: usize = 100;
 
 /// Files that the list leaves out.
 fn passed_over(model: &Model, text: &mut Text<'static>, width: usize) {
@@ -59,11 +59,11 @@ fn passed_over(model: &Model, text: &mut Text<'static>, width: usize) {
     }
     text.push_line("");
     text.push_line(Line::styled("skipped files", title(model)));
-    for one in all.iter().take(NAMED) {
+    for one in all.iter().take(MAX_NAMED) {
         push_wrapped(text, &one.to_string(), width, model.theme.warning);
     }
-    if all.len() > NAMED {
-        text.push_line(format!("  and {} more", all.len() - NAMED));
+    if all.len() > MAX_NAMED {
+        text.push_line(format!("  and {} more", all.len() - MAX_NAMED));
     }
 }
 

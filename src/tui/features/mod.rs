@@ -212,35 +212,6 @@ fn as_any(screen: &dyn Screen) -> &dyn Any {
     screen
 }
 
-/// Whether an action opens a screen wherever it is performed.
-#[must_use]
-pub fn opens(action: Action) -> bool {
-    use Action::*;
-    matches!(
-        action,
-        Help | About
-            | Values
-            | Details
-            | PlannerCycle
-            | VariantPanel
-            | Layers
-            | Palette
-            | PickTheme
-            | ChooseModel
-            | PlotMeasure
-            | SortScenarios
-            | SavePicture
-            | ChooseTemplate
-            | EditTags
-            | Source
-            | History
-            | TaskList
-            | Results
-            | Experiment
-            | Coverage
-    )
-}
-
 /// An action on a screen; windows of text scroll by themselves.
 pub fn act(screen: &mut dyn Screen, model: &mut Model, action: Action) -> Step {
     let step = screen.on_action(model, action);

@@ -214,7 +214,7 @@ impl Request for SavePicture {
 const SCREEN_DPI: f64 = 144.0;
 
 /// Files of one name that are tried before another name is asked for.
-const MOST: usize = 1000;
+const MAX_FILE_TRIES: usize = 1000;
 
 /// Draws and saves it; gives the path.
 ///
@@ -279,7 +279,7 @@ pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
 /// # Errors
 /// It cannot be written: in words, with what to do.
 pub fn save_new(folder: &Path, stem: &str, ending: &str, bytes: &[u8]) -> Result<String, String> {
-    for number in 1..=MOST {
+    for number in 1..=MAX_FILE_TRIES {
         let again = if number == 1 {
             String::new()
         } else {
@@ -306,7 +306,7 @@ pub fn save_new(folder: &Path, stem: &str, ending: &str, bytes: &[u8]) -> Result
         }
     }
     Err(format!(
-        "{MOST} files called {stem}.{ending} exist already; move some away"
+        "{MAX_FILE_TRIES} files called {stem}.{ending} exist already; move some away"
     ))
 }
 

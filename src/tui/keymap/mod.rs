@@ -1,20 +1,21 @@
 //! Keys: terminal events translated to our own, key names, and bindings per context.
+//!
+//! Cyrillic and Greek keyboard layouts: the Latin character on the same physical key.
+//!
+//! A letter without a binding is read as the Latin letter on its key in the usual Russian, Ukrainian and Greek
+//! layouts. Keys that type other ASCII characters there (such as `.` where Latin keyboards have `/`) are ambiguous and
+//! stay what they type.
 
-mod chord;
 mod file;
-mod line;
 mod lookup;
-mod moved;
-mod positions;
-mod print;
+
+use nearmiss_scene::description::visible;
+use std::fmt::{Display, Formatter};
 
 use crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-pub use chord::Chord;
-pub use line::{edit_line, first_line};
-pub use lookup::{KeyMeaning, Keymap, Preset};
-pub use positions::latin;
-pub use print::{as_bindings, as_file, as_table};
+pub use file::{edit_line, first_line};
+pub use lookup::{KeyMeaning, Keymap, Preset, as_bindings, as_file, as_table};
 
 /// A key with its modifiers. Shifted letters are capitals with `shift` off, unless named `shift-x`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -51,7 +52,7 @@ pub enum Code {
     Delete,
 }
 
-const NAMED: &[(&str, Code)] = &[
+const KEY_NAMES: &[(&str, Code)] = &[
     ("space", Code::Char(' ')),
     ("up", Code::Up),
     ("down", Code::Down),
@@ -112,7 +113,7 @@ impl Key {
             }
             rest = after;
         }
-        let named = NAMED
+        let named = KEY_NAMES
             .iter()
             .find(|(n, _)| *n == rest)
             .map(|(_, code)| *code);
@@ -145,7 +146,10 @@ impl Key {
                 name.push_str(text);
             }
         }
-        match (NAMED.iter().find(|(_, code)| *code == self.code), self.code) {
+        match (
+            KEY_NAMES.iter().find(|(_, code)| *code == self.code),
+            self.code,
+        ) {
             (Some((word, _)), _) => name.push_str(word),
             (None, Code::Char(c)) => name.push(c.to_ascii_lowercase()),
             // Every other key is named, function keys to the twelfth.
@@ -262,8 +266,137 @@ pub fn editor_input(key: Key) -> Option<edtui::events::KeyInput> {
     Some(edtui::events::KeyInput::with_modifiers(code, modifiers))
 }
 
+/// One key or a sequence, such as `g g` or `ctrl-w w`.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Chord(pub Vec<Key>);
+
+impl Chord {
+    /// The keys with these names, separated by spaces.
+    ///
+    /// # Errors
+    /// One of them is no key, or one that no terminal sends.
+    pub fn parse(names: &str) -> Result<Self, String> {
+        let keys = names.split(' ').filter(|name| !name.is_empty());
+        let keys: Vec<Key> = keys.map(key).collect::<Result<_, _>>()?;
+        if keys.is_empty() {
+            return Err("a key is missing; [] takes all keys off an action".into());
+        }
+        Ok(Self(keys))
+    }
+
+    /// Its names, as [`Chord::parse`] reads them.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let names: Vec<String> = self.0.iter().map(Key::name).collect();
+        names.join(" ")
+    }
+
+    /// Whether `other` starts with these keys and is longer.
+    #[must_use]
+    pub fn begins(&self, other: &Self) -> bool {
+        other.0.len() > self.0.len() && other.0.starts_with(&self.0)
+    }
+}
+
+impl Display for Chord {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        for (i, key) in self.0.iter().enumerate() {
+            if i > 0 {
+                f.write_str(" ")?;
+            }
+            key.fmt(f)?;
+        }
+        Ok(())
+    }
+}
+
+fn key(name: &str) -> Result<Key, String> {
+    let Some(key) = Key::parse(name) else {
+        return Err(format!(
+            "`{name}` is not a key; keys are characters, space, enter, esc, tab, backtab, backspace, delete, up, down, \
+             left, right, home, end, pageup, pagedown and f1 to f12, with ctrl-, alt- or shift- before them"
+        ));
+    };
+    // Without the newer protocols these have been one and the same code since the teletype.
+    let same = match (key.ctrl, key.code) {
+        (true, Code::Char('i')) => Some("tab"),
+        (true, Code::Char('m')) => Some("enter"),
+        (true, Code::Char('[')) => Some("esc"),
+        _ => None,
+    };
+    match same {
+        Some(other) => Err(format!("`{name}` reaches the program as {other}")),
+        None if key.ctrl && key.code == Code::Char('c') => {
+            Err("`ctrl-c` always cancels what runs, and quits".into())
+        }
+        None => Ok(key),
+    }
+}
+
+const LETTERS: [(&str, &str); 3] = [
+    (
+        "йцукенгшщзхъфывапролджэячсмитьбюё",
+        "qwertyuiop[]asdfghjkl;'zxcvbnm,.`",
+    ),
+    ("іїєґ", "s]'\\"),
+    ("ςερτυθιοπασδφγηξκλζχψωβνμ", "wertyuiopasdfghjklzxcvbnm"),
+];
+
+/// Shifted symbols of the keys that are no letters on a Latin keyboard.
+const SHIFTED: [(char, char); 8] = [
+    ('[', '{'),
+    (']', '}'),
+    (';', ':'),
+    ('\'', '"'),
+    (',', '<'),
+    ('.', '>'),
+    ('`', '~'),
+    ('\\', '|'),
+];
+
+/// The same key on a Latin keyboard, for a key with a Cyrillic or Greek letter.
+#[must_use]
+pub fn latin(key: Key) -> Option<Key> {
+    let Code::Char(typed) = key.code else {
+        return None;
+    };
+    let lower = typed.to_lowercase().next()?;
+    let there = LETTERS.iter().find_map(|(letters, keys)| {
+        let mut pairs = letters.chars().zip(keys.chars());
+        pairs
+            .find(|(letter, _)| *letter == lower)
+            .map(|(_, key)| key)
+    })?;
+    let shifted = || SHIFTED.iter().find(|(plain, _)| *plain == there);
+    let code = if lower == typed {
+        there
+    } else {
+        shifted().map_or(there.to_ascii_uppercase(), |(_, upper)| *upper)
+    };
+    Some(Key {
+        code: Code::Char(code),
+        ..key
+    })
+}
+
+/// Mistakes that are safe to show, whatever they quote.
+pub fn all_visible(mistakes: Vec<String>) -> Vec<String> {
+    let shown = |mistake: String| visible(&mistake).into_owned();
+    mistakes.into_iter().map(shown).collect()
+}
+
+/// The first mistake, and how many more there are.
+pub fn first_mistake(mistakes: &[String]) -> String {
+    match mistakes {
+        [] => String::new(),
+        [one] => one.clone(),
+        [one, more @ ..] => format!("{one} (and {} more)", more.len()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
     use super::*;
 
     #[test]
@@ -299,5 +432,44 @@ mod tests {
         assert_eq!(Key::of_event(&event), Some(Key::plain(Code::Char('a'))));
         event.kind = KeyEventKind::Release;
         assert_eq!(Key::of_event(&event), None);
+    }
+
+    #[test]
+    fn names_of_chords() {
+        let chord = Chord::parse("ctrl-w shift-w").unwrap();
+        assert_eq!(chord.to_string(), "Ctrl-w W");
+        assert_eq!(chord.name(), "ctrl-w shift-w");
+        assert!(Chord::parse("ctrl-w").unwrap().begins(&chord));
+        assert!(!chord.begins(&chord));
+        assert_eq!(Chord::parse("g  g").unwrap(), Chord::parse("g g").unwrap());
+        for (wrong, why) in [
+            ("", "missing"),
+            ("g hyper-x", "hyper-x"),
+            ("ctrl-i", "tab"),
+            ("ctrl-c", "cancels"),
+        ] {
+            assert!(Chord::parse(wrong).unwrap_err().contains(why), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn letters_are_where_they_are() {
+        let of = |c| latin(Key::plain(Code::Char(c))).map(|key| key.name());
+        for (letter, key) in [
+            ('й', "q"),
+            ('О', "shift-j"),
+            ('Ж', ":"),
+            ('і', "s"),
+            ('γ', "g"),
+            ('Γ', "shift-g"),
+            ('μ', "m"),
+        ] {
+            assert_eq!(of(letter).as_deref(), Some(key), "{letter}");
+        }
+        assert_eq!(of('a'), None);
+        assert_eq!(of('日'), None);
+        for (letters, keys) in LETTERS {
+            assert_eq!(letters.chars().count(), keys.chars().count());
+        }
     }
 }

@@ -1,41 +1,32 @@
 //! Data that tasks load and compute from scenario files: facts for the list, and opened scenarios.
 
-mod authorship;
-mod certificate;
-mod cycle;
-mod drive_files;
 mod generated;
 mod picture;
 mod planned;
-mod saved;
 mod source;
-mod variant;
 
 use std::sync::Arc;
 
-pub use authorship::{AuthoringProgress, Authorship, Writer};
-pub use certificate::CertificateDrive;
-pub use cycle::CycleShown;
-pub use drive_files::{DriveFiles, DriveKey};
-pub use generated::{GenerationInputs, GenerationProgress};
-pub use nearmiss_workflow::{Facts, Tally, Verdicts, country_of};
-pub use picture::{PictureJob, PictureKind};
-pub use planned::PlannedEgo;
-pub use saved::SavedVariant;
-pub use source::Source;
-pub use variant::{
-    GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
-};
-
+use nearmiss_drive::generation::AttackerRecord;
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_render::scene::Basemap;
+use nearmiss_render::{Variation, Variations};
 use nearmiss_scene::judge::{Judgement, judge_collision, judge_recording};
 use nearmiss_scene::metrics::{
     Contact, Context, CriticalMoment, Grade, Headline, MEASURES, Measure, Reading, SCENE_MEASURES,
     Series, Thresholds,
 };
 use nearmiss_scene::scenario::{Scenario, Scene, Severity, Transform};
-use nearmiss_workflow::{MissingEgo, OpenRequest, OpenedScene, open};
+use nearmiss_workflow::{MissingEgo, OpenRequest, OpenedScene, VariantOrigin, open};
+
+pub use generated::{
+    AuthoringProgress, Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome,
+    GenerationProgress, GenerationStage, VariantRequest, VariantShown, Writer,
+};
+pub use nearmiss_workflow::{Facts, Tally, Verdicts, country_of};
+pub use picture::{PictureJob, PictureKind};
+pub use planned::{CycleShown, DriveFiles, DriveKey, PlannedEgo};
+pub use source::Source;
 
 /// An opened scenario.
 #[derive(Debug, Clone)]
@@ -105,7 +96,7 @@ impl Opened {
     ) -> Result<Self, String> {
         let mut opened = Self::alone(entry, wanted, thresholds, change)?;
         if change.is_none() {
-            opened.saved = SavedVariant::of(entry, thresholds).map(Arc::new);
+            opened.saved = SavedVariant::new(entry, thresholds).map(Arc::new);
             let drive = CertificateDrive::saved(entry, &opened, thresholds);
             opened.certificate = drive.map(Arc::new);
         }
@@ -286,5 +277,94 @@ impl Measured {
             .iter()
             .map(|row| row.get(place).copied())
             .collect()
+    }
+}
+
+/// A saved variant's origin, with its original opened beside it.
+#[derive(Debug)]
+pub struct SavedVariant {
+    /// What the certificate says.
+    pub origin: VariantOrigin,
+    /// The original, or why there is none.
+    pub original: Result<(Entry, Box<Opened>), String>,
+}
+
+impl SavedVariant {
+    /// Of a scenario; `None` where no certificate says that it is a variant.
+    fn new(entry: &Entry, thresholds: &Thresholds) -> Option<Self> {
+        let origin = VariantOrigin::of(entry)?;
+        let original = match origin.original() {
+            None => Err(origin.missing()),
+            Some((entry, _)) => Opened::alone(&entry, &EgoSelection::Beside, thresholds, None)
+                .map(|opened| (entry, Box::new(opened))),
+        };
+        Some(Self { origin, original })
+    }
+
+    /// Both motions of each attacker, in this variant or its original; none where there is no original.
+    #[must_use]
+    pub fn variations<'a>(&'a self, variant: &'a Scenario, shows_changed: bool) -> Variations<'a> {
+        let Ok((_, original)) = &self.original else {
+            return Variations::default();
+        };
+        let both = |attacker: &AttackerRecord| {
+            Some(Variation {
+                recorded: original.scenario.obstacle(attacker.id)?,
+                changed: variant.obstacle(attacker.id)?,
+                from: attacker.from_step,
+                shows_changed,
+            })
+        };
+        self.origin
+            .manifest
+            .attackers
+            .iter()
+            .filter_map(both)
+            .collect()
+    }
+}
+
+/// The certificate's drive in a variant.
+#[derive(Debug)]
+pub struct CertificateDrive {
+    /// Reaction time of the driver, seconds: the longest one that survives.
+    pub delay: f64,
+    /// The variant with that drive as its ego.
+    pub opened: Opened,
+}
+
+impl CertificateDrive {
+    /// Of a variant that was just made; nothing where no good driver survives it.
+    fn made(
+        made: &GeneratedVariant,
+        entry: &Entry,
+        scenario: &Arc<Scenario>,
+        thresholds: &Thresholds,
+    ) -> Option<Self> {
+        let certificates = made.avoidability.certificates.iter().rev();
+        let mut survived = certificates.filter_map(|(delay, c)| Some((*delay, c.avoidance()?)));
+        let (delay, avoidance) = survived.next()?;
+        let driver = made.closed.driver();
+        let ego = avoidance.drive.ego(driver.problem(), driver.settings());
+        let scene = Arc::new(Scene::new(Arc::clone(scenario), ego));
+        let opened = Opened::with(entry, None, Arc::clone(scenario), Ok(scene), thresholds);
+        Some(Self { delay, opened })
+    }
+
+    /// Of a variant that was saved, from the file that its manifest names.
+    fn saved(entry: &Entry, variant: &Opened, thresholds: &Thresholds) -> Option<Self> {
+        let saved = variant.saved.as_ref()?;
+        let (delay, path) = saved.origin.certificate(None)?;
+        let from_file = EgoSelection::File {
+            path,
+            planning_problem: None,
+        };
+        let mut ego = from_file.resolve(entry, &variant.scenario).ok()??;
+        // The same vehicle drives; a recording cannot say so.
+        ego.footprint = variant.scene.as_ref()?.ego.footprint.clone();
+        let scenario = Arc::clone(&variant.scenario);
+        let scene = Arc::new(Scene::new(Arc::clone(&scenario), ego));
+        let opened = Opened::with(entry, None, scenario, Ok(scene), thresholds);
+        Some(Self { delay, opened })
     }
 }

@@ -5,27 +5,41 @@ pub mod ids;
 pub mod jump_list;
 pub mod last_frame;
 pub mod look;
-pub mod notices;
 pub mod pane;
 pub mod picker;
-pub mod prices;
 pub mod question;
-pub mod setting_words;
-pub mod sizes;
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
+
+use nearmiss_ask::llm::ModelOffer;
+use nearmiss_ask::prompts::{Library, Techniques};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Window, WindowRule};
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::Config;
+use nearmiss_store::{Run, RunId};
+use nearmiss_study::evaluation::{EffectiveSettings, Settings, window_end};
+
+use super::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope, opens};
+use super::clock::Clock;
+use super::features::{Screen, Screens};
+use super::loaded::{Opened, Source};
+use super::session::SessionState;
+use super::theme::Theme;
 
 pub use super::features::answers::claims_state::{Claims, Document};
 pub use super::features::answers::state::{
     Answers, Column, Judgements, Progress, ReadingView, ShownAnswer, WindowJudgement,
     WindowsToJudge, parts,
 };
-pub use super::features::batch::state::{Batch, Card, Counts, MarkedScenarios};
+pub use super::features::batch::state::{Batch, BatchProposal, Counts, MarkedScenarios};
 pub use super::features::compare::state::{
-    BlindMode, Compare, MOST as MOST_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED,
-    PendingRating, REASONS, shuffle,
+    BlindMode, Compare, MAX_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED, PendingRating,
+    REASONS, shuffle,
 };
 pub use super::features::experiment::state::{
     CountedExperiment, ExperimentOutline, ExperimentView,
@@ -57,33 +71,13 @@ pub use camera::{Camera, NEIGHBOURHOOD};
 pub use ids::{JobId, MeasureId, OpenId, PageId, SeriesId, Update};
 pub use jump_list::{JumpList, Place};
 pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, MapPicture, Readings};
-pub use look::{Glyphs, Look, MapChoice, themes_shown};
+pub use look::{DisplaySettings, Glyphs, MapChoice, themes_shown};
 pub use nearmiss_study::evaluation::claims::counted;
-pub use notices::{Notice, Toast};
-pub use pane::Pane;
+pub use pane::{Arrangement, Border, Edge, Pane, PaneShares, Sizes};
 pub use picker::{
     Picker, matching, measures_shown, models_shown, orders_shown, palette_shown, templates_shown,
 };
-pub use prices::{Prices, RequestTokens};
-pub use sizes::{Arrangement, Border, Edge, PaneShares, Sizes};
-
-use super::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope};
-use super::clock::Clock;
-use super::loaded::{Opened, Source};
-
-use super::features::{self, Screen, Screens};
-use super::session::SessionState;
-use super::theme::Theme;
-use nearmiss_ask::llm::ModelOffer;
-use nearmiss_ask::prompts::{Library, Techniques};
-use nearmiss_scene::description::Frame;
-use nearmiss_scene::judge;
-use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::scenario::{Scene, Window, WindowRule};
-use nearmiss_scene::verdict::Task;
-use nearmiss_settings::Config;
-use nearmiss_store::{Run, RunId};
-use nearmiss_study::evaluation::{EffectiveSettings, Settings, window_end};
+pub use question::{Prices, RequestTokens};
 
 /// The state of the workbench.
 #[derive(Debug)]
@@ -119,7 +113,7 @@ pub struct Model {
     /// The planner, and its drive that is under way.
     pub driver: Driver,
     /// Searches for dangerous variants, and what they made.
-    pub maker: GenerationState,
+    pub generation: GenerationState,
     /// The picked obstacle.
     pub picked: Option<i64>,
     /// The plot over time.
@@ -177,7 +171,7 @@ pub struct Model {
     /// The marked scenarios.
     pub marks: MarkedScenarios,
     /// A batch of questions that waits for a yes.
-    pub card: Option<Card>,
+    pub proposal: Option<BatchProposal>,
     /// The chosen index of a corpus.
     pub index: IndexChoice,
     /// Everything that runs, and what ran.
@@ -197,7 +191,7 @@ pub struct Model {
     /// Colours.
     pub theme: Theme,
     /// Keys, and what else of the look can change.
-    pub look: Look,
+    pub look: DisplaySettings,
     /// Settings.
     pub config: Config,
     /// Whether the mouse is used.
@@ -233,7 +227,7 @@ impl Model {
             camera: Camera::default(),
             map: Tools::default(),
             driver: Driver::default(),
-            maker: GenerationState::default(),
+            generation: GenerationState::default(),
             picked: None,
             plot: Plot::default(),
             heat: Heat::default(),
@@ -265,7 +259,7 @@ impl Model {
             reopening: None,
             reopened: None,
             marks: MarkedScenarios::default(),
-            card: None,
+            proposal: None,
             index: IndexChoice {
                 folder: config.index.clone(),
                 configured: config.index.clone(),
@@ -279,7 +273,7 @@ impl Model {
             toasts: Vec::new(),
             recall: SessionState::default(),
             theme,
-            look: Look::default(),
+            look: DisplaySettings::default(),
             mouse: config.mouse,
             config,
             drawn: LastFrame::default(),
@@ -352,7 +346,7 @@ impl Model {
             return false;
         }
         let scope = self.screens.top().map(Screen::scope);
-        scope.is_none_or(Scope::is_own) || EVEN_THERE.contains(&action) || features::opens(action)
+        scope.is_none_or(Scope::is_own) || EVEN_THERE.contains(&action) || opens(action)
     }
 
     /// Whether time has to pass: something plays, or a message fades.
@@ -373,5 +367,72 @@ impl Model {
     /// The question with this number, if it is still shown.
     pub fn column_mut(&mut self, ask: JobId) -> Option<&mut Column> {
         self.answers.columns.iter_mut().find(|c| c.ask == Some(ask))
+    }
+}
+
+/// A message that stays readable for a while.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Toast {
+    /// Its text.
+    pub text: String,
+    /// Its kind.
+    pub kind: Notice,
+    /// Seconds it still stays; errors stay until a key is pressed.
+    pub left: f64,
+    /// Seconds it was shown.
+    pub shown: f64,
+}
+
+/// Seconds after which a key takes news away, too: they were read.
+const READ: f64 = 3.0;
+
+/// Kind of a notice, which determines how long it is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Notice {
+    /// The reply to a key: the next key makes it old.
+    Reply,
+    /// Something that came about by itself: keys meant for something else do not take it away at once.
+    News,
+    /// Something is wrong.
+    Error,
+}
+
+impl Model {
+    /// Shows a reply to a key.
+    pub fn say(&mut self, text: impl Into<String>) {
+        self.notify(text.into(), Notice::Reply, 4.0);
+    }
+
+    /// Says that something came about by itself.
+    pub fn tell(&mut self, text: impl Into<String>) {
+        self.notify(text.into(), Notice::News, 4.0);
+    }
+
+    /// Says how something long ended: the user may look elsewhere meanwhile.
+    pub fn announce(&mut self, text: impl Into<String>) {
+        self.notify(text.into(), Notice::News, 60.0);
+    }
+
+    /// Says that something is wrong.
+    pub fn complain(&mut self, text: impl Into<String>) {
+        self.notify(text.into(), Notice::Error, f64::INFINITY);
+    }
+
+    /// The newest takes the place of an older one that is no error; errors are all there until they were read.
+    fn notify(&mut self, text: String, kind: Notice, left: f64) {
+        self.toasts
+            .retain(|t| (kind == Notice::Error || t.kind == Notice::Error) && t.text != text);
+        self.toasts.push(Toast {
+            text,
+            kind,
+            left,
+            shown: 0.0,
+        });
+    }
+
+    /// A key was pressed: replies and errors were read, and news that were shown for a while.
+    pub fn read_notices(&mut self) {
+        let unread = |toast: &Toast| toast.kind == Notice::News && toast.shown < READ;
+        self.toasts.retain(unread);
     }
 }

@@ -1,37 +1,31 @@
 //! The main loop: drain all messages, draw once if something changed, sleep; at most 60 frames a second, keys excepted.
 
-mod ending;
-mod experiment_file;
-mod last_opened;
-mod pace;
 mod prepare;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use nearmiss_base::system;
+use nearmiss_base::system::activity::{ActivityGuard, trying};
+use nearmiss_base::system::job_control::{self, JobSignal, Signals};
+use nearmiss_formats::{EgoSelection, Entry, not_standard_input};
+use nearmiss_settings::Folders;
+use nearmiss_store::{Filter, Store};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use self::ending::{Ending, TerminationSignal};
-use self::last_opened::LastOpened;
-use self::pace::Pace;
 use self::prepare::prepare;
 use super::action::Action;
-use super::external_editor;
 use super::features::pictures::SavePicture;
 use super::message::{Effect, ExternalEdit, Msg};
 use super::model::Model;
 use super::reload::{self, Stamps};
 use super::services::Services;
-use super::session;
 use super::terminal::{self, Events, Screen, give_back_on_panic};
 use super::update::{perform, start, update};
-use super::{screenshot, views, widgets};
-use nearmiss_base::system;
-use nearmiss_base::system::job_control::{self, JobSignal};
-use nearmiss_formats::{EgoSelection, Entry, not_standard_input};
-use nearmiss_settings::Folders;
-use nearmiss_store::{Filter, Store};
+use super::{external_editor, screenshot, session, views, widgets};
+use crate::session::SavedLocation;
+use crate::update::Open;
 
 /// Result of running the workbench.
 pub type RunResult = Result<(), String>;
@@ -50,7 +44,7 @@ pub fn run(paths: Vec<PathBuf>, ego: EgoSelection, index: Option<PathBuf>) -> Ru
                 .map_err(|error| format!("{}: {}", file.display(), system::words(&error)))?;
         }
     }
-    let (paths, experiment) = experiment_file::split_off(paths)?;
+    let (paths, experiment) = prepare::split_off(paths)?;
     // Before the first thread is started.
     job_control::take_over().map_err(|e| the_terminal(&e))?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -292,7 +286,7 @@ impl Loop {
         let effects = update(&mut self.model, msg);
         let mut step = Step::On;
         for effect in effects {
-            self.tried.hear(&effect, &self.model.recall.here);
+            self.tried.on_effect(&effect, &self.model.recall.here);
             match self.services.perform(effect) {
                 None => {}
                 Some(Effect::Copy(text)) => self.screen.copy(&text)?,
@@ -306,7 +300,7 @@ impl Loop {
                 Some(Effect::Suspend) => step = Step::Suspend,
                 Some(Effect::EditOutside(outside)) => step = Step::EditOutside(outside),
                 Some(Effect::Quit) => return Ok(Step::Quit),
-                Some(Effect::Request(_) | Effect::Cancel(_)) => {}
+                Some(Effect::Request(_) | Effect::Cancel(_) | Effect::Step(_)) => {}
             }
         }
         Ok(step)
@@ -382,4 +376,239 @@ fn panic_if_asked(msg: &Msg) {
         !(asked && std::env::var_os("NEARMISS_TEST_PANIC").is_some()),
         "a test asked for this panic"
     );
+}
+
+/// A program that is killed later than this after the first picture was not ended by the scenario.
+const SETTLED: Duration = Duration::from_millis(800);
+
+/// The scenario opened last.
+#[derive(Debug, Default)]
+struct LastOpened {
+    open: Option<Arc<ActivityGuard>>,
+    drawn: bool,
+}
+
+impl LastOpened {
+    /// An effect is about to be performed: if it opens a scenario, that is tried from now on.
+    pub fn on_effect(&mut self, effect: &Effect, here: &Path) {
+        let Some(Open { entry, .. }) = effect.request() else {
+            return;
+        };
+        // The one before is over first.
+        self.open = None;
+        let words = format!("opening or showing {}", entry.name);
+        let subject = SavedLocation::from_entry(entry, here).subject();
+        self.open = Some(Arc::new(trying(words, subject)));
+        self.drawn = false;
+    }
+
+    /// A frame was drawn: the scenario is in it unless it is still being opened.
+    pub fn drawn(&mut self, opening: bool) {
+        if opening || self.drawn {
+            return;
+        }
+        self.drawn = true;
+        if let Some(open) = self.open.clone() {
+            tokio::spawn(async move {
+                tokio::time::sleep(SETTLED).await;
+                open.settle();
+            });
+        }
+    }
+}
+
+/// Least time between two frames.
+const FRAME: Duration = Duration::from_micros(16_667);
+
+/// Least time between a frame and the one that shows what a key did: who presses it waits for it.
+const PROMPT: Duration = Duration::from_millis(8);
+
+/// Paces the frames of the loop. The caller supplies the time.
+#[derive(Debug)]
+struct Pace {
+    drawn: Instant,
+    changed: bool,
+    hurries: bool,
+}
+
+impl Pace {
+    /// A frame was drawn just now, and there is news already.
+    pub fn begin(now: Instant) -> Self {
+        Self {
+            drawn: now,
+            changed: true,
+            hurries: false,
+        }
+    }
+
+    /// Something changed that the next frame shows.
+    pub fn change(&mut self) {
+        self.changed = true;
+    }
+
+    /// User input has arrived: its effect should show without delay.
+    pub fn hurry(&mut self) {
+        self.changed = true;
+        self.hurries = true;
+    }
+
+    fn apart(&self) -> Duration {
+        if self.hurries { PROMPT } else { FRAME }
+    }
+
+    /// How long the loop sleeps if nothing arrives; for ever where nothing changed and nothing `moves` by itself.
+    pub fn wait(&self, now: Instant, moves: bool) -> Option<Duration> {
+        match (self.changed, moves) {
+            (true, _) => Some(
+                self.apart()
+                    .saturating_sub(now.saturating_duration_since(self.drawn)),
+            ),
+            (false, true) => Some(FRAME * 2),
+            (false, false) => None,
+        }
+    }
+
+    /// Whether a frame has to be drawn now.
+    pub fn is_due(&self, now: Instant) -> bool {
+        self.changed && now.saturating_duration_since(self.drawn) >= self.apart()
+    }
+
+    /// A frame was drawn, and this was the time afterwards.
+    pub fn drawn(&mut self, now: Instant) {
+        self.drawn = now;
+        self.changed = false;
+        self.hurries = false;
+    }
+}
+
+/// A signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum TerminationSignal {
+    /// The program is to end, or the terminal is gone.
+    End,
+    /// Ctrl-C or Ctrl-\ from elsewhere: they are keys here, and mean another program while that has the terminal.
+    Interrupt,
+    /// A shell's signal.
+    Job(JobSignal),
+}
+
+#[cfg(unix)]
+type Ends = [(tokio::signal::unix::Signal, TerminationSignal); 4];
+
+#[cfg(unix)]
+fn ends() -> std::io::Result<Ends> {
+    use tokio::signal::unix::{SignalKind, signal};
+    Ok([
+        (signal(SignalKind::terminate())?, TerminationSignal::End),
+        (signal(SignalKind::hangup())?, TerminationSignal::End),
+        (
+            signal(SignalKind::interrupt())?,
+            TerminationSignal::Interrupt,
+        ),
+        (signal(SignalKind::quit())?, TerminationSignal::Interrupt),
+    ])
+}
+
+/// Listens to the signals that ask the program to end or to stop for a while.
+struct Ending {
+    job: Signals,
+    #[cfg(unix)]
+    signals: Ends,
+}
+
+impl Ending {
+    /// Begins to listen; an end that was asked for before is not heard.
+    ///
+    /// # Errors
+    /// The system refuses, or job control was not taken over.
+    pub fn listen() -> std::io::Result<Self> {
+        Ok(Self {
+            job: Signals::listen()?,
+            #[cfg(unix)]
+            signals: ends()?,
+        })
+    }
+
+    /// Forgets what asked the program to end until now.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn forget(&mut self) -> std::io::Result<()> {
+        #[cfg(unix)]
+        {
+            self.signals = ends()?;
+        }
+        Ok(())
+    }
+
+    /// Waits for the next one.
+    pub async fn wait(&mut self) -> TerminationSignal {
+        #[cfg(unix)]
+        {
+            let signals = &mut self.signals;
+            let ended = std::future::poll_fn(|context| {
+                let mut signals = signals.iter_mut();
+                let heard = signals.find_map(|(signal, heard)| {
+                    signal.poll_recv(context).is_ready().then_some(*heard)
+                });
+                heard.map_or(std::task::Poll::Pending, std::task::Poll::Ready)
+            });
+            tokio::select! {
+                biased;
+                heard = ended => heard,
+                job = self.job.wait() => TerminationSignal::Job(job),
+            }
+        }
+        #[cfg(not(unix))]
+        TerminationSignal::Job(self.job.wait().await)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_burst_of_chunks_costs_a_frame_in_sixteen_milliseconds() {
+        let begun = Instant::now();
+        let mut pace = Pace::begin(begun);
+        let mut frames = Vec::new();
+        // Ten thousand within a second, then silence.
+        let mut now = begun;
+        for _ in 0..10_000 {
+            now += Duration::from_micros(100);
+            pace.change();
+            if pace.is_due(now) {
+                frames.push(now);
+                pace.drawn(now);
+            }
+        }
+        assert!((50..=62).contains(&frames.len()), "{}", frames.len());
+        let apart = frames.windows(2).map(|pair| pair[1] - pair[0]).min();
+        assert!(apart.is_some_and(|apart| apart >= FRAME));
+        // The last chunks are drawn too, and then nothing more.
+        let rest = pace.wait(now, false).unwrap_or_default();
+        assert!(rest <= FRAME);
+        assert!(pace.is_due(now + rest));
+        pace.drawn(now + rest);
+        assert_eq!(pace.wait(now + rest, false), None);
+        assert!(!pace.is_due(now + Duration::from_secs(60)));
+    }
+
+    #[test]
+    fn a_key_does_not_wait_for_the_frame_of_the_chunks() {
+        let begun = Instant::now();
+        let mut pace = Pace::begin(begun);
+        let soon = begun + PROMPT;
+        assert!(!pace.is_due(soon), "chunks wait");
+        pace.hurry();
+        assert!(pace.is_due(soon), "keys do not");
+        assert_eq!(pace.wait(begun, false), Some(PROMPT));
+        // And they do not make it draw without end.
+        pace.drawn(soon);
+        pace.hurry();
+        assert!(!pace.is_due(soon + PROMPT / 2));
+        pace.drawn(soon + PROMPT);
+        assert_eq!(pace.wait(soon + PROMPT, false), None);
+    }
 }

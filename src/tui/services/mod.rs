@@ -1,26 +1,15 @@
 //! What requests work with outside the model: the user's files, the store, models, and what runs.
 
-mod drawing;
-mod jobs;
 mod queue;
-
-pub use drawing::{DrawGuard, Drawing};
-pub use jobs::Canceller;
-pub use queue::Queue;
 
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::num::NonZeroU32;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use tokio::sync::mpsc::UnboundedSender;
-
-use self::jobs::RunningJobs;
-use super::message::{Effect, Msg};
-use super::model::{JobId, Update};
-use super::request::{Replies, Request};
 use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry, ToolLimits};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{ExternalPlanner, Settings};
@@ -30,6 +19,15 @@ use nearmiss_settings::{Config, Folders, TextFile};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::{Judge, default_planning};
 use nearmiss_workflow::Models;
+use nearmiss_workflow::batch::BatchControl;
+use tokio::sync::mpsc::UnboundedSender;
+use tokio::task::AbortHandle;
+
+use super::message::{Effect, Msg};
+use super::model::{JobId, Update};
+use super::request::{Replies, Request};
+
+pub use queue::Queue;
 
 /// Times five milliseconds that cancelled questions have to be written down.
 const SETTLE_TRIES: usize = 100;
@@ -218,5 +216,126 @@ pub fn thresholds(path: &Path) -> Result<Thresholds, String> {
     match TextFile::read_if_there(path)? {
         Some(read) => Thresholds::read(&read.text, &read.file).map_err(|e| e.to_string()),
         None => Ok(Thresholds::shipped().clone()),
+    }
+}
+
+/// Pictures that are being drawn. What is stopped leaves nothing behind.
+#[derive(Debug, Default)]
+pub struct Drawing {
+    stop: Arc<AtomicBool>,
+    /// Each drawing task holds one.
+    held: Arc<()>,
+}
+
+/// A guard for a picture being drawn.
+#[derive(Debug)]
+pub struct DrawGuard {
+    stop: Arc<AtomicBool>,
+    _held: Arc<()>,
+}
+
+impl DrawGuard {
+    /// Set once it shall end.
+    pub fn stop(&self) -> &AtomicBool {
+        &self.stop
+    }
+}
+
+impl Drawing {
+    /// Another one begins.
+    pub fn begin(&self) -> DrawGuard {
+        DrawGuard {
+            stop: Arc::clone(&self.stop),
+            _held: Arc::clone(&self.held),
+        }
+    }
+
+    /// All shall end.
+    pub fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the drawing thread has ended.
+    pub fn ended(&self) -> bool {
+        Arc::strong_count(&self.held) == 1
+    }
+}
+
+/// How a job is cancelled.
+pub enum Canceller {
+    /// It looks at a flag.
+    Flag(Cancel),
+    /// Its task is aborted, which writes down what was asked as cancelled.
+    Abort,
+    /// It first begins nothing more, then ends what it began.
+    Batch(BatchControl),
+}
+
+/// A job that runs. Dropping it cancels.
+struct Handle {
+    canceller: Canceller,
+    task: AbortHandle,
+}
+
+impl Drop for Handle {
+    fn drop(&mut self) {
+        match &self.canceller {
+            Canceller::Flag(cancel) => cancel.ask(),
+            Canceller::Abort => self.task.abort(),
+            Canceller::Batch(control) => control.cancel(),
+        }
+    }
+}
+
+/// All jobs that run.
+#[derive(Default)]
+pub struct RunningJobs {
+    handles: HashMap<JobId, Handle>,
+    /// Cancelled, and not yet written down.
+    ending: Vec<AbortHandle>,
+}
+
+impl RunningJobs {
+    /// Adds one; another one of the same id is cancelled.
+    pub fn insert(&mut self, id: JobId, canceller: Canceller, task: AbortHandle) {
+        self.handles.retain(|_, handle| !handle.task.is_finished());
+        self.handles.insert(id, Handle { canceller, task });
+    }
+
+    /// Cancels one. A batch goes on with what it began until it is cancelled once more.
+    pub fn cancel(&mut self, id: JobId) {
+        let handle = self.handles.get(&id);
+        if let Some(Canceller::Batch(control)) = handle.map(|handle| &handle.canceller)
+            && !control.is_stopped()
+        {
+            control.stop();
+        } else if let Some(handle) = self.handles.remove(&id) {
+            self.end(&handle);
+        }
+    }
+
+    /// Cancels all.
+    pub fn cancel_all(&mut self) {
+        for (_, handle) in std::mem::take(&mut self.handles) {
+            self.end(&handle);
+        }
+    }
+
+    /// Waits at the end of the program for this task, too.
+    pub fn wait_for(&mut self, task: AbortHandle) {
+        self.ending.retain(|task| !task.is_finished());
+        self.ending.push(task);
+    }
+
+    /// Whether everything that was cancelled is written down.
+    pub fn is_settled(&self) -> bool {
+        self.ending.iter().all(AbortHandle::is_finished)
+    }
+
+    /// Jobs that only work in memory are not waited for.
+    fn end(&mut self, handle: &Handle) {
+        if !matches!(handle.canceller, Canceller::Flag(_)) {
+            self.wait_for(handle.task.clone());
+        }
     }
 }

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::bench::{Bench, answer, no_verdict};
-use super::events;
+use super::bench::{self, Bench, answer, no_verdict};
 use crate::features::batch::request::{AskBatch, BatchAnswer, BatchProgress, EstimateBatch};
 use crate::features::history::HistoryScreen;
 use crate::features::scenarios::request::{Find, Found, Survey};
@@ -172,7 +171,7 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
         Update::Progress(counts(8)),
     )));
     assert!(
-        !bench.model.card.as_ref().unwrap().is_counted(),
+        !bench.model.proposal.as_ref().unwrap().is_counted(),
         "an old count is dropped"
     );
     let mut refused = counts(8);
@@ -201,7 +200,7 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
     }
     bench.press("esc");
     assert!(matches!(bench.effects.last(), Some(Effect::Cancel(_))));
-    assert!(bench.model.card.is_none() && begun(&bench).is_none());
+    assert!(bench.model.proposal.is_none() && begun(&bench).is_none());
 }
 
 #[test]
@@ -296,7 +295,7 @@ fn questions_are_listed_with_what_they_took_and_can_be_cancelled() {
     bench.model.uptime = Duration::from_secs(4);
     let mut paid = answer("lab/small", true, 301);
     paid.consumed.cost_usd = Some(0.5);
-    bench.send(events::answered(first, Ok(Box::new(paid))));
+    bench.send(bench::answered(first, Ok(Box::new(paid))));
     bench.press("space o j");
     let list = bench.frame(120, 40);
     for words in [

@@ -1,8 +1,6 @@
 //! Saving pictures: choices, file names and messages.
 
-use super::bench::Bench;
-use super::events;
-use super::variant_fixtures::generated;
+use super::bench::{self, Bench, generated_variant};
 use crate::features::generation::request::Generate;
 use crate::features::pictures::{SavePicture, save};
 use crate::loaded::{PictureJob, PictureKind};
@@ -135,7 +133,7 @@ fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
     let Ok(Generate { id, request }) = bench.effects.pop().unwrap().into_request() else {
         panic!("nothing was searched for");
     };
-    bench.send(events::generated(id, generated(&request)));
+    bench.send(bench::generated(id, generated_variant(&request)));
     bench.frame(200, 60);
     bench.model.focus = Pane::Map;
     let folder = tempfile::tempdir().unwrap();

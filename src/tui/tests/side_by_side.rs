@@ -1,17 +1,17 @@
-//! Answers side by side on the whole screen: claims, scrolling, blind mode, ratings.
+//! Answers side by side, and their ratings.
+
+use nearmiss_ask::llm::Chunk;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
+use nearmiss_study::evaluation::{Answer, Event};
 
 use super::answers::{asking, stored_of};
-use super::bench::{Bench, answer};
-use super::events;
+use super::bench::{self, Bench, answer};
 use crate::features::answers::LoadStored;
 use crate::features::compare::rating::{FindUnrated, Rate, ReadRatings};
 use crate::keymap::Key;
 use crate::message::{Effect, Msg};
 use crate::model::ShownAnswer;
-use nearmiss_ask::llm::Chunk;
-use nearmiss_scene::verdict::Task;
-use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
-use nearmiss_study::evaluation::{Answer, Event};
 
 const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20. It is **fast**.\n\n\
     Obstacle 302 is behind the ego.";
@@ -144,7 +144,7 @@ fn what_arrives_is_followed_until_somebody_scrolls_up() {
     bench.press("space o c");
     let place = place_of(&bench, "lab/small");
     bench.model.compare.focus = place;
-    let line = |n: usize| events::piece(id, Event::Chunk(Chunk::Text(format!("line {n}\n"))));
+    let line = |n: usize| bench::piece(id, Event::Chunk(Chunk::Text(format!("line {n}\n"))));
     (0..60).for_each(|n| bench.send(line(n)));
     assert!(bench.frame(120, 40).contains("line 59"));
     bench.press("up up");
@@ -411,4 +411,77 @@ fn answers_that_come_after_it_was_opened_stand_there_too() {
         bench.model.compare.shown,
         [ShownAnswer::Column(0), ShownAnswer::Reference]
     );
+}
+
+/// What was sent to the store: what was chosen, how many answers were marked, and which rating that replaces.
+fn sent(bench: &Bench) -> Vec<(Choice, usize, Option<i64>)> {
+    let effects = bench.effects.iter();
+    let rated = effects.filter_map(|effect| match effect.request() {
+        Some(Rate {
+            rating, replaced, ..
+        }) => {
+            let marked = rating.answers.iter().filter(|answer| answer.wrong).count();
+            Some((rating.choice, marked, *replaced))
+        }
+        _ => None,
+    });
+    rated.collect()
+}
+
+#[test]
+fn answers_are_rated_anew_while_they_stand_there() {
+    for open in ["space o c", "space o b"] {
+        let mut bench = sized(two(), 120, 40);
+        bench.press(open);
+        let round = bench.model.compare.round;
+        bench.press("1");
+        bench.send(Msg::reply::<Rate>((round, Ok(4))));
+        bench.press("2");
+        bench.send(Msg::reply::<Rate>((round, Ok(4))));
+        assert!(bench.frame(120, 40).contains("rating 4 changed"), "{open}");
+        bench.press("w enter");
+        bench.send(Msg::reply::<Rate>((round, Ok(4))));
+        bench.press("w");
+        let (best, again) = (Choice::Best, Some(4));
+        let anew = [
+            (best(1), 0, again),
+            (best(1), 1, again),
+            (best(1), 0, again),
+        ];
+        let all = [&[(best(0), 0, None)][..], &anew].concat();
+        assert_eq!(sent(&bench), all, "{open}");
+        // The last one is refused: what is in the store is what is shown.
+        bench.send(Msg::reply::<Rate>((
+            round,
+            Err("the store is locked".into()),
+        )));
+        bench.press("t");
+        bench.send(Msg::reply::<Rate>((
+            round,
+            Err("the store is locked".into()),
+        )));
+        assert_eq!(bench.model.compare.choice, Some(best(1)), "{open}");
+    }
+}
+
+#[test]
+fn a_rating_waits_for_the_one_before_it_and_other_answers_have_their_own() {
+    let mut bench = sized(two(), 120, 40);
+    bench.press("space o c");
+    let round = bench.model.compare.round;
+    bench.press("1 2 t");
+    assert_eq!(sent(&bench), [(Choice::Best(0), 0, None)]);
+    // Meanwhile other answers stand there; nothing was made of them yet.
+    bench.press("esc space o c");
+    bench.send(Msg::reply::<Rate>((round, Ok(4))));
+    assert_eq!(sent(&bench)[1..], [(Choice::Tie, 0, Some(4))]);
+    bench.send(Msg::reply::<Rate>((round, Ok(4))));
+    assert_eq!(bench.model.compare.choice, None);
+    bench.press("0");
+    assert_eq!(sent(&bench)[2..], [(Choice::AllWrong, 0, None)]);
+    bench.send(Msg::reply::<Rate>((
+        bench.model.compare.round,
+        Err("the store is locked".into()),
+    )));
+    assert_eq!(bench.model.compare.choice, None);
 }

@@ -2,9 +2,10 @@
 
 use super::super::action::{Action, Scope};
 use super::super::message::Effect;
-use super::super::model::{Column, Model, Notice, Pane, PromptView, ShownAnswer, Toast};
+use super::super::model::{Model, Notice, Pane, PromptView, ShownAnswer, Toast};
 use super::super::session::restore;
-use super::{jumps, open_current, panes, screens as on_screen, task};
+use super::pressed::scroll;
+use super::{keys as on_screen, open_current, opening, pointer};
 use crate::features::answers::{self, claims};
 use crate::features::compare::{self, rating};
 use crate::features::{
@@ -37,9 +38,9 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         NextPane => focus_next(model, 1),
         PreviousPane => focus_next(model, Pane::ALL.len() - 1),
         Zoom => model.zoomed = !model.zoomed,
-        WidenPane | NarrowPane | TallerPane | LowerPane => panes::resize(model, action),
-        EvenPanes => panes::reset(model),
-        FocusLeft | FocusDown | FocusUp | FocusRight => panes::go(model, action),
+        WidenPane | NarrowPane | TallerPane | LowerPane => pointer::resize(model, action),
+        EvenPanes => pointer::reset(model),
+        FocusLeft | FocusDown | FocusUp | FocusRight => pointer::go(model, action),
         Filter => scenarios::begin(model),
         Choose => return scenarios::choose(model),
         GroupScenarios => scenarios::group(model),
@@ -52,8 +53,8 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         | Slower | MinimumStep | CollisionStep | ContactStep | Loop => {
             timeline::clock(model, action)
         }
-        PlaceBack => return jumps::go(model, true),
-        PlaceForward => return jumps::go(model, false),
+        PlaceBack => return opening::go(model, true),
+        PlaceForward => return opening::go(model, false),
         PaneMain => return main_thing(model),
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
             map::move_map(model, action);
@@ -260,33 +261,11 @@ fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Scrolls a pane's text.
-pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
-    let extent = model.drawn.extent(pane);
-    let last = extent.last_top();
-    let page = extent.rows.saturating_sub(1).max(1);
-    let by = model.look.lines(action, page.cast_signed());
-    let line = model.look.line(action).map(|line| line.min(last));
-    let top = line.unwrap_or_else(|| extent.moved(by));
-    match pane {
-        Pane::Prompt => model.prompt.scroll = top,
-        Pane::Verdict => model.answers.verdict_top = top,
-        Pane::Reasoning => {
-            model.note_scrolled();
-            // At the end of a text that still arrives, the end is followed again.
-            let running = model.answers.column().is_some_and(Column::is_running);
-            let follow = running && top == last;
-            model.answers.scroll = if follow { None } else { Some(top) };
-        }
-        _ => {}
-    }
-}
-
 fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
     let mut effects = Vec::new();
     match action {
         Action::ToggleTask => {
-            task::next(model);
+            super::next(model);
             timeline::to_window(model);
             // Answers to another question do not compare.
             let name = model

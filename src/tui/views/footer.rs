@@ -91,7 +91,7 @@ const WAITS: usize = 40;
 
 /// How far the search for an attack is, and the key that cancels it.
 fn searching(model: &Model, width: u16) -> Option<Hint> {
-    let search = model.maker.under_way.as_ref()?;
+    let search = model.generation.under_way.as_ref()?;
     let mut words = format!("cancel · {}", working_words(search.at, width >= WIDE));
     if let Some(why) = search.waits.as_ref().filter(|_| width >= WIDE) {
         words.push_str(&format!(" · {}", fit(&visible(why), WAITS)));

@@ -3,7 +3,7 @@
 use super::super::timeline;
 use crate::model::{Column, Document, Model, Pane, ShownAnswer};
 use crate::request::Computation;
-use crate::update::jumps;
+use crate::update::opening;
 use nearmiss_scene::scenario::Scene;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Subject, checked};
 use std::sync::Arc;
@@ -96,7 +96,7 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize>
     };
     let claim = &claims[place];
     let (obstacle, step) = (claim.claim.obstacle, claim.step);
-    jumps::leave(model);
+    opening::leave_place(model);
     model.picked = Some(obstacle);
     model.clock.playing = false;
     if model.clock.step() != step {

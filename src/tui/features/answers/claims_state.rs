@@ -77,7 +77,7 @@ impl Document {
 }
 
 /// Texts whose claims are kept.
-const MOST: usize = 100;
+const MAX_KEPT: usize = 100;
 
 impl Claims {
     /// The claims of a text, in its order; none until they were checked.
@@ -101,7 +101,7 @@ impl Claims {
         if self.known.iter().any(|(known, _)| *known == key) {
             return false;
         }
-        if self.known.len() >= MOST {
+        if self.known.len() >= MAX_KEPT {
             self.known.remove(0);
         }
         self.known.push((key, None));
@@ -159,7 +159,7 @@ impl Model {
             return Some(known.clone());
         }
         let document = Arc::new(document(&parts, scene.as_ref()));
-        if kept.len() >= MOST {
+        if kept.len() >= MAX_KEPT {
             kept.remove(0);
         }
         let source = Source {

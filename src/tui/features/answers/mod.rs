@@ -19,7 +19,7 @@ use nearmiss_workflow::AskRequest;
 use super::prompt::show_error;
 use super::{batch, compare, generation, scenarios, timeline};
 use crate::action::Action;
-use crate::features::jobs;
+use crate::features::jobs::notes;
 use crate::message::Effect;
 use crate::model::{
     Column, Job, JobId, JobKind, JobState, Model, Pane, Progress, ShownAnswer, Update,
@@ -27,7 +27,7 @@ use crate::model::{
 };
 use crate::request::{Computation, Replies, Request};
 use crate::services::{Canceller, Services};
-use crate::update::reopen;
+use crate::update::opened;
 
 /// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
 pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
@@ -516,10 +516,10 @@ impl Request for LoadStored {
     /// They are taken if they are on what is open.
     fn reply(model: &mut Model, (of, stored): Self::Reply) -> Vec<Effect> {
         if subject(model).as_ref() == Some(&of) {
-            let reopened = reopen::before_stored(model);
+            let reopened = opened::before_stored(model);
             show(model, stored);
             if let Some(column) = reopened {
-                reopen::after_stored(model, column);
+                opened::after_stored(model, column);
             }
             timeline::arrived(model);
             compare::arrived(model);
@@ -596,7 +596,9 @@ impl Request for Ask {
         {
             model.recall.hint = false;
         }
-        let is_current = jobs::note(model, id, |job, now| jobs::note_question(job, &update, now));
+        let is_current = notes::note(model, id, |job, now| {
+            notes::note_question(job, &update, now)
+        });
         if is_current {
             on_update(model, id, update)
         } else {

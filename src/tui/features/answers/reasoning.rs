@@ -11,9 +11,9 @@ use crate::action::Action;
 use crate::model::{Column, Model, Pane, Progress};
 use crate::widgets::highlight::markdown;
 use crate::widgets::long_text::MarkedClaims;
-use crate::widgets::scroll::PageSection;
+use crate::widgets::row::{self, PageSection};
 use crate::widgets::words::{fit_end, whole_parts};
-use crate::widgets::{claimed, frame, scroll};
+use crate::widgets::{claimed, window};
 use nearmiss_scene::judge;
 use nearmiss_study::evaluation::{JudgeOutcome, MissingVerdict, tool_rounds};
 
@@ -29,7 +29,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             whole_parts(["reasoning", &name, &state], inside)
         }
     };
-    let inner = frame::pane(f, area, model, Pane::Reasoning, Line::from(title));
+    let inner = window::pane(f, area, model, Pane::Reasoning, Line::from(title));
     let document = model.document(model.answers.shown);
     let marks = document
         .as_ref()
@@ -49,7 +49,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         None => said.map_or_else(|| unjudged(model), |said| vec![said]),
         Some(column) => answer(model, column, said),
     };
-    let extent = scroll::page(
+    let extent = row::page(
         f,
         inner,
         model,

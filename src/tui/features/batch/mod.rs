@@ -24,7 +24,9 @@ use crate::action::Action;
 use crate::features::batch::request::AskBatch;
 use crate::keymap::Key;
 use crate::message::Effect;
-use crate::model::{Batch, Card, Column, Counts, JobId, JobKind, JobState, Model, Pane, Update};
+use crate::model::{
+    Batch, BatchProposal, Column, Counts, JobId, JobKind, JobState, Model, Pane, Update,
+};
 use crate::widgets::hints::Hint;
 use crate::widgets::window;
 use crate::widgets::words::{fit, thousands};
@@ -52,7 +54,7 @@ impl Screen for BatchScreen {
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-        let Some(card) = &model.card else { return };
+        let Some(card) = &model.proposal else { return };
         let title = if !card.is_counted() {
             "ask many · counting…"
         } else if blocked(card).is_some() {
@@ -68,7 +70,7 @@ impl Screen for BatchScreen {
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
         let key = |action, words: &str| (model.look.key(action), words.to_string());
-        match model.card.as_ref().and_then(blocked) {
+        match model.proposal.as_ref().and_then(blocked) {
             Some(_) => vec![key(Action::Cancel, "close")],
             None => vec![key(Action::Accept, "ask"), key(Action::Cancel, "cancel")],
         }
@@ -76,7 +78,7 @@ impl Screen for BatchScreen {
 }
 
 /// Why nothing can be asked, once all was counted.
-fn blocked(card: &Card) -> Option<String> {
+fn blocked(card: &BatchProposal) -> Option<String> {
     let counts = &card.counts;
     if !card.is_counted() {
         return None;
@@ -89,7 +91,7 @@ fn blocked(card: &Card) -> Option<String> {
 
 /// Closes without asking.
 fn decline(model: &mut Model) -> Step {
-    let card = model.card.take();
+    let card = model.proposal.take();
     Step::Close(
         card.map(|card| Effect::Cancel(card.id))
             .into_iter()
@@ -99,13 +101,13 @@ fn decline(model: &mut Model) -> Step {
 
 /// Asks, or says why it cannot be asked.
 fn begin(model: &mut Model) -> Step {
-    let Some(card) = model.card.take_if(|card| card.is_counted()) else {
+    let Some(card) = model.proposal.take_if(|card| card.is_counted()) else {
         let key = model.look.key(Action::Accept);
         model.say(format!("still counting; {key} asks when done"));
         return Step::stay();
     };
     if let Some(why) = blocked(&card) {
-        model.card = Some(card);
+        model.proposal = Some(card);
         model.say(why);
         return Step::stay();
     }
@@ -147,7 +149,7 @@ const COLUMNS: u16 = 84;
 /// Columns of the names and of the blanks around them.
 const NAME: usize = 13;
 
-fn text(model: &Model, card: &Card, width: usize) -> Text<'static> {
+fn text(model: &Model, card: &BatchProposal, width: usize) -> Text<'static> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let bold = Style::new().add_modifier(Modifier::BOLD);
@@ -325,7 +327,7 @@ pub fn propose(model: &mut Model) -> Vec<Effect> {
     }
     let batch = Arc::new(batch);
     let id = JobId(model.new_id());
-    model.card = Some(Card {
+    model.proposal = Some(BatchProposal {
         id,
         batch: Arc::clone(&batch),
         counts: Counts::default(),

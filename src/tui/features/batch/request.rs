@@ -8,8 +8,10 @@ use std::sync::{Arc, OnceLock};
 use tokio::runtime::Handle;
 use tokio::task::JoinSet;
 
-use crate::features::{experiment, jobs};
+use crate::features::experiment;
+use crate::features::jobs::notes;
 use crate::message::Effect;
+use crate::model::JobState;
 use crate::model::{Batch, Counts, Job, JobId, JobKind, Model, Update};
 use crate::request::{Replies, Request};
 use crate::services::{Canceller, Services};
@@ -17,12 +19,14 @@ use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{EgoSelection, EntryLocation};
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Item, ItemState, Store, StoreError};
+use nearmiss_study::evaluation::JudgeOutcome;
 use nearmiss_study::evaluation::batch::{Experiment, way_of};
 use nearmiss_study::evaluation::{Answer, Judge, Judges, PromptConfig};
 use nearmiss_workflow::batch::{
     self, BatchControl, BatchError, BatchPlan, BatchRequest, BatchRun, DryRun, DryRunEvent,
     PlanningEvent, ProviderSlots,
 };
+use std::time::Duration;
 
 /// What can be begun, by its number; it is there once it is prepared.
 pub(crate) type Prepared = Option<(JobId, Arc<OnceLock<Ready>>)>;
@@ -97,7 +101,7 @@ impl Request for EstimateBatch {
     }
 
     fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
-        let card = model.card.as_mut().filter(|card| card.id == id);
+        let card = model.proposal.as_mut().filter(|card| card.id == id);
         if let (Some(card), Update::Progress(counts) | Update::Ended(Ok(counts))) = (card, update) {
             card.counts = counts;
         }
@@ -172,7 +176,7 @@ impl Request for AskBatch {
 
 /// Takes the news of a batch or an experiment that is asked.
 pub(crate) fn on_update(model: &mut Model, id: JobId, update: BatchUpdate) -> Vec<Effect> {
-    if !jobs::note(model, id, |job, now| jobs::note_batch(job, &update, now)) {
+    if !notes::note(model, id, |job, now| note_batch(job, &update, now)) {
         return Vec::new();
     }
     let effects = experiment::on_batch(model, id, &update);
@@ -386,4 +390,54 @@ fn outcome(ended: batch::QuestionOutcome) -> Result<BatchAnswer, String> {
         answer,
         truth: question.reference().map(|verdict| verdict.dangerous),
     })
+}
+
+/// Notes how far a batch is.
+fn note_batch(job: &mut Job, update: &BatchUpdate, now: Duration) {
+    match update {
+        Update::Progress(BatchProgress::Named(name, questions)) => {
+            job.batch = Some(name.clone());
+            job.of = *questions;
+            return;
+        }
+        Update::Progress(BatchProgress::Changed(_)) => return,
+        Update::Progress(BatchProgress::Answered(Ok(ended))) => return answered(job, ended),
+        Update::Progress(BatchProgress::Answered(Err(why))) => return failed(job, why),
+        Update::Ended(Err(why)) => failed(job, why),
+        Update::Ended(Ok(())) | Update::Cancelled => {}
+    }
+    let left = job.of.saturating_sub(job.done);
+    let words = job.outcome();
+    let state = match (left, job.tally.2 == job.done && job.done > 0) {
+        (0, false) => JobState::Done(words),
+        (0, true) => JobState::Failed(words),
+        (left, _) => JobState::Cancelled(format!("{words}, {left} not asked")),
+    };
+    job.end(state, now);
+}
+
+/// A question of a batch has no answer.
+fn failed(job: &mut Job, why: &str) {
+    job.done += 1;
+    job.tally.2 += 1;
+    job.why.get_or_insert_with(|| why.into());
+}
+
+/// One answer of a batch is here.
+fn answered(job: &mut Job, ended: &BatchAnswer) {
+    let answer = &ended.answer;
+    job.done += 1;
+    if answer.past.is_none() {
+        job.consumed(&answer.consumed);
+    }
+    let said = answer.verdict().map(|verdict| verdict.dangerous);
+    match (&answer.judged, said, ended.truth) {
+        (JudgeOutcome::Missing(missing), ..) => {
+            job.tally.2 += 1;
+            job.why.get_or_insert_with(|| missing.to_string());
+        }
+        (_, Some(said), Some(truth)) if said == truth => job.tally.0 += 1,
+        (_, Some(_), Some(_)) => job.tally.1 += 1,
+        _ => {}
+    }
 }

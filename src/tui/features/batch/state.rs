@@ -59,7 +59,7 @@ impl MarkedScenarios {
 
 /// A batch that waits for a yes.
 #[derive(Debug)]
-pub struct Card {
+pub struct BatchProposal {
     /// Its number.
     pub id: JobId,
     /// The batch to ask.
@@ -70,7 +70,7 @@ pub struct Card {
     pub marked: bool,
 }
 
-impl Card {
+impl BatchProposal {
     /// Whether everything was counted.
     #[must_use]
     pub fn is_counted(&self) -> bool {

@@ -8,12 +8,12 @@ pub mod state;
 use super::answers::{self, claims};
 use super::timeline;
 use crate::action::{Action, Scope};
+use crate::features::Step;
 use crate::features::compare::rating::ReadRatings;
 use crate::keymap::Key;
 use crate::message::Effect;
-use crate::model::{Column, MOST_COMPARED, Model, ShownAnswer};
-use crate::update::keys::{self, KeyEffect};
-use crate::update::{actions, menus};
+use crate::model::{Column, MAX_COMPARED, Model, ShownAnswer};
+use crate::update::pressed::{KeyEffect, pressed};
 use nearmiss_store::Choice;
 
 /// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.
@@ -56,10 +56,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.compare.marking.is_some() {
         return rating::marking_key(model, key);
     }
-    if let Some(effects) = menus::on_key(model, key) {
-        return effects;
-    }
-    match keys::pressed(model, key, Scope::Compare) {
+    match pressed(model, key, Scope::Compare) {
         KeyEffect::Action(Action::Cancel | Action::Quit | Action::Ratings)
             if model.compare.ratings.take().is_some() =>
         {
@@ -89,7 +86,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.compare.blind = None;
         }
         BlindMode => return rating::toggle_blind(model),
-        SavePicture | Help => return actions::perform(model, action),
+        SavePicture | Help => return vec![Effect::Step(Step::Perform(action))],
         CompareLeft => model.compare.focus = (model.compare.focus + count - 1) % count,
         CompareRight => model.compare.focus = (model.compare.focus + 1) % count,
         Up | Down | PageUp | PageDown | Top | Bottom => scroll(model, action),
@@ -225,7 +222,7 @@ fn resize(model: &mut Model, more: bool) {
         } else {
             size.saturating_sub(1)
         };
-        blind.size = Some(size.clamp(2, MOST_COMPARED));
+        blind.size = Some(size.clamp(2, MAX_COMPARED));
         return rating::begin(model);
     }
     if !more {
@@ -243,13 +240,13 @@ fn resize(model: &mut Model, more: bool) {
         .rev()
         .find(|s| !model.compare.shown.contains(s));
     match next {
-        Some(next) if model.compare.shown.len() < MOST_COMPARED => {
+        Some(next) if model.compare.shown.len() < MAX_COMPARED => {
             let mut shown = model.compare.shown.clone();
             shown.insert(0, next);
             model.compare.show(shown);
             follow_ends(model);
         }
-        Some(_) => model.say(format!("at most {MOST_COMPARED} answers side by side")),
+        Some(_) => model.say(format!("at most {MAX_COMPARED} answers side by side")),
         None => model.say("no other answer"),
     }
 }

@@ -88,7 +88,7 @@ pub const REASONS: [&str; 6] = [
 ];
 
 /// Answers side by side at most.
-pub const MOST: usize = 4;
+pub const MAX_COMPARED: usize = 4;
 
 /// Columns of the terminal that an answer needs.
 pub const NARROWEST: u16 = 38;
@@ -162,7 +162,7 @@ impl Model {
     /// How many answers fit side by side.
     #[must_use]
     pub fn fit_side_by_side(&self) -> usize {
-        usize::from(self.size.0 / NARROWEST).clamp(1, MOST)
+        usize::from(self.size.0 / NARROWEST).clamp(1, MAX_COMPARED)
     }
 }
 

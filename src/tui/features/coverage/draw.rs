@@ -31,7 +31,7 @@ const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█']
 const EMPTY: &str = "·";
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, state: &CoverageScreen) {
-    let body = window::whole(frame, screen, model);
+    let body = window::full_screen(frame, screen, model);
     let room = usize::from(body.width).saturating_sub(4);
     let inner = window::window_at(frame, body, model, &title(model, state, room));
     let (Some(index), Some(detail)) = (model.list.index().ready(), &state.detail) else {

@@ -106,7 +106,7 @@ impl Screen for CoverageScreen {
         let choice = self.choice();
         let is_true = |detail: &CellDetail| detail.is_of(index, choice, &model.list);
         if !self.detail.as_ref().is_some_and(is_true) {
-            let detail = CellDetail::of(&Arc::clone(index), choice, &model.list);
+            let detail = CellDetail::new(&Arc::clone(index), choice, &model.list);
             self.inside = match detail.worst.len() {
                 0 => None,
                 windows => self.inside.map(|place| place.min(windows - 1)),
@@ -239,7 +239,7 @@ impl CoverageScreen {
 }
 
 /// Windows that are listed of a cell at most.
-const MOST: usize = 100;
+const MAX_LISTED: usize = 100;
 
 /// A cell; nothing of a kind means all of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -308,7 +308,7 @@ impl CellChoice {
 
 impl CellDetail {
     /// Looks through the scenarios of an index.
-    pub fn of(index: &Arc<CorpusIndex>, choice: CellChoice, list: &List) -> Self {
+    pub fn new(index: &Arc<CorpusIndex>, choice: CellChoice, list: &List) -> Self {
         let facts = list.rows.iter().filter_map(|row| row.facts());
         let listed: HashSet<&str> = facts.map(|facts| facts.hash.as_str()).collect();
         let (windows, asked) = choice.sums(&index.counts(choice.manoeuvre, choice.road));
@@ -338,7 +338,7 @@ impl CellDetail {
                 window: window.clone(),
             }));
             // Only the worst are kept, so that a cell of many scenarios takes no room.
-            if detail.worst.len() > 2 * MOST {
+            if detail.worst.len() > 2 * MAX_LISTED {
                 detail.keep_worst();
             }
         }
@@ -349,7 +349,7 @@ impl CellDetail {
     fn keep_worst(&mut self) {
         self.worst
             .sort_by_key(|one| (one.window.severity, one.scenario));
-        self.worst.truncate(MOST);
+        self.worst.truncate(MAX_LISTED);
     }
 
     /// Whether it is still what would be said.

@@ -33,7 +33,7 @@ const NUMBER: usize = 9;
 const CONFIRM: u16 = 84;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model, scroll: usize) {
-    let body = window::whole(frame, screen, model);
+    let body = window::full_screen(frame, screen, model);
     let view = &model.experiment;
     let name = view.file.as_deref().map(shown_path).unwrap_or_default();
     let room = usize::from(body.width).saturating_sub(24);

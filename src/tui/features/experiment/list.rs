@@ -124,7 +124,7 @@ impl Screen for ExperimentsScreen {
             Vec::new()
         } else {
             let rows = self.rows(model).into_iter();
-            rows.map(|row| words(&row, here, model)).collect()
+            rows.map(|row| row_texts(&row, here, model)).collect()
         };
         if self.naming {
             let typed = picker::typed(model, &self.picker, 0, usize::from(inner.width));
@@ -321,7 +321,7 @@ fn asks(model: &Model) -> String {
 }
 
 /// A row in words, with what stands at its right.
-fn words(row: &Row, here: &Path, model: &Model) -> (String, String) {
+fn row_texts(row: &Row, here: &Path, model: &Model) -> (String, String) {
     let short = |path: &Path| {
         let below = path.strip_prefix(here).unwrap_or(path);
         visible(&below.display().to_string()).into_owned()

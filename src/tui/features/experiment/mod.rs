@@ -333,7 +333,7 @@ fn results(model: &mut Model) -> Vec<Effect> {
         _ => BatchPart::Plain,
     };
     model.results.chosen = Some(AnswerSet::Batch(batch, part));
-    crate::update::actions::perform(model, Action::Results)
+    vec![Effect::Step(Step::Perform(Action::Results))]
 }
 
 /// Opens the file in the user's editor.

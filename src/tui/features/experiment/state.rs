@@ -8,7 +8,7 @@ use nearmiss_workflow::batch::DryRunLine;
 use nearmiss_workflow::{ExperimentAxis, ExperimentProgress, FolderOfExperiments};
 
 /// Experiments that are remembered at most.
-const MOST: usize = 10;
+const MAX_REMEMBERED: usize = 10;
 
 /// The state of the screen of an experiment.
 #[derive(Debug, Default)]
@@ -65,7 +65,7 @@ impl ExperimentView {
     pub fn remember(&mut self, file: &Path) {
         self.recent.retain(|known| known != file);
         self.recent.insert(0, file.to_path_buf());
-        self.recent.truncate(MOST);
+        self.recent.truncate(MAX_REMEMBERED);
     }
 
     /// The files that can be chosen: those opened before, then those of the working folder.

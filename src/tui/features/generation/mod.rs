@@ -83,7 +83,7 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
         return Vec::new();
     }
     if let (None, Some(_), Some(place)) = (only, model.opening, model.list.opened) {
-        model.maker.wanted = Some(place);
+        model.generation.wanted = Some(place);
         model.tell("the scenario is still being read; the search for an attack starts then");
         return Vec::new();
     }
@@ -93,13 +93,13 @@ fn generate(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
     // A variant against another planner is replaced.
     let attacked = model.driver.planner;
     let kept = model
-        .maker
+        .generation
         .find(hash, change)
         .filter(|kept| kept.planner() == attacked);
     if model.variant().is_none() && only.is_none() && kept.is_some() {
         return show(model, true);
     }
-    let seed = model.maker.next_seed(hash, only);
+    let seed = model.generation.next_seed(hash, only);
     let who = match (only, model.config.attackers) {
         (Some(id), _) => id.to_string(),
         (None, Some(2..)) => "one obstacle or several".into(),
@@ -154,7 +154,7 @@ fn begin(
         return Vec::new();
     };
     let id = JobId(model.new_id());
-    model.maker.begin(id, place);
+    model.generation.begin(id, place);
     vec![Generate { id, request }.into()]
 }
 
@@ -197,7 +197,7 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
 }
 
 fn stop(model: &mut Model) -> Vec<Effect> {
-    let Some(search) = model.maker.under_way.take() else {
+    let Some(search) = model.generation.under_way.take() else {
         return Vec::new();
     };
     vec![Effect::Cancel(search.id)]
@@ -219,7 +219,7 @@ pub fn stop_left(model: &mut Model) -> Vec<Effect> {
     }
     let leaves =
         |search: &Search| model.opened.is_none() || model.list.opened != Some(search.place);
-    if model.maker.under_way.as_ref().is_some_and(leaves) {
+    if model.generation.under_way.as_ref().is_some_and(leaves) {
         stop(model)
     } else {
         Vec::new()
@@ -230,18 +230,18 @@ pub fn stop_left(model: &mut Model) -> Vec<Effect> {
 pub fn on_update(model: &mut Model, update: GenerationUpdate) -> Vec<Effect> {
     match update {
         Update::Progress(GenerationProgress::Working(at)) => {
-            if let Some(search) = &mut model.maker.under_way {
+            if let Some(search) = &mut model.generation.under_way {
                 search.at = Some(at);
                 search.waits = None;
             }
             Vec::new()
         }
         Update::Progress(GenerationProgress::Model(progress)) => {
-            writing::heard(model, &progress);
+            writing::on_progress(model, &progress);
             Vec::new()
         }
         Update::Ended(result) => {
-            model.maker.under_way = None;
+            model.generation.under_way = None;
             let mut effects = writing::recount(model);
             match result {
                 Ok(GenerationOutcome::Found { original, variant }) => {
@@ -266,9 +266,9 @@ fn found(model: &mut Model, original: Box<Opened>, variant: Box<Opened>) -> Vec<
     if let Some(shown) = &variant.variant {
         let made = shown.made.clone();
         if let Some(wrote) = &made.authorship {
-            writing::heard_out(model, made.original(), wrote);
+            writing::note_asked(model, made.original(), wrote);
         }
-        model.maker.keep(original, variant, made);
+        model.generation.keep(original, variant, made);
     }
     let effects = show(model, true);
     let at = model.variant().map(|shown| moment(&shown.made));
@@ -292,7 +292,7 @@ fn moment(made: &GeneratedVariant) -> i64 {
 fn show(model: &mut Model, changed: bool) -> Vec<Effect> {
     let kept = model
         .made_of()
-        .and_then(|(hash, change)| model.maker.find(hash, change));
+        .and_then(|(hash, change)| model.generation.find(hash, change));
     let Some(kept) = kept else {
         let why = model.without_variant();
         model.say(why);
@@ -396,7 +396,7 @@ fn save(model: &mut Model) -> Vec<Effect> {
 pub fn saved(model: &mut Model, made: &Arc<GeneratedVariant>, result: Result<String, String>) {
     match result {
         Ok(files) => {
-            model.maker.saved(made, &files);
+            model.generation.saved(made, &files);
             model.say(format!("saved as {files}"));
         }
         Err(error) => model.complain(format!("the variant is not written: {error}")),
@@ -419,7 +419,7 @@ fn ask(model: &mut Model) {
 
 /// Whether something is made already; then it is said, with how to stop it.
 fn still_searching(model: &mut Model) -> bool {
-    let Some(search) = &model.maker.under_way else {
+    let Some(search) = &model.generation.under_way else {
         return false;
     };
     let words = working_words(search.at, true);
@@ -430,7 +430,7 @@ fn still_searching(model: &mut Model) -> bool {
 
 /// Whether Esc is to be pressed again before what is made ends, as minutes of work end with it; then that is said.
 pub fn asks_again(model: &mut Model) -> bool {
-    let Some(search) = &model.maker.under_way else {
+    let Some(search) = &model.generation.under_way else {
         return false;
     };
     if model.stop_within > 0.0 {
@@ -448,7 +448,7 @@ const AGAIN: f64 = 4.0;
 
 /// A scenario was opened: the search starts that was asked for meanwhile.
 pub fn opened(model: &mut Model) -> Vec<Effect> {
-    match model.maker.wanted.take() {
+    match model.generation.wanted.take() {
         Some(place) if model.list.opened == Some(place) => generate(model, None),
         _ => Vec::new(),
     }
@@ -512,7 +512,7 @@ pub fn note(job: &mut Job, update: &GenerationUpdate, now: Duration) {
 /// The original of the saved variant that is open, unless something was made of this in turn.
 fn original(model: &Model) -> Option<Entry> {
     let (hash, change) = model.made_of()?;
-    let none = model.variant().is_none() && model.maker.find(hash, change).is_none();
+    let none = model.variant().is_none() && model.generation.find(hash, change).is_none();
     let saved = model.opened.as_ref()?.saved.as_ref().filter(|_| none)?;
     let (entry, _) = saved.original.as_ref().ok()?;
     Some(entry.clone())
@@ -630,8 +630,8 @@ impl WishScreen {
         let id = JobId(model.new_id());
         model.say(format!("searching for an attack: {wish}…"));
         request.wish = Some(wish);
-        request.seed = model.maker.next_seed(self.hash, None);
-        model.maker.begin(id, self.place);
+        request.seed = model.generation.next_seed(self.hash, None);
+        model.generation.begin(id, self.place);
         Step::Close(vec![Generate { id, request }.into()])
     }
 }

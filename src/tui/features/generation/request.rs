@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use tokio::sync::oneshot;
 
-use crate::features::jobs;
+use crate::features::jobs::notes;
 use crate::loaded::{
     GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
     VariantRequest, Writer,
@@ -79,7 +79,7 @@ impl Request for Generate {
     fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
         let job = model.jobs.running_mut(id);
         let stopping = job.is_some_and(|job| job.state == JobState::Stopping);
-        if !jobs::note(model, id, |job, now| super::note(job, &update, now)) {
+        if !notes::note(model, id, |job, now| super::note(job, &update, now)) {
             return Vec::new();
         }
         match update {

@@ -12,7 +12,7 @@ use nearmiss_drive::generation::Consequence;
 use nearmiss_scene::scenario::{ContentHash, Transform};
 
 /// Variants that are kept; beyond, the oldest go.
-const MOST: usize = 8;
+const MAX_KEPT: usize = 8;
 
 /// State of generation beside the open scenario.
 #[derive(Debug, Default)]
@@ -76,7 +76,7 @@ impl GenerationState {
             made,
             saved: None,
         });
-        if self.kept.len() > MOST {
+        if self.kept.len() > MAX_KEPT {
             self.kept.remove(0);
         }
     }
@@ -135,7 +135,7 @@ impl GenerationState {
         self.unwritten
             .retain(|(hash, change, _)| (*hash, *change) != of);
         self.unwritten.push((of.0, of.1, wrote));
-        if self.unwritten.len() > MOST {
+        if self.unwritten.len() > MAX_KEPT {
             self.unwritten.remove(0);
         }
     }
@@ -279,7 +279,7 @@ impl Model {
     /// A model's output for the open scenario without a dangerous result.
     #[must_use]
     pub fn unwritten(&self) -> Option<&Arc<Authorship>> {
-        self.maker.unwritten(self.made_of()?)
+        self.generation.unwritten(self.made_of()?)
     }
 
     /// The key of the open scenario's variants: that of its original.
@@ -326,7 +326,7 @@ impl Model {
     /// Why there is no variant to show, and what to do.
     #[must_use]
     pub fn without_variant(&self) -> String {
-        if self.maker.under_way.is_some() {
+        if self.generation.under_way.is_some() {
             return "the variant is still being made".into();
         }
         if self.opened.is_none() {
@@ -335,7 +335,7 @@ impl Model {
         let generate = self.look.key(Action::Generate);
         let kept = self
             .made_of()
-            .and_then(|(hash, change)| self.maker.find(hash, change));
+            .and_then(|(hash, change)| self.generation.find(hash, change));
         match kept {
             Some(_) => format!(
                 "the variant is not shown: {generate} or {} shows it",

@@ -46,13 +46,13 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
         return Vec::new();
     };
     let asked = model.model.clone();
-    let kept = model.maker.find(hash, change);
+    let kept = model.generation.find(hash, change);
     let its = kept.and_then(|kept| kept.made.authorship.as_ref());
     if model.variant().is_none() && only.is_none() && its.is_some_and(|its| its.model == asked) {
         return show(model, true);
     }
     // The store would give the same again.
-    let fresh = model.maker.was_heard(hash, only, &asked);
+    let fresh = model.generation.was_heard(hash, only, &asked);
     let task = match only {
         Some(id) => format!("write a motion of {id} that endangers the ego"),
         None => "choose an attacker and write its motion".into(),
@@ -141,7 +141,7 @@ fn requests(model: &Model, method: &Method, only: Option<i64>) -> Vec<RequestTok
 }
 
 /// Handles progress of the authoring model.
-pub fn heard(model: &mut Model, progress: &Progress) {
+pub fn on_progress(model: &mut Model, progress: &Progress) {
     if let Progress::Heard {
         event: Event::Chunk(Chunk::Note(note)),
         ..
@@ -150,14 +150,14 @@ pub fn heard(model: &mut Model, progress: &Progress) {
         model.say(format!("{}: {note}", model.model));
     }
     let method = method(model);
-    let Some(search) = &mut model.maker.under_way else {
+    let Some(search) = &mut model.generation.under_way else {
         return;
     };
     let mut at = match search.at {
         Some(GenerationStage::Writing(at)) => at,
         _ => AuthoringProgress::default(),
     };
-    at.hear(progress, &method);
+    at.on_event(progress, &method);
     search.at = Some(GenerationStage::Writing(at));
     search.waits = match progress {
         Progress::Heard { event, .. } => match waiting(event) {
@@ -185,8 +185,8 @@ fn waiting(event: &Event) -> Option<String> {
 /// Handles a result that is not dangerous; the model's output can be read.
 pub fn unwritten(model: &mut Model, words: String, wrote: Arc<Authorship>) {
     if let Some(of) = model.made_of() {
-        model.maker.keep_unwritten(of, wrote.clone());
-        heard_out(model, of.0, &wrote);
+        model.generation.keep_unwritten(of, wrote.clone());
+        note_asked(model, of.0, &wrote);
     }
     let key = model.look.key(Action::VariantPanel);
     let words = format!("{words}; {key} details");
@@ -198,9 +198,9 @@ pub fn unwritten(model: &mut Model, words: String, wrote: Arc<Authorship>) {
 }
 
 /// A model has said all that it was to say about a scenario: where it is asked once more, it is asked anew.
-pub fn heard_out(model: &mut Model, hash: ContentHash, wrote: &Authorship) {
+pub fn note_asked(model: &mut Model, hash: ContentHash, wrote: &Authorship) {
     if wrote.authored.stopped.is_none() {
-        model.maker.heard_out(hash, wrote.only, &wrote.model);
+        model.generation.heard_out(hash, wrote.only, &wrote.model);
     }
 }
 
@@ -323,7 +323,7 @@ impl AttackScreen {
         };
         let id = JobId(model.new_id());
         model.say(self.reply.clone());
-        model.maker.begin(id, self.place);
+        model.generation.begin(id, self.place);
         Step::Close(vec![Generate { id, request }.into()])
     }
 

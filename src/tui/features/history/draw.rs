@@ -19,13 +19,13 @@ use crate::widgets::window;
 use crate::widgets::words::{date, fit_end, pad, thousands};
 
 /// Columns from which on the details stand beside the list.
-const BESIDE: u16 = 110;
+const SIDE_BY_SIDE_COLUMNS: u16 = 110;
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-    let body = window::whole(frame, screen, model);
+    let body = window::full_screen(frame, screen, model);
     let [line, body] = Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(body);
     search(frame, line, model);
-    let [left, right] = if body.width >= BESIDE {
+    let [left, right] = if body.width >= SIDE_BY_SIDE_COLUMNS {
         Layout::horizontal([Constraint::Percentage(48), Constraint::Min(0)]).areas(body)
     } else {
         Layout::vertical([Constraint::Percentage(42), Constraint::Min(0)]).areas(body)
@@ -165,7 +165,7 @@ fn list(frame: &mut Frame<'_>, area: Rect, model: &Model) -> usize {
     }
     let shown = history.rows.iter().enumerate().skip(top).take(rows);
     let width = usize::from(area.width);
-    let widths = Widths::of(
+    let widths = Widths::new(
         &history.rows[top..(top + rows).min(history.rows.len())],
         width,
     );
@@ -192,7 +192,7 @@ const SAYS_VERSION: usize = 86;
 const BEFORE_NAME: usize = 2 + 5 + 13;
 
 impl Widths {
-    fn of(runs: &[Summary], width: usize) -> Self {
+    fn new(runs: &[Summary], width: usize) -> Self {
         let widest = |columns: &dyn Fn(&Summary) -> usize| runs.iter().map(columns).max();
         let widest = |columns: &dyn Fn(&Summary) -> usize| widest(columns).unwrap_or(0);
         let name = widest(&|run| run.scenario.width());

@@ -12,7 +12,6 @@ use crate::message::Effect;
 use crate::model::{Model, PageId};
 use crate::request::{Replies, Request};
 use crate::services::Services;
-use crate::update::screens;
 use nearmiss_base::system::{self, NewFile, SaveError};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::judge;
@@ -142,8 +141,7 @@ impl Request for HistoryCommand {
     }
 
     fn reply(model: &mut Model, event: HistoryEvent) -> Vec<Effect> {
-        let step = super::on_event(model, event);
-        screens::take(model, None, step)
+        vec![Effect::Step(super::on_event(model, event))]
     }
 }
 

@@ -65,7 +65,7 @@ pub enum InputPurpose {
 /// Runs that are read at once.
 pub const PAGE: usize = 100;
 /// Runs at hand at most.
-const MOST: usize = 6 * PAGE;
+const MAX_RUNS: usize = 6 * PAGE;
 /// Runs that fit are counted this far where there is a filter.
 pub const COUNTED: u64 = 10_000;
 
@@ -126,7 +126,7 @@ impl History {
     pub fn again(&self) -> (Edge, usize) {
         let first = self.rows.first().filter(|_| self.newer);
         let edge = first.map_or(Edge::Newest, |run| Edge::From(Cursor::from(run)));
-        (edge, self.rows.len().clamp(PAGE, MOST))
+        (edge, self.rows.len().clamp(PAGE, MAX_RUNS))
     }
 
     /// Takes a part of the list. The selected run stays selected where it is still there.
@@ -148,15 +148,15 @@ impl History {
             Edge::Older(_) => {
                 self.rows.extend(page.rows);
                 self.older = page.more;
-                let over = self.rows.len().saturating_sub(MOST);
+                let over = self.rows.len().saturating_sub(MAX_RUNS);
                 self.rows.drain(..over);
                 self.newer |= over > 0;
             }
             Edge::Newer(_) => {
                 self.rows.splice(..0, page.rows);
                 self.newer = page.more;
-                self.older |= self.rows.len() > MOST;
-                self.rows.truncate(MOST);
+                self.older |= self.rows.len() > MAX_RUNS;
+                self.rows.truncate(MAX_RUNS);
             }
         }
         let place = kept.and_then(|id| self.rows.iter().position(|run| run.run == id.0));

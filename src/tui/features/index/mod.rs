@@ -16,7 +16,7 @@ use ratatui::layout::Rect;
 
 use super::{Screen, Step};
 use crate::action::Action;
-use crate::features::jobs;
+use crate::features::jobs::notes;
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::{IndexChoice, Job, JobId, JobKind, JobState, ListIndex, Model, Picker, Update};
@@ -277,7 +277,7 @@ impl Request for ReadIndex {
     }
 
     fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
-        if jobs::note(model, id, |job, now| note(job, &update, now)) {
+        if notes::note(model, id, |job, now| note(job, &update, now)) {
             on_update(model, id, update);
         }
         Vec::new()

@@ -1,15 +1,12 @@
 //! Jobs: the list of tasks notes what goes out and what comes back, shows it, and can cancel it.
 
+pub mod notes;
 pub mod state;
 
 use std::time::Duration;
 
-use nearmiss_ask::llm::Chunk;
-use nearmiss_ask::prompts::estimate_tokens;
 use nearmiss_base::system::pad_start;
-use nearmiss_formats::Entry;
 use nearmiss_scene::description::visible;
-use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
@@ -17,12 +14,11 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use super::batch::request::{BatchAnswer, BatchProgress, BatchUpdate};
 use super::scenarios::request::{Rank, Survey};
 use super::{Screen, Step, answers, batch, generation, index, planner};
 use crate::action::{Action, Scope};
 use crate::message::Effect;
-use crate::model::{Column, Job, JobId, JobKind, JobState, Model, Update};
+use crate::model::{Column, Job, JobId, JobKind, JobState, Model};
 use crate::widgets::hints::{self, Hint};
 use crate::widgets::window;
 use crate::widgets::words::{duration, fit, pad, thousands};
@@ -90,7 +86,7 @@ impl Screen for JobsScreen {
                 height: BELOW.min(inner.height),
                 ..inner
             };
-            let text = Paragraph::new(whole(job)).wrap(Wrap { trim: true });
+            let text = Paragraph::new(full_row(job)).wrap(Wrap { trim: true });
             frame.render_widget(text.style(Style::new().fg(model.theme.accent)), below);
         }
     }
@@ -144,7 +140,7 @@ fn row(model: &Model, job: &Job, chosen: bool, width: u16, widths: [usize; 4]) -
         JobState::Failed(_) => ("failed", theme.danger),
         JobState::Cancelled(_) => ("cancelled", theme.dim),
     };
-    let facts = Facts::of(model, job).padded(widths);
+    let facts = Facts::new(model, job).padded(widths);
     let rest = usize::from(width).saturating_sub(2 + 10 + facts.width() + 1);
     let line = Line::from(vec![
         Span::raw(if chosen { "▸ " } else { "  " }),
@@ -166,7 +162,7 @@ fn row(model: &Model, job: &Job, chosen: bool, width: u16, widths: [usize; 4]) -
 struct Facts([String; 4]);
 
 impl Facts {
-    fn of(model: &Model, job: &Job) -> Self {
+    fn new(model: &Model, job: &Job) -> Self {
         let progress = match job.kind {
             JobKind::Question => String::new(),
             _ => format!("{}/{}", job.done, job.of),
@@ -203,7 +199,7 @@ impl Facts {
 fn widths(model: &Model) -> [usize; 4] {
     let mut widths = [0; 4];
     for job in &model.jobs.all {
-        for (width, fact) in widths.iter_mut().zip(Facts::of(model, job).0) {
+        for (width, fact) in widths.iter_mut().zip(Facts::new(model, job).0) {
             *width = fact.width().max(*width);
         }
     }
@@ -211,7 +207,7 @@ fn widths(model: &Model) -> [usize; 4] {
 }
 
 /// The selected task in whole words.
-fn whole(job: &Job) -> String {
+fn full_row(job: &Job) -> String {
     let said = match &job.state {
         JobState::Waiting(why) | JobState::Done(why) | JobState::Failed(why) => why.clone(),
         JobState::Cancelled(why) if why.is_empty() => "cancelled".into(),
@@ -248,45 +244,6 @@ pub fn note_requested(model: &mut Model, effects: &[Effect]) {
     }
 }
 
-/// The facts of these scenarios are asked for, instead of others.
-pub fn begin_survey(model: &mut Model, entries: &[(usize, Entry)]) {
-    supersede(model, |kind| kind == JobKind::Survey);
-    let title = "the most dangerous moments of all scenarios";
-    begin(model, JobKind::Survey, title.into(), entries.len());
-}
-
-/// The facts of these too are asked for.
-pub fn extend_survey(model: &mut Model, entries: &[(usize, Entry)]) {
-    if let Some(job) = model.jobs.newest_mut(JobKind::Survey) {
-        job.of += entries.len();
-        let parts = job.parts.len() + entries.len();
-        job.parts.resize(parts, false);
-        return;
-    }
-    let id = JobId(model.new_id());
-    let first = entries.first().map_or(0, |(place, _)| *place);
-    let title = "the most dangerous moments of more scenarios".to_string();
-    let mut job = Job::new(id, JobKind::Survey, title, entries.len(), model.uptime);
-    // Those before them are not asked for again.
-    job.parts = vec![false; first + entries.len()];
-    model.jobs.add(job);
-}
-
-/// A measure of these scenarios is asked for, instead of another.
-pub fn begin_ranking(model: &mut Model, measure: &'static str, entries: &[(usize, Entry)]) {
-    supersede(model, |kind| matches!(kind, JobKind::Ranking(_)));
-    let title = format!("{measure} of all scenarios");
-    begin(model, JobKind::Ranking(measure), title, entries.len());
-}
-
-/// Work on so many scenarios begins.
-fn begin(model: &mut Model, kind: JobKind, title: String, count: usize) {
-    let id = JobId(model.new_id());
-    let mut job = Job::new(id, kind, title, count, model.uptime);
-    job.parts = vec![false; count];
-    model.jobs.add(job);
-}
-
 /// A job is to end: at once, or once it says so.
 fn cancelled(job: &mut Job, now: Duration) {
     let words = match job.kind {
@@ -295,137 +252,6 @@ fn cancelled(job: &mut Job, now: Duration) {
         JobKind::Plan | JobKind::Index | JobKind::Survey | JobKind::Ranking(_) => "",
     };
     job.end(JobState::Cancelled(words.into()), now);
-}
-
-/// The same is asked for anew: what was on its way stops.
-fn supersede(model: &mut Model, kinds: impl Fn(JobKind) -> bool) {
-    let now = model.uptime;
-    for job in model.jobs.all.iter_mut() {
-        if job.is_running() && kinds(job.kind) {
-            job.end(JobState::Cancelled("restarted".into()), now);
-        }
-    }
-}
-
-/// Notes in the list of tasks how far a job is; says whether it is there, which an event must be about.
-pub fn note(model: &mut Model, id: JobId, note: impl FnOnce(&mut Job, Duration)) -> bool {
-    let now = model.uptime;
-    let job = model.jobs.running_mut(id);
-    job.map(|job| note(job, now)).is_some()
-}
-
-/// Notes how far a question is.
-pub fn note_question(job: &mut Job, update: &Update<Event, Box<Answer>>, now: Duration) {
-    let state = match update {
-        Update::Progress(event) => return piece(job, event),
-        Update::Ended(Ok(answer)) => {
-            job.tokens = 0;
-            outcome(job, answer)
-        }
-        Update::Ended(Err(error)) => {
-            job.tokens = 0;
-            JobState::Failed(error.clone())
-        }
-        Update::Cancelled => JobState::Cancelled(String::new()),
-    };
-    job.done = 1;
-    job.end(state, now);
-}
-
-fn piece(job: &mut Job, event: &Event) {
-    match event {
-        Event::Chunk(Chunk::Reasoning(text) | Chunk::Text(text)) => {
-            job.state = JobState::Running;
-            job.tokens += estimate_tokens(text) as u64;
-        }
-        Event::Chunk(Chunk::Started { .. }) => job.state = JobState::Running,
-        Event::Awaiting(run) => {
-            job.state = JobState::Waiting(format!("run {run} asks the same"));
-        }
-        Event::Chunk(Chunk::Retrying { why, .. }) => job.state = JobState::Waiting(why.clone()),
-        Event::Kept(_)
-        | Event::Tools(_)
-        | Event::Chunk(_)
-        | Event::NotStored(_)
-        | Event::Barred(_) => {}
-    }
-}
-
-/// What came of an answer; one of the store costs nothing.
-fn outcome(job: &mut Job, answer: &Answer) -> JobState {
-    if answer.past.is_some() {
-        return JobState::Done(format!("{}, from the store", answer.word()));
-    }
-    job.consumed(&answer.consumed);
-    match &answer.judged {
-        JudgeOutcome::Missing(missing) => JobState::Failed(missing.to_string()),
-        JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_) => JobState::Done(answer.word()),
-    }
-}
-
-/// One part of work on all scenarios is done.
-pub fn note_part(model: &mut Model, kind: JobKind, place: usize) {
-    let now = model.uptime;
-    let Some(job) = model.jobs.newest_mut(kind) else {
-        return;
-    };
-    if let Some(done) = job.parts.get_mut(place).filter(|done| !**done) {
-        *done = true;
-        job.done += 1;
-        if job.done == job.of {
-            job.end(JobState::Done(String::new()), now);
-        }
-    }
-}
-
-/// Notes how far a batch is.
-pub fn note_batch(job: &mut Job, update: &BatchUpdate, now: Duration) {
-    match update {
-        Update::Progress(BatchProgress::Named(name, questions)) => {
-            job.batch = Some(name.clone());
-            job.of = *questions;
-            return;
-        }
-        Update::Progress(BatchProgress::Changed(_)) => return,
-        Update::Progress(BatchProgress::Answered(Ok(ended))) => return answered(job, ended),
-        Update::Progress(BatchProgress::Answered(Err(why))) => return failed(job, why),
-        Update::Ended(Err(why)) => failed(job, why),
-        Update::Ended(Ok(())) | Update::Cancelled => {}
-    }
-    let left = job.of.saturating_sub(job.done);
-    let words = job.outcome();
-    let state = match (left, job.tally.2 == job.done && job.done > 0) {
-        (0, false) => JobState::Done(words),
-        (0, true) => JobState::Failed(words),
-        (left, _) => JobState::Cancelled(format!("{words}, {left} not asked")),
-    };
-    job.end(state, now);
-}
-
-/// A question of a batch has no answer.
-fn failed(job: &mut Job, why: &str) {
-    job.done += 1;
-    job.tally.2 += 1;
-    job.why.get_or_insert_with(|| why.into());
-}
-
-/// One answer of a batch is here.
-fn answered(job: &mut Job, ended: &BatchAnswer) {
-    let answer = &ended.answer;
-    job.done += 1;
-    if answer.past.is_none() {
-        job.consumed(&answer.consumed);
-    }
-    let said = answer.verdict().map(|verdict| verdict.dangerous);
-    match (&answer.judged, said, ended.truth) {
-        (JudgeOutcome::Missing(missing), ..) => {
-            job.tally.2 += 1;
-            job.why.get_or_insert_with(|| missing.to_string());
-        }
-        (_, Some(said), Some(truth)) if said == truth => job.tally.0 += 1,
-        (_, Some(_), Some(_)) => job.tally.1 += 1,
-        _ => {}
-    }
 }
 
 /// Cancels the selected task, or everything that runs.

@@ -171,7 +171,7 @@ pub struct Jobs {
 }
 
 /// Jobs that are over and kept; older ones go.
-const MOST: usize = 500;
+const MAX_ENDED: usize = 500;
 
 impl Jobs {
     /// Adds one, unless there is nothing to do.
@@ -179,7 +179,7 @@ impl Jobs {
         if job.of == 0 {
             return;
         }
-        if self.all.len() >= MOST
+        if self.all.len() >= MAX_ENDED
             && let Some(old) = self.all.iter().position(|job| !job.is_running())
         {
             self.all.remove(old);

@@ -373,7 +373,7 @@ fn turn(model: &mut Model) {
 /// Whether the map has room for two, as it was drawn last.
 fn fits(model: &Model) -> bool {
     let fits = |area: ratatui::layout::Rect| {
-        Halves::of(area.inner(Margin::new(1, 1)), model.camera.aspect).is_some()
+        Halves::new(area.inner(Margin::new(1, 1)), model.camera.aspect).is_some()
     };
     model.drawn.area(Pane::Map).is_none_or(fits)
 }

@@ -11,7 +11,7 @@ use crate::loaded::{CycleShown, PlannedEgo};
 use crate::model::{Model, forecast_words};
 use crate::theme::Theme;
 use crate::widgets::hints::{self, Hint};
-use crate::widgets::lines::{self, Lines};
+use crate::widgets::row::{self, Lines};
 use crate::widgets::window;
 use crate::widgets::words::{duration, hundredths};
 use nearmiss_drive::planner::{Emergency, occupancy_sets};
@@ -54,11 +54,11 @@ impl Screen for CycleScreen {
     }
 
     fn columns_at_right(&self, screen: Rect) -> Option<u16> {
-        Some(lines::width(screen))
+        Some(row::width(screen))
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-        let width = lines::width(screen);
+        let width = row::width(screen);
         let text = match model.planned().zip(model.cycle()) {
             Some((planned, cycle)) => text(model, planned, cycle, usize::from(width).max(2) - 2),
             None => Text::styled(without(model), Style::new().fg(model.theme.dim)),

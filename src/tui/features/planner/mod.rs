@@ -21,7 +21,7 @@ use request::{Plan, PlanUpdate, SaveDrive};
 
 /// Seconds a scenario without an ego stays open before one is planned for it, so that moving through the list does not
 /// plan one for each.
-const STAYS: f64 = 0.6;
+const AUTO_PLAN_DELAY: f64 = 0.6;
 
 /// Metres of a column at most, so that what was chosen is on the map: beyond, bodies are too small.
 const COARSEST: f64 = 1.2;
@@ -194,7 +194,7 @@ fn decline(model: &mut Model) {
 /// What is planned belongs to what is open: where something else is opened, planning stops. A scenario without an ego
 /// that stays open gets one.
 pub fn request(model: &mut Model) -> Vec<Effect> {
-    told(model);
+    announce_kept_drive(model);
     let leaves = |drive: &RunningDrive| {
         model.opening.is_some() || model.opened.is_none() || model.list.opened != Some(drive.place)
     };
@@ -210,7 +210,7 @@ pub fn request(model: &mut Model) -> Vec<Effect> {
     let lacking = model.list.opened.filter(|_| lacks_ego(model));
     let same = |waits: &(usize, f64)| Some(waits.0) == lacking;
     let waits = model.driver.waits.filter(same);
-    model.driver.waits = waits.or(lacking.map(|place| (place, STAYS)));
+    model.driver.waits = waits.or(lacking.map(|place| (place, AUTO_PLAN_DELAY)));
     effects
 }
 
@@ -375,7 +375,7 @@ fn show(model: &mut Model) -> Option<Vec<Effect>> {
 
 /// What was opened; or, where its planned ego was shown when it was left, that one. What is opened for an earlier run
 /// has that run's ego, and an obstacle that was asked for is the ego.
-pub fn instead(
+pub fn with_kept_drive(
     model: &mut Model,
     id: OpenId,
     ego: Option<i64>,
@@ -419,7 +419,7 @@ pub fn instead(
 }
 
 /// Says that the planned ego stands there again.
-fn told(model: &mut Model) {
+fn announce_kept_drive(model: &mut Model) {
     if !std::mem::take(&mut model.driver.again) {
         return;
     }

@@ -11,7 +11,7 @@ use nearmiss_scene::scenario::{Transform, VehicleModel, VehicleType};
 use nearmiss_workflow::{OpenRequest, PlanRequest};
 
 use super::super::pictures::file_name;
-use crate::features::jobs;
+use crate::features::jobs::notes;
 use crate::loaded::{DriveFiles, DriveKey, Opened};
 use crate::message::Effect;
 use crate::model::{Job, JobId, JobKind, Model, Update};
@@ -73,7 +73,7 @@ impl Request for Plan {
     }
 
     fn reply(model: &mut Model, (id, update): Self::Reply) -> Vec<Effect> {
-        if jobs::note(model, id, |job, now| super::note(job, &update, now)) {
+        if notes::note(model, id, |job, now| super::note(job, &update, now)) {
             super::on_update(model, update)
         } else {
             Vec::new()
@@ -101,7 +101,7 @@ impl Request for SaveDrive {
 }
 
 /// Files of one name that are tried before another name is asked for.
-const MOST: usize = 1000;
+const MAX_FILE_TRIES: usize = 1000;
 
 /// Writes both; gives their names.
 ///
@@ -121,7 +121,7 @@ pub fn write(job: &DriveFiles) -> Result<String, String> {
     let solution = write_solution(&solution).map_err(|e| e.to_string())?;
     let (name, version) = (file_name(&job.name), &scenario.header.version);
     let forecast = job.key.forecast.name();
-    for number in 1..=MOST {
+    for number in 1..=MAX_FILE_TRIES {
         let again = match number {
             1 => String::new(),
             n => format!("_{n}"),
@@ -147,7 +147,7 @@ pub fn write(job: &DriveFiles) -> Result<String, String> {
         ));
     }
     Err(format!(
-        "{MOST} drives called {name} exist already; move some away"
+        "{MAX_FILE_TRIES} drives called {name} exist already; move some away"
     ))
 }
 

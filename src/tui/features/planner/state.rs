@@ -119,7 +119,7 @@ impl Model {
 }
 
 /// Bytes that kept cycles may take; a drive has some two megabytes. Beyond, the oldest drives go.
-const MOST: usize = 128 << 20;
+const MAX_CYCLE_BYTES: usize = 128 << 20;
 
 /// A drive that is kept.
 #[derive(Debug)]
@@ -157,7 +157,7 @@ impl RolloutCache {
         });
         self.show(key);
         let mut held: usize = self.drives.iter().map(|drive| drive.bytes).sum();
-        while held > MOST && self.drives.len() > 1 {
+        while held > MAX_CYCLE_BYTES && self.drives.len() > 1 {
             held -= self.drives.remove(0).bytes;
         }
     }

@@ -11,11 +11,12 @@ use nearmiss_scene::description::visible;
 use nearmiss_settings::Keys;
 
 use crate::action::{Action, Scope};
+use crate::features::Step;
 use crate::features::prompt::request::KeepDraft;
 use crate::keymap::{Code, Key, Keymap, editor_input, first_line};
 use crate::message::{Effect, ExternalEdit, Mouse};
 use crate::model::{Change, Editor, HEAVY, Model, Pane, PromptView};
-use crate::update::{menus, screens};
+use crate::update::pressed;
 
 pub use saving::{reread, reset, saved};
 
@@ -111,11 +112,8 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if model.prompt.entry.is_some() {
         return saving::on_key(model, key);
     }
-    if let Some(effects) = menus::on_key(model, key) {
-        return effects;
-    }
     if let Some(action) = command(&model.look.keymap, &model.prompt.editor, key) {
-        return crate::update::actions::perform(model, action);
+        return vec![Effect::Step(Step::Perform(action))];
     }
     if model.prompt.turned && !model.prompt.fits_beside(model.size.0) {
         // Moving keys scroll the view in the editor's place; typing switches back to the editor.
@@ -127,7 +125,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
             _ => None,
         };
         if let Some(action) = moves {
-            crate::update::actions::scroll(model, Pane::Prompt, action);
+            pressed::scroll(model, Pane::Prompt, action);
             return Vec::new();
         }
         model.prompt.turned = false;
@@ -213,9 +211,6 @@ fn turn(model: &mut Model) {
 
 /// Text from the terminal's clipboard: it goes where keys go.
 pub fn paste(model: &mut Model, text: &str) -> Vec<Effect> {
-    if !model.screens.is_empty() {
-        return screens::paste(model, text);
-    }
     if model.compare.open {
         if let Some(marking) = model.compare.marking.as_mut() {
             marking.text.push_str(&first_line(text));

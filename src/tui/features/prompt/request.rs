@@ -7,7 +7,7 @@ use crate::message::Effect;
 use crate::model::Model;
 use crate::request::{Replies, Request};
 use crate::services::Services;
-use crate::session::drafts;
+use crate::session::file;
 use nearmiss_ask::prompts::{Library, Template, choose_template};
 use nearmiss_base::system;
 use nearmiss_settings::Folders;
@@ -151,7 +151,7 @@ impl Request for KeepDraft {
     // At once and not in the background: the program may be about to end.
     fn perform(self, services: &mut Services, replies: Replies<Self>) {
         let Self(file, draft) = self;
-        if let Err(error) = drafts::keep(&services.folders.drafts(), &file, draft.as_deref()) {
+        if let Err(error) = file::keep(&services.folders.drafts(), &file, draft.as_deref()) {
             replies.complain(error);
         }
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use super::editor::{Editor, Find};
 use crate::model::Pane;
-use crate::model::prices::Prices;
+use crate::model::question::Prices;
 use nearmiss_ask::prompts::{Library, Template};
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::verdict::Task;
@@ -132,7 +132,7 @@ pub fn diff_of<'t>(old: &'t str, new: &'t str) -> similar::TextDiff<'t, 't, 't, 
 }
 
 /// Columns from which on something fits beside the editor.
-const BESIDE: u16 = 110;
+const SIDE_BY_SIDE_COLUMNS: u16 = 110;
 
 /// Seconds after which a changed draft is saved.
 const KEEP_AFTER: f64 = 0.8;
@@ -248,7 +248,7 @@ impl PromptPane {
     /// Whether a view fits beside the editor at this width.
     #[must_use]
     pub fn fits_beside(&self, columns: u16) -> bool {
-        columns >= BESIDE
+        columns >= SIDE_BY_SIDE_COLUMNS
     }
 
     /// Whether something is due.

@@ -18,7 +18,7 @@ use crate::widgets::words::{date, fit, pad, thousands};
 use crate::widgets::{hints, window};
 
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-    let body = window::whole(frame, screen, model);
+    let body = window::full_screen(frame, screen, model);
     let results = &model.results;
     let mut drawn = match results.inside {
         _ if results.rows.is_empty() => {
@@ -171,7 +171,7 @@ pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model, hidden: &[&str]) -
 const WORD: usize = 11;
 
 /// Columns of what an answer says.
-const WHAT: usize = 30;
+const ANSWER_COLUMNS: usize = 30;
 
 /// Draws them; gives where the list stands.
 pub fn draw_answers(
@@ -237,14 +237,14 @@ fn answer_line(
     tails: usize,
 ) -> Line<'static> {
     let theme = &model.theme;
-    let (word, what) = said(answer);
+    let (word, what) = outcome_label(answer);
     let color = match answer.outcome.is_right() {
         Some(true) => theme.agree,
         Some(false) => theme.disagree,
         None => theme.warning,
     };
     let rest = width.saturating_sub(2 + WORD + tails);
-    let what_width = WHAT.min(rest / 2);
+    let what_width = ANSWER_COLUMNS.min(rest / 2);
     let name_width = (rest - what_width).min(NAMES);
     Line::from(vec![
         Span::raw(if chosen { "▸ " } else { "  " }),
@@ -270,7 +270,7 @@ fn claims(answer: &AnswerOutcome) -> String {
     }
 }
 
-fn said(answer: &AnswerOutcome) -> (&'static str, &'static str) {
+fn outcome_label(answer: &AnswerOutcome) -> (&'static str, &'static str) {
     match answer.outcome {
         Outcome::TruePositive if answer.naming.windows > answer.naming.found => {
             ("= right", "yes, obstacle not named")
@@ -373,10 +373,10 @@ const COLUMNS: u16 = 116;
 const NAME: usize = 32;
 
 /// Columns for the truth at least: with fewer it stands below the list alone.
-const LEAST: usize = 16;
+const MIN_TRUTH_COLUMNS: usize = 16;
 
 /// Lines below the list, for the truth of the selected line.
-const TRUTH: u16 = 3;
+const TRUTH_LINES: u16 = 3;
 
 /// Draws the list; gives where it stands.
 pub fn draw_choice(
@@ -387,11 +387,11 @@ pub fn draw_choice(
 ) -> ResultsDrawn {
     let (theme, offers) = (&model.theme, &model.results.offers);
     let lines = u16::try_from(offers.len()).unwrap_or(u16::MAX);
-    let height = lines.saturating_add(TRUTH + 2);
+    let height = lines.saturating_add(TRUTH_LINES + 2);
     let title = "answers to count";
     let inner = window::window(frame, body, model, title, (COLUMNS, height));
     let [list, below] =
-        Layout::vertical([Constraint::Min(1), Constraint::Length(TRUTH)]).areas(inner);
+        Layout::vertical([Constraint::Min(1), Constraint::Length(TRUTH_LINES)]).areas(inner);
     let rows = usize::from(list.height);
     let top = (selected + 1).saturating_sub(rows);
     let shown = offers.iter().enumerate().skip(top).take(rows);
@@ -448,7 +448,7 @@ fn choice_line(model: &Model, offer: &CountingChoice, chosen: bool, width: usize
         Span::raw(if chosen { "▸ " } else { "  " }),
         Span::raw(head),
         Span::styled(tail, dim),
-        Span::raw(if left < LEAST {
+        Span::raw(if left < MIN_TRUTH_COLUMNS {
             String::new()
         } else {
             fit(&visible(&offer.truth), left)

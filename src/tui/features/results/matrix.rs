@@ -59,7 +59,7 @@ enum Shown {
     Number(usize),
     /// The interval of what is right of all asked.
     Interval,
-    /// Recall or precision of naming, or the share of wrong claims, see [`NAMED`].
+    /// Recall or precision of naming, or the share of wrong claims, see [`CLAIM_HEADS`].
     Naming(usize),
 }
 
@@ -73,7 +73,7 @@ pub const NAMES: usize = 64;
 
 /// Heads of the columns of named obstacles and of claims: of dangerous windows the share of which one is named, of all
 /// names the share that is right, and of the claims that are right or wrong the share that is wrong.
-const NAMED: [&str; 3] = ["named", "names right", "claims wrong"];
+const CLAIM_HEADS: [&str; 3] = ["named", "names right", "claims wrong"];
 
 /// Columns of an interval.
 const INTERVAL: usize = 12;
@@ -180,7 +180,7 @@ struct Plan {
 
 impl Plan {
     /// Chooses columns by rank; the selected one is always among them.
-    fn of(model: &Model, asked: &[String], table: &[Vec<String>], room: usize) -> Self {
+    fn new(model: &Model, asked: &[String], table: &[Vec<String>], room: usize) -> Self {
         let results = &model.results;
         let names = results.rows.iter().zip(asked);
         let longest = names
@@ -229,7 +229,7 @@ fn width(shown: Shown, table: &[Vec<String>]) -> usize {
             longest.unwrap_or(0).max(HEADS[column].width()) + 2
         }
         Shown::Interval => INTERVAL + 2,
-        Shown::Naming(which) => NAMED[which].len() + 2,
+        Shown::Naming(which) => CLAIM_HEADS[which].len() + 2,
     }
 }
 
@@ -240,7 +240,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Re
     let judging = results.judging.is_some();
     let table: Vec<Vec<String>> = results.rows.iter().map(|row| cells(row, judging)).collect();
     let asked = all_asked(&results.rows);
-    let plan = Plan::of(model, &asked, &table, usize::from(inner.width));
+    let plan = Plan::new(model, &asked, &table, usize::from(inner.width));
     let inner = foot(frame, inner, model, &plan.hidden);
     let dim = Style::new().fg(theme.dim);
     let rows = usize::from(inner.height).saturating_sub(1);
@@ -304,7 +304,7 @@ fn head(model: &Model, plan: &Plan) -> String {
                 format!("{}{words}", " ".repeat(gap))
             }
             Shown::Interval => format!("  {}", pad("right, 95 %", INTERVAL)),
-            Shown::Naming(which) => format!("  {}", NAMED[which]),
+            Shown::Naming(which) => format!("  {}", CLAIM_HEADS[which]),
         });
     }
     head

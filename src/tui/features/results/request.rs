@@ -11,7 +11,6 @@ use crate::message::Effect;
 use crate::model::{CountedAnswers, Model, PageId};
 use crate::request::{Replies, Request};
 use crate::services::Services;
-use crate::update::screens;
 use nearmiss_formats::Entry;
 use nearmiss_record::{Table, columns};
 use nearmiss_scene::judge;
@@ -96,8 +95,7 @@ impl Request for ResultsCommand {
     }
 
     fn reply(model: &mut Model, event: ResultsEvent) -> Vec<Effect> {
-        let step = super::on_event(model, event);
-        screens::take(model, None, step)
+        vec![Effect::Step(super::on_event(model, event))]
     }
 }
 

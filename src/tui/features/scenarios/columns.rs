@@ -71,7 +71,8 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
     };
     // Names come first: agreement of answers is shown if it fits beside them.
     let sorting: usize = sorted.iter().map(|c| c.width()).sum();
-    let named = 2 + list.longest.min(LEAST) + Column::Severity { wide: false }.width() + sorting;
+    let named =
+        2 + list.longest.min(MIN_NAME_COLUMNS) + Column::Severity { wide: false }.width() + sorting;
     let narrow = Column::Answers { wide: false };
     let answers = (list.answered && named + narrow.width() <= width).then_some(narrow);
     let used: usize = sorted.iter().chain(&answers).map(|c| c.width()).sum();
@@ -109,7 +110,7 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
 }
 
 /// Columns that names need before anything but the severity stands beside them, if they are so long.
-const LEAST: usize = 24;
+const MIN_NAME_COLUMNS: usize = 24;
 
 /// Columns that are left to names at least, if they are so long.
 const NAME: usize = 26;
@@ -148,7 +149,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
         Column::Answers { .. } if taken.is_some() => Span::raw(""),
         Column::Answers { wide } => {
             let tally = facts.map_or(Tally::default(), |f| f.tally());
-            let (words, color) = said(tally, wide);
+            let (words, color) = verdict_cell(tally, wide);
             let color = match color {
                 Some(true) => theme.agree,
                 Some(false) => theme.disagree,
@@ -170,7 +171,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
 
 /// `=3` where all of three answers agree with the built-in judge, `≠1/3` where one of three differs; whether they
 /// agree.
-fn said(tally: Tally, wide: bool) -> (String, Option<bool>) {
+fn verdict_cell(tally: Tally, wide: bool) -> (String, Option<bool>) {
     match (tally.differ, tally.count(), wide) {
         (_, 0, _) => (String::new(), None),
         (0, count, true) => (format!("={}", at_most_99(count)), Some(true)),

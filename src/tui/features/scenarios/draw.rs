@@ -16,20 +16,20 @@ use crate::model::{
     Extent, Group, Grouping, Line as ShownAnswer, Matching, Model, Order, Pane, Row, TERMS,
     WordMatch,
 };
+use crate::widgets::window;
 use crate::widgets::words::{fit, fit_end, pad};
-use crate::widgets::{frame, window};
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let list = &model.list;
     let room = usize::from(area.width).saturating_sub(4);
-    let mut inner = frame::pane(f, area, model, Pane::Scenarios, title(model, room));
+    let mut inner = window::pane(f, area, model, Pane::Scenarios, title(model, room));
     skipped(f, area, model);
     filter(f, &mut inner, model);
     let heads = inner.height > 5;
     let (columns, more) = fitting(list, usize::from(inner.width), heads);
     // In a wide pane, the columns stay beside the names.
     let used: usize = columns.iter().map(|c| c.width()).sum();
-    let wide = usize::from(inner.width).min(list.longest + used + BESIDE);
+    let wide = usize::from(inner.width).min(list.longest + used + EXTRA_COLUMNS);
     if more && heads && !list.lines.is_empty() {
         let heads = headings(&columns, wide);
         let style = Style::new().fg(model.theme.dim);
@@ -91,7 +91,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 /// Columns beside the longest name: signs before it, a word on whose values stand there, a gap.
-const BESIDE: usize = 16;
+const EXTRA_COLUMNS: usize = 16;
 
 /// How many there are, and in what order.
 fn title(model: &Model, room: usize) -> Line<'static> {

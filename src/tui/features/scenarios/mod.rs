@@ -15,16 +15,15 @@ use ratatui::layout::Rect;
 use super::Step;
 use super::picker::Choice;
 use crate::action::Action;
-use crate::features::scenarios::saved_views::ListViews;
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::{Filtering, JobId, Line, Model, Order, Pane, Picker, orders_shown};
 use crate::session::restore;
-use crate::update::{actions, jumps, open, open_current};
+use crate::update::{open, open_current, opening};
 use crate::widgets::picker;
 use crate::widgets::words::pad;
 use request::{Survey, ranking};
-use saved_views::SavedViewsScreen;
+use saved_views::{ListViews, SavedViewsScreen};
 
 /// All scenarios were found at once.
 pub fn found(model: &mut Model, found: Result<SearchResults, String>) -> Vec<Effect> {
@@ -172,7 +171,7 @@ pub fn begin(model: &mut Model) {
         selected: !model.list.filter.is_empty(),
         before,
         line: model.list.selected,
-        place: jumps::here(model),
+        place: opening::here(model),
         rest: None,
     });
 }
@@ -208,7 +207,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
             } else {
                 Action::Down
             };
-            effects.extend(actions::perform(model, action));
+            effects.push(Effect::Step(Step::Perform(action)));
             return effects;
         }
         Code::Left | Code::Right | Code::Home | Code::End => {
@@ -307,7 +306,7 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
     let last = model.list.lines.len().saturating_sub(1);
     model.list.selected = filtering.line.min(last);
     match filtering.place {
-        Some(place) if model.list.opened != Some(place.scenario) => jumps::reach(model, place),
+        Some(place) if model.list.opened != Some(place.scenario) => opening::reach(model, place),
         _ => Vec::new(),
     }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use crate::features::jobs;
+use crate::features::jobs::notes;
 use crate::loaded::{Facts, Verdicts, worst_of};
 use crate::message::Effect;
 use crate::model::{JobKind, Model};
@@ -58,7 +58,7 @@ impl Request for Find {
 }
 
 /// The message for a scenario that is skipped.
-const HELD: &str =
+const SKIPPED: &str =
     "the program crashed while reading or showing this scenario; it is read when you open it";
 
 /// What guards the reading of a scenario for the list; `None` for one that the program crashed with. A panic meanwhile
@@ -93,8 +93,8 @@ impl Request for Survey {
 
     fn sent(&self, model: &mut Model) {
         match self {
-            Self::All(entries) => jobs::begin_survey(model, entries),
-            Self::More(entries) => jobs::extend_survey(model, entries),
+            Self::All(entries) => notes::begin_survey(model, entries),
+            Self::More(entries) => notes::extend_survey(model, entries),
             Self::First(_) | Self::Again(_) | Self::Stop => {}
         }
     }
@@ -115,7 +115,7 @@ impl Request for Survey {
     }
 
     fn reply(model: &mut Model, (place, facts): Self::Reply) -> Vec<Effect> {
-        jobs::note_part(model, JobKind::Survey, place);
+        notes::note_part(model, JobKind::Survey, place);
         model.list.survey(place, facts);
         Vec::new()
     }
@@ -140,7 +140,7 @@ fn survey(
             })
         });
         let Some(_guard) = guarded(entry, &here) else {
-            return (place, Err(HELD.to_string()));
+            return (place, Err(SKIPPED.to_string()));
         };
         (place, Facts::read(entry, &ego, &thresholds, verdicts))
     });
@@ -176,7 +176,7 @@ impl Request for Rank {
 
     fn sent(&self, model: &mut Model) {
         if let Self::All(measure, entries) = self {
-            jobs::begin_ranking(model, measure, entries);
+            notes::begin_ranking(model, measure, entries);
         }
     }
 
@@ -197,7 +197,7 @@ impl Request for Rank {
     }
 
     fn reply(model: &mut Model, (measure, place, value): Self::Reply) -> Vec<Effect> {
-        jobs::note_part(model, JobKind::Ranking(measure), place);
+        notes::note_part(model, JobKind::Ranking(measure), place);
         model.list.rank(measure, place, value);
         Vec::new()
     }

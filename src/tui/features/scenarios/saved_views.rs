@@ -83,20 +83,20 @@ impl Screen for SavedViewsScreen {
         let now = model.list.view();
         let rows = self.rows(model).into_iter().map(|row| match row {
             Row::View(name) => {
-                let words = model.list.views.get(&name).map(words).unwrap_or_default();
+                let words = model.list.views.get(&name).map(summary).unwrap_or_default();
                 (format!("{} {words}", pad(&name, NAME)), String::new())
             }
             Row::Save(name) => {
                 let there = model.list.views.get(&name).is_some();
                 let verb = if there { "replace" } else { "save as" };
-                (format!("{verb} `{name}`"), words(&now))
+                (format!("{verb} `{name}`"), summary(&now))
             }
         });
         picker::draw(frame, inner, model, &self.picker, &rows.collect::<Vec<_>>());
         let hint = match &self.deleting {
             Some(name) => format!("Ctrl-D again deletes `{name}`"),
             None if self.picker.text.trim().is_empty() => {
-                format!("type a name to save the list as it is: {}", words(&now))
+                format!("type a name to save the list as it is: {}", summary(&now))
             }
             None => return,
         };
@@ -148,7 +148,7 @@ impl SavedViewsScreen {
 }
 
 /// A view in words.
-fn words(view: &SavedView) -> String {
+fn summary(view: &SavedView) -> String {
     let filter = match view.filter.trim() {
         "" => "no filter".to_string(),
         filter => filter.to_string(),

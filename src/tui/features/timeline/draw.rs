@@ -12,8 +12,8 @@ use unicode_width::UnicodeWidthStr;
 use crate::clock::PlayRange;
 use crate::loaded::Opened;
 use crate::model::{Model, Pane, heat};
-use crate::widgets::frame;
 use crate::widgets::line_placer::LinePlacer;
+use crate::widgets::window;
 use crate::widgets::words::{pad, quantity};
 
 /// Columns of the names.
@@ -21,7 +21,7 @@ const LABEL: u16 = 8;
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let room = usize::from(area.width).saturating_sub(4);
-    let inner = frame::pane(f, area, model, Pane::Timeline, title(model, room));
+    let inner = window::pane(f, area, model, Pane::Timeline, title(model, room));
     let Some(opened) = &model.opened else { return };
     let (first, last) = model.clock.range();
     let scale = Rect {
@@ -41,7 +41,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut lines = Vec::new();
     if let Some((measure, series)) = model.heat_series() {
         let strips = height.saturating_sub(if apart { 2 } else { 1 });
-        let scale = Scale::of(model, measure, series);
+        let scale = Scale::new(model, measure, series);
         for id in rows(opened, model.picked, strips) {
             lines.push(strip(
                 model,
@@ -131,7 +131,7 @@ struct Scale {
 }
 
 impl Scale {
-    fn of(model: &Model, measure: &'static Measure, series: &Series) -> Self {
+    fn new(model: &Model, measure: &'static Measure, series: &Series) -> Self {
         let threshold = model
             .thresholds
             .for_measure(measure.id)

@@ -10,7 +10,7 @@ use crate::action::Action;
 use crate::clock::PlayRange;
 use crate::message::Effect;
 use crate::model::{Disagreement, Heat, Line, Model, OpenId, Seek, ShownAnswer};
-use crate::update::{jumps, open};
+use crate::update::{open, opening};
 
 /// Goes to the most dangerous value of the plotted measure: of the picked obstacle, where it has one, else of all.
 pub(super) fn go_to_minimum(model: &mut Model) {
@@ -162,7 +162,7 @@ pub fn opened(model: &mut Model, id: OpenId) {
 }
 
 fn show(model: &mut Model, at: Disagreement) {
-    jumps::leave(model);
+    opening::leave_place(model);
     model.clock.playing = false;
     model.clock.go(at.step);
     model.answers.show(ShownAnswer::Column(at.column));
@@ -185,7 +185,7 @@ pub fn clock(model: &mut Model, action: Action) {
     let before = model.clock.step();
     let times = model.look.times();
     if leaves(action) {
-        jumps::leave(model);
+        opening::leave_place(model);
     }
     match action {
         Action::StepForward => model.clock.advance(times),

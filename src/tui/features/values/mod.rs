@@ -196,7 +196,11 @@ fn line(
             let (sign, style, limit) = match reached(value) {
                 Some(threshold) => {
                     let danger = Style::new().fg(theme.danger).add_modifier(Modifier::BOLD);
-                    ("!", danger, (words(threshold, unit), LIMIT, danger))
+                    (
+                        "!",
+                        danger,
+                        (threshold_label(threshold, unit), LIMIT, danger),
+                    )
                 }
                 None => (" ", Style::new(), (nearest(model, id, unit), LIMIT, dim)),
             };
@@ -213,10 +217,10 @@ fn line(
 /// The threshold that a value that is not dangerous would reach first.
 fn nearest(model: &Model, id: &str, unit: &str) -> String {
     let last = model.thresholds.for_measure(id).last();
-    last.map_or(String::new(), |t| words(t, unit))
+    last.map_or(String::new(), |t| threshold_label(t, unit))
 }
 
-fn words(threshold: &Threshold, unit: &str) -> String {
+fn threshold_label(threshold: &Threshold, unit: &str) -> String {
     let own = if threshold.own { "*" } else { "" };
     let value = quantity(threshold.value, unit);
     format!("{} {value}{own}", threshold.name)
@@ -360,7 +364,7 @@ pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> V
     model.thresholds = thresholds.clone();
     model.values = Values::default();
     model.driver.kept.forget();
-    model.maker.forget();
+    model.generation.forget();
     let survey = Survey::All(model.list.entries());
     let mut effects = vec![UseThresholds(thresholds).into(), survey.into()];
     model.list.forget_values();

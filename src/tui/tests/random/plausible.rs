@@ -5,27 +5,6 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
-use super::super::bench::{answer, no_verdict};
-use super::super::drive_fixtures::planned;
-use super::super::history_store::FIRST;
-use super::super::variant_fixtures::generated;
-use super::super::written::unwritten;
-use super::experiments;
-use super::world::{CLAIMS, HOSTILE};
-use crate::features::answers::Ask;
-use crate::features::batch::request::{
-    AskBatch, BatchAnswer, BatchProgress, BatchUpdate, EstimateBatch,
-};
-use crate::features::experiment::request::{AskExperiment, ReadExperiment, WriteExperiment};
-use crate::features::generation::request::{Generate, GenerationUpdate};
-use crate::features::index::ReadIndex;
-use crate::features::planner::request::{Plan, PlanUpdate};
-use crate::loaded::{
-    Facts, GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest, Verdicts,
-};
-use crate::message::{Effect, Msg};
-use crate::model::{Batch, Counts, JobId, JobKind, Update};
-use crate::request::Request;
 use nearmiss_ask::llm::Chunk;
 use nearmiss_drive::generation::Progress;
 use nearmiss_formats::{EgoSelection, Entry};
@@ -34,10 +13,35 @@ use nearmiss_scene::corpus::{
 };
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::Task;
-use nearmiss_store::{Choice, RatedAnswer, Rating, RunId};
+use nearmiss_store::{BatchId, Choice, ItemState, RatedAnswer, Rating, RunId};
 use nearmiss_study::evaluation::batch::Estimate;
 use nearmiss_study::evaluation::generating::Progress as TerminationSignal;
 use nearmiss_study::evaluation::{Answer, Event};
+use nearmiss_workflow::batch::DryRunLine;
+use nearmiss_workflow::{ExperimentFile, FolderOfExperiments};
+
+use super::super::bench::{answer, generated_variant, no_verdict, planned};
+use super::super::experiment_screen::{counted, outline};
+use super::super::history::FIRST;
+use super::super::written::unwritten;
+use super::world::{CLAIMS, HOSTILE};
+use crate::features::answers::Ask;
+use crate::features::batch::request::{
+    AskBatch, BatchAnswer, BatchProgress, BatchUpdate, EstimateBatch, ItemChange,
+};
+use crate::features::experiment::request::{
+    AskExperiment, ExperimentNews, ExperimentWritten, ListExperiments, ReadExperiment,
+    WriteExperiment,
+};
+use crate::features::generation::request::{Generate, GenerationUpdate};
+use crate::features::index::ReadIndex;
+use crate::features::planner::request::{Plan, PlanUpdate};
+use crate::loaded::{
+    Facts, GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest, Verdicts,
+};
+use crate::message::{Effect, Msg};
+use crate::model::{Batch, CountedExperiment, Counts, ExperimentOutline, JobId, JobKind, Update};
+use crate::request::Request;
 
 /// The answer of a number.
 pub fn stored(n: usize) -> Answer {
@@ -102,13 +106,13 @@ pub fn job(effect: &Effect, n: usize) -> Option<Vec<Msg>> {
         return replies::<AskBatch, _>(*id, ask(batch, n));
     }
     if let Some(ReadExperiment { id, .. }) = effect.request() {
-        return replies::<ReadExperiment, _>(*id, experiments::read(n));
+        return replies::<ReadExperiment, _>(*id, read(n));
     }
     if let Some(AskExperiment { id, .. }) = effect.request() {
-        return replies::<AskExperiment, _>(*id, experiments::ask(n));
+        return replies::<AskExperiment, _>(*id, ask_experiment(n));
     }
     if let Some(WriteExperiment { id, file, .. }) = effect.request() {
-        return replies::<WriteExperiment, _>(*id, vec![experiments::write(file.clone(), n)]);
+        return replies::<WriteExperiment, _>(*id, vec![write(file.clone(), n)]);
     }
     if let Some(ReadIndex { id, folder }) = effect.request() {
         let ended = match n % 3 {
@@ -240,7 +244,7 @@ fn generate(request: VariantRequest, n: usize) -> Vec<GenerationUpdate> {
         1 | 2 if request.writer.is_some() => Ok(unwritten(HOSTILE)),
         // Only of one scenario, unchanged: a search takes long.
         1 if request.entry.name.contains("RightTurn") && request.change.is_none() => {
-            generated(&VariantRequest {
+            generated_variant(&VariantRequest {
                 style: Default::default(),
                 only: None,
                 wish: None,
@@ -282,4 +286,82 @@ pub fn facts(entry: &Entry) -> Result<Facts, String> {
         )
     };
     read.entry(entry.name.clone()).or_insert_with(fresh).clone()
+}
+
+/// What reading a file tells.
+pub fn read(n: usize) -> Vec<Update<ExperimentNews, Box<CountedExperiment>>> {
+    let outline = ExperimentOutline {
+        title: Some(HOSTILE.into()),
+        facts: vec![("select", HOSTILE.into())],
+        is_split: n.is_multiple_of(2),
+        ..outline()
+    };
+    let text = format!("title = \"{HOSTILE}\"\n").repeat(n % 50);
+    let read = Box::new((text, (!n.is_multiple_of(5)).then_some(outline)));
+    let ended = match n % 5 {
+        0 => Err(format!("e.toml:3: {HOSTILE}\ne.toml:4: {HOSTILE}")),
+        _ => Ok(Box::new(CountedExperiment {
+            refused: match n % 4 {
+                0 => vec![("lab/small".into(), HOSTILE.into())],
+                _ => Vec::new(),
+            },
+            lines: vec![DryRunLine::Reason(HOSTILE.into())],
+            requests: n as u64 % 3,
+            doubts: vec![HOSTILE.into(); n % 3],
+            ..counted((n % 2 == 1).then_some(BatchId(1)))
+        })),
+    };
+    let news = [
+        Update::Progress(ExperimentNews::Read(read)),
+        Update::Progress(ExperimentNews::Working(HOSTILE.into())),
+    ];
+    // Some never end.
+    let ended = (!n.is_multiple_of(7)).then_some(Update::Ended(ended));
+    news.into_iter().chain(ended).collect()
+}
+
+/// What asking one tells.
+pub fn ask_experiment(n: usize) -> Vec<BatchUpdate> {
+    let mut way = counted(None).progress.ways[n % 2].way.clone();
+    if n.is_multiple_of(3) {
+        way.model = HOSTILE.into();
+    }
+    let change = ItemChange {
+        way,
+        before: ItemState::Waiting,
+        now: [ItemState::Answered, ItemState::Failed, ItemState::Truncated][n % 3],
+    };
+    let news = [
+        BatchProgress::Named("b1".into(), 21),
+        BatchProgress::Changed(Box::new(change)),
+        BatchProgress::Answered(Err(HOSTILE.into())),
+    ];
+    let ended = (n.is_multiple_of(2)).then_some(Update::Ended(Ok(())));
+    let news = news.into_iter().map(Update::Progress);
+    news.chain(ended).collect()
+}
+
+/// What writing one tells.
+pub fn write(file: PathBuf, n: usize) -> Update<(), ExperimentWritten> {
+    Update::Ended(match n % 3 {
+        0 => Err(HOSTILE.into()),
+        1 => Ok(ExperimentWritten::Exists(file)),
+        _ => Ok(ExperimentWritten::Written(file)),
+    })
+}
+
+/// What is in a folder.
+pub fn listed(folder: PathBuf, n: usize) -> Msg {
+    let listed = FolderOfExperiments {
+        files: vec![ExperimentFile {
+            path: folder.join(format!("{HOSTILE}.toml")),
+            title: Some(HOSTILE.into()),
+        }],
+        folders: vec![folder.join("more")],
+    };
+    let read = match n % 4 {
+        0 => Err(HOSTILE.into()),
+        _ => Ok(listed),
+    };
+    Msg::reply::<ListExperiments>((folder, read))
 }

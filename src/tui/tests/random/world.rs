@@ -11,9 +11,9 @@ use ratatui::backend::TestBackend;
 use ratatui::layout::Position;
 
 use super::super::bench::opened;
-use super::super::history_store::{FIRST, Fixture};
-use super::plausible::{cancelled, facts, job, rating, stored};
-use super::{ESCAPES, Input, experiments, sound};
+use super::super::history::{FIRST, Fixture};
+use super::plausible::{self, cancelled, facts, job, rating, stored};
+use super::{ESCAPES, Input};
 use crate::features::answers::{LoadStored, Probe};
 use crate::features::compare::rating::{Rate, ReadRatings};
 use crate::features::experiment::request::ListExperiments;
@@ -156,7 +156,7 @@ impl World {
             Input::Paste(text) => self.send(Msg::Paste(text.clone())),
             Input::Passed(ms) => self.send(Msg::Passed(Duration::from_millis(*ms))),
             Input::Done(count) => (0..*count).for_each(|_| self.do_next()),
-            Input::News(news) => self.hear(*news),
+            Input::News(news) => self.on_event(*news),
             Input::Drawn => self.draw(),
             Input::Out => self.out(),
         }
@@ -180,22 +180,22 @@ impl World {
     fn send(&mut self, msg: Msg) {
         let effects = update(&mut self.kept.bench.model, msg);
         self.waiting.extend(effects);
-        sound::check(&self.kept.bench.model);
+        super::check(&self.kept.bench.model);
     }
 
     /// Presses Esc until nothing is open, a few times at most.
     pub fn out(&mut self) {
         for _ in 0..ESCAPES {
-            if sound::on_main_screen(&self.kept.bench.model) {
+            if super::on_main_screen(&self.kept.bench.model) {
                 return;
             }
             self.send(Msg::Key(Key::plain(Code::Esc)));
         }
         let model = &self.kept.bench.model;
         assert!(
-            sound::on_main_screen(model),
+            super::on_main_screen(model),
             "Esc does not lead out of {}",
-            sound::what_is_open(model)
+            super::what_is_open(model)
         );
     }
 
@@ -213,7 +213,7 @@ impl World {
         assert!(leaks.is_none(), "{leaks:?} reaches the terminal");
     }
 
-    fn hear(&mut self, news: News) {
+    fn on_event(&mut self, news: News) {
         let msg = match news {
             News::Complaint => Msg::Complaint(format!("the disk is full {HOSTILE}")),
             News::Changed => Msg::reply::<HistoryCommand>(HistoryEvent::Changed),
@@ -359,7 +359,7 @@ impl World {
             return Some(vec![Msg::reply::<ChangeTemplate>((file.clone(), saved))]);
         }
         if let Some(ListExperiments(folder)) = effect.request() {
-            return Some(vec![experiments::listed(folder.clone(), n)]);
+            return Some(vec![plausible::listed(folder.clone(), n)]);
         }
         if let Some(RereadTemplates) = effect.request() {
             return Some(vec![Msg::reply::<RereadTemplates>(Library::load(None))]);

@@ -1,10 +1,8 @@
 //! A long, growing text: wrapped once; highlighting and claims only as far as it was displayed.
 
 mod outline;
-mod tables;
-#[cfg(test)]
-mod tests;
 
+use nearmiss_study::evaluation::claims::CheckedClaim;
 use ratatui::style::Style;
 use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
@@ -15,10 +13,10 @@ use super::markdown::table::Layout;
 use super::markdown::{self, Piece, pieces_of};
 use super::words::fit;
 use crate::theme::Theme;
-use nearmiss_study::evaluation::claims::CheckedClaim;
+use crate::widgets::markdown::table;
+use outline::{Json, Kind, Outline, Row};
 
 pub use outline::folded_line;
-use outline::{Json, Kind, Outline};
 
 /// The claims that are marked in a text.
 #[derive(Debug, Clone, Copy, Default)]
@@ -95,7 +93,7 @@ struct Placed {
 }
 
 /// Lines that are longer are shown as they are, bytes: to read their markup would take too long.
-const LONGEST: usize = 8_000;
+const MAX_MARKUP_BYTES: usize = 8_000;
 
 impl Reading {
     /// An answer: Markdown, with the JSON in it as JSON.
@@ -242,7 +240,7 @@ impl Reading {
 
     /// A line with its markup as style; nothing for what is only highlighted.
     fn rendered(&self, line: &str, kind: Kind, theme: &Theme) -> Option<Vec<Piece>> {
-        if self.is_raw() || line.len() > LONGEST {
+        if self.is_raw() || line.len() > MAX_MARKUP_BYTES {
             return None;
         }
         match kind {
@@ -386,3 +384,48 @@ pub fn height(line: Line<'_>, width: u16) -> usize {
     let wrapped = Paragraph::new(line).wrap(Wrap { trim: false });
     wrapped.line_count(width)
 }
+
+impl Reading {
+    /// Whether the table of a row has its columns side by side.
+    fn aligns(&self, row: Row) -> bool {
+        !self.is_raw() && Layout::fits(row.columns, usize::from(self.width))
+    }
+
+    /// A row as it is written, and drawn without its columns.
+    fn row(&self, at: usize, marks: &MarkedClaims<'_>, theme: &Theme) -> (&str, Line<'static>) {
+        let Placed { from, to, .. } = self.lines[at];
+        let written = &self.text[from..to];
+        let here = self.claims_in(at, marks);
+        let pieces = table::pieces(written, theme);
+        (written, marked(pieces, &here, from, marks.picked, theme))
+    }
+
+    /// A row in the columns of its table.
+    fn aligned(
+        &mut self,
+        at: usize,
+        row: Row,
+        marks: &MarkedClaims<'_>,
+        theme: &Theme,
+    ) -> Line<'static> {
+        let first = at - row.before;
+        if !self.tables.iter().any(|(line, _)| *line == first) {
+            let rows = self.lines[first..]
+                .iter()
+                .enumerate()
+                .take_while(|(i, l)| matches!(l.kind, Kind::Row(r) if r.before == *i))
+                .map(|(i, _)| self.row(first + i, marks, theme));
+            let layout = Layout::new(rows, usize::from(self.width));
+            self.tables.push((first, layout));
+        }
+        let (written, drawn) = self.row(at, marks, theme);
+        let found = self.tables.iter().find(|(line, _)| *line == first);
+        match found {
+            Some((_, layout)) => layout.row(written, drawn, row.before == 0, theme),
+            None => drawn,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -16,7 +16,7 @@ use unicode_width::UnicodeWidthStr;
 use crate::action::Action;
 use crate::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
 use crate::widgets::words::{date, fit, fit_middle};
-use crate::widgets::{frame, scroll};
+use crate::widgets::{row, window};
 use table::{LABEL, Row, Table};
 
 /// Columns that an answer needs.
@@ -63,10 +63,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             .unwrap_or_default();
         title.push_span(Span::styled(hint, Style::new().fg(model.theme.dim)));
     }
-    let inner = frame::pane(f, area, model, Pane::Verdict, title);
+    let inner = window::pane(f, area, model, Pane::Verdict, title);
     let answers = &model.answers;
     let draw = |f: &mut Frame<'_>, text| {
-        scroll::text(
+        row::text(
             f,
             inner,
             model,
@@ -371,7 +371,7 @@ fn short(id: &str, letters: usize, width: usize) -> String {
 }
 
 /// The label of the table's second row.
-fn second_label(task: Task) -> &'static str {
+fn detail_label(task: Task) -> &'static str {
     match task {
         Task::Collision | Task::Safety | Task::Recording => "who",
         Task::Attacker => "others",

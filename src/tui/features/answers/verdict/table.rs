@@ -87,7 +87,7 @@ impl Row {
                     .replace("safety_critical", "critical")
                     .replace('_', " ");
             }
-            Self::Who => return super::second_label(task).into(),
+            Self::Who => return super::detail_label(task).into(),
             Self::Probability => "P(yes)",
             Self::TokenProbability => "by tokens",
             Self::Truth => "truth",

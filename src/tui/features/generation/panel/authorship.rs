@@ -5,7 +5,7 @@ use ratatui::text::{Line, Text};
 
 use crate::loaded::{Authorship, GeneratedVariant};
 use crate::model::{Model, consequence_words};
-use crate::widgets::lines::Lines;
+use crate::widgets::row::Lines;
 use crate::widgets::words::{hundredths, pad, thousands};
 use nearmiss_drive::generation::attacker::Candidate;
 use nearmiss_drive::generation::{Attack, Refusal, summarize};

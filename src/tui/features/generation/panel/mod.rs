@@ -21,7 +21,7 @@ use crate::action::Action;
 use crate::loaded::{GeneratedVariant, SavedVariant, VariantShown};
 use crate::model::{Model, consequence_words};
 use crate::widgets::hints::{self, Hint};
-use crate::widgets::lines::{self, Lines};
+use crate::widgets::row::{self, Lines};
 use crate::widgets::window;
 use crate::widgets::words::hundredths;
 
@@ -60,11 +60,11 @@ impl Screen for VariantScreen {
     }
 
     fn columns_at_right(&self, screen: Rect) -> Option<u16> {
-        Some(lines::width(screen))
+        Some(row::width(screen))
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-        let width = lines::width(screen);
+        let width = row::width(screen);
         let columns = usize::from(width).max(2) - 2;
         let unwritten = model.unwritten().filter(|_| model.variant().is_none());
         let text = match (model.variant(), unwritten, model.saved()) {
@@ -108,7 +108,7 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
     }
     gate(&mut lines, made);
     lines.title("the variant is kept");
-    let kept = match model.maker.files(&shown.made) {
+    let kept = match model.generation.files(&shown.made) {
         Some(files) => format!("in {}", visible(files)),
         None => {
             let key = model.look.key(Action::Palette);

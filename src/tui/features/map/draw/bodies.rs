@@ -105,7 +105,7 @@ const READ: f64 = 0.9;
 const POST: &str = "▫";
 
 /// More letters than this of a sign's number are no number.
-const LONGEST: usize = 8;
+const MAX_NUMBER_LETTERS: usize = 8;
 
 /// Kinds of symbols placed on the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -197,7 +197,10 @@ fn sign_label(sign: &Sign) -> Option<String> {
         Some(SignMeaning::Words(words)) => words.into(),
         None => {
             let number = visible(&element.id);
-            format!("sign {}", number.chars().take(LONGEST).collect::<String>())
+            format!(
+                "sign {}",
+                number.chars().take(MAX_NUMBER_LETTERS).collect::<String>()
+            )
         }
     });
     let all: Vec<String> = all.collect();
@@ -341,7 +344,7 @@ fn role(model: &Model, who: On) -> Role {
 }
 
 /// Lanelets of a goal that are named.
-const NAMED: usize = 3;
+const MAX_NAMED_LANELETS: usize = 3;
 
 /// Labels of goals: lanelets, times, speeds.
 pub fn labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view: &CellView) {
@@ -415,8 +418,16 @@ pub fn goal_label(goal: &Goal, dt: f64) -> String {
     let mut words = vec!["goal".to_string()];
     let lanelets = goal.lanelets();
     if !lanelets.is_empty() {
-        let ids: Vec<String> = lanelets.iter().take(NAMED).map(i64::to_string).collect();
-        let more = if lanelets.len() > NAMED { " …" } else { "" };
+        let ids: Vec<String> = lanelets
+            .iter()
+            .take(MAX_NAMED_LANELETS)
+            .map(i64::to_string)
+            .collect();
+        let more = if lanelets.len() > MAX_NAMED_LANELETS {
+            " …"
+        } else {
+            ""
+        };
         let plural = if lanelets.len() > 1 { "s" } else { "" };
         words.push(format!("lanelet{plural} {}{more}", ids.join(" ")));
     }

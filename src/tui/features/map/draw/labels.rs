@@ -103,7 +103,7 @@ fn most_telling(board: &mut LabelPlacer<'_>, label: &Label, others: &[Label]) {
 }
 
 /// Cells that no screen has.
-const FAR: i32 = 1_000_000;
+const OUT_OF_SIGHT: i32 = 1_000_000;
 
 /// A box of cells, the ends not in it.
 #[derive(Clone, Copy)]
@@ -170,7 +170,7 @@ impl<'a> LabelPlacer<'a> {
     /// The cells of a body.
     pub fn cells(&self, body: &Body) -> Area {
         let cell = |metres: f64, size: f64| {
-            let far = f64::from(FAR);
+            let far = f64::from(OUT_OF_SIGHT);
             (metres / size).floor().clamp(-far, far) as i32
         };
         let column = |x: f64| cell(x + self.half.0, self.size.0);
@@ -293,7 +293,7 @@ impl<'a> LabelPlacer<'a> {
 }
 
 fn columns(words: &str) -> i32 {
-    i32::try_from(words.width()).unwrap_or(FAR)
+    i32::try_from(words.width()).unwrap_or(OUT_OF_SIGHT)
 }
 
 /// Between two entries.

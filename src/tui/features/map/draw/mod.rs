@@ -19,7 +19,7 @@ use self::request as scene_request;
 use crate::model::{Halves, MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Trails};
 use crate::pixels::{Encoder, MapImage};
 use crate::theme::components;
-use crate::widgets::frame;
+use crate::widgets::window;
 use crate::widgets::words::hundredths;
 use labels::{Body, LabelPlacer};
 
@@ -40,10 +40,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     // Answers side by side leave room for one map.
     let second = model.second_moment().filter(|_| !model.compare.open);
     let inside = area.inner(Margin::new(1, 1));
-    let halves = second.and_then(|_| Halves::of(inside, camera.aspect));
+    let halves = second.and_then(|_| Halves::new(inside, camera.aspect));
     let both = second.zip(halves);
     let title = first(model, both.map(|(_, halves)| halves.first), inside);
-    let inner = frame::pane(f, area, model, Pane::Map, title);
+    let inner = window::pane(f, area, model, Pane::Map, title);
     let Some(now) = model.moment() else {
         let cell = (camera.cell, camera.row());
         register(model, inner, camera.frame(None), cell, false);
@@ -55,7 +55,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let shown = match both {
         Some((then, halves)) => {
             let title = second_title(&then, halves.second);
-            frame::divide(f, area, model, Pane::Map, halves.line, title);
+            window::divide(f, area, model, Pane::Map, halves.line, title);
             let first = half(f, halves.first, model, &now, false);
             first.and(half(f, halves.second, model, &then, true))
         }

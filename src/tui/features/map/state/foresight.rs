@@ -10,13 +10,13 @@ use nearmiss_scene::scenario::{Scene, Window};
 
 /// Whose paths are "near": within this distance of the ego, metres, centre to centre, and no more than so many.
 const NEAR: f64 = 40.0;
-const MOST: usize = 12;
+const MAX_PATHS: usize = 12;
 
 /// Seconds between two points of a path.
 const TICK: f64 = 0.2;
 
 /// Less likely paths are not drawn, 0 to 1.
-const LEAST: f64 = 0.05;
+const MIN_PROBABILITY: f64 = 0.05;
 
 /// The paths of one participant.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,7 +137,7 @@ fn futures(asked: &PathRequest) -> Vec<Future> {
         .filter(|(d, _)| *d <= NEAR)
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    near.truncate(MOST);
+    near.truncate(MAX_PATHS);
     let mut found = vec![future(On::Ego, ego)];
     found.extend(near.into_iter().map(|(_, o)| future(obstacle(o), o)));
     found
@@ -153,7 +153,10 @@ fn courses(prediction: &Prediction) -> Vec<(f64, Vec<Point>)> {
     let Some(speeds) = prediction.speeds.get(prediction.speeds.len() / 2) else {
         return Vec::new();
     };
-    let likely = prediction.courses.iter().filter(|c| c.weight >= LEAST);
+    let likely = prediction
+        .courses
+        .iter()
+        .filter(|c| c.weight >= MIN_PROBABILITY);
     let mut found: Vec<(f64, Vec<Point>)> = likely
         .map(|course| {
             let at = |t| course.path.pose_at(speeds.distance(t)).position;

@@ -72,7 +72,7 @@ impl Model {
             seen(&mut lines, opened, scene, obstacle, step);
         }
         lines.title("in the recording".into());
-        whole(&mut lines, opened, obstacle, dt);
+        full_details(&mut lines, opened, obstacle, dt);
         Some(lines.0)
     }
 }
@@ -219,7 +219,7 @@ fn seen(lines: &mut Lines, opened: &Opened, scene: &Scene, obstacle: &Obstacle, 
     );
 }
 
-fn whole(lines: &mut Lines, opened: &Opened, obstacle: &Obstacle, dt: f64) {
+fn full_details(lines: &mut Lines, opened: &Opened, obstacle: &Obstacle, dt: f64) {
     let at = |step: i64| format!("step {step} ({:.1} s)", step as f64 * dt);
     match &obstacle.prediction {
         _ if obstacle.role == ObstacleRole::Static => {

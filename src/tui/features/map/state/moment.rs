@@ -168,7 +168,7 @@ impl<'a> Moment<'a> {
 }
 
 /// The step a second before another one, or the first; beside the first, a second after it.
-fn beside(opened: &Opened, step: i64) -> (i64, Reason) {
+fn moment_to_compare(opened: &Opened, step: i64) -> (i64, Reason) {
     let second = (1.0 / opened.scenario.dt()).round().max(1.0) as i64;
     let steps = opened.steps();
     if step > steps.start {
@@ -223,7 +223,7 @@ impl Model {
             (Some(step), _) => (step, Reason::Pinned),
             (None, Some(_)) => (now.step, Reason::Clock),
             (None, None) => match self.telling_step(now.opened) {
-                (step, _) if step == now.step => beside(now.opened, step),
+                (step, _) if step == now.step => moment_to_compare(now.opened, step),
                 telling => telling,
             },
         };
@@ -264,7 +264,7 @@ impl Model {
             return Some((&**original, saved.variations(&opened.scenario, false)));
         };
         let (hash, change) = self.made_of()?;
-        let kept = self.maker.find(hash, change)?;
+        let kept = self.generation.find(hash, change)?;
         // Another search may have replaced it meanwhile.
         let same = std::sync::Arc::ptr_eq(&kept.made, &shown.made);
         let other = if shown.changed {
@@ -294,7 +294,7 @@ impl Model {
 }
 
 /// The fewest columns and rows in which a map is of use.
-const LEAST: (u16, u16) = (24, 6);
+const MIN_MAP_SIZE: (u16, u16) = (24, 6);
 
 /// Two maps with a line between them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -311,7 +311,7 @@ impl Halves {
     /// Divides an area so that both maps are as little elongated as possible; `aspect` is how much higher than wide a
     /// cell is. `None` where there is no room for two.
     #[must_use]
-    pub fn of(area: Rect, aspect: f64) -> Option<Self> {
+    pub fn new(area: Rect, aspect: f64) -> Option<Self> {
         let wide = f64::from(area.width) >= f64::from(area.height) * aspect;
         let (beside, above) = (Self::beside(area), Self::above(area));
         let order = if wide {
@@ -320,7 +320,9 @@ impl Halves {
             [above, beside]
         };
         let mut both = order.into_iter();
-        both.find(|halves| halves.second.width >= LEAST.0 && halves.second.height >= LEAST.1)
+        both.find(|halves| {
+            halves.second.width >= MIN_MAP_SIZE.0 && halves.second.height >= MIN_MAP_SIZE.1
+        })
     }
 
     fn beside(area: Rect) -> Self {
@@ -353,7 +355,7 @@ const FARTHEST: f64 = 4.0;
 /// Between two widths of cells: so the map does not zoom at every step.
 const STEP: f64 = 1.25;
 /// Around the middle of a body, metres, for the body and a part of its name.
-const AROUND: f64 = 5.0;
+const BODY_MARGIN: f64 = 5.0;
 
 impl Model {
     /// The camera of a map of so many columns and rows at a moment. Until the user zooms, it shows the ego, and the
@@ -370,8 +372,8 @@ impl Model {
         let frame = camera.frame(Some(ego));
         for place in self.places_of_others(moment) {
             let to = frame.to_local(&place);
-            let needs = ((to.y.abs() + 2.0 * AROUND) / columns)
-                .max((to.x.abs() + 2.0 * AROUND) / (rows * camera.aspect));
+            let needs = ((to.y.abs() + 2.0 * BODY_MARGIN) / columns)
+                .max((to.x.abs() + 2.0 * BODY_MARGIN) / (rows * camera.aspect));
             let steps = (needs / camera.cell).log(STEP).ceil().max(0.0);
             let cell = camera.cell * STEP.powf(steps);
             if !cell.is_finite() || cell > FARTHEST.max(camera.cell) {
@@ -380,7 +382,7 @@ impl Model {
             camera.cell = cell;
             // As little off the middle as shows both.
             let aside = |to: f64, length: f64| {
-                let by = (to.abs() + AROUND - length / 2.0).max(0.0);
+                let by = (to.abs() + BODY_MARGIN - length / 2.0).max(0.0);
                 by.copysign(to)
             };
             camera.shift = Vector::new(
@@ -422,7 +424,7 @@ mod tests {
     fn maps_stand_beside_or_above_each_other_and_fill_the_area() {
         for (width, height, beside) in [(72, 28, true), (41, 15, false), (40, 30, false)] {
             let area = Rect::new(3, 2, width, height);
-            let halves = Halves::of(area, 2.0).unwrap();
+            let halves = Halves::new(area, 2.0).unwrap();
             assert_eq!(halves.first.y == halves.second.y, beside, "{area}");
             let parts = [halves.first, halves.line, halves.second];
             let cells: u32 = parts.iter().map(|part| part.area()).sum();
@@ -432,7 +434,7 @@ mod tests {
             assert_eq!(halves.line.width.min(halves.line.height), 1);
         }
         for (width, height) in [(0, 0), (1, 1), (41, 12), (30, 11), (200, 5)] {
-            assert_eq!(Halves::of(Rect::new(0, 0, width, height), 2.0), None);
+            assert_eq!(Halves::new(Rect::new(0, 0, width, height), 2.0), None);
         }
     }
 }

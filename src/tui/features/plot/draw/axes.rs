@@ -15,7 +15,7 @@ const ROWS_WITH_LINE: u16 = 9;
 /// Columns that a number of the lower axis needs.
 const COLUMNS: u16 = 7;
 /// Most numbers of the vertical axis.
-const MOST: usize = 6;
+const MAX_NUMBERS: usize = 6;
 
 /// Values at the two ends of an axis.
 pub type Range = (f64, f64);
@@ -43,7 +43,7 @@ impl Upwards {
     /// most numbers.
     pub fn fitting(area: Rect, ticks: impl Fn(usize) -> Ticks) -> Self {
         let room = rows(area);
-        let most = usize::from(room / 2 + 1).clamp(2, MOST - 1);
+        let most = usize::from(room / 2 + 1).clamp(2, MAX_NUMBERS - 1);
         let all = (2..=most).map(|most| Self::even(ticks(most), room));
         let best = all.max_by_key(|axis| {
             let count = axis.ticks.labels().len();
@@ -55,10 +55,10 @@ impl Upwards {
     /// The axis of risk scores, always whole: all six numbers where each can have a row.
     pub fn of_risk(area: Rect) -> Self {
         let room = rows(area);
-        if usize::from(room) < MOST {
+        if usize::from(room) < MAX_NUMBERS {
             Self::even(Ticks::ends(0.0, 5.0), room)
         } else {
-            Self::even(Ticks::around(0.0, 5.0, MOST), room)
+            Self::even(Ticks::around(0.0, 5.0, MAX_NUMBERS), room)
         }
     }
 

@@ -16,8 +16,8 @@ use super::axes::{self, Axes, Dash, Drawn, Range, Upwards};
 use super::{Curve, lines};
 use crate::loaded::{Opened, PlannedEgo};
 use crate::model::{Drives, Model, Pane};
-use crate::widgets::frame;
 use crate::widgets::line_placer::LinePlacer;
+use crate::widgets::window;
 use crate::widgets::words::{fit, quantity};
 
 /// Signs of lines.
@@ -131,7 +131,13 @@ pub fn thresholds<'a>(f: &mut Frame<'_>, axes: &Axes, model: &'a Model) -> Vec<&
                 buffer[(x, y)].set_char(THRESHOLD).set_style(style);
             }
         }
-        if !write(buffer, plot, y, &words(threshold, measure.unit), style) {
+        if !write(
+            buffer,
+            plot,
+            y,
+            &threshold_label(threshold, measure.unit),
+            style,
+        ) {
             unnamed.push(*threshold);
         }
     }
@@ -139,7 +145,7 @@ pub fn thresholds<'a>(f: &mut Frame<'_>, axes: &Axes, model: &'a Model) -> Vec<&
     for threshold in all.iter().filter(|t| axes.row(t.value).is_none()) {
         let above = threshold.value > axes.values().1;
         let (sign, y) = if above { ("↑", top) } else { ("↓", bottom) };
-        let words = format!("{sign} {}", words(threshold, measure.unit));
+        let words = format!("{sign} {}", threshold_label(threshold, measure.unit));
         if !write(buffer, plot, y, &words, style) {
             unnamed.push(*threshold);
         }
@@ -148,7 +154,7 @@ pub fn thresholds<'a>(f: &mut Frame<'_>, axes: &Axes, model: &'a Model) -> Vec<&
 }
 
 /// A threshold with its value.
-pub fn words(threshold: &Threshold, unit: &str) -> String {
+pub fn threshold_label(threshold: &Threshold, unit: &str) -> String {
     let own = if threshold.own { " (yours)" } else { "" };
     format!(
         "{} {}{own}",
@@ -219,7 +225,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, what: Drives) {
     let shortest = titles.clone().next_back();
     let title = titles.find(fits).or(shortest).unwrap_or_default();
     let title = super::fitting(title, room);
-    let inner = frame::pane(f, area, model, Pane::Plot, title);
+    let inner = window::pane(f, area, model, Pane::Plot, title);
     let all = || curves.iter().flat_map(|c| c.runs.iter().flatten());
     let high = all().map(|p| p.1).fold(1.0, f64::max);
     let low = all().map(|p| p.1).fold(0.0, f64::min);

@@ -14,7 +14,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::loaded::Opened;
 use crate::model::{Model, Pane};
-use crate::widgets::frame;
+use crate::widgets::window;
 use crate::widgets::words::quantity;
 use axes::{Axes, Dash, Drawn, Upwards, stroke};
 use marks::Event;
@@ -40,7 +40,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let opened = model.opened.as_ref();
     let (Some(opened), Some(series)) = (opened, &model.plot.series) else {
         let title = Line::from(model.plot.measure.id);
-        let inner = frame::pane(f, area, model, Pane::Plot, title);
+        let inner = window::pane(f, area, model, Pane::Plot, title);
         let words = match model.scene() {
             Some(_) => "computing…".to_string(),
             None => model.without_ego(),
@@ -51,7 +51,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     };
     let room = usize::from(area.width).saturating_sub(4);
     let title = fitting(title(model, opened, series), room);
-    let pane = frame::pane(f, area, model, Pane::Plot, title);
+    let pane = window::pane(f, area, model, Pane::Plot, title);
     let curves = curves(model, opened, series);
     let (inner, key) = apart(area, pane);
     let dt = opened.scenario.dt();
@@ -252,7 +252,7 @@ fn legend(f: &mut Frame<'_>, area: Rect, model: &Model, curves: &[Curve], unname
         }
     });
     let thresholds = unnamed.iter().map(|threshold| {
-        let words = marks::words(threshold, model.plot.measure.unit);
+        let words = marks::threshold_label(threshold, model.plot.measure.unit);
         (format!("┄{words}"), theme.dim)
     });
     let mut line = Line::default();

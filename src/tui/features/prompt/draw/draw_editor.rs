@@ -47,7 +47,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, top: Option<usize>) {
         let line_styles = row
             .checked_sub(styles.from)
             .and_then(|at| styles.lines.get(at));
-        let marks = Marks::of(model, *row, line, top.is_none());
+        let marks = Marks::new(model, *row, line, top.is_none());
         let end = part.end.min(line.len());
         for (col, &c) in line.iter().enumerate().take(end).skip(part.start) {
             let base = line_styles.and_then(|s| s.get(col)).copied();
@@ -181,7 +181,7 @@ struct Marks {
 }
 
 impl Marks {
-    fn of(model: &Model, row: usize, line: &[char], edited: bool) -> Self {
+    fn new(model: &Model, row: usize, line: &[char], edited: bool) -> Self {
         let editor = &model.prompt.editor;
         let selected = editor
             .selection()

@@ -14,16 +14,16 @@ use unicode_width::UnicodeWidthStr;
 use crate::action::Action;
 use crate::model::{EntryLine, Extent, HEAVY, Model, Pane, PromptView, Readings, diff_of};
 use crate::theme::Theme;
-use crate::widgets::frame;
 use crate::widgets::long_text::{MarkedClaims, Reading};
-use crate::widgets::scroll::{self, PageSection};
+use crate::widgets::row::{self, PageSection};
+use crate::widgets::window;
 use crate::widgets::words::{fit, fit_end, thousands};
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     if model.prompt.editing {
         return draw_full_size(f, area, model);
     }
-    let inner = frame::pane(f, area, model, Pane::Prompt, title(model, area.width));
+    let inner = window::pane(f, area, model, Pane::Prompt, title(model, area.width));
     let inner = error(f, inner, model);
     body(f, inner, model, model.prompt.view);
 }
@@ -40,7 +40,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
         (PromptView::Template, _) if there => return template(f, area, model),
         (PromptView::Diff, _) if there => {
             let text = text(model);
-            scroll::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
+            row::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
             return;
         }
         (PromptView::Description, Some(question)) => {
@@ -72,7 +72,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
             return f.render_widget(words.style(Style::new().fg(model.theme.dim)), area);
         }
     };
-    scroll::page(f, area, model, Pane::Prompt, parts, Some(prompt.scroll));
+    row::page(f, area, model, Pane::Prompt, parts, Some(prompt.scroll));
 }
 
 /// A message; of a heavy one the beginning, which is plain: all of it would take too long in every frame.
@@ -222,7 +222,7 @@ fn draw_full_size(f: &mut Frame<'_>, area: Rect, model: &Model) {
         (Some(area), None)
     };
     if let Some(right) = right {
-        beside(f, right, model);
+        draw_side_view(f, right, model);
     }
     if let Some(left) = left {
         draw_template(f, left, model, wide);
@@ -239,7 +239,7 @@ fn draw_template(f: &mut Frame<'_>, area: Rect, model: &Model, wide: bool) {
     let room = usize::from(area.width).saturating_sub(26);
     let file = fit_end(&visible(prompt.file()), room);
     let title = Line::from(format!("template · {file}{mark}"));
-    let inner = frame::pane(f, area, model, Pane::Prompt, title);
+    let inner = window::pane(f, area, model, Pane::Prompt, title);
     let error = prompt.error.as_ref().map(|error| {
         let words = format!("! {error}{BROKEN}");
         let words = Paragraph::new(visible(&words).into_owned()).wrap(Wrap { trim: true });
@@ -315,7 +315,7 @@ fn status(model: &Model, width: usize, wide: bool) -> Line<'static> {
 }
 
 /// The rendered template and its cost.
-fn beside(f: &mut Frame<'_>, area: Rect, model: &Model) {
+fn draw_side_view(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let prompt = &model.prompt;
     let theme = &model.theme;
     let mut title = format!(" {}", prompt.beside.name());

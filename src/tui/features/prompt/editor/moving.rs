@@ -218,7 +218,7 @@ pub struct History {
 }
 
 /// Bytes of texts that are kept.
-const MOST: usize = 16 << 20;
+const MAX_HISTORY_BYTES: usize = 16 << 20;
 
 /// A pause of this length ends a run.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -267,7 +267,7 @@ impl History {
         self.back.push((old, before));
         let mut bytes: usize = self.back.iter().map(|(text, _)| text.len()).sum();
         let mut dropped = 0;
-        while bytes > MOST && dropped + 1 < self.back.len() {
+        while bytes > MAX_HISTORY_BYTES && dropped + 1 < self.back.len() {
             bytes -= self.back[dropped].0.len();
             dropped += 1;
         }

@@ -1,1 +1,0 @@
-//! Requests of the workbench: what is asked, the work, and the reply.
