@@ -3,9 +3,8 @@
 
 use ratatui::layout::{Constraint, Layout, Rect};
 
-use super::model::{Border, Model, Pane};
 use crate::model::Arrangement::{self, Compact, Narrow, Wide};
-use crate::model::{Edge, PaneShares};
+use crate::model::{Border, Edge, Model, Pane, PaneShares};
 
 /// The smallest terminal that the workbench fits into.
 pub const SMALLEST: (u16, u16) = (60, 18);

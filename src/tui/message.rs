@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use ratatui::layout::Position;
 
-use super::features::Step;
-use super::keymap::{Key, Keymap};
-use super::loaded::PictureJob;
-use super::model::JobId;
-use super::request::{AnyReply, AnyRequest};
-use super::theme::Named;
+use crate::features::Step;
+use crate::keymap::{Key, Keymap};
+use crate::loaded::PictureJob;
+use crate::model::JobId;
+use crate::request::{AnyReply, AnyRequest};
+use crate::theme::Named;
 use nearmiss_settings::Config;
 
 /// A message to `update`.

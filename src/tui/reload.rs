@@ -9,10 +9,9 @@ use std::time::{Duration, SystemTime};
 use nearmiss_settings::{Config, Folders};
 use tokio::sync::mpsc::UnboundedSender;
 
-use super::keymap::Keymap;
-use super::keymap::first_mistake;
-use super::message::{Msg, Reloaded};
-use super::theme::Theme;
+use crate::keymap::{Keymap, first_mistake};
+use crate::message::{Msg, Reloaded};
+use crate::theme::Theme;
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_secs(1);

@@ -9,9 +9,9 @@ use std::marker::PhantomData;
 
 use tokio::sync::mpsc::UnboundedSender;
 
-use super::message::{Effect, Msg};
-use super::model::Model;
-use super::services::Services;
+use crate::message::{Effect, Msg};
+use crate::model::Model;
+use crate::services::Services;
 
 /// What the model asks of the world outside.
 pub trait Request: Any + Debug + Send + Sized {

@@ -29,8 +29,8 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
-use super::keymap::Key;
-use super::message::{Mouse, Msg};
+use crate::keymap::Key;
+use crate::message::{Mouse, Msg};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use nearmiss_base::system::job_control;

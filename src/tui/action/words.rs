@@ -1,6 +1,6 @@
 //! Words of actions beside their names: groups of the menu, labels in it, and synonyms for the palette.
 
-use super::{Action, Entry};
+use crate::action::{Action, Entry};
 use crate::keymap::{Chord, Key};
 
 /// A prefix with the title of its menu. Chords of the table and of keymap files that begin with it are in that menu.

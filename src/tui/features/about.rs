@@ -5,8 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
-use super::Screen;
 use crate::action::Action;
+use crate::features::Screen;
 use crate::loaded::Opened;
 use crate::model::Model;
 use crate::widgets::hints::{self, Hint};

@@ -5,8 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
-use super::{Screen, Step, moves_scene};
 use crate::action::Action;
+use crate::features::{Screen, Step, moves_scene};
 use crate::message::Effect;
 use crate::model::{Detail, Model, as_text};
 use crate::widgets::hints::{self, Hint};

@@ -6,8 +6,8 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
-use super::{PAGE, Screen, Step};
 use crate::action::{ACTIONS, Action, Entry, Scope, order_of, synonyms_of, title_of};
+use crate::features::{PAGE, Screen, Step};
 use crate::keymap::{Chord, Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::{Model, TERMS};

@@ -36,11 +36,11 @@ use std::fmt::Debug;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::action::{Action, Scope};
-use super::keymap::Key;
-use super::message::{Effect, Mouse};
-use super::model::{Model, Place};
-use super::widgets::hints::Hint;
+use crate::action::{Action, Scope};
+use crate::keymap::Key;
+use crate::message::{Effect, Mouse};
+use crate::model::{Model, Place};
+use crate::widgets::hints::Hint;
 use nearmiss_store::Run;
 
 pub use opening::open;

@@ -3,9 +3,9 @@
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 
-use super::Step;
-use super::picker::Choice;
 use crate::action::Action;
+use crate::features::Step;
+use crate::features::picker::Choice;
 use crate::model::{Model, Picker, models_shown};
 use crate::widgets::{picker, window};
 

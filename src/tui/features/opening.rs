@@ -1,14 +1,14 @@
 //! Which action opens which screen.
 
-use super::generation::panel;
-use super::planner::cycle;
-use super::prompt::saving;
-use super::scenarios::{self, tags};
-use super::{
+use crate::action::Action;
+use crate::features::generation::panel;
+use crate::features::planner::cycle;
+use crate::features::prompt::saving;
+use crate::features::scenarios::{self, tags};
+use crate::features::{
     about, coverage, details, help, history, jobs, map, models, palette, picker, pictures, plot,
     results, source, themes, values,
 };
-use crate::action::Action;
 use crate::message::Effect;
 use crate::model::Model;
 

@@ -6,9 +6,9 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Paragraph;
 
-use super::Step;
-use super::picker::Choice;
 use crate::action::{Action, Entry};
+use crate::features::Step;
+use crate::features::picker::Choice;
 use crate::model::{Model, Picker, palette_shown};
 use crate::widgets::words::pad;
 use crate::widgets::{picker, window};

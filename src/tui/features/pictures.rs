@@ -11,8 +11,8 @@ use nearmiss_render::{
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::Step;
-use super::picker::{self, Choice};
+use crate::features::Step;
+use crate::features::picker::{self, Choice};
 use crate::loaded::{PictureJob, PictureKind};
 use crate::message::Effect;
 use crate::model::{Model, Pane, Picker, matching};

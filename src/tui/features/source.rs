@@ -7,8 +7,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
-use super::{Screen, Step, WHEEL};
 use crate::action::{Action, Scope};
+use crate::features::{Screen, Step, WHEEL};
 use crate::loaded::Source;
 use crate::message::{Effect, Mouse};
 use crate::model::Model;

@@ -5,8 +5,8 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::Step;
-use super::picker::{Choice, PickerScreen};
+use crate::features::Step;
+use crate::features::picker::{Choice, PickerScreen};
 use crate::model::{Model, Picker, themes_shown};
 use crate::widgets::hints::{Hint, fixed};
 use crate::widgets::{picker, window};

@@ -11,10 +11,9 @@ use nearmiss_settings::TextFile;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::lookup::Binding;
-use super::{Chord, Code, Key, Keymap, Preset};
 use crate::action::{ACTIONS, Action, Scope};
-use crate::keymap::all_visible;
+use crate::keymap::lookup::Binding;
+use crate::keymap::{Chord, Code, Key, Keymap, Preset, all_visible};
 
 const VIM: &str = include_str!("vim.toml");
 

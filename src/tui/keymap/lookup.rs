@@ -2,8 +2,8 @@
 
 use nearmiss_base::system::{KeyBinding, columns, pad_end};
 
-use super::{Chord, Key, file};
 use crate::action::{ACTIONS, Action, Entry, Scope, menu_label, order_of, title_of};
+use crate::keymap::{Chord, Key, file};
 
 /// A set of keys to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -24,8 +24,8 @@ use nearmiss_workflow::{
     PreparedPlan, generate, prepare,
 };
 
-use super::planned::Recorder;
-use super::{CertificateDrive, CycleShown, Opened, PlannedEgo};
+use crate::loaded::planned::Recorder;
+use crate::loaded::{CertificateDrive, CycleShown, Opened, PlannedEgo};
 
 /// Inputs of a generation.
 pub struct GenerationInputs<'a> {

@@ -4,9 +4,9 @@ use nearmiss_render::cells::{Blocks, MapStyle};
 use nearmiss_settings::{Config, ThemeFile};
 use ratatui::layout::Position;
 
-use super::{Border, Model, Picker, Sizes};
 use crate::action::Action;
 use crate::keymap::{Code, Key, Keymap, Preset};
+use crate::model::{Border, Model, Picker, Sizes};
 use crate::theme::{AUTO, ColorDepth, Named, Theme};
 
 /// Symbols that the terminal supports.

@@ -24,12 +24,12 @@ use nearmiss_settings::Config;
 use nearmiss_store::{Run, RunId};
 use nearmiss_study::evaluation::{EffectiveSettings, Settings, window_end};
 
-use super::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope, opens};
-use super::clock::Clock;
-use super::features::{Screen, Screens};
-use super::loaded::{Opened, Source};
-use super::session::SessionState;
-use super::theme::Theme;
+use crate::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope, opens};
+use crate::clock::Clock;
+use crate::features::{Screen, Screens};
+use crate::loaded::{Opened, Source};
+use crate::session::SessionState;
+use crate::theme::Theme;
 
 pub use super::features::answers::claims_state::{Claims, Document};
 pub use super::features::answers::state::{

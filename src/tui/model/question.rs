@@ -13,8 +13,8 @@ use nearmiss_study::evaluation::{
     AttackTerms, Case, CaseError, default_frame, prepare, tool_rounds, with_tools,
 };
 
-use super::{Model, PromptView};
 use crate::action::Action;
+use crate::model::{Model, PromptView};
 
 impl Model {
     /// Steps in the window of the safety task, where the current step has fewer before it than are wanted.

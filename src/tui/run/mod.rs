@@ -14,18 +14,17 @@ use nearmiss_settings::Folders;
 use nearmiss_store::{Filter, Store};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use self::prepare::prepare;
-use super::action::Action;
-use super::features::pictures::SavePicture;
-use super::message::{Effect, ExternalEdit, Msg};
-use super::model::Model;
-use super::reload::{self, Stamps};
-use super::services::Services;
-use super::terminal::{self, Events, Screen, give_back_on_panic};
-use super::update::{perform, start, update};
-use super::{external_editor, screenshot, session, views, widgets};
-use crate::session::SavedLocation;
-use crate::update::Open;
+use crate::action::Action;
+use crate::features::pictures::SavePicture;
+use crate::message::{Effect, ExternalEdit, Msg};
+use crate::model::Model;
+use crate::reload::{self, Stamps};
+use crate::run::prepare::prepare;
+use crate::services::Services;
+use crate::session::{self, SavedLocation};
+use crate::terminal::{self, Events, Screen, give_back_on_panic};
+use crate::update::{Open, perform, start, update};
+use crate::{external_editor, screenshot, views, widgets};
 
 /// Result of running the workbench.
 pub type RunResult = Result<(), String>;

@@ -12,17 +12,15 @@ use nearmiss_settings::{Config, Folders, TextFile, ThemeFile};
 use nearmiss_study::evaluation::default_planning;
 use nearmiss_workflow::{experiment_among, read_experiment};
 
-use super::super::action::Action;
-use super::super::background::{self, Background};
-use super::super::keymap::{Keymap, Preset};
-use super::super::model::{DisplaySettings, Glyphs, MapChoice, Model, Prices};
-use super::super::pixels::{self, Encoder};
-use super::super::services::thresholds;
-use super::super::session::{self, SavedLocation, restore};
-use super::super::terminal;
-use super::super::theme::{AUTO, ColorDepth, Theme};
-use crate::keymap::first_mistake;
-use crate::session::file;
+use crate::action::Action;
+use crate::background::{self, Background};
+use crate::keymap::{Keymap, Preset, first_mistake};
+use crate::model::{DisplaySettings, Glyphs, MapChoice, Model, Prices};
+use crate::pixels::{self, Encoder};
+use crate::services::thresholds;
+use crate::session::{self, SavedLocation, file, restore};
+use crate::terminal;
+use crate::theme::{AUTO, ColorDepth, Theme};
 
 /// The model at the start; errors in the user's files are reported, and defaults are used.
 pub fn prepare(

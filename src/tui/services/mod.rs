@@ -23,9 +23,9 @@ use nearmiss_workflow::batch::BatchControl;
 use tokio::sync::mpsc::UnboundedSender;
 use tokio::task::AbortHandle;
 
-use super::message::{Effect, Msg};
-use super::model::{JobId, Update};
-use super::request::{Replies, Request};
+use crate::message::{Effect, Msg};
+use crate::model::{JobId, Update};
+use crate::request::{Replies, Request};
 
 pub use queue::Queue;
 
@@ -105,8 +105,8 @@ impl Services {
 
     /// What requests left here.
     pub fn state<T: Default + Send + 'static>(&mut self) -> &mut T {
-        let state = self.state.entry(TypeId::of::<T>());
-        let state = state.or_insert_with(|| Box::<T>::default());
+        let entry = self.state.entry(TypeId::of::<T>());
+        let state = entry.or_insert_with(|| Box::<T>::default());
         match state.downcast_mut() {
             Some(state) => state,
             None => unreachable!("it is kept by its type"),
@@ -172,9 +172,8 @@ impl Services {
     /// # Errors
     /// No such model is known: in words.
     pub fn judge(&self, model: &str, tools: Option<ToolLimits>) -> Result<Judge, String> {
-        let judge = self.models.judge(model);
-        let judge = judge.map_err(|error| error.to_string())?;
-        Ok(judge.with_tools(tools))
+        let judge = self.models.judge(model).map_err(|error| error.to_string());
+        Ok(judge?.with_tools(tools))
     }
 
     /// The planner with this place among those of the configuration, from 1; `None` for the built-in one, 0.

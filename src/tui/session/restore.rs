@@ -11,14 +11,14 @@ use nearmiss_scene::judge;
 use nearmiss_scene::metrics::measure;
 use nearmiss_scene::verdict::Task;
 
-use super::super::action::Action;
-use super::super::message::{Effect, Msg};
-use super::super::model::{Grouping, IndexChoice, Model, Order, Pane};
-use super::super::update::{open, open_current};
-use super::{Override, SavedLocation, SavedScenario, Session, View};
+use crate::action::Action;
 use crate::features::timeline;
+use crate::message::{Effect, Msg};
+use crate::model::{Grouping, IndexChoice, Model, Order, Pane};
 use crate::request::{Replies, Request};
 use crate::services::Services;
+use crate::session::{Override, SavedLocation, SavedScenario, Session, View};
+use crate::update::{open, open_current};
 
 /// The current session.
 #[must_use]

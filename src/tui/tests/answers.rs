@@ -5,11 +5,11 @@ use nearmiss_scene::verdict::{CriticalObstacle, ParseQuality, Task};
 use nearmiss_store::{Origin, RunId};
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, StoredOrigin};
 
-use super::bench::{self, Bench, answer, no_verdict};
 use crate::features::answers::{Ask, LoadStored, Probe, StoredOf};
 use crate::keymap::Key;
 use crate::message::{Effect, Msg};
 use crate::model::{Pane, Progress, ShownAnswer, WindowsToJudge};
+use crate::tests::bench::{self, Bench, answer, no_verdict};
 use crate::update::update;
 
 /// What the workbench wants earlier answers about.

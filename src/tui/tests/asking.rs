@@ -24,9 +24,6 @@ use nearmiss_workflow::AttackSource;
 use serde_json::{Value, json};
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
-use self::server::{Script, Server};
-use super::bench::{SHORT, coarse, with};
-use super::written::{Canned, found};
 use crate::features::answers::Probe;
 use crate::features::history::HistoryScreen;
 use crate::keymap::Key;
@@ -36,6 +33,9 @@ use crate::loaded::{
 use crate::message::{Effect, Msg};
 use crate::model::{JobKind, JobState, Model, Notice};
 use crate::services::Services;
+use crate::tests::asking::server::{Script, Server};
+use crate::tests::bench::{SHORT, coarse, with};
+use crate::tests::written::{Canned, found};
 use crate::theme::Theme;
 use crate::update::{start, update};
 use server::Recorded;

@@ -1,10 +1,10 @@
 //! Answer columns, and the verdicts they are compared with.
 
-use super::answers::{asking, stored_of};
-use super::bench::{self, Bench, answer, no_verdict};
 use crate::features::answers::LoadStored;
 use crate::message::Msg;
 use crate::model::{Progress, ShownAnswer};
+use crate::tests::answers::{asking, stored_of};
+use crate::tests::bench::{self, Bench, answer, no_verdict};
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::RunId;
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict};

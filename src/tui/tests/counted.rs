@@ -13,12 +13,12 @@ use nearmiss_study::evaluation::report::{DataHalf, Report};
 use nearmiss_workflow::TruthChoice;
 use ratatui::layout::Position;
 
-use super::everywhere::seen_in_every_theme;
-use super::history::{FIRST, Fixture};
-use super::results::{counts, four, press, settle};
 use crate::features::results::request::{ResultsCommand, ResultsEvent};
 use crate::loaded::Opened;
 use crate::message::{Mouse, Msg};
+use crate::tests::everywhere::seen_in_every_theme;
+use crate::tests::history::{FIRST, Fixture};
+use crate::tests::results::{counts, four, press, settle};
 
 pub(super) const YES: &str = r#"{"safety_critical": true, "obstacles": [{"id": 9, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
 pub(super) const NO: &str = r#"{"safety_critical": false, "obstacles": [], "justification": "j"}"#;

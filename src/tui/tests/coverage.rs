@@ -3,14 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::bench::Bench;
 use crate::features::index::ReadIndex;
 use crate::features::scenarios::request::Survey;
 use crate::loaded::{Facts, Verdicts};
 use crate::message::{Effect, Msg};
-use crate::model::{JobId, Update};
-use crate::model::{JobState, Pane};
+use crate::model::{JobId, JobState, Pane, Update};
 use crate::session::{Session, restore};
+use crate::tests::bench::Bench;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::corpus::{
     CorpusIndex, IndexOptions, IndexedWindow, Manoeuvre, RoadType, WindowEgo, for_each_window,

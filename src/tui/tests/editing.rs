@@ -5,9 +5,6 @@ use std::time::Duration;
 use nearmiss_ask::prompts::Library;
 use nearmiss_settings::Keys;
 
-use super::bench::Bench;
-use super::history::three;
-use super::side_by_side::{sized, two};
 use crate::features::help::HelpScreen;
 use crate::features::palette::Palette;
 use crate::features::picker::PickerScreen;
@@ -15,6 +12,9 @@ use crate::features::prompt::request::KeepDraft;
 use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{EntryLine, Notice, PromptPane};
+use crate::tests::bench::Bench;
+use crate::tests::history::three;
+use crate::tests::side_by_side::{sized, two};
 
 pub fn with(keys: Keys) -> Bench {
     let mut bench = Bench::empty();

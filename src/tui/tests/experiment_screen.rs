@@ -13,11 +13,6 @@ use nearmiss_workflow::{
     read_experiment,
 };
 
-use super::asking::Whole;
-use super::asking::server::Server;
-use super::bench::Bench;
-use super::everywhere::seen_in_every_theme;
-use super::experiments::{self, HEAD, open, problem, toasts, write};
 use crate::action::{ACTIONS, Action, Scope};
 use crate::features::batch::request::{AskBatch, BatchProgress, ItemChange};
 use crate::features::experiment::ExperimentScreen;
@@ -28,6 +23,11 @@ use crate::features::experiment::request::{
 use crate::message::{Effect, Msg};
 use crate::model::{CountedExperiment, ExperimentOutline, JobId, Update};
 use crate::session::{Session, restore};
+use crate::tests::asking::Whole;
+use crate::tests::asking::server::Server;
+use crate::tests::bench::Bench;
+use crate::tests::everywhere::seen_in_every_theme;
+use crate::tests::experiments::{self, HEAD, open, problem, toasts, write};
 
 const SIZES: [(u16, u16); 5] = [(60, 18), (80, 24), (100, 30), (120, 40), (200, 60)];
 

@@ -5,13 +5,13 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::{ParsedAnswer, Task, Verdict};
 use nearmiss_store::{AnswerPiece, Claim, Consumed, Ending, NewRun, RunId, RunState, Store};
 
-use super::bench::Bench;
 use crate::features::answers::LoadStored;
 use crate::features::history::HistoryScreen;
 use crate::features::history::request::{HistoryCommand, HistoryEvent, Judging, Truths, answer};
 use crate::message::{Effect, Msg};
 use crate::model::{Notice, ShownAnswer};
 use crate::request::Request;
+use crate::tests::bench::Bench;
 
 #[test]
 fn words_and_filters_narrow_it_down_as_one_types() {

@@ -3,13 +3,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::bench::{self, Bench, answer, no_verdict};
 use crate::features::batch::request::{AskBatch, BatchAnswer, BatchProgress, EstimateBatch};
 use crate::features::history::HistoryScreen;
 use crate::features::scenarios::request::{Find, Found, Survey};
 use crate::message::{Effect, Msg};
-use crate::model::{Batch, Counts, JobId, Update};
-use crate::model::{JobState, Notice};
+use crate::model::{Batch, Counts, JobId, JobState, Notice, Update};
+use crate::tests::bench::{self, Bench, answer, no_verdict};
 use nearmiss_store::Consumed;
 use nearmiss_study::evaluation::batch::Estimate;
 

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use super::answers::stored_of;
-use super::bench::{Bench, answer};
-use super::history::three;
-use super::results::{four, press};
 use crate::features::answers::{Ask, LoadStored};
 use crate::features::help::HelpScreen;
 use crate::message::{Effect, Msg};
 use crate::model::{Model, Pane};
+use crate::tests::answers::stored_of;
+use crate::tests::bench::{Bench, answer};
+use crate::tests::history::three;
+use crate::tests::results::{four, press};
 
 fn quits(bench: &Bench) -> bool {
     bench.effects.iter().any(|e| matches!(e, Effect::Quit))

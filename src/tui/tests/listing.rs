@@ -11,9 +11,6 @@ use nearmiss_store::{Origin, StoredVerdict};
 use nearmiss_workflow::find_in_pieces;
 use ratatui::layout::Position;
 
-use super::bench::{self, Bench};
-use super::editing::said;
-use super::making::{self, arrive, asked, dangerous, open, shown, stopped};
 use crate::features::generation::request::write;
 use crate::features::scenarios::request::{Find, Found, Rank, Survey};
 use crate::features::scenarios::saved_views::ListViews;
@@ -21,6 +18,9 @@ use crate::features::scenarios::tags::{ScenarioTags, TagsScreen};
 use crate::loaded::{Facts, GenerationStage, Opened, Verdicts};
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{Grouping, JobState, OpenId, Order, Pane};
+use crate::tests::bench::{self, Bench};
+use crate::tests::editing::said;
+use crate::tests::making::{self, arrive, asked, dangerous, open, shown, stopped};
 use crate::theme::ColorDepth;
 use crate::update::{Open, update};
 

@@ -5,12 +5,12 @@ use std::time::Duration;
 use nearmiss_scene::verdict::Task;
 use ratatui::layout::Position;
 
-use super::bench::Bench;
 use crate::action::{ACTIONS, Action};
 use crate::features::details::DetailsScreen;
 use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Effect, Mouse, Msg};
 use crate::model::{Foreseen, Measurement, On, Pane, Tape};
+use crate::tests::bench::Bench;
 use crate::theme::{ColorDepth, Theme};
 
 /// A bundled scenario with the map alone, at a step.

@@ -4,10 +4,6 @@ use nearmiss_formats::bundled;
 use nearmiss_study::evaluation::Answer;
 use ratatui::layout::Position;
 
-use super::answers::stored_of;
-use super::bench::{self, Bench, answer};
-use super::listing::surveyed;
-use super::making::{self, arrive, asked, dangerous, made, open};
 use crate::action::ACTIONS;
 use crate::clock::PlayRange;
 use crate::features::answers::LoadStored;
@@ -15,6 +11,10 @@ use crate::features::scenarios::request::{Find, Found, Survey};
 use crate::message::{Mouse, Msg};
 use crate::model::{Heat, Moment, On, Pane, ShownAnswer};
 use crate::session::{Session, restore};
+use crate::tests::answers::stored_of;
+use crate::tests::bench::{self, Bench, answer};
+use crate::tests::listing::surveyed;
+use crate::tests::making::{self, arrive, asked, dangerous, made, open};
 use crate::update::update;
 
 const SIZE: (u16, u16) = (200, 60);

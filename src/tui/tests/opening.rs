@@ -7,8 +7,6 @@ use nearmiss_formats::{EgoSelection, Entry, write_recording};
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::verdict::Task;
 
-use super::bench::{Bench, answer};
-use super::side_by_side::{sized, two};
 use crate::features::answers::Ask;
 use crate::features::batch::BatchScreen;
 use crate::features::batch::request::EstimateBatch;
@@ -17,6 +15,8 @@ use crate::features::scenarios::request::{Find, Found, Survey};
 use crate::keymap::Keymap;
 use crate::message::{Effect, Msg};
 use crate::model::{Column, Model, Notice, OpenId, Pane, Update};
+use crate::tests::bench::{Bench, answer};
+use crate::tests::side_by_side::{sized, two};
 use crate::update::Open;
 
 #[test]

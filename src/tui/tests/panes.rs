@@ -4,11 +4,11 @@ use std::collections::HashSet;
 
 use ratatui::layout::{Position, Rect};
 
-use super::bench::Bench;
 use crate::features::details::DetailsScreen;
 use crate::layout::{SMALLEST, split};
 use crate::message::{Mouse, Msg};
 use crate::model::{Model, Pane, Sizes};
+use crate::tests::bench::Bench;
 
 /// Terminals of every arrangement.
 const SIZES: [(u16, u16); 9] = [

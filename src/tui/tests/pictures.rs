@@ -1,6 +1,5 @@
 //! Saving pictures: choices, file names and messages.
 
-use super::bench::{self, Bench, generated_variant};
 use crate::features::generation::request::Generate;
 use crate::features::pictures::{SavePicture, save};
 use crate::loaded::{PictureJob, PictureKind};
@@ -8,6 +7,7 @@ use crate::message::{Effect, Msg};
 use crate::model::Pane;
 use crate::pixels::Encoder;
 use crate::services::Drawing;
+use crate::tests::bench::{self, Bench, generated_variant};
 use nearmiss_render::MapExtent;
 
 fn asked(bench: &mut Bench) -> Box<PictureJob> {

@@ -12,13 +12,13 @@ use nearmiss_formats::{Entry, bundled};
 use nearmiss_scene::scenario::{EgoSource, Prediction};
 use nearmiss_workflow::{MissingEgo, PlanEvent, prepare};
 
-use super::bench::{Bench, coarse, planned, request};
 use crate::features::planner::cycle::CycleScreen;
 use crate::features::planner::request::{Plan, SaveDrive};
 use crate::features::values::ReadThresholds;
 use crate::loaded::{CycleShown, DriveFiles, DriveKey, Opened, PlannedEgo};
 use crate::message::{Effect, Msg};
 use crate::model::{Drives, JobId, JobState, Model, OpenId, Pane, Update};
+use crate::tests::bench::{Bench, coarse, planned, request};
 use crate::update::Open;
 
 /// The drive that was asked for last.

@@ -7,8 +7,6 @@ use nearmiss_ask::prompts::Library;
 use nearmiss_settings::Keys;
 use nearmiss_study::evaluation::Answer;
 
-use super::bench::{self, Bench, answer};
-use super::editing::{kept, said, with};
 use crate::features::answers::Ask;
 use crate::features::batch::request::EstimateBatch;
 use crate::features::picker::PickerScreen;
@@ -20,6 +18,8 @@ use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Effect, ExternalEdit, Msg};
 use crate::model::{Notice, Pane, Prices, PromptView, RequestTokens};
 use crate::session::{Session, restore};
+use crate::tests::bench::{self, Bench, answer};
+use crate::tests::editing::{kept, said, with};
 
 fn rendered(bench: &Bench) -> String {
     let prompt = &bench.model.prompt.question.as_ref().unwrap().prompt;

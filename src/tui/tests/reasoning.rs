@@ -1,7 +1,7 @@
 //! The reasoning pane: its contents above the answer, and without one.
 
-use super::answers::asking;
-use super::bench::{self, Bench, answer, no_verdict};
+use crate::tests::answers::asking;
+use crate::tests::bench::{self, Bench, answer, no_verdict};
 use nearmiss_ask::llm::{Chunk, ToolCall, ToolRound, ToolTurn};
 use nearmiss_store::RunId;
 use nearmiss_study::evaluation::{Event, JudgeOutcome, MissingVerdict};

@@ -10,16 +10,16 @@ use nearmiss_study::evaluation::Outcome;
 use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Experiment, Spec, Split};
 use nearmiss_workflow::TruthChoice;
 
-use super::bench::Bench;
-use super::counted::{YES, item, labelled, spec};
-use super::everywhere::seen_in_every_theme;
-use super::history::{FIRST, Fixture, requests};
 use crate::action::Scope;
 use crate::features::history::request::Judging;
 use crate::features::results::ResultsScreen;
 use crate::features::results::request::{ResultsCommand, ResultsEvent, answer};
 use crate::keymap::{Keymap, Preset};
 use crate::message::Msg;
+use crate::tests::bench::Bench;
+use crate::tests::counted::{YES, item, labelled, spec};
+use crate::tests::everywhere::seen_in_every_theme;
+use crate::tests::history::{FIRST, Fixture, requests};
 
 /// Answers what the screen asked for, until nothing is left.
 pub(super) fn settle(kept: &mut Fixture) {

@@ -8,13 +8,13 @@ use nearmiss_formats::{Entry, EntryLocation, bundled, find};
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::Keys;
 
-use super::bench::{self, Bench, answer};
-use super::editing::with;
 use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Effect, Msg};
 use crate::model::{Grouping, Pane, Sizes};
 use crate::session::restore::{self, KeepSession, KeepSessionLater};
 use crate::session::{SavedLocation, Session};
+use crate::tests::bench::{self, Bench, answer};
+use crate::tests::editing::with;
 
 fn kept(bench: &mut Bench) -> Option<Session> {
     bench.effects.clear();

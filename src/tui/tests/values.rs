@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use nearmiss_scene::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
 
-use super::bench::Bench;
 use crate::features::scenarios::request::{Rank, Survey};
 use crate::features::values::{MeasureAll, ReadThresholds, UseThresholds};
 use crate::loaded::Measured;
 use crate::message::{Effect, Msg};
 use crate::model::MeasureId;
+use crate::tests::bench::Bench;
 
 /// The first scenario shortly before its contact.
 fn looking() -> Bench {

@@ -19,8 +19,6 @@ use nearmiss_study::evaluation::generating::{
 };
 use nearmiss_workflow::{AttackSource, AttackWriter};
 
-use super::asking::right_turn;
-use super::bench::{self, Bench, coarse, generated_variant, in_12_ms};
 use crate::features::generation::panel::VariantScreen;
 use crate::features::generation::request::Generate;
 use crate::loaded::{
@@ -29,6 +27,8 @@ use crate::loaded::{
 };
 use crate::message::{Effect, Msg};
 use crate::model::{JobId, JobState, Model, Update};
+use crate::tests::asking::right_turn;
+use crate::tests::bench::{self, Bench, coarse, generated_variant, in_12_ms};
 
 /// What a model is wanted to say in tests.
 const WORDS: &str = "It is 4 m behind and has \u{1b}[31mno\u{1b}[0m other way.\n\tSo be it.";

@@ -1,17 +1,17 @@
 //! Handlers of the actions.
 
-use super::super::action::{Action, Scope};
-use super::super::message::Effect;
-use super::super::model::{Model, Notice, Pane, PromptView, ShownAnswer, Toast};
-use super::super::session::restore;
-use super::pressed::scroll;
-use super::{keys as on_screen, open_current, opening, pointer};
+use crate::action::{Action, Scope};
 use crate::features::answers::{self, claims};
 use crate::features::compare::{self, rating};
 use crate::features::{
     self, batch, experiment, generation, index, jobs, map, planner, plot, prompt, scenarios,
     timeline,
 };
+use crate::message::Effect;
+use crate::model::{Model, Notice, Pane, PromptView, ShownAnswer, Toast};
+use crate::session::restore;
+use crate::update::pressed::scroll;
+use crate::update::{keys as on_screen, open_current, opening, pointer};
 
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {

@@ -2,14 +2,13 @@
 
 use nearmiss_settings::Keys;
 
-use super::super::action::{Action, Scope};
-use super::super::keymap::{Code, Key, KeyMeaning};
-use super::super::message::Effect;
-use super::super::model::Model;
-use super::pressed::{KeyEffect, pressed};
-use super::{actions, opened, opening};
+use crate::action::{Action, Scope};
 use crate::features::{self, Screen, Step};
-use crate::message::Mouse;
+use crate::keymap::{Code, Key, KeyMeaning};
+use crate::message::{Effect, Mouse};
+use crate::model::Model;
+use crate::update::pressed::{KeyEffect, pressed};
+use crate::update::{actions, opened, opening};
 
 /// A key where nothing is typed and no screen is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {

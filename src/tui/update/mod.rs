@@ -11,17 +11,14 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_settings::Config;
 use nearmiss_study::evaluation::default_frame;
 
-use super::features;
-use super::features::Screens;
-use super::features::answers::Probe;
-use super::features::scenarios::request::Find;
-use super::features::scenarios::tags::ScenarioTags;
-use super::keymap::{Code, Key};
-use super::message::{Effect, Msg, Reloaded};
-use super::model::{Glyphs, Model};
-use super::session::restore;
-use crate::features::answers::{self, claims};
-use crate::features::{map, plot};
+use crate::features::answers::{self, Probe, claims};
+use crate::features::scenarios::request::Find;
+use crate::features::scenarios::tags::ScenarioTags;
+use crate::features::{self, Screens, map, plot};
+use crate::keymap::{Code, Key};
+use crate::message::{Effect, Msg, Reloaded};
+use crate::model::{Glyphs, Model};
+use crate::session::restore;
 
 pub use actions::perform;
 pub use opened::opened;

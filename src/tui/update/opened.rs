@@ -8,19 +8,18 @@ use nearmiss_scene::scenario::{Transform, obstacle_taken};
 use nearmiss_store::Run;
 use nearmiss_study::evaluation::Answer;
 
-use super::super::message::Effect;
-use super::super::model::{Model, OpenId};
-use super::super::session::restore;
-use super::opening::{Open, arrive, open, open_changed};
 use crate::action::Action;
 use crate::clock::Clock;
 use crate::features::experiment::ExperimentScreen;
 use crate::features::history::{self, HistoryScreen};
 use crate::features::{answers, generation, planner, timeline};
 use crate::loaded::Opened;
-use crate::model::{Column, NEIGHBOURHOOD, Notice, ShownAnswer, Values};
+use crate::message::Effect;
+use crate::model::{Column, Model, NEIGHBOURHOOD, Notice, OpenId, ShownAnswer, Values};
 use crate::request::{Replies, Request};
 use crate::services::Services;
+use crate::session::restore;
+use crate::update::opening::{Open, arrive, open, open_changed};
 
 impl Request for Open {
     /// The scenario, or why it is not open.

@@ -2,12 +2,11 @@
 
 use ratatui::layout::{Position, Rect};
 
-use super::super::action::Action;
-use super::super::message::{Effect, Mouse};
-use super::super::model::{Model, Notice, On, Pane};
-use super::{actions, keys, open_current};
+use crate::action::Action;
 use crate::features::{compare, map, scenarios, timeline};
-use crate::model::Border;
+use crate::message::{Effect, Mouse};
+use crate::model::{Border, Model, Notice, On, Pane};
+use crate::update::{actions, keys, open_current};
 
 /// The mouse did something.
 pub fn on_mouse(model: &mut Model, mouse: Mouse) -> Vec<Effect> {

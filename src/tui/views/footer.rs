@@ -6,10 +6,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use super::toasts;
 use crate::action::{Action, Entry, Scope};
 use crate::keymap::{Chord, Code, Key, KeyMeaning};
 use crate::model::{EntryLine, Model, Pane, working_words};
+use crate::views::toasts;
 use crate::widgets::hints::{Hint, entries, fixed, hint_in, hint_of, pair, together};
 use crate::widgets::words::fit;
 use nearmiss_scene::description::visible;

@@ -9,11 +9,10 @@ use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
 use ratatui::text::{Line, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::layout;
-use super::model::{Glyphs, Model, Pane};
-use super::widgets::words;
 use crate::action::Action;
-use crate::layout::SMALLEST;
+use crate::layout::{self, SMALLEST};
+use crate::model::{Glyphs, Model, Pane};
+use crate::widgets::words;
 
 /// Draws everything, in the signs that the terminal has.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {

@@ -7,9 +7,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use super::window;
-use super::words::{fit, pad, whole_parts};
 use crate::model::{Model, Picker};
+use crate::widgets::window;
+use crate::widgets::words::{fit, pad, whole_parts};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::Measure;
 

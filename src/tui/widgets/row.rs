@@ -8,10 +8,10 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Paragraph, Scrollbar, ScrollbarOrientation, ScrollbarState, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use super::long_text::{MarkedClaims, Reading, height};
-use super::words::pad;
 use crate::model::{Extent, Model, Pane};
 use crate::theme::Theme;
+use crate::widgets::long_text::{MarkedClaims, Reading, height};
+use crate::widgets::words::pad;
 
 /// Less room than this makes a note hard to read: it goes below its row instead.
 const MIN_NOTE_COLUMNS: usize = 40;

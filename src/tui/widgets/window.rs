@@ -6,8 +6,8 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
-use super::words::thousands;
 use crate::model::{Model, Pane};
+use crate::widgets::words::thousands;
 
 /// Columns of a window at most, its borders included.
 pub const COLUMNS: u16 = 92;

@@ -1,6 +1,6 @@
 //! Claims: extracted once an answer is complete, and stepped through one by one.
 
-use super::super::timeline;
+use crate::features::timeline;
 use crate::model::{Column, Document, Model, Pane, ShownAnswer};
 use crate::request::Computation;
 use crate::update::opening;

@@ -16,10 +16,10 @@ use nearmiss_store::Origin;
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, Question, RECORDED, RunOptions};
 use nearmiss_workflow::AskRequest;
 
-use super::prompt::show_error;
-use super::{batch, compare, generation, scenarios, timeline};
 use crate::action::Action;
 use crate::features::jobs::notes;
+use crate::features::prompt::show_error;
+use crate::features::{batch, compare, generation, scenarios, timeline};
 use crate::message::Effect;
 use crate::model::{
     Column, Job, JobId, JobKind, JobState, Model, Pane, Progress, ShownAnswer, Update,
@@ -126,19 +126,6 @@ pub fn missing_truths(model: &mut Model) -> Option<WindowsToJudge> {
         windows,
         thresholds,
     })
-}
-
-/// Offers models that were found on this machine, beside those that are known.
-pub fn offer(model: &mut Model, found: Vec<Discovered>) {
-    for Discovered { id, .. } in found {
-        if model.offers.iter().all(|offer| offer.id != id) {
-            model.offers.push(ModelOffer {
-                id,
-                key: None,
-                warning: None,
-            });
-        }
-    }
 }
 
 /// A piece of an answer, or the whole one; the list counts anew what is stored on its scenario.
@@ -582,8 +569,8 @@ impl Request for Ask {
             };
             let outcome =
                 nearmiss_workflow::ask(request, |event| reply(Update::Progress(event))).await;
-            let outcome = outcome.map(|outcome| Box::new(outcome.answer));
-            reply(Update::Ended(outcome.map_err(|error| error.to_string())));
+            let answer = outcome.map(|outcome| Box::new(outcome.answer));
+            reply(Update::Ended(answer.map_err(|error| error.to_string())));
         });
         // Aborting the task closes the connection and writes the run down as cancelled.
         let task = task.abort_handle();
@@ -627,8 +614,17 @@ impl Request for Probe {
         });
     }
 
+    /// Offers models that were found on this machine, beside those that are known.
     fn reply(model: &mut Model, found: Self::Reply) -> Vec<Effect> {
-        offer(model, found);
+        for Discovered { id, .. } in found {
+            if model.offers.iter().all(|offer| offer.id != id) {
+                model.offers.push(ModelOffer {
+                    id,
+                    key: None,
+                    warning: None,
+                });
+            }
+        }
         Vec::new()
     }
 }

@@ -18,10 +18,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::Paragraph;
 
-use super::prompt::show_error;
-use super::{Screen, Step, answers};
 use crate::action::Action;
 use crate::features::batch::request::AskBatch;
+use crate::features::prompt::show_error;
+use crate::features::{Screen, Step, answers};
 use crate::keymap::Key;
 use crate::message::Effect;
 use crate::model::{

@@ -6,8 +6,8 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
-use super::draw;
 use crate::action::Action;
+use crate::features::compare::draw;
 use crate::model::{Model, REASONS};
 use crate::theme::Theme;
 use crate::widgets::claimed;

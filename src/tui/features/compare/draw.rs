@@ -10,9 +10,9 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use super::super::map::draw;
-use super::fields::Field;
 use crate::action::{Action, Scope};
+use crate::features::compare::fields::Field;
+use crate::features::map::draw;
 use crate::layout::ScreenAreas;
 use crate::model::{Column, Extent, Model, NARROWEST_COMPARED, ShownAnswer};
 use crate::widgets::long_text::MarkedClaims;

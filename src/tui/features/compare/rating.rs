@@ -4,8 +4,8 @@ use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, Unrated};
 
-use super::{is_running, open};
 use crate::action::Action;
+use crate::features::compare::{is_running, open};
 use crate::keymap::{Code, Key, edit_line};
 use crate::message::Effect;
 use crate::model::{

@@ -6,8 +6,8 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::{ALL, CellChoice, CellDetail, CoverageScreen, WorstWindow};
 use crate::action::Action;
+use crate::features::coverage::{ALL, CellChoice, CellDetail, CoverageScreen, WorstWindow};
 use crate::model::{ListIndex, Model};
 use crate::widgets::window;
 use crate::widgets::words::{fit, fit_middle, pad, thousands};

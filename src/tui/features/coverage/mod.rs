@@ -11,8 +11,8 @@ use nearmiss_scene::corpus::{
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::{Screen, Step};
 use crate::action::{Action, Scope};
+use crate::features::{Screen, Step};
 use crate::message::{Effect, Mouse};
 use crate::model::{List, Model, Pane, Place};
 use crate::widgets::hints::{self, Hint};

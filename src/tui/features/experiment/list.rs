@@ -5,9 +5,9 @@ use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::super::{Screen, Step};
 use crate::action::Action;
 use crate::features::experiment::request::ListExperiments;
+use crate::features::{Screen, Step};
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::{Model, Picker, matching};

@@ -13,10 +13,10 @@ use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::batch::request::{BatchProgress, BatchUpdate};
-use super::batch::{self, batch_of};
-use super::{Screen, Step};
 use crate::action::{Action, Scope};
+use crate::features::batch::request::{BatchProgress, BatchUpdate};
+use crate::features::batch::{self, batch_of};
+use crate::features::{Screen, Step};
 use crate::keymap::{Code, Key};
 use crate::message::{Effect, ExternalEdit};
 use crate::model::{Batch, CountedExperiment, JobId, Model, Update};

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use tokio::runtime::Handle;
 
-use super::super::batch::request::{self, BatchUpdate, Prepared, Ready};
+use crate::features::batch::request::{self, BatchUpdate, Prepared, Ready};
 use crate::message::Effect;
 use crate::model::{
     Batch, CountedExperiment, ExperimentOutline, Job, JobId, JobKind, Model, Update,

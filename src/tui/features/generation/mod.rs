@@ -19,8 +19,8 @@ use ratatui::style::Style;
 use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::{Screen, Step};
 use crate::action::Action;
+use crate::features::{Screen, Step};
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::loaded::{
     GeneratedVariant, GenerationOutcome, GenerationProgress, GenerationStage, Opened,
@@ -150,7 +150,7 @@ fn begin(
     only: Option<i64>,
     seed: u64,
 ) -> Vec<Effect> {
-    let Some((place, request)) = request(model, change, only, seed, None) else {
+    let Some((place, request)) = variant_request(model, change, only, seed, None) else {
         return Vec::new();
     };
     let id = JobId(model.new_id());
@@ -159,7 +159,7 @@ fn begin(
 }
 
 /// The work of making what is open dangerous, and its place in the list.
-fn request(
+fn variant_request(
     model: &Model,
     change: Option<Transform>,
     only: Option<i64>,
@@ -392,17 +392,6 @@ fn save(model: &mut Model) -> Vec<Effect> {
     }
 }
 
-/// A variant was written, or not.
-pub fn saved(model: &mut Model, made: &Arc<GeneratedVariant>, result: Result<String, String>) {
-    match result {
-        Ok(files) => {
-            model.generation.saved(made, &files);
-            model.say(format!("saved as {files}"));
-        }
-        Err(error) => model.complain(format!("the variant is not written: {error}")),
-    }
-}
-
 /// Asks for the terms that describe an attack.
 fn ask(model: &mut Model) {
     if still_searching(model) {
@@ -412,7 +401,7 @@ fn ask(model: &mut Model) {
         return;
     };
     // The seed is chosen when the search begins: a line that is closed uses none up.
-    if let Some((place, request)) = request(model, change, None, 0, None) {
+    if let Some((place, request)) = variant_request(model, change, None, 0, None) {
         open_wish(model, place, hash, request);
     }
 }

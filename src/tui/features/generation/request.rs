@@ -138,8 +138,15 @@ impl Request for SaveVariant {
         });
     }
 
-    fn reply(model: &mut Model, (variant, written): Self::Reply) -> Vec<Effect> {
-        super::saved(model, &variant, written);
+    /// A variant was written, or not.
+    fn reply(model: &mut Model, (made, result): Self::Reply) -> Vec<Effect> {
+        match result {
+            Ok(files) => {
+                model.generation.saved(&made, &files);
+                model.say(format!("saved as {files}"));
+            }
+            Err(error) => model.complain(format!("the variant is not written: {error}")),
+        }
         Vec::new()
     }
 }

@@ -15,10 +15,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::super::{Screen, Step, scenarios};
-use super::{planned_by, ready, request, show, still_searching};
 use crate::action::Action;
 use crate::features::generation::request::Generate;
+use crate::features::generation::{planned_by, ready, show, still_searching, variant_request};
+use crate::features::{Screen, Step, scenarios};
 use crate::keymap::Key;
 use crate::loaded::{AuthoringProgress, Authorship, GenerationStage, VariantRequest, Writer};
 use crate::message::Effect;
@@ -82,7 +82,8 @@ pub fn begin(model: &mut Model, only: Option<i64>) -> Vec<Effect> {
         method,
         fresh,
     };
-    if let Some((place, request)) = request(model, change, only, 1, Some(Box::new(writer))) {
+    if let Some((place, request)) = variant_request(model, change, only, 1, Some(Box::new(writer)))
+    {
         model.screens.open(AttackScreen {
             request: Some(request),
             place,

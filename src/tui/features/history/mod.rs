@@ -10,9 +10,9 @@ use nearmiss_store::{Edge, Filter, FilterError, RunId};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::{Screen, Step};
 use crate::action::{Action, Scope};
 use crate::features::history::request::{HistoryCommand, HistoryEvent};
+use crate::features::{Screen, Step};
 use crate::keymap::{Code, Key, edit_line};
 use crate::message::{Effect, Mouse};
 use crate::model::{InputPurpose, Model, PAGE, PageId};

@@ -14,9 +14,9 @@ use nearmiss_workflow::read_index;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::{Screen, Step};
 use crate::action::Action;
 use crate::features::jobs::notes;
+use crate::features::{Screen, Step};
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::{IndexChoice, Job, JobId, JobKind, JobState, ListIndex, Model, Picker, Update};

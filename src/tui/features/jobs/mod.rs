@@ -14,9 +14,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use super::scenarios::request::{Rank, Survey};
-use super::{Screen, Step, answers, batch, generation, index, planner};
 use crate::action::{Action, Scope};
+use crate::features::scenarios::request::{Rank, Survey};
+use crate::features::{Screen, Step, answers, batch, generation, index, planner};
 use crate::message::Effect;
 use crate::model::{Column, Job, JobId, JobKind, JobState, Model};
 use crate::widgets::hints::{self, Hint};

@@ -10,8 +10,8 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Text};
 use ratatui::widgets::Paragraph;
 
-use super::{Screen, Step, planner};
 use crate::action::{Action, Scope};
+use crate::features::{Screen, Step, planner};
 use crate::message::Effect;
 use crate::model::{
     End, Foreseen, Foresight, Future, Halves, Layers, Model, Moment, On, Pane, PathRequest, Tape,

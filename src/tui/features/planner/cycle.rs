@@ -5,8 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
-use super::super::{Screen, Step, moves_scene};
 use crate::action::Action;
+use crate::features::{Screen, Step, moves_scene};
 use crate::loaded::{CycleShown, PlannedEgo};
 use crate::model::{Model, forecast_words};
 use crate::theme::Theme;

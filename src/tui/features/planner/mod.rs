@@ -9,8 +9,8 @@ use std::time::Duration;
 use nearmiss_drive::planner::{Forecast, occupancy_sets};
 use nearmiss_workflow::MissingEgo;
 
-use super::generation;
 use crate::action::Action;
+use crate::features::generation;
 use crate::loaded::{DriveFiles, DriveKey, Opened};
 use crate::message::Effect;
 use crate::model::{
@@ -454,16 +454,5 @@ fn save(model: &mut Model) -> Vec<Effect> {
             model.say(format!("nothing to write: {why}"));
             Vec::new()
         }
-    }
-}
-
-/// A planned ego was written, or not.
-pub fn saved(model: &mut Model, key: DriveKey, result: Result<String, String>) {
-    match result {
-        Ok(files) => {
-            model.driver.kept.saved(key, &files);
-            model.say(format!("saved as {files}"));
-        }
-        Err(error) => model.complain(format!("the planned ego is not written: {error}")),
     }
 }

@@ -10,8 +10,8 @@ use nearmiss_formats::{Entry, write_recording};
 use nearmiss_scene::scenario::{Transform, VehicleModel, VehicleType};
 use nearmiss_workflow::{OpenRequest, PlanRequest};
 
-use super::super::pictures::file_name;
 use crate::features::jobs::notes;
+use crate::features::pictures::file_name;
 use crate::loaded::{DriveFiles, DriveKey, Opened};
 use crate::message::Effect;
 use crate::model::{Job, JobId, JobKind, Model, Update};
@@ -94,8 +94,15 @@ impl Request for SaveDrive {
         services.background(replies, move || (files.key, write(&files)));
     }
 
-    fn reply(model: &mut Model, (key, written): Self::Reply) -> Vec<Effect> {
-        super::saved(model, key, written);
+    /// A planned ego was written, or not.
+    fn reply(model: &mut Model, (key, result): Self::Reply) -> Vec<Effect> {
+        match result {
+            Ok(files) => {
+                model.driver.kept.saved(key, &files);
+                model.say(format!("saved as {files}"));
+            }
+            Err(error) => model.complain(format!("the planned ego is not written: {error}")),
+        }
         Vec::new()
     }
 }

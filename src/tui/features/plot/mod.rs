@@ -10,9 +10,9 @@ use nearmiss_scene::scenario::Scene;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::Step;
-use super::picker::Choice;
 use crate::action::Action;
+use crate::features::Step;
+use crate::features::picker::Choice;
 use crate::loaded::plotted;
 use crate::model::{Model, Picker, SeriesId, measures_shown};
 use crate::request::Computation;

@@ -4,10 +4,10 @@ use nearmiss_ask::prompts::{Library, Origin, Template, renamed, template_file};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::super::Step;
-use super::super::picker::Choice;
-use super::request::{ChangeTemplate, KeepDraft, TemplateChange};
 use crate::action::{Action, Scope};
+use crate::features::Step;
+use crate::features::picker::Choice;
+use crate::features::prompt::request::{ChangeTemplate, KeepDraft, TemplateChange};
 use crate::keymap::{Code, Key, edit_line};
 use crate::message::Effect;
 use crate::model::{EntryLine, Find, Model, Picker, next, templates_shown};

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use super::editor::{Editor, Find};
+use crate::features::prompt::editor::{Editor, Find};
 use crate::model::Pane;
 use crate::model::question::Prices;
 use nearmiss_ask::prompts::{Library, Template};

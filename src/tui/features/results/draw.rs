@@ -11,8 +11,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use super::matrix::{self, HEADS, NAMES, asked, model_name, version};
 use crate::action::{Action, Scope};
+use crate::features::results::matrix::{self, HEADS, NAMES, asked, model_name, version};
 use crate::model::{Model, ResultsDrawn, ResultsView};
 use crate::widgets::words::{date, fit, pad, thousands};
 use crate::widgets::{hints, window};

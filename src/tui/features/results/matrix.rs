@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
-use super::draw::foot;
+use crate::features::results::draw::foot;
 use crate::model::{Model, RESULTS_COLUMNS, ResultsDrawn};
 use crate::theme::Theme;
 use crate::widgets::window;

@@ -8,9 +8,9 @@ pub mod state;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::{Screen, Step};
 use crate::action::{Action, Scope};
 use crate::features::results::request::{ResultsCommand, ResultsEvent, ResultsQuery};
+use crate::features::{Screen, Step};
 use crate::message::{Effect, Mouse};
 use crate::model::{Model, PageId, RESULTS_COLUMNS};
 use crate::widgets::hints::{self, Hint};

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::super::history::request::Judging;
-use super::super::pictures::save_new;
+use crate::features::history::request::Judging;
+use crate::features::pictures::save_new;
 use crate::message::Effect;
 use crate::model::{CountedAnswers, Model, PageId};
 use crate::request::{Replies, Request};

@@ -10,8 +10,8 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;
 
-use super::columns::{Column, cell, fitting};
 use crate::action::Action;
+use crate::features::scenarios::columns::{Column, cell, fitting};
 use crate::model::{
     Extent, Group, Grouping, Line as ShownAnswer, Matching, Model, Order, Pane, Row, TERMS,
     WordMatch,

@@ -12,9 +12,9 @@ use nearmiss_scene::description::visible;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use super::Step;
-use super::picker::Choice;
 use crate::action::Action;
+use crate::features::Step;
+use crate::features::picker::Choice;
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
 use crate::model::{Filtering, JobId, Line, Model, Order, Pane, Picker, orders_shown};

@@ -16,9 +16,9 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Text};
 
-use super::scenarios::request::{Survey, ranking};
-use super::{Screen, Step, moves_scene, planner};
 use crate::action::Action;
+use crate::features::scenarios::request::{Survey, ranking};
+use crate::features::{Screen, Step, moves_scene, planner};
 use crate::loaded::Measured;
 use crate::message::Effect;
 use crate::model::{MeasureId, Model, Values};
@@ -348,37 +348,6 @@ fn limits(thresholds: &Thresholds) -> Vec<(String, String, bool, String)> {
     rows.collect()
 }
 
-/// Measures everything anew with other thresholds; those that cannot be used change nothing.
-pub fn thresholds(model: &mut Model, read: Result<Arc<Thresholds>, String>) -> Vec<Effect> {
-    let thresholds = match read {
-        Ok(thresholds) => thresholds,
-        Err(error) => {
-            model.complain(format!("{error}; the thresholds stay as they were"));
-            return Vec::new();
-        }
-    };
-    model.tell(match thresholds.file() {
-        Some(file) => format!("{} entries of {file}", thresholds.changes().len()),
-        None => "there is no thresholds.toml: the shipped thresholds are in use".into(),
-    });
-    model.thresholds = thresholds.clone();
-    model.values = Values::default();
-    model.driver.kept.forget();
-    model.generation.forget();
-    let survey = Survey::All(model.list.entries());
-    let mut effects = vec![UseThresholds(thresholds).into(), survey.into()];
-    model.list.forget_values();
-    effects.extend(ranking(model));
-    if let Some(place) = model.list.opened {
-        effects.extend(if model.planned().is_some() {
-            planner::again(model, place)
-        } else {
-            open_again(model, place, model.taken)
-        });
-    }
-    effects
-}
-
 /// Reads them again.
 #[derive(Debug)]
 pub struct ReadThresholds;
@@ -392,8 +361,35 @@ impl Request for ReadThresholds {
         services.background(replies, move || services::thresholds(&path).map(Arc::new));
     }
 
+    /// Measures everything anew with other thresholds; those that cannot be used change nothing.
     fn reply(model: &mut Model, read: Self::Reply) -> Vec<Effect> {
-        thresholds(model, read)
+        let thresholds = match read {
+            Ok(thresholds) => thresholds,
+            Err(error) => {
+                model.complain(format!("{error}; the thresholds stay as they were"));
+                return Vec::new();
+            }
+        };
+        model.tell(match thresholds.file() {
+            Some(file) => format!("{} entries of {file}", thresholds.changes().len()),
+            None => "there is no thresholds.toml: the shipped thresholds are in use".into(),
+        });
+        model.thresholds = thresholds.clone();
+        model.values = Values::default();
+        model.driver.kept.forget();
+        model.generation.forget();
+        let survey = Survey::All(model.list.entries());
+        let mut effects = vec![UseThresholds(thresholds).into(), survey.into()];
+        model.list.forget_values();
+        effects.extend(ranking(model));
+        if let Some(place) = model.list.opened {
+            effects.extend(if model.planned().is_some() {
+                planner::again(model, place)
+            } else {
+                open_again(model, place, model.taken)
+            });
+        }
+        effects
     }
 }
 

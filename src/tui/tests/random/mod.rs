@@ -17,7 +17,6 @@ use proptest::sample::select;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
 
-use self::world::{News, World};
 use crate::action::ACTIONS;
 use crate::features::batch::BatchScreen;
 use crate::features::models::Models;
@@ -30,6 +29,7 @@ use crate::features::scenarios::Orders;
 use crate::features::themes::Themes;
 use crate::keymap::{Code, Key, Preset};
 use crate::model::{Line, Model, ShownAnswer};
+use crate::tests::random::world::{News, World};
 
 /// Inputs of a sequence.
 const LENGTH: u64 = 1000;

@@ -20,11 +20,6 @@ use nearmiss_study::evaluation::{Answer, Event};
 use nearmiss_workflow::batch::DryRunLine;
 use nearmiss_workflow::{ExperimentFile, FolderOfExperiments};
 
-use super::super::bench::{answer, generated_variant, no_verdict, planned};
-use super::super::experiment_screen::{counted, outline};
-use super::super::history::FIRST;
-use super::super::written::unwritten;
-use super::world::{CLAIMS, HOSTILE};
 use crate::features::answers::Ask;
 use crate::features::batch::request::{
     AskBatch, BatchAnswer, BatchProgress, BatchUpdate, EstimateBatch, ItemChange,
@@ -42,6 +37,11 @@ use crate::loaded::{
 use crate::message::{Effect, Msg};
 use crate::model::{Batch, CountedExperiment, Counts, ExperimentOutline, JobId, JobKind, Update};
 use crate::request::Request;
+use crate::tests::bench::{answer, generated_variant, no_verdict, planned};
+use crate::tests::experiment_screen::{counted, outline};
+use crate::tests::history::FIRST;
+use crate::tests::random::world::{CLAIMS, HOSTILE};
+use crate::tests::written::unwritten;
 
 /// The answer of a number.
 pub fn stored(n: usize) -> Answer {

@@ -7,13 +7,12 @@ use ratatui::style::Style;
 use ratatui::text::Line;
 use ratatui::widgets::{Paragraph, Wrap};
 
-use super::claimed::marked;
-use super::highlight::{AnswerPainter, Language, Painter, is_loaded};
-use super::markdown::table::Layout;
-use super::markdown::{self, Piece, pieces_of};
-use super::words::fit;
 use crate::theme::Theme;
-use crate::widgets::markdown::table;
+use crate::widgets::claimed::marked;
+use crate::widgets::highlight::{AnswerPainter, Language, Painter, is_loaded};
+use crate::widgets::markdown::table::{self, Layout};
+use crate::widgets::markdown::{self, Piece, pieces_of};
+use crate::widgets::words::fit;
 use outline::{Json, Kind, Outline, Row};
 
 pub use outline::folded_line;

@@ -5,8 +5,8 @@ use ratatui::text::{Line, Span};
 use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;
 
-use super::Piece;
 use crate::theme::Theme;
+use crate::widgets::markdown::Piece;
 
 /// Stands between the cells of a row until their columns are known; no text that is shown has it.
 const BETWEEN: &str = "\u{1f}";

@@ -16,8 +16,8 @@ use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
 
-use super::super::{Screen, Step, moves_scene};
 use crate::action::Action;
+use crate::features::{Screen, Step, moves_scene};
 use crate::loaded::{GeneratedVariant, SavedVariant, VariantShown};
 use crate::model::{Model, consequence_words};
 use crate::widgets::hints::{self, Hint};

@@ -12,7 +12,7 @@ use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::{Goal, Position, Sign, SignMeaning, SignalColor};
 use ratatui::style::{Color, Modifier, Style};
 
-use super::labels::{Body, LabelPlacer};
+use crate::features::map::draw::labels::{Body, LabelPlacer};
 use crate::loaded::{CycleShown, Opened};
 use crate::model::{Foreseen, Measurement, Model, Moment, On, Tape};
 use crate::widgets::words::hundredths;

@@ -9,8 +9,8 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use super::CellView;
-use super::bodies::Placed;
+use crate::features::map::draw::CellView;
+use crate::features::map::draw::bodies::Placed;
 use crate::model::{Foreseen, Foresight, Model, Moment, Trails};
 
 struct Label {

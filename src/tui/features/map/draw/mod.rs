@@ -15,7 +15,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use self::request as scene_request;
+use crate::features::map::draw::request as scene_request;
 use crate::model::{Halves, MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Trails};
 use crate::pixels::{Encoder, MapImage};
 use crate::theme::components;

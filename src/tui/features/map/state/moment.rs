@@ -7,7 +7,7 @@ use nearmiss_scene::metrics::Headline;
 use nearmiss_scene::scenario::Scene;
 use ratatui::layout::{Position, Rect};
 
-use super::{Foresight, Measurement, On, Tape};
+use crate::features::map::state::{Foresight, Measurement, On, Tape};
 use crate::loaded::{CertificateDrive, CycleShown, Opened};
 use crate::model::{Camera, Model};
 

@@ -12,8 +12,8 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use super::axes::{self, Axes, Dash, Drawn, Range, Upwards};
-use super::{Curve, lines};
+use crate::features::plot::draw::axes::{self, Axes, Dash, Drawn, Range, Upwards};
+use crate::features::plot::draw::{Curve, lines};
 use crate::loaded::{Opened, PlannedEgo};
 use crate::model::{Drives, Model, Pane};
 use crate::widgets::line_placer::LinePlacer;

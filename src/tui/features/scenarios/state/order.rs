@@ -8,7 +8,7 @@ use nearmiss_scene::corpus::CorpusIndex;
 use nearmiss_scene::metrics::{CriticalMoment, Danger, MEASURES, Measure};
 use nearmiss_workflow::{Agreement, Filterable, HEADLINE, Indexed, Number, Property, nearest};
 
-use super::{Filter, List};
+use crate::features::scenarios::state::{Filter, List};
 use crate::loaded::{Facts, country_of};
 
 /// By what the list is sorted; scenarios of which that is not known come last.

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::*;
+use crate::features::scenarios::state::*;
 use crate::loaded::Tally;
 use nearmiss_base::geometry::Pose;
 use nearmiss_scene::metrics::{Contact, Headline, Nearest, measure};
