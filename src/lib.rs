@@ -70,12 +70,12 @@
 //! | centre motion of a changed body | `drive/generation/gate/motion_checks.rs` |
 //! | prices of tokens | `ask/llm/price.rs`, with the table in `ask/llm/providers.toml` |
 //! | estimates of cost before asking | `study/evaluation/batch/estimate.rs`; for a whole batch [`workflow::batch`] |
-//! | drafts of templates | `tui/model/prompt.rs`; on disk `tui/session/drafts.rs` |
-//! | pickers: lists filtered by typing | `tui/screens/picker.rs` (keys, state), `tui/widgets/picker.rs` (drawing) |
+//! | drafts of templates | `tui/features/prompt/state.rs`; on disk `tui/session/file.rs` |
+//! | pickers: lists filtered by typing | `tui/features/picker.rs` (keys, state), `tui/widgets/picker.rs` (drawing) |
 //! | axes of a batch: effort, temperature, form, … | `study/evaluation/axes.rs` |
 //! | dev and test: which scenario is where, what is locked | `study/evaluation/batch/split.rs`, `test_split.rs`; looks: `store/split.rs`; single answers: `cli/locked.rs` |
 //! | parts of a batch become one | `store/intake.rs`; of bundles `workflow/bundle/unpack.rs` |
-//! | filter of the scenario list | `workflow/scenario_filter/`; as it is typed: `tui/model/list/filtering.rs` |
+//! | filter of the scenario list | `workflow/scenario_filter/`; as it is typed: `tui/features/scenarios/mod.rs` |
 //! | pictures for models | what is on them and how they are read: `scene/description/picture.rs`; drawn by `render/storyboard.rs`, on demand: `study/evaluation/picture.rs`; sent: `ask/llm/dialect/images.rs`; kept: `store/images.rs` |
 //! | answers stored before they are shown | `study/evaluation/stream_recorder.rs` |
 //! | page of answers in HTML reports | `study/evaluation/answer_page/`; its texts and pictures: `workflow/answer_page.rs` |
@@ -84,7 +84,7 @@
 //! | whole recordings: safe or of high risk | `scene/judge/recording.rs`; truth by risk score: `study/evaluation/score.rs` |
 //! | chats for fine-tuning | which answers: `study/evaluation/training.rs`; files: `cli/export/chat.rs` |
 //! | better templates from wrong answers | `workflow/tune/`: rounds in `rounds.rs`, what a proposal must keep in `check.rs`; gains: `study/evaluation/statistics/best_of.rs` |
-//! | from an experiment file to its batch | `workflow/experiment/prepare.rs`; its screen: `tui/update/experiment.rs` |
+//! | from an experiment file to its batch | `workflow/experiment/prepare.rs`; its screen: `tui/features/experiment/` |
 //! | runs over many files that continue | `workflow/journal/`; tables in parts: `cli/parts/` |
 //! | gate: may a changed motion be written | [`generation::Gate`] |
 //! | several attackers | `drive/generation/staging.rs`: one after the other, and when another one is taken |
@@ -99,7 +99,7 @@
 //!
 //! In the workbench, data goes one way: a key becomes an action, `tui::update` changes the model and asks for
 //! effects, `tui::tasks` works them off and sends messages back, and `tui::views` draws the model without changing it.
-//! What opens over the main screen is a `tui::screens::Screen`: its state, keys, drawing and footer are one file.
+//! What opens over the main screen is a `tui::features::Screen`: its state, keys, drawing and footer are one file.
 //!
 //! What must hold is told by the tests: `tests/architecture/` the rules above, `tests/cli/` the commands,
 //! `tests/terminal/` the workbench in a real terminal, `tests/domain/` the numbers.

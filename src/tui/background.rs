@@ -6,7 +6,7 @@ use std::time::Duration;
 pub const STATUS: &str = "\x1b[5n";
 
 /// The longest that the first frame waits for the terminal's answer.
-pub const PATIENCE: Duration = Duration::from_millis(70);
+pub const ANSWER_TIMEOUT: Duration = Duration::from_millis(70);
 
 /// The detected background.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub struct Background {
     pub late: bool,
 }
 
-/// Queries the terminal (OSC 11) for at most [`PATIENCE`]; without a reply, `COLORFGBG` decides, else it counts as
+/// Queries the terminal (OSC 11) for at most [`ANSWER_TIMEOUT`]; without a reply, `COLORFGBG` decides, else it counts as
 /// dark. `answers` gives what it answers to a question.
 #[must_use]
 pub fn ask(
@@ -27,7 +27,9 @@ pub fn ask(
     // Ended by BEL, since rxvt-unicode ends its answer like the question, and does so wrongly otherwise.
     let question = format!("\x1b]11;?\x07{STATUS}");
     let is_asked = answers_in_order(env("TERM").as_deref());
-    let answers = is_asked.then(|| answers(&question, PATIENCE)).flatten();
+    let answers = is_asked
+        .then(|| answers(&question, ANSWER_TIMEOUT))
+        .flatten();
     match answers.as_deref().and_then(color) {
         Some(color) => Background {
             dark: is_dark(color),
@@ -77,13 +79,13 @@ fn is_dark(rgb: [u8; 3]) -> bool {
 #[must_use]
 pub fn of_environment(env: impl Fn(&str) -> Option<String>) -> Background {
     Background {
-        dark: said(env("COLORFGBG").as_deref()).unwrap_or(true),
+        dark: parse_colorfgbg(env("COLORFGBG").as_deref()).unwrap_or(true),
         late: false,
     }
 }
 
 /// Parses `COLORFGBG`, such as `15;0` or `0;default;15`: the last number is the background's.
-fn said(value: Option<&str>) -> Option<bool> {
+fn parse_colorfgbg(value: Option<&str>) -> Option<bool> {
     let background = value?.rsplit(';').next()?;
     match background.trim().parse::<u8>().ok()? {
         // As Vim and rxvt have it: white and the bright colours but dark gray are light.
@@ -132,7 +134,7 @@ mod tests {
             (Some("0;default"), None),
             (Some("0;99"), None),
         ] {
-            assert_eq!(said(value), dark, "{value:?}");
+            assert_eq!(parse_colorfgbg(value), dark, "{value:?}");
         }
     }
 }

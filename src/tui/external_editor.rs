@@ -22,14 +22,14 @@ pub fn command(env: impl Fn(&str) -> Option<String>) -> Result<Vec<String>, Stri
                 .into(),
         );
     };
-    match words(&value) {
+    match split_words(&value) {
         Some(words) if !words.is_empty() => Ok(words),
         _ => Err(format!("{name} is `{value}`: its quotes do not match")),
     }
 }
 
 /// The words of a command, which quotes hold together.
-fn words(text: &str) -> Option<Vec<String>> {
+fn split_words(text: &str) -> Option<Vec<String>> {
     let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
     for c in text.chars() {
         match (quote, c) {

@@ -6,16 +6,19 @@ use std::sync::atomic::AtomicBool;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-use super::keymap::Key;
-use super::loaded::Opened;
-use super::message::runs::ResultsCommand;
-use super::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use super::model::Model;
-use super::pixels::Encoder;
-use super::tasks::history::Judging;
-use super::theme::Theme;
-use super::update::{compute_now, update};
-use super::{tasks, views, widgets};
+use crate::features::answers::Ask;
+use crate::features::history::request::Judging;
+use crate::features::planner::request::Plan;
+use crate::features::results::request::ResultsCommand;
+use crate::features::scenarios::request::{Find, Found};
+use crate::keymap::Key;
+use crate::loaded::Opened;
+use crate::message::{Effect, Msg};
+use crate::model::{JobId, Model, Update};
+use crate::pixels::Encoder;
+use crate::theme::Theme;
+use crate::update::{Open, compute_now, update};
+use crate::{views, widgets};
 use nearmiss_ask::llm::Chunk;
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::planner::Cancel;
@@ -54,10 +57,11 @@ impl Stage {
         };
         // Drawn before, so that the map knows its size when it is pointed at the ego.
         stage.draw();
-        for effect in stage.send(Msg::Found(Ok(vec![entry.clone()].into()))) {
-            if let Effect::Open(id, entry, _) = effect {
-                let opened = Opened::read(&entry, &EgoSelection::Beside, &stage.model.thresholds)?;
-                stage.send(Msg::Opened(id, Ok(Box::new(opened))));
+        let found = Found::All(Ok(vec![entry.clone()].into()));
+        for effect in stage.send(Msg::reply::<Find>(found)) {
+            if let Some(Open { id, entry, .. }) = effect.request() {
+                let opened = Opened::read(entry, &EgoSelection::Beside, &stage.model.thresholds)?;
+                stage.send(Msg::reply::<Open>((*id, Ok(Box::new(opened)))));
             }
         }
         Ok(stage)
@@ -71,7 +75,7 @@ impl Stage {
 
     /// These scenarios too are found, whether or not they can be read.
     pub fn list(&mut self, entries: Vec<Entry>) {
-        self.send(Msg::Listed(entries));
+        self.send(Msg::reply::<Find>(Found::More(entries)));
     }
 
     /// How many scenarios the list shows.
@@ -94,8 +98,8 @@ impl Stage {
         for name in keys.split_whitespace() {
             let key = Key::parse(name).unwrap_or_else(|| panic!("no key `{name}`"));
             for effect in self.send(Msg::Key(key)) {
-                if let Effect::Start(id, JobRequest::Question { .. }) = effect {
-                    self.asked.push(id);
+                if let Some(Ask { id, .. }) = effect.request() {
+                    self.asked.push(*id);
                 }
             }
         }
@@ -130,10 +134,8 @@ impl Stage {
     /// A piece of an answer arrives.
     pub fn arrive(&mut self, answer: usize, piece: &str) {
         let event = Event::Chunk(Chunk::Text(piece.into()));
-        self.send(Msg::Job(
-            self.asked[answer],
-            JobEvent::Question(Update::Progress(event)),
-        ));
+        let update = Update::Progress(event);
+        self.send(Msg::reply::<Ask>((self.asked[answer], update)));
     }
 
     /// An answer has ended, and this was all of it.
@@ -158,10 +160,8 @@ impl Stage {
             price_source: None,
             finish: Some("stop".into()),
         };
-        self.send(Msg::Job(
-            self.asked[answer],
-            JobEvent::Question(Update::Ended(Ok(Box::new(whole)))),
-        ));
+        let update = Update::Ended(Ok(Box::new(whole)));
+        self.send(Msg::reply::<Ask>((self.asked[answer], update)));
     }
 
     /// How many claims of the shown answer were held against the geometry.
@@ -178,16 +178,13 @@ impl Stage {
     pub fn drive(&mut self) -> Result<(), String> {
         let keys = ["space", "e", "p"].map(Key::parse).into_iter().flatten();
         let asks: Vec<Effect> = keys.flat_map(|key| self.send(Msg::Key(key))).collect();
-        let begin = asks.into_iter().filter_map(|effect| match effect {
-            Effect::Start(id, JobRequest::Plan(entry, change, _)) => Some((id, entry, change)),
-            _ => None,
-        });
-        let (id, entry, change) = begin.last().ok_or("there is nothing to plan")?;
+        let plans = asks.iter().filter_map(Effect::request::<Plan>);
+        let plan = plans.last().ok_or("there is nothing to plan")?;
         let request = PlanRequest {
             open: OpenRequest {
-                entry: &entry,
+                entry: &plan.entry,
                 ego: &EgoSelection::Beside,
-                transform: change,
+                transform: plan.change,
                 strict: false,
             },
             problem: None,
@@ -196,10 +193,8 @@ impl Stage {
         let (thresholds, cancel) = (&self.model.thresholds, Cancel::default());
         let opened = Opened::planned(&request, thresholds, &cancel, &mut |_, _| {})?
             .ok_or("planning was stopped")?;
-        self.send(Msg::Job(
-            id,
-            JobEvent::Plan(Update::Ended(Ok(Box::new(opened)))),
-        ));
+        let update = Update::Ended(Ok(Box::new(opened)));
+        self.send(Msg::reply::<Plan>((plan.id, update)));
         Ok(())
     }
 
@@ -227,22 +222,25 @@ impl Stage {
         let asks: Vec<Effect> = keys.flat_map(|key| self.send(Msg::Key(key))).collect();
         let ask = asks
             .into_iter()
-            .find_map(|effect| match effect {
-                Effect::Results(ask @ ResultsCommand::Read(..)) => Some(ask),
-                _ => None,
-            })
+            .find_map(|effect| effect.into_request::<ResultsCommand>().ok())
             .unwrap_or_else(|| panic!("the screen of results is open already"));
         let going = AtomicBool::new(false);
         let (sender, receiver) = std::sync::mpsc::channel();
         std::thread::scope(|scope| {
             scope.spawn(move || {
-                tasks::results::answer(store, &judging, ask, &going, &mut |news| {
-                    // The receiver stays until the sender is gone.
-                    let _ = sender.send(news);
-                });
+                super::features::results::request::answer(
+                    store,
+                    &judging,
+                    ask,
+                    &going,
+                    &mut |news| {
+                        // The receiver stays until the sender is gone.
+                        let _ = sender.send(news);
+                    },
+                );
             });
             for news in receiver {
-                self.send(Msg::Results(news));
+                self.send(Msg::reply::<ResultsCommand>(news));
                 self.draw();
             }
         });

@@ -4,6 +4,7 @@ mod action;
 mod background;
 mod clock;
 mod external_editor;
+mod features;
 /// The workbench without a terminal, for benches.
 #[doc(hidden)]
 pub mod headless;
@@ -14,18 +15,17 @@ mod message;
 mod model;
 mod pixels;
 mod reload;
+mod request;
 mod run;
-mod screens;
 mod screenshot;
+mod services;
 mod session;
 mod shell;
-mod tasks;
 mod terminal;
 #[cfg(test)]
 mod tests;
 mod theme;
 mod update;
-mod user_file;
 mod views;
 mod widgets;
 

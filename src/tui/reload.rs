@@ -6,13 +6,12 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
+use nearmiss_settings::{Config, Folders};
 use tokio::sync::mpsc::UnboundedSender;
 
-use super::keymap::Keymap;
-use super::message::{Msg, Reloaded};
-use super::theme::Theme;
-use super::user_file::first;
-use nearmiss_settings::{Config, Folders};
+use crate::keymap::{Keymap, first_mistake};
+use crate::message::{Msg, Reloaded};
+use crate::theme::Theme;
 
 /// Time between two looks.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -21,7 +20,7 @@ const PAUSE: Duration = Duration::from_secs(1);
 const SETTLED: Duration = Duration::from_millis(50);
 
 /// Looks that a file that does not settle is waited for.
-const PATIENCE: usize = 20;
+const MAX_SETTLE_CHECKS: usize = 20;
 
 /// When a file was changed, and how long it is; `None` for a file that is not there.
 type Stamp = Option<(SystemTime, u64)>;
@@ -70,7 +69,7 @@ pub async fn watch(folders: Folders, mut before: Stamps, sender: UnboundedSender
             }
             continue;
         }
-        for _ in 0..PATIENCE {
+        for _ in 0..MAX_SETTLE_CHECKS {
             tokio::time::sleep(SETTLED).await;
             let after = Stamps::read(&folders);
             if after == now {
@@ -99,7 +98,9 @@ fn changed(folders: &Folders, before: &Stamps, now: &Stamps) -> Vec<Reloaded> {
     }
     if before.keymap != now.keymap {
         let read = Keymap::load(&folders.keymap());
-        found.push(Reloaded::Keymap(read.map_err(|mistakes| first(&mistakes))));
+        found.push(Reloaded::Keymap(
+            read.map_err(|mistakes| first_mistake(&mistakes)),
+        ));
     }
     found
 }

@@ -5,13 +5,14 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color as Ink, Modifier};
 
-use super::action::Action;
-use super::loaded::{Facts, Opened, Verdicts};
-use super::message::{Effect, Msg};
-use super::model::Model;
-use super::theme::Theme;
-use super::update::{self, update};
-use super::views;
+use crate::action::Action;
+use crate::features::scenarios::request::{Find, Found, Survey};
+use crate::loaded::{Facts, Opened, Verdicts};
+use crate::message::Msg;
+use crate::model::Model;
+use crate::theme::Theme;
+use crate::update::{self, Open, update};
+use crate::views;
 use nearmiss_ask::prompts::Library;
 use nearmiss_render::cells::Blocks;
 use nearmiss_render::{Cell, Color, Palette, Screen, ScreenRequest};
@@ -28,7 +29,7 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
     let config = Config::read(&folders.config_file()).map_err(|e| e.in_short())?;
     let library = Library::load(Some(&folders.prompts()));
     let mut model = Model::new(Vec::new(), config, theme, library, Vec::new());
-    model.thresholds = std::sync::Arc::new(super::tasks::thresholds(&folders.thresholds())?);
+    model.thresholds = std::sync::Arc::new(super::services::thresholds(&folders.thresholds())?);
     model.size = wanted.size;
     // Pictures are drawn by the program itself, the finest blocks too.
     model.look.blocks_here = Blocks::Octants;
@@ -42,16 +43,14 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
     }
     let mut todo = update(
         &mut model,
-        Msg::Found(Ok(vec![wanted.entry.clone()].into())),
+        Msg::reply::<Find>(Found::All(Ok(vec![wanted.entry.clone()].into()))),
     );
     while let Some(effect) = todo.pop() {
-        let msg = match effect {
-            Effect::Open(id, entry, _) => {
-                let opened = read(&entry, wanted, &thresholds)?;
-                Msg::Opened(id, Ok(Box::new(opened)))
-            }
-            _ => continue,
+        let Some(Open { id, entry, .. }) = effect.request() else {
+            continue;
         };
+        let opened = read(entry, wanted, &thresholds)?;
+        let msg = Msg::reply::<Open>((*id, Ok(Box::new(opened))));
         let effects = update(&mut model, msg);
         todo.extend(update::compute_now(&mut model, effects));
     }
@@ -61,7 +60,7 @@ pub fn screen(wanted: &ScreenRequest) -> Result<(Screen, i64), String> {
         &thresholds,
         &Verdicts::default(),
     );
-    drop(update(&mut model, Msg::Surveyed(0, facts)));
+    drop(update(&mut model, Msg::reply::<Survey>((0, facts))));
     if let Some(id) = wanted.obstacle {
         let known = model
             .opened

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::keymap::{Keymap, Preset, as_bindings, as_file, as_table};
-use super::layout::SMALLEST;
-use super::model::Glyphs;
-use super::theme::{ColorDepth, Theme, preview};
-use super::{background, terminal};
+use crate::keymap::{Keymap, Preset, as_bindings, as_file, as_table};
+use crate::layout::SMALLEST;
+use crate::model::Glyphs;
+use crate::theme::{ColorDepth, Theme, preview};
+use crate::{background, terminal};
 use nearmiss_base::system::{KeyBinding, Terminal};
 
 /// A list of all themes, or everything about the one called `name`, in the colours of the terminal or of `depth`:

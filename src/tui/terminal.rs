@@ -29,8 +29,8 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 
-use super::keymap::Key;
-use super::message::{Mouse, Msg};
+use crate::keymap::Key;
+use crate::message::{Mouse, Msg};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use nearmiss_base::system::job_control;
@@ -169,7 +169,7 @@ fn let_go(terminal: Option<Terminal<CrosstermBackend<Stdout>>>) {
 }
 
 /// The answer to [`STATUS`](super::background::STATUS).
-const WELL: &[u8] = b"\x1b[0n";
+const STATUS_ANSWER: &[u8] = b"\x1b[0n";
 
 /// What the terminal answers to a question that ends in [`STATUS`](super::background::STATUS); `None` where it does not within `patience`. Nothing
 /// else may read the terminal meanwhile.
@@ -189,7 +189,10 @@ pub fn answers(question: &str, patience: Duration) -> Option<String> {
         stdout().write_all(question.as_bytes()).ok()?;
         stdout().flush().ok()?;
         let mut answers = Vec::new();
-        while !answers.windows(WELL.len()).any(|end| end == WELL) {
+        while !answers
+            .windows(STATUS_ANSWER.len())
+            .any(|end| end == STATUS_ANSWER)
+        {
             let left = deadline.checked_duration_since(Instant::now())?;
             let left = Timespec::try_from(left).ok()?;
             let mut waiting = [PollFd::new(&input, PollFlags::IN)];
@@ -358,7 +361,7 @@ async fn forward(
 const LATE: Duration = Duration::from_secs(5);
 
 /// Characters that an answer may have.
-const LONGEST: usize = 40;
+const MAX_ANSWER_CHARACTERS: usize = 40;
 
 /// A late answer of the terminal about its background, which arrives as keys: `Alt-]`, `11;rgb:…`, and `Ctrl-g` or
 /// `Alt-\`. Taken for keys it would ask models and change settings.
@@ -384,7 +387,7 @@ impl Stray {
             Some(count) => {
                 let ends = alt && key.code == KeyCode::Char('\\')
                     || ctrl && key.code == KeyCode::Char('g');
-                self.taken = (!ends && count < LONGEST).then_some(count + 1);
+                self.taken = (!ends && count < MAX_ANSWER_CHARACTERS).then_some(count + 1);
             }
         }
         true

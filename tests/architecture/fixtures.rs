@@ -146,7 +146,7 @@ fn outside_crates_stay_at_home() {
     }
     for (path, text) in [
         ("tui/views/map.rs", "use ratatui::text::Line;"),
-        ("tui/keymap.rs", "use crossterm::event::KeyEvent;"),
+        ("tui/keymap/mod.rs", "use crossterm::event::KeyEvent;"),
         ("tui/terminal.rs", "use ratatui::crossterm::execute;"),
         ("ask/llm/client.rs", "use reqwest::Url;"),
         ("formats/commonroad/xml.rs", "use quick_xml::Reader;"),
@@ -161,27 +161,35 @@ fn the_parts_of_the_terminal_keep_apart() {
     for (path, text) in [
         ("tui/views/map.rs", "use super::super::update::update;"),
         ("tui/views/map.rs", "use super::super::terminal::Guard;"),
-        ("tui/views/map.rs", "use crate::tasks::Tasks;"),
+        ("tui/views/map.rs", "use crate::services::Services;"),
         ("tui/views/map.rs", "use super::super::Pane;"),
         (
             "tui/views/mod.rs",
-            "use super::{model::Model, tasks::Tasks};",
+            "use super::{model::Model, services::Services};",
         ),
         ("tui/update/actions.rs", "use super::super::views::map;"),
         (
             "tui/update/actions.rs",
             "fn f() { crate::terminal::bell() }",
         ),
-        ("tui/update.rs", "use super::tasks::Tasks;"),
+        ("tui/update.rs", "use super::run::Loop;"),
         ("tui/model/list.rs", "use crate::run::turn;"),
-        ("tui/tasks/ask.rs", "use super::super::update;"),
-        ("tui/tasks.rs", "use super::model::Model;"),
+        ("tui/services/jobs.rs", "use super::super::update;"),
+        ("tui/services.rs", "use super::features::history;"),
         ("tui/model/list.rs", "use crate::views::list;"),
         ("tui/widgets/plot.rs", "use super::super::views::risk;"),
-        ("tui/widgets/plot.rs", "use crate::screens::Screen;"),
-        ("tui/screens/help.rs", "use super::history::HistoryScreen;"),
-        ("tui/screens/help.rs", "use crate::screens::jobs;"),
-        ("tui/screens/help.rs", "use crate::update::update;"),
+        ("tui/widgets/plot.rs", "use crate::features::Screen;"),
+        ("tui/features/help.rs", "use super::history::HistoryScreen;"),
+        ("tui/features/help.rs", "use crate::features::jobs;"),
+        ("tui/features/help.rs", "use crate::views::draw;"),
+        (
+            "tui/features/history/draw.rs",
+            "use crate::services::Services;",
+        ),
+        (
+            "tui/features/history/state.rs",
+            "use crate::message::Effect;",
+        ),
         ("tui/views/map.rs", "fn f() { println!(\"x\"); }"),
         (
             "tui/update/mod.rs",
@@ -204,29 +212,29 @@ fn the_parts_of_the_terminal_keep_apart() {
             "use super::widgets; use super::list; use crate::widgets::plot;",
         ),
         (
-            "tui/screens/history/mod.rs",
-            "use super::{Screen, Step}; use crate::screens::history::typing; use crate::model::Model;",
+            "tui/features/history/mod.rs",
+            "use super::{Screen, Step}; use crate::features::jobs; use crate::model::Model;",
         ),
-        ("tui/model.rs", "use super::screens::Screens;"),
+        ("tui/model.rs", "use super::features::Screens;"),
         (
             "tui/update/actions.rs",
             "use super::super::{action::Action, message::Effect}; use super::open;",
         ),
         (
-            "tui/tasks/ask.rs",
-            "use super::super::message::Msg; use nearmiss_study::evaluation::run;",
+            "tui/features/answers/request.rs",
+            "use crate::services::Services; use nearmiss_study::evaluation::run;",
         ),
         (
             "tui/run.rs",
-            "use super::{tasks::Tasks, terminal::Screen, update::update, views};",
+            "use super::{services::Services, terminal::Screen, update::update, views};",
         ),
         (
             "tui/mod.rs",
-            "mod tasks; mod views; use tasks::Tasks; fn f() { views::draw() }",
+            "mod services; mod views; use services::Services; fn f() { views::draw() }",
         ),
         ("tui/terminal.rs", "fn f() { std::io::stdout(); }"),
         (
-            "tui/tasks/ask.rs",
+            "tui/services/ask.rs",
             "fn f(c: &mut Command) { c.stdout(Stdio::null()); }",
         ),
     ] {

@@ -30,7 +30,7 @@ const FACES: [&str; 2] = ["cli", "tui"];
 /// Outside crates with one home: the beginning of the crate's name, and the files that may use it.
 const HOMES: [(&str, &[&str]); 25] = [
     ("ratatui", &["tui/", "render/cells/"]),
-    ("crossterm", &["tui/terminal.rs", "tui/keymap.rs"]),
+    ("crossterm", &["tui/terminal.rs", "tui/keymap/"]),
     ("reqwest", &["ask/llm/"]),
     ("hyper", &["cli/mcp/"]),
     ("http_body_util", &["cli/mcp/"]),
@@ -78,41 +78,67 @@ const HOMES: [(&str, &[&str]); 25] = [
 ];
 
 /// What the parts of the terminal may import of each other; parts that are not here are free.
-/// Views read the tables of actions and keys because footer, help and palette are made from them.
+/// Views read the tables of actions and keys because footer, help and palette are made from them. Features and `update`
+/// see services because a request says what its work is; only the loop has any, so `update` does none of it.
 const TUI_ALLOWED: [(&str, &[&str]); 5] = [
     (
         "views",
         &[
-            "model", "loaded", "theme", "widgets", "views", "screens", "layout", "action",
+            "model", "loaded", "theme", "widgets", "views", "features", "layout", "action",
             "keymap", "clock", "pixels",
         ],
     ),
     (
-        "screens",
+        "features",
         &[
-            "model", "loaded", "theme", "widgets", "screens", "action", "message", "keymap",
+            "model", "loaded", "theme", "widgets", "features", "action", "message", "keymap",
+            "clock", "layout", "pixels", "request", "services", "session", "update",
         ],
     ),
     (
         "update",
         &[
-            "model", "action", "message", "keymap", "effects", "update", "screens", "clock",
-            "loaded", "session",
+            "model", "action", "message", "keymap", "update", "features", "clock", "loaded",
+            "session", "request", "services",
         ],
     ),
     (
-        "tasks",
-        &["loaded", "message", "effects", "tasks", "session"],
+        "services",
+        &["loaded", "message", "model", "request", "services"],
     ),
     // A session is restored by opening scenarios and moving the clock, as keys do.
-    ("session", &["model", "action", "message", "update"]),
+    (
+        "session",
+        &[
+            "model", "action", "message", "update", "features", "request", "services",
+        ],
+    ),
 ];
 
 /// What no other part of the terminal may import: the root module and the loop put the parts together.
-const TUI_ENDS: [&str; 6] = ["views", "screens", "update", "tasks", "terminal", "run"];
+const TUI_ENDS: [&str; 6] = [
+    "views", "features", "update", "services", "terminal", "run",
+];
 
-/// What screens have in common: beside it, a screen sees no other screen.
+/// What other parts import of them all the same: the model holds the state of features and the screens that are open,
+/// an effect may be a step of a screen, and a request is given its services.
+const TUI_EXCEPTIONS: [(&str, &str); 3] = [
+    ("model", "features"),
+    ("message", "features"),
+    ("request", "services"),
+];
+
+/// Windows that stand alone: of features they see what all screens have in common, and no other one.
+const WINDOWS: [&str; 8] = [
+    "about", "details", "help", "models", "palette", "pictures", "source", "themes",
+];
+
+/// What screens have in common.
 const SCREENS_SHARE: [&str; 6] = ["Screen", "Step", "PAGE", "WHEEL", "moves_scene", "picker"];
+
+/// Files of a feature that only show or hold what it has, and what they must not import: they ask for nothing.
+const PASSIVE: [&str; 2] = ["draw", "state"];
+const ASKING: [&str; 4] = ["update", "services", "request", "message"];
 
 /// The loop, the workbench without a terminal, and what commands ask of it: like the root module, they put the parts
 /// together.
@@ -176,8 +202,12 @@ fn inside(from: &[String], to: &[String]) -> Option<String> {
     let Some(wanted) = to.get(1).map(String::as_str) else {
         return Some("name the part of the terminal that is meant, not `tui` itself".into());
     };
-    if part == "screens" && wanted == "screens" && !is_of_screen(from, to) {
-        return Some(format!("a screen must not import `{}`", to.join("::")));
+    if part == "features" && wanted == "features" && !is_of_window(from, to) {
+        return Some(format!("a window must not import `{}`", to.join("::")));
+    }
+    let file = from.get(3).map_or("", String::as_str);
+    if part == "features" && PASSIVE.contains(&file) && ASKING.contains(&wanted) {
+        return Some(format!("`{file}` of a feature must not import `{}`", to.join("::")));
     }
     if part == wanted || TUI_LOOPS.contains(&part) {
         return None;
@@ -185,18 +215,17 @@ fn inside(from: &[String], to: &[String]) -> Option<String> {
     let allowed = TUI_ALLOWED.iter().find(|(name, _)| *name == part);
     let fine = match allowed {
         Some((_, allowed)) => allowed.contains(&wanted),
-        // The model holds the screens that are open.
-        None => !TUI_ENDS.contains(&wanted) || (part, wanted) == ("model", "screens"),
+        None => !TUI_ENDS.contains(&wanted) || TUI_EXCEPTIONS.contains(&(part, wanted)),
     };
     (!fine).then(|| format!("`tui::{part}` must not import `{}`", to.join("::")))
 }
 
-/// Whether what a screen imports of the screens is its own, or shared; the root module and its table bring them together.
-fn is_of_screen(from: &[String], to: &[String]) -> bool {
+/// Whether what a window imports of the features is its own, or shared; others bring them together.
+fn is_of_window(from: &[String], to: &[String]) -> bool {
     let (Some(own), Some(other)) = (from.get(2), to.get(2)) else {
         return true;
     };
-    own == other || own == "opening" || SCREENS_SHARE.contains(&other.as_str())
+    !WINDOWS.contains(&own.as_str()) || own == other || SCREENS_SHARE.contains(&other.as_str())
 }
 
 fn outside(file: &str, path: &[String]) -> Option<String> {

@@ -1,16 +1,19 @@
-//! `keymap.toml`: a preset and rebound actions. A file with a mistake is ignored as a whole.
+//! Reads the user's keymap file: its lines, and keys that moved since.
+//!
+//! Keys of the version before that do something else now: pressing one says where its action went.
+//!
+//! The table is for one version. A key that a keymap file binds has a meaning and never gets here.
 
 use std::path::Path;
 
+use nearmiss_base::system::{TomlText, nearest, shown_value};
+use nearmiss_settings::TextFile;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::lookup::Binding;
-use super::{Chord, Keymap, Preset};
 use crate::action::{ACTIONS, Action, Scope};
-use crate::user_file::all_visible;
-use nearmiss_base::system::{TomlText, nearest, shown_value};
-use nearmiss_settings::TextFile;
+use crate::keymap::lookup::Binding;
+use crate::keymap::{Chord, Code, Key, Keymap, Preset, all_visible};
 
 const VIM: &str = include_str!("vim.toml");
 
@@ -293,11 +296,100 @@ pub fn collisions(map: &Keymap) -> Vec<Collision> {
     found
 }
 
+/// Writes a character, takes the last one (Backspace), the last word (Ctrl-W) or everything (Ctrl-U); says whether the
+/// key was one of these.
+pub fn edit_line(line: &mut String, key: Key) -> bool {
+    match (key.code, key.writes()) {
+        (Code::Backspace, _) => drop(line.pop()),
+        (Code::Char('u'), _) if key.ctrl && !key.alt => line.clear(),
+        (Code::Char('w'), _) if key.ctrl && !key.alt => without_word(line),
+        (_, Some(c)) => line.push(c),
+        _ => return false,
+    }
+    true
+}
+
+/// Characters that are pasted into a line at most.
+const LINE: usize = 1000;
+
+/// The first line of a pasted text, and no more of it than a line can hold.
+#[must_use]
+pub fn first_line(text: &str) -> String {
+    let line = text.lines().next().unwrap_or_default();
+    line.chars().take(LINE).collect()
+}
+
+/// Takes the last word and the spaces behind it.
+fn without_word(line: &mut String) {
+    let words = line.trim_end();
+    let start = words
+        .char_indices()
+        .rev()
+        .find(|(_, c)| c.is_whitespace())
+        .map_or(0, |(at, space)| at + space.len_utf8());
+    line.truncate(start);
+}
+
+/// The old key of an action, where no pane has it now.
+const MOVED: &[(&str, Action)] = &[
+    ("%", Action::Results),
+    ("!", Action::Generate),
+    ("@", Action::GenerateWith),
+    ("&", Action::ModelAttacks),
+    ("#", Action::EditTags),
+    (";", Action::Loop),
+    ("backspace", Action::RecordedEgo),
+    ("a", Action::FitMap),
+    ("b", Action::Mark),
+    ("d", Action::CloseAnswer),
+    ("f", Action::ToggleFrame),
+    ("i", Action::About),
+    ("o", Action::SavePicture),
+    ("s", Action::SortScenarios),
+    ("t", Action::ToggleTask),
+    ("u", Action::EgoUp),
+    ("v", Action::PromptView),
+    ("w", Action::Follow),
+    ("shift-a", Action::AskMarked),
+    ("shift-b", Action::BlindMode),
+    ("shift-c", Action::CompareScreen),
+    ("shift-d", Action::NextDisagreement),
+    ("shift-e", Action::TakeAsEgo),
+    ("shift-f", Action::NextForecast),
+    ("shift-h", Action::HeatStrips),
+    ("shift-i", Action::Details),
+    ("shift-j", Action::TaskList),
+    ("shift-k", Action::VariantPanel),
+    ("shift-l", Action::Layers),
+    ("shift-m", Action::MinimumStep),
+    ("shift-o", Action::PlotDrives),
+    ("shift-p", Action::NextPaths),
+    ("shift-s", Action::GroupScenarios),
+    ("shift-t", Action::TakeTape),
+    ("shift-u", Action::SwitchVariant),
+    ("shift-v", Action::Values),
+    ("shift-w", Action::DrivePlanner),
+    ("shift-x", Action::Source),
+    ("shift-y", Action::PlannerCycle),
+];
+
+impl Keymap {
+    /// Where the action of an old key went, such as `results moved: Space o r`.
+    #[must_use]
+    pub fn moved(&self, key: Key) -> Option<String> {
+        let name = key.name();
+        let (_, action) = MOVED.iter().find(|(old, _)| *old == name)?;
+        let entry = ACTIONS.iter().find(|entry| entry.action == *action)?;
+        Some(format!("{} moved: {}", entry.id, self.key_of(*action)))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::keymap::KeyMeaning;
+    use crate::action::Scope;
+    use crate::keymap::{KeyMeaning, Preset};
 
     fn mistakes(text: &str) -> Vec<String> {
         Keymap::parse("keymap.toml", text).unwrap_err()
@@ -432,5 +524,46 @@ mod tests {
         assert_eq!(x, KeyMeaning::Action(Action::Play));
         assert_eq!(map.key_of(Action::CollisionStep), "g w");
         assert!(map.notes.is_empty());
+    }
+
+    #[test]
+    fn keys_write_and_take_away() {
+        let mut line = String::new();
+        let mut press = |names: &str| {
+            for name in names.split(' ') {
+                assert!(edit_line(&mut line, Key::parse(name).unwrap()), "{name}");
+            }
+            line.clone()
+        };
+        assert_eq!(press("ü b space c d"), "üb cd");
+        assert_eq!(press("space space ctrl-w"), "üb ");
+        assert_eq!(press("ctrl-w"), "");
+        assert_eq!(press("ctrl-w backspace ctrl-u"), "");
+        assert_eq!(press("a space b ctrl-u"), "");
+        assert_eq!(press("a b backspace"), "a");
+        for other in ["ctrl-a", "alt-u", "enter", "up", "f5"] {
+            assert!(!edit_line(&mut line, Key::parse(other).unwrap()), "{other}");
+        }
+        assert_eq!(line, "a");
+    }
+
+    #[test]
+    fn old_keys_are_free_on_the_main_screen_and_say_where_they_went() {
+        let map = Keymap::from_preset(Preset::Default);
+        for (old, action) in MOVED {
+            let key = Key::parse(old).unwrap();
+            assert_eq!(key.name(), *old);
+            for scope in [Scope::Scenarios, Scope::Map, Scope::Text, Scope::Plot] {
+                assert_eq!(map.meaning(&[key], scope), KeyMeaning::Nothing, "{old}");
+            }
+            let said = map.moved(key).unwrap();
+            assert!(said.ends_with(&map.key_of(*action)), "{said}");
+        }
+        let percent = Key::parse("%").unwrap();
+        assert_eq!(
+            map.moved(percent).as_deref(),
+            Some("results moved: Space o r")
+        );
+        assert_eq!(map.moved(Key::parse("shift-z").unwrap()), None);
     }
 }

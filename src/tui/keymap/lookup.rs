@@ -1,7 +1,9 @@
-//! The live keymap: which keys trigger which action in which context. Footer, help, palette and which-key read it.
+//! Looks keys and actions up, and prints the keymap.
 
-use super::{Chord, Key, file};
+use nearmiss_base::system::{KeyBinding, columns, pad_end};
+
 use crate::action::{ACTIONS, Action, Entry, Scope, menu_label, order_of, title_of};
+use crate::keymap::{Chord, Key, file};
 
 /// A set of keys to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -237,10 +239,86 @@ fn table_key(names: &str) -> Option<Chord> {
     (!keys.is_empty()).then_some(Chord(keys))
 }
 
+/// Where, name, keys and a sentence of every action, in columns.
+#[must_use]
+pub fn as_table(map: &Keymap) -> String {
+    let mut text = String::new();
+    let shown = |entry: &Entry| {
+        let keys: Vec<String> = map.keys(entry).map(super::Chord::name).collect();
+        if keys.is_empty() {
+            "-".to_string()
+        } else {
+            keys.join(", ")
+        }
+    };
+    let widest = |of: &dyn Fn(&Entry) -> usize| ACTIONS.iter().map(of).max().unwrap_or(0);
+    let id = widest(&|entry| columns(entry.id));
+    let keys = widest(&|entry| columns(&shown(entry)));
+    for (scope, name, _) in Scope::ALL {
+        for entry in ACTIONS.iter().filter(|entry| entry.scope == scope) {
+            text.push_str(&format!(
+                "{name:9}  {}  {}  {}\n",
+                pad_end(entry.id, id),
+                pad_end(&shown(entry), keys),
+                entry.doc
+            ));
+        }
+    }
+    text
+}
+
+/// Every action with its keys.
+#[must_use]
+pub fn as_bindings(map: &Keymap) -> Vec<KeyBinding> {
+    let of = |(scope, name, _): (Scope, &'static str, _)| {
+        let entries = ACTIONS.iter().filter(move |entry| entry.scope == scope);
+        entries.map(move |entry| KeyBinding {
+            scope: name,
+            action: entry.id,
+            keys: map.keys(entry).map(super::Chord::name).collect(),
+            summary: entry.doc,
+        })
+    };
+    Scope::ALL.into_iter().flat_map(of).collect()
+}
+
+/// A `keymap.toml` with all keys as they are.
+#[must_use]
+pub fn as_file(map: &Keymap) -> String {
+    let mut text = format!(
+        "# The keys of nearmiss. Lines that are left out stay as in the preset; [] takes all keys off an action.\n\
+         # \"g g\" is g pressed twice, shift-g a capital; also ctrl-, alt-, space, enter, tab, up, pageup, f1 and others.\n\
+         preset = {:?}\n",
+        map.preset.name()
+    );
+    for (scope, name, words) in Scope::ALL {
+        text.push_str(&format!("\n# {words}\n[{name}]\n"));
+        for entry in ACTIONS.iter().filter(|entry| entry.scope == scope) {
+            // The one key that no file may change.
+            let keys = map
+                .keys(entry)
+                .map(super::Chord::name)
+                .filter(|name| name != "ctrl-c");
+            // As TOML writes texts.
+            let keys: Vec<String> = keys
+                .map(|name| toml::Value::String(name).to_string())
+                .collect();
+            text.push_str(&format!(
+                "{} = [{}] # {}\n",
+                entry.id,
+                keys.join(", "),
+                entry.doc
+            ));
+        }
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
+    use crate::keymap::Preset;
 
     fn keys(names: &str) -> Vec<Key> {
         names
@@ -305,5 +383,21 @@ mod tests {
         assert_eq!(map.key_of(Action::Help), "?");
         assert_eq!(map.key_of(Action::ReadThresholds), ": read-thresholds");
         assert_eq!(map.key_of(Action::Results), "Space o r");
+    }
+
+    #[test]
+    fn what_is_printed_is_read_as_the_same() {
+        for (name, preset) in Preset::ALL {
+            let map = Keymap::from_preset(preset);
+            let again = Keymap::parse("keymap.toml", &as_file(&map)).unwrap();
+            for entry in ACTIONS {
+                let keys = |map: &Keymap| -> Vec<String> {
+                    let names = map.keys(entry).map(super::super::Chord::name);
+                    names.filter(|name| name != "ctrl-c").collect()
+                };
+                assert_eq!(keys(&map), keys(&again), "{name}: {}", entry.id);
+                assert!(as_table(&map).contains(entry.doc));
+            }
+        }
     }
 }

@@ -21,7 +21,7 @@ pub struct Source {
 const LONG: usize = 1000;
 
 /// Rows are no longer than this, bytes.
-const LONGEST: usize = 4000;
+const MAX_ROW_BYTES: usize = 4000;
 
 impl Source {
     /// Reads the file of a scenario.
@@ -29,10 +29,10 @@ impl Source {
     /// # Errors
     /// It cannot be read, or is not XML.
     pub fn read(entry: &Entry) -> Result<Self, String> {
-        Ok(Self::of(entry.display(), entry.source()?))
+        Ok(Self::new(entry.display(), entry.source()?))
     }
 
-    fn of(file: String, text: String) -> Self {
+    fn new(file: String, text: String) -> Self {
         let mut rows = Vec::new();
         let mut start = 0;
         for (number, line) in text.split('\n').enumerate() {
@@ -84,7 +84,10 @@ fn elements(text: &str, line: Range<usize>, mut part: impl FnMut(Range<usize>)) 
     let mut start = line.start;
     while start < line.end {
         let rest = &text[start..line.end];
-        let mut end = rest.find("><").map_or(rest.len(), |at| at + 1).min(LONGEST);
+        let mut end = rest
+            .find("><")
+            .map_or(rest.len(), |at| at + 1)
+            .min(MAX_ROW_BYTES);
         while !rest.is_char_boundary(end) {
             end -= 1;
         }
@@ -114,7 +117,7 @@ mod tests {
     #[test]
     fn obstacles_are_found_by_line() {
         let text = "<commonRoad>\n<lanelet id=\"7\"/>\n <dynamicObstacle id=\"301\">\n<staticObstacle  id='4'/>\n</commonRoad>\n";
-        let source = Source::of("a.xml".into(), text.into());
+        let source = Source::new("a.xml".into(), text.into());
         assert_eq!(
             (source.row_of(301), source.row_of(4), source.row_of(7)),
             (Some(2), Some(3), None)
@@ -132,19 +135,19 @@ mod tests {
         let text = format!("<r>{state}<dynamicObstacle id=\"8\"></dynamicObstacle></r>");
         assert!(text.len() > 3_000_000);
         let begun = std::time::Instant::now();
-        let source = Source::of("a.xml".into(), text);
+        let source = Source::new("a.xml".into(), text);
         let row = source.row_of(8).unwrap();
         assert_eq!(
             source.rows(row..row + 1).next(),
             Some((1, "<dynamicObstacle id=\"8\">"))
         );
         assert!(begun.elapsed().as_secs() < 5, "{:?}", begun.elapsed());
-        let plain = Source::of("b.xml".into(), "ä".repeat(5_000));
+        let plain = Source::new("b.xml".into(), "ä".repeat(5_000));
         assert!(
             plain.row_count() > 1
                 && plain
                     .rows(0..9)
-                    .all(|(n, row)| n == 1 && row.len() <= LONGEST)
+                    .all(|(n, row)| n == 1 && row.len() <= MAX_ROW_BYTES)
         );
     }
 

@@ -1,6 +1,6 @@
 //! The list of jumps: places that were left, to go back to and forward again.
 
-use crate::message::OpenId;
+use super::OpenId;
 
 /// A place: a scenario, a step and the picked obstacle.
 #[derive(Debug, Clone, PartialEq, Eq)]

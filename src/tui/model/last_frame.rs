@@ -4,8 +4,8 @@ use std::cell::{Cell, RefCell};
 
 use ratatui::layout::{Position, Rect};
 
-use super::{Border, Pane, ResultsDrawn, ShownAnswer};
 use crate::action::Action;
+use crate::model::{Border, Pane, ResultsDrawn, ShownAnswer};
 use crate::widgets::long_text::Reading;
 use nearmiss_base::geometry::Point;
 use nearmiss_render::Picture;

@@ -1,13 +1,13 @@
 //! Appearance and keys of the workbench, changeable while it runs.
 
-use ratatui::layout::Position;
-
-use super::{Border, Model, Picker, Sizes};
-use crate::action::Action;
-use crate::keymap::{Code, Key, Keymap, Preset};
-use crate::theme::{AUTO, ColorDepth, Named, Theme};
 use nearmiss_render::cells::{Blocks, MapStyle};
 use nearmiss_settings::{Config, ThemeFile};
+use ratatui::layout::Position;
+
+use crate::action::Action;
+use crate::keymap::{Code, Key, Keymap, Preset};
+use crate::model::{Border, Model, Picker, Sizes};
+use crate::theme::{AUTO, ColorDepth, Named, Theme};
 
 /// Symbols that the terminal supports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +53,7 @@ impl MapChoice {
 
 /// Appearance and keys.
 #[derive(Debug)]
-pub struct Look {
+pub struct DisplaySettings {
     /// The live keymap.
     pub keymap: Keymap,
     /// Keys of a chord that were pressed so far.
@@ -88,7 +88,7 @@ pub struct Look {
     pub held: Option<(Border, Position)>,
 }
 
-impl Look {
+impl DisplaySettings {
     /// How the map is drawn: as configured, else what the terminal can show.
     #[must_use]
     pub fn map_style(&self) -> MapStyle {
@@ -102,7 +102,7 @@ impl Look {
     }
 }
 
-impl Default for Look {
+impl Default for DisplaySettings {
     fn default() -> Self {
         Self {
             keymap: Keymap::from_preset(Preset::Default),
@@ -156,7 +156,7 @@ impl Glyphs {
     }
 }
 
-impl Look {
+impl DisplaySettings {
     /// Takes over how the map is to be drawn.
     pub fn configure_map(&mut self, config: &Config) {
         let blocks = config.map_blocks.as_deref();
@@ -172,7 +172,7 @@ impl Look {
     pub fn theme(&self, name: &str) -> Result<Theme, String> {
         match Named::find(&self.themes, name, self.dark).map(|named| &named.theme) {
             Some(Ok(theme)) => Ok(Theme(theme.clone()).at_depth(self.depth)),
-            Some(Err(mistakes)) => Err(crate::user_file::first(mistakes)),
+            Some(Err(mistakes)) => Err(crate::keymap::first_mistake(mistakes)),
             None => Err(format!("theme `{name}` no longer exists")),
         }
     }
@@ -253,6 +253,33 @@ impl Model {
     pub fn show_theme(&mut self, name: &str) -> Result<(), String> {
         self.theme = self.look.theme(name)?;
         Ok(())
+    }
+}
+
+impl Model {
+    /// The present state of what an action switches, in a word; `None` for actions that switch nothing.
+    #[must_use]
+    pub fn state_of(&self, action: Action) -> Option<&str> {
+        let is = |on: bool| Some(if on { "on" } else { "off" });
+        let techniques = self.decided().techniques;
+        match action {
+            Action::ToggleTask => Some(self.task.name()),
+            Action::ToggleFrame => Some(self.frame.name()),
+            Action::ToggleCp => is(techniques.cp),
+            Action::ToggleCot => is(techniques.cot),
+            Action::ToggleIcl => is(techniques.icl),
+            Action::ToggleTools => is(self.tools),
+            Action::PromptView => Some(self.prompt.view.name()),
+            Action::Follow => is(self.camera.follow),
+            Action::EgoUp => is(self.camera.ego_up),
+            Action::Mouse => is(self.mouse),
+            Action::GroupScenarios => Some(self.list.grouping.name()),
+            Action::NextForecast => Some(self.driver.forecast.name()),
+            Action::NextPlanner => Some(self.driver.planner_name()),
+            Action::PlotMeasure => Some(self.plot.measure.id),
+            Action::PickTheme => Some(&self.look.chosen),
+            _ => None,
+        }
     }
 }
 

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher};
 
-use super::{Model, Order};
 use crate::action::{ACTIONS, Action, Entry, synonyms_of};
+use crate::model::{Model, Order};
 use nearmiss_scene::judge;
 use nearmiss_scene::metrics::{Danger, MEASURES, Measure};
 

@@ -1,7 +1,7 @@
 //! What a terminal says about images: which it shows, and how large its cells are.
 
-use super::super::background::STATUS;
-use super::{Encoder, Protocol};
+use crate::background::STATUS;
+use crate::pixels::{Encoder, Protocol};
 
 /// Asks for kitty's images.
 const KITTY: &str = "\x1b_Gi=31,s=1,v=1,a=q,t=d,f=24;AAAA\x1b\\";

@@ -1,25 +1,26 @@
-//! Start-up: loads the user's files and reports their errors.
+//! Start-up: loads the user's files, finds the experiment of the command line, and reports errors.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::super::action::Action;
-use super::super::background::{self, Background};
-use super::super::keymap::{Keymap, Preset};
-use super::super::model::{Glyphs, Look, MapChoice, Model, Prices};
-use super::super::pixels::{self, Encoder};
-use super::super::session::{self, SavedLocation, drafts, restore};
-use super::super::tasks::thresholds;
-use super::super::terminal;
-use super::super::theme::{AUTO, ColorDepth, Theme};
-use super::super::user_file::first;
 use nearmiss_ask::llm::{Environment, Registry};
 use nearmiss_ask::prompts::Library;
 use nearmiss_base::system::shown_path;
 use nearmiss_formats::EgoSelection;
 use nearmiss_render::cells::Blocks;
-use nearmiss_settings::{Config, Folders, ThemeFile};
+use nearmiss_settings::{Config, Folders, TextFile, ThemeFile};
 use nearmiss_study::evaluation::default_planning;
+use nearmiss_workflow::{experiment_among, read_experiment};
+
+use crate::action::Action;
+use crate::background::{self, Background};
+use crate::keymap::{Keymap, Preset, first_mistake};
+use crate::model::{DisplaySettings, Glyphs, MapChoice, Model, Prices};
+use crate::pixels::{self, Encoder};
+use crate::services::thresholds;
+use crate::session::{self, SavedLocation, file, restore};
+use crate::terminal;
+use crate::theme::{AUTO, ColorDepth, Theme};
 
 /// The model at the start; errors in the user's files are reported, and defaults are used.
 pub fn prepare(
@@ -41,7 +42,10 @@ pub fn prepare(
     let registry = Registry::lenient(&config.providers, &folders.config_file());
     complaints.extend(registry.broken().map(|(_, why)| why.to_string()));
     let keymap = Keymap::load(&folders.keymap()).unwrap_or_else(|mistakes| {
-        complaints.push(format!("{}; the default keys are in use", first(&mistakes)));
+        complaints.push(format!(
+            "{}; the default keys are in use",
+            first_mistake(&mistakes)
+        ));
         Keymap::from_preset(Preset::Default)
     });
     let library = Library::load(Some(&folders.prompts()));
@@ -55,7 +59,7 @@ pub fn prepare(
     let mut background = asked.unwrap_or_else(|| background::of_environment(env));
     let map = MapChoice::of_config(config.map.as_deref());
     let encoder = if pixels::is_worth_asking(map, env) {
-        Encoder::ask(terminal::answers, background::PATIENCE, env)
+        Encoder::ask(terminal::answers, background::ANSWER_TIMEOUT, env)
     } else {
         None
     };
@@ -67,7 +71,7 @@ pub fn prepare(
     });
     let depth = ColorDepth::of_environment(env);
     let glyphs_here = Glyphs::of_environment(env);
-    let mut look = Look {
+    let mut look = DisplaySettings {
         keymap,
         chosen,
         config_file: shown_path(&folders.config_file()),
@@ -77,7 +81,7 @@ pub fn prepare(
         glyphs: Glyphs::of_config(config.glyphs.as_deref(), glyphs_here),
         glyphs_here,
         blocks_here: Blocks::of_environment(env),
-        ..Look::default()
+        ..DisplaySettings::default()
     };
     look.configure_map(&config);
     let mut model = Model::new(paths, config, theme.at_depth(depth), library, offers);
@@ -132,7 +136,7 @@ fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
 fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     let mut files = Vec::new();
     let mut complaints = Vec::new();
-    for (file, draft) in drafts::read(&folders.drafts()) {
+    for (file, draft) in file::read_drafts(&folders.drafts()) {
         let draft = match draft {
             Ok(text) => text,
             Err(error) => {
@@ -159,4 +163,48 @@ fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
         ));
     }
     complaints
+}
+
+/// The scenarios that the workbench lists, and the experiment that it opens if one is named in their place: then those
+/// that it asks about, or the bundled ones where the file cannot be used, which its screen says.
+///
+/// # Errors
+/// An experiment file is named beside other paths.
+pub fn split_off(paths: Vec<PathBuf>) -> Result<(Vec<PathBuf>, Option<PathBuf>), String> {
+    let Some(file) = experiment_among(&paths)?.map(Path::to_path_buf) else {
+        return Ok((paths, None));
+    };
+    let text = TextFile::read(&file).map(|file| file.text);
+    let experiment = text.and_then(|text| read_experiment(&text, &file, &Library::load(None)));
+    let listed = experiment.map_or_else(|_| Vec::new(), |experiment| experiment.scenarios);
+    Ok((listed, Some(file)))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn an_experiment_lists_its_scenarios_and_stands_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("e.toml");
+        let text = "scenarios = [\"ZAM_CutIn-1_1_T-1\", \"more\"]\nmodels = [\"lab/a\"]\n";
+        std::fs::write(&file, text).unwrap();
+        let listed = vec![
+            PathBuf::from("ZAM_CutIn-1_1_T-1"),
+            folder.path().join("more"),
+        ];
+        let split = |paths: &[&Path]| split_off(paths.iter().map(|p| p.to_path_buf()).collect());
+        assert_eq!(split(&[&file]), Ok((listed, Some(file.clone()))));
+        let scenario = Path::new("a.xml");
+        assert_eq!(split(&[scenario]), Ok((vec![scenario.into()], None)));
+        let error = split(&[scenario, &file]).unwrap_err();
+        assert!(
+            error.contains("e.toml") && error.contains("alone"),
+            "{error}"
+        );
+        std::fs::write(&file, "scenarios = 3").unwrap();
+        assert_eq!(split(&[&file]), Ok((Vec::new(), Some(file.clone()))));
+    }
 }

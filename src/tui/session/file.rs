@@ -1,14 +1,15 @@
-//! Session files: read at the start, written atomically while the workbench runs.
+//! Files that outlive a session: the session itself, and drafts of templates.
 
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use super::{SavedLocation, Session};
 use nearmiss_base::system;
 use nearmiss_settings::{Folders, TextFile};
 
+use super::{SavedLocation, Session};
+
 /// Number of sessions kept: the most recently used ones.
-const MOST: usize = 100;
+const MAX_SESSIONS: usize = 100;
 
 /// Writes the file of a session; the oldest files beyond the limit go.
 ///
@@ -32,7 +33,7 @@ pub fn write(folder: &Path, session: &Session) -> Result<(), String> {
 fn forget_oldest(folder: &Path) {
     let mut files = files(folder);
     files.sort_by_key(|(time, _)| std::cmp::Reverse(*time));
-    for (_, path) in files.into_iter().skip(MOST) {
+    for (_, path) in files.into_iter().skip(MAX_SESSIONS) {
         let _ = std::fs::remove_file(path);
     }
 }
@@ -64,6 +65,42 @@ pub fn read(folder: &Path, paths: &[SavedLocation]) -> Result<Option<Session>, S
     session
         .map(Some)
         .map_err(|error| format!("{}: {error}", said.file))
+}
+
+/// Writes a draft, or removes it where there is none any more.
+///
+/// # Errors
+/// It cannot be written: the file and why.
+pub fn keep(folder: &Path, file: &str, draft: Option<&str>) -> Result<(), String> {
+    let path = folder.join(file);
+    let kept = match draft {
+        Some(text) => Folders::write(&path, text),
+        None => remove(&path),
+    };
+    kept.map_err(|error| format!("{}: {}", path.display(), system::words(&error)))
+}
+
+fn remove(path: &Path) -> std::io::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+/// Drafts that an earlier session left in the editor, by file; or why they cannot be read.
+pub fn read_drafts(folder: &Path) -> Vec<(String, Result<String, String>)> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let read = |path: PathBuf| {
+        let name = path
+            .file_name()?
+            .to_str()
+            .filter(|n| n.ends_with(".md"))?
+            .to_string();
+        let text = system::read_text(&path, system::LARGEST_TEXT)
+            .map_err(|e| format!("{}: {}", path.display(), system::words(&e)));
+        Some((name, text))
+    };
+    entries.filter_map(|e| read(e.path())).collect()
 }
 
 #[cfg(test)]
@@ -163,15 +200,35 @@ mod tests {
     #[test]
     fn only_so_many_are_kept() {
         let folder = tempfile::tempdir().unwrap();
-        for i in 0..MOST + 5 {
+        for i in 0..MAX_SESSIONS + 5 {
             let path = folder.path().join(format!("{i:03}.json"));
             let file = std::fs::File::create(&path).unwrap();
             let time = SystemTime::UNIX_EPOCH + Duration::from_secs(i as u64);
             file.set_modified(time).unwrap();
         }
         write(folder.path(), &session(&[])).unwrap();
-        assert_eq!(files(folder.path()).len(), MOST);
+        assert_eq!(files(folder.path()).len(), MAX_SESSIONS);
         let there = |name: &str| folder.path().join(name).exists();
         assert!(there("bundled.json") && there("104.json") && !there("005.json"));
+    }
+
+    #[test]
+    fn a_draft_that_cannot_be_read_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("a.md"), "as it was").unwrap();
+        std::fs::create_dir(path("b.md")).unwrap();
+        std::fs::write(path("c.md"), vec![b'a'; 1 + (1 << 20)]).unwrap();
+        std::fs::write(path("d.txt"), "something else").unwrap();
+        let mut found = read_drafts(folder.path());
+        found.sort();
+        assert_eq!(found[0], ("a.md".to_string(), Ok("as it was".to_string())));
+        let error = |i: usize| found[i].1.clone().unwrap_err();
+        assert!(
+            error(1).contains("b.md") && error(1).contains("folder"),
+            "{found:?}"
+        );
+        assert!(error(2).contains("larger than 1 MiB"));
+        assert_eq!(found.len(), 3);
     }
 }

@@ -2,21 +2,18 @@
 //!
 //! Every set of paths has its own file, so sessions do not mix.
 
-pub mod drafts;
 pub mod file;
 pub mod restore;
-mod state;
 
+use std::collections::HashSet;
 use std::path::{Component, Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-
-use crate::model::{Layers, Sizes};
 use nearmiss_base::system::activity::Subject;
 use nearmiss_formats::{Entry, EntryLocation};
 use nearmiss_scene::scenario::ContentHash;
+use serde::{Deserialize, Serialize};
 
-pub use state::SessionState;
+use crate::model::{Layers, Sizes};
 
 /// The version of the files that are written.
 const VERSION: u32 = 1;
@@ -287,4 +284,29 @@ impl Session {
         }
         Ok(session)
     }
+}
+
+/// State of session saving and restoring.
+#[derive(Debug, Default)]
+pub struct SessionState {
+    /// Whether this session is kept.
+    pub on: bool,
+    /// The folder that the program was started in.
+    pub here: PathBuf,
+    /// Paths the workbench was started with.
+    pub paths: Vec<SavedLocation>,
+    /// Scenarios of the list that were looked at for what has yet to come back.
+    pub seen: usize,
+    /// Marked scenarios that are not found again yet.
+    pub marks: HashSet<SavedLocation>,
+    /// The scenario that was open last time, until it is open again or another one is chosen.
+    pub wanted: Option<SavedScenario>,
+    /// The session last saved.
+    pub kept: Option<Box<Session>>,
+    /// Whether something may have changed since.
+    pub changed: bool,
+    /// Whether keeping is already asked for.
+    pub asked: bool,
+    /// Whether a first-time user sees the hint towards a verdict.
+    pub hint: bool,
 }

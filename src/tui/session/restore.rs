@@ -1,10 +1,7 @@
 //! Captures the state of the workbench as a session, and restores it at the next start.
 
-use super::super::action::Action;
-use super::super::message::{Effect, JobEvent, Msg, Update};
-use super::super::model::{Grouping, IndexChoice, Model, Order, Pane};
-use super::super::update::{clock, open, open_current};
-use super::{Override, SavedLocation, SavedScenario, Session, View};
+use std::time::Duration;
+
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_base::geometry::{Point, Vector};
 use nearmiss_base::system::activity;
@@ -13,6 +10,15 @@ use nearmiss_scene::description::Frame;
 use nearmiss_scene::judge;
 use nearmiss_scene::metrics::measure;
 use nearmiss_scene::verdict::Task;
+
+use crate::action::Action;
+use crate::features::timeline;
+use crate::message::{Effect, Msg};
+use crate::model::{Grouping, IndexChoice, Model, Order, Pane};
+use crate::request::{Replies, Request};
+use crate::services::Services;
+use crate::session::{Override, SavedLocation, SavedScenario, Session, View};
+use crate::update::{open, open_current};
 
 /// The current session.
 #[must_use]
@@ -282,22 +288,14 @@ pub fn opened(model: &mut Model) {
         camera.ego_up = ego_up;
         camera.auto = auto;
     }
-    clock::stepped(model);
+    timeline::stepped(model);
     model.refresh();
 }
 
 /// Something happened that a session may remember.
 pub fn note(model: &mut Model, msg: &Msg) {
-    let by_hand = matches!(
-        msg,
-        Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_) | Msg::Opened(..)
-    );
+    let by_hand = matches!(msg, Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_));
     model.recall.changed |= by_hand;
-    if let Msg::Job(_, JobEvent::Question(Update::Ended(Ok(answer)))) = msg
-        && answer.verdict().is_some()
-    {
-        model.recall.hint = false;
-    }
 }
 
 /// Something changed: it is kept after a while.
@@ -305,7 +303,7 @@ pub fn remember(model: &mut Model) -> Option<Effect> {
     let recall = &mut model.recall;
     let due = recall.on && recall.changed && !recall.asked;
     recall.asked |= due;
-    due.then_some(Effect::RememberLater)
+    due.then_some(KeepSessionLater.into())
 }
 
 /// Keeps what the workbench looks like, if that is another look than was kept last.
@@ -321,5 +319,42 @@ pub fn keep(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     }
     model.recall.kept = Some(session.clone());
-    vec![Effect::Remember(session)]
+    vec![KeepSession(session).into()]
+}
+
+/// How long after a change the session is saved: what a killed program loses.
+const SESSION_DELAY: Duration = Duration::from_secs(2);
+
+/// Replies after a while: the session is to be kept.
+#[derive(Debug)]
+pub struct KeepSessionLater;
+
+impl Request for KeepSessionLater {
+    type Reply = ();
+
+    fn perform(self, _: &mut Services, replies: Replies<Self>) {
+        tokio::spawn(async move {
+            tokio::time::sleep(SESSION_DELAY).await;
+            replies.send(());
+        });
+    }
+
+    fn reply(model: &mut Model, (): ()) -> Vec<Effect> {
+        keep(model)
+    }
+}
+
+/// Keeps what the workbench looks like for the next start.
+#[derive(Debug)]
+pub struct KeepSession(pub Box<Session>);
+
+impl Request for KeepSession {
+    type Reply = ();
+
+    // At once and not in the background: the program may be about to end.
+    fn perform(self, services: &mut Services, replies: Replies<Self>) {
+        if let Err(error) = super::file::write(&services.folders.sessions(), &self.0) {
+            replies.complain(format!("{error}; the session is not kept"));
+        }
+    }
 }

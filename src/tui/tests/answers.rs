@@ -1,17 +1,21 @@
-//! Asking, streaming, comparing, cancelling.
+//! Questions and answers: from the built-in judge, from models and from the store.
 
-use super::bench::{Bench, answer, no_verdict};
-use super::events;
-use crate::message::{Effect, Msg, StoredOf};
-use crate::model::{Pane, Progress, ShownAnswer};
 use nearmiss_ask::llm::{Chunk, Dialect, Discovered};
-use nearmiss_scene::verdict::ParseQuality;
-use nearmiss_study::evaluation::{Event, JudgeOutcome, MissingVerdict};
+use nearmiss_scene::verdict::{CriticalObstacle, ParseQuality, Task};
+use nearmiss_store::{Origin, RunId};
+use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, StoredOrigin};
+
+use crate::features::answers::{Ask, LoadStored, Probe, StoredOf};
+use crate::keymap::Key;
+use crate::message::{Effect, Msg};
+use crate::model::{Pane, Progress, ShownAnswer, WindowsToJudge};
+use crate::tests::bench::{self, Bench, answer, no_verdict};
+use crate::update::update;
 
 /// What the workbench wants earlier answers about.
 pub fn stored_of(bench: &Bench) -> StoredOf {
-    let wanted = bench.effects.iter().find_map(|e| match e {
-        Effect::LoadStored(of) => Some(of.clone()),
+    let wanted = bench.effects.iter().find_map(|e| match e.request() {
+        Some(LoadStored(of)) => Some(of.clone()),
         _ => None,
     });
     wanted.unwrap()
@@ -32,11 +36,11 @@ fn r_asks_the_chosen_model_and_the_answer_arrives_piece_by_piece() {
     let (id, model) = bench.asked();
     assert_eq!(model, "lab/small");
     let piece = Chunk::Reasoning("thinking hard".into());
-    bench.send(events::piece(id, Event::Chunk(piece)));
+    bench.send(bench::piece(id, Event::Chunk(piece)));
     assert!(bench.frame(120, 40).contains("thinking hard"));
-    bench.send(events::piece(id, Event::Chunk(Chunk::Text("so: ".into()))));
+    bench.send(bench::piece(id, Event::Chunk(Chunk::Text("so: ".into()))));
     assert!(bench.frame(120, 40).contains("streaming"));
-    bench.send(events::answered(
+    bench.send(bench::answered(
         id,
         Ok(Box::new(answer("lab/small", false, 302))),
     ));
@@ -57,8 +61,8 @@ fn models_of_this_machine_are_offered_once() {
         dialect: Dialect::Ollama,
     };
     let all = vec![found("ollama/tiny"), found("lab/small")];
-    bench.send(Msg::Discovered(all.clone()));
-    bench.send(Msg::Discovered(all));
+    bench.send(Msg::reply::<Probe>(all.clone()));
+    bench.send(Msg::reply::<Probe>(all));
     bench.press("m");
     let frame = bench.frame(120, 40);
     assert_eq!(frame.matches("ollama/tiny").count(), 1, "{frame}");
@@ -70,7 +74,7 @@ fn what_a_model_does_not_take_is_said() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let piece = Chunk::Note("seed is not sent".into());
-    bench.send(events::piece(id, Event::Chunk(piece)));
+    bench.send(bench::piece(id, Event::Chunk(piece)));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("lab/small: seed is not sent"), "{frame}");
 }
@@ -79,7 +83,7 @@ fn what_a_model_does_not_take_is_said() {
 fn c_asks_a_second_model_beside_the_first() {
     let mut bench = asking();
     let (first, _) = bench.asked();
-    bench.send(events::answered(
+    bench.send(bench::answered(
         first,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -88,7 +92,7 @@ fn c_asks_a_second_model_beside_the_first() {
     bench.press("enter");
     let (second, model) = bench.asked();
     assert_eq!(model, "lab/other", "any model can be typed");
-    bench.send(events::answered(
+    bench.send(bench::answered(
         second,
         Ok(Box::new(answer("lab/other", false, 303))),
     ));
@@ -111,8 +115,8 @@ fn an_answer_without_a_verdict_is_a_state_of_its_own() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let piece = Chunk::Text("I cannot tell.".into());
-    bench.send(events::piece(id, Event::Chunk(piece)));
-    bench.send(events::answered(
+    bench.send(bench::piece(id, Event::Chunk(piece)));
+    bench.send(bench::answered(
         id,
         Ok(Box::new(no_verdict("lab/small", "I cannot tell."))),
     ));
@@ -132,7 +136,7 @@ fn a_repaired_verdict_is_marked_wherever_it_is_shown() {
     if let JudgeOutcome::Verdict(parsed) = &mut said.judged {
         parsed.how = ParseQuality::Repaired(vec!["comments were skipped".into()]);
     }
-    bench.send(events::answered(id, Ok(Box::new(said))));
+    bench.send(bench::answered(id, Ok(Box::new(said))));
     let frame = bench.frame(140, 40);
     for mark in ["yes* =", "* repaired: comments were", "collision, repaired"] {
         assert!(frame.contains(mark), "{mark}:\n{frame}");
@@ -161,7 +165,7 @@ fn streaming_does_not_steal_the_position() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let text: String = (0..80).map(|i| format!("line {i}\n\n")).collect();
-    bench.send(events::piece(id, Event::Chunk(Chunk::Text(text))));
+    bench.send(bench::piece(id, Event::Chunk(Chunk::Text(text))));
     assert!(
         bench.frame(120, 40).contains("line 79"),
         "the end is followed"
@@ -171,7 +175,7 @@ fn streaming_does_not_steal_the_position() {
     bench.frame(120, 40);
     let before = bench.model.answers.scroll;
     let piece = Chunk::Text("new text\n".repeat(30));
-    bench.send(events::piece(id, Event::Chunk(piece)));
+    bench.send(bench::piece(id, Event::Chunk(piece)));
     let frame = bench.frame(120, 40);
     assert_eq!(bench.model.answers.scroll, before);
     assert!(
@@ -187,8 +191,8 @@ fn control_characters_of_an_answer_are_shown_and_not_obeyed() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let piece = Chunk::Text("a\u{1b}[2Jb\u{7}".into());
-    bench.send(events::piece(id, Event::Chunk(piece)));
-    bench.send(events::answered(id, Err("bad\u{1b}]0;title\u{7}".into())));
+    bench.send(bench::piece(id, Event::Chunk(piece)));
+    bench.send(bench::answered(id, Err("bad\u{1b}]0;title\u{7}".into())));
     let frame = bench.frame(120, 40);
     assert!(!frame.contains('\u{1b}') && !frame.contains('\u{7}'));
     assert!(frame.contains("a␛[2Jb␇"), "{frame}");
@@ -201,7 +205,7 @@ fn the_built_in_judge_can_be_asked_and_is_kept() {
     let (id, model) = bench.asked();
     assert_eq!(model, nearmiss_scene::judge::MODEL);
     assert!(bench.model.answers.columns.is_empty());
-    bench.send(events::answered(
+    bench.send(bench::answered(
         id,
         Ok(Box::new(answer(nearmiss_scene::judge::MODEL, true, 301))),
     ));
@@ -228,7 +232,7 @@ fn an_answer_goes_on_while_another_scenario_is_looked_at() {
             .all(|e| !matches!(e, Effect::Cancel(_)))
     );
     assert!(bench.model.answers.columns.is_empty());
-    bench.send(events::answered(
+    bench.send(bench::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -257,12 +261,15 @@ fn stored_answers_come_back_with_their_scenario_ego_and_task() {
         ego: "301, obstacle 301 taken as ego".into(),
         ..of.clone()
     };
-    bench.send(Msg::Stored(other, vec![answer("lab/x", true, 301)]));
+    bench.send(Msg::reply::<LoadStored>((
+        other,
+        vec![answer("lab/x", true, 301)],
+    )));
     assert!(bench.model.answers.columns.is_empty(), "about another ego");
-    bench.send(Msg::Stored(
+    bench.send(Msg::reply::<LoadStored>((
         of,
         vec![answer("lab/x", true, 301), answer("lab/x", false, 1)],
-    ));
+    )));
     assert_eq!(
         bench.model.answers.columns.len(),
         1,
@@ -281,7 +288,7 @@ fn an_answer_is_compared_with_the_truth_of_its_own_question() {
     let mut bench = asking();
     bench.press("space a t x left r");
     let (id, _) = bench.asked();
-    bench.send(events::answered(
+    bench.send(bench::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -301,7 +308,7 @@ fn more_answers_than_fit_can_all_be_reached() {
         bench.press("r");
         let (id, model) = bench.asked();
         let whole = answer(&model, true, 301);
-        bench.send(events::answered(id, Ok(Box::new(whole))));
+        bench.send(bench::answered(id, Ok(Box::new(whole))));
     }
     let mut seen = String::new();
     for _ in 0..7 {
@@ -322,7 +329,7 @@ fn more_answers_than_fit_can_all_be_reached() {
 fn the_verdict_is_scrolled_apart_from_the_reasoning() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(events::answered(
+    bench.send(bench::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -340,7 +347,7 @@ fn the_verdict_is_scrolled_apart_from_the_reasoning() {
 fn obstacles_that_are_not_there_are_named() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(events::answered(
+    bench.send(bench::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 999))),
     ));
@@ -352,7 +359,7 @@ fn retries_are_said() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let wait = std::time::Duration::from_secs(7);
-    bench.send(events::piece(
+    bench.send(bench::piece(
         id,
         Event::Chunk(Chunk::Retrying {
             attempt: 2,
@@ -376,7 +383,7 @@ fn an_error_is_read_beside_the_answer_and_covers_nothing() {
         "cannot reach lab (http://127.0.0.1:9/v1/chat): connection refused; check the address";
     failed.reasoning.clear();
     failed.judged = JudgeOutcome::Missing(MissingVerdict::NoAnswer(why.into()));
-    bench.send(events::answered(id, Ok(Box::new(failed))));
+    bench.send(bench::answered(id, Ok(Box::new(failed))));
     let frame = bench.frame(80, 24);
     let lines: Vec<&str> = frame.lines().collect();
     let title = lines.iter().position(|l| l.contains("reasoning")).unwrap();
@@ -394,6 +401,288 @@ fn an_error_is_read_beside_the_answer_and_covers_nothing() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     bench.press("z");
-    bench.send(events::answered(id, Err(why.into())));
+    bench.send(bench::answered(id, Err(why.into())));
     assert!(bench.frame(80, 24).contains("┌ error "));
+}
+
+#[test]
+fn shift_r_asks_anew_and_an_answer_of_the_store_says_so() {
+    let mut bench = asking();
+    bench.press("shift-r");
+    let fresh = |bench: &Bench| match bench.effects.last().and_then(Effect::request) {
+        Some(Ask { fresh, .. }) => *fresh,
+        other => panic!("{other:?}"),
+    };
+    assert!(fresh(&bench));
+    bench.press("r");
+    assert!(!fresh(&bench));
+    let (id, _) = bench.asked();
+    let past = StoredOrigin {
+        created_ms: 0,
+        origin: Origin::Asked,
+        sample: 0,
+    };
+    let stored = Answer {
+        run: Some(RunId(7)),
+        past: Some(past),
+        ..answer("lab/small", true, 301)
+    };
+    bench.send(bench::answered(id, Ok(Box::new(stored.clone()))));
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("run 7, asked 19"), "{frame}");
+    let columns = bench.model.answers.columns.len();
+    bench.press("r");
+    let (id, _) = bench.asked();
+    bench.send(bench::answered(id, Ok(Box::new(stored))));
+    assert_eq!(
+        bench.model.answers.columns.len(),
+        columns,
+        "the same run is shown once"
+    );
+    assert_eq!(bench.model.answers.column().and_then(|c| c.ask), Some(id));
+}
+
+#[test]
+fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
+    let mut bench = Bench::bundled();
+    let of = bench
+        .effects
+        .iter()
+        .find_map(|e| match e.request() {
+            Some(LoadStored(of)) => Some(of.clone()),
+            _ => None,
+        })
+        .unwrap();
+    assert!(of.recorded && of.name.starts_with("ZAM_"));
+    let past = StoredOrigin {
+        created_ms: 0,
+        origin: Origin::Recorded,
+        sample: 0,
+    };
+    let ways = ["ego · base", "cartesian · cot", "ego · cp+cot+icl"];
+    let stored = ways.iter().flat_map(|how| {
+        ["gemini", "openai", "deepseek"].map(|name| Answer {
+            past: Some(past),
+            how: (*how).into(),
+            window: None,
+            ..answer(&format!("recorded/{name}"), true, 301)
+        })
+    });
+    bench.send(Msg::reply::<LoadStored>((of, stored.collect())));
+    assert_eq!(bench.model.answers.columns.len(), 9);
+    let shows = |bench: &Bench, words: &[&str]| {
+        let frame = bench.frame(200, 50);
+        for word in words {
+            assert!(frame.contains(word), "{word}: {frame}");
+        }
+    };
+    let names = ["gemini", "openai", "deepse"];
+    shows(&bench, &names);
+    shows(
+        &bench,
+        &["record", "recorded by others", "all", "base", "unknown"],
+    );
+    bench.press("] ] ] ] ] ] ] ]");
+    shows(&bench, &["cart", "cot"]);
+    // Asked as it would be asked now, one of each model.
+    let first = &bench.model.answers.columns[..3];
+    assert!(first.iter().all(|c| c.how == "ego · cp+cot+icl"));
+}
+
+#[test]
+fn runs_that_reached_no_model_do_not_come_back() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let refused = || no_verdict("lab/x", "");
+    bench.send(Msg::reply::<LoadStored>((
+        of.clone(),
+        vec![refused(), refused()],
+    )));
+    assert!(bench.model.answers.columns.is_empty());
+    assert_eq!(bench.model.answers.shown, ShownAnswer::Reference);
+    bench.send(Msg::reply::<LoadStored>((
+        of,
+        vec![refused(), answer("lab/x", true, 301)],
+    )));
+    assert_eq!(bench.model.answers.columns.len(), 1);
+    assert!(
+        bench.frame(120, 40).contains("yes ="),
+        "the older answer of that model is not hidden by the newer failure"
+    );
+}
+
+#[test]
+fn what_broke_off_does_not_hide_a_whole_answer() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let cancelled = Answer {
+        judged: JudgeOutcome::Missing(MissingVerdict::Cancelled),
+        text: "the beg".into(),
+        ..answer("lab/a", true, 301)
+    };
+    bench.send(Msg::reply::<LoadStored>((
+        of,
+        vec![cancelled, answer("lab/a", true, 301)],
+    )));
+    let columns = &bench.model.answers.columns;
+    assert_eq!(columns.len(), 1);
+    assert!(columns[0].answer().is_some_and(Answer::arrived));
+}
+
+#[test]
+fn answers_to_other_prompts_are_told_apart() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let mine = Answer {
+        how: "ego · base · mine 3fa2c1".into(),
+        ..answer("lab/a", true, 301)
+    };
+    bench.send(Msg::reply::<LoadStored>((
+        of,
+        vec![mine, answer("lab/a", true, 301)],
+    )));
+    assert_eq!(bench.model.answers.columns.len(), 2);
+    let frame = bench.frame(200, 60);
+    let row = frame
+        .lines()
+        .find(|line| line.contains("prompt    "))
+        .unwrap_or_else(|| panic!("{frame}"));
+    assert!(
+        row.contains("mine 3fa2c1") && row.contains("shipped"),
+        "{row}"
+    );
+    assert!(
+        !frame.contains("│frame   "),
+        "frame and techniques are the same: {frame}"
+    );
+}
+
+/// On the safety task, before anything of it is computed.
+fn before() -> Bench {
+    let mut bench = Bench::bundled();
+    bench.model.task = Task::Safety;
+    bench.model.clock.go(10);
+    bench.model.judgements = crate::model::Judgements::default();
+    bench.model.refresh();
+    bench.press("right");
+    bench
+}
+
+/// Jumps beyond what was judged ahead, and holds back what that computes.
+fn jump(bench: &mut Bench) -> Vec<Effect> {
+    let (_, last) = bench.model.clock.range();
+    bench.model.clock.go(last - 1);
+    held(bench, "right")
+}
+
+/// Presses a key and holds back what it computes.
+fn held(bench: &mut Bench, key: &str) -> Vec<Effect> {
+    let effects = update(&mut bench.model, Msg::Key(Key::parse(key).unwrap()));
+    let requests = effects.into_iter();
+    let requests = requests.filter(|effect| matches!(effect, Effect::Request(_)));
+    requests.collect()
+}
+
+/// What was held back is computed after all.
+fn compute(bench: &mut Bench, computation: Effect) {
+    if let Ok(computed) = computation.at_once() {
+        bench.send(computed);
+    }
+}
+
+fn windows(computations: &[Effect]) -> Vec<usize> {
+    let judged = computations.iter().filter_map(Effect::request);
+    judged
+        .map(|asked: &WindowsToJudge| asked.windows.len())
+        .collect()
+}
+
+#[test]
+fn the_verdict_is_pending_until_it_is_computed() {
+    let mut bench = before();
+    let computed = jump(&mut bench);
+    assert_eq!(windows(&computed).first(), Some(&1), "{computed:?}");
+    assert!(bench.model.is_judging() && bench.model.has_reference());
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("judging…"), "{frame}");
+    for computation in computed {
+        compute(&mut bench, computation);
+    }
+    assert!(!bench.model.is_judging());
+    let frame = bench.frame(120, 40);
+    assert!(!frame.contains("judging…"), "{frame}");
+}
+
+#[test]
+fn the_next_steps_are_judged_ahead() {
+    let mut bench = before();
+    for _ in 0..5 {
+        let computed = held(&mut bench, "right");
+        assert!(!bench.model.is_judging(), "it was judged ahead");
+        assert!(windows(&computed).iter().all(|n| *n == 1), "{computed:?}");
+        for computation in computed {
+            compute(&mut bench, computation);
+        }
+    }
+    // Back where everything is known.
+    let computed = held(&mut bench, "left");
+    assert!(windows(&computed).is_empty(), "{computed:?}");
+}
+
+#[test]
+fn a_judgement_of_another_scene_is_dropped() {
+    let mut bench = before();
+    let late = jump(&mut bench);
+    assert_eq!(windows(&late), [1]);
+    bench.press("j enter");
+    let known = bench.model.answers.reference.clone();
+    for computation in late {
+        compute(&mut bench, computation);
+    }
+    assert_eq!(bench.model.answers.reference, known);
+}
+
+/// An answer that states probabilities, and has one by its tokens if there is one.
+fn given(bench: &mut Bench, tokens: Option<f64>) {
+    let (id, _) = bench.asked();
+    let mut given = answer("lab/small", true, 301);
+    if let JudgeOutcome::Verdict(parsed) = &mut given.judged {
+        parsed.verdict.probability = Some(0.83);
+        parsed.verdict.token_probability = tokens;
+        parsed.verdict.critical = Some(vec![
+            CriticalObstacle {
+                id: 301,
+                probability: Some(0.8),
+            },
+            CriticalObstacle::new(302),
+        ]);
+    }
+    bench.send(bench::answered(id, Ok(Box::new(given))));
+}
+
+#[test]
+fn stated_probabilities_and_those_by_tokens_are_shown_at_80_by_24_too() {
+    let mut bench = asking();
+    given(&mut bench, Some(0.97));
+    let frame = bench.frame(200, 60);
+    for words in [
+        "P(yes)    0.83",
+        "by tokens 0.97",
+        "critical: 301 (0.80), 302",
+    ] {
+        assert!(frame.contains(words), "{words}\n{frame}");
+    }
+    let small = bench.frame(80, 24);
+    assert!(small.contains("P(yes)    0.83"), "{small}");
+}
+
+#[test]
+fn without_log_probabilities_there_is_no_row_for_them() {
+    let mut bench = asking();
+    given(&mut bench, None);
+    let frame = bench.frame(200, 60);
+    assert!(
+        frame.contains("P(yes)    0.83") && !frame.contains("by tokens"),
+        "{frame}"
+    );
 }

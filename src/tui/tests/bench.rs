@@ -1,26 +1,38 @@
 //! A workbench whose effects run at once, unless they need a network.
 
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
-use ratatui::Terminal;
-use ratatui::backend::TestBackend;
-
-use crate::keymap::Key;
-use crate::loaded::Opened;
-use crate::message::{Effect, JobId, JobRequest, Msg};
-use crate::model::Model;
-use crate::theme::Theme;
-use crate::update::update;
-use crate::views;
 use nearmiss_ask::prompts::Library;
+use nearmiss_drive::generation::Effort;
+use nearmiss_drive::planner::{self, Cancel, Forecast, RuleMode, Sampling};
+use nearmiss_drive::simulation::{Settings, TrafficMode};
 use nearmiss_formats::{EgoSelection, Entry, EntryLocation, bundled};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::{ObstacleRisk, ParseQuality, Parsed, Task, Verdict};
 use nearmiss_settings::Config;
 use nearmiss_store::Consumed;
 use nearmiss_study::evaluation::claims::TimeOrigin;
-use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict};
+use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict};
+use nearmiss_workflow::{AttackSource, OpenRequest, PlanRequest};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+use crate::features::answers::Ask;
+use crate::features::generation::request::Generate;
+use crate::features::scenarios::request::{Find, Found};
+use crate::features::source::ReadSource;
+use crate::keymap::Key;
+use crate::loaded::{
+    GenerationInputs, GenerationOutcome, GenerationProgress, GenerationStage, Opened, Source,
+    VariantRequest,
+};
+use crate::message::{Effect, Msg};
+use crate::model::{JobId, Model, Update};
+use crate::theme::Theme;
+use crate::update::{Open, update};
+use crate::views;
 
 pub struct Bench {
     pub model: Model,
@@ -34,7 +46,7 @@ impl Bench {
     /// The bundled scenarios, with the first one open.
     pub fn bundled() -> Self {
         let mut bench = Self::empty();
-        bench.send(Msg::Found(Ok(bundled().into())));
+        bench.send(Msg::reply::<Find>(Found::All(Ok(bundled().into()))));
         bench
     }
 
@@ -61,28 +73,32 @@ impl Bench {
     /// Sends a message; scenarios that it asks for are opened at once.
     pub fn send(&mut self, msg: Msg) {
         for effect in update(&mut self.model, msg) {
-            match effect {
-                Effect::Open(id, entry, ego) => {
-                    let ego = ego.map_or_else(|| self.ego.clone(), EgoSelection::Obstacle);
-                    let opened = opened(&entry, &ego, &self.model.thresholds);
-                    self.send(Msg::Opened(id, opened.map(Box::new)));
-                }
-                Effect::OpenChanged(id, entry, ego, change) => {
-                    let ego = ego.map_or_else(|| self.ego.clone(), EgoSelection::Obstacle);
-                    let thresholds = self.model.thresholds.clone();
-                    let opened = Opened::changed(&entry, &ego, &thresholds, Some(change));
-                    self.send(Msg::Opened(id, opened.map(Box::new)));
-                }
-                Effect::Compute(computation) => self.send(Msg::Computed(computation.run())),
-                Effect::ReadSource(place, entry) => {
-                    let source = crate::loaded::Source::read(&entry);
-                    self.send(Msg::Source(place, source.map(Box::new)));
-                }
-                other => self.effects.push(other),
+            match self.reply(effect) {
+                Ok(reply) => self.send(reply),
+                Err(effect) => self.effects.push(effect),
             }
         }
         // As before every frame.
         self.model.list.settle();
+    }
+
+    /// What comes of an effect that needs neither store nor network.
+    fn reply(&self, effect: Effect) -> Result<Msg, Effect> {
+        if let Some(open) = effect.request::<Open>() {
+            let ego = open.obstacle.map(EgoSelection::Obstacle);
+            let ego = ego.unwrap_or_else(|| self.ego.clone());
+            let thresholds = &self.model.thresholds;
+            let opened = match open.change {
+                Some(_) => Opened::changed(&open.entry, &ego, thresholds, open.change),
+                None => opened(&open.entry, &ego, thresholds),
+            };
+            return Ok(Msg::reply::<Open>((open.id, opened.map(Box::new))));
+        }
+        if let Some(ReadSource(place, entry)) = effect.request() {
+            let source = Source::read(entry).map(Box::new);
+            return Ok(Msg::reply::<ReadSource>((*place, source)));
+        }
+        effect.at_once()
     }
 
     /// Presses keys by their names, separated by spaces.
@@ -115,8 +131,8 @@ impl Bench {
 
     /// The id of the last question asked, and its model.
     pub fn asked(&self) -> (JobId, String) {
-        let mut asks = self.effects.iter().filter_map(|e| match e {
-            Effect::Start(id, JobRequest::Question { model, .. }) => Some((*id, model.clone())),
+        let mut asks = self.effects.iter().filter_map(|e| match e.request() {
+            Some(Ask { id, model, .. }) => Some((*id, model.clone())),
             _ => None,
         });
         asks.next_back().expect("something was asked")
@@ -215,4 +231,152 @@ pub fn no_verdict(model: &str, text: &str) -> Answer {
         text: text.into(),
         ..answer(model, false, 1)
     }
+}
+
+/// A piece of an answer.
+pub fn piece(id: JobId, event: Event) -> Msg {
+    Msg::reply::<Ask>((id, Update::Progress(event)))
+}
+
+/// A whole answer.
+pub fn answered(id: JobId, result: Result<Box<Answer>, String>) -> Msg {
+    Msg::reply::<Ask>((id, Update::Ended(result)))
+}
+
+/// How far the generation of a variant is.
+pub fn generating(id: JobId, at: GenerationStage) -> Msg {
+    let progress = Update::Progress(GenerationProgress::Working(at));
+    Msg::reply::<Generate>((id, progress))
+}
+
+/// What came of the generation of a variant.
+pub fn generated(id: JobId, result: Result<GenerationOutcome, String>) -> Msg {
+    Msg::reply::<Generate>((id, Update::Ended(result)))
+}
+
+/// Few samples over a short horizon: a test waits for it.
+pub fn coarse(forecast: Forecast) -> Settings {
+    let usual = planner::Settings::default();
+    Settings {
+        planner: planner::Settings {
+            horizon: 3.0,
+            sampling: Sampling {
+                durations: 2,
+                speeds: 4,
+                offsets: 5,
+                changes: 1,
+                refinements: 0,
+                ..usual.sampling
+            },
+            // With so few samples a rule may leave no way to drive.
+            rules: RuleMode::Off,
+            ..usual
+        },
+        forecast,
+        replan: 1,
+        without: None,
+        traffic: TrafficMode::Recorded,
+    }
+}
+
+/// Its ego as it lies beside it.
+pub fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> {
+    PlanRequest {
+        open: OpenRequest {
+            entry,
+            ego: &EgoSelection::Beside,
+            transform: None,
+            strict: false,
+        },
+        problem: None,
+        settings,
+    }
+}
+
+/// A bundled scenario with its ego planned, each driven once for all tests; planning takes 12 ms in all of them.
+pub fn planned(entry: &Entry, forecast: Forecast) -> Result<Opened, String> {
+    type Driven = HashMap<(String, &'static str), Result<Opened, String>>;
+    static DRIVEN: Mutex<Option<Driven>> = Mutex::new(None);
+    let mut driven = DRIVEN.lock().unwrap_or_else(PoisonError::into_inner);
+    let drive = || {
+        let settings = coarse(forecast);
+        let thresholds = Thresholds::shipped();
+        let request = request(entry, &settings);
+        let mut opened = Opened::planned(&request, thresholds, &Cancel::default(), &mut |_, _| {})?
+            .expect("it was not stopped");
+        let planned = opened.planned.as_mut().unwrap();
+        let planned = Arc::get_mut(planned).unwrap();
+        for cycle in &mut planned.cycles {
+            cycle.took = Duration::from_millis(12);
+        }
+        Ok(opened)
+    };
+    let key = (entry.name.clone(), forecast.name());
+    let driven = driven.get_or_insert_default();
+    driven.entry(key).or_insert_with(drive).clone()
+}
+
+/// Few motions: a test waits for it.
+pub const SHORT: Effort = Effort {
+    candidates: 90,
+    rounds: 3,
+    drives: 3,
+    attackers: 3,
+    together: 1,
+    delay: 0.5,
+    seed: 1,
+};
+
+/// A short search.
+pub fn with(settings: &Settings) -> GenerationInputs<'_> {
+    GenerationInputs {
+        settings,
+        planner: None,
+        source: AttackSource::Search(&SHORT),
+    }
+}
+
+/// Planning took 12 ms in all cycles.
+pub fn in_12_ms(made: &mut GenerationOutcome) {
+    if let GenerationOutcome::Found { original, variant } = made {
+        for opened in [original, variant] {
+            let planned = opened.planned.as_mut().unwrap();
+            for cycle in &mut Arc::get_mut(planned).unwrap().cycles {
+                cycle.took = Duration::from_millis(12);
+            }
+        }
+    }
+}
+
+/// What is made of a bundled scenario, each searched for once for all tests; planning takes 12 ms in all of them.
+pub fn generated_variant(wish: &VariantRequest) -> Result<GenerationOutcome, String> {
+    type VariantCache =
+        HashMap<(String, Option<i64>, u64, usize), Result<GenerationOutcome, String>>;
+    static MADE: Mutex<Option<VariantCache>> = Mutex::new(None);
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    let make = || {
+        // A folder in which nothing lies decides the name.
+        let wish = VariantRequest {
+            style: Default::default(),
+            folder: Some("/nonexistent".into()),
+            ..wish.clone()
+        };
+        let (settings, thresholds) = (coarse(wish.forecast), Thresholds::shipped());
+        let (how, cancel) = (with(&settings), Cancel::default());
+        let ego = EgoSelection::Beside;
+        let mut made = Opened::generated(&wish, &ego, thresholds, &how, &cancel, &mut |_| {})?
+            .expect("it was not stopped");
+        in_12_ms(&mut made);
+        Ok(made)
+    };
+    let key = (
+        wish.entry.name.clone(),
+        wish.only,
+        wish.seed,
+        wish.attackers,
+    );
+    made.get_or_insert_default()
+        .entry(key)
+        .or_insert_with(make)
+        .clone()
 }

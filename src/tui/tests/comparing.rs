@@ -1,10 +1,10 @@
 //! Answer columns, and the verdicts they are compared with.
 
-use super::answers::{asking, stored_of};
-use super::bench::{Bench, answer, no_verdict};
-use super::events;
+use crate::features::answers::LoadStored;
 use crate::message::Msg;
 use crate::model::{Progress, ShownAnswer};
+use crate::tests::answers::{asking, stored_of};
+use crate::tests::bench::{self, Bench, answer, no_verdict};
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::RunId;
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict};
@@ -46,11 +46,11 @@ fn what_an_answer_about_another_window_is_held_against_is_shown() {
         parsed.verdict.task = Task::Safety;
     }
     let of = stored_of(&bench);
-    let of = crate::message::StoredOf {
+    let of = crate::features::answers::StoredOf {
         task: Task::Safety,
         ..of
     };
-    bench.send(Msg::Stored(of, vec![said]));
+    bench.send(Msg::reply::<LoadStored>((of, vec![said])));
     for size in [(80, 24), (120, 40)] {
         let frame = bench.frame(size.0, size.1);
         assert!(!frame.contains("truth"), "the same window: {frame}");
@@ -89,7 +89,7 @@ fn ways() -> Bench {
         })
     });
     let of = stored_of(&bench);
-    bench.send(Msg::Stored(of, stored.collect()));
+    bench.send(Msg::reply::<LoadStored>((of, stored.collect())));
     bench
 }
 
@@ -164,7 +164,7 @@ fn what_arrives_stays_shown_while_the_next_question_is_made() {
 fn a_retry_takes_the_place_of_what_failed() {
     let mut bench = asking();
     let (first, _) = bench.asked();
-    bench.send(events::answered(first, Err("no key".into())));
+    bench.send(bench::answered(first, Err("no key".into())));
     assert!(matches!(
         bench.model.answers.columns[0].progress,
         Progress::Unasked(_)
@@ -184,7 +184,7 @@ fn a_retry_takes_the_place_of_what_failed() {
     let (third, _) = bench.asked();
     let mut failed = no_verdict("lab/small", "");
     failed.judged = JudgeOutcome::Missing(MissingVerdict::NoAnswer("refused".into()));
-    bench.send(events::answered(third, Ok(Box::new(failed))));
+    bench.send(bench::answered(third, Ok(Box::new(failed))));
     assert_eq!(bench.model.answers.columns.len(), 1);
     bench.press("space a c r");
     assert_eq!(
@@ -194,7 +194,7 @@ fn a_retry_takes_the_place_of_what_failed() {
     );
     let (fourth, _) = bench.asked();
     let said = answer("lab/small", true, 301);
-    bench.send(events::answered(fourth, Ok(Box::new(said))));
+    bench.send(bench::answered(fourth, Ok(Box::new(said))));
     bench.press("r");
     assert_eq!(bench.model.answers.columns.len(), 3, "an answer stays");
 }
@@ -203,8 +203,8 @@ fn a_retry_takes_the_place_of_what_failed() {
 fn what_may_have_been_sent_is_not_called_unsent() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(events::piece(id, Event::Kept(RunId(1))));
-    bench.send(events::answered(id, Err("the disk is full".into())));
+    bench.send(bench::piece(id, Event::Kept(RunId(1))));
+    bench.send(bench::answered(id, Err("the disk is full".into())));
     let frame = bench.frame(120, 40);
     assert!(
         frame.contains("no answer") && !frame.contains("not sent"),
@@ -274,7 +274,7 @@ fn the_task_goes_round_all_five_and_answers_to_each_are_shown() {
             said,
             how: ParseQuality::Strict,
         });
-        bench.send(events::answered(id, Ok(Box::new(given))));
+        bench.send(bench::answered(id, Ok(Box::new(given))));
     };
     let risk = |id, risk_score| ObstacleRisk {
         id,

@@ -1,12 +1,5 @@
-//! The results screen over a batch with its own ground truth, answers about changed scenes, and the mouse there.
+//! What results count, and their table.
 
-use super::everywhere::seen_in_every_theme;
-use super::history_store::{FIRST, Fixture};
-use super::results::{counts, four, press, settle};
-use super::results_table::techniques;
-use crate::loaded::Opened;
-use crate::message::runs::ResultsEvent;
-use crate::message::{Effect, Mouse, Msg};
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_formats::{EgoSelection, bundled};
 use nearmiss_scene::description::Frame;
@@ -14,10 +7,18 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::Transform;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{BatchId, ItemState, NewItem, RunId};
+use nearmiss_study::evaluation::Outcome;
 use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Experiment, Spec, TruthSource};
 use nearmiss_study::evaluation::report::{DataHalf, Report};
 use nearmiss_workflow::TruthChoice;
 use ratatui::layout::Position;
+
+use crate::features::results::request::{ResultsCommand, ResultsEvent};
+use crate::loaded::Opened;
+use crate::message::{Mouse, Msg};
+use crate::tests::everywhere::seen_in_every_theme;
+use crate::tests::history::{FIRST, Fixture};
+use crate::tests::results::{counts, four, press, settle};
 
 pub(super) const YES: &str = r#"{"safety_critical": true, "obstacles": [{"id": 9, "risk_score": 0, "reason": "r"}], "justification": "j"}"#;
 pub(super) const NO: &str = r#"{"safety_critical": false, "obstacles": [], "justification": "j"}"#;
@@ -256,16 +257,15 @@ fn progress_is_shown_while_scenarios_are_judged() {
     let mut kept = four();
     press(&mut kept, "esc");
     kept.bench.press("space o r");
-    let Some(Effect::Results(ask)) = kept.bench.effects.pop() else {
-        panic!("the store is to be read");
-    };
-    let judging = crate::tasks::history::Judging {
+    let ask = kept.bench.effects.pop().unwrap().into_request();
+    let ask = ask.expect("the store is to be read");
+    let judging = crate::features::history::request::Judging {
         ego: EgoSelection::Beside,
         thresholds: std::sync::Arc::new(Thresholds::shipped().clone()),
     };
     let mut said = Vec::new();
     let going = std::sync::atomic::AtomicBool::new(false);
-    crate::tasks::results::answer(&kept.store, &judging, ask, &going, &mut |news| {
+    crate::features::results::request::answer(&kept.store, &judging, ask, &going, &mut |news| {
         said.push(news)
     });
     use ResultsEvent::{Judging, Read};
@@ -274,7 +274,7 @@ fn progress_is_shown_while_scenarios_are_judged() {
         [Read(..), Judging(_, (1, 1)), Read(..)]
     ));
     for (place, news) in said.into_iter().enumerate() {
-        kept.bench.send(Msg::Results(news));
+        kept.bench.send(Msg::reply::<ResultsCommand>(news));
         let done = [Some((0, 0)), Some((1, 1)), None][place];
         assert_eq!(kept.bench.model.results.judging, done);
         // No number that needs the truth is shown until it is known.
@@ -362,4 +362,67 @@ fn how_a_batch_looks_in_every_theme() {
         let text = seen_in_every_theme("a batch", &mut kept.bench, size, true);
         insta::assert_snapshot!(format!("results_of_a_batch_at_{columns}_by_{rows}"), text);
     }
+}
+
+#[test]
+fn rows_are_sorted_by_any_column_and_written_where_pictures_go() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut kept = techniques();
+    kept.bench.model.config.pictures = Some(folder.path().into());
+    press(&mut kept, "space o r");
+    let column = |kept: &Fixture| -> Vec<u32> {
+        let rows = kept.bench.model.results.rows.iter();
+        rows.map(|row| row.count(Outcome::TruePositive)).collect()
+    };
+    let by_prompt = column(&kept);
+    press(&mut kept, "right s");
+    assert!(column(&kept).is_sorted_by(|a, b| a >= b));
+    assert!(kept.bench.frame(120, 40).contains("▼=tp"));
+    press(&mut kept, "s");
+    assert!(column(&kept).is_sorted());
+    assert!(kept.bench.frame(120, 40).contains("▲=tp"));
+    press(&mut kept, "s");
+    assert_eq!(column(&kept), by_prompt);
+    press(&mut kept, "e e");
+    let said = &kept.bench.model.toasts.last().unwrap().text;
+    assert!(said.contains("results_2.csv"), "{said}");
+    let table = std::fs::read_to_string(folder.path().join("results.csv")).unwrap();
+    assert_eq!(table.lines().count(), 9);
+    assert!(table.contains("labels from /labels/ours.csv"), "{table}");
+    let lines = std::fs::read_to_string(folder.path().join("results.jsonl")).unwrap();
+    let row: serde_json::Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
+    assert_eq!(row["tp"], by_prompt[0]);
+}
+
+/// A batch of two models, each asked with four sets of techniques about twelve scenarios; what they say is up to their
+/// places.
+pub(super) fn techniques() -> Fixture {
+    let mut kept = Fixture::new();
+    let mut items = Vec::new();
+    for (model, skill) in [("lab/large", 5), ("lab/small", 3)] {
+        for (place, words) in ["base", "cp", "cp+cot", "cp+cot+icl"]
+            .into_iter()
+            .enumerate()
+        {
+            for n in 0..12 {
+                let right = (n * 7 + place * 3) % 8 < skill + place / 2;
+                let text = if (n % 2 == 0) == right { YES } else { NO };
+                let run = kept.add(&format!("ZAM_Town-{n}_1_T-1"), model, text == YES, text);
+                let asked = NewItem {
+                    techniques: Some(words.into()),
+                    model: model.into(),
+                    ..item(&format!("ZAM_Town-{n}_1_T-1"), (n % 2 == 0, None), None)
+                };
+                items.push((asked, run));
+            }
+        }
+    }
+    let asked: Vec<NewItem> = items.iter().map(|(item, _)| item.clone()).collect();
+    let (store, state) = (&kept.store, ItemState::Answered);
+    let batch = store.begin_batch(&spec().to_json(), None, &asked).unwrap();
+    for (place, (_, run)) in (0..).zip(items) {
+        let set = store.set_item(batch, place, None, state, Some(run), None);
+        set.unwrap();
+    }
+    kept
 }

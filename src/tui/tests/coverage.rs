@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::bench::Bench;
+use crate::features::index::ReadIndex;
+use crate::features::scenarios::request::Survey;
 use crate::loaded::{Facts, Verdicts};
-use crate::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::model::{JobState, Pane};
+use crate::message::{Effect, Msg};
+use crate::model::{JobId, JobState, Pane, Update};
 use crate::session::{Session, restore};
+use crate::tests::bench::Bench;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::corpus::{
     CorpusIndex, IndexOptions, IndexedWindow, Manoeuvre, RoadType, WindowEgo, for_each_window,
@@ -25,7 +27,7 @@ fn read() -> Bench {
             Thresholds::shipped(),
             &Verdicts::default(),
         );
-        bench.send(Msg::Surveyed(place, facts));
+        bench.send(Msg::reply::<Survey>((place, facts)));
     }
     bench
 }
@@ -78,17 +80,20 @@ fn index() -> CorpusIndex {
 
 /// The index whose reading was begun last.
 fn begun(bench: &Bench) -> (JobId, PathBuf) {
-    let mut started = bench.effects.iter().filter_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Index(folder)) => Some((*id, folder.clone())),
-        _ => None,
-    });
+    let mut started = bench
+        .effects
+        .iter()
+        .filter_map(|effect| match effect.request() {
+            Some(ReadIndex { id, folder }) => Some((*id, folder.clone())),
+            _ => None,
+        });
     started.next_back().expect("an index is being read")
 }
 
 fn ended(bench: &mut Bench, result: Result<CorpusIndex, String>) {
     let (id, _) = begun(bench);
     let ended = Update::Ended(result.map(Arc::new));
-    bench.send(Msg::Job(id, JobEvent::Index(ended)));
+    bench.send(Msg::reply::<ReadIndex>((id, ended)));
 }
 
 /// With that index.
@@ -128,7 +133,7 @@ fn terms_of_an_index_say_what_to_do_until_it_is_read() {
     let (id, folder) = begun(&bench);
     assert_eq!(folder, Path::new("/data/index"));
     assert!(wrong(&bench).contains("being read"), "{}", wrong(&bench));
-    bench.send(Msg::Job(id, JobEvent::Index(Update::Progress((5, 10)))));
+    bench.send(Msg::reply::<ReadIndex>((id, Update::Progress((5, 10)))));
     let job = bench.model.jobs.all.last().unwrap();
     assert_eq!((job.done, job.of), (5, 10));
     bench.press("space l c");
@@ -168,7 +173,7 @@ fn scenarios_are_known_by_their_contents_and_changed_ones_are_said() {
     assert_eq!(filtered(&mut bench, "manoeuvre:cut_in"), ["renamed"]);
     // A scenario that is read later is looked up, too.
     let facts = bench.model.list.rows[0].facts.take().unwrap();
-    bench.send(Msg::Surveyed(0, facts));
+    bench.send(Msg::reply::<Survey>((0, facts)));
     assert_eq!(filtered(&mut bench, "has:index").len(), 2);
 }
 

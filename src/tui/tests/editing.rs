@@ -1,17 +1,27 @@
-//! The editor: keys of each kind, searching, copying, and what stands beside it.
+//! The editor of templates: typing, moving, undoing.
 
 use std::time::Duration;
 
-use super::bench::Bench;
-use crate::message::{Effect, Mouse, Msg};
-use crate::model::{EntryLine, Notice, PromptPane};
 use nearmiss_ask::prompts::Library;
 use nearmiss_settings::Keys;
+
+use crate::features::help::HelpScreen;
+use crate::features::palette::Palette;
+use crate::features::picker::PickerScreen;
+use crate::features::prompt::request::KeepDraft;
+use crate::features::scenarios::request::{Find, Found};
+use crate::message::{Effect, Mouse, Msg};
+use crate::model::{EntryLine, Notice, PromptPane};
+use crate::tests::bench::Bench;
+use crate::tests::history::three;
+use crate::tests::side_by_side::{sized, two};
 
 pub fn with(keys: Keys) -> Bench {
     let mut bench = Bench::empty();
     bench.model.prompt = PromptPane::new(keys);
-    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(
+        nearmiss_formats::bundled().into(),
+    ))));
     bench.press("e");
     bench
 }
@@ -37,8 +47,8 @@ pub fn copied(bench: &Bench) -> Option<&str> {
 }
 
 pub fn kept(bench: &Bench) -> Vec<(&str, Option<&str>)> {
-    let kept = bench.effects.iter().filter_map(|e| match e {
-        Effect::KeepDraft(file, text) => Some((file.as_str(), text.as_deref())),
+    let kept = bench.effects.iter().filter_map(|e| match e.request() {
+        Some(KeepDraft(file, text)) => Some((file.as_str(), text.as_deref())),
         _ => None,
     });
     kept.collect()
@@ -209,7 +219,9 @@ fn control_characters_are_shown_and_not_obeyed() {
         "collision-ego.md".into(),
         source.replacen("You", "\u{1b}[2JYou", 1),
     );
-    bench.send(Msg::Found(Ok(nearmiss_formats::bundled().into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(
+        nearmiss_formats::bundled().into(),
+    ))));
     bench.press("e ctrl-g 1 0 enter");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("␛[2JYou") && !frame.contains('\u{1b}'));
@@ -340,4 +352,189 @@ fn the_question_is_switched_and_what_is_beside_is_scrolled_while_editing() {
     assert_eq!(bench.model.prompt.scroll, 1, "in the editor's place");
     bench.press("x");
     assert!(!bench.model.prompt.turned, "what is written into is seen");
+}
+
+#[test]
+fn undo_takes_words_back_and_redo_brings_them_again_until_something_is_typed() {
+    let mut bench = with(Keys::Plain);
+    let before = bench.model.prompt.text();
+    bench.press("ctrl-g 1 0 enter");
+    bench.type_text("one two");
+    let typed = bench.model.prompt.text();
+    bench.press("ctrl-z");
+    assert!(
+        line(&bench).starts_with("one You") || line(&bench).starts_with("one {"),
+        "{}",
+        line(&bench)
+    );
+    bench.press("ctrl-z ctrl-z");
+    assert_eq!(bench.model.prompt.text(), before);
+    assert!(!bench.model.prompt.is_draft());
+    bench.press("ctrl-y ctrl-y ctrl-y");
+    assert_eq!(bench.model.prompt.text(), typed);
+    bench.press("ctrl-z x ctrl-y");
+    assert!(said(&bench).contains("nothing to redo"), "{}", said(&bench));
+    bench.press("enter backspace ctrl-z");
+    assert_eq!(
+        bench.model.prompt.text().matches('\n').count(),
+        before.matches('\n').count() + 1
+    );
+}
+
+#[test]
+fn a_pause_a_line_or_a_move_ends_what_is_undone_at_once() {
+    for keys in [Keys::Plain, Keys::Emacs] {
+        let mut bench = with(keys);
+        let undo = "alt-z";
+        bench.press("ctrl-g 1 0 enter");
+        if keys == Keys::Emacs {
+            bench.press("alt-g 1 0 enter");
+        }
+        let text = |bench: &Bench| bench.model.prompt.text();
+        let at_start = text(&bench);
+        // A second without a key parts what was typed.
+        bench.type_text("ab");
+        let first = text(&bench);
+        bench.model.uptime += Duration::from_millis(1500);
+        bench.type_text("cd");
+        bench.press(undo);
+        assert_eq!(text(&bench), first);
+        bench.press(undo);
+        assert_eq!(text(&bench), at_start);
+        // A run of erasing is one step, apart from the typing before it.
+        bench.type_text("word");
+        let word = text(&bench);
+        bench.press("backspace backspace backspace");
+        bench.press(undo);
+        assert_eq!(text(&bench), word);
+        // A new line, and a move there and back.
+        bench.press("enter x left right y");
+        bench.press(undo);
+        assert!(!text(&bench).contains("xy") && text(&bench).contains("word\nx"));
+        bench.press(undo);
+        assert!(text(&bench).contains("word\n") && !text(&bench).contains("word\nx"));
+        bench.press(undo);
+        assert_eq!(text(&bench), word);
+        bench.press(undo);
+        assert_eq!(text(&bench), at_start);
+    }
+}
+
+#[test]
+fn vim_undoes_words_too() {
+    let mut bench = with(Keys::Vim);
+    let before = bench.model.prompt.text();
+    bench.press("i");
+    bench.type_text("one two");
+    bench.press("esc u");
+    assert!(bench.model.prompt.text().starts_with("one +++"));
+    bench.press("u");
+    assert_eq!(bench.model.prompt.text(), before);
+}
+
+#[test]
+fn the_filter_of_the_list_is_cleared_and_what_it_was_before_stays_until_then() {
+    let mut bench = Bench::bundled();
+    let all = bench.model.list.lines.len();
+    bench.press("/");
+    bench.type_text("zam tag:x y");
+    bench.press("ctrl-w ctrl-w");
+    assert_eq!(bench.model.list.filter, "zam ");
+    bench.press("enter / right");
+    bench.type_text("q");
+    assert_eq!(bench.model.list.filter, "zam q");
+    bench.press("ctrl-u");
+    assert_eq!(bench.model.list.filter, "");
+    assert!(
+        bench.model.list.filtering.is_some(),
+        "it is still typed into"
+    );
+    assert_eq!(bench.model.list.lines.len(), all);
+}
+
+#[test]
+fn the_search_of_the_history_is_cleared_and_refuses_what_is_no_filter() {
+    let mut kept = three();
+    kept.press("/");
+    kept.type_text("brakes lab");
+    kept.press("ctrl-w");
+    assert_eq!(kept.bench.model.history.line, "brakes ");
+    assert_eq!(kept.rows(), [1]);
+    kept.press("enter /");
+    kept.press("ctrl-u");
+    assert_eq!(kept.rows(), [3, 2, 1]);
+    kept.type_text("bogus:thing");
+    for size in [(80, 24), (120, 30)] {
+        let frame = kept.bench.frame(size.0, size.1);
+        assert!(
+            frame.contains("unknown filter `bogus:`; available: model:"),
+            "{frame}"
+        );
+    }
+    assert_eq!(kept.rows(), [3, 2, 1], "and it holds nothing back");
+}
+
+#[test]
+fn lines_of_overlays_and_of_the_editor_are_cleared() {
+    let mut bench = Bench::bundled();
+    bench.press(":");
+    bench.type_text("no such thing");
+    bench.press("ctrl-w");
+    let text = |bench: &Bench| {
+        let screens = &bench.model.screens;
+        let palette = screens.find::<PickerScreen<Palette>>();
+        let help = screens.find::<HelpScreen>().map(|help| &help.typed);
+        let typed = palette.map(|list| &list.picker.text).or(help);
+        typed.expect("one of them is open").clone()
+    };
+    assert_eq!(text(&bench), "no such ");
+    bench.press("ctrl-u");
+    assert_eq!(text(&bench), "");
+    bench.press("esc ?");
+    bench.type_text("pane x");
+    bench.press("ctrl-w");
+    assert_eq!(text(&bench), "pane ");
+    let mut bench = with(Keys::Plain);
+    bench.press("ctrl-a");
+    assert!(matches!(&bench.model.prompt.entry, Some(EntryLine::SaveAs(name)) if name.len() > 4));
+    bench.press("ctrl-u m i n e");
+    let entry = &bench.model.prompt.entry;
+    assert!(
+        matches!(entry, Some(EntryLine::SaveAs(name)) if name == "mine"),
+        "{entry:?}"
+    );
+    let mut bench = sized(two(), 120, 40);
+    bench.press("space o c w");
+    bench.type_text("it is");
+    bench.press("ctrl-w 3");
+    let marking = bench.model.compare.marking.as_ref().unwrap();
+    assert_eq!(marking.text, "it 3");
+}
+
+#[test]
+fn a_run_of_the_built_in_judge_says_what_it_looked_at() {
+    let mut kept = three();
+    kept.add(
+        "ZAM_Lost-1_1_T-1",
+        nearmiss_scene::judge::MODEL,
+        false,
+        "all is far",
+    );
+    kept.press("esc ctrl-r");
+    kept.press("g g");
+    let frame = kept.bench.frame(140, 40);
+    let row = |name: &str| {
+        let mut lines = frame.lines();
+        let line = lines.find(|line| line.contains(name));
+        line.unwrap_or_else(|| panic!("{name}: {frame}"))
+            .to_string()
+    };
+    assert!(
+        row("task  ").contains("safety") && row("asked with").contains("exact geometry"),
+        "{frame}"
+    );
+    assert!(
+        row("steps  ").contains("20 to 29"),
+        "safety is judged from the window: {frame}"
+    );
 }

@@ -1,21 +1,28 @@
-//! Every view and window: a frame of each at 80×24, and in every theme at four sizes nothing hidden.
+//! Every screen at every size, frames, and extreme scenarios.
 
+use nearmiss_drive::planner::Cancel;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
+use nearmiss_store::RunId;
+use nearmiss_study::evaluation::Answer;
+use nearmiss_study::evaluation::batch::Estimate;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier};
 
-use super::answers::stored_of;
-use super::bench::{Bench, answer};
-use super::history_store::three;
-use crate::message::runs::Counts;
-use crate::message::{Effect, JobEvent, JobRequest, Msg, Reloaded, Update};
+use crate::features::answers::LoadStored;
+use crate::features::batch::request::EstimateBatch;
+use crate::features::planner::request::Plan;
+use crate::features::scenarios::request::{Find, Found};
+use crate::loaded::Opened;
+use crate::message::{Msg, Reloaded};
+use crate::model::{Counts, Pane, Update};
+use crate::tests::answers::stored_of;
+use crate::tests::bench::{self, Bench, answer, coarse, request};
+use crate::tests::history::three;
 use crate::theme::{ColorDepth, Theme};
 use crate::views;
 use crate::widgets::highlight;
-use nearmiss_store::RunId;
-use nearmiss_study::evaluation::Answer;
-use nearmiss_study::evaluation::batch::Estimate;
 
 const SIZES: [(u16, u16); 4] = [(80, 24), (100, 30), (120, 40), (200, 60)];
 
@@ -84,18 +91,21 @@ fn bench(keys: &str, size: (u16, u16)) -> Bench {
     bench.send(Msg::Resize(size.0, size.1));
     bench.model.model = "lab/small".into();
     let of = stored_of(&bench);
-    bench.send(Msg::Stored(
+    bench.send(Msg::reply::<LoadStored>((
         of,
         vec![said("lab/small", false, 7), said("lab/large", true, 8)],
-    ));
+    )));
     bench.press("x");
     bench.model.toasts.clear();
     bench.frame(size.0, size.1);
     bench.press(keys);
-    let count = bench.effects.iter().find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Estimate(_)) => Some(*id),
-        _ => None,
-    });
+    let count = bench
+        .effects
+        .iter()
+        .find_map(|effect| match effect.request() {
+            Some(EstimateBatch { id, .. }) => Some(*id),
+            _ => None,
+        });
     if let Some(id) = count {
         let counts = Counts {
             looked: 8,
@@ -109,7 +119,7 @@ fn bench(keys: &str, size: (u16, u16)) -> Bench {
             at_once: 4,
             ..Counts::default()
         };
-        bench.send(Msg::Job(id, JobEvent::Estimate(Update::Progress(counts))));
+        bench.send(Msg::reply::<EstimateBatch>((id, Update::Progress(counts))));
     }
     bench
 }
@@ -253,4 +263,233 @@ fn the_history_and_the_keys_after_a_prefix_in_every_theme() {
         );
     }
     seen_in_every_theme("too small", &mut Bench::bundled(), (40, 10), false);
+}
+
+/// The text of a bundled scenario without the elements of these names.
+fn without(xml: &str, names: &[&str]) -> String {
+    let mut xml = xml.to_owned();
+    for name in names {
+        let (open, close) = (format!("<{name} id="), format!("</{name}>"));
+        while let Some(from) = xml.find(&open) {
+            let to = xml[from..].find(&close).unwrap() + from + close.len();
+            xml.replace_range(from..to, "");
+        }
+    }
+    xml
+}
+
+/// The same with only the first of the elements of a name.
+fn first_alone(xml: &str, name: &str) -> String {
+    let close = format!("</{name}>");
+    let end = xml.find(&close).unwrap() + close.len();
+    xml[..end].to_owned() + &without(&xml[end..], &[name])
+}
+
+/// Coordinates and lengths that are `by` times as large.
+fn grown(xml: &str, by: f64) -> String {
+    let mut out = String::new();
+    for (i, part) in xml.split("<x>").enumerate() {
+        match (i, part.split_once('<')) {
+            (1.., Some((x, rest))) => {
+                let x: f64 = x.trim().parse().unwrap();
+                out.push_str(&format!("<x>{}<{rest}", x * by));
+            }
+            _ => out.push_str(part),
+        }
+    }
+    out
+}
+
+/// Names and texts.
+fn bare() -> Vec<(&'static str, String)> {
+    let entries = bundled();
+    let mut entries = entries.iter();
+    let entry = entries.find(|e| e.name == "ZAM_RightTurn-1_1_T-1").unwrap();
+    let xml = entry.source().unwrap();
+    let obstacles = ["dynamicObstacle", "staticObstacle"];
+    let roads = ["lanelet", "trafficSign", "trafficLight", "intersection"];
+    let empty = without(&xml, &obstacles);
+    let rest = [&obstacles[..], &roads, &["planningProblem"]].concat();
+    vec![
+        ("no obstacles", empty.clone()),
+        ("one", first_alone(&xml, "dynamicObstacle")),
+        ("no road", without(&xml, &roads)),
+        ("no problem", without(&xml, &["planningProblem"])),
+        (
+            "no obstacles and no problem",
+            without(&empty, &["planningProblem"]),
+        ),
+        ("nothing", without(&xml, &rest)),
+        (
+            "long steps",
+            xml.replace("timeStepSize=\"0.1\"", "timeStepSize=\"10\""),
+        ),
+        (
+            "short steps",
+            xml.replace("timeStepSize=\"0.1\"", "timeStepSize=\"0.001\""),
+        ),
+        // The farthest that are read.
+        ("far", grown(&xml, 1e3)),
+        ("farther", grown(&xml, 5e4)),
+    ]
+}
+
+/// What the workbench asked the planner for is done at once.
+fn planned(bench: &mut Bench) {
+    let mut asks = bench
+        .effects
+        .iter()
+        .rev()
+        .filter_map(|effect| match effect.request() {
+            Some(Plan {
+                id,
+                entry,
+                change,
+                forecast,
+                planner: 0,
+            }) => Some((*id, entry.clone(), *change, *forecast)),
+            _ => None,
+        });
+    let Some((id, entry, change, forecast)) = asks.next() else {
+        return;
+    };
+    let settings = coarse(forecast);
+    let thresholds = bench.model.thresholds.clone();
+    // A few cycles will do.
+    let cancel = Cancel::default();
+    let mut cycles = 0;
+    let mut on_step = |_, _| {
+        cycles += 1;
+        if cycles == 400 {
+            cancel.ask();
+        }
+    };
+    let mut request = request(&entry, &settings);
+    request.open.transform = change;
+    let opened = Opened::planned(&request, &thresholds, &cancel, &mut on_step);
+    if let Some(opened) = opened.transpose() {
+        bench.send(Msg::reply::<Plan>((
+            id,
+            Update::Ended(opened.map(Box::new)),
+        )));
+    }
+}
+
+#[test]
+fn every_view_of_bare_scenarios_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    for (place, (what, xml)) in bare().into_iter().enumerate() {
+        let path = folder.path().join(format!("ZAM_Bare-{place}_1_T-1.xml"));
+        std::fs::write(&path, xml).unwrap();
+        let entry = Entry::of_argument(&path);
+        let id = nearmiss_formats::commonroad::read_file(&path)
+            .unwrap_or_else(|error| panic!("{what}: {error}"))
+            .obstacles
+            .first()
+            .map(|obstacle| obstacle.id);
+        for ego in [EgoSelection::Beside]
+            .into_iter()
+            .chain(id.map(EgoSelection::Obstacle))
+        {
+            let mut bench = Bench::empty();
+            bench.ego = ego.clone();
+            bench.send(Msg::reply::<Find>(Found::All(Ok(
+                vec![entry.clone()].into()
+            ))));
+            // Where nothing is the ego, the workbench plans by itself.
+            for plans in [false, true] {
+                bench.frame(120, 40);
+                if plans {
+                    planned(&mut bench);
+                }
+                for (view, keys, _) in VIEWS.iter().filter(|view| view.0 != "editor") {
+                    bench.press(keys);
+                    for step in [i64::MIN, 20, i64::MAX] {
+                        bench.model.clock.go(step);
+                        let lines = bench.frame(160, 45).lines().count();
+                        assert_eq!(lines, 45, "{what}: {view}");
+                    }
+                    bench.press("esc esc esc");
+                }
+            }
+        }
+    }
+}
+
+/// The first scenario at its contact, with two answers to compare.
+fn compared() -> Bench {
+    let mut bench = Bench::bundled();
+    bench.press("x");
+    for (model, dangerous, who) in [("lab/small", false, 302), ("lab/large", true, 301)] {
+        bench.model.model = model.into();
+        bench.press("r");
+        let (id, _) = bench.asked();
+        bench.send(bench::answered(
+            id,
+            Ok(Box::new(answer(model, dangerous, who))),
+        ));
+    }
+    bench.model.toasts.clear();
+    bench
+}
+
+#[test]
+fn at_80_by_24() {
+    insta::assert_snapshot!(compared().frame(80, 24));
+}
+
+#[test]
+fn at_80_by_24_with_the_map() {
+    let mut bench = compared();
+    bench.model.focus = Pane::Map;
+    insta::assert_snapshot!(bench.frame(80, 24));
+}
+
+#[test]
+fn at_120_by_40() {
+    insta::assert_snapshot!(compared().frame(120, 40));
+}
+
+#[test]
+fn at_200_by_60() {
+    insta::assert_snapshot!(compared().frame(200, 60));
+}
+
+#[test]
+fn models_to_choose_from() {
+    let mut bench = Bench::bundled();
+    bench.press("m");
+    insta::assert_snapshot!(bench.frame(100, 30));
+}
+
+#[test]
+fn too_small_is_said() {
+    for (columns, rows) in [(59, 24), (60, 17), (30, 8)] {
+        assert!(
+            compared().frame(columns, rows).contains("too small"),
+            "{columns}×{rows}"
+        );
+    }
+}
+
+#[test]
+fn no_size_is_too_much_or_too_little() {
+    let mut bench = compared();
+    let overlays = ["", "?", "i", "shift-v", "m", ":", "e"];
+    for keys in overlays {
+        bench.press(keys);
+        for columns in [1, 2, 10, 59, 60, 79, 80, 109, 110, 160, 300] {
+            for rows in [1, 2, 5, 17, 18, 24, 31, 32, 90] {
+                bench.frame(columns, rows);
+            }
+        }
+        bench.press("esc");
+    }
+    for pane in Pane::ALL {
+        bench.model.focus = pane;
+        bench.model.zoomed = true;
+        for size in [(80, 24), (120, 40), (200, 60)] {
+            bench.frame(size.0, size.1);
+        }
+    }
 }

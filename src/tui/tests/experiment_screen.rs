@@ -1,23 +1,33 @@
-//! The screen of an experiment and the chooser, headless: frames at several sizes, keys, and the session.
+//! The screen of an experiment, and its files.
 
 use std::path::{Path, PathBuf};
 
-use super::bench::Bench;
-use super::everywhere::seen_in_every_theme;
-use crate::action::{ACTIONS, Action, Scope};
-use crate::message::experiment::{
-    CountedExperiment, ExperimentNews, ExperimentOutline, ItemChange,
-};
-use crate::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::screens::experiment::ExperimentScreen;
-use crate::screens::experiments::ExperimentsScreen;
-use crate::session::{Session, restore};
+use nearmiss_ask::prompts::Library;
+use nearmiss_formats::EntryLocation;
 use nearmiss_store::{BatchId, ItemState};
 use nearmiss_study::evaluation::PromptConfig;
+use nearmiss_study::evaluation::batch::Spec;
 use nearmiss_workflow::batch::DryRunLine;
 use nearmiss_workflow::{
     ExperimentAxis, ExperimentFile, ExperimentProgress, FolderOfExperiments, WayProgress,
+    read_experiment,
 };
+
+use crate::action::{ACTIONS, Action, Scope};
+use crate::features::batch::request::{AskBatch, BatchProgress, ItemChange};
+use crate::features::experiment::ExperimentScreen;
+use crate::features::experiment::list::ExperimentsScreen;
+use crate::features::experiment::request::{
+    AskExperiment, ExperimentNews, ListExperiments, ReadExperiment,
+};
+use crate::message::{Effect, Msg};
+use crate::model::{CountedExperiment, ExperimentOutline, JobId, Update};
+use crate::session::{Session, restore};
+use crate::tests::asking::Whole;
+use crate::tests::asking::server::Server;
+use crate::tests::bench::Bench;
+use crate::tests::everywhere::seen_in_every_theme;
+use crate::tests::experiments::{self, HEAD, open, problem, toasts, write};
 
 const SIZES: [(u16, u16); 5] = [(60, 18), (80, 24), (100, 30), (120, 40), (200, 60)];
 
@@ -88,8 +98,8 @@ pub(super) fn counted(batch: Option<BatchId>) -> CountedExperiment {
 fn reading(bench: &Bench) -> JobId {
     let mut effects = bench.effects.iter().rev();
     effects
-        .find_map(|effect| match effect {
-            Effect::Start(id, JobRequest::Experiment(_)) => Some(*id),
+        .find_map(|effect| match effect.request() {
+            Some(ReadExperiment { id, .. }) => Some(*id),
             _ => None,
         })
         .expect("the file is read")
@@ -97,7 +107,7 @@ fn reading(bench: &Bench) -> JobId {
 
 fn tell(bench: &mut Bench, update: Update<ExperimentNews, Box<CountedExperiment>>) {
     let id = reading(bench);
-    bench.send(Msg::Job(id, JobEvent::Experiment(update)));
+    bench.send(Msg::reply::<ReadExperiment>((id, update)));
 }
 
 /// A workbench with an experiment that has been read.
@@ -188,10 +198,13 @@ fn frames_at_two_sizes() {
 fn progress_is_followed_by_way_of_asking() {
     let mut bench = opened(None);
     bench.press("r y");
-    let asked = bench.effects.iter().find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::ExperimentBatch(batch)) => Some((*id, batch.questions)),
-        _ => None,
-    });
+    let asked = bench
+        .effects
+        .iter()
+        .find_map(|effect| match effect.request() {
+            Some(AskExperiment { id, questions, .. }) => Some((*id, *questions)),
+            _ => None,
+        });
     let (id, questions) = asked.expect("it is asked");
     assert_eq!(questions, 21);
     let change = |techniques| ItemChange {
@@ -201,7 +214,7 @@ fn progress_is_followed_by_way_of_asking() {
     };
     for techniques in ["base", "base", "all"] {
         let changed = BatchProgress::Changed(Box::new(change(techniques)));
-        bench.send(Msg::Job(id, JobEvent::Batch(Update::Progress(changed))));
+        bench.send(Msg::reply::<AskBatch>((id, Update::Progress(changed))));
     }
     let ways = &bench.model.experiment.progress.ways;
     let counts: Vec<_> = ways.iter().map(|way| (way.answered, way.open)).collect();
@@ -300,13 +313,15 @@ fn the_chooser_lists_completes_and_opens() {
     bench.model.experiment.recent = vec!["/elsewhere/old.toml".into()];
     bench.press("space o e");
     let asks = |bench: &Bench, wanted: &str| {
-        bench
-            .effects
-            .iter()
-            .any(|e| matches!(e, Effect::ListExperiments(folder) if folder == Path::new(wanted)))
+        bench.effects.iter().any(
+            |e| matches!(e.request(), Some(ListExperiments(folder)) if folder == Path::new(wanted)),
+        )
     };
     assert!(asks(&bench, ""));
-    bench.send(Msg::ExperimentFiles(PathBuf::new(), Ok(listing())));
+    bench.send(Msg::reply::<ListExperiments>((
+        PathBuf::new(),
+        Ok(listing()),
+    )));
     for size in SIZES {
         bench.model.size = size;
         let words = seen_in_every_theme("chooser", &mut bench, size, true);
@@ -329,7 +344,7 @@ fn the_chooser_lists_completes_and_opens() {
         }],
         folders: vec!["more/deep".into()],
     };
-    bench.send(Msg::ExperimentFiles("more/".into(), Ok(below)));
+    bench.send(Msg::reply::<ListExperiments>(("more/".into(), Ok(below))));
     bench.type_text("d");
     bench.press("tab");
     assert!(asks(&bench, "more/deep/"));
@@ -343,7 +358,7 @@ fn the_chooser_lists_completes_and_opens() {
         }],
         folders: Vec::new(),
     };
-    bench.send(Msg::ExperimentFiles("more/".into(), Ok(again)));
+    bench.send(Msg::reply::<ListExperiments>(("more/".into(), Ok(again))));
     bench.press("tab enter");
     assert!(bench.model.screens.is_top::<ExperimentScreen>());
     assert_eq!(
@@ -353,10 +368,10 @@ fn the_chooser_lists_completes_and_opens() {
     // A folder that cannot be read is said in its place.
     bench.press("esc space o e");
     bench.type_text("x/");
-    bench.send(Msg::ExperimentFiles(
+    bench.send(Msg::reply::<ListExperiments>((
         "x/".into(),
         Err("x/: No such file".into()),
-    ));
+    )));
     assert!(bench.frame(80, 24).contains("x/: No such file"));
 }
 
@@ -389,4 +404,158 @@ fn a_session_remembers_experiments_and_older_ones_still_load() {
         (recent.len(), recent[0].as_path()),
         (10, Path::new("/labs/19.toml"))
     );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_wrong_is_said_where_it_is_and_mended() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(Vec::new()).await;
+    let mut whole = Whole::start(
+        &server,
+        "[provider.paid]\nbase_url = \"http://127.0.0.1:9/v1\"\nkey_env = [\"NO_SUCH_KEY_HERE\"]\n",
+    );
+    // The file is gone.
+    open(&mut whole, &folder.path().join("none.toml")).await;
+    assert!(
+        problem(&whole).contains("none.toml: "),
+        "{}",
+        problem(&whole)
+    );
+    assert!(whole.model.experiment.recent.is_empty());
+    whole.press("r enter");
+    assert!(!whole.model.experiment.confirming && whole.model.screens.is_top::<ExperimentScreen>());
+    // Mistakes, with line and key.
+    let wrong = format!("{HEAD}models = [\"lab/small\"]\nsample = 3\nwithin = 11\n");
+    let file = write(folder.path(), "e.toml", &wrong);
+    open(&mut whole, &file).await;
+    for words in [
+        "e.toml:3: unknown key `sample`; did you mean `samples`?",
+        "e.toml:4: within = 11: expected a number above 0, at most 10",
+    ] {
+        assert!(problem(&whole).contains(words), "{}", problem(&whole));
+    }
+    assert_eq!(
+        whole.model.experiment.text.as_deref(),
+        Some(&*wrong),
+        "its text is shown"
+    );
+    // Scenarios that are not there, and others than it was written with.
+    for (text, words) in [
+        (
+            "scenarios = [\"nowhere\"]\nmodels = [\"lab/small\"]\n".to_string(),
+            "nowhere",
+        ),
+        (
+            format!(
+                "{HEAD}models = [\"lab/small\"]\n[hashes]\n\"ZAM_CutIn-1_1_T-1\" = \"000000000000\"\n"
+            ),
+            "was written with 000000000000; use that file, or remove its hash",
+        ),
+        (format!("{HEAD}models = [\"no/model\"]\n"), "no"),
+    ] {
+        write(folder.path(), "e.toml", &text);
+        whole.press("shift-r");
+        experiments::counted(&mut whole).await;
+        assert!(problem(&whole).contains(words), "{}", problem(&whole));
+        whole.press("r");
+        assert!(!whole.model.experiment.confirming);
+    }
+    // A model without its key is told before anything is asked.
+    write(
+        folder.path(),
+        "e.toml",
+        &format!("{HEAD}models = [\"paid/x\"]\n"),
+    );
+    whole.press("shift-r");
+    experiments::counted(&mut whole).await;
+    let refused = &whole.model.experiment.counted.as_ref().unwrap().refused;
+    assert!(refused[0].1.contains("NO_SUCH_KEY_HERE"), "{refused:?}");
+    whole.press("r");
+    assert!(!whole.model.experiment.confirming);
+    assert!(toasts(&whole.model).contains("NO_SUCH_KEY_HERE"));
+    assert_eq!(whole.model.experiment.recent, [file]);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_new_one_is_what_the_workbench_asks_and_replaces_nothing_unasked() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = Server::start(Vec::new()).await;
+    let mut whole = Whole::start(&server, "temperature = 0.5");
+    whole
+        .until("scenarios", |model| {
+            model.list.found && model.opened.is_some()
+        })
+        .await;
+    whole.press("* down *");
+    whole.model.recall.here = folder.path().to_path_buf();
+    whole.press("space a t space a n");
+    assert!(whole.model.screens.is_top::<ExperimentsScreen>());
+    whole.press("enter");
+    experiments::counted(&mut whole).await;
+    let file = folder.path().join("experiment.toml");
+    assert_eq!(whole.model.experiment.file.as_ref(), Some(&file));
+    assert_eq!(problem(&whole), "");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let library = Library::load(None);
+    let read = read_experiment(&text, &file, &library).unwrap();
+    let model = &whole.model;
+    let matrix = &read;
+    assert_eq!(
+        (&matrix.models, &matrix.tasks),
+        (&vec![model.model.clone()], &vec![model.task])
+    );
+    assert_eq!(
+        (&matrix.frames, &matrix.techniques),
+        (&vec![model.frame], &vec![model.decided().techniques])
+    );
+    assert_eq!(matrix.temperature.one(), Some(0.5));
+    assert_eq!(
+        (
+            read.scenarios.len(),
+            read.hashes.len(),
+            read.templates.len()
+        ),
+        (2, 2, 1)
+    );
+    // The second time it asks first.
+    std::fs::write(&file, "mine").unwrap();
+    whole.press("esc space a n enter");
+    whole
+        .until("an answer", |model| model.experiment.exists.is_some())
+        .await;
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
+    whole.press("esc");
+    assert!(whole.model.experiment.exists.is_none());
+    assert!(whole.model.screens.is_top::<ExperimentsScreen>());
+    whole.press("enter");
+    whole
+        .until("an answer", |model| model.experiment.exists.is_some())
+        .await;
+    whole.press("enter");
+    whole
+        .until("the file", |model| {
+            model.screens.is_top::<ExperimentScreen>()
+        })
+        .await;
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+    // The same as the function of the command line gives.
+    let entries = whole.model.marks.chosen(&whole.model.list);
+    assert!(
+        entries
+            .iter()
+            .all(|entry| matches!(entry.place, EntryLocation::Bundled(_)))
+    );
+    assert_eq!((&read.select, &read.split), (&None, &None));
+    let stored = Spec::templates_of(matrix, &library);
+    assert!(
+        read.templates
+            .iter()
+            .all(|pin| stored[&pin.name].starts_with(&pin.hash))
+    );
+    // What a file cannot say is not written.
+    whole.press("esc");
+    whole.model.frame = nearmiss_scene::description::Frame::Trajectory;
+    whole.press("space a n o enter");
+    assert!(toasts(&whole.model).contains("needs one picked obstacle"));
+    assert!(!folder.path().join("experiment.tomlo.toml").exists());
 }

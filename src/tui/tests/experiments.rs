@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::asking::Whole;
-use super::asking::server::{Script, Server};
+use crate::features::experiment::ExperimentScreen;
+use crate::features::results::ResultsScreen;
 use crate::model::Model;
-use crate::screens::experiment::ExperimentScreen;
-use crate::screens::results::ResultsScreen;
+use crate::tests::asking::Whole;
+use crate::tests::asking::server::{Script, Server};
 use nearmiss_ask::prompts::Library;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_store::{SplitPart, Store};

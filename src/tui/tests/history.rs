@@ -1,12 +1,17 @@
-//! The history of runs over a store in memory: paging, searching, changing and taking back, opening again.
+//! The history of runs, over a store in memory.
 
-use super::history_store::{FIRST, Fixture, three};
-use crate::message::runs::{HistoryCommand, HistoryEvent};
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::{ParsedAnswer, Task, Verdict};
+use nearmiss_store::{AnswerPiece, Claim, Consumed, Ending, NewRun, RunId, RunState, Store};
+
+use crate::features::answers::LoadStored;
+use crate::features::history::HistoryScreen;
+use crate::features::history::request::{HistoryCommand, HistoryEvent, Judging, Truths, answer};
 use crate::message::{Effect, Msg};
 use crate::model::{Notice, ShownAnswer};
-use crate::screens::history::HistoryScreen;
-use nearmiss_scene::verdict::Task;
-use nearmiss_store::RunId;
+use crate::request::Request;
+use crate::tests::bench::Bench;
 
 #[test]
 fn words_and_filters_narrow_it_down_as_one_types() {
@@ -118,8 +123,8 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
     // The other earlier answers come beside it.
     let mut loads = kept.bench.effects.iter().rev();
     let of = loads
-        .find_map(|effect| match effect {
-            Effect::LoadStored(of) => Some(of.clone()),
+        .find_map(|effect| match effect.request() {
+            Some(LoadStored(of)) => Some(of.clone()),
             _ => None,
         })
         .unwrap();
@@ -131,7 +136,7 @@ fn enter_opens_the_scenario_as_it_was_asked_about() {
         .into_iter()
         .map(nearmiss_study::evaluation::Answer::from)
         .collect();
-    kept.bench.send(Msg::Stored(of, answers));
+    kept.bench.send(Msg::reply::<LoadStored>((of, answers)));
     let model = &kept.bench.model;
     assert_eq!(model.answers.columns.len(), 2);
     assert!(matches!(model.answers.shown, ShownAnswer::Column(_)));
@@ -178,7 +183,8 @@ fn what_others_write_appears_and_the_selection_stays() {
     kept.press("j");
     let selected = kept.bench.model.history.current();
     kept.add(FIRST, "lab/new", true, "x");
-    kept.bench.send(Msg::History(HistoryEvent::Changed));
+    kept.bench
+        .send(Msg::reply::<HistoryCommand>(HistoryEvent::Changed));
     kept.settle();
     assert_eq!(kept.rows(), [4, 3, 2, 1]);
     assert_eq!(kept.bench.model.history.current(), selected);
@@ -217,14 +223,14 @@ fn old_lists_are_dropped() {
     kept.bench.press("/");
     kept.bench.type_text("brak");
     let asks: Vec<_> = kept.bench.effects.drain(..).collect();
-    let mut ids = asks.iter().filter_map(|effect| match effect {
-        Effect::History(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
+    let mut ids = asks.iter().filter_map(|effect| match effect.request() {
+        Some(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
         _ => None,
     });
     let (id, edge) = ids.next().unwrap();
     assert!(ids.next().is_some(), "one for every letter");
     let news = HistoryEvent::Page(id, edge, Ok(nearmiss_store::Page::default()));
-    kept.bench.send(Msg::History(news));
+    kept.bench.send(Msg::reply::<HistoryCommand>(news));
     assert_eq!(kept.rows(), [3, 2, 1]);
 }
 
@@ -279,13 +285,17 @@ fn the_listed_runs_are_exported_once() {
 fn what_cannot_be_read_is_said() {
     let mut kept = Fixture::new();
     kept.bench.press("ctrl-r");
-    let page = kept.bench.effects.iter().find_map(|effect| match effect {
-        Effect::History(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
-        _ => None,
-    });
+    let page = kept
+        .bench
+        .effects
+        .iter()
+        .find_map(|effect| match effect.request() {
+            Some(HistoryCommand::Page(id, _, edge, _)) => Some((*id, *edge)),
+            _ => None,
+        });
     let (id, edge) = page.unwrap();
     let news = HistoryEvent::Page(id, edge, Err("the file is no store".into()));
-    kept.bench.send(Msg::History(news));
+    kept.bench.send(Msg::reply::<HistoryCommand>(news));
     assert!(kept.bench.frame(80, 24).contains("the file is no store"));
 }
 
@@ -337,4 +347,149 @@ fn it_fits_every_size_and_its_keys_are_in_the_footer() {
             }
         }
     }
+}
+
+/// A workbench whose history reads a store of its own.
+pub struct Fixture {
+    pub bench: Bench,
+    pub store: Store,
+    truths: Truths,
+}
+
+impl Fixture {
+    pub fn new() -> Self {
+        Self {
+            bench: Bench::bundled(),
+            store: Store::in_memory().unwrap(),
+            truths: Truths::default(),
+        }
+    }
+
+    /// A run on a scenario, answered by this model with yes or no.
+    pub fn add(&mut self, scenario: &str, model: &str, dangerous: bool, words: &str) -> RunId {
+        let opened = self.bench.model.opened.as_ref().unwrap();
+        let ours = opened.name == scenario;
+        let run = NewRun {
+            sample: 0,
+            batch: None,
+            scenario: scenario.into(),
+            scenario_hash: Some(if ours { opened.scenario.hash.to_string() } else { format!("not the hash of {scenario}") }),
+            ego: if ours { opened.scene.as_ref().unwrap().ego.to_string() } else { "1".into() },
+            task: Task::Safety,
+            frame: "cartesian".into(),
+            techniques: "cp".into(),
+            window: Some((20, 29)),
+            model: model.into(),
+            provider: "lab".into(),
+            dialect: Some("openai_chat".into()),
+            endpoint: "lab (http://127.0.0.1/v1)".into(),
+            address: Some("http://127.0.0.1/v1".into()),
+            template: "safety-cartesian.md".into(),
+            template_version: Some("1".into()),
+            template_hash: "0".repeat(64),
+            messages: r#"[{"role":"system","content":"Be brief.\u001b[31m"},{"role":"user","content":"Is it?"}]"#.into(),
+            parameters: "{}".into(),
+            answer_schema: None,
+            images: Vec::new(),
+        };
+        let Claim::Granted(id) = self.store.claim(&run, true).unwrap() else {
+            panic!("fresh questions are granted");
+        };
+        self.store
+            .append(
+                id,
+                &[AnswerPiece::Reasoning("hm"), AnswerPiece::Answer(words)],
+            )
+            .unwrap();
+        let verdict = Verdict {
+            task: Task::Safety,
+            dangerous,
+            obstacles: Vec::new(),
+            justification: words.into(),
+            critical: None,
+            probability: None,
+            token_probability: None,
+            unknown: Vec::new(),
+        };
+        let ending = Ending {
+            verdict: Some(ParsedAnswer::Verdict(verdict)),
+            consumed: Consumed {
+                input_tokens: Some(2000),
+                output_tokens: Some(150),
+                cost_usd: Some(0.0125),
+                first_chunk_ms: Some(300),
+                duration_ms: Some(2500),
+                ..Consumed::default()
+            },
+            price_source: Some("tokens times listed prices".into()),
+            ..Ending::bare(RunState::Answered)
+        };
+        self.store.finish(id, &ending).unwrap();
+        id
+    }
+
+    /// Answers what the history asked for, until nothing is left.
+    pub fn settle(&mut self) {
+        let judging = Judging {
+            ego: EgoSelection::Beside,
+            thresholds: std::sync::Arc::new(Thresholds::shipped().clone()),
+        };
+        loop {
+            let effects = std::mem::take(&mut self.bench.effects);
+            let (asks, others) = requests(effects);
+            self.bench.effects = others;
+            if asks.is_empty() {
+                return;
+            }
+            for ask in asks {
+                for news in answer(&self.store, &judging, &mut self.truths, ask) {
+                    self.bench.send(Msg::reply::<HistoryCommand>(news));
+                }
+            }
+        }
+    }
+
+    pub fn press(&mut self, keys: &str) {
+        self.bench.press(keys);
+        self.settle();
+    }
+
+    pub fn type_text(&mut self, text: &str) {
+        self.bench.type_text(text);
+        self.settle();
+    }
+
+    /// Numbers of the runs at hand.
+    pub fn rows(&self) -> Vec<i64> {
+        let rows = &self.bench.model.history.rows;
+        rows.iter().map(|run| run.run).collect()
+    }
+
+    pub fn deleted(&self, id: RunId) -> bool {
+        self.store.run(id).unwrap().unwrap().deleted_ms.is_some()
+    }
+}
+
+/// The requests of one type among effects, and the others.
+pub fn requests<R: Request>(effects: Vec<Effect>) -> (Vec<R>, Vec<Effect>) {
+    let mut others = Vec::new();
+    let mut requests = Vec::new();
+    for effect in effects {
+        match effect.into_request() {
+            Ok(request) => requests.push(request),
+            Err(other) => others.push(other),
+        }
+    }
+    (requests, others)
+}
+
+pub const FIRST: &str = "ZAM_HardBraking-1_1_T-1";
+
+pub fn three() -> Fixture {
+    let mut kept = Fixture::new();
+    kept.add(FIRST, "lab/small", true, "the lead car brakes hard");
+    kept.add("ZAM_Lost-1_1_T-1", "lab/large", false, "nothing is near");
+    kept.add(FIRST, "lab/large", false, "there is room to brake");
+    kept.press("ctrl-r");
+    kept
 }

@@ -3,20 +3,20 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::bench::{Bench, answer, no_verdict};
-use super::events;
-use crate::message::runs::{Batch, BatchAnswer, Counts};
-use crate::message::{BatchProgress, Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::model::{JobState, Notice};
-use crate::screens::history::HistoryScreen;
+use crate::features::batch::request::{AskBatch, BatchAnswer, BatchProgress, EstimateBatch};
+use crate::features::history::HistoryScreen;
+use crate::features::scenarios::request::{Find, Found, Survey};
+use crate::message::{Effect, Msg};
+use crate::model::{Batch, Counts, JobId, JobState, Notice, Update};
+use crate::tests::bench::{self, Bench, answer, no_verdict};
 use nearmiss_store::Consumed;
 use nearmiss_study::evaluation::batch::Estimate;
 
 /// The last batch that was to be counted.
 fn counted(bench: &Bench) -> (JobId, Arc<Batch>) {
     let mut asks = bench.effects.iter().rev();
-    let found = asks.find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Estimate(batch)) => Some((*id, Arc::clone(batch))),
+    let found = asks.find_map(|effect| match effect.request() {
+        Some(EstimateBatch { id, batch }) => Some((*id, Arc::clone(batch))),
         _ => None,
     });
     found.expect("a batch was counted")
@@ -44,7 +44,7 @@ fn windows_are_drawn_as_on_the_command_line_and_the_card_says_which() {
             read: (3, 8),
             ..Counts::default()
         };
-        bench.send(Msg::Job(id, JobEvent::Estimate(Update::Progress(reading))));
+        bench.send(Msg::reply::<EstimateBatch>((id, Update::Progress(reading))));
         let card = bench.frame(120, 40);
         for words in [words, "3 of 8 recordings read"] {
             assert!(card.contains(words), "{words}: {card}");
@@ -53,7 +53,10 @@ fn windows_are_drawn_as_on_the_command_line_and_the_card_says_which() {
             left_out: Some("1 safe scenario is not asked about".into()),
             ..counts(8)
         };
-        bench.send(Msg::Job(id, JobEvent::Estimate(Update::Progress(left_out))));
+        bench.send(Msg::reply::<EstimateBatch>((
+            id,
+            Update::Progress(left_out),
+        )));
         let card = bench.frame(120, 40);
         assert!(
             card.contains("1 safe scenario is not asked about"),
@@ -65,10 +68,13 @@ fn windows_are_drawn_as_on_the_command_line_and_the_card_says_which() {
 }
 
 fn begun(bench: &Bench) -> Option<JobId> {
-    bench.effects.iter().find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Batch(_)) => Some(*id),
-        _ => None,
-    })
+    bench
+        .effects
+        .iter()
+        .find_map(|effect| match effect.request() {
+            Some(AskBatch { id, .. }) => Some(*id),
+            _ => None,
+        })
 }
 
 fn counts(looked: usize) -> Counts {
@@ -93,16 +99,16 @@ fn asking() -> (Bench, JobId) {
     bench.press("space a a");
     let (id, batch) = counted(&bench);
     assert_eq!(batch.entries.len(), 8);
-    bench.send(Msg::Job(
+    bench.send(Msg::reply::<EstimateBatch>((
         id,
-        JobEvent::Estimate(Update::Progress(counts(8))),
-    ));
+        Update::Progress(counts(8)),
+    )));
     bench.press("enter");
     assert_eq!(begun(&bench), Some(id));
-    bench.send(Msg::Job(
+    bench.send(Msg::reply::<AskBatch>((
         id,
-        JobEvent::Batch(Update::Progress(BatchProgress::Named("b1".into(), 8))),
-    ));
+        Update::Progress(BatchProgress::Named("b1".into(), 8)),
+    )));
     (bench, id)
 }
 
@@ -141,7 +147,7 @@ fn marks_stay_whatever_the_filter() {
     bench.press("down");
     // The list is read again: what is gone is not counted.
     let left = nearmiss_formats::bundled().split_off(1);
-    bench.send(Msg::Found(Ok(left.into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(left.into()))));
     assert!(
         bench.frame(120, 40).contains("scenarios 1/7 * 1")
             || bench.frame(120, 40).contains("scenarios 7 * 1")
@@ -159,17 +165,17 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
     bench.press("space a a enter");
     let (id, _) = counted(&bench);
     assert_eq!(begun(&bench), None);
-    bench.send(Msg::Job(
+    bench.send(Msg::reply::<EstimateBatch>((
         JobId(0),
-        JobEvent::Estimate(Update::Progress(counts(8))),
-    ));
+        Update::Progress(counts(8)),
+    )));
     assert!(
-        !bench.model.card.as_ref().unwrap().is_counted(),
+        !bench.model.proposal.as_ref().unwrap().is_counted(),
         "an old count is dropped"
     );
     let mut refused = counts(8);
     refused.refused = Some("a key is needed: set LAB_KEY".into());
-    bench.send(Msg::Job(id, JobEvent::Estimate(Update::Progress(refused))));
+    bench.send(Msg::reply::<EstimateBatch>((id, Update::Progress(refused))));
     bench.press("enter");
     assert_eq!(begun(&bench), None);
     assert!(
@@ -177,10 +183,10 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
             .frame(100, 30)
             .contains("a key is needed: set LAB_KEY")
     );
-    bench.send(Msg::Job(
+    bench.send(Msg::reply::<EstimateBatch>((
         id,
-        JobEvent::Estimate(Update::Progress(counts(8))),
-    ));
+        Update::Progress(counts(8)),
+    )));
     let card = bench.frame(100, 30);
     for words in [
         "8 listed",
@@ -193,7 +199,7 @@ fn nothing_is_asked_before_it_was_counted_and_said_yes_to() {
     }
     bench.press("esc");
     assert!(matches!(bench.effects.last(), Some(Effect::Cancel(_))));
-    assert!(bench.model.card.is_none() && begun(&bench).is_none());
+    assert!(bench.model.proposal.is_none() && begun(&bench).is_none());
 }
 
 #[test]
@@ -201,12 +207,10 @@ fn a_batch_ends_with_one_message() {
     let (mut bench, id) = asking();
     bench.model.toasts.clear();
     for (said, truth) in [(true, true), (false, true), (true, true)] {
-        bench.send(Msg::Job(
+        bench.send(Msg::reply::<AskBatch>((
             id,
-            JobEvent::Batch(Update::Progress(BatchProgress::Answered(ended(
-                said, truth,
-            )))),
-        ));
+            Update::Progress(BatchProgress::Answered(ended(said, truth))),
+        )));
     }
     let header = bench.frame(200, 60).lines().next().unwrap().to_string();
     assert!(
@@ -215,22 +219,22 @@ fn a_batch_ends_with_one_message() {
     );
     for place in 3..7 {
         let why = Err(format!("no answer: fault {place}"));
-        bench.send(Msg::Job(
+        bench.send(Msg::reply::<AskBatch>((
             id,
-            JobEvent::Batch(Update::Progress(BatchProgress::Answered(why))),
-        ));
+            Update::Progress(BatchProgress::Answered(why)),
+        )));
     }
     let silent = BatchAnswer {
         about: None,
         answer: Box::new(no_verdict("lab/small", "I cannot say")),
         truth: Some(true),
     };
-    bench.send(Msg::Job(
+    bench.send(Msg::reply::<AskBatch>((
         id,
-        JobEvent::Batch(Update::Progress(BatchProgress::Answered(Ok(silent)))),
-    ));
+        Update::Progress(BatchProgress::Answered(Ok(silent))),
+    )));
     assert!(bench.model.toasts.is_empty());
-    bench.send(Msg::Job(id, JobEvent::Batch(Update::Ended(Ok(())))));
+    bench.send(Msg::reply::<AskBatch>((id, Update::Ended(Ok(())))));
     assert_eq!(bench.model.toasts.len(), 1);
     let toast = &bench.model.toasts[0];
     assert_eq!(toast.kind, Notice::Error);
@@ -251,10 +255,10 @@ fn a_batch_ends_with_one_message() {
 #[test]
 fn cancelling_a_batch_begins_nothing_more_and_twice_ends_what_was_sent() {
     let (mut bench, id) = asking();
-    bench.send(Msg::Job(
+    bench.send(Msg::reply::<AskBatch>((
         id,
-        JobEvent::Batch(Update::Progress(BatchProgress::Answered(ended(true, true)))),
-    ));
+        Update::Progress(BatchProgress::Answered(ended(true, true))),
+    )));
     bench.press("space o j x");
     let stops = |bench: &Bench| {
         let stop = |e: &&Effect| matches!(e, Effect::Cancel(other) if *other == id);
@@ -268,7 +272,7 @@ fn cancelling_a_batch_begins_nothing_more_and_twice_ends_what_was_sent() {
     bench.press("esc");
     bench.press("ctrl-c");
     assert_eq!(stops(&bench), 2);
-    bench.send(Msg::Job(id, JobEvent::Batch(Update::Ended(Ok(())))));
+    bench.send(Msg::reply::<AskBatch>((id, Update::Ended(Ok(())))));
     let state = &bench.model.jobs.all.last().unwrap().state;
     let words = "1 agree, 0 differ, 0 failed, 7 not asked";
     assert_eq!(*state, JobState::Cancelled(words.into()));
@@ -290,7 +294,7 @@ fn questions_are_listed_with_what_they_took_and_can_be_cancelled() {
     bench.model.uptime = Duration::from_secs(4);
     let mut paid = answer("lab/small", true, 301);
     paid.consumed.cost_usd = Some(0.5);
-    bench.send(events::answered(first, Ok(Box::new(paid))));
+    bench.send(bench::answered(first, Ok(Box::new(paid))));
     bench.press("space o j");
     let list = bench.frame(120, 40);
     for words in [
@@ -319,8 +323,8 @@ fn questions_are_listed_with_what_they_took_and_can_be_cancelled() {
 #[test]
 fn surveys_and_rankings_are_listed_and_stopped() {
     let mut bench = Bench::bundled();
-    bench.send(Msg::Surveyed(0, Err("x".into())));
-    bench.send(Msg::Surveyed(0, Err("x".into())));
+    bench.send(Msg::reply::<Survey>((0, Err("x".into()))));
+    bench.send(Msg::reply::<Survey>((0, Err("x".into()))));
     bench.press("space o j");
     let list = bench.frame(120, 40);
     assert!(
@@ -328,11 +332,14 @@ fn surveys_and_rankings_are_listed_and_stopped() {
         "{list}"
     );
     bench.press("shift-x");
-    assert!(matches!(bench.effects.last(), Some(Effect::StopSurvey)));
+    assert!(matches!(
+        bench.effects.last().and_then(Effect::request),
+        Some(Survey::Stop)
+    ));
     assert!(bench.model.jobs.all.iter().all(|job| !job.is_running()));
     let (mut bench, _) = asking();
     for place in 0..8 {
-        bench.send(Msg::Surveyed(place, Err("x".into())));
+        bench.send(Msg::reply::<Survey>((place, Err("x".into()))));
     }
     assert_eq!(bench.model.jobs.all[0].state, JobState::Done(String::new()));
     for size in [(80, 24), (120, 40), (300, 90)] {
@@ -350,10 +357,10 @@ fn an_answer_of_the_store_costs_nothing() {
         origin: nearmiss_store::Origin::Asked,
         sample: 0,
     });
-    bench.send(Msg::Job(
+    bench.send(Msg::reply::<AskBatch>((
         id,
-        JobEvent::Batch(Update::Progress(BatchProgress::Answered(Ok(found)))),
-    ));
+        Update::Progress(BatchProgress::Answered(Ok(found))),
+    )));
     assert_eq!(bench.model.jobs.cost(), (0.0, 0));
     assert_eq!(bench.model.jobs.all.last().unwrap().tally, (1, 0, 0));
 }
@@ -364,20 +371,20 @@ fn the_card_at_80_by_24() {
     bench.model.model = "lab/small".into();
     bench.press("space a a");
     let (id, _) = counted(&bench);
-    bench.send(Msg::Job(
+    bench.send(Msg::reply::<EstimateBatch>((
         id,
-        JobEvent::Estimate(Update::Progress(counts(8))),
-    ));
+        Update::Progress(counts(8)),
+    )));
     insta::assert_snapshot!(bench.frame(80, 24));
 }
 
 #[test]
 fn tasks_at_80_by_24() {
     let (mut bench, id) = asking();
-    bench.send(Msg::Job(
+    bench.send(Msg::reply::<AskBatch>((
         id,
-        JobEvent::Batch(Update::Progress(BatchProgress::Answered(ended(true, true)))),
-    ));
+        Update::Progress(BatchProgress::Answered(ended(true, true))),
+    )));
     bench.model.toasts.clear();
     bench.press("space o j");
     insta::assert_snapshot!(bench.frame(80, 24));

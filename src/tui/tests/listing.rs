@@ -1,18 +1,28 @@
-//! The list on the screen: filter, columns, groups, tags, and scenarios that arrive in pieces.
+//! The list of scenarios: facts, tags, saved views, the search, and ten thousand rows.
 
-use ratatui::layout::Position;
+use std::path::Path;
+use std::time::{Duration, Instant};
 
-use super::bench::Bench;
-use crate::loaded::{Facts, Verdicts};
-use crate::message::{Effect, Mouse, Msg};
-use crate::model::{Grouping, Pane};
-use crate::screens::tags::TagsScreen;
-use crate::theme::ColorDepth;
-use nearmiss_formats::{EgoSelection, bundled};
+use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::verdict::Task;
-use nearmiss_settings::Tags;
+use nearmiss_settings::{Folders, SavedView, SavedViews, Tags};
 use nearmiss_store::{Origin, StoredVerdict};
+use nearmiss_workflow::find_in_pieces;
+use ratatui::layout::Position;
+
+use crate::features::generation::request::write;
+use crate::features::scenarios::request::{Find, Found, Rank, Survey};
+use crate::features::scenarios::saved_views::ListViews;
+use crate::features::scenarios::tags::{ScenarioTags, TagsScreen};
+use crate::loaded::{Facts, GenerationStage, Opened, Verdicts};
+use crate::message::{Effect, Mouse, Msg};
+use crate::model::{Grouping, JobState, OpenId, Order, Pane};
+use crate::tests::bench::{self, Bench};
+use crate::tests::editing::said;
+use crate::tests::making::{self, arrive, asked, dangerous, open, shown, stopped};
+use crate::theme::ColorDepth;
+use crate::update::{Open, update};
 
 /// A stored answer about a bundled scenario, recorded by others.
 pub fn stored(
@@ -51,7 +61,7 @@ pub fn surveyed() -> Bench {
             Thresholds::shipped(),
             &verdicts,
         );
-        bench.send(Msg::Surveyed(place, facts));
+        bench.send(Msg::reply::<Survey>((place, facts)));
     }
     bench
 }
@@ -184,20 +194,20 @@ fn tags_are_typed_kept_and_found() {
     let frame = bench.frame(120, 40);
     assert!(frame.contains("tags of ZAM_HardBraking") && frame.contains("critical"));
     bench.press("enter");
-    let Some(Effect::ChangeTags(name, tags)) = bench.effects.pop() else {
+    let Ok(ScenarioTags::Change(name, tags)) = bench.effects.pop().unwrap().into_request() else {
         panic!("{:?}", bench.effects);
     };
     assert_eq!(tags, ["odd", "later"]);
     let folder = tempfile::tempdir().unwrap();
     let kept = Tags::change(&folder.path().join("tags.toml"), &name, tags);
-    bench.send(Msg::Tags(kept));
+    bench.send(Msg::reply::<ScenarioTags>(kept));
     bench.press("/");
     bench.type_text("tag:later");
     assert_eq!(bench.model.list.visible, [0]);
     bench.press("enter space l t");
     assert!(bench.frame(120, 40).contains("# odd later"));
     bench.press("esc");
-    bench.send(Msg::Tags(Err("tags.toml: line 2".into())));
+    bench.send(Msg::reply::<ScenarioTags>(Err("tags.toml: line 2".into())));
     assert_eq!(bench.model.list.visible, [0], "they stay");
     assert!(bench.frame(120, 40).contains("tags.toml: line 2"));
 }
@@ -218,7 +228,7 @@ fn sorting_by_the_same_again_turns_it_around() {
         .iter()
         .map(|&p| list.rows[p].facts().unwrap().obstacles);
     assert!(counts.is_sorted());
-    let ranked = |e: &Effect| matches!(e, Effect::Rank(..));
+    let ranked = |e: &Effect| matches!(e.request(), Some(Rank::All(..)));
     bench.press("space l s");
     bench.type_text("risk");
     bench.press("enter");
@@ -233,19 +243,369 @@ fn the_list_fills_while_the_search_goes_on() {
     let mut bench = Bench::empty();
     let mut all = bundled();
     let later = all.split_off(3);
-    bench.send(Msg::Listed(all));
+    bench.send(Msg::reply::<Find>(Found::More(all)));
     assert!(bench.model.opened.is_some(), "the first is open already");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("scenarios 3…"), "{frame}");
     bench.press("down");
     let selected = bench.model.list.current();
-    bench.send(Msg::Listed(later));
-    bench.send(Msg::Searched(Ok(Vec::new())));
+    bench.send(Msg::reply::<Find>(Found::More(later)));
+    bench.send(Msg::reply::<Find>(Found::Ended(Ok(Vec::new()))));
     assert_eq!(bench.model.list.current(), selected);
     assert!(bench.frame(120, 40).contains("scenarios 8 "));
-    let asked = bench.effects.iter().map(|effect| match effect {
-        Effect::Survey(entries) | Effect::SurveyMore(entries) => entries.len(),
+    let asked = bench.effects.iter().map(|effect| match effect.request() {
+        Some(Survey::All(entries) | Survey::More(entries)) => entries.len(),
         _ => 0,
     });
     assert_eq!(asked.sum::<usize>(), 8);
+}
+
+const MANY: usize = 2_000;
+
+fn entries() -> Vec<Entry> {
+    let countries = ["DEU", "USA", "ESP", "CHN"];
+    let name = |i: usize| format!("f{}/{}_Town{i:04}-1_1_T-1.xml", i % 7, countries[i % 4]);
+    (0..MANY)
+        .map(|i| Entry::of_file(Path::new(&name(i))))
+        .collect()
+}
+
+/// The least time that something takes of several tries: others use the machine too.
+fn least(mut what: impl FnMut()) -> Duration {
+    let tries = (0..21).map(|_| {
+        let begun = Instant::now();
+        what();
+        begun.elapsed()
+    });
+    tries.min().unwrap()
+}
+
+fn facts() -> Facts {
+    let read = |entry: &Entry| {
+        Facts::read(
+            entry,
+            &EgoSelection::Beside,
+            Thresholds::shipped(),
+            &Verdicts::default(),
+        )
+    };
+    read(&bundled()[0]).unwrap()
+}
+
+#[test]
+fn the_first_frame_counts_thousands() {
+    let mut bench = Bench::empty();
+    drop(update(
+        &mut bench.model,
+        Msg::reply::<Find>(Found::More(entries())),
+    ));
+    drop(update(&mut bench.model, Msg::Drawing));
+    assert!(bench.frame(200, 60).contains("scenarios 2000"));
+}
+
+#[test]
+fn a_frame_costs_the_same_for_thousands_and_for_few() {
+    let frames = |count: usize| {
+        let mut bench = Bench::empty();
+        drop(update(
+            &mut bench.model,
+            Msg::reply::<Find>(Found::More(entries()[..count].to_vec())),
+        ));
+        drop(update(&mut bench.model, Msg::Drawing));
+        least(|| drop(bench.frame(200, 60)))
+    };
+    let (few, many) = (frames(60), frames(MANY));
+    assert!(many < few * 3, "{few:?} {many:?}");
+}
+
+#[test]
+fn what_arrives_is_sorted_once_a_frame() {
+    let mut bench = Bench::empty();
+    drop(update(
+        &mut bench.model,
+        Msg::reply::<Find>(Found::More(entries())),
+    ));
+    bench.model.list.sort_by(crate::model::Order::Obstacles);
+    let facts = facts();
+    let arriving = least(|| {
+        for place in 0..MANY {
+            drop(update(
+                &mut bench.model,
+                Msg::reply::<Survey>((place, Ok(facts.clone()))),
+            ));
+        }
+    });
+    let settling = least(|| {
+        drop(update(
+            &mut bench.model,
+            Msg::reply::<Survey>((0, Ok(facts.clone()))),
+        ));
+        drop(update(&mut bench.model, Msg::Drawing));
+    });
+    // Sorting at every message would take as long as sorting two thousand times.
+    assert!(arriving < settling * 60, "{arriving:?} {settling:?}");
+    assert_eq!(bench.model.list.known, MANY);
+}
+
+#[test]
+fn what_is_on_the_screen_is_asked_for_first_and_once() {
+    let mut bench = Bench::empty();
+    drop(update(
+        &mut bench.model,
+        Msg::reply::<Find>(Found::More(entries())),
+    ));
+    drop(update(&mut bench.model, Msg::Drawing));
+    bench.frame(120, 40);
+    bench.model.list.selected = 1_000;
+    bench.frame(120, 40);
+    let mut asked = update(&mut bench.model, Msg::Drawing);
+    let Ok(Survey::First(places)) = asked.pop().unwrap().into_request() else {
+        panic!("{asked:?}");
+    };
+    assert!(places.contains(&1_000) && places.len() < 60, "{places:?}");
+    assert!(update(&mut bench.model, Msg::Drawing).is_empty(), "once");
+    assert_eq!(bench.model.list.current(), Some(1_000));
+}
+
+#[test]
+fn folders_of_thousands_come_in_pieces_and_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    for i in 0..700 {
+        let below = folder.path().join(format!("f{}", i % 3));
+        std::fs::create_dir_all(&below).unwrap();
+        std::fs::write(below.join(format!("s{i:03}.xml")), "<commonRoad/>").unwrap();
+    }
+    std::fs::write(folder.path().join("empty.xml"), "").unwrap();
+    let paths = [folder.path().to_path_buf()];
+    let mut pieces = Vec::new();
+    let passed_over = find_in_pieces(&paths, &mut |piece| pieces.push(piece)).unwrap();
+    assert_eq!(passed_over.len(), 1);
+    assert!(
+        pieces.len() > 2 && pieces[0].len() == 64,
+        "{}",
+        pieces.len()
+    );
+    let mut all: Vec<String> = pieces.iter().flatten().map(Entry::display).collect();
+    assert_eq!(all.len(), 700);
+    assert!(all.is_sorted(), "folders and files come by name");
+    let found = nearmiss_formats::find(&paths).unwrap();
+    all.sort();
+    let whole: Vec<String> = found.entries.iter().map(Entry::display).collect();
+    assert_eq!(all, whole);
+    let nothing = tempfile::tempdir().unwrap();
+    let error = find_in_pieces(&[nothing.path().to_path_buf()], &mut |_| {}).unwrap_err();
+    assert!(error.to_string().contains("no CommonRoad scenario"));
+}
+
+/// Does on the disk what was asked for, in a folder of its own.
+fn kept(bench: &mut Bench, folders: &Folders) {
+    for effect in std::mem::take(&mut bench.effects) {
+        let path = folders.views();
+        let views = match effect.into_request() {
+            Ok(ListViews::Read) => SavedViews::read(&path),
+            Ok(ListViews::Change(name, view)) => SavedViews::change(&path, &name, view),
+            Err(_) => continue,
+        };
+        bench.send(Msg::reply::<ListViews>(views));
+    }
+}
+
+#[test]
+fn a_view_is_saved_chosen_again_and_deleted() {
+    let folder = tempfile::tempdir().unwrap();
+    let folders = Folders {
+        config: folder.path().join("config"),
+        data: folder.path().join("data"),
+    };
+    let mut bench = Bench::bundled();
+    bench.model.list.sort_by(Order::Name);
+    bench.model.list.sort_by(Order::Name);
+    bench.model.list.group_by(Grouping::Country);
+    bench.model.list.set_filter("mer".into());
+    let shown = bench.model.list.lines.clone();
+    bench.perform("saved-views");
+    kept(&mut bench, &folders);
+    let frame = bench.frame(80, 24);
+    let now = "type a name to save the list as it is: mer · sorted by name reversed · by country";
+    assert!(frame.contains(&now[..60]), "{frame}");
+    bench.type_text("merging, by name");
+    assert!(bench.frame(80, 24).contains("save as `merging, by name`"));
+    bench.press("enter");
+    kept(&mut bench, &folders);
+
+    let mut later = Bench::bundled();
+    assert_ne!(later.model.list.lines, shown);
+    later.perform("saved-views");
+    kept(&mut later, &folders);
+    insta::assert_snapshot!("saved_views_at_80_by_24", later.frame(80, 24));
+    later.press("enter");
+    assert_eq!(later.model.list.view(), bench.model.list.view());
+    assert_eq!(later.model.list.lines, shown);
+    assert!(later.model.screens.is_empty());
+
+    later.perform("saved-views");
+    later.press("ctrl-d");
+    kept(&mut later, &folders);
+    let there = |bench: &Bench| bench.model.list.views.iter().count();
+    assert_eq!(there(&later), 1, "one press deletes nothing");
+    assert!(later.frame(80, 24).contains("Ctrl-D again deletes"));
+    later.press("ctrl-d");
+    kept(&mut later, &folders);
+    assert_eq!(there(&later), 0);
+}
+
+#[test]
+fn what_is_not_known_of_a_view_is_named_and_the_rest_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("views.toml");
+    let view = SavedView::new("mer", "sparkle", true, "mood");
+    let views = SavedViews::change(&path, "newer", Some(view)).unwrap();
+    let mut bench = Bench::bundled();
+    bench.send(Msg::reply::<ListViews>(Ok(views)));
+    bench.perform("saved-views");
+    bench.press("enter");
+    assert!(said(&bench).contains("the order `sparkle` and the grouping `mood`"));
+    assert_eq!(bench.model.list.filter, "mer");
+    assert_eq!(bench.model.list.order, Order::Found);
+    bench.send(Msg::reply::<ListViews>(Err(
+        "views.toml: line 2: broken".into()
+    )));
+    assert!(said(&bench).contains("line 2"));
+    assert_eq!(bench.model.list.views.iter().count(), 1);
+}
+
+#[test]
+fn a_search_can_be_cancelled_and_ends_when_something_else_opens() {
+    let mut bench = open("rightturn");
+    bench.press("space g g esc");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (1, 0));
+    assert!(
+        making::said(&bench).contains("Esc again cancels"),
+        "{}",
+        making::said(&bench)
+    );
+    bench.press("esc");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (1, 1));
+    assert!(bench.model.generation.under_way.is_none());
+    let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
+    assert_eq!(state(&bench), JobState::Stopping);
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let frame = bench.frame(columns, rows);
+        assert!(
+            frame.lines().next().unwrap().contains("cancelling…"),
+            "{frame}"
+        );
+    }
+    // What still arrives of it is dropped.
+    let (id, _) = asked(&bench).pop().unwrap();
+    bench.send(bench::generating(id, GenerationStage::Proving));
+    assert_eq!(state(&bench), JobState::Stopping);
+    arrive(&mut bench);
+    assert!(bench.model.variant().is_none());
+    assert!(matches!(state(&bench), JobState::Cancelled(_)));
+    assert!(!bench.frame(200, 60).contains("cancelling…"));
+    bench.press("space g g space g g");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (2, 1));
+    assert!(
+        making::said(&bench).contains("Esc Esc cancels"),
+        "{}",
+        making::said(&bench)
+    );
+    // Another key between the two, or a long wait, takes the first one back.
+    bench.press("esc x esc");
+    bench.send(Msg::Passed(std::time::Duration::from_secs(5)));
+    bench.press("esc");
+    assert_eq!(stopped(&bench), 1);
+    bench.press("esc");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (2, 2));
+    bench.press("space g g space o j x esc");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (3, 3));
+    bench.press("/");
+    for _ in 0..9 {
+        bench.press("space e r");
+    }
+    bench.press("enter space g g down");
+    assert_eq!((asked(&bench).len(), stopped(&bench)), (4, 4));
+}
+
+#[test]
+fn a_search_asked_for_while_the_scenario_is_read_begins_when_it_is_open() {
+    let mut bench = open("rightturn");
+    let place = bench.model.list.opened.unwrap();
+    bench.model.opening = Some((OpenId(1_000_000), None));
+    bench.press("space g g");
+    assert!(asked(&bench).is_empty());
+    assert!(
+        making::said(&bench).contains("still being read"),
+        "{}",
+        making::said(&bench)
+    );
+    let opened = bench.model.opened.clone().unwrap();
+    bench.send(Msg::reply::<Open>((OpenId(1_000_000), Ok(opened))));
+    assert_eq!(asked(&bench).len(), 1);
+    assert_eq!(bench.model.list.opened, Some(place));
+}
+
+#[test]
+fn a_saved_variant_has_its_original_beside_it_and_opens_it() {
+    let made = shown(&dangerous()).made.clone();
+    let folder = tempfile::tempdir().unwrap();
+    write(&made, Some(folder.path())).unwrap();
+    let files = std::fs::read_dir(folder.path()).unwrap();
+    let file = files
+        .map(|file| file.unwrap().path())
+        .find(|path| {
+            let name = path.to_string_lossy().into_owned();
+            name.ends_with(".xml") && !name.ends_with(".solution.xml")
+        })
+        .unwrap();
+    let read = || {
+        let thresholds = Thresholds::shipped();
+        let entry = Entry::of_file(&file);
+        Box::new(Opened::read(&entry, &EgoSelection::Beside, thresholds).unwrap())
+    };
+    let mut bench = Bench::bundled();
+    bench.model.opened = Some(read());
+    bench.press("space g v");
+    let words = bench.frame(100, 60);
+    for part in [
+        "avoidable by a good driver",
+        "a saved variant: ",
+        "Space g o",
+    ] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+    let driver = &made.good_driver.as_ref().unwrap();
+    let used = format!("up to {:.1} m/s²", driver.acceleration);
+    assert!(words.contains(&used), "{used}: {words}");
+    bench.press("space g v");
+    bench.press("space m s");
+    let second = bench.model.second_moment().unwrap().words();
+    assert!(second.starts_with("original"), "{second}");
+    bench.press("space g o");
+    let original = bundled()
+        .into_iter()
+        .find(|entry| made.file.starts_with(&entry.name))
+        .unwrap();
+    let opened = bench.model.opened.as_ref().unwrap();
+    assert_eq!(
+        (&opened.name, opened.scenario.hash),
+        (&original.name, made.original())
+    );
+    assert!(making::said(&bench).contains("goes back to the variant"));
+
+    // Another file under the original's name is not the original.
+    let certificate = file.with_extension("json");
+    let text = std::fs::read_to_string(&certificate).unwrap();
+    let hash = made.original().to_string();
+    std::fs::write(&certificate, text.replace(&hash, "0123")).unwrap();
+    let mut bench = Bench::bundled();
+    bench.model.opened = Some(read());
+    bench.press("space g o");
+    let words = making::said(&bench);
+    assert!(
+        words.contains(&format!("the original {}", original.name)),
+        "{words}"
+    );
+    assert!(words.contains("nor among the bundled scenarios"), "{words}");
 }

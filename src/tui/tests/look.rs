@@ -5,13 +5,13 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::style::{Color, Modifier};
 
-use super::bench::Bench;
 use crate::action::Scope;
+use crate::features::details::DetailsScreen;
+use crate::features::help::HelpScreen;
 use crate::keymap::{Keymap, Preset};
 use crate::message::{Effect, Msg, Reloaded};
 use crate::model::{Glyphs, Pane};
-use crate::screens::details::DetailsScreen;
-use crate::screens::help::HelpScreen;
+use crate::tests::bench::Bench;
 use crate::theme::{ColorDepth, Theme};
 use crate::views;
 use nearmiss_settings::Config;

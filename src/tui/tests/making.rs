@@ -1,25 +1,29 @@
-//! Generation: started by a key, stopped, seen on the map, in the panel and in the plot, and written.
+//! Scenarios made dangerous by a search.
 
-use super::bench::Bench;
-use super::events;
-use super::variant_fixtures::generated;
-use crate::loaded::{
-    GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
-};
-use crate::message::{Effect, JobId, JobRequest, Msg};
-use crate::model::{Drives, JobState};
-use crate::screens::variant::VariantScreen;
-use crate::tasks::making::write;
 use nearmiss_drive::generation::{Consequence, Progress};
 use nearmiss_formats::commonroad;
 use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Scenario};
 
+use crate::features::generation::panel::VariantScreen;
+use crate::features::generation::request::{Generate, SaveVariant, write};
+use crate::features::pictures::save;
+use crate::loaded::{
+    GeneratedVariant, GenerationOutcome, GenerationStage, VariantRequest, VariantShown,
+};
+use crate::message::{Effect, Msg};
+use crate::model::{Drives, JobId, JobState};
+use crate::services::Drawing;
+use crate::tests::bench::{self, Bench, generated_variant};
+
 /// The searches that were asked for.
 pub fn asked(bench: &Bench) -> Vec<(JobId, VariantRequest)> {
-    let asks = bench.effects.iter().filter_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Generate(wish)) => Some((*id, (**wish).clone())),
-        _ => None,
-    });
+    let asks = bench
+        .effects
+        .iter()
+        .filter_map(|effect| match effect.request() {
+            Some(Generate { id, request }) => Some((*id, (**request).clone())),
+            _ => None,
+        });
     asks.collect()
 }
 
@@ -31,7 +35,7 @@ pub fn stopped(bench: &Bench) -> usize {
 /// The last search that was asked for ends.
 pub fn arrive(bench: &mut Bench) {
     let (id, wish) = asked(bench).pop().expect("a search was asked for");
-    bench.send(events::generated(id, generated(&wish)));
+    bench.send(bench::generated(id, generated_variant(&wish)));
 }
 
 /// A bundled scenario that is open.
@@ -82,14 +86,14 @@ fn a_key_makes_it_dangerous_and_shows_how_far_it_is() {
         driven: 5,
         best: Some(Consequence::NearMiss),
     };
-    bench.send(events::generating(id, GenerationStage::Driving(3, 90)));
+    bench.send(bench::generating(id, GenerationStage::Driving(3, 90)));
     assert!(
         bench
             .frame(120, 40)
             .contains("driving the original, step 3/90")
     );
     let searching = GenerationStage::Searching(progress, 600);
-    bench.send(events::generating(id, searching));
+    bench.send(bench::generating(id, searching));
     let wide = bench.frame(200, 60);
     let words = "generating: motion 210 of 600, 96 refused, 5 driven, best near miss";
     assert!(wide.contains(words), "{wide}");
@@ -185,7 +189,7 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
     let (id, _) = asked(&bench).pop().unwrap();
     let words = "no dangerous motion found for any obstacle with seed 1";
     let nothing = GenerationOutcome::Nothing(words.into());
-    bench.send(events::generated(id, Ok(nothing)));
+    bench.send(bench::generated(id, Ok(nothing)));
     assert_eq!(
         said(&bench),
         format!("{words}; Space g g tries another seed")
@@ -193,12 +197,12 @@ fn that_nothing_is_found_or_can_be_tried_is_said() {
     // It stays longer than replies to keys.
     bench.send(Msg::Passed(std::time::Duration::from_secs(30)));
     assert!(said(&bench).contains(words));
-    assert!(bench.model.maker.under_way.is_none());
+    assert!(bench.model.generation.under_way.is_none());
     bench.press("space g g");
     let (id, wish) = asked(&bench).pop().unwrap();
     assert_eq!(wish.seed, 2);
     let why = "no way leads from the start to the goal";
-    bench.send(events::generated(id, Err(why.into())));
+    bench.send(bench::generated(id, Err(why.into())));
     assert_eq!(said(&bench), format!("no variant was made: {why}"));
     bench.press("space g o");
     assert!(said(&bench).contains("no variant was made; Space g g"));
@@ -335,8 +339,8 @@ fn it_is_written_and_nothing_is_written_over() {
         .effects
         .iter()
         .rev()
-        .filter_map(|effect| match effect {
-            Effect::SaveVariant(made, folder) => Some((made.clone(), folder.clone())),
+        .filter_map(|effect| match effect.request() {
+            Some(SaveVariant(made, folder)) => Some((made.clone(), folder.clone())),
             _ => None,
         });
     let (made, into) = asks.next().unwrap();
@@ -357,10 +361,10 @@ fn it_is_written_and_nothing_is_written_over() {
     let again = write(&made, into.as_deref()).unwrap();
     assert_ne!(again, words);
     assert_eq!(count(), 2 * first);
-    bench.send(Msg::VariantSaved(made.clone(), Ok(words)));
+    bench.send(Msg::reply::<SaveVariant>((made.clone(), Ok(words))));
     bench.press("space g v");
     assert!(bench.frame(200, 60).contains("the variant is kept"));
-    assert!(bench.model.maker.files(&made).is_some());
+    assert!(bench.model.generation.files(&made).is_some());
     let nowhere = folder.path().join("none");
     let why = write(&made, Some(&nowhere)).unwrap_err();
     assert!(why.contains("none") && why.contains("`pictures`"), "{why}");
@@ -381,5 +385,144 @@ fn a_variant_at_both_sizes() {
         insta::assert_snapshot!(format!("both_motions_{at}"), bench.frame(columns, rows));
         bench.press("space g v");
         insta::assert_snapshot!(format!("the_variant_{at}"), bench.frame(columns, rows));
+    }
+}
+
+/// A scenario in which one obstacle alone reaches nothing with so few motions, and two do.
+const SCENARIO: &str = "hardbraking";
+const SEED: u64 = 9;
+
+fn attacked_by_two() -> Bench {
+    let mut bench = open(SCENARIO);
+    bench.model.config.attackers = Some(2);
+    let hash = bench.model.opened.as_ref().unwrap().scenario.hash;
+    for _ in 1..SEED {
+        bench.model.generation.next_seed(hash, None);
+    }
+    bench.press("space g g");
+    assert!(said(&bench).contains("one obstacle or several"));
+    let wish = asked(&bench).pop().unwrap().1;
+    assert_eq!((wish.attackers, wish.seed), (2, SEED));
+    arrive(&mut bench);
+    assert_eq!(made(&bench).effect.attackers.len(), 2, "{}", said(&bench));
+    bench
+}
+
+#[test]
+fn the_panel_tells_what_each_does_and_what_comes_without_it() {
+    let mut bench = attacked_by_two();
+    let ids: Vec<i64> = made(&bench).effect.ids().collect();
+    assert!(said(&bench).contains(&format!("{} and {} given new motions", ids[0], ids[1])));
+    bench.press("space g v");
+    let panel = bench.frame(200, 120);
+    assert!(panel.contains("attackers"), "{panel}");
+    for id in ids {
+        assert!(panel.contains(&format!("{id} at ")), "{panel}");
+    }
+    let all = &made(&bench).effect.attackers;
+    assert!(all.iter().all(|one| one.without.is_some()));
+    assert_eq!(panel.matches("up to step").count(), 2, "{panel}");
+}
+
+#[test]
+fn the_map_and_pictures_draw_the_motions_of_both() {
+    let mut bench = attacked_by_two();
+    let ids: Vec<i64> = made(&bench).effect.ids().collect();
+    bench
+        .model
+        .clock
+        .go(made(&bench).change.until_step().unwrap());
+    bench.frame(200, 60);
+    let folder = tempfile::tempdir().unwrap();
+    bench.model.config.pictures = Some(folder.path().into());
+    bench.press("space o p");
+    bench.type_text("svg");
+    bench.press("enter");
+    let Some(Effect::Picture(job)) = bench.effects.pop() else {
+        panic!("no picture was asked for");
+    };
+    let path = save(&job, &Drawing::default().begin()).unwrap();
+    let svg = std::fs::read_to_string(path).unwrap();
+    for id in ids {
+        assert!(svg.contains(&format!("obstacle {id} after step ")), "{svg}");
+    }
+}
+
+/// A variant at its worst step, on a screen of that size.
+fn shown_small(name: &str, columns: u16, rows: u16) -> Bench {
+    let mut bench = open(name);
+    bench.send(crate::message::Msg::Resize(columns, rows));
+    bench.frame(columns, rows);
+    bench.press("space g g");
+    arrive(&mut bench);
+    bench.model.toasts.clear();
+    bench
+}
+
+#[test]
+fn the_header_says_what_the_variant_leads_to_before_how_would_be_asked() {
+    let mut bench = shown_small("rightturn", 80, 24);
+    let Consequence::Collision(with) = made(&bench).effect.consequence else {
+        panic!("{:?}", made(&bench).effect.consequence);
+    };
+    let name = bench.model.opened.as_ref().unwrap().name.clone();
+    let header = |bench: &mut Bench, columns| {
+        let frame = bench.frame(columns, 24);
+        frame.lines().next().unwrap().to_string()
+    };
+    let words = format!("variant · collision with {} · {name}", with.with);
+    let narrow = header(&mut bench, 80);
+    assert!(narrow.contains(&words), "{narrow}");
+    assert!(header(&mut bench, 200).contains("cp+cot+icl"));
+    bench.press("space g o");
+    let original = header(&mut bench, 80);
+    assert!(
+        original.contains("original · goal reached · "),
+        "{original}"
+    );
+}
+
+#[test]
+fn the_attacker_is_named_however_little_room_there_is() {
+    let mut bench = shown_small("rightturn", 80, 24);
+    let attacker = made(&bench).effect.main().obstacle;
+    // The list in front leaves few rows to the map; farther away all bodies share a few cells.
+    for focus in ["", "tab"] {
+        bench.press(focus);
+        for _ in 0..6 {
+            let frame = bench.frame(80, 24);
+            let map: Vec<&str> = frame.lines().skip(1).collect();
+            let label = format!("X {attacker}");
+            let named = |line: &&str| line.contains(&label);
+            assert!(map.iter().any(named), "{frame}");
+            bench.perform("zoom-out");
+        }
+    }
+}
+
+#[test]
+fn the_plot_says_both_scores() {
+    let bench = shown_small("rightturn", 80, 24);
+    let scores = "⠒⠒after 0 · ⠂⠀⠂before ";
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains(&format!(" risk · {scores}")), "{frame}");
+    let wide = bench.frame(200, 60);
+    let title = format!("attacker's risk now, 0 = collision · {scores}");
+    assert!(wide.contains(&title), "{wide}");
+}
+
+#[test]
+fn who_has_a_variant_needs_no_way_to_a_first_verdict() {
+    let mut bench = open("rightturn");
+    bench.model.recall.hint = true;
+    assert!(bench.frame(80, 24).contains("worst moment"));
+    bench.press("space g g");
+    arrive(&mut bench);
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let frame = bench.frame(columns, rows);
+        assert!(
+            !frame.contains("three keys") && !frame.contains("x worst moment"),
+            "{frame}"
+        );
     }
 }

@@ -1,11 +1,23 @@
-//! Finding and opening scenarios, with which ego, and what cannot be read.
+//! From the first start over opening scenarios to quitting.
 
 use std::path::Path;
+use std::time::Duration;
 
-use super::bench::Bench;
-use crate::message::{Effect, JobRequest, Msg, OpenId};
-use crate::model::{Notice, Pane};
 use nearmiss_formats::{EgoSelection, Entry, write_recording};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::Task;
+
+use crate::features::answers::Ask;
+use crate::features::batch::BatchScreen;
+use crate::features::batch::request::EstimateBatch;
+use crate::features::results::ResultsScreen;
+use crate::features::scenarios::request::{Find, Found, Survey};
+use crate::keymap::Keymap;
+use crate::message::{Effect, Msg};
+use crate::model::{Column, Model, Notice, OpenId, Pane, Update};
+use crate::tests::bench::{Bench, answer};
+use crate::tests::side_by_side::{sized, two};
+use crate::update::Open;
 
 #[test]
 fn the_first_scenario_opens_with_the_built_in_verdict() {
@@ -28,14 +40,14 @@ fn the_first_scenario_opens_with_the_built_in_verdict() {
         bench
             .effects
             .iter()
-            .any(|e| matches!(e, Effect::Survey(list) if list.len() == 8))
+            .any(|e| matches!(e.request(), Some(Survey::All(list)) if list.len() == 8))
     );
 }
 
 #[test]
 fn a_stale_opening_is_dropped() {
     let mut bench = Bench::bundled();
-    bench.send(Msg::Opened(OpenId(0), Err("late".into())));
+    bench.send(Msg::reply::<Open>((OpenId(0), Err("late".into()))));
     assert!(bench.model.open_error.is_none() && bench.model.opened.is_some());
 }
 
@@ -47,7 +59,7 @@ fn a_file_that_cannot_be_read_says_why_and_the_rest_works() {
     let mut entries = vec![Entry::of_file(&path)];
     entries.extend(nearmiss_formats::bundled());
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(entries.into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(entries.into()))));
     let error = bench.model.open_error.clone().unwrap();
     assert!(
         error.contains("broken.xml:1:1") && error.contains("timeStepSize"),
@@ -69,7 +81,7 @@ fn what_the_search_passed_over_is_said_below_the_list_and_told_by_i() {
     let mut bench = Bench::bundled();
     assert!(!bench.frame(120, 40).contains(" skipped"));
     let found = nearmiss_formats::find(&[folder.path().to_path_buf()]).unwrap();
-    bench.send(Msg::Found(Ok(found)));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(found))));
     let frame = bench.frame(120, 40);
     assert!(frame.contains("scenarios 1 "), "{frame}");
     assert!(frame.contains(" 2 skipped: Space o i "), "{frame}");
@@ -85,7 +97,9 @@ fn what_the_search_passed_over_is_said_below_the_list_and_told_by_i() {
 fn nothing_found_is_said() {
     let mut bench = Bench::empty();
     assert!(bench.frame(120, 40).contains("looking for scenarios"));
-    bench.send(Msg::Found(Err("nothing in there".into())));
+    bench.send(Msg::reply::<Find>(Found::All(Err(
+        "nothing in there".into()
+    ))));
     assert!(bench.frame(120, 40).contains("nothing in there"));
 }
 
@@ -138,14 +152,17 @@ fn a_scenario_without_ego_is_shown_and_says_what_to_do() {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/ZAM_Merge-1_1_T-1.xml");
     std::fs::copy(source, &path).unwrap();
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(vec![Entry::of_file(
+        &path,
+    )]
+    .into()))));
     assert!(bench.frame(120, 40).contains("no ego"));
     bench.press("r");
     assert!(
         bench
             .effects
             .iter()
-            .all(|e| !matches!(e, Effect::Start(_, JobRequest::Question { .. })))
+            .all(|e| !matches!(e.request(), Some(Ask { .. })))
     );
     assert!(
         bench
@@ -201,7 +218,10 @@ fn what_reading_assumed_is_shown_and_counted() {
         <dynamicObstacle id="7"><type>spaceship</type></dynamicObstacle></commonRoad>"#;
     std::fs::write(&path, text).unwrap();
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(vec![Entry::of_file(
+        &path,
+    )]
+    .into()))));
     assert!(bench.frame(160, 45).contains("! 3 warnings (Space o i)"));
     bench.press("space o i");
     let frame = bench.frame(160, 45);
@@ -236,7 +256,7 @@ fn an_obstacle_as_the_ego_is_seen_at_once_and_r_goes_back() {
         headline: bench.model.opened.as_ref().unwrap().headline.clone(),
         ..crate::loaded::Facts::default()
     };
-    bench.send(Msg::Surveyed(0, Ok(risk)));
+    bench.send(Msg::reply::<Survey>((0, Ok(risk))));
     let recorded = badge(&bench);
     assert!(recorded.ends_with("0X"), "{recorded}");
     bench.press("space e t");
@@ -266,7 +286,10 @@ fn without_an_ego_every_pane_says_what_to_do_and_no_names_run_together() {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/ZAM_JamTail-1_1_T-1.xml");
     std::fs::copy(source, &path).unwrap();
     let mut bench = Bench::empty();
-    bench.send(Msg::Found(Ok(vec![Entry::of_file(&path)].into())));
+    bench.send(Msg::reply::<Find>(Found::All(Ok(vec![Entry::of_file(
+        &path,
+    )]
+    .into()))));
     let panes = bench.frame(120, 40).matches("makes it the ego").count();
     assert!(panes >= 3, "{}", bench.frame(120, 40));
     let ids: Vec<String> = bench
@@ -301,4 +324,267 @@ fn without_an_ego_every_pane_says_what_to_do_and_no_names_run_together() {
         }
     }
     assert!(named > 10);
+}
+
+fn said(model: &Model) -> String {
+    let last = model.toasts.last();
+    last.map_or(String::new(), |toast| toast.text.clone())
+}
+
+fn pass(bench: &mut Bench, seconds: f64) {
+    bench.send(Msg::Passed(Duration::from_secs_f64(seconds)));
+}
+
+#[test]
+fn after_editing_the_keys_are_back_in_the_list() {
+    let mut bench = Bench::bundled();
+    bench.press("e x esc");
+    assert_eq!(bench.model.focus, Pane::Scenarios);
+    bench.press("* j *");
+    assert_eq!(bench.model.marks.count(&bench.model.list), 2);
+    bench.press("tab tab");
+    assert_eq!(bench.model.focus, Pane::Prompt);
+    bench.press("enter esc");
+    assert_eq!(bench.model.focus, Pane::Prompt, "it was there before");
+    bench.press("*");
+    let words = said(&bench.model);
+    assert!(words.contains("select others in the list"), "{words}");
+}
+
+#[test]
+fn without_marks_the_dialog_says_that_it_asks_all() {
+    let mut bench = Bench::bundled();
+    bench.press("space a a");
+    let all = bench.model.list.visible.len();
+    let words = format!("No scenario is marked: this asks all {all}. * marks");
+    assert!(bench.frame(120, 40).contains(&words));
+    bench.press("esc * space a a");
+    assert!(!bench.frame(120, 40).contains("No scenario is marked"));
+}
+
+#[test]
+fn what_cannot_be_asked_is_not_offered() {
+    let mut bench = Bench::bundled();
+    bench.press("space a a");
+    let card = bench.model.proposal.as_ref().unwrap();
+    let mut counts = card.counts.clone();
+    counts.looked = card.batch.entries.len();
+    counts.refused = Some("LAB_KEY is not set".into());
+    let id = card.id;
+    bench.send(Msg::reply::<EstimateBatch>((id, Update::Ended(Ok(counts)))));
+    for (columns, rows) in [(80, 24), (120, 40)] {
+        let frame = bench.frame(columns, rows);
+        assert!(frame.contains("LAB_KEY is not set"), "{frame}");
+        assert!(!frame.contains("Enter ask"), "{frame}");
+    }
+    bench.effects.clear();
+    bench.press("enter");
+    assert!(bench.effects.is_empty() && bench.model.screens.is_top::<BatchScreen>());
+}
+
+#[test]
+fn a_running_search_keeps_its_key_and_the_title_its_place() {
+    let mut bench = Bench::bundled();
+    let name = bench.model.opened.as_ref().unwrap().name.clone();
+    bench.press("space g g");
+    for seconds in [0.0, 10.0] {
+        pass(&mut bench, seconds);
+        let frame = bench.frame(80, 24);
+        let (first, last) = (frame.lines().next(), frame.lines().last());
+        assert!(last.is_some_and(|l| l.contains("Esc cancel")), "{frame}");
+        assert!(first.is_some_and(|l| l.contains(&name)), "{frame}");
+    }
+}
+
+#[test]
+fn with_nothing_to_rate_no_rating_is_offered() {
+    let mut bench = sized(Bench::bundled(), 120, 40);
+    let column = Column::from(answer("lab/small", true, 301));
+    bench.model.answers.columns.push(column);
+    bench.press("space o b");
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("1 complete answer of a model;"), "{frame}");
+    let footer = frame.lines().last().unwrap_or_default();
+    assert!(
+        !footer.contains("best") && !footer.contains("tie"),
+        "{footer}"
+    );
+    assert!(footer.contains("Esc"), "{footer}");
+}
+
+#[test]
+fn countries_are_found_by_their_names() {
+    let mut bench = Bench::bundled();
+    let countries = |bench: &Bench| {
+        let places = bench.model.list.visible.iter();
+        let rows = places.map(|place| bench.model.list.rows[*place].country().to_string());
+        rows.collect::<std::collections::BTreeSet<_>>()
+    };
+    let all = bench.model.list.visible.len();
+    for filter in ["zamunda", "country:zamunda"] {
+        bench.press("/");
+        bench.type_text(filter);
+        bench.press("enter");
+        let found = bench.model.list.visible.len();
+        assert_eq!(countries(&bench), ["ZAM".to_string()].into(), "{filter}");
+        assert!(found > 0 && found <= all);
+    }
+    bench.press("/");
+    bench.type_text("!zamunda");
+    bench.press("enter");
+    assert!(!countries(&bench).contains("ZAM"));
+}
+
+#[test]
+fn the_best_match_opens_when_typing_rests() {
+    let mut bench = Bench::bundled();
+    let before = bench.model.list.opened;
+    bench.press("/");
+    bench.type_text("merge");
+    assert_eq!(bench.model.list.opened, before, "nothing opens at a key");
+    assert!(bench.model.moves());
+    pass(&mut bench, 1.0);
+    assert_ne!(bench.model.list.opened, before);
+    bench.type_text("qqq");
+    pass(&mut bench, 1.0);
+    let open = bench.model.opened.as_ref().unwrap().name.clone();
+    let list = bench.frame(200, 60);
+    assert!(list.contains("no match; Esc clears the"), "{list}");
+    assert!(list.matches(&open).count() > 1, "{list}");
+}
+
+#[test]
+fn help_on_the_list_begins_with_its_signs() {
+    let mut bench = Bench::bundled();
+    bench.press("?");
+    let frame = bench.frame(120, 40);
+    let signs = frame.find("signs in the list").unwrap();
+    assert!(signs < frame.find("here: in the list").unwrap(), "{frame}");
+    assert!(frame.contains("0 contact"), "{frame}");
+}
+
+#[test]
+fn menus_open_side_by_side_and_in_the_editor() {
+    let mut bench = sized(two(), 120, 40);
+    bench.press("space o c space");
+    let frame = bench.frame(120, 40);
+    assert!(frame.contains("Space · menu"), "{frame}");
+    bench.press("o r");
+    assert!(bench.model.screens.is_top::<ResultsScreen>());
+    bench.press("esc");
+    assert!(bench.model.compare.open && bench.model.screens.is_empty());
+    bench.press("esc e f8 a a");
+    assert!(bench.model.screens.is_top::<BatchScreen>());
+    assert!(
+        bench
+            .effects
+            .iter()
+            .any(|effect| { matches!(effect.request(), Some(EstimateBatch { .. })) })
+    );
+    bench.press("esc f8 w w");
+    assert!(bench.model.prompt.editing);
+    assert_eq!(bench.model.focus, Pane::Prompt);
+    // A space is text there.
+    let before = bench.model.prompt.text();
+    bench.press("space");
+    assert_ne!(bench.model.prompt.text(), before);
+}
+
+#[test]
+fn blind_menus_stay_shut() {
+    let mut bench = sized(two(), 120, 40);
+    bench.press("space o b space");
+    assert!(bench.model.look.pending.is_empty() && bench.model.compare.open);
+    assert!(said(&bench.model).contains("rate first"));
+}
+
+#[test]
+fn menus_spell_out_what_they_switch_and_how_it_stands() {
+    let mut bench = Bench::bundled();
+    bench.press("space a");
+    let frame = bench.frame(120, 40);
+    assert!(
+        frame.contains("contextual prompting on/off (on)"),
+        "{frame}"
+    );
+    assert!(frame.contains("discard draft"), "{frame}");
+}
+
+#[test]
+fn a_keymap_file_may_still_say_reset_template() {
+    let map = Keymap::parse("keymap.toml", "[global]\nreset-template = \"f9\"\n").unwrap();
+    let key = map.key_of(crate::action::Action::DiscardDraft);
+    assert_eq!(key, "F9");
+}
+
+#[test]
+fn q_asks_again_while_something_runs() {
+    let mut bench = super::answers::asking();
+    let quits = |bench: &Bench| bench.effects.iter().any(|e| matches!(e, Effect::Quit));
+    bench.press("q");
+    assert!(!quits(&bench));
+    assert!(
+        bench
+            .frame(120, 40)
+            .contains("1 question is running; q again")
+    );
+    bench.press("q");
+    assert!(quits(&bench));
+    let mut bench = Bench::bundled();
+    bench.press("q");
+    assert!(quits(&bench), "nothing runs");
+}
+
+/// Goes on to a task.
+fn to(bench: &mut Bench, task: Task) {
+    for _ in Task::ALL {
+        if bench.model.task == task {
+            return;
+        }
+        bench.press("space a t");
+    }
+    assert_eq!(bench.model.task, task);
+}
+
+#[test]
+fn every_task_begins_in_its_usual_frame_and_window() {
+    let mut bench = Bench::bundled();
+    let last = bench.model.scene().map(|s| s.last_step());
+    let end = |bench: &Bench| bench.model.window().map(|w| w.last());
+    to(&mut bench, Task::Safety);
+    assert_eq!(end(&bench), last.map(|l| l - 2));
+    to(&mut bench, Task::Attacker);
+    assert_eq!((end(&bench), bench.model.frame), (last, Frame::Metrics));
+    let said = bench.frame(120, 40);
+    assert!(said.contains("built-in judge does not"), "{said}");
+    assert!(!said.contains("nothing to judge yet"), "{said}");
+    to(&mut bench, Task::Trajectory);
+    assert_eq!(end(&bench), last);
+    to(&mut bench, Task::Safety);
+    assert_eq!(
+        (end(&bench), bench.model.frame),
+        (last.map(|l| l - 2), Frame::Ego)
+    );
+}
+
+#[test]
+fn what_somebody_chose_stays() {
+    let mut bench = Bench::bundled();
+    to(&mut bench, Task::Safety);
+    bench.press("space a f");
+    let chosen = bench.model.frame;
+    assert_ne!(chosen, Frame::Ego);
+    let pane = bench.model.focus;
+    bench.model.focus = crate::model::Pane::Map;
+    bench.press("left");
+    bench.model.focus = pane;
+    let step = bench.model.clock.step();
+    for _ in Task::ALL {
+        bench.press("space a t");
+        assert_eq!(bench.model.clock.step(), step, "{:?}", bench.model.task);
+    }
+    assert_eq!(
+        (bench.model.task, bench.model.frame),
+        (Task::Safety, chosen)
+    );
 }

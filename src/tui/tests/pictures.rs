@@ -1,13 +1,13 @@
 //! Saving pictures: choices, file names and messages.
 
-use super::bench::Bench;
-use super::events;
-use super::variant_fixtures::generated;
+use crate::features::generation::request::Generate;
+use crate::features::pictures::{SavePicture, save};
 use crate::loaded::{PictureJob, PictureKind};
-use crate::message::{Effect, JobRequest, Msg};
+use crate::message::{Effect, Msg};
 use crate::model::Pane;
 use crate::pixels::Encoder;
-use crate::tasks::pictures::{Drawing, save};
+use crate::services::Drawing;
+use crate::tests::bench::{self, Bench, generated_variant};
 use nearmiss_render::MapExtent;
 
 fn asked(bench: &mut Bench) -> Box<PictureJob> {
@@ -55,9 +55,9 @@ fn a_picture_is_of_what_is_seen_now() {
 #[test]
 fn where_it_is_or_why_not_is_said() {
     let mut bench = Bench::bundled();
-    bench.send(Msg::Pictured(Ok("a/b.svg".into())));
+    bench.send(Msg::reply::<SavePicture>(Ok("a/b.svg".into())));
     assert!(bench.frame(120, 40).contains("saved as a/b.svg"));
-    bench.send(Msg::Pictured(Err("no space".into())));
+    bench.send(Msg::reply::<SavePicture>(Err("no space".into())));
     assert!(bench.frame(120, 40).contains("no picture: no space"));
 }
 
@@ -130,10 +130,10 @@ fn a_variant_is_drawn_with_both_motions_of_its_attacker() {
     bench.press("/");
     bench.type_text("rightturn");
     bench.press("enter space g g");
-    let Some(Effect::Start(id, JobRequest::Generate(wish))) = bench.effects.pop() else {
+    let Ok(Generate { id, request }) = bench.effects.pop().unwrap().into_request() else {
         panic!("nothing was searched for");
     };
-    bench.send(events::generated(id, generated(&wish)));
+    bench.send(bench::generated(id, generated_variant(&request)));
     bench.frame(200, 60);
     bench.model.focus = Pane::Map;
     let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,7 @@
 //! The reasoning pane: its contents above the answer, and without one.
 
-use super::answers::asking;
-use super::bench::{Bench, answer, no_verdict};
-use super::events;
+use crate::tests::answers::asking;
+use crate::tests::bench::{self, Bench, answer, no_verdict};
 use nearmiss_ask::llm::{Chunk, ToolCall, ToolRound, ToolTurn};
 use nearmiss_store::RunId;
 use nearmiss_study::evaluation::{Event, JudgeOutcome, MissingVerdict};
@@ -26,11 +25,11 @@ fn place(lines: &[String], words: &str) -> Option<usize> {
 fn a_line_divides_the_reasoning_from_the_answer() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(events::piece(
+    bench.send(bench::piece(
         id,
         Event::Chunk(Chunk::Reasoning("thinking hard".into())),
     ));
-    bench.send(events::piece(
+    bench.send(bench::piece(
         id,
         Event::Chunk(Chunk::Text("so it is".into())),
     ));
@@ -39,7 +38,7 @@ fn a_line_divides_the_reasoning_from_the_answer() {
     assert_eq!(at("thinking hard"), at("── reasoning ──") + 1, "{lines:#?}");
     assert_eq!(at(DIVIDER), at("thinking hard") + 2, "{lines:#?}");
     assert_eq!(at("so it is"), at(DIVIDER) + 1, "{lines:#?}");
-    bench.send(events::answered(
+    bench.send(bench::answered(
         id,
         Ok(Box::new(answer("lab/small", true, 301))),
     ));
@@ -68,8 +67,8 @@ fn tool_calls_are_a_line_above_the_reasoning_until_they_are_unfolded() {
         r#"{"error":"no JSON"}"#.into(),
     ];
     let round = ToolRound { turn, results };
-    bench.send(events::piece(id, Event::Tools(Box::new(round))));
-    bench.send(events::piece(
+    bench.send(bench::piece(id, Event::Tools(Box::new(round))));
+    bench.send(bench::piece(
         id,
         Event::Chunk(Chunk::Reasoning("thinking hard".into())),
     ));
@@ -92,7 +91,7 @@ fn tool_calls_are_a_line_above_the_reasoning_until_they_are_unfolded() {
 fn an_answer_without_reasoning_needs_no_line() {
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(events::piece(
+    bench.send(bench::piece(
         id,
         Event::Chunk(Chunk::Text("so it is".into())),
     ));
@@ -108,11 +107,11 @@ fn what_is_waited_for_is_said_until_something_comes() {
     let on_its_way = "question sent, waiting for the answer…";
     assert!(place(&pane(&bench), "waiting 0 s").is_some());
     assert!(place(&pane(&bench), on_its_way).is_some());
-    bench.send(events::piece(id, Event::Awaiting(RunId(7))));
+    bench.send(bench::piece(id, Event::Awaiting(RunId(7))));
     let lines = pane(&bench);
     assert!(place(&lines, "run 7 asks the same").is_some(), "{lines:#?}");
     assert_eq!(place(&lines, on_its_way), None, "{lines:#?}");
-    bench.send(events::piece(
+    bench.send(bench::piece(
         id,
         Event::Chunk(Chunk::Text("so it is".into())),
     ));
@@ -125,7 +124,7 @@ fn what_never_left_this_machine_is_called_so_with_the_reason() {
     let mut bench = asking();
     let (id, _) = bench.asked();
     let refused = "nothing was sent: a key is needed: set LAB_KEY";
-    bench.send(events::answered(id, Err(refused.into())));
+    bench.send(bench::answered(id, Err(refused.into())));
     let lines = pane(&bench);
     assert!(lines[0].contains("not sent"), "{lines:#?}");
     assert!(
@@ -134,11 +133,11 @@ fn what_never_left_this_machine_is_called_so_with_the_reason() {
     );
     let mut bench = asking();
     let (id, _) = bench.asked();
-    bench.send(events::piece(id, Event::Kept(RunId(1))));
+    bench.send(bench::piece(id, Event::Kept(RunId(1))));
     let mut unsent = no_verdict("lab/small", "");
     unsent.reasoning.clear();
     unsent.judged = JudgeOutcome::Missing(MissingVerdict::NotSent("cannot reach lab".into()));
-    bench.send(events::answered(id, Ok(Box::new(unsent))));
+    bench.send(bench::answered(id, Ok(Box::new(unsent))));
     let frame = bench.frame(120, 40);
     assert!(
         frame.contains("nothing was sent: cannot reach lab"),
@@ -158,7 +157,7 @@ fn the_text_goes_to_the_claim_that_is_picked() {
     let filler = "Nothing else matters here.\n\n".repeat(60);
     let last = "At step 59 the gap to obstacle 301 is 7 m.";
     let text = format!("{first}\n\n{filler}{last}\n\n{filler}");
-    bench.send(events::answered(
+    bench.send(bench::answered(
         id,
         Ok(Box::new(no_verdict("lab/a", &text))),
     ));
@@ -180,7 +179,7 @@ fn markdown_is_rendered_json_is_folded_and_both_can_be_had_as_sent() {
     let (id, _) = bench.asked();
     let mut said = no_verdict("lab/a", WHY);
     said.reasoning.clear();
-    bench.send(events::answered(id, Ok(Box::new(said))));
+    bench.send(bench::answered(id, Ok(Box::new(said))));
     let shows = |bench: &Bench, words: &str| place(&pane(bench), words).is_some();
     for (words, there) in [
         ("│Why", true),
@@ -210,7 +209,7 @@ fn reasons_in_json_are_read_as_text_while_they_arrive() {
     let (first, more) = answer.split_at(answer.find("It").unwrap());
     let shows = |bench: &Bench, words: &str| place(&pane(bench), words).is_some();
     let piece = |text: &str| Event::Chunk(Chunk::Text(text.into()));
-    bench.send(events::piece(id, piece(first)));
+    bench.send(bench::piece(id, piece(first)));
     for (words, there) in [
         ("1. The gap is 9 m.", true),
         ("justification", false),
@@ -218,7 +217,7 @@ fn reasons_in_json_are_read_as_text_while_they_arrive() {
     ] {
         assert_eq!(shows(&bench, words), there, "{words}: {:#?}", pane(&bench));
     }
-    bench.send(events::piece(id, piece(more)));
+    bench.send(bench::piece(id, piece(more)));
     for words in ["2. It \"closes\".", "▸ verdict JSON, 1 line"] {
         assert!(shows(&bench, words), "{words}: {:#?}", pane(&bench));
     }
@@ -234,7 +233,7 @@ fn a_claim_in_folded_json_unfolds_it() {
     let (id, _) = bench.asked();
     let mut said = no_verdict("lab/a", WHY);
     said.reasoning.clear();
-    bench.send(events::answered(id, Ok(Box::new(said))));
+    bench.send(bench::answered(id, Ok(Box::new(said))));
     let lines = pane(&bench);
     assert!(place(&lines, "4 lines, 1 claim").is_some(), "{lines:#?}");
     // The first claim is in the text, and its sign stands behind what markup leaves of it.
@@ -256,14 +255,14 @@ fn when_a_stream_ends_the_reader_is_where_reading_goes_on() {
     let stream = |bench: &mut Bench| {
         let (id, _) = bench.asked();
         let chunk = Event::Chunk(Chunk::Text(text.clone()));
-        bench.send(events::piece(id, chunk));
+        bench.send(bench::piece(id, chunk));
         pane(bench);
         id
     };
     let end = |bench: &mut Bench, id| {
         let mut said = no_verdict("lab/small", &text);
         said.reasoning.clear();
-        bench.send(events::answered(id, Ok(Box::new(said))));
+        bench.send(bench::answered(id, Ok(Box::new(said))));
         pane(bench)
     };
     // A reader who only watched begins at the beginning.

@@ -1,15 +1,17 @@
-//! Answers side by side on the whole screen: claims, scrolling, blind mode, ratings.
+//! Answers side by side, and their ratings.
 
-use super::answers::{asking, stored_of};
-use super::bench::{Bench, answer};
-use super::events;
-use crate::keymap::Key;
-use crate::message::{Effect, Msg};
-use crate::model::ShownAnswer;
 use nearmiss_ask::llm::Chunk;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
 use nearmiss_study::evaluation::{Answer, Event};
+
+use crate::features::answers::LoadStored;
+use crate::features::compare::rating::{FindUnrated, Rate, ReadRatings};
+use crate::keymap::Key;
+use crate::message::{Effect, Msg};
+use crate::model::ShownAnswer;
+use crate::tests::answers::{asking, stored_of};
+use crate::tests::bench::{self, Bench, answer};
 
 const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20. It is **fast**.\n\n\
     Obstacle 302 is behind the ego.";
@@ -29,7 +31,7 @@ pub fn two() -> Bench {
         said("lab/walrus", true, 7, CLAIMS),
         said("lab/mammoth", false, 8, &long),
     ];
-    bench.send(Msg::Stored(of, answers));
+    bench.send(Msg::reply::<LoadStored>((of, answers)));
     bench
 }
 
@@ -39,10 +41,14 @@ pub fn sized(mut bench: Bench, columns: u16, rows: u16) -> Bench {
 }
 
 fn rating(bench: &Bench) -> NewRating {
-    let mut rated = bench.effects.iter().rev().filter_map(|e| match e {
-        Effect::Rate(_, rating, _) => Some((**rating).clone()),
-        _ => None,
-    });
+    let mut rated = bench
+        .effects
+        .iter()
+        .rev()
+        .filter_map(|e| match e.request() {
+            Some(Rate { rating, .. }) => Some((**rating).clone()),
+            _ => None,
+        });
     rated.next().expect("something was rated")
 }
 
@@ -138,7 +144,7 @@ fn what_arrives_is_followed_until_somebody_scrolls_up() {
     bench.press("space o c");
     let place = place_of(&bench, "lab/small");
     bench.model.compare.focus = place;
-    let line = |n: usize| events::piece(id, Event::Chunk(Chunk::Text(format!("line {n}\n"))));
+    let line = |n: usize| bench::piece(id, Event::Chunk(Chunk::Text(format!("line {n}\n"))));
     (0..60).for_each(|n| bench.send(line(n)));
     assert!(bench.frame(120, 40).contains("line 59"));
     bench.press("up up");
@@ -153,7 +159,10 @@ fn what_arrives_is_followed_until_somebody_scrolls_up() {
     assert!(bench.frame(120, 40).contains("line 90"));
     bench.press("1");
     assert!(
-        !bench.effects.iter().any(|e| matches!(e, Effect::Rate(..))),
+        !bench
+            .effects
+            .iter()
+            .any(|e| matches!(e.request(), Some(Rate { .. }))),
         "it is not whole"
     );
 }
@@ -219,12 +228,12 @@ fn blind_mode_hides_whose_answers_they_are_until_one_is_chosen() {
         "now it may be known"
     );
     assert!(agrees(&bench.frame(120, 40)));
-    bench.send(Msg::Rated(bench.model.compare.round, Ok(1)));
+    bench.send(Msg::reply::<Rate>((bench.model.compare.round, Ok(1))));
     bench.press(&(better + 1).to_string());
     let count = bench
         .effects
         .iter()
-        .filter(|e| matches!(e, Effect::Rate(..)))
+        .filter(|e| matches!(e.request(), Some(Rate { .. })))
         .count();
     assert_eq!(count, 1, "once is enough");
 }
@@ -235,7 +244,15 @@ fn blind_mode_goes_on_to_the_next_scenario() {
     let before = bench.model.opened.as_ref().unwrap().name.clone();
     bench.press("space o b t enter");
     // Which scenario has something to rate is asked of the store.
-    let asks = |effect: &&Effect| matches!(effect, Effect::FindUnrated(Task::Collision, _));
+    let asks = |effect: &&Effect| {
+        matches!(
+            effect.request(),
+            Some(FindUnrated {
+                task: Task::Collision,
+                ..
+            })
+        )
+    };
     assert_eq!(bench.effects.iter().filter(asks).count(), 2);
     let list = &bench.model.list;
     let other = list.rows[*list.visible.last().unwrap()].entry.name.clone();
@@ -243,14 +260,14 @@ fn blind_mode_goes_on_to_the_next_scenario() {
         scenarios: scenarios.iter().map(|name| ((*name).into(), 2)).collect(),
         rated: [RunId(5)].into(),
     };
-    bench.send(Msg::Unrated(Ok(left(&[&other]))));
+    bench.send(Msg::reply::<FindUnrated>(Ok(left(&[&other]))));
     assert_ne!(other, before);
     assert_eq!(bench.model.opened.as_ref().unwrap().name, other);
     assert!(bench.frame(120, 40).contains("no stored answers"));
     let mut answers = ["lab/a", "lab/b", "lab/c", "lab/d"].map(|model| answer(model, true, 301));
     answers[3].run = Some(RunId(5));
     let of = stored_of_last(&bench);
-    bench.send(Msg::Stored(of, answers.to_vec()));
+    bench.send(Msg::reply::<LoadStored>((of, answers.to_vec())));
     // As many columns as fit; what was rated before does not come again.
     assert_eq!(bench.model.compare.shown.len(), 3);
     let rated = |shown: &ShownAnswer| *shown == place_of_model(&bench, "lab/d");
@@ -275,11 +292,15 @@ fn place_of_model(bench: &Bench, model: &str) -> ShownAnswer {
     ShownAnswer::Column(columns.position(|c| c.model == model).unwrap())
 }
 
-fn stored_of_last(bench: &Bench) -> crate::message::StoredOf {
-    let mut all = bench.effects.iter().rev().filter_map(|e| match e {
-        Effect::LoadStored(of) => Some(of.clone()),
-        _ => None,
-    });
+fn stored_of_last(bench: &Bench) -> crate::features::answers::StoredOf {
+    let mut all = bench
+        .effects
+        .iter()
+        .rev()
+        .filter_map(|e| match e.request() {
+            Some(LoadStored(of)) => Some(of.clone()),
+            _ => None,
+        });
     all.next().unwrap()
 }
 
@@ -287,7 +308,10 @@ fn stored_of_last(bench: &Bench) -> crate::message::StoredOf {
 fn ratings_are_summed_up() {
     let mut bench = sized(two(), 120, 40);
     bench.press("space o c shift-s");
-    assert!(matches!(bench.effects.last(), Some(Effect::ReadRatings)));
+    assert!(matches!(
+        bench.effects.last().and_then(Effect::request),
+        Some(ReadRatings)
+    ));
     let answer = |model: &str| RatedAnswer {
         run: None,
         model: model.into(),
@@ -315,7 +339,7 @@ fn ratings_are_summed_up() {
         Choice::Tie,
     ]
     .map(rating);
-    bench.send(Msg::Ratings(Ok(all.to_vec())));
+    bench.send(Msg::reply::<ReadRatings>(Ok(all.to_vec())));
     for size in [(80, 24), (120, 40)] {
         let frame = bench.frame(size.0, size.1);
         // 2.5 to 1.5: ln(5/3)/2 = 0.26.
@@ -364,7 +388,10 @@ fn the_palette_rates_nothing_that_is_not_on_the_screen() {
     assert!(bench.model.answers.columns.is_empty());
     for name in ["tie", "all-wrong", "best-1", "mark-wrong"] {
         bench.perform(name);
-        let rated = bench.effects.iter().any(|e| matches!(e, Effect::Rate(..)));
+        let rated = bench
+            .effects
+            .iter()
+            .any(|e| matches!(e.request(), Some(Rate { .. })));
         assert!(!rated && bench.model.compare.open, "{name}");
         bench.press("esc");
     }
@@ -376,9 +403,85 @@ fn answers_that_come_after_it_was_opened_stand_there_too() {
     let of = stored_of(&bench);
     bench.press("space o c");
     assert_eq!(bench.model.compare.shown, [ShownAnswer::Reference]);
-    bench.send(Msg::Stored(of, vec![answer("lab/a", true, 301)]));
+    bench.send(Msg::reply::<LoadStored>((
+        of,
+        vec![answer("lab/a", true, 301)],
+    )));
     assert_eq!(
         bench.model.compare.shown,
         [ShownAnswer::Column(0), ShownAnswer::Reference]
     );
+}
+
+/// What was sent to the store: what was chosen, how many answers were marked, and which rating that replaces.
+fn sent(bench: &Bench) -> Vec<(Choice, usize, Option<i64>)> {
+    let effects = bench.effects.iter();
+    let rated = effects.filter_map(|effect| match effect.request() {
+        Some(Rate {
+            rating, replaced, ..
+        }) => {
+            let marked = rating.answers.iter().filter(|answer| answer.wrong).count();
+            Some((rating.choice, marked, *replaced))
+        }
+        _ => None,
+    });
+    rated.collect()
+}
+
+#[test]
+fn answers_are_rated_anew_while_they_stand_there() {
+    for open in ["space o c", "space o b"] {
+        let mut bench = sized(two(), 120, 40);
+        bench.press(open);
+        let round = bench.model.compare.round;
+        bench.press("1");
+        bench.send(Msg::reply::<Rate>((round, Ok(4))));
+        bench.press("2");
+        bench.send(Msg::reply::<Rate>((round, Ok(4))));
+        assert!(bench.frame(120, 40).contains("rating 4 changed"), "{open}");
+        bench.press("w enter");
+        bench.send(Msg::reply::<Rate>((round, Ok(4))));
+        bench.press("w");
+        let (best, again) = (Choice::Best, Some(4));
+        let anew = [
+            (best(1), 0, again),
+            (best(1), 1, again),
+            (best(1), 0, again),
+        ];
+        let all = [&[(best(0), 0, None)][..], &anew].concat();
+        assert_eq!(sent(&bench), all, "{open}");
+        // The last one is refused: what is in the store is what is shown.
+        bench.send(Msg::reply::<Rate>((
+            round,
+            Err("the store is locked".into()),
+        )));
+        bench.press("t");
+        bench.send(Msg::reply::<Rate>((
+            round,
+            Err("the store is locked".into()),
+        )));
+        assert_eq!(bench.model.compare.choice, Some(best(1)), "{open}");
+    }
+}
+
+#[test]
+fn a_rating_waits_for_the_one_before_it_and_other_answers_have_their_own() {
+    let mut bench = sized(two(), 120, 40);
+    bench.press("space o c");
+    let round = bench.model.compare.round;
+    bench.press("1 2 t");
+    assert_eq!(sent(&bench), [(Choice::Best(0), 0, None)]);
+    // Meanwhile other answers stand there; nothing was made of them yet.
+    bench.press("esc space o c");
+    bench.send(Msg::reply::<Rate>((round, Ok(4))));
+    assert_eq!(sent(&bench)[1..], [(Choice::Tie, 0, Some(4))]);
+    bench.send(Msg::reply::<Rate>((round, Ok(4))));
+    assert_eq!(bench.model.compare.choice, None);
+    bench.press("0");
+    assert_eq!(sent(&bench)[2..], [(Choice::AllWrong, 0, None)]);
+    bench.send(Msg::reply::<Rate>((
+        bench.model.compare.round,
+        Err("the store is locked".into()),
+    )));
+    assert_eq!(bench.model.compare.choice, None);
 }

@@ -3,17 +3,6 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::bench::Bench;
-use super::drive_fixtures::coarse;
-use super::events;
-use super::stopping::right_turn;
-use super::variant_fixtures::{generated, in_12_ms};
-use crate::loaded::{
-    Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
-    VariantRequest,
-};
-use crate::message::{Effect, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::model::{JobState, Model};
 use nearmiss_ask::llm::Chunk;
 use nearmiss_drive::generation::attacker::{self, Candidate};
 use nearmiss_drive::generation::{AttackSetup, AttackStyle, Reason, Refusal, admit};
@@ -30,21 +19,32 @@ use nearmiss_study::evaluation::generating::{
 };
 use nearmiss_workflow::{AttackSource, AttackWriter};
 
+use crate::features::generation::panel::VariantScreen;
+use crate::features::generation::request::Generate;
+use crate::loaded::{
+    Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
+    VariantRequest,
+};
+use crate::message::{Effect, Msg};
+use crate::model::{JobId, JobState, Model, Update};
+use crate::tests::asking::right_turn;
+use crate::tests::bench::{self, Bench, coarse, generated_variant, in_12_ms};
+
 /// What a model is wanted to say in tests.
 const WORDS: &str = "It is 4 m behind and has \u{1b}[31mno\u{1b}[0m other way.\n\tSo be it.";
 
 /// The last wish, and its number.
 pub fn asked(bench: &Bench) -> (JobId, VariantRequest) {
     let mut asks = bench.effects.iter().rev();
-    let ask = asks.find_map(|effect| match effect {
-        Effect::Start(id, JobRequest::Generate(wish)) => Some((*id, (**wish).clone())),
+    let ask = asks.find_map(|effect| match effect.request() {
+        Some(Generate { id, request }) => Some((*id, (**request).clone())),
         _ => None,
     });
     ask.expect("a model was asked")
 }
 
 pub fn count(bench: &Bench) -> usize {
-    let begun = |e: &&Effect| matches!(e, Effect::Start(_, JobRequest::Generate(..)));
+    let begun = |e: &&Effect| matches!(e.request(), Some(Generate { .. }));
     bench.effects.iter().filter(begun).count()
 }
 
@@ -65,7 +65,7 @@ pub fn open() -> Bench {
 
 /// The attack that a search finds: what the model is made to answer.
 pub fn found() -> (i64, Motion) {
-    let Ok(GenerationOutcome::Found { variant, .. }) = generated(&right_turn()) else {
+    let Ok(GenerationOutcome::Found { variant, .. }) = generated_variant(&right_turn()) else {
         panic!("the search finds nothing");
     };
     let made = &variant.variant.as_ref().unwrap().made;
@@ -262,10 +262,10 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     );
     assert_eq!(bench.model.jobs.asking(), 1);
     let hear = |bench: &mut Bench, progress| {
-        bench.send(Msg::Job(
+        bench.send(Msg::reply::<Generate>((
             id,
-            JobEvent::Generate(Update::Progress(GenerationProgress::Model(progress))),
-        ));
+            Update::Progress(GenerationProgress::Model(progress)),
+        )));
         let frame = bench.frame(200, 60);
         frame.lines().last().unwrap().to_string()
     };
@@ -331,7 +331,7 @@ fn a_key_asks_the_chosen_model_and_shows_how_far_it_is() {
     bench.press("q");
     assert!(said(&bench.model).contains("1 question is running"));
 
-    bench.send(events::generated(id, written(&wish)));
+    bench.send(bench::generated(id, written(&wish)));
     assert_eq!(made(&bench).by, "lab/small");
     assert!(bench.model.variant().unwrap().changed);
     assert!(said(&bench.model).starts_with("variant: 306 given a new motion, collision"));
@@ -353,7 +353,7 @@ fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     let state = |bench: &Bench| bench.model.jobs.all.last().unwrap().state.clone();
     assert_eq!(state(&bench), JobState::Stopping);
     let (id, _) = asked(&bench);
-    bench.send(Msg::Job(id, JobEvent::Generate(Update::Cancelled)));
+    bench.send(Msg::reply::<Generate>((id, Update::Cancelled)));
     assert!(matches!(state(&bench), JobState::Cancelled(_)));
     assert!(!bench.frame(80, 24).contains("cancelling…"));
     assert_eq!(said(&bench.model), "cancelled");
@@ -361,7 +361,7 @@ fn it_can_be_cancelled_and_another_model_is_not_asked_anew() {
     bench.press("space g m enter");
     let (id, wish) = asked(&bench);
     assert!(count(&bench) == 2 && !wish.writer.unwrap().fresh);
-    bench.send(events::generated(id, Ok(unwritten("lab/small"))));
+    bench.send(bench::generated(id, Ok(unwritten("lab/small"))));
     bench.press("space g m enter");
     assert!(asked(&bench).1.writer.unwrap().fresh);
     bench.press("esc esc");
@@ -378,7 +378,7 @@ fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
         bench.frame(columns, rows);
         bench.press("space g m enter");
         let (id, wish) = asked(&bench);
-        bench.send(events::generated(id, written(&wish)));
+        bench.send(bench::generated(id, written(&wish)));
         bench.model.toasts.clear();
         bench.press("tab space g v");
         bench.model.map.layers.planner = false;
@@ -391,4 +391,46 @@ fn the_panel_tells_who_wrote_it_and_what_became_of_each_answer() {
         assert!(!panel.contains('\u{1b}'));
         insta::assert_snapshot!(format!("the_authorship_at_{columns}_by_{rows}"), panel);
     }
+}
+
+#[test]
+fn the_picked_obstacle_attacks_and_the_judge_writes_nothing() {
+    let mut bench = open();
+    bench.model.picked = Some(305);
+    bench.perform("generate-with-model-by");
+    bench.press("enter");
+    assert_eq!(asked(&bench).1.only, Some(305));
+    bench.press("esc esc");
+    bench.model.model = nearmiss_scene::judge::MODEL.into();
+    bench.press("space g m");
+    assert_eq!(count(&bench), 1);
+    let words = said(&bench.model);
+    assert!(
+        words.contains("m chooses a model, Space g g searches without one"),
+        "{words}"
+    );
+}
+
+#[test]
+fn what_came_to_nothing_can_be_read() {
+    let mut bench = open();
+    bench.press("space g v");
+    assert!(bench.model.screens.is_empty());
+    bench.press("space g m enter");
+    let (id, _) = asked(&bench);
+    let nothing = unwritten("lab/\u{1b}[31msmall");
+    bench.send(bench::generated(id, Ok(nothing)));
+    assert!(said(&bench.model).ends_with("Space g v details"));
+    bench.press("space g v");
+    assert!(bench.model.screens.is_top::<VariantScreen>());
+    let panel = bench.frame(200, 60);
+    for words in [
+        "what the model wrote",
+        "1 answer, 0 passed the gate",
+        "x rejected: lab/␛[31msmall",
+        "305, by the model",
+    ] {
+        assert!(panel.contains(words), "{words}\n{panel}");
+    }
+    assert!(!panel.contains('\u{1b}'));
 }

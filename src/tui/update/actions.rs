@@ -1,20 +1,22 @@
 //! Handlers of the actions.
 
-use super::super::action::{Action, Scope};
-use super::super::message::Effect;
-use super::super::model::{Column, Model, Notice, Pane, PromptView, ShownAnswer, Toast};
-use super::super::screens;
-use super::super::session::restore;
-use super::{
-    answers, batch, claims, clock, compare, editing, experiment, filter, index, jobs, jumps, list,
-    making, map, obstacles, open_current, panes, planning, plot, rating, screens as on_screen,
-    second, stored_answers, task, timeline, views,
+use crate::action::{Action, Scope};
+use crate::features::answers::{self, claims};
+use crate::features::compare::{self, rating};
+use crate::features::{
+    self, batch, experiment, generation, index, jobs, map, planner, plot, prompt, scenarios,
+    timeline,
 };
+use crate::message::Effect;
+use crate::model::{Model, Notice, Pane, PromptView, ShownAnswer, Toast};
+use crate::session::restore;
+use crate::update::pressed::scroll;
+use crate::update::{keys as on_screen, open_current, opening, pointer};
 
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     use Action::*;
-    if let Some(effects) = screens::open(model, action) {
+    if let Some(effects) = features::open(model, action) {
         return effects;
     }
     match action {
@@ -31,45 +33,47 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.say(words);
             return vec![Effect::UseMouse(model.mouse)];
         }
-        ReadThresholds => return vec![Effect::ReadThresholds],
+        ReadThresholds => return vec![crate::features::values::ReadThresholds.into()],
         Mark => plot::mark(model),
         NextPane => focus_next(model, 1),
         PreviousPane => focus_next(model, Pane::ALL.len() - 1),
         Zoom => model.zoomed = !model.zoomed,
-        WidenPane | NarrowPane | TallerPane | LowerPane => panes::resize(model, action),
-        EvenPanes => panes::reset(model),
-        FocusLeft | FocusDown | FocusUp | FocusRight => panes::go(model, action),
-        Filter => filter::begin(model),
-        Choose => return list::choose(model),
-        GroupScenarios => list::group(model),
-        TurnOrder => list::turn(model),
+        WidenPane | NarrowPane | TallerPane | LowerPane => pointer::resize(model, action),
+        EvenPanes => pointer::reset(model),
+        FocusLeft | FocusDown | FocusUp | FocusRight => pointer::go(model, action),
+        Filter => scenarios::begin(model),
+        Choose => return scenarios::choose(model),
+        GroupScenarios => scenarios::group(model),
+        TurnOrder => scenarios::turn(model),
         ChooseIndex => return index::perform(model),
         NextDisagreement => return timeline::next_disagreement(model),
         HeatStrips => timeline::next_heat(model),
         Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
         StepForward | StepBack | JumpForward | JumpBack | FirstStep | LastStep | Play | Faster
-        | Slower | MinimumStep | CollisionStep | ContactStep | Loop => clock::clock(model, action),
-        PlaceBack => return jumps::go(model, true),
-        PlaceForward => return jumps::go(model, false),
+        | Slower | MinimumStep | CollisionStep | ContactStep | Loop => {
+            timeline::clock(model, action)
+        }
+        PlaceBack => return opening::go(model, true),
+        PlaceForward => return opening::go(model, false),
         PaneMain => return main_thing(model),
         ZoomIn | ZoomOut | PanLeft | PanRight | PanUp | PanDown | Follow | EgoUp | FitMap => {
             map::move_map(model, action);
         }
         SplitMap | CertificateMap | PinMoment | MomentBack | MomentForward => {
-            second::perform(model, action)
+            map::perform(model, action)
         }
         NextPaths => map::next_paths(model),
         TakeTape => map::tape(model),
         SwapTape if model.map.tape.is_some() => map::swap_tape(model),
         SwapTape => return perform(model, Details),
-        NextObstacle => obstacles::pick(model, 1),
-        PreviousObstacle => obstacles::pick(model, -1),
-        TakeAsEgo => return obstacles::take_as_ego(model),
-        RecordedEgo => return obstacles::recorded_ego(model),
+        NextObstacle => map::pick(model, 1),
+        PreviousObstacle => map::pick(model, -1),
+        TakeAsEgo => return map::take_as_ego(model),
+        RecordedEgo => return map::recorded_ego(model),
         DrivePlanner | NextForecast | NextPlanner | PlotDrives | SaveDrive | Generate
         | GenerateWith | GenerateWish | ModelAttacks | ModelAttacksWith | SwitchVariant
         | SaveVariant => {
-            return planning::perform(model, action);
+            return planner::perform(model, action);
         }
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl | ToggleTools => {
             return toggle(model, action);
@@ -79,12 +83,12 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
             model.prompt.scroll = 0;
             model.compare();
         }
-        Edit => editing::begin(model),
-        OutsideEditor => return editing::open_outside(model),
+        Edit => prompt::begin(model),
+        OutsideEditor => return prompt::open_outside(model),
         EditDone | SaveTemplate | SaveTemplateAs | Find | GoToLine | Turn | Undo | Redo | Cut
-        | CopySelection | PasteCopied | SelectAll => return editing::perform(model, action),
-        DiscardDraft => return editing::reset(model),
-        RereadTemplates => return vec![Effect::RereadTemplates],
+        | CopySelection | PasteCopied | SelectAll => return prompt::perform(model, action),
+        DiscardDraft => return prompt::reset(model),
+        RereadTemplates => return vec![crate::features::prompt::request::RereadTemplates.into()],
         Run => return answers::ask(model, false),
         RunAnew => return answers::ask(model, true),
         NextAnswer | PreviousAnswer => {
@@ -105,7 +109,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         MarkScenario => batch::mark(model),
         UnmarkScenarios => model.marks.clear(),
         AskMarked => return batch::propose(model),
-        SavedViews => return views::perform(model),
+        SavedViews => return scenarios::perform(model),
         RawAnswer => model.toggle_raw(),
         UnfoldJson => model.toggle_json(),
         Experiment => return experiment::open(model),
@@ -123,7 +127,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
 /// Ctrl-C: what runs is cancelled first, then what is open is closed, then the program ends if it is pressed again.
 pub fn interrupt(model: &mut Model) -> Vec<Effect> {
     if model.prompt.editing && model.prompt.editor.selection().is_some() {
-        return editing::perform(model, Action::CopySelection);
+        return prompt::perform(model, Action::CopySelection);
     }
     if model.compare.open && model.screens.is_empty() {
         return compare::interrupt(model);
@@ -198,7 +202,7 @@ const AGAIN: f64 = 2.0;
 
 /// Leaves; the draft is kept for the next start.
 pub fn quit(model: &mut Model) -> Vec<Effect> {
-    let mut effects = editing::keep(model);
+    let mut effects = prompt::keep(model);
     effects.extend(restore::keep(model));
     effects.push(Effect::Quit);
     effects
@@ -210,10 +214,10 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
         return on_screen::on_action(model, Action::Cancel);
     }
     if model.prompt.editing {
-        return editing::end(model);
+        return prompt::end(model);
     }
     if model.list.filtering.is_some() {
-        return filter::cancel(model);
+        return scenarios::cancel(model);
     }
     if model.map.tape.take().is_some() {
         return Vec::new();
@@ -222,12 +226,12 @@ pub fn cancel(model: &mut Model) -> Vec<Effect> {
         model.zoomed = false;
         return Vec::new();
     }
-    if making::asks_again(model) {
+    if generation::asks_again(model) {
         return Vec::new();
     }
     let aborted = answers::abort_all(model);
     if aborted.is_empty() && !model.list.filter.is_empty() {
-        filter::drop_kept(model);
+        scenarios::drop_kept(model);
     }
     aborted
 }
@@ -257,34 +261,12 @@ fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Scrolls a pane's text.
-pub fn scroll(model: &mut Model, pane: Pane, action: Action) {
-    let extent = model.drawn.extent(pane);
-    let last = extent.last_top();
-    let page = extent.rows.saturating_sub(1).max(1);
-    let by = model.look.lines(action, page.cast_signed());
-    let line = model.look.line(action).map(|line| line.min(last));
-    let top = line.unwrap_or_else(|| extent.moved(by));
-    match pane {
-        Pane::Prompt => model.prompt.scroll = top,
-        Pane::Verdict => model.answers.verdict_top = top,
-        Pane::Reasoning => {
-            model.note_scrolled();
-            // At the end of a text that still arrives, the end is followed again.
-            let running = model.answers.column().is_some_and(Column::is_running);
-            let follow = running && top == last;
-            model.answers.scroll = if follow { None } else { Some(top) };
-        }
-        _ => {}
-    }
-}
-
 fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
     let mut effects = Vec::new();
     match action {
         Action::ToggleTask => {
-            task::next(model);
-            clock::to_window(model);
+            super::next(model);
+            timeline::to_window(model);
             // Answers to another question do not compare.
             let name = model
                 .opened
@@ -292,7 +274,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
                 .map_or(String::new(), |o| o.name.clone());
             answers::leave(model, &name);
             model.answers.show(ShownAnswer::Reference);
-            effects.extend(stored_answers::load(model));
+            effects.extend(answers::load(model));
         }
         Action::ToggleFrame => {
             model.frame = model.next_frame();

@@ -1,95 +1,80 @@
 //! `update`: applies a message to the model and returns effects. No input, no output, no clock.
 
-mod actions;
-mod answers;
-mod batch;
-mod claims;
-pub mod clock;
-mod compare;
-mod computed;
-mod editing;
-mod experiment;
-mod filter;
-mod index;
-mod jobs;
-mod jumps;
-mod keys;
-mod list;
-mod look;
-mod making;
-mod map;
-mod menus;
-mod obstacles;
-mod opened;
-mod opening;
-mod panes;
-mod picture;
-mod planning;
-mod plot;
-mod pointer;
-mod rating;
-mod reopen;
-mod screens;
-mod second;
-mod stored_answers;
-mod task;
-mod timeline;
-mod values;
-mod views;
+pub mod actions;
+pub mod keys;
+pub mod opened;
+pub mod opening;
+pub mod pointer;
+pub mod pressed;
+
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::Config;
+use nearmiss_study::evaluation::default_frame;
+
+use crate::features::answers::{self, Probe, claims};
+use crate::features::scenarios::request::Find;
+use crate::features::scenarios::tags::ScenarioTags;
+use crate::features::{self, Screens, map, plot};
+use crate::keymap::{Code, Key};
+use crate::message::{Effect, Msg, Reloaded};
+use crate::model::{Glyphs, Model};
+use crate::session::restore;
 
 pub use actions::perform;
-pub use computed::{compute_missing, compute_now};
-use opened::opened;
-pub use opening::{open, open_current};
-use opening::{open_again, open_changed};
-
-use super::keymap::{Code, Key};
-use super::message::{Effect, Msg};
-use super::model::Model;
-use super::screens::{Screens, history, results, source};
-use super::session::restore;
+pub use opened::opened;
+pub use opening::{Open, open, open_again, open_current};
 
 /// Effects at the start of the program.
 #[must_use]
 pub fn start(model: &mut Model) -> Vec<Effect> {
     let mut effects = vec![
-        Effect::Find(model.paths.clone()),
-        Effect::ReadTags,
-        Effect::Probe,
+        Find(model.paths.clone()).into(),
+        ScenarioTags::Read.into(),
+        Probe.into(),
     ];
-    effects.extend(index::start(model));
-    jobs::note_requested(model, &effects);
+    effects.extend(features::index::start(model));
+    features::jobs::note_requested(model, &effects);
     effects
 }
 
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
-    note(model, &msg);
+    restore::note(model, &msg);
     model.settle_camera();
-    let mut effects = take(model, msg);
+    let effects = take(model, msg);
+    let mut effects = perform_steps(model, effects);
     settle(model);
     effects.extend(request_missing(model));
-    jobs::note_requested(model, &effects);
+    features::jobs::note_requested(model, &effects);
     effects.extend(restore::remember(model));
     effects
 }
 
-/// Writes down what a message tells of tasks and of the session, before it changes anything.
-fn note(model: &mut Model, msg: &Msg) {
-    jobs::note(model, msg);
-    restore::note(model, msg);
+/// Does what the workbench itself is to do, and what follows of that.
+fn perform_steps(model: &mut Model, effects: Vec<Effect>) -> Vec<Effect> {
+    let mut done = Vec::new();
+    for effect in effects {
+        match effect {
+            Effect::Step(step) => {
+                let effects = keys::take(model, None, step);
+                done.extend(perform_steps(model, effects));
+            }
+            effect => done.push(effect),
+        }
+    }
+    done
 }
 
 /// Makes what is shown true again, whatever the message changed.
 fn settle(model: &mut Model) {
-    compare::settle(model);
+    features::compare::settle(model);
 }
 
 /// Asks for what the model lacks and stops what it needs no longer.
 fn request_missing(model: &mut Model) -> Vec<Effect> {
-    let mut effects = computed::request(model);
-    effects.extend(planning::request(model));
-    effects.extend(making::stop_left(model));
+    let mut effects = request(model);
+    effects.extend(features::planner::request(model));
+    effects.extend(features::generation::stop_left(model));
     effects.extend(Screens::follow(model));
     effects
 }
@@ -97,7 +82,8 @@ fn request_missing(model: &mut Model) -> Vec<Effect> {
 fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
     match msg {
         Msg::Key(key) => on_key(model, key),
-        Msg::Paste(text) => editing::paste(model, &text),
+        Msg::Paste(text) if model.screens.is_empty() => features::prompt::paste(model, &text),
+        Msg::Paste(text) => keys::paste(model, &text),
         Msg::Mouse(mouse) => pointer::on_mouse(model, mouse),
         Msg::Resize(columns, rows) => {
             model.size = (columns, rows);
@@ -105,104 +91,26 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
             Vec::new()
         }
         Msg::Passed(elapsed) => passed(model, elapsed),
-        Msg::Found(found) => list::found(model, found),
-        Msg::Listed(entries) => list::listed(model, entries),
-        Msg::Searched(ended) => list::searched(model, ended),
-        Msg::Tags(tags) => {
-            list::tags(model, tags);
-            Vec::new()
-        }
-        Msg::Views(views) => {
-            views::read(model, views);
-            Vec::new()
-        }
-        Msg::Drawing => list::drawing(model),
+        Msg::Drawing => features::scenarios::drawing(model),
         Msg::Drawn => {
-            second::drawn(model);
-            map::image(model).map(Effect::Compute).into_iter().collect()
+            features::map::drawn(model);
+            features::map::image(model)
+                .into_iter()
+                .map(Effect::from)
+                .collect()
         }
-        Msg::Discovered(found) => {
-            answers::offer(model, found);
-            Vec::new()
-        }
-        Msg::Surveyed(place, facts) => {
-            model.list.survey(place, facts);
-            Vec::new()
-        }
-        Msg::Ranked(measure, place, value) => {
-            model.list.rank(measure, place, value);
-            Vec::new()
-        }
-        Msg::Opened(id, result) => opened(model, id, result),
-        Msg::Computed(value) => {
-            computed::take(model, value);
-            Vec::new()
-        }
-        Msg::Thresholds(read) => values::thresholds(model, read),
-        Msg::Stored(of, stored) => {
-            if stored_answers::subject(model).as_ref() == Some(&of) {
-                let reopened = reopen::before_stored(model);
-                stored_answers::show(model, stored);
-                if let Some(column) = reopened {
-                    reopen::after_stored(model, column);
-                }
-                timeline::arrived(model);
-                compare::arrived(model);
-            }
-            Vec::new()
-        }
-        Msg::History(event) => {
-            let step = history::on_event(model, event);
-            screens::take(model, None, step)
-        }
-        Msg::Results(event) => {
-            let step = results::on_event(model, event);
-            screens::take(model, None, step)
-        }
-        Msg::Job(id, event) => jobs::on_event(model, id, event),
-        Msg::DriveSaved(key, result) => {
-            planning::saved(model, key, result);
-            Vec::new()
-        }
-        Msg::VariantSaved(made, result) => {
-            making::saved(model, &made, result);
-            Vec::new()
-        }
-        Msg::Rated(round, result) => rating::kept(model, round, result),
-        Msg::Ratings(result) => {
-            rating::read(model, result);
-            Vec::new()
-        }
-        Msg::Unrated(result) => rating::unrated(model, result),
-        Msg::Saved(file, result) => editing::saved(model, &file, result),
-        Msg::Reread(library) => {
-            editing::reread(model, library);
-            Vec::new()
-        }
+        Msg::Reply(reply) => reply.apply(model),
         Msg::Reloaded(what) => {
-            look::reloaded(model, what);
+            reloaded(model, what);
             Vec::new()
         }
         Msg::EditedOutside(sent, result) => match sent.place {
-            Some(file) => experiment::edited(model, &file, result),
+            Some(file) => features::experiment::edited(model, &file, result),
             None => {
-                editing::edited_outside(model, sent, result);
+                features::prompt::edited_outside(model, sent, result);
                 Vec::new()
             }
         },
-        Msg::ExperimentFiles(folder, found) => {
-            experiment::listed(model, folder, found);
-            Vec::new()
-        }
-        Msg::Source(place, read) => {
-            source::read(model, place, read);
-            Vec::new()
-        }
-        Msg::Pictured(saved) => {
-            picture::saved(model, saved);
-            Vec::new()
-        }
-        Msg::KeepSession => restore::keep(model),
         Msg::Complaint(text) => {
             model.complain(text);
             Vec::new()
@@ -221,7 +129,7 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
             ..Key::plain(Code::Char('c'))
         })
     {
-        if keys::give_up(model) {
+        if pressed::cancel_chord(model) {
             return Vec::new();
         }
         return actions::interrupt(model);
@@ -241,16 +149,26 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 
 fn other_key(model: &mut Model, key: Key) -> Vec<Effect> {
     if !model.screens.is_empty() {
-        return screens::on_key(model, key);
+        return keys::on_screen_key(model, key);
     }
     if model.compare.open {
-        return compare::on_key(model, key);
+        if model.compare.marking.is_none()
+            && let Some(effects) = keys::on_menu_key(model, key)
+        {
+            return effects;
+        }
+        return features::compare::on_key(model, key);
     }
     if model.prompt.editing {
-        return editing::on_key(model, key);
+        if model.prompt.entry.is_none()
+            && let Some(effects) = keys::on_menu_key(model, key)
+        {
+            return effects;
+        }
+        return features::prompt::on_key(model, key);
     }
     if model.list.filtering.is_some() {
-        return filter::on_key(model, key);
+        return features::scenarios::on_key(model, key);
     }
     keys::on_key(model, key)
 }
@@ -264,12 +182,118 @@ fn passed(model: &mut Model, elapsed: std::time::Duration) -> Vec<Effect> {
         toast.shown += seconds;
     }
     model.toasts.retain(|t| t.left > 0.0);
-    answers::pass(model, seconds);
+    features::answers::pass(model, seconds);
     if model.clock.pass(elapsed) {
-        clock::stepped(model);
+        features::timeline::stepped(model);
     }
-    let mut effects = planning::pass(model, seconds);
-    effects.extend(editing::pass(model, seconds));
-    effects.extend(filter::pass(model, seconds));
+    let mut effects = features::planner::pass(model, seconds);
+    effects.extend(features::prompt::pass(model, seconds));
+    effects.extend(features::scenarios::pass(model, seconds));
     effects
+}
+
+/// Requests what the screen shows and the model lacks.
+pub fn request(model: &mut Model) -> Vec<Effect> {
+    let mut missing: Vec<Effect> = Vec::new();
+    missing.extend(model.missing_judgements().into_iter().map(Effect::from));
+    missing.extend(plot::request(model).map(Effect::from));
+    missing.extend(answers::missing_truths(model).map(Effect::from));
+    missing.extend(claims::request(model).into_iter().map(Effect::from));
+    missing.extend(map::request(model).into_iter().map(Effect::from));
+    missing
+}
+
+/// Computes at once what these effects request, and what that requests in turn; gives the other effects. For what waits
+/// for no keys: pictures of screens, and tests.
+pub fn compute_now(model: &mut Model, effects: Vec<Effect>) -> Vec<Effect> {
+    let mut others = Vec::new();
+    let mut open = effects;
+    while let Some(effect) = open.pop() {
+        match effect.at_once() {
+            Ok(reply) => open.extend(update(model, reply)),
+            Err(other) => others.push(other),
+        }
+    }
+    others.reverse();
+    others
+}
+
+/// Computes at once what the model lacks, after it was changed outside of `update`.
+pub fn compute_missing(model: &mut Model) {
+    let missing = request(model);
+    compute_now(model, missing);
+}
+
+/// The next task that has a template, in the frame that was chosen if it has one for that, else in its usual one.
+pub fn next(model: &mut Model) {
+    let all = Task::ALL;
+    let now = all.iter().position(|t| *t == model.task).unwrap_or(0);
+    let after = (1..all.len()).map(|n| all[(now + n) % all.len()]);
+    for task in after {
+        let has = |frame: &nearmiss_scene::description::Frame| {
+            let found = model.library.find(task.name(), frame.name());
+            found.is_some()
+        };
+        let chosen = model.frame_chosen.filter(has);
+        let frame = chosen.unwrap_or_else(|| default_frame(&model.library, task));
+        if has(&frame) {
+            model.task = task;
+            model.frame = frame;
+            return;
+        }
+    }
+}
+
+/// A file was changed.
+pub fn reloaded(model: &mut Model, what: Reloaded) {
+    match what {
+        Reloaded::Config(Ok(config)) => configured(model, &config),
+        Reloaded::Config(Err(error)) => {
+            model.complain(format!("{error}; what was set stays"));
+        }
+        Reloaded::Keymap(Ok(keymap)) => {
+            if model.look.keymap != keymap {
+                let notes = keymap.notes.clone();
+                model.look.keymap = keymap;
+                model.look.pending.clear();
+                model.look.count = None;
+                model.say("the keys of keymap.toml are in use");
+                notes.into_iter().for_each(|note| model.tell(note));
+            }
+        }
+        Reloaded::Keymap(Err(error)) => {
+            model.complain(format!("{error}; the keys stay as they were"));
+        }
+        Reloaded::Themes(themes) => {
+            model.look.themes = themes;
+            if let Err(why) = model.show_theme(&model.look.chosen.clone()) {
+                model.complain(format!("{why}; the colours stay as they were"));
+            }
+        }
+    }
+}
+
+/// The configuration is read again for the look alone; the rest holds from the next start on.
+fn configured(model: &mut Model, config: &Config) {
+    model.look.configure_map(config);
+    model.look.glyphs = Glyphs::of_config(config.glyphs.as_deref(), model.look.glyphs_here);
+    let name = config.theme.clone().unwrap_or_else(|| "auto".into());
+    if model.config.theme != config.theme {
+        model.config.theme.clone_from(&config.theme);
+        match model.look.theme(&name) {
+            Ok(theme) => {
+                model.look.chosen = name;
+                model.theme = theme;
+            }
+            Err(why) => model.complain(format!("{why}; the colours stay as they were")),
+        }
+    }
+    model.config.glyphs.clone_from(&config.glyphs);
+    model.config.map.clone_from(&config.map);
+    model.config.map_blocks.clone_from(&config.map_blocks);
+    if model.config != *config {
+        model.say(
+            "config.toml was changed: theme, glyphs and map apply now, the rest at the next start",
+        );
+    }
 }

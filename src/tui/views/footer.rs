@@ -6,10 +6,10 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
-use super::toasts;
 use crate::action::{Action, Entry, Scope};
 use crate::keymap::{Chord, Code, Key, KeyMeaning};
 use crate::model::{EntryLine, Model, Pane, working_words};
+use crate::views::toasts;
 use crate::widgets::hints::{Hint, entries, fixed, hint_in, hint_of, pair, together};
 use crate::widgets::words::fit;
 use nearmiss_scene::description::visible;
@@ -91,7 +91,7 @@ const WAITS: usize = 40;
 
 /// How far the search for an attack is, and the key that cancels it.
 fn searching(model: &Model, width: u16) -> Option<Hint> {
-    let search = model.maker.under_way.as_ref()?;
+    let search = model.generation.under_way.as_ref()?;
     let mut words = format!("cancel · {}", working_words(search.at, width >= WIDE));
     if let Some(why) = search.waits.as_ref().filter(|_| width >= WIDE) {
         words.push_str(&format!(" · {}", fit(&visible(why), WAITS)));

@@ -231,7 +231,7 @@ fn running(model: &Model) -> Vec<String> {
         });
     }
     // How far a search is, the footer says.
-    if model.maker.under_way.is_none() && model.jobs.is_stopping(JobKind::Generate) {
+    if model.generation.under_way.is_none() && model.jobs.is_stopping(JobKind::Generate) {
         parts.push("cancelling…".into());
     }
     parts

@@ -1,34 +1,25 @@
 //! The views: one pane a file. They read the model and draw; they change nothing.
 
-mod compare;
-mod filter_terms;
-mod footer;
-mod header;
-mod hint;
-mod map;
-mod plot;
-mod prompt;
-mod reasoning;
-mod scenarios;
-mod timeline;
-mod toasts;
-mod too_small;
-mod verdict;
-mod which_key;
+pub mod footer;
+pub mod header;
+pub mod toasts;
 
 use ratatui::Frame;
-use ratatui::layout::Rect;
+use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
+use ratatui::text::{Line, Text};
+use ratatui::widgets::{Paragraph, Wrap};
 
-use super::layout;
-use super::model::{Glyphs, Model, Pane};
-use super::widgets::ascii;
+use crate::action::Action;
+use crate::layout::{self, SMALLEST};
+use crate::model::{Glyphs, Model, Pane};
+use crate::widgets::words;
 
 /// Draws everything, in the signs that the terminal has.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     everything(frame, model);
     model.theme.paint(frame.buffer_mut());
     if model.look.glyphs == Glyphs::Ascii {
-        ascii::only(frame.buffer_mut());
+        words::only(frame.buffer_mut());
     }
 }
 
@@ -36,32 +27,32 @@ fn everything(frame: &mut Frame<'_>, model: &Model) {
     model.drawn.clear();
     let screen = frame.area();
     let Some(mut parts) = layout::split(screen, model) else {
-        too_small::draw(frame, model);
+        draw_too_small(frame, model);
         return;
     };
     if model.compare.open {
-        compare::draw(frame, &parts, model);
+        super::features::compare::draw::draw(frame, &parts, model);
         footer::draw(frame, parts.footer, model);
         screens(frame, screen, model);
         toasts::draw(frame, &parts, model);
         return;
     }
     model.drawn.set_borders(&parts.borders);
-    let hint = hint::make_room(&mut parts, model);
+    let hint = toasts::make_room(&mut parts, model);
     header::draw(frame, parts.header, model);
     for &(pane, area) in &parts.panes {
         match pane {
-            Pane::Scenarios => scenarios::draw(frame, area, model),
-            Pane::Map => map::draw(frame, area, model),
-            Pane::Timeline => timeline::draw(frame, area, model),
-            Pane::Prompt => prompt::draw(frame, area, model),
-            Pane::Verdict => verdict::draw(frame, area, model),
-            Pane::Reasoning => reasoning::draw(frame, area, model),
-            Pane::Plot => plot::draw(frame, area, model),
+            Pane::Scenarios => super::features::scenarios::draw::draw(frame, area, model),
+            Pane::Map => super::features::map::draw::draw(frame, area, model),
+            Pane::Timeline => super::features::timeline::draw::draw(frame, area, model),
+            Pane::Prompt => super::features::prompt::draw::draw(frame, area, model),
+            Pane::Verdict => super::features::answers::verdict::draw(frame, area, model),
+            Pane::Reasoning => super::features::answers::reasoning::draw(frame, area, model),
+            Pane::Plot => super::features::plot::draw::draw(frame, area, model),
         }
     }
-    hint::draw(frame, &parts, hint, model);
-    filter_terms::draw(frame, screen, model);
+    toasts::draw_hint(frame, &parts, hint, model);
+    super::features::scenarios::draw::draw_filter_terms(frame, screen, model);
     footer::draw(frame, parts.footer, model);
     screens(frame, screen, model);
     toasts::draw(frame, &parts, model);
@@ -72,5 +63,24 @@ fn screens(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     for screen in model.screens.iter() {
         screen.draw(frame, area, model);
     }
-    which_key::draw(frame, area, model);
+    toasts::draw_keys(frame, area, model);
+}
+
+fn draw_too_small(frame: &mut Frame<'_>, model: &Model) {
+    let area = frame.area();
+    let (columns, rows) = SMALLEST;
+    let text = Text::from(vec![
+        Line::from(format!(
+            "Terminal too small: this is {}×{}, nearmiss needs {columns}×{rows}",
+            area.width, area.height
+        )),
+        Line::from(format!("{} quits", model.look.key(Action::Quit))),
+    ]);
+    let [middle] = Layout::vertical([Constraint::Length(4)])
+        .flex(Flex::Center)
+        .areas(area);
+    let words = Paragraph::new(text)
+        .alignment(Alignment::Center)
+        .wrap(Wrap { trim: true });
+    frame.render_widget(words.style(model.theme.base()), middle);
 }

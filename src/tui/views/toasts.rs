@@ -1,18 +1,24 @@
-//! Notices: at the right of the bottom line if they fit, else in boxes that cover neither plot nor timeline.
+//! What lies over the panes: messages, the first hint, and the keys that can follow.
 
+use nearmiss_scene::description::visible;
+use nearmiss_scene::judge;
 use ratatui::Frame;
+use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
-use ratatui::text::{Line, Text};
-use ratatui::widgets::{Block, Clear, Paragraph, Wrap};
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
+use crate::action::{Action, Entry, title_of};
+use crate::keymap::Chord;
 use crate::layout::ScreenAreas;
-use crate::model::{Model, Notice, Pane, Toast};
-use nearmiss_scene::description::visible;
+use crate::model::{Model, Notice, Pane, ShownAnswer, Toast};
+use crate::widgets::window;
+use crate::widgets::words::{fit, pad};
 
 /// Messages shown at once.
-const MOST: usize = 3;
+const MAX_SHOWN: usize = 3;
 /// Columns of a box at least, where the screen has them.
 const NARROWEST: u16 = 50;
 
@@ -23,10 +29,10 @@ const KEYS: u16 = 24;
 pub fn message(model: &Model, columns: u16) -> Option<(&Toast, u16)> {
     let room = columns.saturating_sub(2);
     // While an attack is searched for, the line says how far and how to cancel.
-    let is_free = model.maker.under_way.is_none();
+    let is_free = model.generation.under_way.is_none();
     let width = |toast: &Toast| u16::try_from(visible(&toast.text).width()).unwrap_or(u16::MAX);
     let in_a_line = |toast: &&Toast| is_free && toast.kind != Notice::Error && width(toast) <= room;
-    let mut shown = model.toasts.iter().filter(|toast| told(model, toast));
+    let mut shown = model.toasts.iter().filter(|toast| may_show(model, toast));
     let toast = shown.rfind(in_a_line)?;
     let taken = width(toast).saturating_add(2);
     Some(if columns.saturating_sub(taken) < KEYS {
@@ -37,7 +43,7 @@ pub fn message(model: &Model, columns: u16) -> Option<(&Toast, u16)> {
 }
 
 /// Whether a message may be shown.
-fn told(model: &Model, toast: &Toast) -> bool {
+fn may_show(model: &Model, toast: &Toast) -> bool {
     !(model.compare.hides() && names_a_model(model, &toast.text))
 }
 
@@ -61,9 +67,9 @@ pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
         .toasts
         .iter()
         .rev()
-        .filter(|toast| told(model, toast))
+        .filter(|toast| may_show(model, toast))
         .filter(|toast| line.is_none_or(|(shown, _)| !std::ptr::eq(shown, *toast)));
-    boxes(frame, place(parts, model), model, boxed.take(MOST));
+    boxes(frame, place(parts, model), model, boxed.take(MAX_SHOWN));
 }
 
 /// Whether a message would tell whose an answer is.
@@ -137,4 +143,214 @@ fn boxes<'a>(
         frame.render_widget(words.block(block), area);
         bottom -= height;
     }
+}
+
+/// Takes the rows of the box off the pane of the reasoning, so that it has a frame of its own.
+pub fn make_room(parts: &mut ScreenAreas, model: &Model) -> Option<Rect> {
+    let mut panes = parts.panes.iter_mut();
+    let (_, pane) = panes.find(|(pane, _)| *pane == Pane::Reasoning)?;
+    if !is_shown(model) || pane.height < LOWEST {
+        return None;
+    }
+    pane.height -= HEIGHT;
+    Some(Rect {
+        y: pane.bottom(),
+        height: HEIGHT,
+        ..*pane
+    })
+}
+
+/// An answer the user asked for leaves no room; after making a variant, the first verdict is past.
+fn is_shown(model: &Model) -> bool {
+    let free = model.answers.shown == ShownAnswer::Reference && model.variant().is_none();
+    model.recall.hint && free
+}
+
+/// Draws the hint in the area made for it, or in the border of the reasoning.
+pub fn draw_hint(frame: &mut Frame<'_>, parts: &ScreenAreas, area: Option<Rect>, model: &Model) {
+    let reasoning = parts.panes.iter().find(|(p, _)| *p == Pane::Reasoning);
+    let (true, Some((_, pane))) = (is_shown(model), reasoning) else {
+        return;
+    };
+    let run = model.look.key(Action::Run);
+    let asks = match model.model.as_str() {
+        judge::MODEL => (
+            Action::ChooseModel,
+            format!("choose a model, {run} asks it"),
+            "model",
+        ),
+        other => (Action::Run, format!("ask {}", visible(other)), "ask"),
+    };
+    let rows = [
+        (Action::Down, "open the next scenario".to_string(), "next"),
+        (
+            Action::CollisionStep,
+            "go to its worst moment".into(),
+            "worst moment",
+        ),
+        asks,
+    ]
+    .map(|(action, words, short)| (model.look.key(action), words, short));
+    let Some(area) = area else {
+        return in_border(frame, *pane, model, &rows);
+    };
+    let rows = rows.map(|(key, words, _)| (key, words));
+    let keys = rows.iter().map(|(key, _)| key.width()).max().unwrap_or(0);
+    let theme = &model.theme;
+    let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let block = Block::bordered()
+        .border_style(Style::new().fg(theme.accent))
+        .title(Span::styled(" three keys to a first verdict ", bold))
+        .style(theme.base());
+    let room = usize::from(area.width).saturating_sub(keys + 5);
+    let lines = rows.iter().map(|(key, words)| {
+        Line::from(vec![
+            Span::styled(format!(" {}  ", pad(key, keys)), bold),
+            Span::raw(fit(words, room)),
+        ])
+    });
+    let text = Paragraph::new(lines.collect::<Vec<_>>()).block(block);
+    frame.render_widget(Clear, area);
+    frame.render_widget(text, area);
+}
+
+/// Rows of the box: three keys and its frame.
+const HEIGHT: u16 = 5;
+
+/// Rows of the pane from which the box leaves enough of its text in sight.
+const LOWEST: u16 = 10;
+
+/// The same in the lower border of the pane.
+fn in_border(
+    frame: &mut Frame<'_>,
+    pane: Rect,
+    model: &Model,
+    rows: &[(String, String, &'static str)],
+) {
+    let theme = &model.theme;
+    let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let mut line = Line::default();
+    for (key, _, short) in rows {
+        line.push_span(Span::styled(format!(" {key}"), bold));
+        line.push_span(Span::styled(
+            format!(" {short} "),
+            Style::new().fg(theme.dim),
+        ));
+    }
+    let area = Rect {
+        x: pane.x + 1,
+        y: pane.bottom().saturating_sub(1),
+        width: pane
+            .width
+            .saturating_sub(2)
+            .min(u16::try_from(line.width()).unwrap_or(u16::MAX)),
+        height: 1,
+    };
+    frame.render_widget(line, area);
+}
+
+/// Columns between two columns of keys.
+const GAP: usize = 3;
+/// Columns of the state of a setting at most.
+const STATE: usize = 16;
+/// Cells in reverse that make a selected line.
+const SELECTED: usize = 10;
+
+pub fn draw_keys(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+    let (look, theme) = (&model.look, &model.theme);
+    if look.pending.is_empty() {
+        return;
+    }
+    // A window beside the scene knows the actions on it.
+    let beside = model
+        .screens
+        .top()
+        .and_then(|top| top.columns_at_right(screen));
+    let works = |entry: &Entry| {
+        beside.is_some() || entry.scope == model.scope() || model.takes(entry.action)
+    };
+    let following = look.keymap.following(&look.pending, model.scope(), works);
+    let rows = following.iter().map(|next| {
+        let more = if next.leads_on { " …" } else { "" };
+        let state = next
+            .action
+            .and_then(|action| model.state_of(action))
+            .map_or(String::new(), |state| format!(" ({})", fit(state, STATE)));
+        (next.key.to_string(), format!("{}{more}{state}", next.words))
+    });
+    let rows: Vec<(String, String)> = rows.collect();
+    let keys = rows.iter().map(|(key, _)| key.width()).max().unwrap_or(0);
+    let words = rows.iter().map(|(_, words)| words.width()).max();
+    let column = keys + 1 + words.unwrap_or(0);
+    let chord = Chord(look.pending.clone());
+    let title = match title_of(&look.pending) {
+        Some(title) => format!(" {chord} · {title} "),
+        None => format!(" {chord} "),
+    };
+    let (title, room) = (title.as_str(), usize::from(screen.width.saturating_sub(4)));
+    // No more columns than rows need: a short list stays one column.
+    let fitting = ((room + GAP) / (column + GAP)).max(1);
+    let columns = fitting.min(rows.len().div_ceil(LOWEST_KEYS)).max(1);
+    let height = rows.len().div_ceil(columns);
+    let width = (columns * (column + GAP) - GAP + 2).max(title.width());
+    let size = |cells: usize| u16::try_from(cells + 2).unwrap_or(u16::MAX);
+    let (width, height) = (
+        size(width).min(screen.width),
+        size(height).min(screen.height.saturating_sub(2)),
+    );
+    let below = Rect {
+        x: screen.right() - width,
+        y: screen.bottom().saturating_sub(height + 1),
+        width,
+        height,
+    };
+    let above = Rect {
+        y: screen.y + 1,
+        ..below
+    };
+    let area = if hides_selection(frame.buffer_mut(), below) {
+        above
+    } else {
+        below
+    };
+    let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let block = Block::bordered()
+        .border_type(BorderType::Thick)
+        .border_style(Style::new().fg(theme.border_focused))
+        .title(Span::styled(title.to_string(), bold))
+        .style(theme.base());
+    let inner = block.inner(area);
+    let lines = usize::from(inner.height);
+    let room = usize::from(inner.width).saturating_sub(keys + 3);
+    let lines = (0..lines).map(|row| {
+        let mut line = Line::default();
+        for (key, words) in rows.iter().skip(row).step_by(lines) {
+            let words = match columns {
+                1 => fit(words, room),
+                _ => pad(words, column - keys - 2 + GAP),
+            };
+            line.push_span(Span::styled(format!(" {} ", pad(key, keys)), bold));
+            line.push_span(Span::raw(words));
+        }
+        line
+    });
+    window::margin(frame, screen, area, model);
+    frame.render_widget(Clear, area);
+    frame.render_widget(block, area);
+    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);
+}
+
+/// Rows before a second column is begun.
+const LOWEST_KEYS: usize = 5;
+
+/// Whether a selected line, which is drawn in reverse, lies in an area.
+fn hides_selection(buffer: &Buffer, area: Rect) -> bool {
+    let area = area.intersection(*buffer.area());
+    area.rows().any(|row| {
+        let reversed = row.columns().filter(|cell| {
+            let cell = &buffer[(cell.x, cell.y)];
+            cell.modifier.contains(Modifier::REVERSED)
+        });
+        reversed.count() >= SELECTED
+    })
 }

@@ -5,9 +5,9 @@ use std::ops::Range;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use super::markdown::Piece;
 use crate::model::counted;
 use crate::theme::Theme;
+use crate::widgets::markdown::Piece;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement};
 
 /// The sign of a claim and its style.

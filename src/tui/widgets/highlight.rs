@@ -2,13 +2,11 @@
 //!
 //! Syntaxes load in the background after the start; until then text is plain.
 
-mod answer;
-mod template;
-
 use std::borrow::Cow;
 use std::str::FromStr;
 use std::sync::OnceLock;
 
+use nearmiss_scene::description::visible;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use syntect::highlighting::{
@@ -18,10 +16,6 @@ use syntect::highlighting::{
 use syntect::parsing::{ParseState, ScopeStack, SyntaxReference, SyntaxSet};
 
 use crate::theme::Theme;
-use nearmiss_scene::description::visible;
-
-pub use answer::{AnswerPainter, JsonParts};
-pub use template::template;
 
 static SYNTAXES: OnceLock<SyntaxSet> = OnceLock::new();
 
@@ -102,7 +96,7 @@ impl Painter {
         let Some(set) = SYNTAXES.get() else {
             return plain(line);
         };
-        if line.len() > LONGEST {
+        if line.len() > MAX_HIGHLIGHTED_BYTES {
             return plain(line);
         }
         let highlighter = highlighter();
@@ -115,7 +109,7 @@ impl Painter {
         let Ok(ops) = parse.parse_line(&ended, set) else {
             return plain(line);
         };
-        let colors = Colors::of(theme);
+        let colors = Colors::new(theme);
         let pieces = HighlightIterator::new(style, &ops, &ended, highlighter);
         Line::from_iter(pieces.map(|(style, piece)| {
             let mut ours = Style::new().fg(colors.0[usize::from(style.foreground.r).min(6)]);
@@ -138,13 +132,13 @@ fn highlighter() -> &'static Highlighter<'static> {
 }
 
 /// Lines are highlighted up to here, bytes.
-const LONGEST: usize = 20_000;
+const MAX_HIGHLIGHTED_BYTES: usize = 20_000;
 
 /// The colours in use, by number.
 struct Colors([Color; 7]);
 
 impl Colors {
-    fn of(theme: &Theme) -> Self {
+    fn new(theme: &Theme) -> Self {
         Self([
             theme.text,
             theme.accent,
@@ -192,5 +186,253 @@ fn scopes() -> Scopes {
             ..ThemeSettings::default()
         },
         ..Scopes::default()
+    }
+}
+
+/// Highlights an answer line by line: what is JSON in it as that, the rest as Markdown.
+#[derive(Debug, Clone)]
+pub struct AnswerPainter {
+    parts: JsonParts,
+    painter: Painter,
+}
+
+impl AnswerPainter {
+    /// For a text that begins.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            parts: JsonParts::default(),
+            painter: Painter::new(Language::Markdown),
+        }
+    }
+
+    /// The next line, safe to show.
+    pub fn line(&mut self, line: &str, theme: &Theme) -> Line<'static> {
+        if let Some(language) = self.parts.begun_by(line) {
+            self.painter = Painter::new(language);
+        }
+        self.painter.line(line, theme)
+    }
+}
+
+/// The parts of an answer in their order. JSON begins with a brace or bracket that a line begins with, and ends
+/// with the line in which they close; in fences or not. One that does not close yet is JSON to the end.
+#[derive(Debug, Clone, Default)]
+pub struct JsonParts {
+    open: Option<BracketDepth>,
+    /// Whether the line before closed a part.
+    closed: bool,
+    /// Whether the line before began one.
+    began: bool,
+}
+
+impl JsonParts {
+    /// Whether the next line is JSON.
+    pub fn is_json(&mut self, line: &str) -> bool {
+        let open = self.open.is_some();
+        self.begun_by(line);
+        open || self.began
+    }
+
+    /// Whether the last line began a part of JSON.
+    #[must_use]
+    pub fn begins(&self) -> bool {
+        self.began
+    }
+
+    /// Whether no JSON is open.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.open.is_none()
+    }
+
+    /// The language of the part that begins with the next line, if one does.
+    fn begun_by(&mut self, line: &str) -> Option<Language> {
+        let closed = std::mem::take(&mut self.closed);
+        let begins =
+            self.open.is_none() && line.trim_start().starts_with(['{', '[']) && !is_link(line);
+        self.began = begins;
+        if begins {
+            self.open = Some(BracketDepth::default());
+        }
+        if let Some(depth) = &mut self.open
+            && depth.closes(line)
+        {
+            self.open = None;
+            self.closed = true;
+        }
+        match (begins, closed) {
+            (true, _) => Some(Language::Json),
+            (false, true) => Some(Language::Markdown),
+            (false, false) => None,
+        }
+    }
+}
+
+/// Whether a line that begins with a bracket is a link or a box to tick of Markdown.
+fn is_link(line: &str) -> bool {
+    let line = line.trim();
+    line.contains("](") || line.starts_with("[ ]") || line.starts_with("[x]")
+}
+
+/// How many braces and brackets are open.
+#[derive(Debug, Clone, Default)]
+struct BracketDepth {
+    open: usize,
+    string: bool,
+}
+
+impl BracketDepth {
+    fn closes(&mut self, line: &str) -> bool {
+        let mut escaped = false;
+        for c in line.chars() {
+            match c {
+                _ if escaped => escaped = false,
+                '\\' if self.string => escaped = true,
+                '"' => self.string = !self.string,
+                '{' | '[' if !self.string => self.open += 1,
+                '}' | ']' if !self.string => self.open = self.open.saturating_sub(1),
+                _ => {}
+            }
+        }
+        // No string of JSON goes over a line.
+        self.string = false;
+        self.open == 0
+    }
+}
+
+/// A style for every character of the lines, of which the first is number `from` of the file, from 0. Front matter
+/// is seen only from the beginning on.
+#[must_use]
+pub fn template(text: &[&str], from: usize, theme: &Theme) -> Vec<Vec<Style>> {
+    let mut fences = text
+        .iter()
+        .enumerate()
+        .filter(|(_, l)| l.trim_end() == "+++")
+        .map(|(at, _)| at);
+    let front = match (from, fences.next(), fences.next()) {
+        (0, Some(0), Some(end)) => end + 1,
+        _ => 0,
+    };
+    let mut styles: Vec<Vec<Style>> = text[..front].iter().map(|l| toml(l, theme)).collect();
+    let body = text[front..].iter().copied();
+    for (line, source) in lines(Language::Markdown, body.clone(), theme)
+        .into_iter()
+        .zip(body)
+    {
+        let of_span = |span: &ratatui::text::Span<'_>| {
+            let style = span.style;
+            span.content.chars().map(|_| style).collect::<Vec<_>>()
+        };
+        let mut line: Vec<Style> = line.spans.iter().flat_map(of_span).collect();
+        line.resize(source.chars().count(), theme.base());
+        styles.push(line);
+    }
+    tags(&text[front..], &mut styles[front..], theme);
+    styles
+}
+
+/// A line of front matter: keys, and what they are set to.
+fn toml(line: &str, theme: &Theme) -> Vec<Style> {
+    let dim = Style::new().fg(theme.dim);
+    let all = line.chars().count();
+    let trimmed = line.trim_start();
+    if trimmed.starts_with(['#', '[', '+']) {
+        return vec![dim; all];
+    }
+    let key = line.find('=').map_or(0, |at| line[..at].chars().count());
+    let key_style = Style::new().fg(theme.ego);
+    let value = Style::new().fg(theme.safe);
+    (0..all)
+        .map(|at| if at < key { key_style } else { value })
+        .collect()
+}
+
+/// Marks of the template language: where they begin, where they end, and whether they are comments.
+const TAGS: [(&str, &str, bool); 3] =
+    [("{%", "%}", false), ("{{", "}}", false), ("{#", "#}", true)];
+
+/// Colours tags and comments, which may go over lines.
+fn tags(text: &[&str], styles: &mut [Vec<Style>], theme: &Theme) {
+    let tag = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
+    let comment = Style::new().fg(theme.dim).add_modifier(Modifier::ITALIC);
+    let mut open: Option<(&str, bool)> = None;
+    for (line, styles) in text.iter().zip(styles) {
+        let chars: Vec<char> = line.chars().collect();
+        let is = |at: usize, mark: &str| mark.chars().eq(chars.iter().skip(at).take(2).copied());
+        let mut at = 0;
+        while at < chars.len() {
+            let mut taken = 1;
+            // One that begins in another shows that the other was not closed.
+            if !matches!(open, Some((_, true)))
+                && let Some((_, end, comment)) = TAGS.iter().find(|(begin, ..)| is(at, begin))
+            {
+                open = Some((end, *comment));
+                taken = 2;
+            }
+            if let Some((end, is_comment)) = open {
+                if taken == 1 && is(at, end) {
+                    taken = 2;
+                    open = None;
+                }
+                let style = if is_comment { comment } else { tag };
+                let last = (at + taken).min(styles.len());
+                styles[at.min(last)..last].fill(style);
+            }
+            at += taken;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn json_is_found_in_fences_and_outside() {
+        use Language::{Json, Markdown};
+        let text = "# Why\n[a](b) is near\n```json\n{\n \"a\": \"}\",\n \"b\": [1]\n}\n```\nso\n{\"c\": 2}\n{\"d\":\n";
+        let mut parts = JsonParts::default();
+        let mut found: Vec<(Language, String)> = Vec::new();
+        for line in text.split_inclusive('\n') {
+            match (parts.begun_by(line), found.last_mut()) {
+                (None, Some((_, part))) => part.push_str(line),
+                (begun, _) => found.push((begun.unwrap_or(Markdown), line.into())),
+            }
+        }
+        let found: Vec<(Language, &str)> = found.iter().map(|(l, p)| (*l, p.as_str())).collect();
+        assert_eq!(
+            found,
+            [
+                (Markdown, "# Why\n[a](b) is near\n```json\n"),
+                (Json, "{\n \"a\": \"}\",\n \"b\": [1]\n}\n"),
+                (Markdown, "```\nso\n"),
+                (Json, "{\"c\": 2}\n"),
+                (Json, "{\"d\":\n"),
+            ]
+        );
+    }
+
+    #[test]
+    fn every_character_has_a_style_and_tags_stand_out() {
+        let theme = Theme::default_theme();
+        super::load();
+        let text = "+++\nname = \"ä\"\n+++\n# Title {{ x }} b\n{# a\nb #} `c`\u{1b}";
+        let lines: Vec<&str> = text.lines().collect();
+        let styles = template(&lines, 0, &theme);
+        for (line, styles) in lines.iter().zip(&styles) {
+            assert_eq!(line.chars().count(), styles.len(), "{line}");
+        }
+        let color = |line: usize, at: usize| styles[line][at].fg;
+        assert_eq!(color(1, 0), Some(theme.ego));
+        assert_eq!(color(1, 8), Some(theme.safe));
+        assert_eq!(color(3, 8), Some(theme.picked));
+        assert_eq!(color(3, 14), Some(theme.picked));
+        assert_eq!(color(3, 16), Some(theme.accent));
+        assert_eq!(
+            (color(4, 3), color(5, 0)),
+            (Some(theme.dim), Some(theme.dim))
+        );
+        assert_ne!(color(5, 6), Some(theme.dim));
     }
 }

@@ -7,9 +7,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
-use super::window;
-use super::words::{fit, pad, whole_parts};
 use crate::model::{Model, Picker};
+use crate::widgets::window;
+use crate::widgets::words::{fit, pad, whole_parts};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::Measure;
 
@@ -33,7 +33,7 @@ pub fn draw(
     let mut whole = None;
     for (i, (left, right)) in rows.iter().enumerate().skip(top).take(height) {
         let (full_left, full_right) = (left, right);
-        let right = beside(left.trim_end(), right, width.saturating_sub(4));
+        let right = side_by_side(left.trim_end(), right, width.saturating_sub(4));
         let left = pad(left, width.saturating_sub(right.width() + 4));
         let sign = if i == picker.selected { "▸ " } else { "  " };
         if i == picker.selected && (left.trim_end() != full_left.trim_end() || right != *full_right)
@@ -74,16 +74,16 @@ pub fn draw(
 }
 
 /// Columns that what stands at the right is cut to at least; with fewer it is left out.
-const LEAST: usize = 12;
+const MIN_RIGHT_COLUMNS: usize = 12;
 
 /// What stands at the right of a row: of its parts as many as fit whole beside the left one, which tells rows apart
 /// and is cut last.
-fn beside(left: &str, right: &str, width: usize) -> String {
+fn side_by_side(left: &str, right: &str, width: usize) -> String {
     let room = width
         .saturating_sub(left.width() + 1)
         // A word of it always has its place.
         .max(right.width().min(width / 4));
-    if room < right.width().min(LEAST) {
+    if room < right.width().min(MIN_RIGHT_COLUMNS) {
         String::new()
     } else {
         whole_parts(right.split(" · "), room)
@@ -154,15 +154,18 @@ mod tests {
 
     #[test]
     fn parts_at_the_right_are_whole_or_left_out() {
-        assert_eq!(beside("map", "svg", 40), "svg");
+        assert_eq!(side_by_side("map", "svg", 40), "svg");
         let note = "LAB_KEY not set · $4 in, $20 out";
-        assert_eq!(beside("lab/small", note, 50), note);
-        assert_eq!(beside("lab/small", note, 30), "LAB_KEY not set");
-        assert_eq!(beside("lab/small", note, 24), "LAB_KEY not s…");
-        assert_eq!(beside("the name of a measure", "where it is from", 26), "");
+        assert_eq!(side_by_side("lab/small", note, 50), note);
+        assert_eq!(side_by_side("lab/small", note, 30), "LAB_KEY not set");
+        assert_eq!(side_by_side("lab/small", note, 24), "LAB_KEY not s…");
+        assert_eq!(
+            side_by_side("the name of a measure", "where it is from", 26),
+            ""
+        );
         // What is short stays.
         assert_eq!(
-            beside("a name that is cut because it is long", "svg", 30),
+            side_by_side("a name that is cut because it is long", "svg", 30),
             "svg"
         );
     }

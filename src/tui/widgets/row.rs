@@ -1,13 +1,20 @@
-//! A table row whose cells wrap instead of being cut.
+//! Rows of cells, lines of text, and what of them is in sight.
 
-use ratatui::style::Style;
-use ratatui::text::{Line, Span};
-
-use super::words::pad;
 use nearmiss_scene::description::visible;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::{Paragraph, Scrollbar, ScrollbarOrientation, ScrollbarState, Wrap};
+use unicode_width::UnicodeWidthStr;
+
+use crate::model::{Extent, Model, Pane};
+use crate::theme::Theme;
+use crate::widgets::long_text::{MarkedClaims, Reading, height};
+use crate::widgets::words::pad;
 
 /// Less room than this makes a note hard to read: it goes below its row instead.
-const LEAST: usize = 40;
+const MIN_NOTE_COLUMNS: usize = 40;
 
 /// Columns before a note that stands below its row.
 const INDENT: usize = 4;
@@ -22,7 +29,7 @@ pub fn lines(cells: &[Cell], note: (&str, Style), width: usize) -> Vec<Line<'sta
     let room = width.saturating_sub(used);
     let words = visible(note.0);
     let beside = wrapped(&words, room);
-    let fits = beside.len() <= 1 || room >= LEAST;
+    let fits = beside.len() <= 1 || room >= MIN_NOTE_COLUMNS;
     let mut columns: Vec<(Vec<String>, usize, Style)> = cells
         .iter()
         // A column stays free before the next cell.
@@ -61,6 +68,212 @@ fn wrapped(words: &str, width: usize) -> Vec<String> {
         .break_words(true);
     let lines = textwrap::wrap(&words, options);
     lines.into_iter().map(|line| line.into_owned()).collect()
+}
+
+/// Draws `text` from line `top`, or its end for `None`; remembers the extent for the page keys.
+pub fn text(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    pane: Pane,
+    text: Text<'_>,
+    top: Option<usize>,
+) -> Extent {
+    // A column is left for the scroll bar.
+    let inner = Rect {
+        width: area.width.saturating_sub(1),
+        ..area
+    };
+    let paragraph = Paragraph::new(text).wrap(Wrap { trim: false });
+    let extent = extent(paragraph.line_count(inner.width), area, top);
+    let scrolled = u16::try_from(extent.top).unwrap_or(u16::MAX);
+    frame.render_widget(paragraph.scroll((scrolled, 0)), inner);
+    bar(frame, area, model, pane, extent);
+    extent
+}
+
+/// A part of a page.
+pub enum PageSection<'a> {
+    /// A line.
+    Line(Line<'static>),
+    /// A long text, as it was drawn last and as it is now.
+    Text(&'a mut Reading, &'a str, MarkedClaims<'a>),
+}
+
+/// Draws parts below each other like [`text`]; of long texts only the visible part is laid out.
+pub fn page(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    pane: Pane,
+    mut parts: Vec<PageSection<'_>>,
+    top: Option<usize>,
+) -> Extent {
+    let theme = &model.theme;
+    let inner = Rect {
+        width: area.width.saturating_sub(1),
+        ..area
+    };
+    let mut lines = 0;
+    let mut starts = Vec::new();
+    for part in &mut parts {
+        starts.push(lines);
+        lines += match part {
+            PageSection::Line(line) => height(line.clone(), inner.width),
+            PageSection::Text(reading, text, marks) => {
+                reading.follow(text, marks, inner.width, theme);
+                if !marks.claims.is_empty() {
+                    let rows = reading.rows_of_claims(marks.claims.len());
+                    model
+                        .drawn
+                        .set_claims(rows.into_iter().map(|row| row + lines));
+                }
+                reading.rows()
+            }
+        };
+    }
+    starts.push(lines);
+    let extent = extent(lines, area, top);
+    let (top, end) = (extent.top, extent.top + extent.rows);
+    let mut seen = Vec::new();
+    let mut above = 0;
+    for (part, rows) in parts.into_iter().zip(starts.windows(2)) {
+        if rows[1] <= top || rows[0] >= end {
+            continue;
+        }
+        let hidden = top.saturating_sub(rows[0]);
+        let (some, cut) = match part {
+            PageSection::Line(line) => (vec![line], hidden),
+            PageSection::Text(reading, _, marks) => {
+                reading.seen(hidden, extent.rows, &marks, theme)
+            }
+        };
+        if seen.is_empty() {
+            above = cut;
+        }
+        seen.extend(some);
+    }
+    let words = Paragraph::new(Text::from(seen)).wrap(Wrap { trim: false });
+    let above = u16::try_from(above).unwrap_or(u16::MAX);
+    frame.render_widget(words.scroll((above, 0)), inner);
+    bar(frame, area, model, pane, extent);
+    extent
+}
+
+/// Where a text of so many rows stands.
+fn extent(lines: usize, area: Rect, top: Option<usize>) -> Extent {
+    let rows = usize::from(area.height);
+    let last = lines.saturating_sub(rows);
+    let top = top.unwrap_or(last).min(last);
+    Extent { lines, rows, top }
+}
+
+/// Remembers the extent for the page keys, and draws the scroll bar.
+fn bar(frame: &mut Frame<'_>, area: Rect, model: &Model, pane: Pane, extent: Extent) {
+    let Extent { lines, rows, top } = extent;
+    let last = lines.saturating_sub(rows);
+    if last > 0 {
+        let mut state = ScrollbarState::new(last + 1)
+            .position(top)
+            .viewport_content_length(rows);
+        let bar = Scrollbar::new(ScrollbarOrientation::VerticalRight)
+            .begin_symbol(None)
+            .end_symbol(None)
+            .track_symbol(Some(" "))
+            .thumb_symbol("│")
+            .style(Style::new().fg(model.theme.dim));
+        frame.render_stateful_widget(bar, area, &mut state);
+    }
+    model.drawn.text(pane, extent);
+}
+
+/// Columns of the window at most, its borders included.
+const COLUMNS: u16 = 54;
+
+/// Columns before a value.
+const LINE_INDENT: usize = 11;
+
+/// Columns before a number with a bar.
+const NUMBERS: usize = 18;
+
+/// Columns of the longest bar.
+const BAR: usize = 12;
+
+/// Columns of the window: on a narrow screen the map has the left half.
+#[must_use]
+pub fn width(screen: Rect) -> u16 {
+    COLUMNS.min(screen.width * 48 / 100).min(screen.width)
+}
+
+/// Names with values, under titles.
+pub struct Lines {
+    /// The lines so far.
+    pub text: Text<'static>,
+    word: Style,
+    title: Style,
+    /// Columns that they may take.
+    pub width: usize,
+}
+
+impl Lines {
+    /// None yet, in so many columns.
+    pub fn new(theme: &Theme, width: usize) -> Self {
+        Self {
+            text: Text::default(),
+            word: Style::new().fg(theme.accent),
+            title: Style::new().fg(theme.ego).add_modifier(Modifier::BOLD),
+            width,
+        }
+    }
+
+    /// A title, with an empty line before it.
+    pub fn title(&mut self, words: &str) {
+        if !self.text.lines.is_empty() {
+            self.text.push_line("");
+        }
+        self.text
+            .push_line(Line::styled(words.to_string(), self.title));
+    }
+
+    /// Adds a name with its value.
+    pub fn say(&mut self, name: &str, said: &str) {
+        self.say_in(name, said, Style::new());
+    }
+
+    /// The same in a style.
+    pub fn say_in(&mut self, name: &str, said: &str, style: Style) {
+        // A long name has a blank after it, too.
+        let indent = LINE_INDENT.max(name.width() + 1);
+        let room = self.width.saturating_sub(indent).max(8);
+        let mut lines = textwrap::wrap(said, room).into_iter();
+        self.text.push_line(Line::from(vec![
+            Span::styled(pad(name, indent), self.word),
+            Span::styled(lines.next().unwrap_or_default().into_owned(), style),
+        ]));
+        for more in lines {
+            let line = format!("{}{more}", pad("", indent));
+            self.text.push_line(Line::styled(line, style));
+        }
+    }
+
+    /// A number, and a bar for its share of the largest one.
+    pub fn bar(&mut self, name: &str, number: &str, share: f64) {
+        let cells = (share * BAR as f64).round().clamp(0.0, BAR as f64) as usize;
+        let room = self.width.saturating_sub(NUMBERS + 9);
+        let bar = "━".repeat(cells.min(room));
+        self.text.push_line(Line::from(vec![
+            Span::styled(pad(&format!("  {name}"), NUMBERS), self.word),
+            Span::raw(format!("{number:>8} ")),
+            Span::styled(bar, self.word),
+        ]));
+    }
+
+    /// Words without a name.
+    pub fn plain(&mut self, words: &str) {
+        let wrapped = textwrap::wrap(words, self.width.max(8));
+        let lines = wrapped.into_iter().map(|l| Line::raw(l.into_owned()));
+        self.text.lines.extend(lines);
+    }
 }
 
 #[cfg(test)]

@@ -5,33 +5,43 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
-use super::super::bench::{answer, no_verdict};
-use super::super::drive_fixtures::planned;
-use super::super::history_store::FIRST;
-use super::super::variant_fixtures::generated;
-use super::super::written::unwritten;
-use super::experiments;
-use super::world::{CLAIMS, HOSTILE};
-use crate::loaded::{
-    Facts, GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest, Verdicts,
-};
-use crate::message::runs::{Batch, BatchAnswer, Counts};
-use crate::message::{BatchProgress, JobEvent, JobId, JobRequest, Msg, Update};
-use crate::model::JobKind;
 use nearmiss_ask::llm::Chunk;
 use nearmiss_drive::generation::Progress;
-use nearmiss_drive::planner::Forecast;
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::corpus::{
     CorpusIndex, IndexedWindow, Manoeuvre, RoadType, SEVERITIES, WindowEgo,
 };
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::scenario::Transform;
 use nearmiss_scene::verdict::Task;
-use nearmiss_store::{Choice, RatedAnswer, Rating, RunId};
+use nearmiss_store::{BatchId, Choice, ItemState, RatedAnswer, Rating, RunId};
 use nearmiss_study::evaluation::batch::Estimate;
 use nearmiss_study::evaluation::generating::Progress as TerminationSignal;
 use nearmiss_study::evaluation::{Answer, Event};
+use nearmiss_workflow::batch::DryRunLine;
+use nearmiss_workflow::{ExperimentFile, FolderOfExperiments};
+
+use crate::features::answers::Ask;
+use crate::features::batch::request::{
+    AskBatch, BatchAnswer, BatchProgress, BatchUpdate, EstimateBatch, ItemChange,
+};
+use crate::features::experiment::request::{
+    AskExperiment, ExperimentNews, ExperimentWritten, ListExperiments, ReadExperiment,
+    WriteExperiment,
+};
+use crate::features::generation::request::{Generate, GenerationUpdate};
+use crate::features::index::ReadIndex;
+use crate::features::planner::request::{Plan, PlanUpdate};
+use crate::loaded::{
+    Facts, GenerationOutcome, GenerationProgress, GenerationStage, VariantRequest, Verdicts,
+};
+use crate::message::{Effect, Msg};
+use crate::model::{Batch, CountedExperiment, Counts, ExperimentOutline, JobId, JobKind, Update};
+use crate::request::Request;
+use crate::tests::bench::{answer, generated_variant, no_verdict, planned};
+use crate::tests::experiment_screen::{counted, outline};
+use crate::tests::history::FIRST;
+use crate::tests::random::world::{CLAIMS, HOSTILE};
+use crate::tests::written::unwritten;
 
 /// The answer of a number.
 pub fn stored(n: usize) -> Answer {
@@ -68,31 +78,51 @@ pub fn rating() -> Rating {
     }
 }
 
-/// What a job tells, as far as it comes.
-pub fn job(id: JobId, request: JobRequest, n: usize) -> Vec<Msg> {
-    let events = match request {
-        JobRequest::Question { model, .. } => question(&model, n),
-        JobRequest::Plan(entry, change, forecast)
-        | JobRequest::PlanBy(entry, change, forecast, _) => plan(&entry, change, forecast, n),
-        JobRequest::Generate(request) => generate(*request, n),
-        JobRequest::Estimate(batch) => vec![estimate(&batch, n)],
-        JobRequest::Batch(batch) => ask(&batch, n),
-        JobRequest::Experiment(_) => experiments::read(n),
-        JobRequest::ExperimentBatch(_) => experiments::ask(n),
-        JobRequest::WriteExperiment(new) => vec![experiments::write(new.file, n)],
-        JobRequest::Index(folder) => {
-            let ended = match n % 3 {
-                0 => Err(HOSTILE.into()),
-                _ => Ok(Arc::new(index(folder, n))),
-            };
-            let all = [Update::Progress((n as u64, 100)), Update::Ended(ended)];
-            all.into_iter().map(JobEvent::Index).collect()
-        }
-    };
-    events
-        .into_iter()
-        .map(|event| Msg::Job(id, event))
-        .collect()
+/// The replies to a job under this number.
+fn replies<R: Request<Reply = (JobId, T)>, T>(id: JobId, updates: Vec<T>) -> Option<Vec<Msg>> {
+    let updates = updates.into_iter();
+    Some(
+        updates
+            .map(|update| Msg::reply::<R>((id, update)))
+            .collect(),
+    )
+}
+
+/// What a job tells, as far as it comes; `None` for other effects.
+pub fn job(effect: &Effect, n: usize) -> Option<Vec<Msg>> {
+    if let Some(Ask { id, model, .. }) = effect.request() {
+        return replies::<Ask, _>(*id, question(model, n));
+    }
+    if let Some(plan) = effect.request::<Plan>() {
+        return replies::<Plan, _>(plan.id, planning(plan, n));
+    }
+    if let Some(Generate { id, request }) = effect.request() {
+        return replies::<Generate, _>(*id, generate((**request).clone(), n));
+    }
+    if let Some(EstimateBatch { id, batch }) = effect.request() {
+        return replies::<EstimateBatch, _>(*id, vec![estimate(batch, n)]);
+    }
+    if let Some(AskBatch { id, batch }) = effect.request() {
+        return replies::<AskBatch, _>(*id, ask(batch, n));
+    }
+    if let Some(ReadExperiment { id, .. }) = effect.request() {
+        return replies::<ReadExperiment, _>(*id, read(n));
+    }
+    if let Some(AskExperiment { id, .. }) = effect.request() {
+        return replies::<AskExperiment, _>(*id, ask_experiment(n));
+    }
+    if let Some(WriteExperiment { id, file, .. }) = effect.request() {
+        return replies::<WriteExperiment, _>(*id, vec![write(file.clone(), n)]);
+    }
+    if let Some(ReadIndex { id, folder }) = effect.request() {
+        let ended = match n % 3 {
+            0 => Err(HOSTILE.into()),
+            _ => Ok(Arc::new(index(folder.clone(), n))),
+        };
+        let all = vec![Update::Progress((n as u64, 100)), Update::Ended(ended)];
+        return replies::<ReadIndex, _>(*id, all);
+    }
+    None
 }
 
 /// An index of windows of a scenario with a hostile name.
@@ -114,16 +144,15 @@ fn index(folder: PathBuf, n: usize) -> CorpusIndex {
 
 /// What a job tells that was cancelled.
 pub fn cancelled(id: JobId, kind: Option<JobKind>) -> Vec<Msg> {
-    let event = match kind {
-        Some(JobKind::Batch) => JobEvent::Batch(Update::Ended(Ok(()))),
-        Some(JobKind::Generate) => JobEvent::Generate(Update::Cancelled),
-        _ => return Vec::new(),
-    };
-    vec![Msg::Job(id, event)]
+    match kind {
+        Some(JobKind::Batch) => vec![Msg::reply::<AskBatch>((id, Update::Ended(Ok(()))))],
+        Some(JobKind::Generate) => vec![Msg::reply::<Generate>((id, Update::Cancelled))],
+        _ => Vec::new(),
+    }
 }
 
 /// What comes of a question: pieces, and mostly the end.
-fn question(model: &str, n: usize) -> Vec<JobEvent> {
+fn question(model: &str, n: usize) -> Vec<Update<Event, Box<Answer>>> {
     let whole = match n % 4 {
         0 => Err(format!("the store is full {HOSTILE}")),
         1 => Ok(Box::new(no_verdict(model, HOSTILE))),
@@ -148,11 +177,11 @@ fn question(model: &str, n: usize) -> Vec<JobEvent> {
     .map(Update::Progress);
     // Some never end.
     let ended = (!n.is_multiple_of(5)).then_some(Update::Ended(whole));
-    pieces.chain(ended).map(JobEvent::Question).collect()
+    pieces.chain(ended).collect()
 }
 
-fn estimate(batch: &Batch, n: usize) -> JobEvent {
-    JobEvent::Estimate(Update::Progress(Counts {
+fn estimate(batch: &Batch, n: usize) -> Update<Counts, Counts> {
+    Update::Progress(Counts {
         looked: batch.entries.len().saturating_sub(n % 4 / 3),
         unlabelled: n % 2,
         estimate: Estimate {
@@ -168,10 +197,10 @@ fn estimate(batch: &Batch, n: usize) -> JobEvent {
         refused: n.is_multiple_of(5).then(|| HOSTILE.into()),
         at_once: 4,
         ..Counts::default()
-    }))
+    })
 }
 
-fn ask(batch: &Batch, n: usize) -> Vec<JobEvent> {
+fn ask(batch: &Batch, n: usize) -> Vec<BatchUpdate> {
     let answered = |place: usize| match place % 4 {
         0 => Err(format!("the server is gone {HOSTILE}")),
         _ => Ok(BatchAnswer {
@@ -185,16 +214,16 @@ fn ask(batch: &Batch, n: usize) -> Vec<JobEvent> {
     progress.extend((0..count).map(|place| BatchProgress::Answered(answered(place))));
     let progress = progress.into_iter().map(Update::Progress);
     let ended = (!n.is_multiple_of(3)).then_some(Update::Ended(Ok(())));
-    progress.chain(ended).map(JobEvent::Batch).collect()
+    progress.chain(ended).collect()
 }
 
 /// The planner drives to the end, fails, or is never heard of again.
-fn plan(entry: &Entry, change: Option<Transform>, forecast: Forecast, n: usize) -> Vec<JobEvent> {
+fn planning(plan: &Plan, n: usize) -> Vec<PlanUpdate> {
     let ended = match n % 4 {
         0 => Err(format!("no way leads there {HOSTILE}")),
         // Changed scenes contain no drive here.
-        _ if change.is_some() => return Vec::new(),
-        _ => planned(entry, forecast),
+        _ if plan.change.is_some() => return Vec::new(),
+        _ => planned(&plan.entry, plan.forecast),
     };
     let updates = [
         Update::Progress((1, 100)),
@@ -202,10 +231,10 @@ fn plan(entry: &Entry, change: Option<Transform>, forecast: Forecast, n: usize) 
     ]
     .into_iter()
     .take(1 + usize::from(!n.is_multiple_of(5)));
-    updates.map(JobEvent::Plan).collect()
+    updates.collect()
 }
 
-fn generate(request: VariantRequest, n: usize) -> Vec<JobEvent> {
+fn generate(request: VariantRequest, n: usize) -> Vec<GenerationUpdate> {
     let progress = Progress {
         tried: n,
         ..Progress::default()
@@ -215,7 +244,7 @@ fn generate(request: VariantRequest, n: usize) -> Vec<JobEvent> {
         1 | 2 if request.writer.is_some() => Ok(unwritten(HOSTILE)),
         // Only of one scenario, unchanged: a search takes long.
         1 if request.entry.name.contains("RightTurn") && request.change.is_none() => {
-            generated(&VariantRequest {
+            generated_variant(&VariantRequest {
                 style: Default::default(),
                 only: None,
                 wish: None,
@@ -239,7 +268,7 @@ fn generate(request: VariantRequest, n: usize) -> Vec<JobEvent> {
     ]
     .into_iter()
     .take(1 + n % 4);
-    updates.map(JobEvent::Generate).collect()
+    updates.collect()
 }
 
 pub fn facts(entry: &Entry) -> Result<Facts, String> {
@@ -257,4 +286,82 @@ pub fn facts(entry: &Entry) -> Result<Facts, String> {
         )
     };
     read.entry(entry.name.clone()).or_insert_with(fresh).clone()
+}
+
+/// What reading a file tells.
+pub fn read(n: usize) -> Vec<Update<ExperimentNews, Box<CountedExperiment>>> {
+    let outline = ExperimentOutline {
+        title: Some(HOSTILE.into()),
+        facts: vec![("select", HOSTILE.into())],
+        is_split: n.is_multiple_of(2),
+        ..outline()
+    };
+    let text = format!("title = \"{HOSTILE}\"\n").repeat(n % 50);
+    let read = Box::new((text, (!n.is_multiple_of(5)).then_some(outline)));
+    let ended = match n % 5 {
+        0 => Err(format!("e.toml:3: {HOSTILE}\ne.toml:4: {HOSTILE}")),
+        _ => Ok(Box::new(CountedExperiment {
+            refused: match n % 4 {
+                0 => vec![("lab/small".into(), HOSTILE.into())],
+                _ => Vec::new(),
+            },
+            lines: vec![DryRunLine::Reason(HOSTILE.into())],
+            requests: n as u64 % 3,
+            doubts: vec![HOSTILE.into(); n % 3],
+            ..counted((n % 2 == 1).then_some(BatchId(1)))
+        })),
+    };
+    let news = [
+        Update::Progress(ExperimentNews::Read(read)),
+        Update::Progress(ExperimentNews::Working(HOSTILE.into())),
+    ];
+    // Some never end.
+    let ended = (!n.is_multiple_of(7)).then_some(Update::Ended(ended));
+    news.into_iter().chain(ended).collect()
+}
+
+/// What asking one tells.
+pub fn ask_experiment(n: usize) -> Vec<BatchUpdate> {
+    let mut way = counted(None).progress.ways[n % 2].way.clone();
+    if n.is_multiple_of(3) {
+        way.model = HOSTILE.into();
+    }
+    let change = ItemChange {
+        way,
+        before: ItemState::Waiting,
+        now: [ItemState::Answered, ItemState::Failed, ItemState::Truncated][n % 3],
+    };
+    let news = [
+        BatchProgress::Named("b1".into(), 21),
+        BatchProgress::Changed(Box::new(change)),
+        BatchProgress::Answered(Err(HOSTILE.into())),
+    ];
+    let ended = (n.is_multiple_of(2)).then_some(Update::Ended(Ok(())));
+    let news = news.into_iter().map(Update::Progress);
+    news.chain(ended).collect()
+}
+
+/// What writing one tells.
+pub fn write(file: PathBuf, n: usize) -> Update<(), ExperimentWritten> {
+    Update::Ended(match n % 3 {
+        0 => Err(HOSTILE.into()),
+        1 => Ok(ExperimentWritten::Exists(file)),
+        _ => Ok(ExperimentWritten::Written(file)),
+    })
+}
+
+/// What is in a folder.
+pub fn listed(folder: PathBuf, n: usize) -> Msg {
+    let listed = FolderOfExperiments {
+        files: vec![ExperimentFile {
+            path: folder.join(format!("{HOSTILE}.toml")),
+            title: Some(HOSTILE.into()),
+        }],
+        folders: vec![folder.join("more")],
+    };
+    let read = match n % 4 {
+        0 => Err(HOSTILE.into()),
+        _ => Ok(listed),
+    };
+    Msg::reply::<ListExperiments>((folder, read))
 }

@@ -10,17 +10,25 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::layout::Position;
 
-use super::super::bench::opened;
-use super::super::history_store::{FIRST, Fixture};
-use super::plausible::{cancelled, facts, job, rating, stored};
-use super::{ESCAPES, Input, experiments, sound};
+use crate::features::answers::{LoadStored, Probe};
+use crate::features::compare::rating::{Rate, ReadRatings};
+use crate::features::experiment::request::ListExperiments;
+use crate::features::history::request::{HistoryCommand, HistoryEvent};
+use crate::features::pictures::SavePicture;
+use crate::features::prompt::request::{ChangeTemplate, RereadTemplates, TemplateChange};
+use crate::features::scenarios::request::{Find, Found, Rank, Survey};
+use crate::features::source::ReadSource;
+use crate::features::values::{MeasureAll, ReadThresholds};
 use crate::keymap::{Code, Key, Keymap, Preset};
 use crate::loaded::{Opened, Source};
-use crate::message::runs::{HistoryCommand, HistoryEvent};
-use crate::message::{Computation, Effect, Mouse, Msg, Reloaded};
+use crate::message::{Effect, Mouse, Msg, Reloaded};
 use crate::model::PromptPane;
+use crate::tests::bench::opened;
+use crate::tests::history::{FIRST, Fixture};
+use crate::tests::random::plausible::{self, cancelled, facts, job, rating, stored};
+use crate::tests::random::{ESCAPES, Input};
 use crate::theme::Theme;
-use crate::update::update;
+use crate::update::{Open, update};
 use crate::views;
 use nearmiss_ask::llm::{Dialect, Discovered};
 use nearmiss_ask::prompts::Library;
@@ -147,7 +155,7 @@ impl World {
             Input::Paste(text) => self.send(Msg::Paste(text.clone())),
             Input::Passed(ms) => self.send(Msg::Passed(Duration::from_millis(*ms))),
             Input::Done(count) => (0..*count).for_each(|_| self.do_next()),
-            Input::News(news) => self.hear(*news),
+            Input::News(news) => self.on_event(*news),
             Input::Drawn => self.draw(),
             Input::Out => self.out(),
         }
@@ -171,22 +179,22 @@ impl World {
     fn send(&mut self, msg: Msg) {
         let effects = update(&mut self.kept.bench.model, msg);
         self.waiting.extend(effects);
-        sound::check(&self.kept.bench.model);
+        super::check(&self.kept.bench.model);
     }
 
     /// Presses Esc until nothing is open, a few times at most.
     pub fn out(&mut self) {
         for _ in 0..ESCAPES {
-            if sound::on_main_screen(&self.kept.bench.model) {
+            if super::on_main_screen(&self.kept.bench.model) {
                 return;
             }
             self.send(Msg::Key(Key::plain(Code::Esc)));
         }
         let model = &self.kept.bench.model;
         assert!(
-            sound::on_main_screen(model),
+            super::on_main_screen(model),
             "Esc does not lead out of {}",
-            sound::what_is_open(model)
+            super::what_is_open(model)
         );
     }
 
@@ -204,23 +212,23 @@ impl World {
         assert!(leaks.is_none(), "{leaks:?} reaches the terminal");
     }
 
-    fn hear(&mut self, news: News) {
+    fn on_event(&mut self, news: News) {
         let msg = match news {
             News::Complaint => Msg::Complaint(format!("the disk is full {HOSTILE}")),
-            News::Changed => Msg::History(HistoryEvent::Changed),
-            News::Discovered => Msg::Discovered(vec![Discovered {
+            News::Changed => Msg::reply::<HistoryCommand>(HistoryEvent::Changed),
+            News::Discovered => Msg::reply::<Probe>(vec![Discovered {
                 id: format!("ollama/tiny{}", self.done % 3),
                 dialect: Dialect::Ollama,
             }]),
-            News::Searched => Msg::Searched(Ok(Vec::new())),
+            News::Searched => Msg::reply::<Find>(Found::Ended(Ok(Vec::new()))),
             News::Listed => {
                 if self.kept.bench.model.list.rows.len() > 40 {
                     return;
                 }
-                Msg::Listed(vec![
+                Msg::reply::<Find>(Found::More(vec![
                     Entry::of_file(std::path::Path::new("missing/ZAM_Gone-1_1_T-1.xml")),
                     bundled().remove(1),
-                ])
+                ]))
             }
             News::Themes => Msg::Reloaded(Reloaded::Themes(Theme::all(std::path::Path::new(
                 "/nonexistent",
@@ -232,10 +240,12 @@ impl World {
                 0 => Err(format!("config.toml:1: {HOSTILE}")),
                 _ => Ok(Box::default()),
             })),
-            News::Thresholds => Msg::Thresholds(Ok(Arc::new(Thresholds::shipped().clone()))),
-            News::Unreadable => Msg::Ratings(Err("the store is locked".into())),
-            News::Ratings => Msg::Ratings(Ok(vec![rating()])),
-            News::Reread => Msg::Reread(Library::load(None)),
+            News::Thresholds => {
+                Msg::reply::<ReadThresholds>(Ok(Arc::new(Thresholds::shipped().clone())))
+            }
+            News::Unreadable => Msg::reply::<ReadRatings>(Err("the store is locked".into())),
+            News::Ratings => Msg::reply::<ReadRatings>(Ok(vec![rating()])),
+            News::Reread => Msg::reply::<RereadTemplates>(Library::load(None)),
             News::Terminate => Msg::Terminate,
         };
         self.send(msg);
@@ -254,61 +264,14 @@ impl World {
     }
 
     fn results(&mut self, effect: Effect, n: usize) -> Vec<Msg> {
-        let thresholds = Thresholds::shipped();
+        if let Some(replies) = self.replies(&effect, n).or_else(|| job(&effect, n)) {
+            return replies;
+        }
+        let effect = match effect.into_request() {
+            Ok(ask) => return self.history(ask),
+            Err(effect) => effect,
+        };
         match effect {
-            Effect::Open(id, entry, ego) => {
-                let ego = ego.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
-                vec![Msg::Opened(
-                    id,
-                    opened(&entry, &ego, thresholds).map(Box::new),
-                )]
-            }
-            Effect::OpenChanged(id, entry, ego, change) => {
-                let ego = ego.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
-                let opened = Opened::changed(&entry, &ego, thresholds, Some(change));
-                vec![Msg::Opened(id, opened.map(Box::new))]
-            }
-            Effect::Compute(Computation::Measure(..)) if !n.is_multiple_of(3) => Vec::new(),
-            Effect::Compute(computation) => vec![Msg::Computed(computation.run())],
-            Effect::ReadSource(place, entry) => {
-                vec![Msg::Source(place, Source::read(&entry).map(Box::new))]
-            }
-            Effect::Survey(entries) | Effect::SurveyMore(entries) => {
-                let facts = |(place, entry): (usize, Entry)| Msg::Surveyed(place, facts(&entry));
-                entries.into_iter().take(6).map(facts).collect()
-            }
-            Effect::Rank(measure, entries) => {
-                let value = |place: usize| (!place.is_multiple_of(3)).then_some(place as f64 * 0.7);
-                entries
-                    .into_iter()
-                    .map(|(place, _)| Msg::Ranked(measure, place, value(place)))
-                    .collect()
-            }
-            Effect::LoadStored(of) => vec![Msg::Stored(of, (0..n % 5).map(stored).collect())],
-            Effect::ReadThresholds => {
-                vec![Msg::Thresholds(Err(format!("thresholds.toml: {HOSTILE}")))]
-            }
-            Effect::ReadRatings => vec![Msg::Ratings(Ok(vec![rating()]))],
-            Effect::Rate(round, ..) => {
-                let kept = match n % 3 {
-                    0 => Err("the store is locked".into()),
-                    _ => Ok(7),
-                };
-                vec![Msg::Rated(round, kept)]
-            }
-            Effect::History(HistoryCommand::Export(..)) => {
-                vec![Msg::History(HistoryEvent::Exported(Ok(
-                    "3 runs written".into()
-                )))]
-            }
-            Effect::History(ask) => {
-                self.kept.bench.effects.push(Effect::History(ask));
-                self.kept.settle();
-                self.waiting
-                    .extend(std::mem::take(&mut self.kept.bench.effects));
-                Vec::new()
-            }
-            Effect::Start(id, request) => job(id, request, n),
             Effect::Cancel(id) => {
                 let mut jobs = self.kept.bench.model.jobs.all.iter();
                 let kind = jobs.find(|job| job.id == id).map(|job| job.kind);
@@ -321,15 +284,85 @@ impl World {
                     _ => Err("the editor ended with status 3".into()),
                 },
             )],
-            Effect::SaveTemplate(file, _)
-            | Effect::SaveTemplateAs(file, _)
-            | Effect::RemoveTemplate(file, _) => {
-                vec![Msg::Saved(file, Ok((Library::load(None), "saved".into())))]
-            }
-            Effect::ListExperiments(folder) => vec![experiments::listed(folder, n)],
-            Effect::RereadTemplates => vec![Msg::Reread(Library::load(None))],
-            Effect::Picture(_) => vec![Msg::Pictured(Ok("picture.svg".into()))],
-            _ => Vec::new(),
+            Effect::Picture(_) => vec![Msg::reply::<SavePicture>(Ok("picture.svg".into()))],
+            effect => effect.at_once().into_iter().collect(),
         }
+    }
+
+    /// What the history hears of the store.
+    fn history(&mut self, ask: HistoryCommand) -> Vec<Msg> {
+        if matches!(ask, HistoryCommand::Export(..)) {
+            let exported = HistoryEvent::Exported(Ok("3 runs written".into()));
+            return vec![Msg::reply::<HistoryCommand>(exported)];
+        }
+        self.kept.bench.effects.push(ask.into());
+        self.kept.settle();
+        let effects = std::mem::take(&mut self.kept.bench.effects);
+        self.waiting.extend(effects);
+        Vec::new()
+    }
+
+    /// What comes of a request of the list, of answers and of templates; `None` for others.
+    fn replies(&self, effect: &Effect, n: usize) -> Option<Vec<Msg>> {
+        let thresholds = Thresholds::shipped();
+        if let Some(open) = effect.request::<Open>() {
+            let ego = open.obstacle;
+            let ego = ego.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
+            let opened = match open.change {
+                Some(_) => Opened::changed(&open.entry, &ego, thresholds, open.change),
+                None => opened(&open.entry, &ego, thresholds),
+            };
+            let opened = opened.map(Box::new);
+            return Some(vec![Msg::reply::<Open>((open.id, opened))]);
+        }
+        if effect.request::<MeasureAll>().is_some() && !n.is_multiple_of(3) {
+            return Some(Vec::new());
+        }
+        if let Some(ReadSource(place, entry)) = effect.request() {
+            let source = Source::read(entry).map(Box::new);
+            return Some(vec![Msg::reply::<ReadSource>((*place, source))]);
+        }
+        if let Some(Survey::All(entries) | Survey::More(entries)) = effect.request() {
+            let entries = entries.iter().take(6);
+            let facts = entries.map(|(place, entry)| (*place, facts(entry)));
+            return Some(facts.map(Msg::reply::<Survey>).collect());
+        }
+        if let Some(Rank::All(measure, entries)) = effect.request() {
+            let value = |place: usize| (!place.is_multiple_of(3)).then_some(place as f64 * 0.7);
+            let places = entries.iter().map(|(place, _)| *place);
+            let values = places.map(|place| (*measure, place, value(place)));
+            return Some(values.map(Msg::reply::<Rank>).collect());
+        }
+        if let Some(LoadStored(of)) = effect.request() {
+            let answers = (0..n % 5).map(stored).collect();
+            return Some(vec![Msg::reply::<LoadStored>((of.clone(), answers))]);
+        }
+        if let Some(ReadThresholds) = effect.request() {
+            let why = format!("thresholds.toml: {HOSTILE}");
+            return Some(vec![Msg::reply::<ReadThresholds>(Err(why))]);
+        }
+        if let Some(ReadRatings) = effect.request() {
+            return Some(vec![Msg::reply::<ReadRatings>(Ok(vec![rating()]))]);
+        }
+        if let Some(Rate { round, .. }) = effect.request() {
+            let kept = match n % 3 {
+                0 => Err("the store is locked".into()),
+                _ => Ok(7),
+            };
+            return Some(vec![Msg::reply::<Rate>((*round, kept))]);
+        }
+        if let Some(ChangeTemplate(file, change)) = effect.request()
+            && !matches!(change, TemplateChange::Use)
+        {
+            let saved = Ok((Library::load(None), "saved".into()));
+            return Some(vec![Msg::reply::<ChangeTemplate>((file.clone(), saved))]);
+        }
+        if let Some(ListExperiments(folder)) = effect.request() {
+            return Some(vec![plausible::listed(folder.clone(), n)]);
+        }
+        if let Some(RereadTemplates) = effect.request() {
+            return Some(vec![Msg::reply::<RereadTemplates>(Library::load(None))]);
+        }
+        None
     }
 }

@@ -5,8 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::text::Text;
 use ratatui::widgets::Widget;
 
-use super::*;
 use crate::widgets::highlight::load;
+use crate::widgets::long_text::*;
 
 const TEXT: &str = "# Why\n\nObstacle **7** is in front of the ego, which is *slower* than it is, ü and all.\n\
     ```json\n{\n \"a\": \"}\",\n \"b\": [1, 2]\n}\n```\n| a | b |\n|--|-:|\n| **long** | 3 |\n\n- one\n- two `raw`\n\n{\"open\": [\n 1,";

@@ -5,8 +5,8 @@ use ratatui::text::{Line, Span};
 use unicode_segmentation::UnicodeSegmentation;
 use unicode_width::UnicodeWidthStr;
 
-use super::{Piece, inline};
 use crate::theme::Theme;
+use crate::widgets::markdown::Piece;
 
 /// Stands between the cells of a row until their columns are known; no text that is shown has it.
 const BETWEEN: &str = "\u{1f}";
@@ -77,7 +77,7 @@ pub fn pieces(line: &str, theme: &Theme) -> Vec<Piece> {
         if i > 0 {
             pieces.push(Piece::sign(BETWEEN, Style::new()));
         }
-        pieces.extend(inline::pieces(line, cell, theme.base(), theme));
+        pieces.extend(super::inline_pieces(line, cell, theme.base(), theme));
     }
     pieces
 }

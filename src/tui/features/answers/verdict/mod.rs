@@ -1,0 +1,575 @@
+//! Verdicts side by side, the built-in judge last; differences from it are marked.
+
+pub mod table;
+
+use nearmiss_scene::description::visible;
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::{Moment, Motion, ParsedAnswer, Task, Verdict};
+use nearmiss_store::{Origin, RunId};
+use nearmiss_study::evaluation::{Answer, JudgeOutcome, StoredOrigin, motion_words};
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span, Text};
+use unicode_width::UnicodeWidthStr;
+
+use crate::action::Action;
+use crate::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
+use crate::widgets::words::{date, fit, fit_middle};
+use crate::widgets::{row, window};
+use table::{LABEL, Row, Table};
+
+/// Columns that an answer needs.
+const NARROWEST: usize = 8;
+
+pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let mut title = Line::from(format!("verdict · {}", model.task.name()));
+    if let Some(steps) = model.short_window() {
+        let words = format!(" · {steps}-step window");
+        title.push_span(Span::styled(words, Style::new().fg(model.theme.warning)));
+    }
+    // Inside the border, without the column of the scroll bar.
+    let room = usize::from(area.width).saturating_sub(3);
+    let seen_now = seen(&model.answers, room);
+    if let (Some(first), Some(last)) = (seen_now.clone().min(), seen_now.clone().max()) {
+        let all = model.answers.columns.len();
+        let (first, last) = (first + 1, last + 1);
+        let key = |action| model.look.key(action);
+        let keys = format!(
+            "{} {}",
+            key(Action::PreviousAnswer),
+            key(Action::NextAnswer)
+        );
+        // Inside the corners, with a space on both sides.
+        let left = usize::from(area.width).saturating_sub(4 + title.width());
+        let hints = if seen_now.len() != all {
+            [
+                format!(" · answers {first}–{last} of {all}, {keys} others"),
+                format!(" · {first}–{last}/{all} {keys}"),
+                format!(" · {first}–{last} of {all}"),
+            ]
+        } else if all == 1 {
+            [String::new(), String::new(), String::new()]
+        } else {
+            [
+                format!(" · {keys} select answer"),
+                format!(" · {keys}"),
+                String::new(),
+            ]
+        };
+        let hint = hints
+            .into_iter()
+            .find(|hint| hint.width() <= left)
+            .unwrap_or_default();
+        title.push_span(Span::styled(hint, Style::new().fg(model.theme.dim)));
+    }
+    let inner = window::pane(f, area, model, Pane::Verdict, title);
+    let answers = &model.answers;
+    let draw = |f: &mut Frame<'_>, text| {
+        row::text(
+            f,
+            inner,
+            model,
+            Pane::Verdict,
+            text,
+            Some(answers.verdict_top),
+        );
+    };
+    let other = matches!(model.task, Task::Attacker | Task::Trajectory);
+    if other && model.scene().is_some() {
+        let text = without_reference(model, seen_now, usize::from(inner.width));
+        draw(f, text);
+        return;
+    }
+    let reference = answers.reference.as_ref();
+    if !model.has_reference() {
+        let dim = Style::new().fg(model.theme.dim);
+        let error = model.open_error.clone();
+        let words = error.unwrap_or_else(|| model.without_ego());
+        let text = Text::styled(
+            nearmiss_scene::description::visible(&words).into_owned(),
+            dim,
+        );
+        draw(f, text);
+        return;
+    }
+    let verdict = reference.map(|r| &r.verdict);
+    let seen = seen(answers, room);
+    let rows = Row::visible(
+        differ(&answers.columns),
+        known(verdicts(&answers.columns[seen.clone()]).chain(verdict)),
+        answers.columns[seen.clone()]
+            .iter()
+            .any(|c| other_window(model, c)),
+        answers.reference_ms.is_some() || answers.columns[seen.clone()].iter().any(is_measured),
+    );
+    let mut table = Table::new(model, rows);
+    let ids: Vec<&str> = answers.columns[seen.clone()]
+        .iter()
+        .map(|c| c.model.as_str())
+        .collect();
+    // A gap behind each; the last column, the built-in judge's, needs none.
+    let room = usize::from(inner.width).saturating_sub(LABEL + 1);
+    let widths = widths(&ids, Some(NARROWEST), NARROWEST, room);
+    let heads = of_models(&ids, &widths);
+    for ((i, head), width) in seen.zip(&heads).zip(&widths) {
+        let column = &answers.columns[i];
+        let truth = column.truth_or(verdict);
+        table.set_width(*width);
+        table.column(column, head, truth, answers.shown == ShownAnswer::Column(i));
+    }
+    table.set_width(widths.last().copied().unwrap_or(NARROWEST));
+    table.reference(answers, verdict);
+    let mut text = Text::from(table.lines());
+    text.push_line("");
+    text.extend(comment(model, reference));
+    draw(f, text);
+}
+
+/// Answers to a task about which the built-in judge says nothing.
+fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -> Text<'static> {
+    let answers = &model.answers;
+    let dim = Style::new().fg(model.theme.dim);
+    if seen.is_empty() {
+        let hint = format!(
+            "only language models answer this task: {} chooses one, {} asks it",
+            model.look.key(Action::ChooseModel),
+            model.look.key(Action::Run)
+        );
+        return Text::styled(hint, dim);
+    }
+    let measured = answers.columns[seen.clone()].iter().any(is_measured);
+    let rows = Row::visible(differ(&answers.columns), (false, false), false, measured);
+    let mut table = Table::new(model, rows);
+    let ids: Vec<&str> = answers.columns[seen.clone()]
+        .iter()
+        .map(|c| c.model.as_str())
+        .collect();
+    let widths = widths(&ids, None, NARROWEST, room.saturating_sub(LABEL + 1));
+    let heads = of_models(&ids, &widths);
+    for ((i, head), width) in seen.zip(&heads).zip(&widths) {
+        let shown = answers.shown == ShownAnswer::Column(i);
+        table.set_width(*width);
+        table.column(&answers.columns[i], head, None, shown);
+    }
+    let mut text = Text::from(table.lines());
+    text.push_line("");
+    text.extend(of_column(model));
+    text
+}
+
+/// The heads of answers, with a gap behind each.
+fn of_models(ids: &[&str], widths: &[usize]) -> Vec<String> {
+    let rooms = widths.iter().map(|width| width.saturating_sub(1));
+    heads(ids, &rooms.collect::<Vec<_>>())
+}
+
+/// The answers that fit beside the built-in judge, the shown one among them.
+fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
+    let fit = (room.saturating_sub(LABEL) / NARROWEST)
+        .saturating_sub(1)
+        .max(1);
+    let count = answers.columns.len();
+    let wanted = match answers.shown {
+        ShownAnswer::Column(i) => (i + 1).max(fit),
+        ShownAnswer::Reference => fit,
+    };
+    let last = wanted.min(count);
+    last.saturating_sub(fit)..last
+}
+
+/// Whether not all were asked from the same frame with the same techniques, and whether not all with the same prompt.
+fn differ(columns: &[Column]) -> (bool, bool) {
+    let ways = columns.iter().map(|c| parts(&c.how));
+    let ways: Vec<_> = ways.collect();
+    let pairs = || ways.windows(2).map(|pair| (pair[0], pair[1]));
+    (
+        pairs().any(|(a, b)| (a.0, a.1) != (b.0, b.1)),
+        pairs().any(|(a, b)| a.2 != b.2),
+    )
+}
+
+/// Whether time or tokens of an answer are known, or still being counted: recorded answers have neither.
+fn is_measured(column: &Column) -> bool {
+    column.answer().is_none_or(|answer| {
+        let consumed = &answer.consumed;
+        consumed.duration_ms.or(consumed.output_tokens).is_some()
+    })
+}
+
+/// Whether the built-in judge's column is about another window than the answer.
+fn other_window(model: &Model, column: &Column) -> bool {
+    let now = model.window().map(|w| (w.first(), w.last()));
+    model.task == Task::Safety && column.steps.is_some() && column.steps != now
+}
+
+/// Whence an answer of the store.
+fn stored(past: &StoredOrigin, run: Option<RunId>) -> String {
+    let run = run.map_or("stored".into(), |run| format!("run {run}"));
+    let at = date(past.created_ms);
+    match past.origin {
+        Origin::Asked => format!("{run}, asked {at}"),
+        Origin::Replayed => format!("{run}, replayed: asked {at} elsewhere"),
+        Origin::Recorded => format!("{run}, recorded by others"),
+    }
+}
+
+/// The comment of the built-in judge or the shown answer.
+fn comment(model: &Model, reference: Option<&judge::Judgement>) -> Text<'static> {
+    let theme = &model.theme;
+    let words = |s: &str| nearmiss_scene::description::visible(s).into_owned();
+    match model.answers.column() {
+        None => {
+            let mut text = Text::default();
+            let dim = Style::new().fg(theme.dim);
+            text.extend(reference.and_then(|r| critical(&r.verdict, dim)));
+            let justification = reference.map_or("judging…", |r| &r.verdict.justification);
+            text.extend(Text::styled(words(justification), theme.base()));
+            if model.answers.columns.is_empty() {
+                let key = |action| model.look.key(action);
+                let hint = format!(
+                    "{} chooses a language model, {} asks it, {} asks another one",
+                    key(Action::ChooseModel),
+                    key(Action::Run),
+                    key(Action::Compare)
+                );
+                text.push_line("");
+                text.push_line(Line::styled(hint, Style::new().fg(theme.dim)));
+            }
+            text
+        }
+        Some(_) => of_column(model),
+    }
+}
+
+/// The shown answer's comment, and notes on it.
+fn of_column(model: &Model) -> Text<'static> {
+    let theme = &model.theme;
+    let warning = Style::new().fg(theme.warning);
+    let words = |s: &str| nearmiss_scene::description::visible(s).into_owned();
+    let mut text = Text::default();
+    match model.answers.column() {
+        None => {}
+        Some(column) => match column.answer() {
+            Some(answer) => {
+                if let Some(past) = &answer.past {
+                    let words = stored(past, answer.run);
+                    text.push_line(Line::styled(words, Style::new().fg(theme.dim)));
+                }
+                if answer.model_differs() {
+                    let returned = answer.model_returned.as_deref().unwrap_or_default();
+                    text.push_line(Line::styled(
+                        words(&format!("answered by {returned}")),
+                        warning,
+                    ));
+                }
+                let scenario = model.opened.as_ref().map(|o| &o.scenario);
+                for flag in scenario.map_or(Vec::new(), |s| answer.flags(s)) {
+                    text.push_line(Line::styled(format!("doubtful: {flag}"), warning));
+                }
+                if !answer.repairs().is_empty() {
+                    let notes = format!("* repaired: {}", answer.repairs().join("; "));
+                    text.push_line(Line::styled(words(&notes), warning));
+                }
+                match &answer.judged {
+                    JudgeOutcome::Verdict(parsed) => {
+                        let dim = Style::new().fg(theme.dim);
+                        text.extend(critical(&parsed.verdict, dim));
+                        text.extend(Text::styled(
+                            words(&parsed.verdict.justification),
+                            theme.base(),
+                        ));
+                    }
+                    JudgeOutcome::Other(reading) => {
+                        text.extend(answer_text(model, &reading.said));
+                    }
+                    JudgeOutcome::Missing(missing) => {
+                        text.push_line(Line::styled(words(&missing.to_string()), warning));
+                    }
+                }
+            }
+            None => {
+                if let Progress::Unasked(why) | Progress::Broken(why) | Progress::Retrying(why) =
+                    &column.progress
+                {
+                    text.push_line(Line::styled(words(why), warning));
+                }
+            }
+        },
+    }
+    text
+}
+
+/// Columns of answers, and of the built-in judge where `last` names what it needs: as much as each needs, and what is
+/// left in equal parts; where there is less, the widest get less. An answer needs `least`, its model without the
+/// provider, and a gap.
+fn widths(ids: &[&str], last: Option<usize>, least: usize, room: usize) -> Vec<usize> {
+    let bare = |id: &&str| {
+        id.split_once('/')
+            .map_or(id.width(), |(_, model)| model.width())
+    };
+    let needed = ids.iter().map(|id| least.max(bare(id) + 1));
+    let needed: Vec<usize> = needed.chain(last).collect();
+    let count = needed.len().max(1);
+    let sum: usize = needed.iter().sum();
+    if sum <= room {
+        let more = (room - sum) / count;
+        return needed.into_iter().map(|width| width + more).collect();
+    }
+    // The narrow ones get what they need, the others share what is left.
+    let (mut share, mut narrow) = (room / count, 0);
+    loop {
+        let within = || needed.iter().filter(|width| **width <= share);
+        let taken: usize = within().sum();
+        let (few, others) = (within().count(), count - within().count());
+        if few == narrow || others == 0 {
+            break;
+        }
+        (share, narrow) = (room.saturating_sub(taken) / others, few);
+    }
+    needed.into_iter().map(|width| width.min(share)).collect()
+}
+
+/// Models' ids in so many columns each: whole, or without their provider, and then with their beginning and end, which
+/// tell models apart. Of those that would read the same, as much of the provider is left as tells them apart. The title of
+/// the reasoning has them whole.
+fn heads(ids: &[&str], widths: &[usize]) -> Vec<String> {
+    let width = |i: usize| widths.get(i).copied().unwrap_or(0);
+    let plain = ids.iter().enumerate();
+    let plain: Vec<String> = plain.map(|(i, id)| short(id, 0, width(i))).collect();
+    let alike = |i: usize, heads: &[String]| {
+        (0..ids.len()).any(|j| ids[j] != ids[i] && heads[j] == heads[i])
+    };
+    let longest = ids.iter().filter_map(|id| id.find('/')).max().unwrap_or(0);
+    let mut best = plain.clone();
+    for letters in 1..=longest {
+        let unclear: Vec<usize> = (0..ids.len()).filter(|i| alike(*i, &best)).collect();
+        if unclear.is_empty() {
+            break;
+        }
+        // All that read alike change together, also those that another one of them has just left alone.
+        for i in (0..ids.len()).filter(|i| alike(*i, &plain)) {
+            best[i] = short(ids[i], letters, width(i));
+        }
+    }
+    best
+}
+
+/// An id within `width` columns, with `letters` of its provider if it does not fit whole.
+fn short(id: &str, letters: usize, width: usize) -> String {
+    match id.split_once('/') {
+        Some((provider, model)) if id.width() > width => {
+            let some: String = provider.chars().take(letters).collect();
+            if some.is_empty() {
+                fit_middle(model, width)
+            } else {
+                fit_middle(&format!("{some}/{model}"), width)
+            }
+        }
+        _ => fit(id, width),
+    }
+}
+
+/// The label of the table's second row.
+fn detail_label(task: Task) -> &'static str {
+    match task {
+        Task::Collision | Task::Safety | Task::Recording => "who",
+        Task::Attacker => "others",
+        Task::Trajectory => "motion",
+    }
+}
+
+/// The cells of an answer: what it says, the row below, and the risk or the time.
+fn cells(said: &ParsedAnswer) -> [String; 3] {
+    let dash = || "–".to_string();
+    match said {
+        ParsedAnswer::Verdict(_) => [dash(), dash(), dash()],
+        ParsedAnswer::Attacker(choice) => {
+            let of = |id: i64| choice.obstacles.iter().find(|o| o.id == id);
+            let risk = choice.attacker.and_then(of).map(|o| o.risk_score);
+            let others = choice
+                .obstacles
+                .iter()
+                .map(|o| o.id)
+                .filter(|id| Some(*id) != choice.attacker)
+                .count();
+            [
+                choice.attacker.map_or("none".into(), |id| id.to_string()),
+                others.to_string(),
+                risk.map_or_else(dash, |risk| risk.to_string()),
+            ]
+        }
+        ParsedAnswer::Trajectory(new) => {
+            let (motion, when) = match &new.motion {
+                Motion::Manoeuvre(m) => (
+                    m.kind.name().to_string(),
+                    format!("{:.1} s +{:.1} s", m.start, m.duration),
+                ),
+                Motion::Waypoints(points) => {
+                    let ends = points.first().zip(points.last());
+                    let when = ends.map(|(a, b)| format!("{}–{}", moment(a.at), moment(b.at)));
+                    (
+                        format!("{} points", points.len()),
+                        when.unwrap_or_else(dash),
+                    )
+                }
+            };
+            [new.obstacle.to_string(), motion, when]
+        }
+    }
+}
+
+impl Table<'_> {
+    /// An answer that is no yes or no.
+    pub fn other(&mut self, answer: &Answer) {
+        let JudgeOutcome::Other(reading) = &answer.judged else {
+            return;
+        };
+        let base = self.model.theme.base();
+        let [says, who, risk] = cells(&reading.said);
+        let repaired = if answer.repairs().is_empty() {
+            ""
+        } else {
+            " *"
+        };
+        let bold = base.add_modifier(Modifier::BOLD);
+        self.cell(Row::Says, &format!("{says}{repaired}"), bold);
+        self.cell(Row::Who, &who, base);
+        self.cell(Row::Risk, &risk, base);
+    }
+}
+
+fn moment(at: Moment) -> String {
+    match at {
+        Moment::Step(step) => step.to_string(),
+        Moment::Seconds(seconds) => format!("{seconds:.1} s"),
+    }
+}
+
+/// Everything that an answer says.
+fn answer_text(model: &Model, said: &ParsedAnswer) -> Text<'static> {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let justification = visible(said.justification()).into_owned();
+    let mut text = Text::styled(justification, theme.base());
+    match said {
+        ParsedAnswer::Verdict(_) => {}
+        ParsedAnswer::Attacker(choice) => {
+            for o in &choice.obstacles {
+                let sign = if choice.attacker == Some(o.id) {
+                    "▸"
+                } else {
+                    " "
+                };
+                let line = format!("{sign} {} risk {}: {}", o.id, o.risk_score, o.reason);
+                let style = Style::new().fg(theme.risk(f64::from(o.risk_score)));
+                text.push_line(Line::styled(visible(&line).into_owned(), style));
+            }
+        }
+        ParsedAnswer::Trajectory(new) => {
+            for line in motion_words(&new.motion) {
+                text.push_line(Line::styled(line, dim));
+            }
+        }
+    }
+    text
+}
+
+/// Whether a verdict states a probability, and whether one has log probabilities.
+fn known<'a>(verdicts: impl Iterator<Item = &'a Verdict>) -> (bool, bool) {
+    verdicts.fold((false, false), |(stated, tokens), verdict| {
+        (
+            stated || verdict.probability.is_some(),
+            tokens || verdict.token_probability.is_some(),
+        )
+    })
+}
+
+/// The verdicts of answers.
+fn verdicts(columns: &[Column]) -> impl Iterator<Item = &Verdict> {
+    columns.iter().filter_map(|c| c.answer()?.verdict())
+}
+
+impl Table<'_> {
+    /// The probabilities of a yes; a dash where one is not known, nothing of answers that are yet to come.
+    pub fn probabilities(&mut self, verdict: Option<&Verdict>, style: Style) {
+        let words = |p: Option<f64>| p.map_or("–".to_string(), two);
+        let stated = words(verdict.and_then(|v| v.probability));
+        let tokens = words(verdict.and_then(|v| v.token_probability));
+        self.cell(Row::Probability, &stated, style);
+        self.cell(Row::TokenProbability, &tokens, style);
+    }
+}
+
+/// The critical obstacles with their probabilities: `critical: 301 (0.90), 305 (0.20)`; nothing where none has one.
+fn critical(verdict: &Verdict, style: Style) -> Option<Line<'static>> {
+    let all = verdict.critical.as_ref()?;
+    all.iter().find_map(|one| one.probability)?;
+    let each = all.iter().map(|one| match one.probability {
+        Some(p) => format!("{} ({})", one.id, two(p)),
+        None => one.id.to_string(),
+    });
+    let words = format!("critical: {}", each.collect::<Vec<_>>().join(", "));
+    Some(Line::styled(words, style))
+}
+
+/// A probability with two decimals.
+fn two(probability: f64) -> String {
+    format!("{probability:.2}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_would_read_the_same_keeps_a_part_of_its_provider() {
+        let two = ["recorded/gpt-4o", "openai/gpt-4o"];
+        assert_eq!(heads(&two, &[20, 20]), two);
+        assert_eq!(heads(&two, &[10, 10]), ["r/gpt-4o", "o/gpt-4o"]);
+        let narrow = heads(&two, &[7, 7]);
+        assert_ne!(narrow[0], narrow[1], "{narrow:?}");
+        assert!(narrow.iter().all(|head| head.width() <= 7), "{narrow:?}");
+        let providers = ["openrouter/gpt-4o", "openai/gpt-4o"];
+        assert_eq!(
+            heads(&providers, &[12, 12]),
+            ["openr/gpt-4o", "opena/gpt-4o"]
+        );
+    }
+
+    #[test]
+    fn what_is_clear_or_the_same_stays_short() {
+        let clear = ["openai/gpt-4o-mini", "gemini/gemini-2.5-pro"];
+        assert_eq!(heads(&clear, &[11, 11]), ["gpt-4o-mini", "gemin…5-pro"]);
+        let same = ["openai/gpt-4o-mini", "openai/gpt-4o-mini"];
+        assert_eq!(heads(&same, &[11, 11]), ["gpt-4o-mini"; 2]);
+        assert_eq!(heads(&[], &[]), [""; 0]);
+    }
+
+    #[test]
+    fn columns_are_as_wide_as_their_heads() {
+        let ids = ["lab/pyro-8b", "lab/sage-70b", "lab/pyro-8b", "lab/sage-70b"];
+        let narrow = widths(&ids, Some(8), 8, 43);
+        assert_eq!(narrow, [8, 9, 8, 9, 8]);
+        assert_eq!(
+            heads(&ids, &[7, 8, 7, 8]),
+            ["pyro-8b", "sage-70b"].repeat(2)
+        );
+        assert_eq!(
+            widths(&ids, Some(8), 8, 47),
+            [9, 10, 9, 10, 9],
+            "what is left"
+        );
+        assert_eq!(
+            widths(&["lab/a-very-long-name", "a/b"], Some(8), 8, 30),
+            [14, 8, 8]
+        );
+        assert_eq!(
+            widths(&ids, Some(8), 8, 20),
+            [4; 5],
+            "never more than there is"
+        );
+        assert_eq!(widths(&[], Some(8), 8, 20), [20]);
+        assert_eq!(widths(&[], None, 8, 20), [0; 0]);
+    }
+}

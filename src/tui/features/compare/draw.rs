@@ -1,0 +1,367 @@
+//! Full-screen comparison: fields, texts with their claims, and the map of the picked claim.
+
+use std::borrow::Cow;
+
+use nearmiss_scene::judge;
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::{Block, BorderType, Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
+
+use crate::action::{Action, Scope};
+use crate::features::compare::fields::Field;
+use crate::features::map::draw;
+use crate::layout::ScreenAreas;
+use crate::model::{Column, Extent, Model, NARROWEST_COMPARED, ShownAnswer};
+use crate::widgets::long_text::MarkedClaims;
+use crate::widgets::window::more_lines;
+use crate::widgets::words::{fit_end, whole_parts};
+
+/// Rows of the screen from which on the map has room.
+const MAP_FROM: u16 = 34;
+
+pub fn draw(f: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
+    let compare = &model.compare;
+    title(f, parts.header, model);
+    let body = Rect {
+        y: parts.header.bottom(),
+        height: parts.footer.y.saturating_sub(parts.header.bottom()),
+        ..parts.header
+    };
+    let band = if body.height >= MAP_FROM {
+        body.height / 3
+    } else {
+        5
+    };
+    let [upper, band] =
+        Layout::vertical([Constraint::Min(0), Constraint::Length(band)]).areas(body);
+    if compare.shown.is_empty() {
+        nothing(f, upper, model);
+    } else {
+        columns(f, upper, model);
+    }
+    if body.height >= MAP_FROM {
+        let [left, right] =
+            Layout::horizontal([Constraint::Percentage(45), Constraint::Min(0)]).areas(band);
+        draw::draw(f, left, model);
+        super::band::draw(f, right, model);
+    } else {
+        super::band::draw(f, band, model);
+    }
+    if compare.marking.is_some() {
+        super::band::marking(f, body, model);
+    }
+    if compare.ratings.is_some() {
+        super::band::ratings(f, body, model);
+    }
+}
+
+fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let compare = &model.compare;
+    let theme = &model.theme;
+    let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    let name = model.opened.as_ref().map_or("", |o| o.name.as_str());
+    let mode = match (&compare.blind, compare.choice) {
+        (Some(_), None) => " blind ",
+        (Some(_), Some(_)) => " blind, rated ",
+        (None, _) => " side by side ",
+    };
+    let scrolling = if compare.free {
+        "scroll unlinked"
+    } else {
+        "scroll linked"
+    };
+    let left = compare
+        .blind
+        .as_ref()
+        .map_or(String::new(), |b| match b.left.len() {
+            0 => String::new(),
+            n => format!("{n} more on this scenario"),
+        });
+    let step = format!("step {}", model.clock.step());
+    let room = usize::from(area.width).saturating_sub(mode.len());
+    let parts = [name, model.task.name(), &step, &left, scrolling];
+    let words = whole_parts(parts, room);
+    let line = Line::from(vec![
+        Span::styled(mode, bold),
+        Span::styled(words, theme.base()),
+    ]);
+    f.render_widget(line, area);
+}
+
+fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let key = |action| model.look.keymap.key_in(action, Scope::Compare);
+    let next = key(Action::NextRound);
+    let words = match (&model.compare.blind, &model.open_error) {
+        (Some(_), Some(error)) => {
+            format!(
+                "{}; {next} next scenario",
+                nearmiss_scene::description::visible(error)
+            )
+        }
+        (Some(blind), None) if blind.waiting => {
+            format!("no stored answers on this scenario; {next} next scenario")
+        }
+        (Some(blind), None) => format!(
+            "{}. {next} goes to the next scenario, {} shows all answers",
+            too_few(model, blind.size.unwrap_or(2)),
+            key(Action::BlindMode)
+        ),
+        (None, _) => format!("no answer shown; {} adds one", key(Action::MoreColumns)),
+    };
+    let text = Paragraph::new(Text::styled(words, Style::new().fg(model.theme.dim)));
+    f.render_widget(text.wrap(Wrap { trim: true }), area);
+}
+
+/// Why there is nothing to rate.
+fn too_few(model: &Model, wanted: usize) -> String {
+    let answers = |n: usize| match n {
+        1 => "1 complete answer of a model".to_string(),
+        n => format!("{n} complete answers of models"),
+    };
+    let columns = model.answers.columns.iter();
+    let complete = columns
+        .filter(|c| c.answer().is_some() && !c.failed())
+        .count();
+    let rated = match complete - model.to_rate().len().min(complete) {
+        0 => String::new(),
+        n if n == complete => ", all rated by you".into(),
+        n => format!(", {n} of them rated by you"),
+    };
+    let counts = match complete {
+        0 | 1 => " (answers of the built-in judge do not count, imported ones do)",
+        _ => "",
+    };
+    format!(
+        "Nothing to rate: this scenario has {}{rated}; a rating needs {wanted} unrated ones{counts}",
+        answers(complete)
+    )
+}
+
+/// As many columns as fit, the one that has the keys among them.
+fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let compare = &model.compare;
+    let fit = usize::from(area.width / NARROWEST_COMPARED).max(1);
+    let count = compare.shown.len();
+    let first = compare
+        .focus
+        .saturating_sub(fit - 1)
+        .min(count.saturating_sub(fit));
+    let seen = first..(first + fit).min(count);
+    let all: Vec<Vec<Field>> = compare
+        .shown
+        .iter()
+        .map(|s| super::fields::fields(model, *s))
+        .collect();
+    let differ = super::fields::differing(&all);
+    let areas =
+        Layout::horizontal(vec![Constraint::Ratio(1, seen.len() as u32); seen.len()]).split(area);
+    for (place, fields) in all.iter().enumerate() {
+        match place.checked_sub(first).and_then(|i| areas.get(i)) {
+            Some(area) if seen.contains(&place) => column(f, *area, model, place, fields, &differ),
+            // Those beside the screen keep their places.
+            _ => model.drawn.next_column(Extent::default(), Vec::new()),
+        }
+    }
+}
+
+fn column(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    place: usize,
+    all: &[Field],
+    differ: &[bool],
+) {
+    let (compare, theme) = (&model.compare, &model.theme);
+    let shown = compare.shown[place];
+    let focused = place == compare.focus;
+    let room = usize::from(area.width).saturating_sub(6);
+    let mut style = Style::new().fg(theme.title);
+    let (mut kind, mut border) = (BorderType::Plain, theme.border);
+    if focused {
+        style = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+        (kind, border) = (BorderType::Thick, theme.border_focused);
+    }
+    let name = format!(" {} {} ", place + 1, fit_end(&name(model, shown), room));
+    let mut block = Block::bordered()
+        .border_type(kind)
+        .border_style(Style::new().fg(border))
+        .title(Line::styled(name, style));
+    if let Some(words) = super::fields::outcome(model, place) {
+        block = block.title_bottom(words);
+    }
+    let inner = block.inner(area);
+    f.render_widget(block, area);
+    let rows = u16::try_from(all.len()).unwrap_or(0).min(inner.height / 2);
+    let [upper, rule, lower] = Layout::vertical([
+        Constraint::Length(rows),
+        Constraint::Length(1),
+        Constraint::Min(0),
+    ])
+    .areas(inner);
+    f.render_widget(
+        Text::from(super::fields::lines(model, all, differ, upper.width)),
+        upper,
+    );
+    let line = "─".repeat(usize::from(rule.width));
+    f.render_widget(Line::styled(line, Style::new().fg(border)), rule);
+    body(f, lower, model, place, shown);
+}
+
+/// The text of an answer, from its line or at its end, with a word about what is below.
+fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: ShownAnswer) {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let document = model.document(shown);
+    let Some(document) = document.filter(|d| !d.text.trim().is_empty()) else {
+        f.render_widget(Line::styled("no answer yet", dim), area);
+        let extent = Extent {
+            lines: 1,
+            rows: usize::from(area.height),
+            top: 0,
+        };
+        return model.drawn.next_column(extent, Vec::new());
+    };
+    // Until they are rated, answers are shown without the checks of their claims.
+    let claims = if model.compare.hides() {
+        &[]
+    } else {
+        model.claims.get(document.key)
+    };
+    let marks = MarkedClaims {
+        claims,
+        key: document.key,
+        picked: model.claims.picked_of(document.key),
+    };
+    let safe = text(model, shown, &document.text);
+    let mut readings = model.drawn.readings.borrow_mut();
+    let reading = readings.answer(shown);
+    reading.show_as(model.reading_mode());
+    reading.follow(&safe, &marks, area.width, theme);
+    let lines = reading.rows();
+    let claim_rows = reading.rows_of_claims(marks.claims.len());
+    let height = usize::from(area.height);
+    let last = lines.saturating_sub(height);
+    let top = model
+        .compare
+        .tops
+        .get(place)
+        .copied()
+        .flatten()
+        .unwrap_or(last)
+        .min(last);
+    let (seen, above) = reading.seen(top, height, &marks, theme);
+    let words = Paragraph::new(Text::from(seen)).wrap(Wrap { trim: false });
+    let above = u16::try_from(above).unwrap_or(u16::MAX);
+    f.render_widget(words.scroll((above, 0)), area);
+    model.drawn.next_column(
+        Extent {
+            lines,
+            rows: height,
+            top,
+        },
+        claim_rows,
+    );
+    let running = matches!(shown, ShownAnswer::Column(i) if model.answers.columns.get(i).is_some_and(Column::is_running));
+    let below = lines.saturating_sub(top + height);
+    if below > 0 && area.height > 1 {
+        let words = if running {
+            format!(" {below} new lines below, G follows ")
+        } else {
+            more_lines(below)
+        };
+        // In the border, where it covers no text; what was made of the answer stands on its left.
+        let width = u16::try_from(words.width()).unwrap_or(area.width);
+        let row = Rect {
+            x: area.right().saturating_sub(width).max(area.x),
+            y: area.bottom(),
+            width: width.min(area.width),
+            height: 1,
+        };
+        let style = if running {
+            Style::new()
+                .fg(theme.accent)
+                .add_modifier(Modifier::REVERSED)
+        } else {
+            dim
+        };
+        f.render_widget(Line::styled(words, style), row);
+    }
+}
+
+/// The displayed name of an answer.
+pub fn name(model: &Model, shown: ShownAnswer) -> String {
+    match shown {
+        _ if model.compare.hides() => "answer".into(),
+        ShownAnswer::Reference => judge::NAME.into(),
+        ShownAnswer::Column(place) => model
+            .answers
+            .columns
+            .get(place)
+            .map_or(String::new(), |c| c.model.clone()),
+    }
+}
+
+/// The text of an answer without the names of its model. Every place in it stays where it was.
+fn text<'t>(model: &Model, shown: ShownAnswer, text: &'t str) -> Cow<'t, str> {
+    let mut text = Cow::Borrowed(text);
+    let ShownAnswer::Column(place) = shown else {
+        return text;
+    };
+    let Some(column) = model
+        .answers
+        .columns
+        .get(place)
+        .filter(|_| model.compare.hides())
+    else {
+        return text;
+    };
+    let returned = column.answer().and_then(|a| a.model_returned.as_deref());
+    for id in [Some(column.model.as_str()), returned]
+        .into_iter()
+        .flatten()
+    {
+        let bare = id.rsplit('/').next().unwrap_or(id);
+        // "gemini" of "gemini-1.5-pro"; short beginnings occur in other words.
+        let family = bare
+            .split(['-', ':', '.', ' '])
+            .next()
+            .filter(|f| f.len() >= 3);
+        for name in [Some(id), Some(bare), family].into_iter().flatten() {
+            text = without(text, name);
+        }
+    }
+    text
+}
+
+/// `text` with every occurrence of a name, in any case, blotted out.
+fn without<'t>(text: Cow<'t, str>, name: &str) -> Cow<'t, str> {
+    let (lower, name) = (text.to_ascii_lowercase(), name.to_ascii_lowercase());
+    if name.is_empty() || !name.is_ascii() || !lower.contains(&name) {
+        return text;
+    }
+    let mut blotted = String::with_capacity(text.len());
+    let mut from = 0;
+    for (at, found) in lower.match_indices(&name) {
+        blotted.push_str(&text[from..at]);
+        blotted.extend(std::iter::repeat_n('*', found.len()));
+        from = at + found.len();
+    }
+    blotted.push_str(&text[from..]);
+    Cow::Owned(blotted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_blotted_out_in_their_places() {
+        let text = without("As GPT-4o, I (gpt-4o) say ü.".into(), "gpt-4o");
+        assert_eq!(text, "As ******, I (******) say ü.");
+        assert_eq!(without("plain".into(), ""), "plain");
+    }
+}

@@ -1,0 +1,304 @@
+//! Full-screen comparison: which answers, and their scroll positions.
+
+pub mod band;
+pub mod draw;
+pub mod fields;
+pub mod rating;
+pub mod state;
+use crate::action::{Action, Scope};
+use crate::features::answers::{self, claims};
+use crate::features::compare::rating::ReadRatings;
+use crate::features::{Step, timeline};
+use crate::keymap::Key;
+use crate::message::Effect;
+use crate::model::{Column, MAX_COMPARED, Model, ShownAnswer};
+use crate::update::pressed::{KeyEffect, pressed};
+use nearmiss_store::Choice;
+
+/// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.
+pub fn open(model: &mut Model) {
+    let fit = model.fit_side_by_side().max(2);
+    let count = model.answers.columns.len();
+    let mut shown: Vec<ShownAnswer> = (count.saturating_sub(fit - 1)..count)
+        .map(ShownAnswer::Column)
+        .collect();
+    if let now @ ShownAnswer::Column(_) = model.answers.shown
+        && !shown.contains(&now)
+        && let Some(first) = shown.first_mut()
+    {
+        *first = now;
+    }
+    if model.has_reference() {
+        shown.push(ShownAnswer::Reference);
+    }
+    if shown.is_empty() {
+        let why = model.without_ego();
+        return model.say(format!("nothing to compare: {why}"));
+    }
+    model.compare.open = true;
+    model.compare.blind = None;
+    model.compare.focus = 0;
+    model.compare.show(shown);
+    follow_ends(model);
+}
+
+/// Answers have come from the store: where the built-in judge stood alone because there were none, they join it.
+pub fn arrived(model: &mut Model) {
+    let alone = model.compare.shown == [ShownAnswer::Reference];
+    if model.compare.open && model.compare.blind.is_none() && alone {
+        open(model);
+    }
+}
+
+/// A key while the screen is open.
+pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
+    if model.compare.marking.is_some() {
+        return rating::marking_key(model, key);
+    }
+    match pressed(model, key, Scope::Compare) {
+        KeyEffect::Action(Action::Cancel | Action::Quit | Action::Ratings)
+            if model.compare.ratings.take().is_some() =>
+        {
+            Vec::new()
+        }
+        KeyEffect::Action(_) if model.compare.ratings.is_some() => Vec::new(),
+        KeyEffect::Action(action) => perform(model, action),
+        KeyEffect::Chord | KeyEffect::Nothing => Vec::new(),
+    }
+}
+
+/// Performs an action on this screen; if it is closed, only opens it.
+pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
+    use Action::*;
+    if !model.compare.open {
+        open(model);
+        return match action {
+            Ratings if model.compare.open => vec![ReadRatings.into()],
+            _ => Vec::new(),
+        };
+    }
+    let count = model.compare.shown.len().max(1);
+    match action {
+        Cancel if model.compare.ratings.take().is_some() => {}
+        Cancel | Quit | CompareScreen => {
+            model.compare.open = false;
+            model.compare.blind = None;
+        }
+        BlindMode => return rating::toggle_blind(model),
+        SavePicture | Help => return vec![Effect::Step(Step::Perform(action))],
+        CompareLeft => model.compare.focus = (model.compare.focus + count - 1) % count,
+        CompareRight => model.compare.focus = (model.compare.focus + 1) % count,
+        Up | Down | PageUp | PageDown | Top | Bottom => scroll(model, action),
+        LinkScrolling => {
+            model.compare.free = !model.compare.free;
+            model.say(if model.compare.free {
+                "scroll unlinked"
+            } else {
+                "scroll linked"
+            });
+        }
+        NextAnswer => other(model, true),
+        PreviousAnswer => other(model, false),
+        MoreColumns | FewerColumns => resize(model, action == MoreColumns),
+        NextClaim | PreviousClaim => go_to_claim(model, action == NextClaim),
+        StepForward | StepBack => timeline::clock(model, action),
+        BestFirst => return rating::rate(model, Choice::Best(0)),
+        BestSecond => return rating::rate(model, Choice::Best(1)),
+        BestThird => return rating::rate(model, Choice::Best(2)),
+        BestFourth => return rating::rate(model, Choice::Best(3)),
+        RateTie => return rating::rate(model, Choice::Tie),
+        RateAllWrong => return rating::rate(model, Choice::AllWrong),
+        MarkWrong => return rating::mark(model),
+        NextRound => return rating::next_round(model),
+        Ratings => return vec![ReadRatings.into()],
+        _ => {}
+    }
+    Vec::new()
+}
+
+/// Scrolls the column that has the keys, and with it the others where they are linked.
+fn scroll(model: &mut Model, action: Action) {
+    let focus = model.compare.focus;
+    let extent = model.drawn.column(focus);
+    let page = extent.rows.saturating_sub(1).max(1);
+    for place in 0..model.compare.shown.len() {
+        if model.compare.free && place != focus {
+            continue;
+        }
+        let extent = model.drawn.column(place);
+        let top = extent.scrolled(action, page);
+        set_top(model, place, top, extent.last_top());
+    }
+}
+
+/// At the end of a text that still arrives, the end is followed.
+fn set_top(model: &mut Model, place: usize, top: usize, last: usize) {
+    let running = is_running(model, model.compare.shown[place]);
+    if let Some(slot) = model.compare.tops.get_mut(place) {
+        *slot = Some(top).filter(|_| !(running && top == last));
+    }
+}
+
+pub(crate) fn is_running(model: &Model, shown: ShownAnswer) -> bool {
+    match shown {
+        ShownAnswer::Reference => false,
+        ShownAnswer::Column(place) => model
+            .answers
+            .columns
+            .get(place)
+            .is_some_and(Column::is_running),
+    }
+}
+
+/// Streaming answers are followed from the beginning.
+fn follow_ends(model: &mut Model) {
+    for place in 0..model.compare.shown.len() {
+        if is_running(model, model.compare.shown[place]) {
+            model.compare.tops[place] = None;
+        }
+    }
+}
+
+/// Everything that can be shown.
+fn everything(model: &Model) -> Vec<ShownAnswer> {
+    let mut all: Vec<ShownAnswer> = (0..model.answers.columns.len())
+        .map(ShownAnswer::Column)
+        .collect();
+    if model.has_reference() {
+        all.push(ShownAnswer::Reference);
+    }
+    all
+}
+
+/// Puts another answer, which is not shown yet, into the column that has the keys.
+fn other(model: &mut Model, forward: bool) {
+    if model.compare.blind.is_some() {
+        return model.say("blind mode draws the answers at random");
+    }
+    let all = everything(model);
+    let (focus, count) = (model.compare.focus, all.len());
+    let Some(now) = model
+        .compare
+        .shown
+        .get(focus)
+        .and_then(|s| all.iter().position(|a| a == s))
+    else {
+        return;
+    };
+    let step = |n: usize| {
+        if forward {
+            (now + n) % count
+        } else {
+            (now + count - n) % count
+        }
+    };
+    let free = (1..count)
+        .map(|n| all[step(n)])
+        .find(|s| !model.compare.shown.contains(s));
+    match free {
+        Some(next) => {
+            model.compare.shown[focus] = next;
+            model.compare.tops[focus] = Some(0);
+            model.compare.marks[focus] = None;
+            model.compare.begin_round();
+            follow_ends(model);
+        }
+        None => {
+            let (asks, compares) = (model.look.key(Action::Run), model.look.key(Action::Compare));
+            model.say(format!(
+                "no other answer; on the main screen {asks} asks, {compares} asks another model"
+            ));
+        }
+    }
+}
+
+/// One answer more, or one fewer.
+fn resize(model: &mut Model, more: bool) {
+    if let Some(blind) = &mut model.compare.blind {
+        let size = model.compare.shown.len();
+        let size = if more {
+            size + 1
+        } else {
+            size.saturating_sub(1)
+        };
+        blind.size = Some(size.clamp(2, MAX_COMPARED));
+        return rating::begin(model);
+    }
+    if !more {
+        if model.compare.shown.len() > 1 {
+            let focus = model.compare.focus;
+            model.compare.shown.remove(focus);
+            let shown = model.compare.shown.clone();
+            model.compare.show(shown);
+        }
+        return;
+    }
+    let all = everything(model);
+    let next = all
+        .into_iter()
+        .rev()
+        .find(|s| !model.compare.shown.contains(s));
+    match next {
+        Some(next) if model.compare.shown.len() < MAX_COMPARED => {
+            let mut shown = model.compare.shown.clone();
+            shown.insert(0, next);
+            model.compare.show(shown);
+            follow_ends(model);
+        }
+        Some(_) => model.say(format!("at most {MAX_COMPARED} answers side by side")),
+        None => model.say("no other answer"),
+    }
+}
+
+fn go_to_claim(model: &mut Model, forward: bool) {
+    if model.compare.hides() {
+        return model.say("checks hidden until rated");
+    }
+    let focus = model.compare.focus;
+    let Some(&shown) = model.compare.shown.get(focus) else {
+        return;
+    };
+    if let Some(place) = claims::go(model, shown, forward)
+        && let Some(row) = model.drawn.claim_row(focus, place)
+    {
+        let extent = model.drawn.column(focus);
+        let last = extent.lines.saturating_sub(extent.rows);
+        let top = row.saturating_sub(extent.rows / 3).min(last);
+        if row < extent.top || row >= extent.top + extent.rows {
+            set_top(model, focus, top, last);
+        }
+    }
+}
+
+/// Keeps the screen true after anything happened: answers that are gone are not shown, those waited for are.
+pub fn settle(model: &mut Model) {
+    if !model.compare.open {
+        return;
+    }
+    if model.compare.blind.as_ref().is_some_and(|b| b.waiting)
+        && model.opening.is_none()
+        && !model.answers.columns.is_empty()
+    {
+        rating::begin(model);
+    }
+    let there = everything(model);
+    if model.compare.shown.iter().any(|s| !there.contains(s)) {
+        let shown = model
+            .compare
+            .shown
+            .iter()
+            .copied()
+            .filter(|s| there.contains(s))
+            .collect();
+        model.compare.show(shown);
+    }
+}
+
+/// Ctrl-C: what runs is cancelled, else the screen is closed.
+pub fn interrupt(model: &mut Model) -> Vec<Effect> {
+    let aborted = answers::abort_all(model);
+    if aborted.is_empty() {
+        return perform(model, Action::Cancel);
+    }
+    aborted
+}

@@ -1,0 +1,563 @@
+//! Draws what is on the map: bodies with their signs, paths, goals, the planner's candidates and the tape.
+//!
+//! The planner's view at a moment, and the recorded ego beside the planned one.
+//!
+//! Feasible candidates are lines, rejected ones dots, the chosen one a thick line with its seconds; predicted bodies
+//! are outlines; the recorded ego's path is dashed and its body hollow.
+
+use nearmiss_base::geometry::{Bounds, Point};
+use nearmiss_render::cells::{Appearance, CROSSES, CellView, Heading, heading_arrow};
+use nearmiss_render::scene::{Importance, LineStyle, MapScene, Outline, Overlay, Owner, Role};
+use nearmiss_scene::description::visible;
+use nearmiss_scene::scenario::{Goal, Position, Sign, SignMeaning, SignalColor};
+use ratatui::style::{Color, Modifier, Style};
+
+use crate::features::map::draw::labels::{Body, LabelPlacer};
+use crate::loaded::{CycleShown, Opened};
+use crate::model::{Foreseen, Measurement, Model, Moment, On, Tape};
+use crate::widgets::words::hundredths;
+
+/// Bodies that are too small for their heading to show are arrows, the ego on top.
+pub fn arrows(
+    board: &mut LabelPlacer<'_>,
+    look: &Appearance<'_>,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) {
+    let all = scene.bodies.iter().chain(&scene.ego);
+    for body in all {
+        let mut style = Style::new().fg(look.color(body.role));
+        match Heading::new(look, view, body) {
+            // Without colours nothing else marks the ego.
+            Heading::Alone if body.owner == Owner::Ego && !look.has_colors() => {
+                style = style.add_modifier(Modifier::REVERSED);
+            }
+            Heading::Alone => {}
+            Heading::OnBody if look.style.has_backgrounds() => {
+                style = Style::new()
+                    .fg(look.theme.map_ground)
+                    .bg(look.color(body.role));
+            }
+            Heading::OnBody => style = style.add_modifier(Modifier::REVERSED),
+            Heading::Windscreen | Heading::None => continue,
+        }
+        if body.importance >= Importance::Danger {
+            style = style.add_modifier(Modifier::BOLD);
+        }
+        let pose = body.motion.pose;
+        let middle = if body.stands {
+            pose.position
+        } else {
+            body.point(body.part(0.5), 0.0)
+        };
+        let glyph = if body.stands {
+            "▪"
+        } else {
+            heading_arrow(&view.turned(&pose.forward()))
+        };
+        board.put(view.at(&middle), glyph, style);
+    }
+}
+
+/// Where the ego touches others: what matters most on the map.
+pub fn contacts(
+    board: &mut LabelPlacer<'_>,
+    look: &Appearance<'_>,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) {
+    // Bodies are of the colour of danger, too: the sign has a background of its own.
+    let style = Style::new()
+        .fg(look.theme.danger)
+        .bg(look.theme.background)
+        .add_modifier(Modifier::BOLD);
+    for contact in &scene.contacts {
+        let at = view.at(&contact.at);
+        // At the edge of the map there is less room.
+        if !board.put(at, "─×─", style) {
+            board.put(at, "×", style);
+        }
+    }
+}
+
+/// Keeps words off the bodies that have no name.
+pub fn keep_clear(board: &mut LabelPlacer<'_>, scene: &MapScene<'_>, view: &CellView) {
+    for body in &scene.bodies {
+        let (x, y) = view.at(&body.motion.pose.position);
+        let (_, width) = body.footprint.shape().size();
+        let half = width.min(2.0 * body.footprint.reach()) / 2.0;
+        let body = Body {
+            x: (x - half, x + half),
+            y: (y - half, y + half),
+        };
+        let cells = board.cells(&body);
+        board.reserve(cells);
+    }
+}
+
+/// Where a cell is at most this wide, lights and signs are seen, metres.
+const SEEN: f64 = 1.6;
+
+/// Where a cell is at most this wide, signs are read, metres.
+const READ: f64 = 0.9;
+
+/// A sign that cannot be read, or whose number is not known.
+const POST: &str = "▫";
+
+/// More letters than this of a sign's number are no number.
+const MAX_NUMBER_LETTERS: usize = 8;
+
+/// Kinds of symbols placed on the map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Placed {
+    /// Whether there are lights.
+    pub lights: bool,
+    /// Whether there are signs that are not read out.
+    pub posts: bool,
+}
+
+impl Placed {
+    /// What is on one of two maps.
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            lights: self.lights || other.lights,
+            posts: self.posts || other.posts,
+        }
+    }
+}
+
+/// Says whether there are lights.
+pub fn lights(
+    board: &mut LabelPlacer<'_>,
+    model: &Model,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) -> bool {
+    if !model.map.layers.lights || view.cell.0 > SEEN {
+        return false;
+    }
+    let mut any = false;
+    for light in &scene.lights {
+        let (letter, color) = shown(model, light.color);
+        let style = Style::new()
+            .fg(color)
+            .add_modifier(Modifier::BOLD | Modifier::REVERSED);
+        // One of several at the same place is enough.
+        any |= board.put_if_free(view.at(&light.at), letter, style);
+    }
+    any
+}
+
+/// A letter and a colour; the letter says it without the colour.
+fn shown(model: &Model, color: SignalColor) -> (&'static str, Color) {
+    let theme = &model.theme;
+    match color {
+        SignalColor::Red => ("R", theme.danger),
+        SignalColor::RedYellow => ("RA", theme.warning),
+        SignalColor::Yellow => ("A", theme.warning),
+        SignalColor::Green => ("G", theme.safe),
+        SignalColor::Inactive => ("-", theme.dim),
+    }
+}
+
+/// Says whether there are signs that are not read out.
+pub fn signs(
+    board: &mut LabelPlacer<'_>,
+    model: &Model,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) -> bool {
+    if !model.map.layers.signs || view.cell.0 > SEEN {
+        return false;
+    }
+    let style = Style::new().fg(model.theme.dim);
+    let mut posts = false;
+    for post in &scene.signs {
+        let at = view.at(&post.at);
+        let words = sign_label(post.sign).filter(|_| view.cell.0 <= READ);
+        let read = words.is_some_and(|words| {
+            let body = Body::around([at]).map(|body| board.cells(&body));
+            board.put_if_free(at, &words, style)
+                || body.is_some_and(|cells| board.beside(&cells, &words, style))
+        });
+        posts |= !read && board.put_if_free(at, POST, style);
+    }
+    posts
+}
+
+/// What a post says; `None` if none of its numbers is known.
+fn sign_label(sign: &Sign) -> Option<String> {
+    let speed = |speed: f64| {
+        let (value, unit) = sign.speed_shown(speed);
+        format!("{value:.0} {unit}")
+    };
+    let all = sign.elements.iter().map(|element| match element.meaning() {
+        Some(SignMeaning::SpeedLimit(limit)) => speed(limit),
+        Some(SignMeaning::LeastSpeed(least)) => format!("at least {}", speed(least)),
+        Some(SignMeaning::Words(words)) => words.into(),
+        None => {
+            let number = visible(&element.id);
+            format!(
+                "sign {}",
+                number.chars().take(MAX_NUMBER_LETTERS).collect::<String>()
+            )
+        }
+    });
+    let all: Vec<String> = all.collect();
+    (!all.is_empty()).then(|| all.join(", "))
+}
+
+/// The cycle of the moment, if it is to be seen.
+fn cycle<'a>(model: &Model, moment: &Moment<'a>) -> Option<&'a CycleShown> {
+    moment.cycle().filter(|_| model.map.layers.planner)
+}
+
+/// The fan: candidates that can be driven, over the rejected ones where those are shown.
+pub fn fan<'a>(model: &Model, moment: &Moment<'a>) -> impl Iterator<Item = Overlay> + use<'a> {
+    let lines = cycle(model, moment)
+        .into_iter()
+        .flat_map(|cycle| cycle.fan.lines());
+    let rejected = model.map.layers.rejected;
+    let lines = lines.filter(move |(_, drivable)| *drivable || rejected);
+    lines.map(|(line, drivable)| {
+        if drivable {
+            Overlay::path(Role::Feasible, LineStyle::Solid, line)
+        } else {
+            Overlay::path(Role::Rejected, LineStyle::Dotted, line)
+        }
+    })
+}
+
+/// Where the recorded ego went and where it is, predicted bodies, and above them what was chosen.
+pub fn overlays(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
+    let mut found = Vec::new();
+    if let Some(scene) = moment.recorded().filter(|_| model.map.layers.planner) {
+        let way = scene
+            .ego
+            .track
+            .iter()
+            .map(|(_, m)| m.pose.position)
+            .collect();
+        found.push(Overlay::path(Role::RecordedEgo, LineStyle::Dashed, way));
+        found.extend(scene.ego_at(moment.step).map(|body| {
+            Overlay::Outline(Outline {
+                role: Role::RecordedEgo,
+                faint: false,
+                rings: body.outlines(),
+                name: Some("recorded".into()),
+            })
+        }));
+    }
+    if let Some(cycle) = cycle(model, moment) {
+        found.extend(cycle.foreseen.iter().map(|body| {
+            Overlay::Outline(Outline {
+                role: Role::PredictedBody,
+                faint: !body.avoided,
+                rings: vec![body.corners.to_vec()],
+                name: None,
+            })
+        }));
+        let chosen = cycle.chosen.clone();
+        found.push(Overlay::path(Role::Ego, LineStyle::Thick, chosen));
+    }
+    found
+}
+
+/// The full seconds on what was chosen.
+pub fn seconds(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, view: &CellView) {
+    let Some(cycle) = cycle(model, moment) else {
+        return;
+    };
+    let style = Style::new()
+        .fg(model.theme.ego)
+        .add_modifier(Modifier::BOLD);
+    let places = cycle.chosen.iter().step_by(cycle.second).skip(1);
+    let mut last = cycle.chosen.first().copied();
+    for (place, second) in places.zip(1..10) {
+        // For a standing vehicle, all would fall into one cell.
+        if last.is_some_and(|last| (place - last).norm() < 2.0 * view.cell.0) {
+            continue;
+        }
+        if board.put_if_free(view.at(place), &second.to_string(), style) {
+            last = Some(*place);
+        }
+    }
+}
+
+/// Marks the end of a constant-velocity path.
+const STRAIGHT: &str = "x";
+
+/// Predicted courses dashed, the way straight on as crosses: recorded futures are dots.
+pub fn predictions(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
+    let mut found = Vec::new();
+    for future in &moment.foresight.futures {
+        let role = role(model, future.who);
+        let courses = future.courses.iter().map(|(_, course)| course);
+        found.extend(courses.map(|c| Overlay::path(role, LineStyle::Dashed, c.clone())));
+        let straight = future.straight.clone();
+        found.push(Overlay::path(
+            Role::ConstantVelocity,
+            LineStyle::Crossed,
+            straight,
+        ));
+    }
+    found
+}
+
+/// How likely each course of the picked obstacle is, and where the ways straight on end.
+pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, view: &CellView) {
+    let alone = model.map.layers.paths == Foreseen::Picked;
+    for future in &moment.foresight.futures {
+        let style = Style::new()
+            .fg(super::look(model).color(Role::ConstantVelocity))
+            .add_modifier(Modifier::BOLD);
+        if let [first, .., end] = future.straight.as_slice()
+            && (end - first).norm() > CROSSES * view.dot
+        {
+            board.put_if_free(view.at(end), STRAIGHT, style);
+        }
+        if !(alone
+            || model
+                .picked
+                .is_some_and(|id| future.who == On::Obstacle(id)))
+        {
+            continue;
+        }
+        let style = Style::new().fg(super::look(model).color(role(model, future.who)));
+        for (weight, course) in &future.courses {
+            // Its end, or where it leaves the map.
+            let end: Option<&Point> = course.iter().rfind(|p| view.sees_point(p));
+            if let Some(body) = Body::around(end.map(|end| view.at(end))) {
+                let cells = board.cells(&body);
+                board.beside(&cells, &format!("{:.0}%", weight * 100.0), style);
+            }
+        }
+    }
+}
+
+fn role(model: &Model, who: On) -> Role {
+    match who {
+        On::Ego => Role::Ego,
+        On::Obstacle(id) if model.picked == Some(id) => Role::Highlighted(0),
+        On::Obstacle(_) => Role::Prediction,
+    }
+}
+
+/// Lanelets of a goal that are named.
+const MAX_NAMED_LANELETS: usize = 3;
+
+/// Labels of goals: lanelets, times, speeds.
+pub fn labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view: &CellView) {
+    if !model.map.layers.goal {
+        return;
+    }
+    let dt = opened.scenario.dt();
+    let style = Style::new()
+        .fg(model.theme.goal)
+        .add_modifier(Modifier::BOLD);
+    let problems = opened.scenario.planning_problems.iter();
+    for goal in problems.flat_map(|p| &p.goals) {
+        let Some(at) = place(opened, goal, view) else {
+            continue;
+        };
+        let Some(body) = Body::around([view.at(&at)]) else {
+            continue;
+        };
+        let cells = board.cells(&body);
+        // All of it where there is room, else when, else at least that it is a goal.
+        let (all, when) = (
+            goal_label(goal, dt),
+            format!("goal {}", goal_seconds(goal, dt)),
+        );
+        let mut texts = [all.as_str(), &when, "goal"].into_iter();
+        texts.any(|text| board.has_room(text) && board.beside(&cells, text, style));
+    }
+}
+
+/// The place of a goal that is seen nearest to the middle of the map.
+fn place(opened: &Opened, goal: &Goal, view: &CellView) -> Option<Point> {
+    let network = &opened.scenario.network;
+    let mut places = Vec::new();
+    for position in &goal.positions {
+        match position {
+            Position::Point(p) => places.push(*p),
+            Position::Region(region) => {
+                let outlines = region.outlines();
+                places.extend(Bounds::from_points(outlines.iter().flatten()).map(|b| b.center()));
+            }
+            Position::Lanelets(ids) => {
+                for lanelet in ids.iter().filter_map(|id| network.lanelet(*id)) {
+                    let (left, right) = (&lanelet.left.points, &lanelet.right.points);
+                    let middles = left.iter().zip(right);
+                    places.extend(middles.map(|(l, r)| nalgebra::center(l, r)));
+                }
+            }
+        }
+    }
+    let away = |p: &Point| {
+        let (x, y) = view.at(p);
+        x.hypot(y)
+    };
+    let seen = places.into_iter().filter(|p| view.sees_point(p));
+    seen.min_by(|a, b| away(a).total_cmp(&away(b)))
+}
+
+/// When a goal is to be reached.
+fn goal_seconds(goal: &Goal, dt: f64) -> String {
+    let seconds = |step: i64| step as f64 * dt;
+    let (from, to) = (seconds(goal.time.from), seconds(goal.time.to));
+    if goal.time.from == goal.time.to {
+        format!("{from:.1} s")
+    } else {
+        format!("{from:.1}-{to:.1} s")
+    }
+}
+
+/// Describes a goal.
+pub fn goal_label(goal: &Goal, dt: f64) -> String {
+    let mut words = vec!["goal".to_string()];
+    let lanelets = goal.lanelets();
+    if !lanelets.is_empty() {
+        let ids: Vec<String> = lanelets
+            .iter()
+            .take(MAX_NAMED_LANELETS)
+            .map(i64::to_string)
+            .collect();
+        let more = if lanelets.len() > MAX_NAMED_LANELETS {
+            " …"
+        } else {
+            ""
+        };
+        let plural = if lanelets.len() > 1 { "s" } else { "" };
+        words.push(format!("lanelet{plural} {}{more}", ids.join(" ")));
+    }
+    let (from, to) = (goal.time.from, goal.time.to);
+    let seconds = goal_seconds(goal, dt);
+    words.push(if from == to {
+        format!("step {from} ({seconds})")
+    } else {
+        format!("steps {from}-{to} ({seconds})")
+    });
+    if let Some(speed) = goal.velocity {
+        words.push(match speed {
+            nearmiss_scene::scenario::Quantity::Exact(v) => format!("{v:.1} m/s"),
+            nearmiss_scene::scenario::Quantity::Interval(from, to) => {
+                format!("{from:.1}-{to:.1} m/s")
+            }
+        });
+    }
+    words.join(" · ")
+}
+
+/// The line between the two ends.
+pub fn line(model: &Model, moment: &Moment<'_>) -> Option<Overlay> {
+    let measured = moment.measured(model.map.tape.as_ref()?);
+    let (from, to) = measured.gap.ends;
+    Some(Overlay::path(Role::Tape, LineStyle::Solid, vec![from, to]))
+}
+
+/// The two ends, where they are.
+pub fn tape_ends(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, view: &CellView) {
+    let Some(tape) = &model.map.tape else {
+        return;
+    };
+    let (from, to) = moment.measured(tape).gap.ends;
+    board.put(view.at(&from), "+", style(model));
+    // The end that keys move.
+    board.put(view.at(&to), "#", style(model));
+}
+
+fn style(model: &Model) -> Style {
+    Style::new()
+        .fg(model.theme.accent)
+        .add_modifier(Modifier::BOLD)
+}
+
+/// The measurement, as much as fits beside its middle, or beside its end.
+pub fn label(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, view: &CellView) {
+    let Some(tape) = &model.map.tape else {
+        return;
+    };
+    let measured = moment.measured(tape);
+    let (from, to) = measured.gap.ends;
+    let places = [view.at(&nalgebra::center(&from, &to)), view.at(&to)];
+    let all = tape_label(tape, &measured);
+    for count in (1..=all.len()).rev() {
+        let words = all[..count].join(" · ");
+        for place in places {
+            if let Some(body) = Body::around([place]) {
+                let cells = board.cells(&body);
+                if board.beside(&cells, &words, style(model)) {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// The length, what it was taken between, and the time that the ego needs for it; the most telling first.
+fn tape_label(tape: &Tape, measured: &Measurement) -> Vec<String> {
+    let mut words = vec![format!("{} m", hundredths(measured.gap.metres))];
+    if let (Some(seconds), Some(speed)) = (measured.seconds, measured.speed) {
+        words.push(format!("{seconds:.1} s at {speed:.1} m/s"));
+    }
+    if measured.bodies > 0 {
+        let name = |on: Option<On>| match on {
+            Some(On::Ego) => "ego".to_string(),
+            Some(On::Obstacle(id)) => id.to_string(),
+            None => "point".to_string(),
+        };
+        words.push(format!("{} to {}", name(tape.from.on), name(tape.to.on)));
+    }
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nearmiss_scene::scenario::{Quantity, SignElement, Steps};
+
+    fn sign(elements: &[(&str, &str)]) -> Sign {
+        let element = |(id, value): &(&str, &str)| SignElement {
+            id: (*id).into(),
+            values: vec![(*value).into()],
+        };
+        Sign {
+            id: 1,
+            elements: elements.iter().map(element).collect(),
+            position: None,
+            is_virtual: false,
+        }
+    }
+
+    #[test]
+    fn posts_are_read_in_the_units_of_their_country() {
+        let read = |elements: &[(&str, &str)]| sign_label(&sign(elements));
+        assert_eq!(
+            read(&[("274", "22.2222"), ("276", "")]).as_deref(),
+            Some("80 km/h, no overtaking")
+        );
+        assert_eq!(read(&[("R2-1", "15.6464")]).as_deref(), Some("35 mph"));
+        assert_eq!(read(&[("\u{1b}[2J9", "")]).as_deref(), Some("sign ␛[2J9"));
+        assert_eq!(read(&[]), None);
+    }
+
+    #[test]
+    fn a_goal_says_where_when_and_how_fast() {
+        let mut goal = Goal {
+            time: Steps { from: 40, to: 60 },
+            positions: vec![Position::Lanelets(vec![12, 13])],
+            orientation: None,
+            velocity: Some(Quantity::Interval(5.0, 8.5)),
+        };
+        assert_eq!(
+            goal_label(&goal, 0.1),
+            "goal · lanelets 12 13 · steps 40-60 (4.0-6.0 s) · 5.0-8.5 m/s"
+        );
+        goal.time = Steps::exact(30);
+        goal.positions.clear();
+        goal.velocity = None;
+        assert_eq!(goal_label(&goal, 0.2), "goal · step 30 (6.0 s)");
+        assert_eq!(goal_seconds(&goal, 0.2), "6.0 s");
+    }
+}

@@ -1,0 +1,479 @@
+//! Places the labels of obstacles, and draws the legend.
+
+use nearmiss_render::cells::{MapStyle, attacker_color};
+use nearmiss_render::scene::{Importance, LineStyle, MAX_NAMED, MapScene, Owner, Role};
+use ratatui::Frame;
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+use unicode_width::UnicodeWidthStr;
+
+use crate::features::map::draw::CellView;
+use crate::features::map::draw::bodies::Placed;
+use crate::model::{Foreseen, Foresight, Model, Moment, Trails};
+
+struct Label {
+    text: String,
+    style: Style,
+    /// Around the vehicle.
+    body: Area,
+    owner: Owner,
+}
+
+pub fn draw(
+    board: &mut LabelPlacer<'_>,
+    model: &Model,
+    moment: &Moment<'_>,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) {
+    let theme = &model.theme;
+    let bold = |color| Style::new().fg(color).add_modifier(Modifier::BOLD);
+    let touches = |id| scene.contacts.iter().any(|contact| contact.obstacle == id);
+    let mut labels = Vec::new();
+    for named in scene.named(MAX_NAMED) {
+        let outside = !view.sees_point(&named.motion.pose.position);
+        let corners = named.rings.iter().flatten().map(|p| view.at(p));
+        let Some(body) = Body::around(corners) else {
+            continue;
+        };
+        let (text, style) = match named.owner {
+            Owner::Ego => match moment.opened.planned {
+                Some(_) => ("ego planned".into(), bold(theme.ego)),
+                None => ("ego".into(), bold(theme.ego)),
+            },
+            _ if outside || !(model.map.layers.labels || named.highlighted.is_some()) => continue,
+            Owner::Obstacle(id) => match (touches(id), named.importance) {
+                (true, _) => (format!("X {id} contact"), bold(theme.danger)),
+                (_, Importance::Danger) => (format!("! {id}"), bold(theme.danger)),
+                (_, Importance::Highlighted) => (id.to_string(), bold(theme.picked)),
+                (_, Importance::Risky) => (id.to_string(), Style::new().fg(theme.warning)),
+                _ => (id.to_string(), Style::new().fg(theme.dim)),
+            },
+        };
+        let place = scene.attacker_place(named.owner);
+        let (text, style) = match (named.role, place) {
+            (_, None) => (text, style),
+            (Role::Attacker(place), _) => (
+                format!("{text} attacker"),
+                bold(attacker_color(theme, place)),
+            ),
+            _ => (format!("{text} recorded"), style),
+        };
+        let body = board.cells(&body);
+        labels.push(Label {
+            text,
+            style,
+            body,
+            owner: named.owner,
+        });
+    }
+    let first = labels
+        .iter()
+        .position(|label| scene.is_attacker(label.owner));
+    if let Some(first) = first {
+        let attackers = labels.remove(first);
+        most_telling(board, &attackers, &labels);
+    }
+    for label in &labels {
+        board.reserve(label.body);
+    }
+    for label in labels {
+        board.beside(&label.body, &label.text, label.style);
+    }
+}
+
+/// The attacker's label has its place before all others. Where there is little room it loses words, and if nothing else
+/// helps, it covers others, but never the ego.
+fn most_telling(board: &mut LabelPlacer<'_>, label: &Label, others: &[Label]) {
+    board.reserve(label.body);
+    let ego = others.iter().filter(|other| other.owner == Owner::Ego);
+    ego.for_each(|ego| board.reserve(ego.body));
+    let bodies: Vec<Area> = others.iter().map(|other| other.body).collect();
+    let shorter = label.text.replace(" contact ", " ");
+    let shortest = shorter.rsplit_once(' ').map_or("", |(start, _)| start);
+    let texts = [&label.text, &shorter, shortest];
+    for clear_of in [&bodies[..], &[]] {
+        let mut texts = texts.iter().filter(|text| !text.is_empty());
+        if texts.any(|text| board.beside_clear_of(clear_of, &label.body, text, label.style)) {
+            return;
+        }
+    }
+}
+
+/// Cells that no screen has.
+const OUT_OF_SIGHT: i32 = 1_000_000;
+
+/// A box of cells, the ends not in it.
+#[derive(Clone, Copy)]
+pub struct Area {
+    x: (i32, i32),
+    y: (i32, i32),
+}
+
+impl Area {
+    fn meets(&self, other: &Self) -> bool {
+        self.x.0 < other.x.1 && other.x.0 < self.x.1 && self.y.0 < other.y.1 && other.y.0 < self.y.1
+    }
+}
+
+/// An area covered on the canvas, metres from the middle.
+#[derive(Clone, Copy)]
+pub struct Body {
+    /// From left to right.
+    pub x: (f64, f64),
+    /// From below to above.
+    pub y: (f64, f64),
+}
+
+impl Body {
+    /// Around points of the canvas; nothing around none.
+    pub fn around(points: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
+        let mut points = points.into_iter();
+        let (x, y) = points.next()?;
+        let first = Self {
+            x: (x, x),
+            y: (y, y),
+        };
+        Some(points.fold(first, |b, (x, y)| Self {
+            x: (b.x.0.min(x), b.x.1.max(x)),
+            y: (b.y.0.min(y), b.y.1.max(y)),
+        }))
+    }
+}
+
+/// The cells of the map that can be written into.
+pub struct LabelPlacer<'a> {
+    buffer: &'a mut Buffer,
+    area: Rect,
+    /// Metres of a column and of a row.
+    size: (f64, f64),
+    half: (f64, f64),
+    taken: Vec<Area>,
+}
+
+/// The part of the map's width that a long label may take: a third.
+const SHARE: i32 = 3;
+
+impl<'a> LabelPlacer<'a> {
+    pub fn new(buffer: &'a mut Buffer, area: Rect, view: &CellView) -> Self {
+        Self {
+            buffer,
+            area,
+            size: view.cell,
+            half: view.half,
+            taken: Vec::new(),
+        }
+    }
+
+    /// The cells of a body.
+    pub fn cells(&self, body: &Body) -> Area {
+        let cell = |metres: f64, size: f64| {
+            let far = f64::from(OUT_OF_SIGHT);
+            (metres / size).floor().clamp(-far, far) as i32
+        };
+        let column = |x: f64| cell(x + self.half.0, self.size.0);
+        let row = |y: f64| cell(self.half.1 - y, self.size.1);
+        Area {
+            x: (column(body.x.0), column(body.x.1) + 1),
+            y: (row(body.y.1), row(body.y.0) + 1),
+        }
+    }
+
+    /// Keeps words away from here.
+    pub fn reserve(&mut self, area: Area) {
+        self.taken.push(area);
+    }
+
+    fn inside(&self, area: &Area) -> bool {
+        let (columns, rows) = (i32::from(self.area.width), i32::from(self.area.height));
+        area.x.0 >= 0 && area.x.1 <= columns && area.y.0 >= 0 && area.y.1 <= rows
+    }
+
+    /// Writes words with their middle at a point of the canvas, over anything; they are not covered any more. Says
+    /// whether there is room on the map.
+    pub fn put(&mut self, at: (f64, f64), words: &str, style: Style) -> bool {
+        let area = self.centered(at, words);
+        let inside = self.inside(&area);
+        if inside {
+            self.write(area, words, style);
+        }
+        inside
+    }
+
+    /// The same, where nothing else is.
+    pub fn put_if_free(&mut self, at: (f64, f64), words: &str, style: Style) -> bool {
+        let area = self.centered(at, words);
+        self.is_free(&area) && self.put(at, words, style)
+    }
+
+    fn centered(&self, (x, y): (f64, f64), words: &str) -> Area {
+        let cell = self.cells(&Body {
+            x: (x, x),
+            y: (y, y),
+        });
+        let width = columns(words);
+        let left = cell.x.0 - (width - 1) / 2;
+        Area {
+            x: (left, left + width),
+            y: cell.y,
+        }
+    }
+
+    /// Whether words are short beside the map: longer ones would hide what they stand on.
+    pub fn has_room(&self, words: &str) -> bool {
+        columns(words) * SHARE <= i32::from(self.area.width)
+    }
+
+    /// Writes words beside a body, where they cover neither anything written nor anything reserved; says whether there
+    /// was room.
+    pub fn beside(&mut self, body: &Area, words: &str, style: Style) -> bool {
+        self.beside_clear_of(&[], body, words, style)
+    }
+
+    /// The same, where they do not cover what is in `others` either.
+    pub fn beside_clear_of(
+        &mut self,
+        others: &[Area],
+        body: &Area,
+        words: &str,
+        style: Style,
+    ) -> bool {
+        let width = columns(words);
+        let (right, left) = (body.x.1 + 1, body.x.0 - 1 - width);
+        let (middle, over, under) = ((body.y.0 + body.y.1 - 1) / 2, body.y.0 - 1, body.y.1);
+        let centered = (body.x.0 + body.x.1 - width) / 2;
+        let spots = [
+            (right, middle),
+            (left, middle),
+            (centered, over),
+            (centered, under),
+            (right, over),
+            (right, under),
+            (left, over),
+            (left, under),
+        ];
+        let areas = spots.map(|(x, y)| Area {
+            x: (x, x + width),
+            y: (y, y + 1),
+        });
+        let clear = |area: &Area| !others.iter().any(|other| other.meets(area));
+        let mut areas = areas.into_iter();
+        let free = areas.find(|area| self.is_free(area) && clear(area));
+        if let Some(area) = free {
+            self.write(area, words, style);
+        }
+        free.is_some()
+    }
+
+    fn is_free(&self, area: &Area) -> bool {
+        // A column stays free between two labels, so that they do not read as one.
+        let wider = Area {
+            x: (area.x.0 - 1, area.x.1 + 1),
+            ..*area
+        };
+        self.inside(area) && !self.taken.iter().any(|other| other.meets(&wider))
+    }
+
+    fn write(&mut self, area: Area, words: &str, style: Style) {
+        let at = |from: u16, cell: i32| from + u16::try_from(cell).unwrap_or(0);
+        let (x, y) = (at(self.area.x, area.x.0), at(self.area.y, area.y.0));
+        let width = u16::try_from(area.x.1 - area.x.0).unwrap_or(0);
+        for cell in Rect::new(x, y, width, 1)
+            .intersection(self.area)
+            .positions()
+        {
+            // What lies below may be dim or reversed; words are as their style says, and no more.
+            self.buffer[cell].modifier = Modifier::empty();
+        }
+        self.buffer.set_string(x, y, words, style);
+        self.taken.push(area);
+    }
+}
+
+fn columns(words: &str) -> i32 {
+    i32::try_from(words.width()).unwrap_or(OUT_OF_SIGHT)
+}
+
+/// Between two entries.
+const SEPARATOR: &str = " │ ";
+
+/// An entry: the sign as the map draws it, its colour, and what it means.
+struct Entry {
+    sign: &'static str,
+    color: Color,
+    words: String,
+}
+
+impl Entry {
+    fn width(&self) -> usize {
+        let blank = usize::from(!self.sign.is_empty());
+        self.sign.width() + blank + self.words.width()
+    }
+}
+
+/// Draws as many entries as fit into the free part of the border.
+pub fn draw_legend(f: &mut Frame<'_>, free: Rect, model: &Model, shown: Placed) {
+    let room = usize::from(free.width.saturating_sub(2));
+    let entries = fitting(entries(model, shown), room);
+    if entries.is_empty() || free.height == 0 {
+        return;
+    }
+    let dim = Style::new().fg(model.theme.dim);
+    let mut line = Line::from(" ");
+    for (i, entry) in entries.into_iter().enumerate() {
+        if i > 0 {
+            line.push_span(Span::styled(SEPARATOR, dim));
+        }
+        if !entry.sign.is_empty() {
+            let sign = format!("{} ", entry.sign);
+            line.push_span(Span::styled(sign, Style::new().fg(entry.color)));
+        }
+        line.push_span(Span::styled(entry.words, dim));
+    }
+    line.push_span(Span::raw(" "));
+    let width = u16::try_from(line.width())
+        .unwrap_or(u16::MAX)
+        .min(free.width);
+    f.render_widget(line, Rect { width, ..free });
+}
+
+/// The sign of a line, as it is drawn from left to right.
+fn sign(model: &Model, style: LineStyle) -> &'static str {
+    match (super::look(model).style, style) {
+        (MapStyle::Ascii, LineStyle::Solid) => "''",
+        (MapStyle::Ascii, LineStyle::Thick) => "::",
+        (MapStyle::Ascii, LineStyle::Dashed) => "'' ''",
+        (MapStyle::Ascii, LineStyle::Dotted) => "' '",
+        (MapStyle::Ascii, LineStyle::Crossed) => ": :",
+        (MapStyle::Cells(_), LineStyle::Thick) => "▄▄",
+        (_, LineStyle::Solid) => "⠒⠒",
+        (_, LineStyle::Thick) => "⠶⠶",
+        (_, LineStyle::Dashed) => "⠒⠂⠐⠒",
+        (_, LineStyle::Dotted) => "⠂ ⠂",
+        (_, LineStyle::Crossed) => "⠕⠅",
+    }
+}
+
+fn entries(model: &Model, shown: Placed) -> Vec<Entry> {
+    let look = super::look(model);
+    let line = |style, role, words: &str| Entry {
+        sign: sign(model, style),
+        color: look.color(role),
+        words: words.into(),
+    };
+    let plain = |words: &str| Entry {
+        sign: "",
+        color: model.theme.dim,
+        words: words.into(),
+    };
+    let mut entries = Vec::new();
+    let horizon = Foresight::HORIZON;
+    let predicted = |role, whose: &str| {
+        let words = format!("predicted {horizon:.0} s{whose}");
+        let straight = Role::ConstantVelocity;
+        [
+            line(LineStyle::Dashed, role, &words),
+            line(LineStyle::Crossed, straight, "constant velocity"),
+        ]
+    };
+    if let Some(variant) = model.variant().filter(|_| model.map.layers.variant) {
+        let all = &variant.made.effect.attackers;
+        for (place, attacker) in all.iter().enumerate() {
+            let words = match all.len() {
+                1 => "attack".into(),
+                _ => format!("attack {}", attacker.obstacle),
+            };
+            entries.push(line(LineStyle::Thick, Role::Attacker(place), &words));
+        }
+        entries.push(line(LineStyle::Dashed, Role::Recorded, "recorded instead"));
+    }
+    if let Some(planned) = model.planned().filter(|_| model.map.layers.planner) {
+        entries.push(line(LineStyle::Thick, Role::Ego, "chosen, 1 2 3 s ahead"));
+        entries.push(line(LineStyle::Solid, Role::Feasible, "drivable"));
+        if model.map.layers.rejected {
+            entries.push(line(LineStyle::Dotted, Role::Rejected, "rejected"));
+        }
+        let outlined = line(LineStyle::Solid, Role::PredictedBody, "predicted bodies");
+        entries.push(outlined);
+        if planned.recorded.is_some() {
+            entries.push(line(LineStyle::Dashed, Role::RecordedEgo, "recorded ego"));
+        }
+    }
+    match model.map.layers.paths {
+        Foreseen::Off => {}
+        _ if model.scene().is_none() => entries.push(plain("no predictions without an ego")),
+        Foreseen::Picked => {
+            entries.extend(predicted(Role::Highlighted(0), ", picked: % how likely"));
+        }
+        Foreseen::Near => entries.extend(predicted(Role::Prediction, ", near the ego")),
+    }
+    if model.map.tape.is_some() {
+        entries.push(plain("+ # tape: # moves"));
+    }
+    if shown.lights {
+        entries.push(plain("R A G lights"));
+    }
+    if shown.posts {
+        entries.push(plain("▫ sign"));
+    }
+    if model.map.layers.trails != Trails::Off {
+        let color = match model.scene() {
+            Some(_) => model.theme.ego_trail,
+            None => model.theme.trail,
+        };
+        for (style, words) in [
+            (LineStyle::Thick, "past"),
+            (LineStyle::Dotted, "recorded future"),
+        ] {
+            entries.push(Entry {
+                color,
+                ..line(style, Role::Ego, words)
+            });
+        }
+    }
+    entries
+}
+
+/// The entries that are whole within so many columns, the first ones first.
+fn fitting(entries: Vec<Entry>, room: usize) -> Vec<Entry> {
+    let mut width = 0;
+    let mut kept = Vec::new();
+    for entry in entries {
+        let separator = if kept.is_empty() {
+            0
+        } else {
+            SEPARATOR.width()
+        };
+        if width + separator + entry.width() <= room {
+            width += separator + entry.width();
+            kept.push(entry);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_not_fit_is_left_out_whole() {
+        let entry = |words: &str| Entry {
+            sign: "",
+            color: Color::Reset,
+            words: words.into(),
+        };
+        let kept = |room| -> Vec<String> {
+            let entries = ["one", "a long one", "two"].map(entry).into();
+            fitting(entries, room)
+                .into_iter()
+                .map(|e| e.words)
+                .collect()
+        };
+        assert_eq!(kept(40), ["one", "a long one", "two"]);
+        assert_eq!(kept(12), ["one", "two"]);
+        assert!(kept(2).is_empty());
+    }
+}

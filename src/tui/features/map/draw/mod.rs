@@ -1,0 +1,495 @@
+//! The map from above: lanes, then trails and paths, obstacles, the ego, and signs and labels on top.
+
+pub mod bodies;
+pub mod labels;
+
+use nearmiss_base::geometry::Pose;
+use nearmiss_render::cells::{self, Appearance, CellView, MapStyle};
+use nearmiss_render::scene::{MapRequest, MapScene, Owner, RegionKind, TrailSpan, Viewport};
+use nearmiss_render::{MapPage, Palette, Picture, Subject};
+use nearmiss_settings::ThemeColor;
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Margin, Rect};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Paragraph, Wrap};
+use unicode_width::UnicodeWidthStr;
+
+use crate::features::map::draw::request as scene_request;
+use crate::model::{Halves, MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Trails};
+use crate::pixels::{Encoder, MapImage};
+use crate::theme::components;
+use crate::widgets::window;
+use crate::widgets::words::hundredths;
+use labels::{Body, LabelPlacer};
+
+/// What is shown of the motion of obstacles, and of the picked one.
+const TRAILS: [TrailSpan; 2] = [
+    TrailSpan {
+        past: Some(2.0),
+        future: Some(2.0),
+    },
+    TrailSpan {
+        past: Some(2.0),
+        future: None,
+    },
+];
+
+pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let camera = &model.camera;
+    // Answers side by side leave room for one map.
+    let second = model.second_moment().filter(|_| !model.compare.open);
+    let inside = area.inner(Margin::new(1, 1));
+    let halves = second.and_then(|_| Halves::new(inside, camera.aspect));
+    let both = second.zip(halves);
+    let title = first(model, both.map(|(_, halves)| halves.first), inside);
+    let inner = window::pane(f, area, model, Pane::Map, title);
+    let Some(now) = model.moment() else {
+        let cell = (camera.cell, camera.row());
+        register(model, inner, camera.frame(None), cell, false);
+        return nothing(f, inner, model);
+    };
+    if inner.width < 4 || inner.height < 2 {
+        return;
+    }
+    let shown = match both {
+        Some((then, halves)) => {
+            let title = second_title(&then, halves.second);
+            window::divide(f, area, model, Pane::Map, halves.line, title);
+            let first = half(f, halves.first, model, &now, false);
+            first.and(half(f, halves.second, model, &then, true))
+        }
+        None => {
+            if second.is_some() {
+                model.drawn.set_cramped();
+            }
+            alone(f, inner, model, &now)
+        }
+    };
+    let border = Rect {
+        x: area.x + 1,
+        y: area.bottom() - 1,
+        width: area.width.saturating_sub(2),
+        height: 1,
+    };
+    let free = match both {
+        Some(_) => border,
+        None => draw_status(f, border, model, &now, image_cell(model, inner, &now)),
+    };
+    labels::draw_legend(f, free, model, shown);
+}
+
+/// Metres a cell of the only map is wide; `None` for an image, which has its own scale.
+fn image_cell(model: &Model, inner: Rect, now: &Moment<'_>) -> Option<f64> {
+    let is_image = encoder(model).is_some() && shown(model, inner).is_some();
+    (!is_image).then(|| model.camera_of((inner.width, inner.height), now).cell)
+}
+
+/// What a camera sees of a moment in an area.
+fn seen(model: &Model, area: Rect, moment: &Moment<'_>) -> CellView {
+    let camera = model.camera_of((area.width, area.height), moment);
+    let (cell, row) = (camera.cell, camera.row());
+    let half = (
+        cell * f64::from(area.width) / 2.0,
+        row * f64::from(area.height) / 2.0,
+    );
+    CellView::new(camera.frame(moment.ego()), half, (cell, row))
+}
+
+/// Tells the mouse where a map is.
+fn register(model: &Model, area: Rect, frame: Pose, (cell, row): (f64, f64), second: bool) {
+    model.drawn.map(MapDrawn {
+        second,
+        area,
+        frame,
+        cell,
+        row,
+    });
+}
+
+/// One of two maps, with its scale and the picked obstacle in a row of its own.
+fn half(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    moment: &Moment<'_>,
+    second: bool,
+) -> bodies::Placed {
+    let [map, row] = Layout::vertical([Constraint::Fill(1), Constraint::Length(1)]).areas(area);
+    let placed = one(f, map, model, moment, second);
+    let cell = model.camera_of((map.width, map.height), moment).cell;
+    draw_status(f, row, model, moment, Some(cell));
+    placed
+}
+
+/// The only map: an image, where the terminal shows images.
+fn alone(f: &mut Frame<'_>, area: Rect, model: &Model, now: &Moment<'_>) -> bodies::Placed {
+    if let Some(encoder) = encoder(model) {
+        let view = seen(model, area, now);
+        request_image(model, now, encoder, area, &view);
+        if let Some(shown) = shown(model, area) {
+            register(model, area, view.frame, view.cell, false);
+            shown.draw(f, area);
+            return bodies::Placed::default();
+        }
+    }
+    one(f, area, model, now, false)
+}
+
+/// A map in cells.
+fn one(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    moment: &Moment<'_>,
+    second: bool,
+) -> bodies::Placed {
+    let view = seen(model, area, moment);
+    register(model, area, view.frame, view.cell, second);
+    let scene = MapScene::new(&request(model, moment, view.seen));
+    let scene = with_layers(scene, model, moment);
+    cells::draw(f.buffer_mut(), area, &scene, &view, &look(model));
+    write(f, area, model, moment, &scene, &view)
+}
+
+/// How the map is drawn in this terminal.
+pub fn look(model: &Model) -> Appearance<'_> {
+    let theme = &model.theme;
+    let style = match model.look.map_style() {
+        // A theme without colours for the road.
+        MapStyle::Cells(_) if theme.map_road == theme.map_ground => MapStyle::Braille,
+        style => style,
+    };
+    Appearance {
+        style,
+        theme,
+        markings: model.map.layers.lanes,
+    }
+}
+
+/// What is to be seen at a moment.
+fn request<'a>(model: &'a Model, moment: &Moment<'a>, viewport: Viewport) -> MapRequest<'a> {
+    let opened = moment.opened;
+    MapRequest {
+        subject: Subject {
+            scenario: &opened.scenario,
+            scene: opened.scene.as_deref(),
+        },
+        basemap: &opened.basemap,
+        step: moment.step,
+        viewport,
+        highlighted: model.picked.as_slice(),
+        series: opened.series.as_ref(),
+        variations: moment.variations,
+        trails: TRAILS,
+    }
+}
+
+/// The scene with the layers that are on, and with what only the workbench shows.
+fn with_layers<'a>(mut scene: MapScene<'a>, model: &'a Model, moment: &Moment<'a>) -> MapScene<'a> {
+    let layers = &model.map.layers;
+    if !layers.variant {
+        scene.variation.clear();
+    }
+    if !layers.goal {
+        scene.goals.clear();
+    }
+    if !layers.lights {
+        scene.lights.clear();
+        scene.stop_lines.clear();
+    }
+    if !layers.signs {
+        scene.signs.clear();
+    }
+    scene.trails.retain(|trail| match layers.trails {
+        Trails::Off => false,
+        Trails::Picked => trail.owner == Owner::Ego || trail.highlighted.is_some(),
+        Trails::All => true,
+    });
+    if !layers.occupancy {
+        scene.regions.retain(|r| r.kind != RegionKind::Occupancy);
+    }
+    scene.underlays.extend(bodies::fan(model, moment));
+    scene.overlays.extend(bodies::predictions(model, moment));
+    scene.overlays.extend(bodies::overlays(model, moment));
+    scene.top.extend(bodies::line(model, moment));
+    scene
+}
+
+/// Signs and words on top; what has to be where it is comes first.
+fn write(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    moment: &Moment<'_>,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) -> bodies::Placed {
+    let mut board = LabelPlacer::new(f.buffer_mut(), area, view);
+    let look = &look(model);
+    bodies::arrows(&mut board, look, scene, view);
+    bodies::contacts(&mut board, look, scene, view);
+    let lights = bodies::lights(&mut board, model, scene, view);
+    bodies::tape_ends(&mut board, model, moment, view);
+    labels::draw(&mut board, model, moment, scene, view);
+    bodies::label(&mut board, model, moment, view);
+    names(&mut board, look, scene, view);
+    bodies::seconds(&mut board, model, moment, view);
+    bodies::keep_clear(&mut board, scene, view);
+    bodies::ends(&mut board, model, moment, view);
+    bodies::labels(&mut board, model, moment.opened, view);
+    let posts = bodies::signs(&mut board, model, scene, view);
+    bodies::Placed { lights, posts }
+}
+
+fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    let words = match (&model.open_error, model.opening.is_some()) {
+        (Some(error), _) => nearmiss_scene::description::visible(error).into_owned(),
+        (None, true) => "opening…".into(),
+        (None, false) => "no scenario is open".into(),
+    };
+    let color = if model.open_error.is_some() {
+        model.theme.danger
+    } else {
+        model.theme.dim
+    };
+    let words = Paragraph::new(words)
+        .wrap(Wrap { trim: true })
+        .style(Style::new().fg(color));
+    f.render_widget(words, area);
+}
+
+/// Of the only map, or of the first of two: `half` is its area.
+fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {
+    let camera = &model.camera;
+    let width = half.map_or(inner.width, |half| half.width);
+    let size = half.map_or((inner.width, inner.height), |half| {
+        (half.width, half.height.saturating_sub(1))
+    });
+    let cell = model
+        .moment()
+        .map_or(camera.cell, |now| model.camera_of(size, &now).cell);
+    let across = format!("{:.0} m", cell * f64::from(width));
+    let mode = match (camera.follow, camera.ego_up) {
+        (true, true) => Some("follows ego, ego up"),
+        (true, false) => Some("follows ego"),
+        (false, true) => Some("ego up"),
+        (false, false) => None,
+    };
+    let dim = Style::new().fg(model.theme.dim);
+    let Some((half, now)) = half.zip(model.moment()) else {
+        let mut title = Line::from(format!("map · {across}"));
+        let mode = mode.map_or(String::new(), |mode| format!(" · {mode}"));
+        title.push_span(Span::styled(mode, dim));
+        return title;
+    };
+    let mut title = second_title(&now, half);
+    for words in [Some(across.as_str()), mode].into_iter().flatten() {
+        let words = format!(" · {words}");
+        if title.width() + words.width() <= room(half) {
+            title.push_span(Span::styled(words, dim));
+        }
+    }
+    title
+}
+
+/// Of the second map: its moment, in as many words as there is room for.
+fn second_title(moment: &Moment<'_>, half: Rect) -> Line<'static> {
+    let driven = |brief| Some(moment.driven_words(moment.driven?, brief));
+    let mut words = [Some(moment.words()), driven(false), driven(true)]
+        .into_iter()
+        .flatten();
+    let fits = words.find(|words| words.width() <= room(half));
+    Line::from(fits.unwrap_or_else(|| moment.when()))
+}
+
+/// A title has a blank on both sides.
+fn room(half: Rect) -> usize {
+    usize::from(half.width).saturating_sub(2)
+}
+
+/// Names hollow bodies.
+fn names(
+    board: &mut LabelPlacer<'_>,
+    look: &Appearance<'_>,
+    scene: &MapScene<'_>,
+    view: &CellView,
+) {
+    for (name, outline) in scene.hollow() {
+        let corners = outline.rings.iter().flatten().map(|p| view.at(p));
+        if let Some(body) = Body::around(corners) {
+            let cells = board.cells(&body);
+            let style = Style::new().fg(look.color(outline.role));
+            board.beside(&cells, name, style.add_modifier(Modifier::BOLD));
+        }
+    }
+}
+
+/// The part of the width that the scale may take.
+const SHARE: f64 = 0.2;
+
+/// Draws both into a row, and gives what is free between them. `cell` is how many metres a column is wide; without it
+/// there is no scale.
+fn draw_status(
+    f: &mut Frame<'_>,
+    row: Rect,
+    model: &Model,
+    moment: &Moment<'_>,
+    cell: Option<f64>,
+) -> Rect {
+    let mut free = row;
+    if let Some(bar) = cell.and_then(|cell| scale_bar(row, cell)) {
+        let bar = format!(" {bar} ");
+        let width = columns(&bar).min(row.width);
+        f.render_widget(Span::styled(bar, Style::new().fg(model.theme.dim)), row);
+        free.x += width;
+        free.width -= width;
+    }
+    let words = picked_in_words(model, moment, usize::from(free.width).saturating_sub(2));
+    if words.is_empty() {
+        return free;
+    }
+    let words = format!(" {words} ");
+    let width = columns(&words).min(free.width);
+    free.width -= width;
+    let at = Rect {
+        x: free.right(),
+        width,
+        ..row
+    };
+    f.render_widget(Span::styled(words, Style::new().fg(model.theme.picked)), at);
+    free
+}
+
+fn columns(words: &str) -> u16 {
+    u16::try_from(words.width()).unwrap_or(u16::MAX)
+}
+
+fn scale_bar(area: Rect, cell: f64) -> Option<String> {
+    let most = f64::from(area.width) * SHARE;
+    let lengths = [
+        1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0,
+    ];
+    let length = lengths.into_iter().rev().find(|l| l / cell <= most)?;
+    let columns = (length / cell).round().max(2.0) as usize;
+    Some(format!(
+        "├{}┤ {length:.0} m",
+        "─".repeat(columns.saturating_sub(2))
+    ))
+}
+
+/// As much as there is room for, the most telling first.
+fn picked_in_words(model: &Model, moment: &Moment<'_>, room: usize) -> String {
+    let Moment { opened, step, .. } = *moment;
+    let picked = model.picked.and_then(|id| opened.scenario.obstacle(id));
+    let Some(obstacle) = picked else {
+        return String::new();
+    };
+    let value = |measure| {
+        let series = opened.series.as_ref()?;
+        series.at(measure, obstacle.id, step).value()
+    };
+    let parts = [
+        Some(format!("{} {}", obstacle.kind, obstacle.id)),
+        value("distance").map(|d| format!("{} m away", hundredths(d))),
+        value("ttc").map(|t| format!("TTC {} s", hundredths(t))),
+        obstacle
+            .track()
+            .at(step)
+            .map(|m| format!("{:.1} m/s", m.velocity)),
+    ];
+    let mut text = String::new();
+    for part in parts.into_iter().flatten() {
+        let separator = if text.is_empty() { "" } else { " · " };
+        if text.width() + separator.width() + part.width() > room {
+            break;
+        }
+        text.push_str(separator);
+        text.push_str(&part);
+    }
+    text
+}
+
+/// How images are sent, where the map is to be one and nothing lies over it. What covers an image would leave marks at
+/// terminals that paint it once; there, and below windows, the map is drawn in cells.
+fn encoder(model: &Model) -> Option<&Encoder> {
+    let chosen = matches!(model.look.map, MapChoice::Auto | MapChoice::Pixels);
+    let encoder = model.map.images.encoder.as_ref()?;
+    let covered = !model.screens.is_empty()
+        || !model.look.pending.is_empty()
+        || !encoder.can_be_covered() && !model.toasts.is_empty();
+    (chosen && !covered && !model.drawn.is_for_picture()).then_some(encoder)
+}
+
+/// Draws the picture that the image is to show.
+fn request_image(
+    model: &Model,
+    moment: &Moment<'_>,
+    encoder: &Encoder,
+    area: Rect,
+    view: &CellView,
+) {
+    let (width, height) = encoder.cell();
+    if model.map.layers.shown
+        && let Some(picture) = for_models(model)
+    {
+        let pixels = (
+            width * u32::from(area.width),
+            height * u32::from(area.height),
+        );
+        let (picture, dpi) = filling(picture, pixels);
+        model.drawn.set_picture(MapPicture {
+            picture,
+            dpi,
+            cells: (area.width, area.height),
+        });
+        return;
+    }
+    let part = encoder.coarseness(model.clock.playing);
+    let page = MapPage {
+        pixels: (
+            (width * u32::from(area.width)).div_ceil(part),
+            (height * u32::from(area.height)).div_ceil(part),
+        ),
+        line: f64::from(height) / f64::from(part),
+        frame: view.frame,
+        width: 2.0 * view.half.0,
+    };
+    let request = scene_request(model, moment, page.viewport());
+    let scene = with_layers(MapScene::new(&request), model, moment);
+    let picture = page.draw(&request, scene, &palette(model));
+    model.drawn.set_picture(MapPicture {
+        picture,
+        dpi: page.dpi(),
+        cells: (area.width, area.height),
+    });
+}
+
+/// The picture that models are shown with the present question, if its frame has one.
+fn for_models(model: &Model) -> Option<Picture> {
+    let question = model.prompt.question.as_ref()?;
+    Some(question.picture.as_ref()?.picture())
+}
+
+/// A picture on a page of so many pixels, as large as it fits there, and its resolution.
+fn filling(mut picture: Picture, (width, height): (u32, u32)) -> (Picture, f64) {
+    let (width, height) = (f64::from(width), f64::from(height));
+    let scale = (width / picture.size.0).min(height / picture.size.1);
+    picture.size = (width / scale, height / scale);
+    (picture, 72.0 * scale)
+}
+
+/// The image, where it fills the area.
+fn shown(model: &Model, area: Rect) -> Option<&MapImage> {
+    let shown = model.map.images.shown.as_ref();
+    shown.filter(|image| image.fits(area))
+}
+
+/// The theme's colours; those that only the terminal knows are those of pictures.
+fn palette(model: &Model) -> Palette {
+    let theme = model.theme.0.clone().map(|color| match components(color) {
+        Some([red, green, blue]) => ThemeColor::Rgb(red, green, blue),
+        None => ThemeColor::Terminal,
+    });
+    Palette::themed(&theme)
+}

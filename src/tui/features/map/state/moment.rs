@@ -1,0 +1,440 @@
+//! The moments that the map shows: now, and a second one beside it.
+
+use nearmiss_base::geometry::{Point, Pose, Vector};
+use nearmiss_render::Variations;
+use nearmiss_scene::description::visible;
+use nearmiss_scene::metrics::Headline;
+use nearmiss_scene::scenario::Scene;
+use ratatui::layout::{Position, Rect};
+
+use crate::features::map::state::{Foresight, Measurement, On, Tape};
+use crate::loaded::{CertificateDrive, CycleShown, Opened};
+use crate::model::{Camera, Model};
+
+/// The second map beside the first.
+#[derive(Debug, Default)]
+pub struct SecondMap {
+    /// Whether the map is split in two.
+    pub on: bool,
+    /// The step that it is pinned to; `None` where it follows from what is open.
+    pub pinned: Option<i64>,
+    /// Beside a variant the good driver who survives it, in place of its original.
+    pub certificate: bool,
+    /// Predicted paths at its step.
+    pub foresight: Foresight,
+    /// Whether the map was zoomed out when it was split.
+    pub widened: bool,
+    /// Whether it was said that there is no room for it.
+    pub told: bool,
+}
+
+/// Why the second map shows its step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reason {
+    /// The first contact.
+    Contact,
+    /// A second before the moment of the clock, which says most itself.
+    Before,
+    /// A second after it, where nothing is before.
+    After,
+    /// The worst moment of this obstacle.
+    Worst(i64),
+    /// The last step, where there is no ego and so nothing to be worst.
+    End,
+    /// The user chose it.
+    Pinned,
+    /// It is that of the clock.
+    Clock,
+}
+
+/// A scene at a step, as a map shows it.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment<'a> {
+    /// What is shown.
+    pub opened: &'a Opened,
+    /// The time step.
+    pub step: i64,
+    /// Why it is this step.
+    pub reason: Reason,
+    /// Both motions of a variant's attackers.
+    pub variations: Variations<'a>,
+    /// Predicted paths at the step.
+    pub foresight: &'a Foresight,
+    /// Who drives, where two drives in a variant stand side by side.
+    pub driven: Option<DrivenBy>,
+}
+
+/// Who drives in a variant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DrivenBy {
+    /// The planner that is attacked.
+    Planner,
+    /// The good driver of the certificate, with this reaction time in seconds.
+    GoodDriver(f64),
+}
+
+impl<'a> Moment<'a> {
+    /// Where the ego is.
+    #[must_use]
+    pub fn ego(&self) -> Option<Pose> {
+        let motion = self.opened.motion_of(On::Ego, self.step)?;
+        Some(motion.pose)
+    }
+
+    fn time(&self) -> f64 {
+        self.step as f64 * self.opened.scenario.dt()
+    }
+
+    /// The planner's cycle.
+    #[must_use]
+    pub fn cycle(&self) -> Option<&'a CycleShown> {
+        self.opened.planned.as_deref()?.cycle_at(self.step)
+    }
+
+    /// The scene with the recorded ego that stands beside the planned one.
+    #[must_use]
+    pub fn recorded(&self) -> Option<&'a Scene> {
+        self.opened.planned.as_deref()?.recorded.as_deref()
+    }
+
+    /// What a tape measures.
+    #[must_use]
+    pub fn measured(&self, tape: &Tape) -> Measurement {
+        tape.measure(self.opened, self.step)
+    }
+
+    /// What it is and when.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match self.driven {
+            Some(driven) => format!("{} · {}", self.driven_words(driven, false), self.when()),
+            None => format!("{} · {}", self.name(), self.when()),
+        }
+    }
+
+    /// Whose drive it is, how it ends, and the gap to the nearest obstacle; `brief` where there is little room.
+    #[must_use]
+    pub fn driven_words(&self, driven: DrivenBy, brief: bool) -> String {
+        let name = match driven {
+            DrivenBy::GoodDriver(_) if brief => "good driver".into(),
+            DrivenBy::GoodDriver(delay) => format!("good driver {delay:.1} s"),
+            DrivenBy::Planner => self.planner_name(),
+        };
+        let verdict = self.opened.collision.as_ref().map(|j| j.verdict.dangerous);
+        let verdict = match verdict {
+            Some(true) => "X collision",
+            Some(false) => "no contact",
+            None => "no verdict",
+        };
+        let series = self.opened.series.as_ref();
+        let gap = series.and_then(|series| series.most_dangerous_at("distance", self.step));
+        let word = if brief { "" } else { "gap " };
+        let gap = gap.map_or(String::new(), |(_, gap)| format!(" · {word}{gap:.1} m"));
+        format!("{name}: {verdict}{gap}")
+    }
+
+    /// The planner that drives in a variant.
+    fn planner_name(&self) -> String {
+        let planned = self.opened.planned.as_ref();
+        let process = planned.and_then(|planned| planned.process.as_ref());
+        let saved = self.opened.saved.as_ref();
+        let saved = saved.map(|saved| saved.origin.planner());
+        let name = process.map(|process| process.named()).or(saved);
+        name.map_or("nearmiss".into(), |name| visible(&name).into_owned())
+    }
+
+    /// Its time and step.
+    #[must_use]
+    pub fn when(&self) -> String {
+        format!("{:.1} s · step {}", self.time(), self.step)
+    }
+
+    fn name(&self) -> String {
+        let what = self
+            .variations
+            .shows_changed()
+            .map(|changed| if changed { "variant" } else { "original" });
+        match (self.reason, what) {
+            (Reason::Clock, what) => what.unwrap_or("map").into(),
+            (Reason::Contact, _) => "contact".into(),
+            (Reason::Before, _) => "before".into(),
+            (Reason::After, _) => "after".into(),
+            (Reason::Worst(id), _) => format!("worst of {id}"),
+            (Reason::End, _) => "end".into(),
+            (Reason::Pinned, Some(what)) => format!("{what}, pinned"),
+            (Reason::Pinned, None) => "pinned".into(),
+        }
+    }
+}
+
+/// The step a second before another one, or the first; beside the first, a second after it.
+fn moment_to_compare(opened: &Opened, step: i64) -> (i64, Reason) {
+    let second = (1.0 / opened.scenario.dt()).round().max(1.0) as i64;
+    let steps = opened.steps();
+    if step > steps.start {
+        (step.saturating_sub(second).max(steps.start), Reason::Before)
+    } else {
+        (
+            step.saturating_add(second).min(steps.end - 1),
+            Reason::After,
+        )
+    }
+}
+
+impl Model {
+    /// The moment of the clock.
+    #[must_use]
+    pub fn moment(&self) -> Option<Moment<'_>> {
+        let opened = self.opened.as_deref()?;
+        let shown = opened.variant.as_ref();
+        Some(Moment {
+            opened,
+            step: self.clock.step(),
+            reason: Reason::Clock,
+            variations: match (shown, &opened.saved) {
+                (Some(shown), _) => shown.variations(),
+                (None, Some(saved)) => saved.variations(&opened.scenario, true),
+                (None, None) => Variations::default(),
+            },
+            foresight: &self.map.foresight,
+            driven: self.good_driver().map(|_| DrivenBy::Planner),
+        })
+    }
+
+    /// The moment of the second map, where the map is split: of a variant the original, and the other way around, at
+    /// the step of the clock; of any other scene its contact, or the worst moment of the picked obstacle, and where the
+    /// clock is there, a second before. Where it is pinned, that step.
+    #[must_use]
+    pub fn second_moment(&self) -> Option<Moment<'_>> {
+        let second = &self.map.second;
+        let now = self.moment().filter(|_| second.on)?;
+        let survived = self.good_driver();
+        let other = match survived {
+            Some(drive) => Some((&drive.opened, now.variations)),
+            None => self.counterpart(),
+        };
+        let moment = other.map_or(now, |(opened, variations)| Moment {
+            opened,
+            variations,
+            driven: survived.map(|drive| DrivenBy::GoodDriver(drive.delay)),
+            ..now
+        });
+        let (step, reason) = match (second.pinned, other) {
+            (Some(step), _) => (step, Reason::Pinned),
+            (None, Some(_)) => (now.step, Reason::Clock),
+            (None, None) => match self.telling_step(now.opened) {
+                (step, _) if step == now.step => moment_to_compare(now.opened, step),
+                telling => telling,
+            },
+        };
+        // A drive may end before that of the other one.
+        let steps = moment.opened.steps();
+        Some(Moment {
+            step: step.min(steps.end - 1).max(steps.start),
+            reason,
+            foresight: &second.foresight,
+            ..moment
+        })
+    }
+
+    /// The moment of the map at a position of the screen; elsewhere that of the clock.
+    #[must_use]
+    pub fn moment_at(&self, at: Position) -> Option<Moment<'_>> {
+        let second = self.drawn.map_at(at).is_some_and(|map| map.second);
+        let then = self.second_moment().filter(|_| second);
+        then.or_else(|| self.moment())
+    }
+
+    /// The good driver who is shown beside the variant that is open.
+    fn good_driver(&self) -> Option<&CertificateDrive> {
+        let second = &self.map.second;
+        let opened = self
+            .opened
+            .as_deref()
+            .filter(|_| second.on && second.certificate)?;
+        opened.certificate.as_deref()
+    }
+
+    /// The original of the variant that is open, or the variant of its original.
+    fn counterpart(&self) -> Option<(&Opened, Variations<'_>)> {
+        let Some(shown) = self.variant() else {
+            let opened = self.opened.as_deref()?;
+            let saved = opened.saved.as_ref()?;
+            let (_, original) = saved.original.as_ref().ok()?;
+            return Some((&**original, saved.variations(&opened.scenario, false)));
+        };
+        let (hash, change) = self.made_of()?;
+        let kept = self.generation.find(hash, change)?;
+        // Another search may have replaced it meanwhile.
+        let same = std::sync::Arc::ptr_eq(&kept.made, &shown.made);
+        let other = if shown.changed {
+            &kept.original
+        } else {
+            &kept.variant
+        };
+        same.then(|| (&**other, kept.made.variations(!shown.changed)))
+    }
+
+    /// The step that says most of a scene beside that of the clock.
+    fn telling_step(&self, opened: &Opened) -> (i64, Reason) {
+        let headline = opened.headline.as_ref();
+        let worst = headline.and_then(Headline::worst);
+        let picked = self
+            .picked
+            .zip(headline)
+            .and_then(|(id, headline)| headline.worst_with(id));
+        match (headline.is_some_and(Headline::collides), worst, picked) {
+            (true, Some(contact), _) => (contact.step, Reason::Contact),
+            (_, worst, picked) => match picked.or(worst) {
+                Some(worst) => (worst.step, Reason::Worst(worst.obstacle)),
+                None => (opened.steps().end - 1, Reason::End),
+            },
+        }
+    }
+}
+
+/// The fewest columns and rows in which a map is of use.
+const MIN_MAP_SIZE: (u16, u16) = (24, 6);
+
+/// Two maps with a line between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Halves {
+    /// The map of the clock's moment: on the left, or above.
+    pub first: Rect,
+    /// The line: a column, or a row.
+    pub line: Rect,
+    /// The map of the second moment.
+    pub second: Rect,
+}
+
+impl Halves {
+    /// Divides an area so that both maps are as little elongated as possible; `aspect` is how much higher than wide a
+    /// cell is. `None` where there is no room for two.
+    #[must_use]
+    pub fn new(area: Rect, aspect: f64) -> Option<Self> {
+        let wide = f64::from(area.width) >= f64::from(area.height) * aspect;
+        let (beside, above) = (Self::beside(area), Self::above(area));
+        let order = if wide {
+            [beside, above]
+        } else {
+            [above, beside]
+        };
+        let mut both = order.into_iter();
+        both.find(|halves| {
+            halves.second.width >= MIN_MAP_SIZE.0 && halves.second.height >= MIN_MAP_SIZE.1
+        })
+    }
+
+    fn beside(area: Rect) -> Self {
+        let rest = area.width.saturating_sub(1);
+        let part = |x, width| Rect { x, width, ..area };
+        let first = part(area.x, rest - rest / 2);
+        Self {
+            first,
+            line: part(first.right(), 1),
+            second: part(first.right() + 1, rest / 2),
+        }
+    }
+
+    fn above(area: Rect) -> Self {
+        let rest = area.height.saturating_sub(1);
+        let part = |y, height| Rect { y, height, ..area };
+        let first = part(area.y, rest - rest / 2);
+        Self {
+            first,
+            line: part(first.bottom(), 1),
+            second: part(first.bottom() + 1, rest / 2),
+        }
+    }
+}
+
+/// Cells are at least so wide, metres, where the map chooses.
+const NEAREST: f64 = 0.6;
+/// And at most, where that shows both the ego and the other: beyond, bodies are single arrows.
+const FARTHEST: f64 = 4.0;
+/// Between two widths of cells: so the map does not zoom at every step.
+const STEP: f64 = 1.25;
+/// Around the middle of a body, metres, for the body and a part of its name.
+const BODY_MARGIN: f64 = 5.0;
+
+impl Model {
+    /// The camera of a map of so many columns and rows at a moment. Until the user zooms, it shows the ego, and the
+    /// picked obstacle or else the most dangerous one, as near as possible.
+    #[must_use]
+    pub fn camera_of(&self, size: (u16, u16), moment: &Moment<'_>) -> Camera {
+        let mut camera = self.camera.clone();
+        let (true, true, Some(ego)) = (camera.auto, camera.follow, moment.ego()) else {
+            return camera;
+        };
+        let (columns, rows) = (f64::from(size.0.max(1)), f64::from(size.1.max(1)));
+        camera.shift = Vector::zeros();
+        camera.cell = NEAREST.max(camera.least / columns);
+        let frame = camera.frame(Some(ego));
+        for place in self.places_of_others(moment) {
+            let to = frame.to_local(&place);
+            let needs = ((to.y.abs() + 2.0 * BODY_MARGIN) / columns)
+                .max((to.x.abs() + 2.0 * BODY_MARGIN) / (rows * camera.aspect));
+            let steps = (needs / camera.cell).log(STEP).ceil().max(0.0);
+            let cell = camera.cell * STEP.powf(steps);
+            if !cell.is_finite() || cell > FARTHEST.max(camera.cell) {
+                continue;
+            }
+            camera.cell = cell;
+            // As little off the middle as shows both.
+            let aside = |to: f64, length: f64| {
+                let by = (to.abs() + BODY_MARGIN - length / 2.0).max(0.0);
+                by.copysign(to)
+            };
+            camera.shift = Vector::new(
+                aside(to.x, rows * camera.row()),
+                aside(to.y, columns * camera.cell),
+            );
+            break;
+        }
+        camera
+    }
+
+    /// Where the picked obstacle is, and the most dangerous one.
+    fn places_of_others(&self, moment: &Moment<'_>) -> impl Iterator<Item = Point> {
+        let headline = moment.opened.headline.as_ref();
+        let worst = headline.and_then(Headline::worst);
+        let all = self.picked.into_iter().chain(worst.map(|w| w.obstacle));
+        let motions = all.filter_map(|id| {
+            let motion = moment.opened.motion_of(On::Obstacle(id), moment.step)?;
+            Some(motion.pose.position)
+        });
+        motions.collect::<Vec<_>>().into_iter()
+    }
+
+    /// Takes over what the map showed last, so that keys and the mouse start from there.
+    pub fn settle_camera(&mut self) {
+        if let Some(now) = self.moment() {
+            let camera = self.camera_of(self.drawn.map_size(), &now);
+            self.camera = camera;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn maps_stand_beside_or_above_each_other_and_fill_the_area() {
+        for (width, height, beside) in [(72, 28, true), (41, 15, false), (40, 30, false)] {
+            let area = Rect::new(3, 2, width, height);
+            let halves = Halves::new(area, 2.0).unwrap();
+            assert_eq!(halves.first.y == halves.second.y, beside, "{area}");
+            let parts = [halves.first, halves.line, halves.second];
+            let cells: u32 = parts.iter().map(|part| part.area()).sum();
+            assert_eq!(cells, area.area());
+            assert!(parts.iter().all(|part| area.union(*part) == area));
+            assert!(!halves.first.intersects(halves.second));
+            assert_eq!(halves.line.width.min(halves.line.height), 1);
+        }
+        for (width, height) in [(0, 0), (1, 1), (41, 12), (30, 11), (200, 5)] {
+            assert_eq!(Halves::new(Rect::new(0, 0, width, height), 2.0), None);
+        }
+    }
+}

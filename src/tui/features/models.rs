@@ -1,0 +1,88 @@
+//! Picker for models.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+
+use crate::action::Action;
+use crate::features::Step;
+use crate::features::picker::Choice;
+use crate::model::{Model, Picker, models_shown};
+use crate::widgets::{picker, window};
+
+/// Models by id.
+#[derive(Debug)]
+pub struct Models {
+    /// Whether the chosen one is asked at once.
+    pub ask: bool,
+}
+
+impl Choice for Models {
+    fn count(&self, model: &Model, picker: &Picker) -> usize {
+        models_shown(model, picker).len()
+    }
+
+    fn choose(&mut self, model: &mut Model, picker: &Picker) -> Step {
+        let shown = models_shown(model, picker);
+        let Some(id) = shown.into_iter().nth(picker.selected) else {
+            return Step::close();
+        };
+        model.model.clone_from(&id);
+        if self.ask {
+            return Step::Perform(Action::Run);
+        }
+        let key = model.look.key(Action::Run);
+        let price = model.price();
+        model.say(format!("{key} asks {id}: {price}"));
+        Step::close()
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {
+        let title = if self.ask {
+            "ask another model"
+        } else {
+            "model"
+        };
+        let inner = window::window(frame, screen, model, title, (100, 20));
+        let shown = models_shown(model, picker);
+        let prices = &model.prompt.prices;
+        let selected = shown.get(picker.selected);
+        let origin = selected.map(|id| prices.origin(id));
+        let bound = selected
+            .and_then(|id| prices.bound(id))
+            .map(|bound| format!("at most: {bound}"));
+        let rows = shown.into_iter().map(|id| {
+            let note = note(model, &id);
+            (id, note)
+        });
+        // Below the list: what the bound counts, and where the price is from.
+        let [list, above, below] = Layout::vertical([
+            Constraint::Min(0),
+            Constraint::Length(1),
+            Constraint::Length(1),
+        ])
+        .areas(inner);
+        picker::draw(frame, list, model, picker, &rows.collect::<Vec<_>>());
+        let words = "any provider/model can be typed; config.toml sets up providers";
+        picker::hint(frame, above, model, &bound.unwrap_or_default());
+        picker::hint(frame, below, model, origin.as_deref().unwrap_or(words));
+    }
+}
+
+/// The price of a model, per 1M tokens and of the question as it stands, and what it lacks.
+fn note(model: &Model, id: &str) -> String {
+    let prices = &model.prompt.prices;
+    let offer = model.offers.iter().find(|o| o.id == id);
+    let mut parts = Vec::new();
+    if let Some(Some((name, false))) = offer.map(|o| &o.key) {
+        parts.push(format!("{name} not set"));
+    }
+    parts.extend(offer.and_then(|o| o.warning.clone()));
+    let of_million = prices.per_million(id);
+    let question = model.prompt.question.as_ref();
+    let once = question
+        .map(|_| model.price_of(id))
+        .filter(|once| *once != of_million);
+    parts.push(of_million);
+    parts.extend(once);
+    parts.join(" · ")
+}

@@ -1,0 +1,204 @@
+//! Columns of the list after the names: which of them fit, and their contents.
+
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::Span;
+
+use crate::loaded::Tally;
+use crate::model::{HEADLINE, List, Model, Order, Row, nearest};
+use crate::widgets::words::fit;
+use nearmiss_scene::metrics::{Grade, Headline, Measure, measure};
+
+/// A column.
+#[derive(Debug, Clone, Copy)]
+pub enum Column {
+    /// The most dangerous value of a measure.
+    Value(&'static Measure),
+    /// How many obstacles.
+    Obstacles,
+    /// Seconds.
+    Duration,
+    /// Three letters.
+    Country,
+    /// Verdicts of stored answers: agreement and count; the narrow form shows agreement only.
+    Answers { wide: bool },
+    /// How severe the moment that matters is, and a mark of contact; the wide one has room for its name above it.
+    Severity { wide: bool },
+}
+
+impl Column {
+    /// Columns of the screen, the one before it included.
+    pub fn width(self) -> usize {
+        match self {
+            Self::Answers { wide: true } => 7,
+            Self::Value(_) | Self::Duration => 6,
+            Self::Obstacles | Self::Country => 4,
+            Self::Answers { wide: false } => 2,
+            Self::Severity { wide: true } => 5,
+            Self::Severity { wide: false } => 3,
+        }
+    }
+
+    /// Its heading.
+    pub fn head(self) -> String {
+        match self {
+            Self::Value(measure) => match (measure.id.len(), measure.unit) {
+                (0..=3, "s" | "m") => format!("{} {}", measure.id, measure.unit),
+                _ if measure.id == "distance" => "dist".into(),
+                _ => fit(measure.id, 5),
+            },
+            Self::Obstacles => "obs".into(),
+            Self::Duration => "time".into(),
+            Self::Country => "cty".into(),
+            Self::Answers { wide } => if wide { "says" } else { "" }.into(),
+            Self::Severity { wide } => if wide { "sev" } else { "" }.into(),
+        }
+    }
+
+    /// Whether what stands in it ends at its right.
+    pub fn is_number(self) -> bool {
+        matches!(self, Self::Value(_) | Self::Obstacles | Self::Duration)
+    }
+}
+
+/// The columns that fit, from left to right, and whether there are more than there always are; where there is no row
+/// for `heads`, those that need one are left out.
+pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
+    let sorted = match list.order {
+        Order::Measure(measure) => Some(Column::Value(measure)),
+        Order::Obstacles => Some(Column::Obstacles),
+        Order::Duration => Some(Column::Duration),
+        Order::Found | Order::Name | Order::Severity | Order::Verdicts => None,
+    };
+    // Names come first: agreement of answers is shown if it fits beside them.
+    let sorting: usize = sorted.iter().map(|c| c.width()).sum();
+    let named =
+        2 + list.longest.min(MIN_NAME_COLUMNS) + Column::Severity { wide: false }.width() + sorting;
+    let narrow = Column::Answers { wide: false };
+    let answers = (list.answered && named + narrow.width() <= width).then_some(narrow);
+    let used: usize = sorted.iter().chain(&answers).map(|c| c.width()).sum();
+    // The sign before the name, and the severity behind everything.
+    let needed = 2 + list.longest.min(NAME) + Column::Severity { wide: false }.width();
+    let mut room = width.saturating_sub(used + needed);
+    let mut take = |columns: usize| {
+        let fits = room >= columns;
+        room -= if fits { columns } else { 0 };
+        fits
+    };
+    let wide = answers.is_some() && take(5);
+    let mut take = |columns: usize| heads && take(columns);
+    let shows = |id: &str| matches!(sorted, Some(Column::Value(m)) if m.id == id);
+    let ttc = measure("ttc").filter(|m| !shows(m.id) && take(Column::Value(m).width()));
+    let obstacles = !matches!(sorted, Some(Column::Obstacles)) && take(4);
+    let duration = !matches!(sorted, Some(Column::Duration)) && take(6);
+    let distance = measure("distance").filter(|m| !shows(m.id) && take(6));
+    let country = take(4);
+    let more = wide || ttc.is_some() || obstacles || duration || sorted.is_some();
+    let severity = Column::Severity {
+        wide: more && take(2),
+    };
+    let columns = [
+        country.then_some(Column::Country),
+        duration.then_some(Column::Duration),
+        obstacles.then_some(Column::Obstacles),
+        distance.map(Column::Value),
+        ttc.map(Column::Value),
+        sorted,
+        answers.map(|_| Column::Answers { wide }),
+        Some(severity),
+    ];
+    (columns.into_iter().flatten().collect(), more)
+}
+
+/// Columns that names need before anything but the severity stands beside them, if they are so long.
+const MIN_NAME_COLUMNS: usize = 24;
+
+/// Columns that are left to names at least, if they are so long.
+const NAME: usize = 26;
+
+/// What stands in a column, and its style. With an obstacle or a planned drive as the ego, `taken` is what is open: the
+/// list agrees with it, and what is only known of the recorded ego is left out.
+pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) -> Span<'static> {
+    let theme = &model.theme;
+    let dim = Style::new().fg(theme.dim);
+    let facts = row.facts();
+    let unread = || Span::styled(if row.facts.is_none() { "…" } else { "–" }, dim);
+    let plain = |words: Option<String>| words.map_or_else(unread, |w| Span::styled(w, dim));
+    match column {
+        Column::Value(measure) if taken.is_some() && !HEADLINE.contains(&measure.id) => {
+            Span::styled("·", dim)
+        }
+        Column::Value(measure) => {
+            let accent = Style::new().fg(theme.accent);
+            let value = match taken {
+                Some(headline) => Some(nearest(headline, measure).map(|n| n.value)),
+                None => row.value_of(measure),
+            };
+            match value {
+                None => Span::styled("…", dim),
+                Some(None) => Span::styled("–", dim),
+                Some(Some(value)) if value.abs() >= 100.0 => {
+                    Span::styled(format!("{value:.0}"), accent)
+                }
+                Some(Some(value)) => Span::styled(format!("{value:.2}"), accent),
+            }
+        }
+        Column::Obstacles => plain(facts.map(|f| f.obstacles.to_string())),
+        Column::Duration => plain(facts.map(|f| format!("{:.1}", f.seconds))),
+        Column::Country => plain(Some(row.country().to_string())),
+        // Stored answers are about the recorded ego and the original.
+        Column::Answers { .. } if taken.is_some() => Span::raw(""),
+        Column::Answers { wide } => {
+            let tally = facts.map_or(Tally::default(), |f| f.tally());
+            let (words, color) = verdict_cell(tally, wide);
+            let color = match color {
+                Some(true) => theme.agree,
+                Some(false) => theme.disagree,
+                None => theme.dim,
+            };
+            Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
+        }
+        Column::Severity { .. } => {
+            let (words, color) = match (taken, &row.facts) {
+                (Some(headline), _) => severity(model, Some(headline)),
+                (None, None) => ("·".into(), theme.dim),
+                (None, Some(Err(_))) => ("!".into(), theme.danger),
+                (None, Some(Ok(facts))) => severity(model, facts.headline.as_ref()),
+            };
+            Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
+        }
+    }
+}
+
+/// `=3` where all of three answers agree with the built-in judge, `≠1/3` where one of three differs; whether they
+/// agree.
+fn verdict_cell(tally: Tally, wide: bool) -> (String, Option<bool>) {
+    match (tally.differ, tally.count(), wide) {
+        (_, 0, _) => (String::new(), None),
+        (0, count, true) => (format!("={}", at_most_99(count)), Some(true)),
+        (0, _, false) => ("=".into(), Some(true)),
+        (differ, count, true) => {
+            let words = format!("≠{}/{}", at_most_99(differ), at_most_99(count));
+            (words, Some(false))
+        }
+        (_, _, false) => ("≠".into(), Some(false)),
+    }
+}
+
+fn at_most_99(count: u32) -> u32 {
+    count.min(99)
+}
+
+/// The severity of the moment that matters, and an X for a contact; – without an ego or an obstacle.
+fn severity(model: &Model, headline: Option<&Headline>) -> (String, Color) {
+    let theme = &model.theme;
+    let Some(worst) = headline.and_then(Headline::worst) else {
+        return ("–".into(), theme.dim);
+    };
+    match worst.grade {
+        Grade::Contact => ("0X".into(), theme.danger),
+        grade => (
+            grade.number().to_string(),
+            theme.risk(grade.number().into()),
+        ),
+    }
+}
