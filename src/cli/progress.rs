@@ -1,6 +1,7 @@
 //! Progress of long jobs: a bar on standard error in a terminal, nothing in a pipe.
 
 use std::io::IsTerminal;
+use std::sync::{Mutex, PoisonError};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -50,6 +51,29 @@ impl Progress {
     /// Prints a message without disturbing the bar.
     pub fn suspend(&self, say: impl FnOnce()) {
         self.bar.suspend(say);
+    }
+}
+
+/// A bar over things that are counted when the first of them is done, on any thread.
+pub struct LateProgress {
+    what: &'static str,
+    bar: Mutex<Option<Progress>>,
+}
+
+impl LateProgress {
+    /// A bar over things that are called `what`.
+    pub fn new(what: &'static str) -> Self {
+        Self {
+            what,
+            bar: Mutex::default(),
+        }
+    }
+
+    /// One more of so many is done.
+    pub fn step(&self, of: usize) {
+        let mut bar = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
+        bar.get_or_insert_with(|| Progress::new(of, self.what, true))
+            .step();
     }
 }
 

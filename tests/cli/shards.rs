@@ -310,3 +310,61 @@ fn drives_are_kept_with_their_outcomes() {
         .status(2)
         .says(&["other settings"]);
 }
+
+/// The first line of a journal of the first layout: a hash of its settings, and of drives words for them.
+fn first_layout(home: &Home, command: &str, named: &str) {
+    let path = home.files().join(format!("out/_nearmiss/{command}.jsonl"));
+    let lines = std::fs::read_to_string(&path).unwrap();
+    let units = lines.split_once('\n').unwrap().1;
+    let version = env!("CARGO_PKG_VERSION");
+    let header = format!(
+        r#"{{"command":"{command}","shard":null,"settings":"a6456b6299ae44","version":"{version}"{named}}}"#
+    );
+    std::fs::write(path, format!("{header}\n{units}")).unwrap();
+}
+
+/// The settings of drives with a horizon of 2.5 s, as the first layout had them.
+const FIRST_LAYOUT: &str = r#","named":{"braking":"6.0","horizon":"2.5","low_speed":"4.0","margin":"0.1","planner":"nearmiss","prediction":"lane","reaction":"0.5","replan":"1","rules":"obey","sampling.changes":"2","sampling.durations":"4","sampling.offsets":"9","sampling.refinements":"2","sampling.speeds":"9","sampling.widest":"3.5","share":"0.95","solution":"out","solution-model":"KS","traffic":"recorded","vehicle":"2","weights.acceleration":"0.1","weights.clearance":"40.0","weights.following":"60.0","weights.lateral_jerk":"0.05","weights.longitudinal_jerk":"0.02","weights.offset":"2.0","weights.risk":"1.0","weights.speed":"1.0"}"#;
+
+#[test]
+fn runs_of_the_first_layout_of_journals_are_continued_or_refused_and_lose_nothing() {
+    let home = Home::new();
+    home.write("all/one.xml", bundled_xml(CUT_IN));
+    std::fs::create_dir(home.files().join("out")).unwrap();
+    let plan = [
+        "plan",
+        "all",
+        "-o",
+        "out",
+        "--solution",
+        "out",
+        "--set=horizon=2.5",
+        "--resume",
+    ];
+    let first = home.run(&plan);
+    first_layout(&home, "plan", FIRST_LAYOUT);
+    let before = files(&home.files().join("out"));
+    let again = home.run(&plan).says(&["1 drive of an earlier run kept"]);
+    assert_eq!(again.status, first.status);
+    home.run(&[&plan[..], &["--set=horizon=3"]].concat())
+        .status(2)
+        .says(&["other settings", "horizon 2.5, now 3.0"]);
+    home.run(&[&plan[..], &["--monitor", "reference/geometry"]].concat())
+        .status(2)
+        .says(&["monitor not given, now \"reference/geometry\""]);
+    assert_eq!(files(&home.files().join("out")), before);
+
+    // What says nothing of its settings is refused.
+    std::fs::remove_dir_all(home.files().join("out")).unwrap();
+    std::fs::create_dir(home.files().join("out")).unwrap();
+    let convert = ["convert", "all", "-o", "out"];
+    home.run(&[&convert[..], &["--resume"]].concat()).status(0);
+    first_layout(&home, "convert", "");
+    let before = files(&home.files().join("out"));
+    home.run(&[&convert[..], &["--resume"]].concat())
+        .status(2)
+        .says(&["does not say with which settings", "--overwrite"]);
+    assert_eq!(files(&home.files().join("out")), before);
+    home.run(&[&convert[..], &["--overwrite"]].concat())
+        .status(0);
+}

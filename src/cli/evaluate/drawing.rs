@@ -1,7 +1,7 @@
 //! Shows progress while the windows of a batch are drawn, for which all recordings are read.
 
 use super::truth::say_each;
-use crate::progress::Progress;
+use crate::progress::LateProgress;
 use crate::{Failure, output};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_workflow::batch::{BatchError, BatchPlan, PlanningEvent};
@@ -10,13 +10,12 @@ use nearmiss_workflow::batch::{BatchError, BatchPlan, PlanningEvent};
 pub fn planned(
     plan: impl FnOnce(&Cancel, &mut dyn FnMut(PlanningEvent)) -> Result<Option<BatchPlan>, BatchError>,
 ) -> Result<BatchPlan, Failure> {
-    let mut progress: Option<Progress> = None;
+    let progress = LateProgress::new("recordings read");
     let mut shown = 0;
     let plan = plan(
         &Cancel::default(),
         &mut |PlanningEvent::Read { done, of }| {
-            let bar = progress.get_or_insert_with(|| Progress::new(of, "recordings read", true));
-            (shown..done).for_each(|_| bar.step());
+            (shown..done).for_each(|_| progress.step(of));
             shown = done;
         },
     );

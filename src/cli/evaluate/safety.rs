@@ -6,11 +6,12 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::{About, Format, Run, Truth, built_in, number, outcome, share};
+use super::{About, Format, Run, Truth, built_in, number, outcome};
 use crate::open::{configuration, user_thresholds};
 use crate::{Failure, Outcome, json, output};
 use nearmiss_formats::Entry;
-use nearmiss_record::{Record, Table, columns, rows as rows_of};
+use nearmiss_record::{Cell, Column, Kind, Record, Table, columns, rows as rows_of, text_table};
+use nearmiss_scene::judge::Criterion;
 use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::batch::{Experiment, path_of};
 use nearmiss_study::evaluation::report::LeadWord;
@@ -115,6 +116,13 @@ struct Row {
     alarms: Alarms,
 }
 
+impl Row {
+    fn line(&self, figures: Vec<Option<f64>>) -> Line {
+        let Candidate { name, criterion } = self.candidate;
+        (name, Some(criterion), figures)
+    }
+}
+
 /// Results of one candidate at one lead.
 struct Counts {
     answers: Vec<Scored>,
@@ -183,69 +191,74 @@ fn table(setting: &Setting, truth: &Truth, answers: &Judged, rows: &[Row]) -> St
         setting.radius,
         setting.within,
     );
-    let line = |label: &str, horizon: &str, threshold: &str, cells: Vec<String>| {
-        let cells: String = cells.iter().map(|c| format!(" {c:>6}")).collect();
-        format!("{label:<32}{horizon:>5}{threshold:>6}{cells}\n")
+    let leads = |decimals| {
+        let leads = setting.leads.iter().map(Lead::to_string);
+        leads.map(|lead| (lead, decimals)).collect::<Vec<_>>()
     };
-    let leads = || setting.leads.iter().map(Lead::to_string).collect();
     for (name, value) in BLOCKS {
-        text.push('\n');
-        text.push_str(&line(name, "s", "p ≥", leads()));
-        for Row {
-            candidate, leads, ..
-        } in rows
-        {
-            let c = candidate.criterion;
-            text.push_str(&line(
-                candidate.name,
-                &format!("{:.1}", c.horizon),
-                &format!("{:.2}", c.threshold),
-                leads.iter().map(|l| share(value(l))).collect(),
-            ));
-        }
+        let lines = rows
+            .iter()
+            .map(|row| row.line(row.leads.iter().map(value).collect()));
+        text += &block(name, &leads(3), lines);
     }
-    if let Some(first) = rows.first() {
-        let count = |of: fn(&Confusion) -> u32| -> Vec<String> {
-            first
-                .leads
-                .iter()
-                .map(|l| of(&l.said).to_string())
-                .collect()
-        };
-        text.push('\n');
-        text.push_str(&line(
-            "dangerous windows",
-            "",
-            "",
-            count(Confusion::positives),
-        ));
-        text.push_str(&line("safe windows", "", "", count(Confusion::negatives)));
-        text.push_str(&format!(
-            "\nfalse alarms over all {} of the safe scenarios ({:.1} min)\nshare: fraction of windows called critical; \
-             per min: alarms per minute (critical windows less\nthan {} s apart are one alarm)\n{:<32}{:>5}{:>6}  share   per min\n",
-            number(first.alarms.windows as usize, "window"),
-            first.alarms.seconds / 60.0,
-            Alarms::APART,
-            "", "s", "p ≥",
-        ));
-    }
-    for Row {
-        candidate, alarms, ..
-    } in rows
-    {
-        let c = candidate.criterion;
-        text.push_str(&format!(
-            "{:<32}{:>5.1}{:>6.2}  {:>5}  {:>8}\n",
-            candidate.name,
-            c.horizon,
-            c.threshold,
-            share(alarmed(alarms)),
-            alarms
-                .per_minute()
-                .map_or("–".into(), |a| format!("{a:.2}")),
-        ));
-    }
-    text
+    let Some(first) = rows.first() else {
+        return text;
+    };
+    let count = |of: fn(&Confusion) -> u32| -> Vec<Option<f64>> {
+        let leads = first.leads.iter();
+        leads.map(|lead| Some(f64::from(of(&lead.said)))).collect()
+    };
+    let windows = [
+        ("dangerous", None, count(Confusion::positives)),
+        ("safe", None, count(Confusion::negatives)),
+    ];
+    text += &block("windows", &leads(0), windows);
+    text += &format!(
+        "\nfalse alarms over all {} of the safe scenarios ({:.1} min)\nshare: fraction of windows called critical; \
+         per min: alarms per minute (critical windows less\nthan {} s apart are one alarm)\n",
+        number(first.alarms.windows as usize, "window"),
+        first.alarms.seconds / 60.0,
+        Alarms::APART,
+    );
+    let titles = [("share".into(), 3), ("per min".into(), 2)];
+    let alarms = |row: &Row| vec![alarmed(&row.alarms), row.alarms.per_minute()];
+    let lines = rows.iter().map(|row| row.line(alarms(row)));
+    text + &block("false alarms", &titles, lines)
+}
+
+/// A line of a block: whose it is, with which criterion, and figures.
+type Line = (&'static str, Option<Criterion>, Vec<Option<f64>>);
+
+/// Figures under titles, with so many digits behind the point.
+fn block(
+    title: &'static str,
+    titles: &[(String, usize)],
+    lines: impl IntoIterator<Item = Line>,
+) -> String {
+    let number = |title: String, decimals| Column {
+        title: title.into(),
+        decimals: Some(decimals),
+        ..Column::new("", Kind::Number, "", "")
+    };
+    let label = Column {
+        title: title.into(),
+        ..Column::new("", Kind::Text, "", "")
+    };
+    let titles = titles.iter().cloned();
+    let figures = titles.map(|(title, decimals)| number(title, decimals));
+    let head = [label, number("s".into(), 1), number("p ≥".into(), 2)];
+    let columns: Vec<Column> = head.into_iter().chain(figures).collect();
+    let cell = |value: Option<f64>| value.map_or(Cell::None(""), Cell::finite);
+    let row = |(label, criterion, figures): Line| {
+        let head = [
+            Cell::from(label),
+            cell(criterion.map(|c| c.horizon)),
+            cell(criterion.map(|c| c.threshold)),
+        ];
+        head.into_iter().chain(figures.into_iter().map(cell)).collect()
+    };
+    let rows: Vec<Vec<Cell>> = lines.into_iter().map(row).collect();
+    format!("\n{}", text_table(&columns, &rows))
 }
 
 fn alarmed(alarms: &Alarms) -> Option<f64> {

@@ -1,20 +1,19 @@
 //! `generate --dry-run`: how much a model is asked at most, and what that costs at most; nothing is sent.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::variant::GenerateJob;
 use crate::interrupt::interrupted;
+use crate::many_files::{Job, NEXT};
 use crate::output::Align::{Left, Right};
+use crate::plan::request;
 use crate::{Failure, Outcome, output};
 use nearmiss_drive::generation::AttackSetup;
 use nearmiss_drive::planner::Cancel;
-use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::Scene;
 use nearmiss_study::evaluation::generating::{self, Author, AuthorError, Authored, Bound, bound};
-use nearmiss_workflow::{
-    AttackSource, AttackWriter, GenerateRequest, OpenRequest, PlanRequest, generate, prepare,
-};
+use nearmiss_workflow::{AttackSource, AttackWriter, GenerateRequest, generate};
 
 /// Counts in place of asking.
 struct Counter {
@@ -46,7 +45,7 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
             "--dry-run counts what a model is asked; name one with --model, the search asks none",
         ));
     };
-    let stop: Arc<AtomicBool> = interrupted(true);
+    let stop = interrupted(true);
     let cancel = Cancel::from_flag(&stop);
     let width = entries
         .iter()
@@ -93,21 +92,12 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
         ..Bound::default()
     };
     let mut failed = 0;
-    for entry in entries {
+    let count = |entry: &Entry| {
         let counter = Counter {
             author: writer.author(&entry.name),
             found: Mutex::new(None),
         };
-        let prepared = prepare(&PlanRequest {
-            open: OpenRequest {
-                entry,
-                ego: &EgoSelection::Beside,
-                transform: None,
-                strict: false,
-            },
-            problem: job.problem,
-            settings: &job.settings,
-        });
+        let prepared = request(entry, job.problem, &job.settings);
         let counted = prepared.and_then(|prepared| {
             let prepared = prepared.driven_by(job.planner.clone());
             let request = GenerateRequest {
@@ -120,27 +110,28 @@ pub fn run(entries: &[Entry], job: &GenerateJob) -> Outcome {
             };
             generate(&request, &cancel, &mut |_| {})
         });
-        if stop.load(Ordering::Relaxed) {
-            return Err(Failure::interrupted(""));
+        // Nothing is asked where the ego is touched already.
+        let none = || Bound {
+            usd: Some(0.0),
+            ..Bound::default()
+        };
+        let found = counter.found.into_inner().ok().flatten();
+        Some(counted.map(|_| found.unwrap_or_else(none)))
+    };
+    let done = Job::new("scenarios", &stop).run(entries, count, |entry, found| {
+        match found {
+            Ok(found) => {
+                output::text(&shown(&output::visible(&entry.name), &found))?;
+                all = all.and(&found);
+            }
+            Err(error) => {
+                output::say(&format!("nearmiss: {error}"));
+                failed += 1;
+            }
         }
-        if let Err(error) = counted {
-            output::say(&format!("nearmiss: {error}"));
-            failed += 1;
-            continue;
-        }
-        let found = counter
-            .found
-            .lock()
-            .ok()
-            .and_then(|found| *found)
-            // Nothing is asked where the ego is touched already.
-            .unwrap_or(Bound {
-                usd: Some(0.0),
-                ..Bound::default()
-            });
-        output::text(&shown(&output::visible(&entry.name), &found))?;
-        all = all.and(&found);
-    }
+        NEXT
+    });
+    done.end("nothing was asked")?;
     if entries.len() > 1 {
         output::text(&shown("all, at most", &all))?;
     }

@@ -10,15 +10,15 @@ use super::line::VariantLine;
 use super::model::Writer;
 use super::resume::EarlierRun;
 use crate::output;
+use crate::plan::request;
 use nearmiss_drive::generation::{AttackStyle, Effort, Refusal, Selection, VariantGenerator, Wish};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{ExternalPlanner, Settings};
-use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_formats::Entry;
 use nearmiss_settings::PlannerKey;
 use nearmiss_study::evaluation::generating::{Authored, AuthoredRecord};
 use nearmiss_workflow::{
-    AttackSource, GenerateRequest, ModelWriter, OpenRequest, PlanError, PlanRequest, generate,
-    prepare,
+    AttackSource, GenerateRequest, ModelWriter, PlanError, generate,
 };
 
 /// The request.
@@ -127,16 +127,7 @@ fn make_or_error(
     cancel: &Cancel,
 ) -> Result<Option<Product>, PlanError> {
     let began = Instant::now();
-    let prepared = prepare(&PlanRequest {
-        open: OpenRequest {
-            entry,
-            ego: &EgoSelection::Beside,
-            transform: None,
-            strict: false,
-        },
-        problem: wanted.problem,
-        settings: &wanted.settings,
-    })?
+    let prepared = request(entry, wanted.problem, &wanted.settings)?
     .driven_by(wanted.planner.clone());
     let settings = wanted.settings(prepared.problem().id);
     let past = wanted.past.as_ref();

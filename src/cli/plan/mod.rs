@@ -34,6 +34,7 @@ pub use document::{
     CycleRecord, DriveRecord, NotDrivenRecord, PlannerFailure, StandardErrorRecord,
 };
 use driven::DrivenScenario;
+pub use driven::request;
 use export::Export;
 use files::{Files, Targets};
 use monitor::MonitorOptions;

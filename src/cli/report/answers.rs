@@ -1,9 +1,8 @@
 //! The answers of a report for its HTML page: texts and claims from the store, pictures from the scenarios at hand.
 
-use std::sync::{Mutex, PoisonError};
 
 use super::claims::known_files;
-use crate::progress::Progress;
+use crate::progress::LateProgress;
 use crate::{Failure, output};
 use nearmiss_formats::Entry;
 use nearmiss_store::Store;
@@ -17,12 +16,8 @@ pub fn page(
     mut files: Vec<Entry>,
 ) -> Result<AnswerPage, Failure> {
     files.extend(known_files(store)?);
-    let progress = Mutex::new(None);
-    let shown = |_, of| {
-        let mut bar = progress.lock().unwrap_or_else(PoisonError::into_inner);
-        bar.get_or_insert_with(|| Progress::new(of, "scenes", true))
-            .step();
-    };
+    let progress = LateProgress::new("scenes");
+    let shown = |_, of| progress.step(of);
     let page = answer_page(store, cases, &files, &shown).map_err(Failure::input)?;
     let left_out = page.pictures_left_out();
     if left_out > 0 {

@@ -2,11 +2,10 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
 
 use super::truth::AUTO;
 use crate::filters::store as store_to_write;
-use crate::progress::Progress;
+use crate::progress::LateProgress;
 use crate::{Failure, output};
 use nearmiss_formats::{Entry, bundled};
 use nearmiss_store::{Outcome as Run, Store};
@@ -23,12 +22,8 @@ pub fn complete(
         return Ok(None);
     }
     files.extend(known_files(store)?);
-    let progress = Mutex::new(None);
-    let shown = |_, of| {
-        let mut bar = progress.lock().unwrap_or_else(PoisonError::into_inner);
-        bar.get_or_insert_with(|| Progress::new(of, "scenarios", true))
-            .step();
-    };
+    let progress = LateProgress::new("scenarios");
+    let shown = |_, of| progress.step(of);
     let counted = count_claims(store, runs, &files, &shown).map_err(Failure::input)?;
     let by_run: HashMap<_, _> = counted.iter().copied().collect();
     for run in runs.iter_mut() {

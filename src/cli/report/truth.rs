@@ -3,10 +3,9 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use std::sync::{Mutex, PoisonError};
 
 use crate::open::{configuration, user_thresholds};
-use crate::progress::Progress;
+use crate::progress::LateProgress;
 use crate::{Failure, output};
 use nearmiss_base::system;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
@@ -61,12 +60,8 @@ pub fn truth(sources: &[PathBuf], store: &Store, runs: &[Run]) -> Result<Truth, 
     for (name, label) in search.layout() {
         truth.layout.entry(name).or_insert(label);
     }
-    let progress = Mutex::new(None);
-    let shown = |_, of| {
-        let mut bar = progress.lock().unwrap_or_else(PoisonError::into_inner);
-        bar.get_or_insert_with(|| Progress::new(of, "scenarios", true))
-            .step();
-    };
+    let progress = LateProgress::new("scenarios");
+    let shown = |_, of| progress.step(of);
     let never = AtomicBool::new(false);
     // Nothing stops it.
     let choice = score.map_or(TruthChoice::Usual, TruthChoice::Score);
