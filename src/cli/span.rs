@@ -3,7 +3,7 @@
 use super::Failure;
 use super::at::{AT, At, worst_step};
 use super::set::{Settable, number, on_or_off};
-use nearmiss_ask::prompts::{MOST_DECIMALS, Techniques};
+use nearmiss_ask::prompts::{MAX_DECIMALS, Techniques};
 use nearmiss_base::system::unknown;
 use nearmiss_scene::description::{EgoAxes, Form, Frame};
 use nearmiss_scene::metrics::{MeasureList, Thresholds};
@@ -59,7 +59,7 @@ impl Settable for Wording {
         match key {
             "stride" => self.stride = Some(number(value, 1, u32::MAX)?),
             "radius" => self.radius = Some(metres(value)?),
-            "precision" => self.precision = Some(number(value, 0, MOST_DECIMALS as u8)?),
+            "precision" => self.precision = Some(number(value, 0, MAX_DECIMALS as u8)?),
             "form" => self.form = Some(form(value)?),
             "contact" => self.contact = Some(on_or_off(value)?),
             "road" => self.road = Some(on_or_off(value)?),

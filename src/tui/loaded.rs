@@ -18,7 +18,7 @@ pub use certificate::CertificateDrive;
 pub use cycle::CycleShown;
 pub use drive_files::{DriveFiles, DriveKey};
 pub use generated::{GenerationInputs, GenerationProgress};
-pub use nearmiss_workflow::{Facts, Tally, Verdicts, country_of};
+pub use nearmiss_workflow::{Facts, Tally, Verdicts, country_code};
 pub use picture::{PictureJob, PictureKind};
 pub use planned::PlannedEgo;
 pub use saved::SavedVariant;

@@ -12,7 +12,7 @@ use crate::{Failure, Outcome, json, output};
 use nearmiss_formats::Entry;
 use nearmiss_record::{Record, Table, columns, rows as rows_of};
 use nearmiss_scene::verdict::Task;
-use nearmiss_study::evaluation::batch::{Experiment, path_of};
+use nearmiss_study::evaluation::batch::{Experiment, stored_path};
 use nearmiss_study::evaluation::report::LeadWord;
 use nearmiss_study::evaluation::windows::{MATCHED_ON, Recording, SampledWindow, WITHIN};
 use nearmiss_study::evaluation::{
@@ -71,7 +71,7 @@ fn judged(setting: &Setting, about: About<'_>) -> Result<Judged, Failure> {
                 .recording(&entry.name, case.scene, setting.radius),
             None => Recording::new(&entry.name, case, setting.radius),
         };
-        (path_of(entry), recording)
+        (stored_path(entry), recording)
     })?;
     let (paths, recordings): (Vec<String>, Vec<Recording>) =
         known.judged.iter().map(|(_, of)| of.clone()).unzip();
@@ -88,7 +88,7 @@ fn judged(setting: &Setting, about: About<'_>) -> Result<Judged, Failure> {
         thresholds,
     };
     let judge = |entry: &Entry, case: &Labelled<'_>| {
-        let windows = windows.get(&path_of(entry)).unwrap_or(&none);
+        let windows = windows.get(&stored_path(entry)).unwrap_or(&none);
         setting.ask(&entry.name, case, windows)
     };
     let answers = request.run(judge, |_| ());

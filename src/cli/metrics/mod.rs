@@ -209,7 +209,7 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
 fn provenance(rows: Rows, thresholds: &Thresholds) -> Provenance {
     let mut provenance = Provenance::of_program();
     if !matches!(rows, Rows::Paper) {
-        provenance.set_thresholds(Spec::thresholds_of(thresholds));
+        provenance.set_thresholds(Spec::threshold_changes(thresholds));
     }
     provenance
 }
@@ -311,7 +311,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     }
     if format == output::Format::Csv && job.failed < entries.len() {
         let provenance = provenance(rows, &plan.thresholds);
-        output::say(&format!("nearmiss: {}", provenance.words()));
+        output::say(&format!("nearmiss: {}", provenance.summary()));
     }
     let done = output::written(file, written.and_then(|()| job.finish()))?;
     // A file without a single scenario in it is not kept.

@@ -20,7 +20,7 @@ pub struct SavedVariant {
 impl SavedVariant {
     /// Of a scenario; `None` where no certificate says that it is a variant.
     pub(super) fn of(entry: &Entry, thresholds: &Thresholds) -> Option<Self> {
-        let origin = VariantOrigin::of(entry)?;
+        let origin = VariantOrigin::read(entry)?;
         let original = match origin.original() {
             None => Err(origin.missing()),
             Some((entry, _)) => Opened::alone(&entry, &EgoSelection::Beside, thresholds, None)

@@ -98,7 +98,7 @@ impl Prices {
     /// What the bound on a model's cost counts beyond listed prices, in words.
     #[must_use]
     pub fn bound(&self, model: &str) -> Option<String> {
-        self.pricing_for(model)?.bound_words()
+        self.pricing_for(model)?.bound_note()
     }
 
     /// Where the price of a model is from, or how to state one.

@@ -27,7 +27,7 @@ impl Model {
         let techniques = || with_tools(&self.techniques.to_string(), self.tools);
         let way = || format!("{} · {}", self.frame.name(), techniques());
         let question = self.prompt.question.as_ref();
-        question.map_or_else(way, |question| question.how(self.tools))
+        question.map_or_else(way, |question| question.label(self.tools))
     }
 
     /// The frame after the present one that has a template for the task.

@@ -264,7 +264,7 @@ impl Asking {
                     .await;
                 judging.join_all().await;
                 for paused in asked.iter().flatten() {
-                    let _ = sender.send(Msg::Complaint(paused.words()));
+                    let _ = sender.send(Msg::Complaint(paused.summary()));
                 }
                 asked.map_err(|error| error.to_string())
             }

@@ -150,7 +150,7 @@ async fn a_new_one_is_what_the_workbench_asks_and_replaces_nothing_unasked() {
             .all(|entry| matches!(entry.place, EntryLocation::Bundled(_)))
     );
     assert_eq!((&read.select, &read.split), (&None, &None));
-    let stored = Spec::templates_of(matrix, &library);
+    let stored = Spec::templates_for(matrix, &library);
     assert!(
         read.templates
             .iter()

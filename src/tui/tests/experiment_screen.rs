@@ -16,7 +16,7 @@ use nearmiss_store::{BatchId, ItemState};
 use nearmiss_study::evaluation::PromptConfig;
 use nearmiss_workflow::batch::DryRunLine;
 use nearmiss_workflow::{
-    ExperimentAxis, ExperimentFile, ExperimentProgress, FolderOfExperiments, WayProgress,
+    ConfigurationProgress, ExperimentAxis, ExperimentFile, ExperimentProgress, FolderOfExperiments,
 };
 
 const SIZES: [(u16, u16); 5] = [(60, 18), (80, 24), (100, 30), (120, 40), (200, 60)];
@@ -55,8 +55,8 @@ pub(super) fn outline() -> ExperimentOutline {
 }
 
 pub(super) fn counted(batch: Option<BatchId>) -> CountedExperiment {
-    let of_way = |techniques, answered, failed, open| WayProgress {
-        way: way(techniques, "low"),
+    let of_way = |techniques, answered, failed, open| ConfigurationProgress {
+        configuration: way(techniques, "low"),
         answered,
         failed,
         open,
@@ -65,7 +65,7 @@ pub(super) fn counted(batch: Option<BatchId>) -> CountedExperiment {
     CountedExperiment {
         batch,
         progress: ExperimentProgress {
-            ways: vec![of_way("base", 3, 1, 8), of_way("all", 0, 0, 12)],
+            configurations: vec![of_way("base", 3, 1, 8), of_way("all", 0, 0, 12)],
             scenarios: 4,
             windows: 12,
         },
@@ -118,7 +118,7 @@ fn one_of_a_kind_is_said_in_the_singular() {
     let mut bench = opened(None);
     let mut one = counted(None);
     (one.progress.scenarios, one.progress.windows) = (1, 1);
-    one.progress.ways.truncate(1);
+    one.progress.configurations.truncate(1);
     tell(&mut bench, Update::Ended(Ok(Box::new(one))));
     let frame = bench.frame(200, 60);
     assert!(
@@ -203,7 +203,7 @@ fn progress_is_followed_by_way_of_asking() {
         let changed = BatchProgress::Changed(Box::new(change(techniques)));
         bench.send(Msg::Job(id, JobEvent::Batch(Update::Progress(changed))));
     }
-    let ways = &bench.model.experiment.progress.ways;
+    let ways = &bench.model.experiment.progress.configurations;
     let counts: Vec<_> = ways.iter().map(|way| (way.answered, way.open)).collect();
     assert_eq!(counts, [(5, 6), (1, 11)]);
     assert!(bench.frame(80, 24).contains("running"));

@@ -4,7 +4,6 @@
 use serde_json::{Value, json};
 
 use super::super::endpoint::Endpoint;
-use super::*;
 use crate::llm::request::Image;
 use crate::llm::{Dialect, Message, Parameters, Request, Role, body};
 

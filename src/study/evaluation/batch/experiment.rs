@@ -288,20 +288,22 @@ impl Experiment {
 
     /// Declared names that no way of asking has.
     fn unknown_names(&self) -> Option<(&'static str, String)> {
-        let (comparison, ways) = (self.comparison(), self.ways());
-        let ways: Vec<_> = ways.iter().collect();
-        let name = (*comparison.unknown(&ways).first()?).to_string();
+        let (comparison, configurations) = (self.comparison(), self.configurations());
+        let configurations: Vec<_> = configurations.iter().collect();
+        let name = (*comparison.unknown(&configurations).first()?).to_string();
         let key = if self.baseline.as_ref() == Some(&name) {
             "baseline"
         } else {
             "compare"
         };
         let models = self.models.join(", ");
-        let example = ways.iter().find(|way| way.frame.is_some());
-        let example = example.map_or(String::new(), |way| {
+        let example = configurations
+            .iter()
+            .find(|configuration| configuration.frame.is_some());
+        let example = example.map_or(String::new(), |configuration| {
             format!(
                 "; a prompt configuration is called as in tables, such as `{}`",
-                crate::evaluation::report::configuration_name(way)
+                crate::evaluation::report::configuration_name(configuration)
             )
         });
         let words = format!(

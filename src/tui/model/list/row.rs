@@ -1,6 +1,6 @@
 //! One scenario of the list, with its facts.
 
-use crate::loaded::{Facts, country_of};
+use crate::loaded::{Facts, country_code};
 use nearmiss_formats::Entry;
 use nearmiss_scene::corpus::CorpusIndex;
 use nearmiss_scene::metrics::Measure;
@@ -63,7 +63,7 @@ impl Row {
     pub fn country(&self) -> &str {
         match self.facts() {
             Some(facts) if !facts.country.is_empty() => &facts.country,
-            _ => country_of(&self.entry.name),
+            _ => country_code(&self.entry.name),
         }
     }
 

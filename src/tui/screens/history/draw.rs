@@ -252,7 +252,7 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths
         }
         _ => String::new(),
     };
-    let version = TemplateVersion::of(&run.template);
+    let version = TemplateVersion::from_stored(&run.template);
     let version = match version.filter(|version| !version.is_shipped()) {
         Some(version) if width >= SAYS_VERSION && !how.is_empty() => format!("{version} "),
         _ => String::new(),

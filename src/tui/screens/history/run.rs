@@ -8,7 +8,7 @@ use nearmiss_ask::llm::{Image, Message};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::judge;
 use nearmiss_store::Run;
-use nearmiss_study::evaluation::{run_words, tool_rounds};
+use nearmiss_study::evaluation::{run_summary, tool_rounds};
 
 /// Columns of the names.
 const NAME: usize = 12;
@@ -76,7 +76,7 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
         };
         rows.push(("built-in", value, style));
     }
-    let words = run_words(run, run.most_usd).into_iter();
+    let words = run_summary(run, run.most_usd).into_iter();
     rows.extend(words.map(|(name, value)| (name, value, plain)));
     rows
 }

@@ -27,9 +27,10 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, selected: usize) -
     let all = results.answers();
     let cell = results.column.min(HEADS.len() - 1);
     let title = results.row().map_or(String::new(), |row| {
-        let (how, head) = (asked(&row.way).join(" "), HEADS[cell]);
-        let version = version(&row.way).map_or(String::new(), |words| format!(" · {words}"));
-        let model = model_name(&row.way);
+        let (how, head) = (asked(&row.configuration).join(" "), HEADS[cell]);
+        let version =
+            version(&row.configuration).map_or(String::new(), |words| format!(" · {words}"));
+        let model = model_name(&row.configuration);
         format!("{model} · {how}{version} · {head} {}", all.len())
     });
     let inner = window::window_at(frame, area, model, &title);

@@ -23,7 +23,7 @@ pub fn rows(model: &Model) -> Vec<usize> {
         return Vec::new();
     };
     let like = |other: &Results| {
-        let (a, b) = (&row.way, &other.way);
+        let (a, b) = (&row.configuration, &other.configuration);
         (a.task, a.frame, &a.model, a.settings) == (b.task, b.frame, &b.model, b.settings)
             && (a.techniques != b.techniques || a.template == b.template)
     };
@@ -42,9 +42,9 @@ pub fn draw(
 ) -> (Rect, Vec<usize>) {
     let results = &model.results;
     let title = results.row().map_or(String::new(), |row| {
-        let task = row.way.task.name();
-        let frame = row.way.frame.map_or("–", |frame| frame.name());
-        let model = model_name(&row.way);
+        let task = row.configuration.task.name();
+        let frame = row.configuration.frame.map_or("–", |frame| frame.name());
+        let model = model_name(&row.configuration);
         format!("right by techniques, ▓░ 95 % interval · {task} {frame} · {model}")
     });
     let inner = window::window_at(frame, area, model, &title);
@@ -70,7 +70,10 @@ fn bar(model: &Model, place: usize, width: usize) -> Line<'static> {
     let ends = interval.map_or("–".into(), |i| format!("{:.2} to {:.2}", i.low, i.high));
     let ends = pad(&ends, 12);
     let whole = format!(" {number}  {ends}  {right} of {asked}");
-    let techniques = row.way.techniques.map_or("–".into(), |t| t.to_string());
+    let techniques = row
+        .configuration
+        .techniques
+        .map_or("–".into(), |t| t.to_string());
     let room = |tail: &str| width.saturating_sub(2 + 11 + tail.width()).min(BAR.0);
     let tail = if room(&whole) < BAR.1 {
         format!(" {number}")

@@ -47,7 +47,7 @@ pub fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, selected: usize) -
     frame.render_widget(Paragraph::new(shown.map(line).collect::<Vec<_>>()), list);
     if let Some(offer) = offers.get(selected) {
         let words = match offer.truth.as_str() {
-            "" => format!("\ntruth: {}", TruthChoice::Usual.words()),
+            "" => format!("\ntruth: {}", TruthChoice::Usual.label()),
             truth => format!("\ntruth: {}", visible(truth)),
         };
         let text = Paragraph::new(words).wrap(Wrap { trim: true });

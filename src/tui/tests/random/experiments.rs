@@ -49,7 +49,9 @@ pub fn read(n: usize) -> Vec<JobEvent> {
 
 /// What asking one tells.
 pub fn ask(n: usize) -> Vec<JobEvent> {
-    let mut way = counted(None).progress.ways[n % 2].way.clone();
+    let mut way = counted(None).progress.configurations[n % 2]
+        .configuration
+        .clone();
     if n.is_multiple_of(3) {
         way.model = HOSTILE.into();
     }

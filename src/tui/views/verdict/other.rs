@@ -7,7 +7,7 @@ use super::table::{Row, Table};
 use crate::model::Model;
 use nearmiss_scene::description::visible;
 use nearmiss_scene::verdict::{Moment, Motion, ParsedAnswer, Task};
-use nearmiss_study::evaluation::{Answer, JudgeOutcome, motion_words};
+use nearmiss_study::evaluation::{Answer, JudgeOutcome, motion_lines};
 
 /// The label of the table's second row.
 pub fn second_label(task: Task) -> &'static str {
@@ -106,7 +106,7 @@ pub fn text(model: &Model, said: &ParsedAnswer) -> Text<'static> {
             }
         }
         ParsedAnswer::Trajectory(new) => {
-            for line in motion_words(&new.motion) {
+            for line in motion_lines(&new.motion) {
                 text.push_line(Line::styled(line, dim));
             }
         }
