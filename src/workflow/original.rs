@@ -337,13 +337,13 @@ mod tests {
         let first = bundled().remove(0);
         let hash = first.read().unwrap().hash.to_string();
         let named = json!({"benchmark_id": first.name, "sha256": hash});
-        let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
+        let origin = VariantOrigin::read(&saved(folder.path(), named)).unwrap();
         assert_eq!((origin.manifest.attacker, origin.from()), (7, 3));
         assert_eq!(origin.style(), None);
         assert_eq!(origin.original().unwrap().0, first);
 
         let changed = json!({"benchmark_id": first.name, "sha256": "00", "file": "gone/x.xml"});
-        let origin = VariantOrigin::of(&saved(folder.path(), changed)).unwrap();
+        let origin = VariantOrigin::read(&saved(folder.path(), changed)).unwrap();
         assert!(origin.original().is_none());
         let missing = origin.missing();
         assert!(
@@ -363,7 +363,7 @@ mod tests {
         let entry = Entry::of_file(&file);
         let hash = entry.read().unwrap().hash.to_string();
         let named = json!({"benchmark_id": "X", "sha256": hash, "file": file.to_str()});
-        let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
+        let origin = VariantOrigin::read(&saved(folder.path(), named)).unwrap();
         assert_eq!(origin.original().unwrap().0, entry);
     }
 
@@ -373,7 +373,7 @@ mod tests {
         let entry = saved(folder.path(), json!({"benchmark_id": "A", "sha256": "00"}));
         let several = serde_json::to_string(&manifest(&[(9, 5), (7, 3)])).unwrap();
         std::fs::write(folder.path().join("v.json"), several).unwrap();
-        let origin = VariantOrigin::of(&entry).unwrap();
+        let origin = VariantOrigin::read(&entry).unwrap();
         assert_eq!((origin.manifest.attacker, origin.from()), (7, 3));
         assert_eq!(origin.ids(), [9, 7]);
     }
@@ -400,7 +400,7 @@ mod tests {
     fn other_json_beside_a_scenario_says_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let entry = saved(folder.path(), json!({"benchmark_id": "A"}));
-        assert_eq!(VariantOrigin::of(&entry), None);
-        assert_eq!(VariantOrigin::of(&bundled().remove(0)), None);
+        assert_eq!(VariantOrigin::read(&entry), None);
+        assert_eq!(VariantOrigin::read(&bundled().remove(0)), None);
     }
 }

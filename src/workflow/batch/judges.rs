@@ -213,17 +213,17 @@ mod tests {
     fn silence_pauses_a_provider_only_in_a_row() {
         let mut watch = Watch::new("lab".into());
         for _ in 1..IN_A_ROW {
-            watch.hear("lab/a", met(ProviderOutage::Silence));
+            watch.record_outcome("lab/a", met(ProviderOutage::Silence));
         }
-        watch.hear("lab/b", None);
+        watch.record_outcome("lab/b", None);
         for _ in 1..IN_A_ROW {
-            watch.hear("lab/a", met(ProviderOutage::Silence));
+            watch.record_outcome("lab/a", met(ProviderOutage::Silence));
             assert!(!watch.holds("lab/a"));
         }
-        watch.hear("lab/b", met(ProviderOutage::Silence));
+        watch.record_outcome("lab/b", met(ProviderOutage::Silence));
         assert!(watch.holds("lab/a") && watch.holds("lab/b"), "one server");
         // One that was on its way.
-        watch.hear("lab/b", met(ProviderOutage::Silence));
+        watch.record_outcome("lab/b", met(ProviderOutage::Silence));
         let paused = watch.over();
         assert_eq!((&*paused[0].who, paused[0].open), ("lab", 2));
         assert_eq!((paused.len(), paused[0].after), (1, IN_A_ROW + 1));
@@ -232,11 +232,11 @@ mod tests {
     #[test]
     fn a_refusal_pauses_its_model_at_once_and_a_forbidden_question_alone_does_not() {
         let mut watch = Watch::new("lab".into());
-        watch.hear("lab/a", met(ProviderOutage::Refused));
+        watch.record_outcome("lab/a", met(ProviderOutage::Refused));
         assert!(watch.holds("lab/a") && !watch.holds("lab/b"));
         for times in 1..=IN_A_ROW {
             assert!(!watch.holds("lab/b"), "{times}");
-            watch.hear("lab/b", met(ProviderOutage::Forbidden));
+            watch.record_outcome("lab/b", met(ProviderOutage::Forbidden));
         }
         assert!(watch.holds("lab/b"));
         let who: Vec<_> = watch.over().into_iter().map(|paused| paused.who).collect();

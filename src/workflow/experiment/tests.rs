@@ -98,7 +98,7 @@ fn a_file_is_read_and_written_and_read_the_same() {
     assert_eq!(whole.split, Some(Split { test: 0.3, seed: 7 }));
     assert_eq!(whole.hashes["twice"].iter().count(), 2);
     let tables = &whole.tables;
-    let words: Vec<String> = tables.iter().map(PivotRequest::words).collect();
+    let words: Vec<String> = tables.iter().map(PivotRequest::summary).collect();
     assert_eq!(
         words,
         [
@@ -213,7 +213,7 @@ fn templates_of_another_text_are_refused() {
     let library = Library::load(None);
     let small = read("scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n").unwrap();
     let templates = template_pins(&Spec {
-        templates: Spec::templates_of(&small, &library),
+        templates: Spec::templates_for(&small, &library),
         ..Spec::default()
     });
     let pinned = Experiment {
