@@ -268,7 +268,7 @@ fn summary(answer: &Answer, case: &Case, judge: &Judge) -> String {
         lines.push(line("answered by", returned));
     }
     if !answer.tool_rounds.is_empty() {
-        let calls = tool_rounds::words(&answer.tool_rounds, "");
+        let calls = tool_rounds::rounds_summary(&answer.tool_rounds, "");
         lines.push(line("tool calls", calls));
     }
     let consumed = &answer.consumed;

@@ -86,8 +86,8 @@ fn record_look(store: &Store, batch: BatchId) -> Outcome {
     let Some(batch) = store.batch(batch).map_err(Failure::input)? else {
         return Ok(());
     };
-    if let Some(test) = TestSplit::of(store, &batch, true).map_err(Failure::input)? {
-        output::say(&format!("nearmiss: {}: {}", batch.id, test.words()));
+    if let Some(test) = TestSplit::open(store, &batch, true).map_err(Failure::input)? {
+        output::say(&format!("nearmiss: {}: {}", batch.id, test.summary()));
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ use super::locked::Unlock;
 use super::ratings::{self, Ratings};
 use super::{Failure, Outcome, output};
 use nearmiss_store::{Run, RunId, Store, StoreError};
-use nearmiss_study::evaluation::{run_words, tool_rounds};
+use nearmiss_study::evaluation::{run_summary, tool_rounds};
 
 /// Subcommands of `runs`.
 #[derive(Debug, clap::Subcommand)]
@@ -243,7 +243,7 @@ fn words(run: &Run, most: Option<f64>) -> String {
     let mut rows = vec![("run", run.id.to_string())];
     let verdict = run.ending.verdict.as_ref().and_then(|said| said.verdict());
     rows.extend(verdict.map(|verdict| ("verdict", verdict.word().into())));
-    rows.extend(run_words(run, most));
+    rows.extend(run_summary(run, most));
     let messages: Vec<serde_json::Value> =
         serde_json::from_str(&run.question.messages).unwrap_or_default();
     if !messages.is_empty() {

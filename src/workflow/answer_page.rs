@@ -1,20 +1,21 @@
-//! Reads the texts, claims and pictures of a report's answers, opening each scene once.
+//! Reads the texts, claims and pictures of answers, opening each scene once; counts claims that no program checked yet.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::prelude::*;
-
-use super::StoredQuestion;
 use nearmiss_ask::llm::Message;
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_render::{Figure, FigureOptions, MapExtent, PIXEL, Subject, svg};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Scene, Transform};
 use nearmiss_scene::verdict::Task;
-use nearmiss_store::{Origin, Run, RunId, Store, StoreError};
+use nearmiss_store::{ClaimCounts, Origin, Outcome, Run, RunId, RunState, Store, StoreError};
 use nearmiss_study::evaluation::claims::{self, TimeOrigin, shown_text};
 use nearmiss_study::evaluation::{Answer, AnswerCase, AnswerPage, ShownClaim, tool_rounds};
+use rayon::prelude::*;
+
+use super::StoredQuestion;
 
 /// Width and height of a picture, points.
 const PICTURE: (f64, f64) = (600.0 * PIXEL, 360.0 * PIXEL);
@@ -55,7 +56,7 @@ pub fn answer_page(
     let mut page = AnswerPage::new(cases);
     let mut scenes: BTreeMap<SceneKey, Vec<Told>> = BTreeMap::new();
     for (place, case) in cases.iter().enumerate() {
-        let Some(run) = run_of(store, case.scored.run)? else {
+        let Some(run) = load_run(store, case.scored.run)? else {
             continue;
         };
         let key = (
@@ -102,7 +103,7 @@ pub fn answer_page(
     Ok(page)
 }
 
-fn run_of(store: &Store, run: Option<RunId>) -> Result<Option<Run>, StoreError> {
+fn load_run(store: &Store, run: Option<RunId>) -> Result<Option<Run>, StoreError> {
     run.map_or(Ok(None), |run| store.run_shown(run))
 }
 
@@ -110,7 +111,7 @@ fn run_of(store: &Store, run: Option<RunId>) -> Result<Option<Run>, StoreError> 
 fn add(page: &mut AnswerPage, place: usize, run: Run) -> Told {
     let messages: Vec<Message> = serde_json::from_str(&run.question.messages).unwrap_or_default();
     for message in &messages {
-        page.add_message(place, message.role.name(), &message.in_words());
+        page.add_message(place, message.role.name(), &message.to_text());
     }
     let rounds = tool_rounds::stored(run.tool_rounds.as_deref());
     for (round, number) in rounds.iter().zip(1..) {
@@ -196,4 +197,96 @@ fn picture(scene: &Scene, name: &str, critical: &[i64], step: i64) -> String {
     let steps = scene.steps();
     let step = step.clamp(steps.start, (steps.end - 1).max(steps.start));
     figure.map_or_else(|_| String::new(), |figure| svg(&figure.at(step)))
+}
+
+/// Whether the claims of an answer are still to be counted: it is whole, and this version's check did not see it.
+#[must_use]
+pub fn is_unchecked(outcome: &Outcome) -> bool {
+    outcome.state == RunState::Answered
+        && Task::VERDICTS.contains(&outcome.task)
+        && outcome.claims.claims_check != Some(claims::CHECK)
+}
+
+/// Counts the claims of those of the answers that [`is_unchecked`], as far as one of the files is their scenario; each
+/// scene is opened once, for all answers about it. `on_progress` hears how many of how many scenes are done.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn count_claims(
+    store: &Store,
+    outcomes: &[Outcome],
+    files: &[Entry],
+    on_progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Vec<(RunId, ClaimCounts)>, StoreError> {
+    let mut entries: HashMap<&str, Vec<&Entry>> = HashMap::new();
+    for entry in files {
+        entries.entry(entry.name.as_str()).or_default().push(entry);
+    }
+    let mut scenes: BTreeMap<_, Vec<&Outcome>> = BTreeMap::new();
+    for one in outcomes.iter().filter(|one| is_unchecked(one)) {
+        let name = Transform::of_name(&one.scenario).0;
+        if entries.contains_key(name) {
+            let scene = (
+                &one.scenario,
+                &one.scenario_hash,
+                &one.ego,
+                one.origin.name(),
+            );
+            scenes.entry(scene).or_default().push(one);
+        }
+    }
+    let (done, of) = (AtomicUsize::new(0), scenes.len());
+    let counted: Vec<_> = scenes
+        .into_values()
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(|asked| {
+            let found = of_scene(store, &asked, &entries);
+            on_progress(done.fetch_add(1, Ordering::Relaxed) + 1, of);
+            found
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(counted.into_iter().flatten().collect())
+}
+
+/// The scenarios of all batches.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn files_of_batches(store: &Store) -> Result<Vec<Entry>, StoreError> {
+    let mut paths = BTreeSet::new();
+    for (batch, _) in store.batches()? {
+        for item in store.items(batch.id)? {
+            paths.insert(item.asked.path);
+        }
+    }
+    let paths = paths.iter().map(Path::new);
+    Ok(paths.map(Entry::of_argument).collect())
+}
+
+/// The counts of answers about one scene; none if no file holds it.
+fn of_scene(
+    store: &Store,
+    asked: &[&Outcome],
+    entries: &HashMap<&str, Vec<&Entry>>,
+) -> Result<Vec<(RunId, ClaimCounts)>, StoreError> {
+    let Some(first) = asked.first() else {
+        return Ok(Vec::new());
+    };
+    let question = StoredQuestion::from(*first);
+    let files = entries.get(Transform::of_name(&first.scenario).0);
+    let scene = files
+        .into_iter()
+        .flatten()
+        .find_map(|entry| question.scene(entry, &EgoSelection::Beside));
+    let Some(scene) = scene else {
+        return Ok(Vec::new());
+    };
+    let mut found = Vec::new();
+    for one in asked {
+        if let Some(run) = store.run(one.run)? {
+            found.push((one.run, Answer::from(run).claims(&scene)));
+        }
+    }
+    Ok(found)
 }

@@ -26,15 +26,10 @@
 
 mod answer_page;
 mod ask;
-mod asked_as;
 pub mod batch;
 mod bundle;
-mod claims;
-mod corpus_index;
 mod experiment;
-mod filter_writer;
 mod generate;
-mod index_search;
 pub mod journal;
 mod listing;
 mod monitor;
@@ -44,52 +39,46 @@ mod plan;
 mod planner_failure;
 mod scenario_filter;
 mod simulator_export;
-mod stored_question;
-mod text_question;
 mod truth;
 pub mod tune;
-mod verify_variant;
 
-pub use answer_page::answer_page;
+pub use answer_page::{answer_page, count_claims, files_of_batches, is_unchecked};
 pub use ask::{AskOutcome, AskRequest, Models, Server, ask};
-pub use asked_as::asked_as;
 pub use bundle::{
     BUNDLE_FORMAT, BundleError, Manifest, Member, PackRequest, Packed, PackedScenario,
     UnpackRequest, Unpacked, pack, read_manifest, stored_bundle, unpack,
 };
-pub use claims::{count_claims, files_of_batches, is_unchecked};
-pub use corpus_index::{index_parts, read_index};
 pub use experiment::{
-    ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentProgress, FolderOfExperiments,
-    PreparedExperiment, WayProgress, WriteExperimentError, add_experiment_file,
-    complete_experiment, configured_experiment, experiment_among, experiment_axes,
-    experiment_facts, experiment_of, experiment_schema, experiment_toml, experiments_in,
-    find_scenarios, hashes_in, hashes_of, is_experiment_file, name_of, pins_of, prepare_experiment,
-    read_experiment, reasons_of, request_of, selected, write_experiment,
+    ConfigurationProgress, ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentProgress,
+    FolderOfExperiments, PreparedExperiment, WriteExperimentError, add_experiment_file,
+    batch_request, complete_experiment, configured_experiment, count_reasons, experiment_among,
+    experiment_axes, experiment_facts, experiment_from_request, experiment_schema, experiment_toml,
+    experiments_in, find_scenarios, hashed_name, hashes_in, is_experiment_file, prepare_experiment,
+    read_experiment, scenario_hashes, selected, template_pins, write_experiment,
 };
-pub use filter_writer::{FilterError, FilterRequest, WrittenFilter, write_filter};
 pub use generate::{
     AttackSource, AttackWriter, GenerateEvent, GenerateRequest, Generation, ModelWriter, generate,
 };
-pub use index_search::{
-    FoundWindow, FoundWindows, IndexSearch, SearchError, checked_filter, search_index,
+pub use listing::{
+    FoundWindow, FoundWindows, INDEX_RADIUS, IndexSearch, SearchError, checked_filter, find,
+    find_in_pieces, index_parts, read_index, search_index,
 };
-pub use listing::{INDEX_RADIUS, find, find_in_pieces};
 pub use monitor::{
     Incident, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Warning as MonitorWarning,
 };
-pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_of};
-pub use original::VariantOrigin;
+pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_with_ego};
+pub use original::{
+    VariantOrigin, VariantProofs, VerifiedCertificate, is_unchanged, verify_variant,
+};
 pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
 pub use planner_failure::PlannerFailure;
+pub use scenario_filter::selector::{FilterError, FilterRequest, WrittenFilter, write_filter};
 pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
-    TERMS, Tally, Verdicts, WordMatch, country_of, nearest,
+    TERMS, Tally, Verdicts, WordMatch, country_code, nearest,
 };
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
-pub use stored_question::StoredQuestion;
-pub use truth::{BatchLabels, TruthChoice, TruthSearch, batch_labels};
-pub use verify_variant::{VariantProofs, VerifiedCertificate, is_unchanged, verify_variant};
+pub use truth::{BatchLabels, StoredQuestion, TruthChoice, TruthSearch, asked_as, batch_labels};
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]

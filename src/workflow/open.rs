@@ -62,7 +62,7 @@ pub enum OpenError {
 ///
 /// # Errors
 /// The ego that was asked for cannot be the ego, or that beside it cannot be used.
-pub fn scene_of(
+pub fn scene_with_ego(
     entry: &Entry,
     scenario: &Arc<Scenario>,
     ego: &EgoSelection,
@@ -105,7 +105,7 @@ pub fn open(request: &OpenRequest<'_>) -> Result<OpenedScene, OpenError> {
         }
         _ => ego,
     };
-    let scene = match scene_of(entry, &scenario, ego) {
+    let scene = match scene_with_ego(entry, &scenario, ego) {
         Ok(scene) => scene,
         Err(error) if *ego == EgoSelection::Beside && !strict => {
             Err(MissingEgo::Unusable(error.to_string()))

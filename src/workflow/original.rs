@@ -1,15 +1,18 @@
-//! Finds the original of a saved variant, which the certificate beside the variant names.
+//! Saved variants: the original that a certificate names, and whether files and certificate still hold.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::Deserialize;
-
 use nearmiss_base::system;
 use nearmiss_drive::generation::{AttackStyle, Manifest, PlannerIdentity};
-use nearmiss_formats::{Entry, EntryLocation, bundled};
+use nearmiss_drive::planner::{self, Cancel, Forecast};
+use nearmiss_drive::simulation::{Settings, TrafficMode};
+use nearmiss_formats::{EgoSelection, Entry, EntryLocation, bundled};
 use nearmiss_scene::description::visible;
-use nearmiss_scene::scenario::{Scenario, VehicleType};
+use nearmiss_scene::scenario::{ContentHash, Scenario, VehicleType};
+use serde::Deserialize;
+
+use super::{OpenRequest, PlanRequest, prepare};
 
 /// A saved variant: where it lies, and the manifest beside it.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,13 +27,13 @@ impl VariantOrigin {
     /// Reads what lies beside a scenario under its name; `None` where that is no manifest of this scenario, or one that
     /// cannot be read.
     #[must_use]
-    pub fn of(entry: &Entry) -> Option<Self> {
-        Self::read(entry)?.ok()
+    pub fn read(entry: &Entry) -> Option<Self> {
+        Self::try_read(entry)?.ok()
     }
 
     /// The same; why a manifest of this scenario cannot be read. Other JSON says nothing about it.
     #[must_use]
-    pub fn read(entry: &Entry) -> Option<Result<Self, String>> {
+    pub fn try_read(entry: &Entry) -> Option<Result<Self, String>> {
         #[derive(Deserialize)]
         struct Named {
             variant: String,
@@ -128,7 +131,7 @@ impl VariantOrigin {
 
     /// Whether a scenario is the original, byte for byte.
     #[must_use]
-    pub fn is_of(&self, scenario: &Scenario) -> bool {
+    pub fn is_original(&self, scenario: &Scenario) -> bool {
         scenario.hash.to_string() == self.manifest.original.sha256
     }
 
@@ -138,7 +141,7 @@ impl VariantOrigin {
     pub fn original(&self) -> Option<(Entry, Arc<Scenario>)> {
         let read = |entry: Entry| {
             let scenario = entry.read().ok()?;
-            self.is_of(&scenario).then_some((entry, scenario))
+            self.is_original(&scenario).then_some((entry, scenario))
         };
         let named = bundled()
             .into_iter()
@@ -192,6 +195,136 @@ impl VariantOrigin {
     }
 }
 
+/// What was verified of a variant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VariantProofs {
+    /// Files whose SHA-256 the manifest names.
+    pub files: usize,
+    /// What is wrong with them.
+    pub changed: Vec<String>,
+    /// The certificates, the shortest reaction time first.
+    pub certificates: Vec<VerifiedCertificate>,
+}
+
+/// The drive of a good driver, looked at anew.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VerifiedCertificate {
+    /// Reaction time of the driver, seconds.
+    pub delay: String,
+    /// The file of the drive.
+    pub file: String,
+    /// Steps of the drive; or why it proves nothing.
+    pub result: Result<usize, String>,
+}
+
+impl VariantProofs {
+    /// Whether all of it holds.
+    #[must_use]
+    pub fn hold(&self) -> bool {
+        self.changed.is_empty() && self.certificates.iter().all(|c| c.result.is_ok())
+    }
+}
+
+/// Verifies a variant by the manifest beside it; `None` where there is none.
+///
+/// Contact is looked for at and between the steps of each drive, with exact bodies; leaving the road counts as well.
+/// Whether the vehicle can be driven so is not verified again.
+#[must_use]
+pub fn verify_variant(variant: &Path) -> Option<VariantProofs> {
+    let entry = Entry::of_file(variant);
+    let origin = match VariantOrigin::try_read(&entry)? {
+        Ok(origin) => origin,
+        Err(why) => {
+            let name = variant.with_extension("json");
+            let name = name.file_name().unwrap_or_default().to_string_lossy();
+            return Some(VariantProofs {
+                files: 0,
+                changed: vec![visible(&format!("{name}: {why}")).into_owned()],
+                certificates: Vec::new(),
+            });
+        }
+    };
+    let folder = variant.parent().unwrap_or(Path::new(""));
+    let hashes = &origin.manifest.sha256;
+    let changed = hashes.iter().filter_map(|(name, hash)| {
+        // A name that leads elsewhere is none.
+        let name = Path::new(name).file_name()?;
+        is_unchanged(&folder.join(name), hash).err()
+    });
+    let certificates = origin.certificates().map(|(delay, name)| {
+        let path = delay
+            .parse()
+            .ok()
+            .and_then(|d: f64| origin.certificate(Some(d)));
+        VerifiedCertificate {
+            delay: visible(delay).into_owned(),
+            file: visible(name).into_owned(),
+            result: match path {
+                Some((_, path)) => drive(&entry, &origin, &path),
+                None => Err("no such file".into()),
+            },
+        }
+    });
+    Some(VariantProofs {
+        files: hashes.len(),
+        changed: changed.collect(),
+        certificates: certificates.collect(),
+    })
+}
+
+/// The number of steps of a drive that touches nothing.
+fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, String> {
+    let mut planner = planner::Settings::default();
+    planner.vehicle = origin.vehicle().unwrap_or(planner.vehicle);
+    let settings = Settings {
+        planner,
+        forecast: Forecast::Lane,
+        replan: 1,
+        without: None,
+        traffic: TrafficMode::Recorded,
+    };
+    let ego = EgoSelection::File {
+        path: path.to_owned(),
+        planning_problem: None,
+    };
+    let open = OpenRequest {
+        entry,
+        ego: &ego,
+        transform: None,
+        strict: true,
+    };
+    let prepared = prepare(&PlanRequest {
+        open,
+        problem: Some(origin.manifest.planning.problem),
+        settings: &settings,
+    })
+    .map_err(|error| error.to_string())?;
+    let Some(scene) = &prepared.recorded else {
+        return Err("no drive in it".into());
+    };
+    let driver = prepared
+        .driver(&prepared.scenario, &Cancel::default())
+        .map_err(|error| error.to_string())?;
+    match driver.fault_of(&prepared.scenario, &scene.ego.track) {
+        Some(fault) => Err(fault.to_string()),
+        None => Ok(scene.ego.track.steps().count()),
+    }
+}
+
+/// Whether a file is there, and still has the content with this SHA-256.
+///
+/// # Errors
+/// It is not, or cannot be read.
+pub fn is_unchanged(path: &Path, hash: &str) -> Result<(), String> {
+    let named = |words: &str| format!("{}: {words}", path.display());
+    let bytes = system::read_file(path, system::LARGEST).map_err(|e| named(&system::words(&e)))?;
+    if ContentHash::digest(&bytes).to_string() == hash {
+        Ok(())
+    } else {
+        Err(named("it was changed after generation"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
@@ -233,13 +366,13 @@ mod tests {
         let first = bundled().remove(0);
         let hash = first.read().unwrap().hash.to_string();
         let named = json!({"benchmark_id": first.name, "sha256": hash});
-        let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
+        let origin = VariantOrigin::read(&saved(folder.path(), named)).unwrap();
         assert_eq!((origin.manifest.attacker, origin.from()), (7, 3));
         assert_eq!(origin.style(), None);
         assert_eq!(origin.original().unwrap().0, first);
 
         let changed = json!({"benchmark_id": first.name, "sha256": "00", "file": "gone/x.xml"});
-        let origin = VariantOrigin::of(&saved(folder.path(), changed)).unwrap();
+        let origin = VariantOrigin::read(&saved(folder.path(), changed)).unwrap();
         assert!(origin.original().is_none());
         let missing = origin.missing();
         assert!(
@@ -259,7 +392,7 @@ mod tests {
         let entry = Entry::of_file(&file);
         let hash = entry.read().unwrap().hash.to_string();
         let named = json!({"benchmark_id": "X", "sha256": hash, "file": file.to_str()});
-        let origin = VariantOrigin::of(&saved(folder.path(), named)).unwrap();
+        let origin = VariantOrigin::read(&saved(folder.path(), named)).unwrap();
         assert_eq!(origin.original().unwrap().0, entry);
     }
 
@@ -272,11 +405,11 @@ mod tests {
         let mut manifest: Value = serde_json::from_str(&text).unwrap();
         manifest["avoidable"] = json!({"0.5": {"avoided": true, "searched": {}}});
         std::fs::write(&file, manifest.to_string()).unwrap();
-        let origin = VariantOrigin::of(&entry).unwrap();
+        let origin = VariantOrigin::read(&entry).unwrap();
         assert_eq!(Vec::from_iter(origin.certificates()), [("0.5", "")]);
         manifest["avoidable"]["0.5"]["max_acceleration"] = "4.8".into();
         std::fs::write(&file, manifest.to_string()).unwrap();
-        let why = VariantOrigin::read(&entry).unwrap().unwrap_err();
+        let why = VariantOrigin::try_read(&entry).unwrap().unwrap_err();
         assert!(why.contains("4.8"), "{why}");
     }
 
@@ -285,7 +418,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let original = json!({"benchmark_id": "A", "sha256": "00"});
         let entry = saved_with(folder.path(), original, &[(9, 5), (7, 3)]);
-        let origin = VariantOrigin::of(&entry).unwrap();
+        let origin = VariantOrigin::read(&entry).unwrap();
         assert_eq!((origin.manifest.attacker, origin.from()), (7, 3));
         assert_eq!(origin.ids(), [9, 7]);
     }
@@ -312,7 +445,7 @@ mod tests {
     fn other_json_beside_a_scenario_says_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let entry = saved(folder.path(), json!({"benchmark_id": "A"}));
-        assert_eq!(VariantOrigin::of(&entry), None);
-        assert_eq!(VariantOrigin::of(&bundled().remove(0)), None);
+        assert_eq!(VariantOrigin::read(&entry), None);
+        assert_eq!(VariantOrigin::read(&bundled().remove(0)), None);
     }
 }

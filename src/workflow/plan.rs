@@ -234,7 +234,7 @@ impl PreparedPlan {
 
     /// That the planner's process failed; nothing where it did not.
     pub(super) fn failed(&self, report: &ExternalReport) -> Option<PlanError> {
-        let failure = PlannerFailure::of(self.shown.clone(), report)?;
+        let failure = PlannerFailure::from_report(self.shown.clone(), report)?;
         Some(PlanError::PlannerFailed(Box::new(failure)))
     }
 

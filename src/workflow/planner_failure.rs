@@ -23,7 +23,7 @@ pub struct PlannerFailure {
 impl PlannerFailure {
     /// The failure of a drive; nothing where its planner did not fail.
     #[must_use]
-    pub fn of(scenario: String, report: &ExternalReport) -> Option<Self> {
+    pub fn from_report(scenario: String, report: &ExternalReport) -> Option<Self> {
         Some(Self {
             scenario,
             planner: report.planner.clone(),

@@ -1,20 +1,23 @@
-//! What is true about stored answers: gathered once, for reports and for the results screen alike.
+//! What is true about stored answers, gathered once for reports and the results screen, and how they were asked.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::judge::{self, judge_under};
+use nearmiss_scene::metrics::{RiskConvention, Thresholds};
+use nearmiss_scene::scenario::{Scene, Transform, Window, obstacle_taken};
+use nearmiss_scene::verdict::{Task, Verdict};
+use nearmiss_store::{BatchId, Outcome, RunId, Store, StoreError};
+use nearmiss_study::evaluation::batch::{self, Spec, TruthSource};
+use nearmiss_study::evaluation::report::{
+    AskedAs, BatchTruth, QuestionKey, RecordedScene, ScoreKey, Truth,
+};
+use nearmiss_study::evaluation::{Case, CriticalMoments, Label, Labelled};
 use rayon::prelude::*;
 
-use super::{StoredQuestion, asked_as};
-use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_scene::judge;
-use nearmiss_scene::metrics::{RiskConvention, Thresholds};
-use nearmiss_scene::scenario::{Transform, Window};
-use nearmiss_scene::verdict::{Task, Verdict};
-use nearmiss_store::{Outcome, RunId, Store, StoreError};
-use nearmiss_study::evaluation::batch::{self, Spec, TruthSource};
-use nearmiss_study::evaluation::report::{BatchTruth, QuestionKey, RecordedScene, ScoreKey, Truth};
-use nearmiss_study::evaluation::{CriticalMoments, Label, Labelled};
+use super::{OpenRequest, open};
 
 /// What answers are compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,7 +38,7 @@ pub enum TruthChoice {
 impl TruthChoice {
     /// In a few words.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn label(self) -> &'static str {
         match self {
             Self::Score(RiskConvention::Exact) => "risk score of TTC and MDC, exact",
             Self::Score(RiskConvention::Paper) => "risk score of TTC and MDC, the paper's",
@@ -102,7 +105,7 @@ pub fn batch_labels(store: &Store) -> Result<BatchLabels, StoreError> {
         let truth = BatchTruth {
             batch,
             label,
-            critical: batch::critical_of(label, one.facts.as_ref()),
+            critical: batch::critical_obstacles(label, one.facts.as_ref()),
             by_score: source.is_some_and(|source| source.is_score(one.task)),
         };
         if one.drawn {
@@ -159,7 +162,7 @@ impl TruthSearch<'_> {
     /// The labels of the folders that the scenarios of the answers lie in.
     #[must_use]
     pub fn layout(&self) -> BTreeMap<String, Label> {
-        let asked: BTreeSet<&str> = self.outcomes.iter().map(name_of).collect();
+        let asked: BTreeSet<&str> = self.outcomes.iter().map(unchanged_name).collect();
         let entries = self.entries.iter();
         let entries: Vec<Entry> = entries
             .filter(|entry| asked.contains(entry.name.as_str()))
@@ -248,7 +251,7 @@ impl TruthSearch<'_> {
             if whose_own || !Task::VERDICTS.contains(&one.task) || truth.label(one).is_some() {
                 continue;
             }
-            let Some(files) = files.get(name_of(one)) else {
+            let Some(files) = files.get(unchanged_name(one)) else {
                 continue;
             };
             let hash = one.scenario_hash.as_deref();
@@ -274,7 +277,7 @@ impl TruthSearch<'_> {
         let mut found = Vec::new();
         for one in asked {
             let unchanged = StoredQuestion {
-                scenario: name_of(one),
+                scenario: unchanged_name(one),
                 ..StoredQuestion::from(*one)
             };
             let mut scenes = files
@@ -293,7 +296,7 @@ impl TruthSearch<'_> {
                     label,
                     critical,
                 };
-                found.push(Found::Scene(one.task, name_of(one).into(), known));
+                found.push(Found::Scene(one.task, unchanged_name(one).into(), known));
             }
         }
         found
@@ -368,6 +371,100 @@ fn alone(label: Label) -> (Label, Vec<i64>) {
 }
 
 /// The name of an answer's scenario without a change of the scene.
-fn name_of(outcome: &Outcome) -> &str {
+fn unchanged_name(outcome: &Outcome) -> &str {
     Transform::of_name(&outcome.scenario).0
+}
+
+/// How the runs of batches were asked, where that is not the usual way.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn asked_as(store: &Store) -> Result<HashMap<RunId, AskedAs>, StoreError> {
+    let mut known: HashMap<BatchId, AskedAs> = HashMap::new();
+    for (batch, _) in store.batches()? {
+        if let Ok(spec) = Spec::from_json(&batch.spec) {
+            let asked = AskedAs {
+                horizon: Some(spec.experiment.within.unwrap_or(Case::HORIZON)),
+                measures: spec.experiment.measures(),
+            };
+            known.insert(batch.id, asked);
+        }
+    }
+    let unknown = AskedAs {
+        horizon: None,
+        measures: None,
+    };
+    let of_runs = store.run_batches()?.into_iter().filter_map(|(run, batch)| {
+        // Other words are no batches: these runs were asked one by one.
+        let batch: BatchId = batch.parse().ok()?;
+        Some((run, known.get(&batch).copied().unwrap_or(unknown)))
+    });
+    Ok(of_runs
+        .filter(|(_, asked)| *asked != AskedAs::default())
+        .collect())
+}
+
+/// As much of a stored question as decides what the built-in judge says to it.
+#[derive(Debug, Clone, Copy)]
+pub struct StoredQuestion<'a> {
+    /// The task.
+    pub task: Task,
+    /// Name of the scenario, with a change of the scene in brackets if there was one.
+    pub scenario: &'a str,
+    /// SHA-256 of its file; `None` if only its name is known.
+    pub scenario_hash: Option<&'a str>,
+    /// The ego, and where its motion comes from; `None` where that is not known, as of imported answers.
+    pub ego: Option<&'a str>,
+    /// First and last time step of the window, where known.
+    pub window: Option<(i64, i64)>,
+}
+
+impl<'a> From<&'a Outcome> for StoredQuestion<'a> {
+    fn from(one: &'a Outcome) -> Self {
+        let imported = one.origin == nearmiss_store::Origin::Recorded;
+        Self {
+            task: one.task,
+            scenario: &one.scenario,
+            scenario_hash: one.scenario_hash.as_deref(),
+            ego: (!imported).then_some(one.ego.as_str()),
+            window: one.window,
+        }
+    }
+}
+
+impl StoredQuestion<'_> {
+    /// The scene that was asked about, changed as it was, if this file is its scenario.
+    #[must_use]
+    pub fn scene(&self, entry: &Entry, ego: &EgoSelection) -> Option<Arc<Scene>> {
+        let (_, transform) = Transform::of_name(self.scenario);
+        let taken = self
+            .ego
+            .and_then(obstacle_taken)
+            .map(EgoSelection::Obstacle);
+        let request = OpenRequest {
+            entry,
+            ego: taken.as_ref().unwrap_or(ego),
+            transform,
+            strict: false,
+        };
+        let scene = open(&request).ok()?.scene.ok()?;
+        let hash = scene.scenario.hash.to_string();
+        let same_file = self.scenario_hash.is_none_or(|asked| asked == hash);
+        let same_ego = self.ego.is_none_or(|asked| asked == scene.ego.to_string());
+        (same_file && same_ego).then_some(scene)
+    }
+
+    /// The built-in judge's answer to the question about its scene.
+    #[must_use]
+    pub fn judged(&self, scene: &Scene, thresholds: &Thresholds) -> Option<Verdict> {
+        let (first, last) = match (self.window, self.task) {
+            (Some(window), _) => window,
+            // What is true of these does not depend on the window.
+            (None, task) if task.is_about_all_steps() => (scene.last_step(), scene.last_step()),
+            (None, _) => return None,
+        };
+        let history = usize::try_from(last.saturating_sub(first).saturating_add(1)).unwrap_or(1);
+        let window = Window::ending_at(scene, last, history);
+        Some(judge_under(scene, self.task, &window, thresholds).verdict)
+    }
 }

@@ -61,7 +61,7 @@ fn claims_in_recorded_answers_are_found_and_mostly_hold() {
         answers += 1;
         let subject = Subject {
             scene,
-            times: TimeOrigin::of(&run.question.messages),
+            times: TimeOrigin::from_messages(&run.question.messages),
             window: run.question.window,
         };
         let all = checked(&run.answer, &subject);

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use super::chunk::{Chunk, Finish, LONGEST_ANSWER, Token, Usage};
+use super::chunk::{Chunk, Finish, MAX_ANSWER_BYTES, Token, Usage};
 use super::decoder::{ContentPart, Splitter};
 use super::error::{Error, ProviderAddress};
 use super::error_body::ErrorBody;
@@ -40,7 +40,7 @@ pub(super) struct ResponseAccumulator {
 }
 
 /// Most characters of the words that servers have for models and for the end of an answer.
-const LONGEST_WORD: usize = 300;
+const MAX_WORD_LENGTH: usize = 300;
 
 /// Most tokens whose log probabilities are kept; of more, the last ones: answers decide at the end.
 const MOST_TOKENS: usize = 20_000;
@@ -106,7 +106,7 @@ impl ResponseAccumulator {
     /// The model that the server says it uses; the first name holds.
     pub fn model(&mut self, name: Option<&str>) {
         if self.model.is_none() {
-            self.model = name.filter(|n| !n.is_empty()).map(word);
+            self.model = name.filter(|n| !n.is_empty()).map(shortened);
         }
     }
 
@@ -119,21 +119,21 @@ impl ResponseAccumulator {
     }
 
     /// A piece of the answer; reasoning in leading tags is split off.
-    pub fn say(&mut self, text: &str) {
+    pub fn push_text(&mut self, text: &str) {
         let parts = self.content.push(text);
         self.sort(parts);
     }
 
     /// Names the tool of a call, by its number in the turn.
     pub fn call(&mut self, number: u64, id: &str, name: &str) {
-        let (id, name) = (word(id), word(name));
-        self.turn.named(number, &id, &name);
+        let (id, name) = (shortened(id), shortened(name));
+        self.turn.name_call(number, &id, &name);
     }
 
     /// The number of the call that a server means by this number and id: another one than the call of that number if
     /// that has another id.
-    pub fn call_of(&self, number: u64, id: &str) -> u64 {
-        self.turn.number_of(number, &word(id))
+    pub fn call_number(&self, number: u64, id: &str) -> u64 {
+        self.turn.call_number(number, &shortened(id))
     }
 
     /// A fragment of the arguments of a call.
@@ -144,10 +144,10 @@ impl ResponseAccumulator {
     }
 
     /// All arguments of a call, in the place of fragments.
-    pub fn call_whole(&mut self, number: u64, arguments: &str) {
+    pub fn complete_call(&mut self, number: u64, arguments: &str) {
         let fitting = self.fitting(arguments);
         self.received += fitting.chars().count();
-        self.turn.whole(number, fitting);
+        self.turn.complete_call(number, fitting);
     }
 
     /// How many tools are called so far.
@@ -186,9 +186,9 @@ impl ResponseAccumulator {
     /// Why the model stopped.
     pub fn finish(&mut self, finish: Finish) {
         self.finish = Some(match finish {
-            Finish::Blocked(text) => Finish::Blocked(word(&text)),
-            Finish::Refusal(text) => Finish::Refusal(word(&text)),
-            Finish::Other(text) => Finish::Other(word(&text)),
+            Finish::Blocked(text) => Finish::Blocked(shortened(&text)),
+            Finish::Refusal(text) => Finish::Refusal(shortened(&text)),
+            Finish::Other(text) => Finish::Other(shortened(&text)),
             other => other,
         });
     }
@@ -330,7 +330,7 @@ impl ResponseAccumulator {
 
     /// As much of a text as still belongs to the answer.
     fn fitting<'a>(&mut self, text: &'a str) -> &'a str {
-        let fitting = &text[..text.floor_char_boundary(LONGEST_ANSWER - self.bytes)];
+        let fitting = &text[..text.floor_char_boundary(MAX_ANSWER_BYTES - self.bytes)];
         self.bytes += fitting.len();
         self.capped |= fitting.len() < text.len();
         fitting
@@ -346,12 +346,12 @@ impl ResponseAccumulator {
 }
 
 /// A word of the server's, no longer than words are.
-fn word(text: &str) -> String {
-    text.chars().take(LONGEST_WORD).collect()
+fn shortened(text: &str) -> String {
+    text.chars().take(MAX_WORD_LENGTH).collect()
 }
 
 /// Most calls of one turn that are read.
-pub const MOST_CALLS: usize = 64;
+pub const MAX_CALLS: usize = 64;
 
 /// Numbers of calls whose server gave them the number of another one.
 const REUSED_NUMBERS: u64 = 1 << 32;
@@ -370,7 +370,7 @@ impl TurnDraft {
         let place = self.calls.iter().position(|(known, _)| *known == number);
         let place = match place {
             Some(place) => place,
-            None if self.calls.len() == MOST_CALLS => return None,
+            None if self.calls.len() == MAX_CALLS => return None,
             None => {
                 let call = ToolCall {
                     id: String::new(),
@@ -386,7 +386,7 @@ impl TurnDraft {
 
     /// Under which number the call is that a server names by a number and an id: calls with the same number but another id
     /// are another one, and fragments without an id belong to the newest of them.
-    pub fn number_of(&self, number: u64, id: &str) -> u64 {
+    pub fn call_number(&self, number: u64, id: &str) -> u64 {
         let same = |known: u64| {
             known == number || known >= REUSED_NUMBERS && known % REUSED_NUMBERS == number
         };
@@ -400,7 +400,7 @@ impl TurnDraft {
     }
 
     /// Names a call. Servers say a name once or, some, with every fragment.
-    pub fn named(&mut self, number: u64, id: &str, name: &str) {
+    pub fn name_call(&mut self, number: u64, id: &str, name: &str) {
         if let Some(call) = self.call(number) {
             if !id.is_empty() {
                 id.clone_into(&mut call.id);
@@ -419,7 +419,7 @@ impl TurnDraft {
     }
 
     /// The whole arguments of a call, whatever fragments said.
-    pub fn whole(&mut self, number: u64, arguments: &str) {
+    pub fn complete_call(&mut self, number: u64, arguments: &str) {
         if let Some(call) = self.call(number) {
             arguments.clone_into(&mut call.arguments);
         }

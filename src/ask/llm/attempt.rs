@@ -17,7 +17,7 @@ use super::error::{Error, TimeoutKind};
 use super::error_body::ErrorBody;
 
 /// Most of a failed answer's body that is read, in bytes.
-const LONGEST_PROBLEM: usize = 64 << 10;
+const MAX_PROBLEM_BYTES: usize = 64 << 10;
 
 /// How long it is read at most.
 const PROBLEM_PATIENCE: Duration = Duration::from_secs(10);
@@ -146,7 +146,7 @@ impl Error {
         let here = response.url().clone();
         // Whatever part of the explanation arrives will do.
         let patience = patience.at_most(PROBLEM_PATIENCE);
-        let body = read_to_end(response, patience, LONGEST_PROBLEM)
+        let body = read_to_end(response, patience, MAX_PROBLEM_BYTES)
             .await
             .unwrap_or_else(|(part, _)| part);
         let body = ErrorBody::in_body(&endpoint.secrets().redact_cut(&body));

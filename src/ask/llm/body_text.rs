@@ -135,11 +135,11 @@ pub(super) async fn read_to_end(
     patience: Deadlines,
     longest: usize,
 ) -> Result<String, (String, BodyError)> {
-    joined_whole(response_texts(response, patience), longest).await
+    join_to_end(response_texts(response, patience), longest).await
 }
 
 /// The same of texts.
-pub(super) async fn joined_whole(
+pub(super) async fn join_to_end(
     pieces: impl Stream<Item = Result<String, BodyError>> + Send,
     longest: usize,
 ) -> Result<String, (String, BodyError)> {

@@ -46,13 +46,13 @@ pub enum Chunk {
 }
 
 /// Most of an answer that is read, reasoning and text together, in bytes.
-pub const LONGEST_ANSWER: usize = 4 << 20;
+pub const MAX_ANSWER_BYTES: usize = 4 << 20;
 
 /// More tokens than any question or answer can have.
 const MOST_TOKENS: u64 = 1_000_000_000;
 
 /// More US dollars than any answer can cost.
-const MOST_USD: f64 = 10_000.0;
+const MAX_USD: f64 = 10_000.0;
 
 /// Token counts and cost of one answer, counted alike for all providers. `None` means not reported, never zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -88,7 +88,7 @@ impl Usage {
                 dropped.push(name);
             }
         }
-        let possible = |cost: &Cost| (0.0..=MOST_USD).contains(&cost.usd);
+        let possible = |cost: &Cost| (0.0..=MAX_USD).contains(&cost.usd);
         if self.cost.take_if(|cost| !possible(cost)).is_some() {
             dropped.push("cost");
         }
@@ -130,7 +130,7 @@ pub enum Finish {
     ToolCalls,
     /// It ran into the token limit: the text is cut off.
     Length,
-    /// This program stopped reading, because the answer was larger than [`LONGEST_ANSWER`] bytes, or took more than
+    /// This program stopped reading, because the answer was larger than [`MAX_ANSWER_BYTES`] bytes, or took more than
     /// is read of any answer: the text is cut off.
     TooLong,
     /// The server's filter stopped the answer.
@@ -147,7 +147,7 @@ pub enum Finish {
 pub(super) const ALTERNATIVES: u32 = 5;
 
 /// Most alternatives of a token that are kept, and most bytes of each.
-const MOST_ALTERNATIVES: usize = 20;
+const MAX_ALTERNATIVES: usize = 20;
 const MAX_ALTERNATIVE_BYTES: usize = 200;
 
 /// A token of an answer, with what the model might have written in its place. It is the server's text, from which
@@ -173,7 +173,7 @@ impl Token {
         Some(Self {
             text: chosen.0?.to_owned(),
             log_probability: chosen.1.filter(valid)?,
-            alternatives: kept.take(MOST_ALTERNATIVES).collect(),
+            alternatives: kept.take(MAX_ALTERNATIVES).collect(),
         })
     }
 }

@@ -8,7 +8,7 @@ use super::dialect::{AnswerReader, Dialect};
 use super::error::{Error, ProviderAddress};
 use super::error_body::ErrorBody;
 use super::events::HalfCharacter;
-use super::json::{MOST_VALUES, is_bounded};
+use super::json::{MAX_VALUES, is_bounded};
 
 /// Turns the events of one answer into chunks.
 #[derive(Debug)]
@@ -145,12 +145,12 @@ impl Decoder {
     }
 
     fn bounded(&self, document: &str) -> Result<(), Error> {
-        if is_bounded(document.as_bytes(), MOST_VALUES) {
+        if is_bounded(document.as_bytes(), MAX_VALUES) {
             Ok(())
         } else {
             Err(self
                 .answer
-                .malformed(format!("a document of more than {MOST_VALUES} values")))
+                .malformed(format!("a document of more than {MAX_VALUES} values")))
         }
     }
 }
@@ -174,7 +174,7 @@ pub const THINKING_TAGS: [(&str, &str); 11] = [
 const FINAL_CHANNEL: &str = "<|channel|>final<|message|>";
 
 /// White space before a tag, in bytes; who sends more is not about to think.
-const MOST_SPACE: usize = 1024;
+const MAX_SPACE: usize = 1024;
 
 /// Kind of a piece of content.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -224,8 +224,7 @@ impl Splitter {
                     if let Some((rest, close)) = opened {
                         self.place = Place::Inside(close);
                         self.held = rest.to_owned();
-                    } else if tags.any(|(open, _)| begins(open, trimmed))
-                        && text.len() <= MOST_SPACE
+                    } else if tags.any(|(open, _)| begins(open, trimmed)) && text.len() <= MAX_SPACE
                     {
                         self.held = text;
                         return parts;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use super::attempt::RetryHint;
-use super::error_body::{LONGEST_QUOTE, tidy};
+use super::error_body::{MAX_QUOTE_LENGTH, tidy};
 use super::redaction::Secrets;
 
 /// Place of an error: the provider and the address without its secrets.
@@ -310,8 +310,8 @@ fn limited_text(
 impl Error {
     /// The last step before an error leaves this module: secrets are taken out of everything the server said, since
     /// servers quote what they were sent, and control characters with them.
-    pub(super) fn cleared_of(mut self, secrets: &Secrets) -> Self {
-        let clear = |text: &mut String| *text = tidy(&secrets.redact_cut(text), LONGEST_QUOTE);
+    pub(super) fn redacted(mut self, secrets: &Secrets) -> Self {
+        let clear = |text: &mut String| *text = tidy(&secrets.redact_cut(text), MAX_QUOTE_LENGTH);
         match &mut self {
             Self::Setup { why, .. } | Self::Budget { why, .. } => {
                 *why = tidy(&secrets.redact_cut(why), 1000);
@@ -362,7 +362,7 @@ mod tests {
             key: Some("sk-abcdef".into()),
             ..Endpoint::new("openai", "https://api.openai.com/v1")
         };
-        let text = error.cleared_of(&endpoint.secrets()).to_string();
+        let text = error.redacted(&endpoint.secrets()).to_string();
         assert_eq!(
             text,
             "openai (https://api.openai.com/v1/chat/completions) rejected the key from OPENAI_API_KEY (401: Incorrect API key provided: [31m [key]); check the key and its permissions"

@@ -147,7 +147,7 @@ fn plain_body(body: &str) -> String {
 }
 
 /// How much of a server's words an error quotes, characters: what to do stands behind them, and must be seen.
-pub(super) const LONGEST_QUOTE: usize = 400;
+pub(super) const MAX_QUOTE_LENGTH: usize = 400;
 
 /// One line of at most `longest` characters: control characters and runs of white space become one space.
 pub(super) fn tidy(text: &str, longest: usize) -> String {

@@ -55,9 +55,9 @@ impl Parser {
                 at += 1;
                 continue;
             }
-            let feed = feed.of('\n', text, at);
+            let feed = feed.position('\n', text, at);
             let end = match self.framing {
-                Framing::Events => feed.min(carriage.of('\r', text, at)),
+                Framing::Events => feed.min(carriage.position('\r', text, at)),
                 Framing::Lines => feed,
             };
             let piece = &text[at..end];
@@ -144,7 +144,7 @@ struct Next(Option<usize>);
 
 impl Next {
     /// The next place from `at` on, or the text's end.
-    fn of(&mut self, wanted: char, text: &str, at: usize) -> usize {
+    fn position(&mut self, wanted: char, text: &str, at: usize) -> usize {
         match self.0 {
             Some(place) if place >= at => place,
             _ => {
@@ -256,9 +256,7 @@ pub fn decode<'a>(
     while !decoder.is_done() {
         // All pieces are present, so this never waits.
         match step(&mut frames, &mut decoder).now_or_never() {
-            Some(some) => {
-                items.extend(some.into_iter().map(|i| i.map_err(|e| e.cleared_of(&none))))
-            }
+            Some(some) => items.extend(some.into_iter().map(|i| i.map_err(|e| e.redacted(&none)))),
             None => break,
         }
     }

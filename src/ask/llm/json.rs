@@ -1,7 +1,7 @@
 //! Checks untrusted JSON before parsing: a few bytes can expand to a value many times their size.
 
 /// Most values in the document of one answer.
-pub(super) const MOST_VALUES: usize = 1_000_000;
+pub(super) const MAX_VALUES: usize = 1_000_000;
 
 /// Whether a document has at most `most` values; each follows a comma or the start of a list or object.
 pub(super) fn is_bounded(document: &[u8], most: usize) -> bool {

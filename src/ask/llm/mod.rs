@@ -50,10 +50,10 @@ mod request;
 mod sending;
 mod streaming;
 
-pub use accumulator::MOST_CALLS;
+pub use accumulator::MAX_CALLS;
 pub use api_keys::{Environment, KeyCommand, ResolvedKey, without_secrets};
 pub use attempt::{ProviderOutage, RetryHint};
-pub use chunk::{Chunk, Cost, CostSource, Finish, LONGEST_ANSWER, Token, Usage};
+pub use chunk::{Chunk, Cost, CostSource, Finish, MAX_ANSWER_BYTES, Token, Usage};
 pub use client::Client;
 pub use decoder::THINKING_TAGS;
 pub use dialect::{Auth, Dialect, body, gives_log_probabilities, notes, sends_form};

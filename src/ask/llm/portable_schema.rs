@@ -36,10 +36,10 @@ const BOUND_KEYWORDS: [(&str, &str); 9] = [
 const MAX_TEXT_LENGTH: u64 = 2000;
 
 /// The same of a text in a list.
-const LONGEST_LISTED: u64 = 400;
+const MAX_LISTED_LENGTH: u64 = 400;
 
 /// Elements of a list, likewise.
-const MOST_ELEMENTS: u64 = 16;
+const MAX_ELEMENTS: u64 = 16;
 
 /// The schema in the subset that every API with structured output accepts: all properties required, no others allowed,
 /// and bounds moved to descriptions. The reader of an answer must validate it against the full schema.
@@ -65,7 +65,7 @@ fn reduced(schema: &Value, longest: Option<u64>) -> Value {
                 let parts = parts.iter().map(|(k, v)| (k.clone(), portable(v)));
                 Value::Object(parts.collect())
             }
-            ("items", part) => reduced(part, longest.map(|_| LONGEST_LISTED)),
+            ("items", part) => reduced(part, longest.map(|_| MAX_LISTED_LENGTH)),
             ("anyOf" | "oneOf" | "prefixItems", Value::Array(parts)) => {
                 parts.iter().map(portable).collect()
             }
@@ -128,7 +128,7 @@ fn bound(schema: &mut Map<String, Value>, longest: u64) {
     let is_free = !schema.contains_key("enum") && !schema.contains_key("const");
     let (key, most) = match schema.get("type").and_then(Value::as_str) {
         Some("string") if is_free => ("maxLength", longest),
-        Some("array") => ("maxItems", ids.unwrap_or(MOST_ELEMENTS).min(MOST_ELEMENTS)),
+        Some("array") => ("maxItems", ids.unwrap_or(MAX_ELEMENTS).min(MAX_ELEMENTS)),
         _ => return,
     };
     schema.entry(key).or_insert_with(|| json!(most));

@@ -235,7 +235,7 @@ impl Pricing {
 
     /// What [`Pricing::at_most`] counts beyond the listed prices, in words; `None` where it counts nothing more.
     #[must_use]
-    pub fn bound_words(&self) -> Option<String> {
+    pub fn bound_note(&self) -> Option<String> {
         let price = &self.price;
         let written = price
             .cache_write
@@ -304,7 +304,7 @@ impl Pricing {
 
     /// The same in words; `None` for all others.
     #[must_use]
-    pub fn free_words(&self) -> Option<String> {
+    pub fn free_note(&self) -> Option<String> {
         self.is_free().then(|| format!("free: {LOCAL_SERVER}"))
     }
 }
@@ -490,12 +490,12 @@ pub mod tests {
     fn the_words_name_what_is_counted_beyond_the_list() {
         let mut priced = pricing();
         assert_eq!(
-            priced.bound_words().unwrap(),
+            priced.bound_note().unwrap(),
             "the question at the cache-write rate, $2.5 per 1M (×1.25 of input), peak hours (×2)"
         );
         priced.peak = None;
         priced.price.cache_write = Some(2.0);
-        assert_eq!(priced.bound_words(), None, "no dearer than the list");
+        assert_eq!(priced.bound_note(), None, "no dearer than the list");
     }
 
     #[test]
@@ -509,7 +509,7 @@ pub mod tests {
         assert_eq!(pricing.at_most(1000, 1000), Some(0.0));
         assert!(prices.are_free() && !Prices::default().are_free());
         assert_eq!(
-            pricing.free_words().unwrap(),
+            pricing.free_note().unwrap(),
             "free: a server on this machine"
         );
     }

@@ -19,7 +19,7 @@ use super::price::Price;
 use super::provider::{PriceLine, RegistryError, date};
 use super::redaction::is_loopback;
 use super::registry::Registry;
-use crate::llm::json::{MOST_VALUES, is_bounded};
+use crate::llm::json::{MAX_VALUES, is_bounded};
 
 /// The file's name, beside `config.toml`.
 pub(super) const FILE: &str = "prices.toml";
@@ -267,8 +267,8 @@ type Providers = BTreeMap<&'static str, BTreeMap<String, Steps>>;
 /// # Errors
 /// Why it is no table, in words.
 fn read(text: &str) -> Result<(&'static str, Providers, usize), String> {
-    if !is_bounded(text.as_bytes(), MOST_VALUES) {
-        return Err(format!("more than {MOST_VALUES} values"));
+    if !is_bounded(text.as_bytes(), MAX_VALUES) {
+        return Err(format!("more than {MAX_VALUES} values"));
     }
     let value: Value = serde_json::from_str(text).map_err(|error| format!("not JSON: {error}"))?;
     let table = value.as_object();

@@ -148,7 +148,7 @@ pub(super) async fn list(
     let response = match timeouts.wait(request.send()).await {
         Ok(Ok(response)) if response.status().is_success() => response,
         Ok(Ok(response)) => return Err(Error::answered(response, endpoint, "", timeouts).await),
-        Ok(Err(error)) => return Err(Error::unanswered(&error, endpoint).cleared_of(&secrets)),
+        Ok(Err(error)) => return Err(Error::unanswered(&error, endpoint).redacted(&secrets)),
         Err(elapsed) => return Err(Error::silence(elapsed, endpoint)),
     };
     let body = read_to_end(response, timeouts, MAX_LIST_BYTES).await;

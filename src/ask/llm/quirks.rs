@@ -271,7 +271,7 @@ impl Effort {
     /// All names, for people: `off, minimal, … or max`.
     #[must_use]
     pub fn names() -> String {
-        EffortLevels::of(&Self::ALL).names()
+        EffortLevels::new(&Self::ALL).names()
     }
 }
 
@@ -282,7 +282,7 @@ pub struct EffortLevels(u8);
 impl EffortLevels {
     /// These.
     #[must_use]
-    pub const fn of(efforts: &[Effort]) -> Self {
+    pub const fn new(efforts: &[Effort]) -> Self {
         let (mut bits, mut i) = (0, 0);
         while i < efforts.len() {
             bits |= 1 << efforts[i] as u8;
@@ -312,7 +312,7 @@ impl EffortLevels {
 
 impl<'de> Deserialize<'de> for EffortLevels {
     fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
-        Vec::<Effort>::deserialize(source).map(|efforts| Self::of(&efforts))
+        Vec::<Effort>::deserialize(source).map(|efforts| Self::new(&efforts))
     }
 }
 
@@ -327,13 +327,13 @@ fn levels(endpoint: &Endpoint) -> Option<EffortLevels> {
         return None;
     }
     let usual = match (style, endpoint.dialect) {
-        (Efforts::Budget, _) => EffortLevels::of(&[Off, Low, Medium, High]),
-        (Efforts::DeepSeek, _) => EffortLevels::of(&[Off, Low, High, Max]),
-        (Efforts::OpenRouter, _) => EffortLevels::of(&[Off, Minimal, Low, Medium, High, XHigh]),
-        (_, Dialect::Anthropic) => EffortLevels::of(&[Off, Low, Medium, High, XHigh, Max]),
-        (_, Dialect::Gemini) => EffortLevels::of(&[Off, Minimal, Low, Medium, High]),
-        (_, Dialect::Ollama) => EffortLevels::of(&[Off, Low, Medium, High, Max]),
-        (_, Dialect::OpenAiChat | Dialect::OpenAiResponses) => EffortLevels::of(&Effort::ALL),
+        (Efforts::Budget, _) => EffortLevels::new(&[Off, Low, Medium, High]),
+        (Efforts::DeepSeek, _) => EffortLevels::new(&[Off, Low, High, Max]),
+        (Efforts::OpenRouter, _) => EffortLevels::new(&[Off, Minimal, Low, Medium, High, XHigh]),
+        (_, Dialect::Anthropic) => EffortLevels::new(&[Off, Low, Medium, High, XHigh, Max]),
+        (_, Dialect::Gemini) => EffortLevels::new(&[Off, Minimal, Low, Medium, High]),
+        (_, Dialect::Ollama) => EffortLevels::new(&[Off, Low, Medium, High, Max]),
+        (_, Dialect::OpenAiChat | Dialect::OpenAiResponses) => EffortLevels::new(&Effort::ALL),
     };
     Some(endpoint.quirks.effort_levels.unwrap_or(usual))
 }
@@ -375,7 +375,7 @@ mod tests {
             Effort::names(),
             "off, minimal, low, medium, high, xhigh or max"
         );
-        assert_eq!(EffortLevels::of(&[Max, Low]).names(), "low or max");
-        assert_eq!(EffortLevels::of(&[Low]).names(), "low");
+        assert_eq!(EffortLevels::new(&[Max, Low]).names(), "low or max");
+        assert_eq!(EffortLevels::new(&[Low]).names(), "low");
     }
 }

@@ -449,7 +449,7 @@ fn what_is_read_from_and_written_to_the_cache_has_its_own_price() {
         cost(usage(800, 0)),
         (200.0 * 4.0_f64 + 800.0 * 0.2 + 100.0 * 20.0).round()
     );
-    let words = pricing.bound_words().unwrap();
+    let words = pricing.bound_note().unwrap();
     assert!(words.contains("×1.25 of input"), "{words}");
 }
 

@@ -60,7 +60,7 @@ impl Message {
 
     /// The message for people: its text, and a line for each image.
     #[must_use]
-    pub fn in_words(&self) -> String {
+    pub fn to_text(&self) -> String {
         let image = |image: &Image| format!("\n\n[picture: {image:?}]");
         let images: String = self.images.iter().map(image).collect();
         self.content.clone() + &images
@@ -141,7 +141,7 @@ impl Request {
             .map_or(0, |s| s.schema.to_string().len());
         let tools = self.tools.as_ref().map_or(0, |tools| tools.bytes(answer));
         let words = u32::try_from((messages + schema + tools) / 2).unwrap_or(u32::MAX);
-        let images = self.images().map(|i| counted.of(i.width, i.height));
+        let images = self.images().map(|i| counted.count(i.width, i.height));
         images.fold(words, u32::saturating_add)
     }
 
@@ -266,12 +266,12 @@ impl Default for ImageTokens {
 }
 
 /// Patches of an image that are counted at most, by [`ImageTokens::Patches`].
-const MOST_PATCHES: u32 = 1536;
+const MAX_PATCHES: u32 = 1536;
 
 impl ImageTokens {
     /// Tokens of an image of so many pixels.
     #[must_use]
-    pub fn of(self, width: u32, height: u32) -> u32 {
+    pub fn count(self, width: u32, height: u32) -> u32 {
         let (width, height) = (width.max(1), height.max(1));
         match self {
             Self::Tiles([base, tile]) => {
@@ -284,7 +284,7 @@ impl ImageTokens {
             }
             Self::Patches(hundredths) => {
                 let patches = width.div_ceil(32) * height.div_ceil(32);
-                (patches.min(MOST_PATCHES) * hundredths).div_ceil(100)
+                (patches.min(MAX_PATCHES) * hundredths).div_ceil(100)
             }
             Self::Squares(side) => width.div_ceil(side.max(1)) * height.div_ceil(side.max(1)),
             Self::Crops(each) => {
@@ -475,15 +475,15 @@ mod tests {
     #[test]
     fn tokens_as_the_documentation_counts_them() {
         // OpenAI's own examples: 1024 × 1024 and 2048 × 4096 in high detail.
-        assert_eq!(ImageTokens::Tiles([85, 170]).of(1024, 1024), 765);
-        assert_eq!(ImageTokens::Tiles([85, 170]).of(2048, 4096), 1105);
-        assert_eq!(ImageTokens::Patches(100).of(1024, 1024), 1024);
-        assert_eq!(ImageTokens::Patches(162).of(32, 33), 4);
-        assert_eq!(ImageTokens::Squares(28).of(1152, 768), 42 * 28);
-        assert_eq!(ImageTokens::Crops(258).of(384, 384), 258);
+        assert_eq!(ImageTokens::Tiles([85, 170]).count(1024, 1024), 765);
+        assert_eq!(ImageTokens::Tiles([85, 170]).count(2048, 4096), 1105);
+        assert_eq!(ImageTokens::Patches(100).count(1024, 1024), 1024);
+        assert_eq!(ImageTokens::Patches(162).count(32, 33), 4);
+        assert_eq!(ImageTokens::Squares(28).count(1152, 768), 42 * 28);
+        assert_eq!(ImageTokens::Crops(258).count(384, 384), 258);
         // Google's example: 960 × 540 has crops of 360 pixels, three by two.
-        assert_eq!(ImageTokens::Crops(258).of(960, 540), 6 * 258);
-        assert_eq!(ImageTokens::Each(1120).of(10, 10), 1120);
+        assert_eq!(ImageTokens::Crops(258).count(960, 540), 6 * 258);
+        assert_eq!(ImageTokens::Each(1120).count(10, 10), 1120);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use reqwest::Response;
 use tokio::sync::OwnedSemaphorePermit;
 use tokio::task::yield_now;
 
-use super::body_text::{Deadlines, beginning, joined_whole, response_texts};
+use super::body_text::{Deadlines, beginning, join_to_end, response_texts};
 use super::chunk::{Chunk, Cost, CostSource, Finish, Usage};
 use super::client::{Client, Dispensable};
 use super::decoder::Decoder;
@@ -133,7 +133,7 @@ impl StreamingRequest {
                 }
                 None => match last {
                     Ok(chunk) => chunk,
-                    Err(error) => return Some(Err(error.cleared_of(&self.secrets))),
+                    Err(error) => return Some(Err(error.redacted(&self.secrets))),
                 },
             },
         };
@@ -364,7 +364,7 @@ impl StreamingRequest {
         let pieces = stream::iter([begun]).chain(pieces);
         // Where a line is an object, one object alone is a line too.
         if matches!(first, Some('{' | '[')) && framing == Framing::Events {
-            let items = match joined_whole(pieces, LONGEST_DOCUMENT).await {
+            let items = match join_to_end(pieces, LONGEST_DOCUMENT).await {
                 Ok(body) => match decoder.document(&body) {
                     Ok(chunks) => chunks.into_iter().map(Ok).collect(),
                     Err(error) => decoder.failed(error),

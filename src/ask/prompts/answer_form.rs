@@ -57,7 +57,7 @@ fn form(schema: &Value, depth: usize) -> String {
     match types(schema) {
         Some(types) if !types.is_empty() => {
             let words = types.iter().filter(|t| **t != "null");
-            let words: Vec<String> = words.map(|t| word(t, schema)).collect();
+            let words: Vec<String> = words.map(|t| type_label(t, schema)).collect();
             if words.is_empty() {
                 "null".into()
             } else {
@@ -83,7 +83,7 @@ fn types(schema: &Value) -> Option<Vec<&str>> {
     }
 }
 
-fn word(name: &str, schema: &Value) -> String {
+fn type_label(name: &str, schema: &Value) -> String {
     let noun = match name {
         "boolean" => return "true or false".into(),
         "string" => return "text".into(),
@@ -107,7 +107,7 @@ fn keys(schema: &Value, path: &str, lines: &mut Vec<String>) {
             } else {
                 format!("{path}.{key}")
             };
-            say(&format!("`{below}`"), value, lines);
+            add_description(&format!("`{below}`"), value, lines);
             keys(value, &below, lines);
         }
     }
@@ -116,13 +116,13 @@ fn keys(schema: &Value, path: &str, lines: &mut Vec<String>) {
     }
     for one in alternatives(schema).into_iter().flatten() {
         if let Some(constant) = one.get("const") {
-            say(&format!("`{path}` {constant}"), one, lines);
+            add_description(&format!("`{path}` {constant}"), one, lines);
         }
         keys(one, path, lines);
     }
 }
 
-fn say(what: &str, schema: &Value, lines: &mut Vec<String>) {
+fn add_description(what: &str, schema: &Value, lines: &mut Vec<String>) {
     if let Some(words) = schema.get("description").and_then(Value::as_str) {
         let line = format!(
             "- {what}: {}",

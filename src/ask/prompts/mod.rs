@@ -14,6 +14,6 @@ pub use render::{Prompt, RenderError, estimate_tokens, render};
 pub use shipped::{Pack, Shipped};
 pub use techniques::Techniques;
 pub use template::{
-    AxesOfEgo, Defaults, FrontMatter, MOST_DECIMALS, Template, TemplateError, Wording, hash,
+    AxesOfEgo, Defaults, FrontMatter, MAX_DECIMALS, Template, TemplateError, Wording, hash,
     renamed, template_file,
 };

@@ -34,7 +34,7 @@ pub struct RenderError {
 
 /// Whether a text can be understood as a template; its lines are those of the error.
 pub(super) fn syntax(text: &str) -> Result<(), TemplateError> {
-    let compiled = guard::apart(|| {
+    let compiled = guard::on_own_stack(|| {
         let source = guard::guarded("", text)?;
         Environment::new().template_from_str(&source)?;
         Ok(())
@@ -70,7 +70,7 @@ pub fn render(
     values: impl Serialize,
 ) -> Result<Prompt, RenderError> {
     let values = Value::from(Serde(values));
-    guard::apart(|| fill(file, source, fragments, values))
+    guard::on_own_stack(|| fill(file, source, fragments, values))
         .map_err(|error| no_thread(file, &error))?
 }
 
@@ -195,10 +195,10 @@ pub fn estimate_tokens(text: &str) -> usize {
     let mut rest = text.chars().peekable();
     let mut tokens = 0;
     while let Some(c) = rest.next() {
-        let kind = Kind::of(c);
+        let kind = Kind::from_char(c);
         let mut length = 1;
         let mut lines = c == '\n';
-        while let Some(next) = rest.next_if(|next| Kind::of(*next) == kind) {
+        while let Some(next) = rest.next_if(|next| Kind::from_char(*next) == kind) {
             length += 1;
             lines |= next == '\n';
         }
@@ -209,7 +209,7 @@ pub fn estimate_tokens(text: &str) -> usize {
             Kind::Blank => {
                 let joins = rest
                     .peek()
-                    .is_some_and(|next| Kind::of(*next) != Kind::Digits);
+                    .is_some_and(|next| Kind::from_char(*next) != Kind::Digits);
                 usize::from(lines || length > 1 || !joins)
             }
         };
@@ -226,7 +226,7 @@ enum Kind {
 }
 
 impl Kind {
-    fn of(c: char) -> Self {
+    fn from_char(c: char) -> Self {
         if c.is_alphabetic() {
             Self::Letters
         } else if c.is_numeric() {

@@ -130,12 +130,12 @@ impl Template {
     /// The text after the front matter.
     #[must_use]
     pub fn body(&self) -> &str {
-        Self::body_of(&self.source)
+        Self::strip_front_matter(&self.source)
     }
 
     /// The text after the front matter, of a text that may have none.
     #[must_use]
-    pub fn body_of(text: &str) -> &str {
+    pub fn strip_front_matter(text: &str) -> &str {
         split(text).map_or(text, |(_, body)| body)
     }
 
@@ -234,7 +234,7 @@ pub enum AxesOfEgo {
 }
 
 /// More decimals than any recording has.
-pub const MOST_DECIMALS: usize = 9;
+pub const MAX_DECIMALS: usize = 9;
 
 fn radius<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
     let metres = f64::deserialize(from)?;
@@ -249,10 +249,10 @@ fn radius<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
 fn precision<'de, D: Deserializer<'de>>(from: D) -> Result<Option<usize>, D::Error> {
     let decimals = i64::deserialize(from)?;
     let decimals = usize::try_from(decimals).ok();
-    match decimals.filter(|d| *d <= MOST_DECIMALS) {
+    match decimals.filter(|d| *d <= MAX_DECIMALS) {
         Some(decimals) => Ok(Some(decimals)),
         None => Err(D::Error::custom(format!(
-            "precision must be 0 to {MOST_DECIMALS} decimals"
+            "precision must be 0 to {MAX_DECIMALS} decimals"
         ))),
     }
 }
@@ -403,8 +403,8 @@ mod tests {
         assert_eq!(template.with_body(template.body()), GOOD);
         let other = template.with_body("  other {{ y }}");
         assert_eq!(other, GOOD.replace("body {{ x }}", "other {{ y }}"));
-        assert_eq!(Template::body_of(&other), "\nother {{ y }}\n");
-        assert_eq!(Template::body_of("plain"), "plain");
+        assert_eq!(Template::strip_front_matter(&other), "\nother {{ y }}\n");
+        assert_eq!(Template::strip_front_matter("plain"), "plain");
     }
 
     #[test]

@@ -63,7 +63,7 @@ pub fn run(question: &Question, judge: &Judge, bound: Option<&Bound>, as_json: b
     }
     let mut rows = vec![
         ("model", judge.id().to_string()),
-        ("how", question.how(judge.calls_tools())),
+        ("how", question.label(judge.calls_tools())),
         ("template", template.unwrap_or_default()),
         ("tokens", format!("about {}", size.tokens)),
         ("price", words),

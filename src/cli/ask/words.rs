@@ -2,7 +2,7 @@
 
 use super::line;
 use nearmiss_scene::verdict::{Motion, ObstacleRisk, ParsedAnswer};
-use nearmiss_study::evaluation::{MissingVerdict, motion_words};
+use nearmiss_study::evaluation::{MissingVerdict, motion_lines};
 
 /// Why there is no verdict. An address that cannot be reached was tried, other than what is refused beforehand.
 pub(super) fn missing(missing: &MissingVerdict) -> String {
@@ -43,7 +43,7 @@ pub(super) fn said(said: &ParsedAnswer, model: &str) -> Vec<String> {
                 Motion::Manoeuvre(_) => "manoeuvre",
                 Motion::Waypoints(_) => "waypoint",
             };
-            let parts = motion_words(&new.motion);
+            let parts = motion_lines(&new.motion);
             let motion = parts.iter().map(|words| line(name, words));
             std::iter::once(first).chain(motion).collect()
         }

@@ -15,7 +15,7 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::TextFile;
 use nearmiss_store::{BatchId, Store};
 use nearmiss_study::evaluation::validate;
-use nearmiss_workflow::{PackRequest, request_of};
+use nearmiss_workflow::{PackRequest, batch_request};
 
 /// Options of `--format bundle`.
 #[derive(Debug, clap::Args)]
@@ -108,7 +108,7 @@ fn batch(
     let experiment = knobs::complete(layers, library)?;
     let entries = found(&experiment.scenarios)?;
     let wrong = |why: String| Failure::input(format!("{}: {why}", file.display()));
-    let mut request = request_of(&experiment, entries, None, library).map_err(wrong)?;
+    let mut request = batch_request(&experiment, entries, None, library).map_err(wrong)?;
     let budget = experiment.budget;
     let stored = request.stored(store, library, thresholds);
     if let Some(id) = stored.map_err(Failure::input)? {

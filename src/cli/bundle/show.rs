@@ -35,7 +35,7 @@ fn words(manifest: &Manifest) -> String {
         "packed {}, format {}\n{}\n{}, {}, {}, {} ({included} included)\n\n",
         time::local(manifest.created_ms),
         manifest.nearmiss_bundle,
-        manifest.provenance.words(),
+        manifest.provenance.summary(),
         counted(manifest.questions as usize, "question"),
         counted(manifest.runs as usize, "run"),
         counted(manifest.ratings as usize, "rating"),

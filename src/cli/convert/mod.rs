@@ -248,7 +248,7 @@ fn commonroad(
             .said
             .push(format!("{name}: the ego is left out: {error}")),
     }
-    if VariantOrigin::of(entry).is_some() {
+    if VariantOrigin::read(entry).is_some() {
         done.said.push(format!(
             "{name}: its manifest and the drives of good drivers are of the original file, and not copied"
         ));

@@ -16,8 +16,8 @@ use nearmiss_workflow::batch::{
     BatchPlan, BatchRequest, BatchRun, DryRun, Relabelling, ResumeRequest, Selection,
 };
 use nearmiss_workflow::{
-    WriteExperimentError, configured_experiment, experiment_of, find_scenarios, prepare_experiment,
-    selected, write_experiment,
+    WriteExperimentError, configured_experiment, experiment_from_request, find_scenarios,
+    prepare_experiment, selected, write_experiment,
 };
 
 use super::context::BatchContext;
@@ -100,7 +100,7 @@ fn begin(arguments: &Run, mut context: BatchContext) -> Outcome {
 
 /// Writes a batch that is to be begun as an experiment file.
 fn write(file: &Path, request: BatchRequest, context: &BatchContext) -> Outcome {
-    let experiment = experiment_of(request, &context.library, &context.thresholds);
+    let experiment = experiment_from_request(request, &context.library, &context.thresholds);
     let experiment = experiment.map_err(Failure::input)?;
     write_experiment(&experiment, file, false).map_err(|error| match error {
         WriteExperimentError::Save(error) => refused(&error),
@@ -188,7 +188,7 @@ fn say_truth(relabelling: &Relabelling, source: &TruthSource, dry_run: bool) {
         unlabelled,
     } = relabelling;
     if source != before {
-        let (before, now) = (before.words(), source.words());
+        let (before, now) = (before.summary(), source.summary());
         let would = if dry_run {
             "would be"
         } else {

@@ -69,7 +69,7 @@ pub fn list(as_json: bool) -> Outcome {
             text.push_str(&format!(
                 "      {} · truth: {}{}\n",
                 scenarios(progress.scenarios, &spec.experiment.scenarios),
-                spec.truth().words(),
+                spec.truth().summary(),
                 spec.ego.planner().map_or(String::new(), |drives| format!(
                     " · egos {}",
                     drives.words()
@@ -189,7 +189,7 @@ impl Asks {
                 .iter()
                 .map(|path| path.display().to_string())
                 .collect(),
-            truth: spec.truth_words(),
+            truth: spec.truth_summary(),
             planner: spec.ego.planner().map(planner),
         }
     }

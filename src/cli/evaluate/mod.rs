@@ -221,7 +221,7 @@ fn candidates(arguments: &Run, task: Task) -> Result<Vec<Candidate>, Failure> {
         } else {
             &[judge::MODEL]
         };
-        let more = Candidate::named(name, &arguments.horizon).filter(|_| known.contains(&name));
+        let more = Candidate::by_name(name, &arguments.horizon).filter(|_| known.contains(&name));
         let Some(more) = more else {
             return Err(Failure::input(format!(
                 "--model {name}: the {} task takes {}",

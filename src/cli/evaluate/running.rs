@@ -15,7 +15,7 @@ use crate::{Failure, Outcome, output};
 use nearmiss_store::{BatchId, Item, ItemState, SplitPart};
 use nearmiss_study::evaluation::batch::{TestSplit, answers};
 use nearmiss_workflow::batch::{BatchRun, DryRun, PausedModel, QuestionOutcome, Selection};
-use nearmiss_workflow::reasons_of;
+use nearmiss_workflow::count_reasons;
 
 /// Format of a batch's table.
 #[derive(Debug, Clone, Copy)]
@@ -89,7 +89,7 @@ pub fn ask(
         paused.extend(ask(failed)?);
     }
     for one in &paused {
-        output::say(&format!("nearmiss: {}", output::visible(&one.words())));
+        output::say(&format!("nearmiss: {}", output::visible(&one.summary())));
     }
     show(context, id, table)
 }
@@ -98,7 +98,7 @@ pub fn ask(
 pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
     let store = &context.store;
     let batch = store.batch(id).map_err(Failure::input)?;
-    let test = batch.map(|batch| TestSplit::of(store, &batch, table.unlock));
+    let test = batch.map(|batch| TestSplit::open(store, &batch, table.unlock));
     if let Some(test) = test.transpose().map_err(Failure::input)?.flatten() {
         split_table::show(store, id, &test, table)?;
         let counted = |item: &Item| !test.is_locked() || item.asked.split != Some(SplitPart::Test);
@@ -181,7 +181,7 @@ fn unanswered(
 
 /// Says why these have no whole answer, what holds for most of them first.
 fn say_reasons(items: &[&Item]) {
-    let reasons = reasons_of(items.iter().copied());
+    let reasons = count_reasons(items.iter().copied());
     for (why, count) in reasons.iter().take(NAMED) {
         output::say(&format!("nearmiss: {count} × {why}"));
     }

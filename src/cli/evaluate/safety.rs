@@ -13,7 +13,7 @@ use nearmiss_formats::Entry;
 use nearmiss_record::{Cell, Column, Kind, Record, Table, columns, rows as rows_of, text_table};
 use nearmiss_scene::judge::Criterion;
 use nearmiss_scene::verdict::Task;
-use nearmiss_study::evaluation::batch::{Experiment, path_of};
+use nearmiss_study::evaluation::batch::{Experiment, stored_path};
 use nearmiss_study::evaluation::report::LeadWord;
 use nearmiss_study::evaluation::windows::{MATCHED_ON, Recording, SampledWindow, WITHIN};
 use nearmiss_study::evaluation::{
@@ -72,7 +72,7 @@ fn judged(setting: &Setting, about: About<'_>) -> Result<Judged, Failure> {
                 .recording(&entry.name, case.scene, setting.radius),
             None => Recording::new(&entry.name, case, setting.radius),
         };
-        (path_of(entry), recording)
+        (stored_path(entry), recording)
     })?;
     let (paths, recordings): (Vec<String>, Vec<Recording>) =
         known.judged.iter().map(|(_, of)| of.clone()).unzip();
@@ -89,7 +89,7 @@ fn judged(setting: &Setting, about: About<'_>) -> Result<Judged, Failure> {
         thresholds,
     };
     let judge = |entry: &Entry, case: &Labelled<'_>| {
-        let windows = windows.get(&path_of(entry)).unwrap_or(&none);
+        let windows = windows.get(&stored_path(entry)).unwrap_or(&none);
         setting.ask(&entry.name, case, windows)
     };
     let answers = request.run(judge, |_| ());
@@ -255,7 +255,9 @@ fn block(
             cell(criterion.map(|c| c.horizon)),
             cell(criterion.map(|c| c.threshold)),
         ];
-        head.into_iter().chain(figures.into_iter().map(cell)).collect()
+        head.into_iter()
+            .chain(figures.into_iter().map(cell))
+            .collect()
     };
     let rows: Vec<Vec<Cell>> = lines.into_iter().map(row).collect();
     format!("\n{}", text_table(&columns, &rows))

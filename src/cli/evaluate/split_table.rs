@@ -13,14 +13,14 @@ pub fn show(store: &Store, id: BatchId, test: &TestSplit, table: Table) -> Outco
         Ok((*part, BatchTable::new(Some(*part), &answers)))
     };
     let shown = test
-        .shown()
+        .visible_parts()
         .iter()
         .map(of_part)
         .collect::<Result<Vec<_>, Failure>>()?;
     let dev = store
         .split_progress(id, SplitPart::Dev)
         .map_err(Failure::input)?;
-    let looks = test.looks_words();
+    let looks = test.looks_note();
     let tables = |shown: Vec<(SplitPart, BatchTable)>| -> Vec<BatchTable> {
         shown.into_iter().map(|(_, table)| table).collect()
     };
@@ -36,18 +36,18 @@ pub fn show(store: &Store, id: BatchId, test: &TestSplit, table: Table) -> Outco
         );
         for (part, table) in &shown {
             if *part == SplitPart::Test {
-                text += &format!("\n{}\n", test.words());
+                text += &format!("\n{}\n", test.summary());
             }
             text += &table.text()?;
         }
         if test.is_locked() {
-            text += &format!("\n{}\n", test.words());
+            text += &format!("\n{}\n", test.summary());
         }
         text.extend(looks.iter().map(|words| format!("{words}\n")));
         return output::text(&text);
     }
     // Programs have it in their data.
-    output::say(&format!("nearmiss: {}", test.words()));
+    output::say(&format!("nearmiss: {}", test.summary()));
     if let Some(words) = looks {
         output::say(&format!("nearmiss: {words}"));
     }

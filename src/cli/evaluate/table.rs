@@ -48,7 +48,10 @@ impl BatchTable {
     pub fn new(part: Option<SplitPart>, answers: &Answers) -> Self {
         let report = Report::from_scored(&answers.plain);
         let cell = |cell: &Cell| {
-            let mut halves = report.cells.iter().filter(|one| one.way == cell.way);
+            let mut halves = report
+                .cells
+                .iter()
+                .filter(|one| one.configuration == cell.configuration);
             let half = match (halves.next(), halves.next(), halves.next()) {
                 // One half and the whole, which are the same.
                 (Some(only), Some(_), None) => only.half,
@@ -61,7 +64,7 @@ impl BatchTable {
         };
         Self {
             part,
-            cells: report.whole().map(cell).collect(),
+            cells: report.full_cells().map(cell).collect(),
             varied: Varied::from_answers(answers),
         }
     }

@@ -35,7 +35,7 @@ impl Truth {
             "exact geometry of the recordings: bodies touch at a recorded step or between two"
                 .into()
         } else {
-            output::visible(&self.source.words())
+            output::visible(&self.source.summary())
         }
     }
 

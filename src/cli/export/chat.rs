@@ -337,7 +337,7 @@ fn nothing(examples: &Examples, unchecked: Option<&str>) -> Failure {
 fn say_left_out(examples: &Examples, unchecked: Option<&str>) {
     for (why, count) in &examples.left_out {
         let answers = output::counted(*count, "answer");
-        output::say(&format!("nearmiss: left out {answers} {}", why.words()));
+        output::say(&format!("nearmiss: left out {answers} {}", why.label()));
     }
     if let Some(words) = unchecked {
         output::say(&format!("nearmiss: {words}"));

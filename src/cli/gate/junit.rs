@@ -15,7 +15,7 @@ pub fn xml(checks: &[Check]) -> String {
          failures=\"{failures}\" errors=\"0\" skipped=\"0\">\n"
     );
     for check in checks {
-        let (class, name) = (escaped(&check.way), escaped(&check.requirement));
+        let (class, name) = (escaped(&check.configuration), escaped(&check.requirement));
         let found = escaped(&check.found);
         text += &if check.is_met {
             format!("    <testcase classname=\"{class}\" name=\"{name}\"/>\n")
@@ -45,7 +45,7 @@ mod tests {
     fn a_case_for_each_check_and_nothing_is_obeyed() {
         let check = |is_met| Check {
             requirement: "f1 >= 0.8".into(),
-            way: "lab/<a>\"&\u{1b}".into(),
+            configuration: "lab/<a>\"&\u{1b}".into(),
             found: "f1 is 0.7".into(),
             is_met,
         };

@@ -143,7 +143,7 @@ impl Gate {
 /// The split of a batch, where it has one.
 fn split_of(store: &Store, id: BatchId) -> Result<Option<TestSplit>, Failure> {
     let batch = store.batch(id).map_err(Failure::input)?;
-    let test = batch.map(|batch| TestSplit::of(store, &batch, false));
+    let test = batch.map(|batch| TestSplit::open(store, &batch, false));
     Ok(test.transpose().map_err(Failure::input)?.flatten())
 }
 
@@ -155,7 +155,7 @@ fn shown(store: &Store, id: BatchId) -> Result<Vec<ScoredPart>, Failure> {
             answers(store, id).map_err(Failure::input)?.plain,
         )]);
     };
-    let parts = test.shown().iter().map(|part| {
+    let parts = test.visible_parts().iter().map(|part| {
         let answers = answers_of_part(store, id, Some(*part)).map_err(Failure::input)?;
         Ok((Some(*part), answers.plain))
     });
@@ -166,7 +166,7 @@ fn shown(store: &Store, id: BatchId) -> Result<Vec<ScoredPart>, Failure> {
 fn open_questions(store: &Store, id: BatchId) -> Result<Option<Check>, Failure> {
     let test = split_of(store, id)?;
     let is_shown = |part: Option<SplitPart>| match &test {
-        Some(test) => part.is_some_and(|part| test.shown().contains(&part)),
+        Some(test) => part.is_some_and(|part| test.visible_parts().contains(&part)),
         None => true,
     };
     let items = store.items(id).map_err(Failure::input)?;
@@ -177,7 +177,7 @@ fn open_questions(store: &Store, id: BatchId) -> Result<Option<Check>, Failure> 
         .count();
     Ok((open > 0).then(|| Check {
         requirement: "every question asked".into(),
-        way: id.to_string(),
+        configuration: id.to_string(),
         found: format!("{} not asked yet", output::counted(open, "question")),
         is_met: false,
     }))

@@ -110,7 +110,7 @@ pub fn run(
     } else {
         SIMULATOR_ROUNDING
     });
-    let made = VariantOrigin::of(&variant_entry).and_then(|origin| origin.style());
+    let made = VariantOrigin::read(&variant_entry).and_then(|origin| origin.style());
     let (style, whence) = match (style, made) {
         (Some(style), _) => (style, "--style"),
         (None, Some(style)) => (style, "of the manifest beside it"),

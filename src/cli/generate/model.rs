@@ -116,7 +116,7 @@ impl Writer {
             obey: author.obey,
             parameters: json!(self.parameters),
             templates: author.templates(),
-            thresholds: Spec::thresholds_of(&author.thresholds),
+            thresholds: Spec::threshold_changes(&author.thresholds),
         }
     }
 

@@ -9,7 +9,7 @@ use nearmiss_base::system::{files_opened_by, shown_path};
 use nearmiss_formats::{EgoSelection, Entry, EntryLocation, bundled, find, find_recording};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Scenario, Scene};
-use nearmiss_workflow::scene_of;
+use nearmiss_workflow::scene_with_ego;
 
 /// The folders, and the scenes opened so far.
 #[derive(Debug)]
@@ -274,7 +274,7 @@ impl Places {
         obstacle: Option<i64>,
     ) -> Result<(Arc<Scene>, Vec<Read>), NotOpened> {
         let selection = obstacle.map_or(EgoSelection::Beside, EgoSelection::Obstacle);
-        let (scene, files) = files_opened_by(|| scene_of(entry, scenario, &selection));
+        let (scene, files) = files_opened_by(|| scene_with_ego(entry, scenario, &selection));
         let without = || Arc::clone(scenario);
         let files = self
             .allowed(files)

@@ -213,7 +213,7 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
 fn provenance(rows: Rows, thresholds: &Thresholds) -> Provenance {
     let mut provenance = Provenance::of_program();
     if !matches!(rows, Rows::Paper) {
-        provenance.set_thresholds(Spec::thresholds_of(thresholds));
+        provenance.set_thresholds(Spec::threshold_changes(thresholds));
     }
     provenance
 }
@@ -301,7 +301,7 @@ pub fn run(arguments: &Metrics) -> Outcome {
     let is_empty = measures.failed.all();
     if format == output::Format::Csv && !is_empty {
         let provenance = provenance(rows, &plan.thresholds);
-        output::say(&format!("nearmiss: {}", provenance.words()));
+        output::say(&format!("nearmiss: {}", provenance.summary()));
     }
     let done = output::written(file, written.and_then(|()| measures.finish()))?;
     // A file without a single scenario in it is not kept.

@@ -239,6 +239,6 @@ fn name(part: usize) -> String {
 
 /// The folder of a shard's parts, named as partitions of Hive are.
 fn shard_folder(request: &PartsRequest<'_>) -> String {
-    let shard = request.many.part.shard.unwrap_or_else(Shard::whole);
+    let shard = request.many.part.shard.unwrap_or_else(Shard::full);
     format!("shard={}", shard.file_word())
 }

@@ -143,7 +143,7 @@ impl Kept {
             self.said = report.filter(|r| !r.name.is_empty()).map(|r| r.named());
         }
         if let (Outcome::PlannerError(_), Some(report)) = (driven.outcome(), report) {
-            let failure = PlannerFailure::of(driven.file.clone(), report);
+            let failure = PlannerFailure::from_report(driven.file.clone(), report);
             let why = failure.map(|failure| output::visible(&format!("nearmiss: {failure}")));
             why.iter().for_each(|why| output::say(why));
             return Ok(());

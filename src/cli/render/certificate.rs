@@ -152,7 +152,7 @@ impl Drawing<'_> {
     ) -> Result<(VariantOrigin, Drive, Drive), Failure> {
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
-        let origin = VariantOrigin::of(entry).ok_or_else(|| {
+        let origin = VariantOrigin::read(entry).ok_or_else(|| {
             named(
                 &"no manifest of `nearmiss generate` (NAME.json) beside it; --with-certificate needs a variant",
             )

@@ -27,7 +27,7 @@ impl Original {
     /// # Errors
     /// The original is not available, and why.
     pub fn find(entry: &Entry) -> Result<Option<Self>, String> {
-        let Some(origin) = VariantOrigin::of(entry) else {
+        let Some(origin) = VariantOrigin::read(entry) else {
             return Ok(None);
         };
         match origin.original() {
@@ -48,7 +48,7 @@ impl Original {
     /// # Errors
     /// It cannot be read, there is no manifest beside the entry, or it names another original.
     pub fn named(variant: &Entry, original: &Path) -> Result<Self, Failure> {
-        let origin = VariantOrigin::of(variant).ok_or_else(|| {
+        let origin = VariantOrigin::read(variant).ok_or_else(|| {
             Failure::input(format!(
                 "--original: {} has no manifest of `nearmiss generate` (NAME.json) beside it",
                 variant.display()
@@ -56,7 +56,7 @@ impl Original {
         })?;
         let entry = entry(original)?;
         let scenario = entry.read().map_err(Failure::input)?;
-        if origin.is_of(&scenario) {
+        if origin.is_original(&scenario) {
             Ok(Self {
                 entry,
                 scenario,

@@ -190,7 +190,7 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         _ => target.save(made.text(format)?.as_bytes())?,
     }
     if let (Format::Csv, Some(provenance)) = (format, provenance) {
-        output::say(&format!("nearmiss: {}", provenance.words()));
+        output::say(&format!("nearmiss: {}", provenance.summary()));
     }
     if is_flat(format) && made.reports().any(|report| !report.varied.is_empty()) {
         output::say(
@@ -237,7 +237,7 @@ impl ReportArguments {
         if !self.declared.any() {
             return Ok(Report::compared(scored, usual).prevalence(prevalence));
         }
-        let ways: BTreeSet<&PromptConfig> = scored.iter().map(|one| &one.way).collect();
+        let ways: BTreeSet<&PromptConfig> = scored.iter().map(|one| &one.configuration).collect();
         let ways: Vec<&PromptConfig> = ways.into_iter().collect();
         let comparison = self.declared.comparison(&ways)?;
         Ok(Report::compared(scored, &comparison).prevalence(prevalence))

@@ -33,12 +33,12 @@ pub fn made(
         )));
     };
     let spec = Spec::from_json(&batch.spec).map_err(Failure::input)?;
-    let test = TestSplit::of(store, &batch, arguments.unlock).map_err(Failure::input)?;
+    let test = TestSplit::open(store, &batch, arguments.unlock).map_err(Failure::input)?;
     let words = test
         .as_ref()
         .map(|test| {
-            let progress = std::iter::once(test.words());
-            progress.chain(test.looks_words()).collect::<Vec<String>>()
+            let progress = std::iter::once(test.summary());
+            progress.chain(test.looks_note()).collect::<Vec<String>>()
         })
         .unwrap_or_default();
     for words in &words {
@@ -133,10 +133,10 @@ fn parts_shown(
     match (test, arguments.split) {
         (None, None) => Ok(&[]),
         (None, Some(_)) => Err(Failure::input(format!("--split: {id} has no split"))),
-        (Some(test), None) => Ok(test.shown()),
+        (Some(test), None) => Ok(test.visible_parts()),
         (Some(test), Some(SplitPart::Test)) if test.is_locked() => Err(Failure::input(format!(
             "--split test: {}; --unlock shows it and records the look",
-            test.words()
+            test.summary()
         ))),
         (Some(_), Some(SplitPart::Dev)) => Ok(&[SplitPart::Dev]),
         (Some(_), Some(SplitPart::Test)) => Ok(&[SplitPart::Test]),
@@ -180,7 +180,7 @@ fn read(
     let scored = &answers.plain;
     // Reports are read on other machines, too.
     let shown = spec.portable();
-    let truth = output::visible(&shown.truth_words());
+    let truth = output::visible(&shown.truth_summary());
     let mut notes = vec![format!(
         "Batch {id}{}: {}. Truth: {truth}.",
         part.map_or_else(String::new, |part| format!(", {} split", part.name())),
@@ -188,12 +188,14 @@ fn read(
     )];
     notes.extend(more.iter().cloned());
     let measures = spec.experiment.measures();
-    let ways = scored.iter().map(|one| (&one.way, measures.as_ref()));
+    let ways = scored
+        .iter()
+        .map(|one| (&one.configuration, measures.as_ref()));
     notes.extend(note_on_score(
         ways.filter(|(way, _)| spec.truth().is_score(way.task)),
     ));
     let described = described(spec);
-    notes.push(output::visible(&spec.asked_words(described.as_ref())));
+    notes.push(output::visible(&spec.request_summary(described.as_ref())));
     if answers.others > 0 {
         notes.push(format!(
             "{} more, about transformed scenes or at other leads, have their own tables.",
@@ -227,7 +229,7 @@ fn read(
     }
     if arguments.declared.any() {
         notes.push("The comparisons were declared with this report, not with the batch.".into());
-    } else if let Some(words) = spec.experiment.comparison().words() {
+    } else if let Some(words) = spec.experiment.comparison().summary() {
         notes.push(output::visible(&format!(
             "Declared when the batch was begun: {words}."
         )));
@@ -277,7 +279,7 @@ fn tables(
             Ok(table) => made.push(table),
             Err(why) => without.push(output::visible(&format!(
                 "No table of {}: {why}.",
-                request.words()
+                request.summary()
             ))),
         }
     }

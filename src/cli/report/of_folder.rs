@@ -66,14 +66,17 @@ fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
     lost.iter()
         .take(NAMED)
         .for_each(|p| output::say(&format!("nearmiss: {p}")));
-    let answers = scored.iter().filter(|s| s.way.frame.is_some()).count();
+    let answers = scored
+        .iter()
+        .filter(|s| s.configuration.frame.is_some())
+        .count();
     if answers == 0 {
         return Err(Failure::input(format!(
             "{}: no recorded answers to the collision or safety task",
             folder.display()
         )));
     }
-    let judged = scored.iter().any(|s| s.way.frame.is_none());
+    let judged = scored.iter().any(|s| s.configuration.frame.is_none());
     let mut unlabelled: Vec<&str> = scored
         .iter()
         .filter(|s| s.truth.is_none())

@@ -97,7 +97,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
         .collect();
     notes.extend(note_on_score(stored.scored.iter().filter_map(|one| {
         let asked = by_score.get(&one.run?)?;
-        Some((&one.way, asked.measures.as_ref()))
+        Some((&one.configuration, asked.measures.as_ref()))
     })));
     if !stored.scored.iter().any(|one| one.reference.is_some()) {
         notes.push(

@@ -113,7 +113,7 @@ pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<Stri
     }
     for source in sources {
         if let Some(convention) = score_of(source) {
-            words.push(TruthSource::words_of_score(convention));
+            words.push(TruthSource::score_summary(convention));
         } else if source.as_os_str() == BATCH {
             words.extend(of_batches(stored, store)?);
         } else if source.as_os_str() == AUTO {
@@ -145,7 +145,7 @@ fn of_batches(stored: &Stored, store: &Store) -> Result<Option<String>, Failure>
             .map_err(Failure::input)?
             .flatten();
         let spec = known.and_then(|batch| Spec::from_json(&batch.spec).ok());
-        let truth = spec.map_or_else(|| "its own".into(), |spec| spec.truth_words());
+        let truth = spec.map_or_else(|| "its own".into(), |spec| spec.truth_summary());
         parts.push(format!(
             "{batch}, {answers} answers: {}",
             output::visible(&truth)

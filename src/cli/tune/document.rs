@@ -161,7 +161,7 @@ impl TuneDocument {
     /// The document of an outcome.
     pub(super) fn new(tuned: &Tuned<'_>, outcome: &TuneOutcome) -> Self {
         let (plan, usage) = (tuned.plan, &outcome.usage);
-        let way = &plan.way;
+        let way = &plan.configuration;
         Self {
             experiment: tuned.arguments.experiment.display().to_string(),
             task: way.task.name(),
@@ -276,7 +276,7 @@ impl TuneDryRunDocument {
         budget: f64,
     ) -> Self {
         Self {
-            model: plan.way.model.clone(),
+            model: plan.configuration.model.clone(),
             reflect: reflect.to_string(),
             template: plan.file.clone(),
             template_hash: plan.hash.clone(),

@@ -20,7 +20,7 @@ pub fn write(
         "template       {} ({}…)\nmodel          {}\nproposals by   {reflect}\n",
         plan.file,
         &plan.hash[..plan.hash.len().min(12)],
-        plan.way.model
+        plan.configuration.model
     );
     for line in parts(plan, test_scenarios) {
         text += &format!("{:15}{line}\n", "");

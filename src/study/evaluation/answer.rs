@@ -1,7 +1,7 @@
 //! The outcome of a question: a verdict or the reason there is none, and the text in either case.
 
 use nearmiss_ask::llm::{
-    Finish, LONGEST_ANSWER, Parameters, Secrets, THINKING_TAGS, Token, ToolRound,
+    Finish, MAX_ANSWER_BYTES, Parameters, Secrets, THINKING_TAGS, Token, ToolRound,
 };
 use nearmiss_scene::judge;
 use nearmiss_scene::scenario::Scene;
@@ -10,7 +10,7 @@ use nearmiss_store::{ClaimCounts, Consumed, Ending, Origin, Run, RunId, RunState
 
 use super::claims::{Subject, TimeOrigin, count};
 use super::probability::token_probability;
-use super::prompt_summary::{TemplateVersion, how, with_tools};
+use super::prompt_summary::{TemplateVersion, prompt_label, with_tools};
 use super::tool_rounds;
 
 /// The end of a run.
@@ -177,7 +177,7 @@ impl Answer {
 
     /// The verdict in a word or two, and whether it had to be repaired.
     #[must_use]
-    pub fn word(&self) -> String {
+    pub fn verdict_label(&self) -> String {
         let word = match &self.judged {
             JudgeOutcome::Verdict(parsed) => parsed.verdict.word(),
             JudgeOutcome::Other(reading) => reading.said.task().name(),
@@ -227,7 +227,7 @@ impl Answer {
             JudgeOutcome::Verdict(parsed) => {
                 let reading = reading(&parsed.how);
                 (
-                    self.whole(),
+                    self.run_state(),
                     Some(ParsedAnswer::Verdict(parsed.verdict.clone())),
                     Some(reading),
                     None,
@@ -235,10 +235,15 @@ impl Answer {
             }
             JudgeOutcome::Other(read) => {
                 let reading = reading(&read.how);
-                (self.whole(), Some(read.said.clone()), Some(reading), None)
+                (
+                    self.run_state(),
+                    Some(read.said.clone()),
+                    Some(reading),
+                    None,
+                )
             }
             JudgeOutcome::Missing(MissingVerdict::NotInAnswer(why)) => {
-                (self.whole(), None, Some(why.clone()), None)
+                (self.run_state(), None, Some(why.clone()), None)
             }
             JudgeOutcome::Missing(MissingVerdict::NoAnswer(why)) => {
                 (RunState::Failed, None, None, Some(why.clone()))
@@ -264,8 +269,8 @@ impl Answer {
     }
 
     /// An answer that the server ended is not whole, whatever can be read from it, and one that says nothing neither.
-    fn whole(&self) -> RunState {
-        if self.is_whole() {
+    fn run_state(&self) -> RunState {
+        if self.is_complete() {
             RunState::Answered
         } else {
             RunState::Truncated
@@ -274,7 +279,7 @@ impl Answer {
 
     /// Whether the server let the model finish, and it said something.
     #[must_use]
-    pub fn is_whole(&self) -> bool {
+    pub fn is_complete(&self) -> bool {
         let cut = self.finish.as_deref().is_some_and(is_cut);
         let silent = self.text.trim().is_empty() && self.reasoning.trim().is_empty();
         !(cut || silent)
@@ -298,7 +303,7 @@ pub(super) fn times(model: &str, messages: &str) -> TimeOrigin {
     if model == judge::MODEL {
         TimeOrigin::Recording
     } else {
-        TimeOrigin::of(messages)
+        TimeOrigin::from_messages(messages)
     }
 }
 
@@ -354,13 +359,13 @@ impl From<Run> for Answer {
             }),
             window: run.question.window,
             times: times(&run.question.model, &run.question.messages),
-            how: how(
+            how: prompt_label(
                 &run.question.frame,
                 &with_tools(
                     &run.question.techniques,
                     had_tools(&run.question.parameters),
                 ),
-                TemplateVersion::of(&run.question.template()).as_ref(),
+                TemplateVersion::from_stored(&run.question.template()).as_ref(),
             ),
             model: run.question.model,
             model_returned: ending.model_returned,
@@ -528,11 +533,11 @@ pub(super) fn stopped_short(finish: &Finish) -> Option<MissingVerdict> {
 
 /// The message for an answer cut off by this program.
 pub(super) fn too_long() -> String {
-    let limit = LONGEST_ANSWER >> 20;
+    let limit = MAX_ANSWER_BYTES >> 20;
     format!("nearmiss cut the answer off at {limit} MiB; set max_tokens, or choose another model")
 }
 
-pub(super) fn word(finish: &Finish) -> String {
+pub(super) fn finish_name(finish: &Finish) -> String {
     match finish {
         Finish::Stop => "stop".into(),
         Finish::ToolCalls => "tool_calls".into(),

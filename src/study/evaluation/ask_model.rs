@@ -12,7 +12,7 @@ use nearmiss_scene::verdict::{self, Task};
 use nearmiss_store::{NewRun, StoreError, StoredImage};
 
 use super::answer::{
-    MissingVerdict, read_from, stopped_short, too_long, unless_cut, weighed, word,
+    MissingVerdict, finish_name, read_from, stopped_short, too_long, unless_cut, weighed,
 };
 use super::consumption::stated;
 use super::judges::{Judge, ModelJudge};
@@ -150,7 +150,7 @@ impl Asking {
         if !tool_rounds::may_call(&self.answer.tool_rounds, limits) {
             let note = format!(
                 "{}, the most allowed; the model answers without tools",
-                tool_rounds::words(&self.answer.tool_rounds, "tool call"),
+                tool_rounds::rounds_summary(&self.answer.tool_rounds, "tool call"),
             );
             on_event(Event::Chunk(Chunk::Note(note)));
         }
@@ -236,7 +236,7 @@ impl Asking {
                     if finish == Finish::TooLong {
                         on_event(Event::Chunk(Chunk::Note(too_long())));
                     }
-                    self.answer.finish = Some(word(&finish));
+                    self.answer.finish = Some(finish_name(&finish));
                     // Nothing follows, and the end is written at once, together with what waits.
                     break;
                 }
@@ -316,7 +316,7 @@ pub fn most_usd(question: &Question, model: &ModelJudge) -> Option<f64> {
         .endpoint
         .answer_limit(&request.parameters)
         .unwrap_or(0);
-    let rounds = 0..=limits.rounds.min(MOST_ROUNDS);
+    let rounds = 0..=limits.rounds.min(MAX_ROUNDS);
     let costs = rounds.map(|round| {
         let added = tool_rounds::most_added(round, &limits, answer);
         model.endpoint.at_most_with(&request, added)
@@ -325,7 +325,7 @@ pub fn most_usd(question: &Question, model: &ModelJudge) -> Option<f64> {
 }
 
 /// Rounds that a bound is worked out for: no option allows more.
-const MOST_ROUNDS: u32 = 100;
+const MAX_ROUNDS: u32 = 100;
 
 /// What the store keeps before anything is sent.
 ///

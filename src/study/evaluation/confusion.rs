@@ -199,7 +199,7 @@ pub enum Cluster {
 impl Cluster {
     /// The unit that a scenario is of.
     #[must_use]
-    pub fn of(self, scenario: &str) -> &str {
+    pub fn unit(self, scenario: &str) -> &str {
         match self {
             Self::Scenario => scenario,
             Self::Map => identity::family(scenario),

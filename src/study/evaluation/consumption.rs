@@ -159,7 +159,7 @@ pub(super) fn stated(source: CostSource, model: &ModelJudge, returned: Option<&s
             let today = Timestamp::now().to_zoned(TimeZone::UTC).date();
             let prices = &model.endpoint.prices;
             let pricing = prices.of_answer(&model.name, returned, today);
-            if let Some(free) = pricing.as_ref().and_then(|pricing| pricing.free_words()) {
+            if let Some(free) = pricing.as_ref().and_then(|pricing| pricing.free_note()) {
                 return free;
             }
             match pricing.and_then(|pricing| pricing.origin()) {

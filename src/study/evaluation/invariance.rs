@@ -22,7 +22,7 @@ pub struct Pair<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Invariance {
     /// How it was asked.
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// The change of the scenes.
     pub transform: Transform,
     /// Verdicts that turned from yes to no or from no to yes, of the pairs with two verdicts.
@@ -76,12 +76,12 @@ pub fn pairs(answers: &[Scored]) -> Vec<Pair<'_>> {
     let named = |answer: &'_ Scored| Transform::of_name(&answer.scenario).1;
     let originals = answers.iter().filter(|a| named(a).is_none());
     let originals: BTreeMap<_, &Scored> = originals
-        .map(|a| ((a.scenario.as_str(), &a.way, a.sample), a))
+        .map(|a| ((a.scenario.as_str(), &a.configuration, a.sample), a))
         .collect();
     let pair = |changed| {
         let changed: &Scored = changed;
         let (scenario, transform) = Transform::of_name(&changed.scenario);
-        let original = originals.get(&(scenario, &changed.way, changed.sample))?;
+        let original = originals.get(&(scenario, &changed.configuration, changed.sample))?;
         Some(Pair {
             original,
             changed,
@@ -96,7 +96,7 @@ pub fn pairs(answers: &[Scored]) -> Vec<Pair<'_>> {
 pub fn invariance<'a>(pairs: impl IntoIterator<Item = Pair<'a>>) -> Vec<Invariance> {
     let mut groups: BTreeMap<(&PromptConfig, String), Vec<Pair<'a>>> = BTreeMap::new();
     for pair in pairs {
-        let key = (&pair.original.way, pair.transform.to_string());
+        let key = (&pair.original.configuration, pair.transform.to_string());
         groups.entry(key).or_default().push(pair);
     }
     groups
@@ -134,7 +134,7 @@ fn from_pairs(pairs: &[Pair<'_>]) -> Option<Invariance> {
         (!changes.is_empty()).then(|| values.sum::<f64>() / changes.len() as f64)
     };
     Some(Invariance {
-        way: first.original.way.clone(),
+        configuration: first.original.configuration.clone(),
         transform: first.transform,
         flipped: flipped.share(),
         renamed: renamed.share(),
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(found.len(), 2, "{found:#?}");
         let mirror = &found[0];
         assert_eq!(
-            (mirror.transform, mirror.way.model.as_str()),
+            (mirror.transform, mirror.configuration.model.as_str()),
             (Transform::Mirror, "m/x")
         );
         let counts = |share: &Share| (share.hits, share.of, share.scenarios);

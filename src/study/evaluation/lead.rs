@@ -231,7 +231,7 @@ pub struct LeadPoint {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeadCurve {
     /// How it was asked.
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// By lead, the longest first.
     pub points: Vec<LeadPoint>,
 }
@@ -240,17 +240,20 @@ pub struct LeadCurve {
 /// none; those without a truth are left out.
 #[must_use]
 pub fn lead_curves<'a>(answers: impl IntoIterator<Item = Timed<'a>>) -> Vec<LeadCurve> {
-    let mut ways: BTreeMap<&PromptConfig, Vec<Timed<'a>>> = BTreeMap::new();
+    let mut configurations: BTreeMap<&PromptConfig, Vec<Timed<'a>>> = BTreeMap::new();
     for timed in answers {
         if timed.scored.truth.is_some() && timed.lead.is_finite() {
-            ways.entry(&timed.scored.way).or_default().push(timed);
+            configurations
+                .entry(&timed.scored.configuration)
+                .or_default()
+                .push(timed);
         }
     }
-    let curve = |(way, answers): (&PromptConfig, Vec<Timed<'a>>)| LeadCurve {
-        way: way.clone(),
+    let curve = |(configuration, answers): (&PromptConfig, Vec<Timed<'a>>)| LeadCurve {
+        configuration: configuration.clone(),
         points: points(&answers),
     };
-    ways.into_iter().map(curve).collect()
+    configurations.into_iter().map(curve).collect()
 }
 
 /// Counts at one lead.

@@ -65,7 +65,7 @@ pub use naming::{Naming, NamingIntervals};
 pub use nearmiss_store::{AnswerState, CountedAs};
 pub use predictors::{Alarms, Candidate, Predictions, Setting};
 pub use probability::{ProbabilitySource, probability, token_probability, with_token_probability};
-pub use prompt_summary::{TemplateVersion, how, motion_words, run_words, with_tools};
+pub use prompt_summary::{TemplateVersion, motion_lines, prompt_label, run_summary, with_tools};
 pub use protocol::Protocol;
 pub use provenance::Provenance;
 pub use question::{

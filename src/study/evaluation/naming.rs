@@ -109,7 +109,7 @@ mod tests {
         if let AnswerStatus::Verdict(verdict) = &mut scored.status {
             verdict.critical = Some(named.iter().copied().map(CriticalObstacle::new).collect());
         }
-        scored.tell(truth.map(|label| (label, label.critical())));
+        scored.set_truth(truth.map(|label| (label, label.critical())));
         scored
     }
 

@@ -188,7 +188,7 @@ impl Candidate {
 
     /// The candidates with a name: of what the judge is compared with, one for each of the `horizons`, seconds.
     #[must_use]
-    pub fn named(name: &str, horizons: &[f64]) -> Option<Vec<Self>> {
+    pub fn by_name(name: &str, horizons: &[f64]) -> Option<Vec<Self>> {
         let place = Self::NAMES.iter().position(|known| *known == name)?;
         let model = match place {
             0 => return Some(vec![Self::REFERENCE]),

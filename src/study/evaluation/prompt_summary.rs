@@ -30,7 +30,7 @@ pub struct TemplateVersion {
 impl TemplateVersion {
     /// The version that a run was asked with; `None` where that is not known, as for imported answers.
     #[must_use]
-    pub fn of(stored: &StoredTemplate) -> Option<Self> {
+    pub fn from_stored(stored: &StoredTemplate) -> Option<Self> {
         let StoredTemplate {
             template,
             template_version,
@@ -63,7 +63,7 @@ impl TemplateVersion {
     #[must_use]
     pub fn described(stored: &StoredTemplate) -> Option<String> {
         let file = stored.template.as_str();
-        let Some(version) = Self::of(stored) else {
+        let Some(version) = Self::from_stored(stored) else {
             return (!file.is_empty()).then(|| file.to_string());
         };
         Some(match &stored.template_version {
@@ -97,11 +97,11 @@ pub fn with_tools(techniques: &str, tools: bool) -> String {
 /// `ego · cp+cot`, and the template where it is not the one that this program ships: `ego · cp+cot · mine@3fa2c1`.
 /// Techniques are those of [`with_tools`].
 #[must_use]
-pub fn how(frame: &str, techniques: &str, template: Option<&TemplateVersion>) -> String {
-    let way = format!("{frame} · {techniques}");
+pub fn prompt_label(frame: &str, techniques: &str, template: Option<&TemplateVersion>) -> String {
+    let configuration = format!("{frame} · {techniques}");
     match template.filter(|template| !template.is_shipped()) {
-        Some(template) => format!("{way} · {template}"),
-        None => way,
+        Some(template) => format!("{configuration} · {template}"),
+        None => configuration,
     }
 }
 
@@ -120,7 +120,7 @@ fn shipped(file: &str) -> Option<&'static str> {
 
 /// Names and values, what people look for first; `most` is what it can have cost, US dollars.
 #[must_use]
-pub fn run_words(run: &Run, most: Option<f64>) -> Vec<(&'static str, String)> {
+pub fn run_summary(run: &Run, most: Option<f64>) -> Vec<(&'static str, String)> {
     let (question, ending) = (&run.question, &run.ending);
     let name = question.model.split_once('/').map(|(_, name)| name);
     let other = ending.model_returned.clone();
@@ -200,7 +200,7 @@ fn cost(run: &Run, most: Option<f64>) -> Option<String> {
 
 /// A motion that an answer asks for, a line for each of its parts.
 #[must_use]
-pub fn motion_words(motion: &Motion) -> Vec<String> {
+pub fn motion_lines(motion: &Motion) -> Vec<String> {
     let number = |name: &str, value: Option<f64>, unit: &str| {
         value.map_or(String::new(), |v| format!(", {name} {v:.2} {unit}"))
     };
@@ -244,7 +244,7 @@ mod tests {
         let hash = library.hash(&template.source);
         let version = |file: &str, version: Option<&str>, hash: &str| {
             let version = TemplateVersion::new(file, version, hash);
-            how("ego", "cp", version.as_ref())
+            prompt_label("ego", "cp", version.as_ref())
         };
         assert_eq!(version(file, Some("3"), &hash), "ego · cp");
         // Runs of older stores may lack the version of a shipped template: it is no draft.

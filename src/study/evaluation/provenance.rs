@@ -117,7 +117,7 @@ impl Provenance {
 
     /// In one sentence, for people.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         let mut parts = vec![match &self.commit {
             Some(commit) => format!("{} ({commit})", self.program),
             None => self.program.clone(),
@@ -204,7 +204,7 @@ mod tests {
         one.set_thresholds(vec!["limit tau 2 s".into()]);
         one.models.insert("lab/a".into(), vec!["a-1".into()]);
         (one.answered_from, one.answered_until) = (day(0), day(86_400_000));
-        let words = one.words();
+        let words = one.summary();
         for part in [
             "batch b7",
             "1970-01-01 to 1970-01-02",

@@ -13,8 +13,8 @@ use nearmiss_scene::scenario::{Scene, Window, WindowEnd};
 use nearmiss_scene::verdict::{self, Task, Verdict};
 
 use super::claims::TimeOrigin;
-use super::prompt_summary::{TemplateVersion, how, with_tools};
-use super::settings::measures_of;
+use super::prompt_summary::{TemplateVersion, prompt_label, with_tools};
+use super::settings::template_measures;
 use super::values::Values;
 
 /// The task, the scene and its description.
@@ -192,7 +192,7 @@ pub fn prepare(
             (file, template)
         }
     };
-    if let Some(Err(message)) = measures_of(&template.front.defaults) {
+    if let Some(Err(message)) = template_measures(&template.front.defaults) {
         let named = |line: &str| line.trim_start().starts_with("measures");
         return Err(CaseError::Render(RenderError {
             file: file.to_string(),
@@ -207,7 +207,7 @@ pub fn prepare(
     let values = Values::new(&case, &described.text, &verdict::schema(case.task));
     let prompt = prompts::render(file, &template.source, library.fragments(), values)?;
     Ok(Question {
-        picture: ScenePicture::of(&case),
+        picture: ScenePicture::from_case(&case),
         prompt,
         template: file.to_string(),
         template_version: (!is_draft && !library.is_draft(file))
@@ -253,8 +253,8 @@ pub fn template(
 impl Question {
     /// How it is asked, with tools or without, in a few words.
     #[must_use]
-    pub fn how(&self, tools: bool) -> String {
-        how(
+    pub fn label(&self, tools: bool) -> String {
+        prompt_label(
             self.case.frame.name(),
             &with_tools(&self.case.techniques.to_string(), tools),
             self.version().as_ref(),
@@ -271,7 +271,7 @@ impl Question {
     /// What the times in answers to it count from.
     #[must_use]
     pub fn times(&self) -> TimeOrigin {
-        TimeOrigin::of(&self.description)
+        TimeOrigin::from_messages(&self.description)
     }
 
     /// The messages as they are sent.
@@ -347,7 +347,7 @@ pub struct ScenePicture {
 impl ScenePicture {
     /// The picture of a case; `None` if its frame has none.
     #[must_use]
-    pub fn of(case: &Case) -> Option<Self> {
+    pub fn from_case(case: &Case) -> Option<Self> {
         Self::new(&case.scene, case.frame, &case.window, &case.options)
     }
 
@@ -410,6 +410,6 @@ impl ScenePicture {
     #[must_use]
     pub fn tokens(&self) -> usize {
         let (width, height) = self.size();
-        ImageTokens::default().of(width, height) as usize
+        ImageTokens::default().count(width, height) as usize
     }
 }

@@ -10,7 +10,7 @@ use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
 
 use super::report::{Cell, Report, configuration_name, is_called, p_value};
-use super::statistics::{PairedTest, shown};
+use super::statistics::{PairedTest, if_enough};
 use super::{Cluster, PromptConfig, Scored};
 
 /// How a value is compared with its bound.
@@ -37,7 +37,7 @@ const COMPARATORS: [(&str, Comparator); 6] = [
 #[derive(Debug, Clone, PartialEq)]
 pub struct Requirement {
     /// A model or a prompt configuration, as tables name it; `None` for all.
-    way: Option<String>,
+    configuration: Option<String>,
     /// The name of a column of cells.
     metric: String,
     comparator: Comparator,
@@ -51,7 +51,7 @@ pub struct Check {
     /// What was required.
     pub requirement: String,
     /// Of whom, as tables name it.
-    pub way: String,
+    pub configuration: String,
     /// What was found, for people.
     pub found: String,
     /// Whether it is met.
@@ -64,7 +64,7 @@ impl std::fmt::Display for Check {
         write!(
             f,
             "{word}: {} ({}): {}",
-            self.requirement, self.way, self.found
+            self.requirement, self.configuration, self.found
         )
     }
 }
@@ -76,8 +76,8 @@ impl FromStr for Requirement {
         let form = || {
             "expected METRIC >= NUMBER, such as f1 >= 0.8 or lab/model: recall > 0.9".to_string()
         };
-        let (way, rest) = match text.rsplit_once(": ") {
-            Some((way, rest)) => (Some(way.trim().to_string()), rest),
+        let (configuration, rest) = match text.rsplit_once(": ") {
+            Some((configuration, rest)) => (Some(configuration.trim().to_string()), rest),
             None => (None, text),
         };
         let found = COMPARATORS
@@ -97,7 +97,7 @@ impl FromStr for Requirement {
             return Err(form());
         }
         Ok(Self {
-            way,
+            configuration,
             metric: column.name.to_string(),
             comparator,
             bound,
@@ -113,11 +113,16 @@ impl Requirement {
     /// # Errors
     /// The report has no way of this name.
     pub fn check(&self, report: &Report) -> Result<Vec<Check>, String> {
-        let ways: Vec<&PromptConfig> = report.whole().map(|cell| &cell.way).collect();
-        let alone = ways.iter().all(|way| way.model == judge::MODEL);
-        let is_meant = |way: &PromptConfig| match &self.way {
-            Some(name) => is_called(way, name),
-            None => alone || way.model != judge::MODEL,
+        let configurations: Vec<&PromptConfig> = report
+            .full_cells()
+            .map(|cell| &cell.configuration)
+            .collect();
+        let alone = configurations
+            .iter()
+            .all(|configuration| configuration.model == judge::MODEL);
+        let is_meant = |configuration: &PromptConfig| match &self.configuration {
+            Some(name) => is_called(configuration, name),
+            None => alone || configuration.model != judge::MODEL,
         };
         let split = report
             .about
@@ -125,7 +130,9 @@ impl Requirement {
             .map(|part| format!("{part} · "))
             .unwrap_or_default();
         let columns = columns::<Cell>();
-        let meant = report.whole().filter(|cell| is_meant(&cell.way));
+        let meant = report
+            .full_cells()
+            .filter(|cell| is_meant(&cell.configuration));
         let checks: Vec<Check> = meant
             .map(|cell| {
                 let row = row(cell).unwrap_or_default();
@@ -141,21 +148,26 @@ impl Requirement {
                 let interval = end("low").zip(end("high"));
                 Check {
                     requirement: self.text.clone(),
-                    way: format!(
+                    configuration: format!(
                         "{split}{} · {}",
-                        cell.way.task.name(),
-                        configuration_name(&cell.way)
+                        cell.configuration.task.name(),
+                        configuration_name(&cell.configuration)
                     ),
                     found: self.found(value, interval),
                     is_met: value.is_some_and(|value| self.holds(value)),
                 }
             })
             .collect();
-        match (&self.way, checks.is_empty()) {
+        match (&self.configuration, checks.is_empty()) {
             (Some(name), true) => {
-                let mut known: Vec<String> = ways
+                let mut known: Vec<String> = configurations
                     .iter()
-                    .flat_map(|way| [way.model.clone(), configuration_name(way)])
+                    .flat_map(|configuration| {
+                        [
+                            configuration.model.clone(),
+                            configuration_name(configuration),
+                        ]
+                    })
                     .collect();
                 known.sort();
                 known.dedup();
@@ -205,7 +217,7 @@ fn short(column: &str) -> &str {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regression {
     /// The way.
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// The earlier one.
     pub before: PromptConfig,
     /// What is counted.
@@ -232,40 +244,46 @@ pub fn regressions(
     before: &[Scored],
     is_same: impl Fn(&str) -> bool,
 ) -> Vec<Regression> {
-    let (ways, earlier) = (by_configuration(now), by_configuration(before));
+    let (configurations, earlier) = (by_configuration(now), by_configuration(before));
     let mut found = Vec::new();
-    for (way, scored) in &ways {
-        let same = |other: &&PromptConfig| bare(other) == bare(way);
+    for (configuration, scored) in &configurations {
+        let same = |other: &&PromptConfig| bare(other) == bare(configuration);
         let of_task = |all: &BTreeMap<&PromptConfig, Vec<&Scored>>, task: Task| {
-            all.keys().filter(|way| way.task == task).count()
+            all.keys()
+                .filter(|configuration| configuration.task == task)
+                .count()
         };
-        let lone = of_task(&ways, way.task) == 1 && of_task(&earlier, way.task) == 1;
-        let fits = |other: &&PromptConfig| same(other) || lone && other.task == way.task;
+        let lone = of_task(&configurations, configuration.task) == 1
+            && of_task(&earlier, configuration.task) == 1;
+        let fits = |other: &&PromptConfig| same(other) || lone && other.task == configuration.task;
         let Some((other, old)) = earlier.iter().find(|(other, _)| fits(other)) else {
             continue;
         };
-        found.push(compared((way, scored), (other, old), &is_same));
+        found.push(compared((configuration, scored), (other, old), &is_same));
     }
     found
 }
 
-fn bare(way: &PromptConfig) -> PromptConfig {
+fn bare(configuration: &PromptConfig) -> PromptConfig {
     PromptConfig {
         template: None,
-        ..way.clone()
+        ..configuration.clone()
     }
 }
 
 fn by_configuration(scored: &[Scored]) -> BTreeMap<&PromptConfig, Vec<&Scored>> {
-    let mut ways: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
+    let mut configurations: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
     for one in scored {
-        ways.entry(&one.way).or_default().push(one);
+        configurations
+            .entry(&one.configuration)
+            .or_default()
+            .push(one);
     }
-    ways
+    configurations
 }
 
 fn compared(
-    (way, now): (&PromptConfig, &[&Scored]),
+    (configuration, now): (&PromptConfig, &[&Scored]),
     (earlier, before): (&PromptConfig, &[&Scored]),
     is_same: &impl Fn(&str) -> bool,
 ) -> Regression {
@@ -277,7 +295,7 @@ fn compared(
         let Some(old) = before.get(question).filter(|_| is_same(scenario)) else {
             continue;
         };
-        let sum = units.entry(cluster.of(scenario)).or_default();
+        let sum = units.entry(cluster.unit(scenario)).or_default();
         if let (Some(new), Some(old)) = (share(*new), share(*old)) {
             sum.0 += new - old;
             sum.1 += 1;
@@ -287,7 +305,7 @@ fn compared(
     let differences: Vec<f64> = with.map(|(sum, n)| sum / f64::from(*n)).collect();
     let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     Regression {
-        way: way.clone(),
+        configuration: configuration.clone(),
         before: earlier.clone(),
         cluster,
         n: count(differences.len()),
@@ -330,13 +348,13 @@ impl Regression {
     pub fn check(&self, margin: f64) -> Check {
         let name = format!(
             "{} · {}",
-            self.way.task.name(),
-            configuration_name(&self.way)
+            self.configuration.task.name(),
+            configuration_name(&self.configuration)
         );
         let mut found = match &self.test {
             None => "no common question was asked of both".to_string(),
             Some(test) => {
-                let interval = shown(test.interval, self.n);
+                let interval = if_enough(test.interval, self.n);
                 let ends = interval.map_or_else(
                     || "no interval of so few".into(),
                     |ends| format!("95 % interval {:+.4} to {:+.4}", ends.low, ends.high),
@@ -353,12 +371,12 @@ impl Regression {
         if self.left_out > 0 {
             found += &format!(", {} left out as not asked yet", self.left_out);
         }
-        if self.before.model != self.way.model {
+        if self.before.model != self.configuration.model {
             found += &format!(", beside {}", configuration_name(&self.before));
         }
         Check {
             requirement: format!("no worse than the baseline by more than {margin}"),
-            way: name,
+            configuration: name,
             found,
             // A share of a whole number of answers: rounding is no regression.
             is_met: self

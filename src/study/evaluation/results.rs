@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::confusion::Tally;
-use super::statistics::{Interval, f1_interval, shown};
+use super::statistics::{Interval, f1_interval, if_enough};
 use super::{AnswerStatus, Cluster, Confusion, Naming, PromptConfig, Scored, Spending};
 use nearmiss_record::Record;
 use nearmiss_store::{ClaimCounts, RunId};
@@ -56,7 +56,7 @@ pub struct AnswerOutcome {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
     /// How it was asked.
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// The answers, by scenario and sample.
     pub answers: Vec<AnswerOutcome>,
     /// What was spent on the questions, every attempt included.
@@ -132,12 +132,16 @@ impl AnswerOutcome {
 impl Results {
     /// The answers of a way, in any order.
     #[must_use]
-    pub fn new(way: PromptConfig, mut answers: Vec<AnswerOutcome>, spending: Spending) -> Self {
+    pub fn new(
+        configuration: PromptConfig,
+        mut answers: Vec<AnswerOutcome>,
+        spending: Spending,
+    ) -> Self {
         answers.sort_by(|a, b| (&a.scenario, a.sample, a.run).cmp(&(&b.scenario, b.sample, b.run)));
         let count = |outcome| answers.iter().filter(|a| a.outcome == outcome).count() as u32;
         Self {
             counts: Outcome::ALL.map(count),
-            way,
+            configuration,
             answers,
             spending,
             right_interval: None,
@@ -208,7 +212,7 @@ impl Results {
         let mut found: BTreeMap<&str, Confusion> = BTreeMap::new();
         for answer in &self.answers {
             let counts = found
-                .entry(answer.cluster.of(&answer.scenario))
+                .entry(answer.cluster.unit(&answer.scenario))
                 .or_default();
             match answer.outcome {
                 Outcome::TruePositive => counts.true_positives += 1,
@@ -228,10 +232,10 @@ pub fn with_intervals(mut rows: Vec<Results>) -> Vec<Results> {
     rows.par_iter_mut().for_each(|row| {
         let counted: Vec<Confusion> = row.by_unit();
         let many = u32::try_from(counted.len()).unwrap_or(u32::MAX);
-        row.f1 = shown(f1_interval(&counted), many);
+        row.f1 = if_enough(f1_interval(&counted), many);
         let mut right = Tally::default();
         for answer in &row.answers {
-            let unit = answer.cluster.of(&answer.scenario);
+            let unit = answer.cluster.unit(&answer.scenario);
             let is_right = answer.is_right.into_iter();
             is_right.for_each(|is_right| right.count(unit, is_right));
         }
@@ -245,7 +249,7 @@ pub fn with_intervals(mut rows: Vec<Results>) -> Vec<Results> {
 pub struct ResultsRow {
     /// How it was asked.
     #[serde(flatten)]
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// Questions that were asked.
     pub n: usize,
     /// Verdicts beside the truth.
@@ -306,7 +310,7 @@ impl Results {
         let ([right, wrong, open], checked) = self.claims();
         let known = |count: u32| (checked > 0).then_some(count);
         ResultsRow {
-            way: self.way.clone(),
+            configuration: self.configuration.clone(),
             n: self.answers.len(),
             confusion: c,
             unlabelled: self.count(Outcome::Open),
@@ -351,21 +355,24 @@ impl CountedWay {
     }
 
     /// What they come to; `None` if no question was asked.
-    pub fn results(self, way: PromptConfig) -> Option<Results> {
-        (!self.answers.is_empty()).then(|| Results::new(way, self.answers, self.spending))
+    pub fn results(self, configuration: PromptConfig) -> Option<Results> {
+        (!self.answers.is_empty()).then(|| Results::new(configuration, self.answers, self.spending))
     }
 }
 
 /// Answers by prompt configuration; questions that were not asked are left out.
 #[must_use]
 pub fn results<'a>(scored: impl IntoIterator<Item = &'a Scored>) -> Vec<Results> {
-    let mut ways: BTreeMap<&PromptConfig, CountedWay> = BTreeMap::new();
+    let mut configurations: BTreeMap<&PromptConfig, CountedWay> = BTreeMap::new();
     for one in scored {
-        ways.entry(&one.way).or_default().take(one);
+        configurations
+            .entry(&one.configuration)
+            .or_default()
+            .take(one);
     }
-    let by_way = ways.into_iter();
+    let by_way = configurations.into_iter();
     by_way
-        .filter_map(|(way, counted)| counted.results(way.clone()))
+        .filter_map(|(configuration, counted)| counted.results(configuration.clone()))
         .collect()
 }
 
@@ -438,7 +445,7 @@ mod tests {
         // The same way with another text of the template is another row.
         let version = |hash: &str| TemplateVersion::new("mine.md", Some("3"), hash);
         for (one, hash) in all.iter_mut().zip(["11", "22", "11"]) {
-            one.way.template = version(hash);
+            one.configuration.template = version(hash);
         }
         let found = results(&all);
         let rows: Vec<_> = found.iter().map(|row| row.answers.len()).collect();

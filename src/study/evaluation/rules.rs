@@ -30,7 +30,7 @@ const WRITTEN_ZERO: f64 = 0.005;
 impl Rule {
     /// Its answer; nothing where the facts of the window do not tell.
     #[must_use]
-    pub fn says(self, facts: &WindowFacts) -> Option<bool> {
+    pub fn answer(self, facts: &WindowFacts) -> Option<bool> {
         match self {
             Self::AlwaysYes => Some(true),
             Self::AlwaysNo => Some(false),
@@ -111,7 +111,7 @@ pub fn rules<'a>(
                 .iter()
                 .filter(|one| part.is_none() || one.part == part);
             for one in wanted {
-                if let Some(said) = rule.says(one.facts) {
+                if let Some(said) = rule.answer(one.facts) {
                     counts.count(said, one.dangerous);
                 }
             }
@@ -239,7 +239,7 @@ mod tests {
         for (nearest, said) in [(0.0, true), (0.004, true), (0.006, false)] {
             let one = item("a", (nearest, None), true, SplitPart::Dev);
             let facts = one.facts.unwrap();
-            assert_eq!(Rule::WrittenZero.says(&facts), Some(said), "{nearest}");
+            assert_eq!(Rule::WrittenZero.answer(&facts), Some(said), "{nearest}");
         }
     }
 }

@@ -256,7 +256,7 @@ fn unanswered(question: &Question, judge: &Judge, run: Option<RunId>) -> Answer 
         model: judge.id().to_string(),
         window: Some((case.window.first(), case.window.last())),
         times: times(judge.id(), &question.description),
-        how: question.how(judge.calls_tools()),
+        how: question.label(judge.calls_tools()),
         model_returned: None,
         judged: JudgeOutcome::Missing(MissingVerdict::Cancelled),
         text: String::new(),

@@ -79,25 +79,25 @@ impl CriticalMoments {
 /// Whether the description of a way's questions prints risk scores: those of the described steps, and the lowest of the
 /// window. `measures` are those chosen for the metrics frame, if any.
 #[must_use]
-pub fn says_the_score(way: &PromptConfig, measures: Option<&MeasureList>) -> bool {
+pub fn says_the_score(configuration: &PromptConfig, measures: Option<&MeasureList>) -> bool {
     let printed = match measures {
         Some(chosen) => chosen.ids().contains(&"risk"),
         // The templates of the recording task choose measures without it.
-        None => way.task != Task::Recording,
+        None => configuration.task != Task::Recording,
     };
-    way.frame.and_then(Frame::words) == Some(Frame::Metrics) && printed
+    configuration.frame.and_then(Frame::words) == Some(Frame::Metrics) && printed
 }
 
 /// The note of a report on answers whose truth is a risk score and whose questions print it: how they were asked, and the
 /// measures that were chosen for the metrics frame, if any.
 #[must_use]
 pub fn note_on_score<'a>(
-    ways: impl IntoIterator<Item = (&'a PromptConfig, Option<&'a MeasureList>)>,
+    configurations: impl IntoIterator<Item = (&'a PromptConfig, Option<&'a MeasureList>)>,
 ) -> Option<String> {
     let mut tasks: Vec<Task> = Vec::new();
-    for (way, measures) in ways {
-        if says_the_score(way, measures) && !tasks.contains(&way.task) {
-            tasks.push(way.task);
+    for (configuration, measures) in configurations {
+        if says_the_score(configuration, measures) && !tasks.contains(&configuration.task) {
+            tasks.push(configuration.task);
         }
     }
     tasks.sort_unstable();
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn only_the_metrics_frame_with_the_risk_score_tells_the_truth() {
-        let way = |task, frame| PromptConfig {
+        let configuration = |task, frame| PromptConfig {
             task,
             frame: Some(frame),
             techniques: None,
@@ -150,14 +150,17 @@ mod tests {
             settings: crate::evaluation::AxisValues::default(),
             template: None,
         };
-        let metrics = way(Task::Safety, Frame::Metrics);
+        let metrics = configuration(Task::Safety, Frame::Metrics);
         let with = MeasureList::parse("ttc,risk").unwrap();
         let without = MeasureList::parse("ttc").unwrap();
         assert!(says_the_score(&metrics, None));
         assert!(says_the_score(&metrics, Some(&with)));
         assert!(!says_the_score(&metrics, Some(&without)));
-        assert!(!says_the_score(&way(Task::Safety, Frame::Ego), None));
-        let recording = way(Task::Recording, Frame::Metrics);
+        assert!(!says_the_score(
+            &configuration(Task::Safety, Frame::Ego),
+            None
+        ));
+        let recording = configuration(Task::Recording, Frame::Metrics);
         assert!(!says_the_score(&recording, None));
         assert!(says_the_score(&recording, Some(&with)));
         assert_eq!(note_on_score([(&recording, None)]), None);

@@ -60,15 +60,17 @@ struct Way {
 }
 
 impl From<PromptConfig> for Way {
-    fn from(way: PromptConfig) -> Self {
+    fn from(configuration: PromptConfig) -> Self {
         Self {
-            task: way.task.name(),
-            frame: way.frame.map(|frame| frame.name()),
-            techniques: way.techniques.map(|techniques| techniques.to_string()),
-            settings: way.settings.words(),
-            template: way.template.as_ref().map(ToString::to_string),
-            template_hash: way.template.map(|template| template.hash),
-            model: way.model,
+            task: configuration.task.name(),
+            frame: configuration.frame.map(|frame| frame.name()),
+            techniques: configuration
+                .techniques
+                .map(|techniques| techniques.to_string()),
+            settings: configuration.settings.to_stored(),
+            template: configuration.template.as_ref().map(ToString::to_string),
+            template_hash: configuration.template.map(|template| template.hash),
+            model: configuration.model,
         }
     }
 }
@@ -103,7 +105,7 @@ pub struct Scored {
     /// Name of the scenario, without folders and ending.
     pub scenario: String,
     /// How it was asked.
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// Which of several answers to the same question, from 0.
     pub sample: u32,
     /// Its label; `None` if unknown. Of a question about a drawn window, that of the window.
@@ -135,7 +137,7 @@ impl Scored {
     /// The unit of intervals and comparisons that it is of.
     #[must_use]
     pub fn unit(&self) -> &str {
-        self.cluster.of(&self.scenario)
+        self.cluster.unit(&self.scenario)
     }
 
     /// Whether it says yes; `None` if it holds no verdict. Which obstacles it names is counted apart: see
@@ -159,7 +161,9 @@ impl Scored {
     /// Makes a yes of the safety task that does not name the obstacle that collides a no, as the paper counts; nothing
     /// where that obstacle is not known.
     pub fn require_naming(&mut self) {
-        if let (Task::Safety, AnswerStatus::Verdict(verdict)) = (self.way.task, &mut self.status) {
+        if let (Task::Safety, AnswerStatus::Verdict(verdict)) =
+            (self.configuration.task, &mut self.status)
+        {
             let named = verdict.danger();
             let known = !self.critical.is_empty();
             verdict.dangerous &= !known || named.iter().any(|id| self.critical.contains(id));
@@ -167,7 +171,7 @@ impl Scored {
     }
 
     /// Sets what is true: the label, and the obstacles that are truly critical.
-    pub fn tell(&mut self, truth: Option<(Label, Vec<i64>)>) {
+    pub fn set_truth(&mut self, truth: Option<(Label, Vec<i64>)>) {
         let (label, critical) = truth.unzip();
         self.truth = label;
         self.critical = critical.unwrap_or_default();
@@ -178,7 +182,7 @@ impl Scored {
     pub fn built_in(scenario: &str, model: &str, truth: Option<Label>, verdict: Verdict) -> Self {
         Self {
             scenario: scenario.into(),
-            way: PromptConfig {
+            configuration: PromptConfig {
                 task: verdict.task,
                 frame: None,
                 techniques: None,
@@ -206,7 +210,7 @@ impl Scored {
     #[must_use]
     pub fn spending(&self) -> Spending {
         let mut sum = Spending::default();
-        let free = self.way.model == judge::MODEL || self.was_not_sent();
+        let free = self.configuration.model == judge::MODEL || self.was_not_sent();
         if self.was_asked() {
             let cost = self.consumed.cost_usd.or(free.then_some(0.0));
             sum.add(cost, self.most_usd);
@@ -281,7 +285,7 @@ impl<'a> AnswerCase<'a> {
 
     /// The lead in words: `1 s`, or `end`; `None` without one.
     #[must_use]
-    pub fn lead_words(&self) -> Option<String> {
+    pub fn lead_label(&self) -> Option<String> {
         self.lead.map(|lead| match lead {
             Lead::Paper => "end".into(),
             Lead::Seconds(_) => format!("{lead} s"),

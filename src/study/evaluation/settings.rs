@@ -85,7 +85,7 @@ impl Settings {
             AxesOfEgo::Centre => EgoAxes::Centre,
         });
         // What a template names wrongly is an error where its messages are made.
-        let measures = measures_of(template).and_then(Result::ok);
+        let measures = template_measures(template).and_then(Result::ok);
         EffectiveSettings {
             history: self
                 .history
@@ -124,7 +124,7 @@ impl Settings {
 }
 
 /// The measures that a template asks for, or what is wrong with their names.
-pub(super) fn measures_of(template: &Defaults) -> Option<Result<MeasureList, String>> {
+pub(super) fn template_measures(template: &Defaults) -> Option<Result<MeasureList, String>> {
     let ids = template.measures.as_ref()?;
     Some(MeasureList::of(ids.iter().map(String::as_str)))
 }
@@ -216,7 +216,7 @@ impl AxisValues {
 
     /// The same as the store and tables have it; `None` without a value.
     #[must_use]
-    pub fn words(&self) -> Option<String> {
+    pub fn to_stored(&self) -> Option<String> {
         (!self.is_empty()).then(|| self.to_string())
     }
 
@@ -349,6 +349,6 @@ mod tests {
         };
         assert_eq!(same.stride.one(), Some(3));
         assert_eq!(same.axis_values(), [AxisValues::default()]);
-        assert_eq!(AxisValues::default().words(), None);
+        assert_eq!(AxisValues::default().to_stored(), None);
     }
 }

@@ -136,7 +136,10 @@ impl Standings {
 
 /// How an answer was asked, with the version of the template where that is known.
 fn prompt(answer: &RatedAnswer) -> String {
-    let version = answer.template.as_ref().and_then(TemplateVersion::of);
+    let version = answer
+        .template
+        .as_ref()
+        .and_then(TemplateVersion::from_stored);
     match version {
         Some(version) => {
             let parts: Vec<&str> = answer.prompt.split(" · ").take(2).collect();

@@ -32,7 +32,7 @@ pub(crate) fn answer(scenario: &str, model: &str, dangerous: bool, risks: &[(i64
 pub(super) fn failed(scenario: &str, model: &str) -> Scored {
     Scored {
         scenario: scenario.into(),
-        way: PromptConfig {
+        configuration: PromptConfig {
             task: Task::Safety,
             frame: None,
             techniques: None,

@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 use super::question::Question;
 use crate::tools::{self, TOOLS, WindowView};
 use nearmiss_ask::llm::{
-    CALL_OVERHEAD, MOST_CALLS, ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox,
+    CALL_OVERHEAD, MAX_CALLS, ToolCall, ToolLimits, ToolRound, ToolSpec, ToolTurn, Toolbox,
 };
 
 /// Most bytes of a result: longer ones become an error that says so.
-const LONGEST_RESULT: usize = 6 << 10;
+const MAX_RESULT_BYTES: usize = 6 << 10;
 
 /// The tools as models are told of them.
 #[must_use]
@@ -86,7 +86,7 @@ fn is_over_limit(result: &str) -> bool {
 
 /// How many calls were answered in how many rounds: `4 calls in 2 rounds, 2 more refused`, with `noun` for calls.
 #[must_use]
-pub fn words(rounds: &[ToolRound], noun: &str) -> String {
+pub fn rounds_summary(rounds: &[ToolRound], noun: &str) -> String {
     let results = rounds.iter().flat_map(|round| &round.results);
     let refused = results.filter(|result| is_over_limit(result)).count();
     let made = (calls(rounds) as usize).saturating_sub(refused);
@@ -108,7 +108,7 @@ fn result(view: &WindowView<'_>, call: &ToolCall) -> String {
     match tools::call(view, &call.name, &call.arguments) {
         Ok(value) => {
             let text = value.to_string();
-            if text.len() > LONGEST_RESULT {
+            if text.len() > MAX_RESULT_BYTES {
                 error("the result is too long; ask for less of it")
             } else {
                 text
@@ -174,9 +174,9 @@ pub(super) fn most_added(rounds: u32, limits: &ToolLimits, answer: u32) -> u32 {
     // A turn is at most an answer long; results are half as many tokens as bytes.
     let tokens =
         |bytes: usize| u32::try_from((bytes + CALL_OVERHEAD).div_ceil(2)).unwrap_or(u32::MAX);
-    let results = limits.calls.saturating_mul(tokens(LONGEST_RESULT));
+    let results = limits.calls.saturating_mul(tokens(MAX_RESULT_BYTES));
     // Calls of the last round that are beyond the limit are answered, too.
-    let beyond = MOST_CALLS as u32 * tokens(over_limit(limits).len());
+    let beyond = MAX_CALLS as u32 * tokens(over_limit(limits).len());
     rounds
         .saturating_mul(answer)
         .saturating_add(if rounds == 0 {
@@ -250,11 +250,14 @@ mod tests {
         };
         let one = round(1, vec!["{}".into()]);
         assert_eq!(
-            words(std::slice::from_ref(&one), "tool call"),
+            rounds_summary(std::slice::from_ref(&one), "tool call"),
             "1 tool call in 1 round"
         );
         let more = round(2, vec![over_limit(&limits); 2]);
-        assert_eq!(words(&[one, more], ""), "1 in 2 rounds, 2 more refused");
+        assert_eq!(
+            rounds_summary(&[one, more], ""),
+            "1 in 2 rounds, 2 more refused"
+        );
     }
 
     /// Rounds as long as they can be: turns of many bytes a token, told again as the server wants them.
@@ -262,7 +265,7 @@ mod tests {
         let mut all: Vec<ToolRound> = Vec::new();
         for round in 0..rounds {
             let last = round + 1 == rounds;
-            let count = if last { MOST_CALLS as u32 } else { 1 };
+            let count = if last { MAX_CALLS as u32 } else { 1 };
             let call = ToolCall {
                 id: "call".into(),
                 name: "distance".into(),
@@ -272,7 +275,7 @@ mod tests {
             let results = (0..count)
                 .map(|place| {
                     if made + place < limits.calls {
-                        "x".repeat(LONGEST_RESULT)
+                        "x".repeat(MAX_RESULT_BYTES)
                     } else {
                         over_limit(limits)
                     }

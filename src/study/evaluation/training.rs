@@ -51,7 +51,7 @@ pub enum NoExample {
 impl NoExample {
     /// In words, for a number of answers.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn label(self) -> &'static str {
         match self {
             Self::OtherTask => "to tasks without a yes or no",
             Self::BuiltIn => "of the built-in judge",

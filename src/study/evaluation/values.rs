@@ -92,7 +92,7 @@ struct MeasureValues {
 }
 
 impl MeasureValues {
-    fn of(measure: &'static Measure, form: Form) -> Self {
+    fn new(measure: &'static Measure, form: Form) -> Self {
         let column = match form {
             Form::Compact => measure_column(measure),
             Form::Prose => measure.name.to_string(),
@@ -131,7 +131,7 @@ impl<'a> Values<'a> {
         let described = case.options.steps(&case.window);
         let dt = case.scene.scenario.dt();
         let limits = &case.thresholds.limits;
-        let attacker = AttackerValues::of(case);
+        let attacker = AttackerValues::from_case(case);
         let chosen = case.options.measures;
         let told = chosen.map_or(USUAL_CRITICAL.to_vec(), |chosen| chosen.ids());
         let chosen = chosen.into_iter().flat_map(|chosen| chosen.iter());
@@ -146,7 +146,7 @@ impl<'a> Values<'a> {
             axes: case.options.axes.name(),
             road: case.options.road,
             measures: chosen
-                .map(|measure| MeasureValues::of(measure, case.options.form))
+                .map(|measure| MeasureValues::new(measure, case.options.form))
                 .collect(),
             contact: case.options.contact,
             horizon: plain(case.horizon),
@@ -271,7 +271,7 @@ pub(super) struct AttackerValues {
 
 impl AttackerValues {
     /// Those of the obstacle that a case describes.
-    pub fn of(case: &Case) -> Option<Self> {
+    pub fn from_case(case: &Case) -> Option<Self> {
         let obstacle = case.scene.scenario.obstacle(case.options.obstacle?)?;
         let able = Capability::for_obstacle(obstacle, case.attack.style)?;
         let limits = &able.limits;

@@ -7,7 +7,7 @@ use super::tables::{Comparison, Paper, Part, Published};
 use crate::evaluation::Confusion;
 use crate::evaluation::report::{
     Block, Cell, ComparisonRow, CountedCounts, DataHalf, Document, Finding, FlatRows, PartRow,
-    PrintedCounts, ReportDocument, rows_of,
+    PrintedCounts, ReportDocument, record_rows,
 };
 use crate::evaluation::statistics::Interval;
 use nearmiss_record::{CaptionedTable, NONE, Record, columns, with_interval};
@@ -19,7 +19,7 @@ impl Paper {
     pub fn document(&self) -> Document {
         let notes = &self.report.about.notes;
         let mut blocks: Vec<Block> = notes.iter().cloned().map(Block::Text).collect();
-        blocks.extend(self.words().map(Block::Text));
+        blocks.extend(self.paragraphs().map(Block::Text));
         for table in ["I", "II", "III", "IV"] {
             blocks.push(Block::Table(self.table(table)));
         }
@@ -63,7 +63,7 @@ impl Paper {
         self.comparisons.iter().map(ComparisonRow::from).collect()
     }
 
-    fn words(&self) -> impl Iterator<Item = String> {
+    fn paragraphs(&self) -> impl Iterator<Item = String> {
         let cells = |half| {
             self.report
                 .cells
@@ -109,7 +109,7 @@ impl Paper {
     fn table(&self, name: &str) -> CaptionedTable {
         let of_table = { self.comparisons.iter() }.filter(|c| c.published.table == name);
         let task = of_table.clone().next();
-        let task = task.map_or("", |c| c.published.way.task.name());
+        let task = task.map_or("", |c| c.published.configuration.task.name());
         let rows: Vec<PaperRow> = of_table.map(PaperRow::from).collect();
         let table = CaptionedTable::new(
             format!(
@@ -117,9 +117,9 @@ impl Paper {
             ),
             format!("nearmiss-paper-{}", name.to_lowercase()),
             &columns::<PaperRow>(),
-            &rows_of(&rows),
+            &record_rows(&rows),
         );
-        table.with_notes(self.words())
+        table.with_notes(self.paragraphs())
     }
 
     fn departures(&self) -> Option<CaptionedTable> {
@@ -127,7 +127,7 @@ impl Paper {
         for c in self.comparisons.iter().filter(|c| c.repeats.is_none()) {
             let same = |one: &&Comparison| {
                 one.repeats.as_ref() == Some(&c.published.table)
-                    && one.published.way == c.published.way
+                    && one.published.configuration == c.published.configuration
             };
             let others = self.comparisons.iter().filter(same);
             let tables: Vec<&str> = std::iter::once(c)
@@ -159,9 +159,9 @@ impl Paper {
             "Published and recorded shares that differ, with 95 % Wilson intervals",
             "nearmiss-paper-departures",
             &columns::<Departure>(),
-            &rows_of(&rows),
+            &record_rows(&rows),
         );
-        table.with_notes(self.words()).filled()
+        table.with_notes(self.paragraphs()).filled()
     }
 
     fn contradictions(&self) -> Option<CaptionedTable> {
@@ -179,7 +179,7 @@ impl Paper {
             "Published rates that do not match the published counts",
             "nearmiss-paper-contradictions",
             &columns::<Contradiction>(),
-            &rows_of(&rows),
+            &record_rows(&rows),
         )
         .filled()
     }
@@ -225,7 +225,7 @@ impl From<&Comparison> for PaperRow {
         let (row, recorded, judge) = (&c.published, c.recorded.as_ref(), c.reference.as_ref());
         let prompt = |frame: Frame| if frame.name() == "ego" { "Ego" } else { "Cart" };
         Self {
-            prompt: row.way.frame.map(prompt),
+            prompt: row.configuration.frame.map(prompt),
             method: row.method.clone(),
             model: row.model.clone(),
             published: four(&row.counts),
@@ -284,7 +284,7 @@ impl Record for Contradiction {
 
 /// A row in short: `ego All Gemini-1.5Pro`.
 fn name(row: &Published) -> String {
-    let frame = row.way.frame.map_or(NONE, |f| f.name());
+    let frame = row.configuration.frame.map_or(NONE, |f| f.name());
     format!("{frame} {} {}", row.method, row.model)
 }
 
@@ -325,7 +325,7 @@ impl From<&Comparison> for ComparisonRow {
         let row = &one.published;
         let [precision, recall, f1] = row.rates;
         Self {
-            way: row.way.clone(),
+            configuration: row.configuration.clone(),
             table: row.table.clone(),
             method: row.method.clone(),
             repeats: one.repeats.clone(),

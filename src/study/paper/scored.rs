@@ -49,7 +49,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
             .map(Label::critical)
             .unwrap_or_default(),
         scenario: answer.scenario.clone(),
-        way: PromptConfig {
+        configuration: PromptConfig {
             task: answer.task,
             frame: Frame::parse(answer.frame),
             techniques: Some(answer.techniques),
@@ -62,7 +62,7 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
         status: status(answer),
         reference: references
             .get(&subject(answer))
-            .and_then(|r| r.of(answer.task).cloned()),
+            .and_then(|r| r.verdict(answer.task).cloned()),
         window: None,
         consumed: Consumed::default(),
         most_usd: None,
@@ -77,7 +77,9 @@ pub fn scored(root: &Path) -> (Vec<Scored>, Vec<Problem>) {
     let mut scored: Vec<Scored> = answers.par_iter().map(one).collect();
     for (&(name, collision), reference) in &references {
         let truth = label(&labels, name, collision);
-        let verdicts = Task::VERDICTS.into_iter().filter_map(|t| reference.of(t));
+        let verdicts = Task::VERDICTS
+            .into_iter()
+            .filter_map(|t| reference.verdict(t));
         scored.extend(verdicts.map(|verdict| of_judge(name, truth, verdict)));
     }
     (scored, problems)
@@ -118,7 +120,7 @@ impl Reference {
         }
     }
 
-    fn of(&self, task: Task) -> Option<&Verdict> {
+    fn verdict(&self, task: Task) -> Option<&Verdict> {
         match task {
             Task::Collision => self.collision.as_ref(),
             Task::Safety => self.safety.as_ref(),
@@ -248,13 +250,13 @@ pub fn runs(root: &Path, now_ms: i64) -> (Vec<Run>, Vec<Problem>) {
     });
     let run = |answer| {
         let tied = tied.get(&subject(answer));
-        run_of(answer, tied, root, now_ms)
+        to_run(answer, tied, root, now_ms)
     };
     let runs = answers.par_iter().map(run).collect();
     (runs, problems)
 }
 
-fn run_of(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> Run {
+fn to_run(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> Run {
     let said = answer.read();
     let techniques = answer.techniques.to_string();
     let scene = tied.and_then(|tied| tied.scene.as_ref());

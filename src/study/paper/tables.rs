@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::evaluation::report::{Cell, Finding, Report, ReportSubject};
-use crate::evaluation::statistics::{Interval, part_of, wilson};
+use crate::evaluation::statistics::{Interval, fisher_p_value, wilson};
 use crate::evaluation::{AxisValues, Confusion, PromptConfig, Scored};
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_scene::description::Frame;
@@ -16,7 +16,7 @@ pub struct Published {
     /// `I` to `IV`.
     pub table: String,
     /// The prompt configuration, with the model as recorded answers name it.
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// The paper's word for the techniques.
     pub method: String,
     /// The paper's word for the model.
@@ -102,7 +102,7 @@ pub fn published() -> Result<Vec<Published>, String> {
     let row = |row: Row| {
         let word = |what: &str| format!("{what} of a row of table {}", row.table);
         Ok(Published {
-            way: PromptConfig {
+            configuration: PromptConfig {
                 task: Task::parse(&row.task).ok_or_else(|| word("the task"))?,
                 frame: Some(Frame::parse(&row.frame).ok_or_else(|| word("the frame"))?),
                 techniques: Some(Techniques::parse(&row.techniques)?),
@@ -157,14 +157,19 @@ impl Paper {
         counted.iter_mut().for_each(Scored::require_naming);
         let counted = Report::from_scored(&counted);
         let find = |wanted: &dyn Fn(&PromptConfig) -> bool| {
-            counted.whole().find(|c| wanted(&c.way)).cloned()
+            counted
+                .full_cells()
+                .find(|c| wanted(&c.configuration))
+                .cloned()
         };
         let compare = |row: Published| {
-            let recorded = find(&|way| *way == row.way);
-            let judge = |way: &PromptConfig| way.task == row.way.task && way.model == judge::MODEL;
+            let recorded = find(&|configuration| *configuration == row.configuration);
+            let judge = |configuration: &PromptConfig| {
+                configuration.task == row.configuration.task && configuration.model == judge::MODEL
+            };
             let counts = recorded.as_ref().map(|cell| cell.confusion);
             Comparison {
-                parts: [true, false].map(|half| Part::of(half, &row.counts, counts.as_ref())),
+                parts: [true, false].map(|half| Part::new(half, &row.counts, counts.as_ref())),
                 repeats: None,
                 reference: find(&judge),
                 recorded,
@@ -174,7 +179,8 @@ impl Paper {
         let mut comparisons: Vec<Comparison> = Vec::new();
         for row in published()? {
             let same = |one: &&Comparison| {
-                one.published.way == row.way && one.published.counts == row.counts
+                one.published.configuration == row.configuration
+                    && one.published.counts == row.counts
             };
             let before = comparisons.iter().find(same);
             let repeats = before.map(|one| one.published.table.clone());
@@ -202,7 +208,7 @@ impl Paper {
 }
 
 impl Part {
-    fn of(collision: bool, published: &Confusion, recorded: Option<&Confusion>) -> Self {
+    fn new(collision: bool, published: &Confusion, recorded: Option<&Confusion>) -> Self {
         let half = |c: &Confusion| {
             if collision {
                 (c.true_positives, c.positives())
@@ -213,7 +219,7 @@ impl Part {
         let (published, recorded) = (half(published), recorded.map_or((0, 0), half));
         let p = match recorded.1 {
             0 => None,
-            n => part_of(recorded.0, n, published.0, published.1),
+            n => fisher_p_value(recorded.0, n, published.0, published.1),
         };
         let finding = match p {
             None => Finding::Missing,
@@ -259,7 +265,7 @@ mod tests {
     fn a_row_that_stands_in_two_tables_is_counted_once() {
         // An answer that no published count of its row can hold: nothing was taken for a collision there.
         let alarm = Scored {
-            way: PromptConfig {
+            configuration: PromptConfig {
                 task: Task::Collision,
                 frame: Some(Frame::Cartesian),
                 techniques: Some(Techniques::ALL),

@@ -69,14 +69,14 @@ impl Arguments {
         };
         let value: Value = serde_json::from_str(text)
             .map_err(|why| ToolError::new(format!("the arguments are no JSON: {why}")))?;
-        Self::of(value, expected)
+        Self::from_value(value, expected)
     }
 
     /// Takes over a JSON value.
     ///
     /// # Errors
     /// As [`Self::parse`].
-    pub fn of(value: Value, expected: &[Argument]) -> Result<Self, ToolError> {
+    pub fn from_value(value: Value, expected: &[Argument]) -> Result<Self, ToolError> {
         let mut map = match value {
             Value::Object(map) => map,
             Value::Null => Map::new(),
@@ -123,7 +123,7 @@ impl Arguments {
 
     /// A word.
     #[must_use]
-    pub fn word(&self, name: &str) -> Option<&str> {
+    pub fn text(&self, name: &str) -> Option<&str> {
         self.0.get(name)?.as_str()
     }
 }
@@ -144,7 +144,7 @@ impl Argument {
                 _ => wrong(format!("a number from {least} to {most}{}", self.in_unit())),
             },
             ArgumentKind::Obstacle | ArgumentKind::Participant => {
-                if let Some(id) = id_of(value, matches!(self.kind, ArgumentKind::Participant)) {
+                if let Some(id) = parse_id(value, matches!(self.kind, ArgumentKind::Participant)) {
                     *value = id.into();
                     return Ok(());
                 }
@@ -169,7 +169,7 @@ impl Argument {
 }
 
 /// An id as a number, as a whole float, or as text; `ego` is 0 where the ego may be meant.
-fn id_of(value: &Value, ego: bool) -> Option<i64> {
+fn parse_id(value: &Value, ego: bool) -> Option<i64> {
     match value {
         Value::Number(number) => number.as_i64().or_else(|| {
             let whole = number

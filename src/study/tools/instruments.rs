@@ -123,7 +123,7 @@ fn list_obstacles(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value,
             "distance": number(*apart),
             "side": side.name(),
         });
-        if let Some(words) = lanes.of(encounter.other) {
+        if let Some(words) = lanes.name(encounter.other) {
             entry["lane"] = words.into();
         }
         entry
@@ -166,7 +166,7 @@ pub(super) const GET_STATE: Tool = Tool {
 
 fn get_state(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
     let step = view.step(arguments.number("t"))?;
-    let who = view.who(arguments.id("participant").unwrap_or(0))?;
+    let who = view.participant(arguments.id("participant").unwrap_or(0))?;
     let (motion, body) = view.at(&who, step)?;
     let (length, width) = body.shape().size();
     let mut state = json!({
@@ -220,7 +220,7 @@ pub(super) const LANE_RELATION: Tool = Tool {
 
 fn lane_relation(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
     let step = view.step(arguments.number("t"))?;
-    let who = view.who(arguments.id("obstacle").unwrap_or(0))?;
+    let who = view.participant(arguments.id("obstacle").unwrap_or(0))?;
     if matches!(who, Who::Ego) {
         return Err(ToolError::new(
             "name an obstacle; its lane is related to the ego's",
@@ -230,7 +230,7 @@ fn lane_relation(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, 
     let (other, _) = view.at(&who, step)?;
     let network = &view.context().scene().scenario.network;
     let mut said = json!({"t": time(view.seconds(step))});
-    match LaneWords::new(view, ego).of(other) {
+    match LaneWords::new(view, ego).name(other) {
         Some(words) => said["lane"] = words.into(),
         None => said["none"] = "the map has no lanes".into(),
     }
@@ -258,7 +258,7 @@ impl<'s> LaneWords<'s> {
     }
 
     /// The words for the lane under another; nothing on maps without lanes.
-    pub fn of(&self, other: &Motion) -> Option<&'static str> {
+    pub fn name(&self, other: &Motion) -> Option<&'static str> {
         if self.network.lanelets.is_empty() {
             return None;
         }
@@ -330,7 +330,7 @@ const MOST_POINTS: usize = 60;
 
 fn positions_ahead(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
     let step = view.step(arguments.number("t"))?;
-    let who = view.who(arguments.id("participant").unwrap_or(0))?;
+    let who = view.participant(arguments.id("participant").unwrap_or(0))?;
     let (motion, _) = view.at(&who, step)?;
     let distance = arguments.number("distance").unwrap_or(50.0);
     let spacing = arguments.number("spacing").unwrap_or(10.0);

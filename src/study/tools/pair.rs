@@ -54,8 +54,8 @@ fn both<'s>(view: &WindowView<'s>, arguments: &Arguments) -> Result<(i64, Both<'
     if ids[0] == ids[1] {
         return Err(ToolError::new("`obstacle` and `other` are the same"));
     }
-    let first: Who<'s> = view.who(ids[0])?;
-    let second = view.who(ids[1])?;
+    let first: Who<'s> = view.participant(ids[0])?;
+    let second = view.participant(ids[1])?;
     Ok((step, [view.at(&first, step)?, view.at(&second, step)?]))
 }
 
@@ -144,12 +144,12 @@ fn without_future() -> Vec<&'static str> {
 
 fn measured(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
     let step = view.step(arguments.number("t"))?;
-    let id = arguments.word("id").unwrap_or_default();
+    let id = arguments.text("id").unwrap_or_default();
     let measure = measure(id)
         .filter(|m| !m.reads_ahead)
         .ok_or_else(|| ToolError::new(format!("no measure `{id}`")))?;
     let obstacle = arguments.id("obstacle").unwrap_or(0);
-    let who = view.who(obstacle)?;
+    let who = view.participant(obstacle)?;
     let Who::Other(place, _) = who else {
         return Err(ToolError::new(
             "a measure is of the ego and an obstacle; name one",
@@ -170,11 +170,15 @@ fn measured(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolE
         .encounter(place, step)
         .map(|encounter| measure.of(&encounter))
         .ok_or_else(|| ToolError::new("the two are not there together"))?;
-    Ok(said(view.seconds(step), measure, reading))
+    Ok(reading_result(view.seconds(step), measure, reading))
 }
 
 /// A reading as a result.
-fn said(seconds: f64, measure: &nearmiss_scene::metrics::Measure, reading: Reading) -> Value {
+fn reading_result(
+    seconds: f64,
+    measure: &nearmiss_scene::metrics::Measure,
+    reading: Reading,
+) -> Value {
     let mut said = json!({"t": time(seconds), "name": measure.name});
     match reading {
         Reading::Value(value) => said["value"] = number(value),
@@ -230,11 +234,11 @@ pub(super) const PREDICT: Tool = Tool {
 };
 
 /// Most positions of one result.
-const MOST_POSITIONS: usize = 60;
+const MAX_POSITIONS: usize = 60;
 
 fn predict(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
     let step = view.step(arguments.number("t"))?;
-    let who = view.who(arguments.id("participant").unwrap_or(0))?;
+    let who = view.participant(arguments.id("participant").unwrap_or(0))?;
     let (motion, body) = view.at(&who, step)?;
     let horizon = arguments.number("horizon").unwrap_or(3.0);
     let interval = arguments.number("interval").unwrap_or(0.5);
@@ -244,9 +248,9 @@ fn predict(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolEr
     };
     // Half a microsecond covers the dust of binary fractions.
     let count = ((horizon + 5e-7) / interval).floor() as usize;
-    if count > MOST_POSITIONS {
+    if count > MAX_POSITIONS {
         return Err(ToolError::new(format!(
-            "at most {MOST_POSITIONS} positions at once; choose a larger interval"
+            "at most {MAX_POSITIONS} positions at once; choose a larger interval"
         )));
     }
     let position = |i: usize| {

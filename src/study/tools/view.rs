@@ -91,7 +91,7 @@ impl<'s> WindowView<'s> {
     }
 
     /// The participant with an id; 0 is the ego.
-    pub(super) fn who(&self, id: i64) -> Result<Who<'s>, ToolError> {
+    pub(super) fn participant(&self, id: i64) -> Result<Who<'s>, ToolError> {
         if id == 0 {
             return Ok(Who::Ego);
         }

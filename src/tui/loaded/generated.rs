@@ -113,7 +113,7 @@ impl Opened {
         let model = wanted.writer.as_ref().map(|writer| writer.model.clone());
         let authorship = authored.map(|authored| {
             let chosen = made.chosen.as_ref();
-            let taken = chosen.and_then(|c| authored.source_of(&c.attack));
+            let taken = chosen.and_then(|c| authored.find_source(&c.attack));
             Authorship {
                 model: model.clone().unwrap_or_default(),
                 only: wanted.only,

@@ -23,7 +23,7 @@ pub use generated::{
     AuthoringProgress, Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome,
     GenerationProgress, GenerationStage, VariantRequest, VariantShown, Writer,
 };
-pub use nearmiss_workflow::{Facts, Tally, Verdicts, country_of};
+pub use nearmiss_workflow::{Facts, Tally, Verdicts, country_code};
 pub use picture::{PictureJob, PictureKind};
 pub use planned::{CycleShown, DriveFiles, DriveKey, PlannedEgo};
 pub use source::Source;
@@ -292,7 +292,7 @@ pub struct SavedVariant {
 impl SavedVariant {
     /// Of a scenario; `None` where no certificate says that it is a variant.
     fn new(entry: &Entry, thresholds: &Thresholds) -> Option<Self> {
-        let origin = VariantOrigin::of(entry)?;
+        let origin = VariantOrigin::read(entry)?;
         let original = match origin.original() {
             None => Err(origin.missing()),
             Some((entry, _)) => Opened::alone(&entry, &EgoSelection::Beside, thresholds, None)

@@ -32,7 +32,7 @@ impl Model {
         let techniques = || with_tools(&self.techniques.to_string(), self.tools);
         let way = || format!("{} · {}", self.frame.name(), techniques());
         let question = self.prompt.question.as_ref();
-        question.map_or_else(way, |question| question.how(self.tools))
+        question.map_or_else(way, |question| question.label(self.tools))
     }
 
     /// The frame after the present one that has a template for the task.
@@ -313,7 +313,7 @@ impl Prices {
     /// What the bound on a model's cost counts beyond listed prices, in words.
     #[must_use]
     pub fn bound(&self, model: &str) -> Option<String> {
-        self.pricing_for(model)?.bound_words()
+        self.pricing_for(model)?.bound_note()
     }
 
     /// Where the price of a model is from, or how to state one.

@@ -9,7 +9,7 @@ use nearmiss_study::evaluation::PromptConfig;
 use nearmiss_study::evaluation::batch::Spec;
 use nearmiss_workflow::batch::DryRunLine;
 use nearmiss_workflow::{
-    ExperimentAxis, ExperimentFile, ExperimentProgress, FolderOfExperiments, WayProgress,
+    ConfigurationProgress, ExperimentAxis, ExperimentFile, ExperimentProgress, FolderOfExperiments,
     read_experiment,
 };
 
@@ -65,8 +65,8 @@ pub(super) fn outline() -> ExperimentOutline {
 }
 
 pub(super) fn counted(batch: Option<BatchId>) -> CountedExperiment {
-    let of_way = |techniques, answered, failed, open| WayProgress {
-        way: way(techniques, "low"),
+    let of_way = |techniques, answered, failed, open| ConfigurationProgress {
+        configuration: way(techniques, "low"),
         answered,
         failed,
         open,
@@ -75,7 +75,7 @@ pub(super) fn counted(batch: Option<BatchId>) -> CountedExperiment {
     CountedExperiment {
         batch,
         progress: ExperimentProgress {
-            ways: vec![of_way("base", 3, 1, 8), of_way("all", 0, 0, 12)],
+            configurations: vec![of_way("base", 3, 1, 8), of_way("all", 0, 0, 12)],
             scenarios: 4,
             windows: 12,
         },
@@ -128,7 +128,7 @@ fn one_of_a_kind_is_said_in_the_singular() {
     let mut bench = opened(None);
     let mut one = counted(None);
     (one.progress.scenarios, one.progress.windows) = (1, 1);
-    one.progress.ways.truncate(1);
+    one.progress.configurations.truncate(1);
     tell(&mut bench, Update::Ended(Ok(Box::new(one))));
     let frame = bench.frame(200, 60);
     assert!(
@@ -216,7 +216,7 @@ fn progress_is_followed_by_way_of_asking() {
         let changed = BatchProgress::Changed(Box::new(change(techniques)));
         bench.send(Msg::reply::<AskBatch>((id, Update::Progress(changed))));
     }
-    let ways = &bench.model.experiment.progress.ways;
+    let ways = &bench.model.experiment.progress.configurations;
     let counts: Vec<_> = ways.iter().map(|way| (way.answered, way.open)).collect();
     assert_eq!(counts, [(5, 6), (1, 11)]);
     assert!(bench.frame(80, 24).contains("running"));
@@ -546,7 +546,7 @@ async fn a_new_one_is_what_the_workbench_asks_and_replaces_nothing_unasked() {
             .all(|entry| matches!(entry.place, EntryLocation::Bundled(_)))
     );
     assert_eq!((&read.select, &read.split), (&None, &None));
-    let stored = Spec::templates_of(matrix, &library);
+    let stored = Spec::templates_for(matrix, &library);
     assert!(
         read.templates
             .iter()

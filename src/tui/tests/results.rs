@@ -80,12 +80,16 @@ fn answers_are_compared_with_the_recording_or_the_judge_and_the_screen_names_whi
     let models: Vec<_> = results
         .rows
         .iter()
-        .map(|row| row.way.model.as_str())
+        .map(|row| row.configuration.model.as_str())
         .collect();
     assert_eq!(models, ["lab/large", "lab/small"]);
     let of = |kept: &Fixture, model: &str| {
         let mut rows = kept.bench.model.results.rows.iter();
-        counts(kept, rows.position(|row| row.way.model == model).unwrap())
+        counts(
+            kept,
+            rows.position(|row| row.configuration.model == model)
+                .unwrap(),
+        )
     };
     let (large, small) = (of(&kept, "lab/large"), of(&kept, "lab/small"));
     // Whatever is true about the scenario, no is right or yes is, whichever obstacle is named.

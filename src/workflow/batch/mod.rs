@@ -8,10 +8,8 @@
 mod built_in;
 mod control;
 mod dry_run;
-mod dry_run_lines;
 mod error;
 mod judges;
-mod paused;
 mod plan;
 mod resume;
 mod run;
@@ -20,11 +18,9 @@ mod submit;
 
 pub use built_in::{BuiltInAnswers, BuiltInEvent, BuiltInRequest};
 pub use control::{BatchControl, ProviderSlots};
-pub use dry_run::{DryRun, DryRunEvent};
-pub use dry_run_lines::{DryRunLine, is_enough};
+pub use dry_run::{DryRun, DryRunEvent, DryRunLine, is_enough};
 pub use error::BatchError;
-pub use judges::BatchModels;
-pub use paused::PausedModel;
+pub use judges::{BatchModels, PausedModel};
 pub use plan::{BatchPlan, BatchRequest, PlanningEvent};
 pub use resume::{Relabelling, ResumeRequest};
 pub use run::{BatchRun, QuestionOutcome, at_once};

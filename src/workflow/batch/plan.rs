@@ -13,7 +13,7 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_store::{Batch, BatchId, SplitPart, Store, StoreError};
 use nearmiss_study::evaluation::batch::{
     Ask, BatchWindows, Experiment, QuestionBuilder, Shard, Spec, Truth, TruthSource, WindowSource,
-    path_of,
+    stored_path,
 };
 
 /// A batch that is to be begun.
@@ -92,22 +92,22 @@ impl BatchRequest {
         let truth = self.experiment.truth.clone().map(TruthSource::absolute);
         let experiment = Experiment {
             scenarios: paths.collect::<Result<_, _>>()?,
-            truth: Some(truth.unwrap_or_else(|| TruthSource::usual(&self.entries))),
+            truth: Some(truth.unwrap_or_else(|| TruthSource::default_for(&self.entries))),
             ..self.experiment.asked()
         };
         let mut spec = Spec {
             templates: BTreeMap::new(),
-            thresholds: Spec::thresholds_of(thresholds),
+            thresholds: Spec::threshold_changes(thresholds),
             ego: self.ego.clone(),
             drafts: self.drafts.clone(),
             drawn_from: if experiment.draws_windows() {
-                self.entries.iter().map(path_of).collect()
+                self.entries.iter().map(stored_path).collect()
             } else {
                 Vec::new()
             },
             experiment,
         };
-        spec.templates = Spec::templates_of(&spec.experiment, &spec.library(library)?);
+        spec.templates = Spec::templates_for(&spec.experiment, &spec.library(library)?);
         let unused = |file: &&String| !spec.templates.contains_key(*file);
         match spec.drafts.keys().find(unused) {
             Some(file) => Err(BatchError::Draft(file.clone())),
@@ -197,7 +197,7 @@ impl BatchRequest {
             self.entries.retain(|entry| shard.has(&entry.name));
         }
         let asks = |entry: Entry| {
-            let asks = spec.experiment.asks(&windows, &path_of(&entry));
+            let asks = spec.experiment.asks(&windows, &stored_path(&entry));
             (entry, asks)
         };
         let scenarios = self.entries.into_iter().map(asks).collect();
@@ -222,8 +222,8 @@ impl BatchPlan {
     pub fn models(&self) -> Vec<String> {
         let mut models: Vec<String> = Vec::new();
         for ask in self.scenarios.iter().flat_map(|(_, asks)| asks) {
-            if !models.contains(&ask.way.model) {
-                models.push(ask.way.model.clone());
+            if !models.contains(&ask.configuration.model) {
+                models.push(ask.configuration.model.clone());
             }
         }
         models
@@ -249,7 +249,7 @@ impl BatchPlan {
         if dry_run.items.is_empty() && !self.is_stored() {
             return Err(BatchError::Unlabelled {
                 scenarios: self.scenarios(),
-                truth: self.spec.truth().words(),
+                truth: self.spec.truth().summary(),
             });
         }
         Ok(())

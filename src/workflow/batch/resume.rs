@@ -15,7 +15,7 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Batch, BatchId, Identity, Item, ItemTruth, NewItem, Store, StoreError};
 use nearmiss_study::evaluation::batch::{
     Ask, AskedWindow, BatchWindows, Experiment, Spec, Truth, TruthSource, Variant, WindowSource,
-    configuration_of_item, retold,
+    configuration_of_item, relabel,
 };
 use nearmiss_study::evaluation::{Lead, PromptConfig, Protocol};
 
@@ -73,7 +73,7 @@ impl ResumeRequest {
             error,
         };
         let mut spec = Spec::from_json(&batch.spec)?;
-        spec.still(library, thresholds).map_err(stored)?;
+        spec.ensure_unchanged(library, thresholds).map_err(stored)?;
         self.can_be_added(&batch, &spec)?;
         let mut items = store.items(batch.id)?;
         let mut before = spec.clone();
@@ -81,7 +81,7 @@ impl ResumeRequest {
         spec.experiment.check_size().map_err(BatchError::TooLarge)?;
         let own_library = spec.library(library)?;
         spec.templates
-            .extend(Spec::templates_of(&spec.experiment, &own_library));
+            .extend(Spec::templates_for(&spec.experiment, &own_library));
         let builder = spec.builder(library, Arc::clone(thresholds))?;
         let mut doubts = Vec::new();
         let mut relabelling = None;
@@ -89,7 +89,7 @@ impl ResumeRequest {
             let entries: Vec<Entry> = paths(&items).into_iter().map(entry).collect();
             let (truth, doubtful) = Truth::open(source, &entries)?;
             doubts = doubtful;
-            let labels = retold(&items, &truth, &builder)?;
+            let labels = relabel(&items, &truth, &builder)?;
             if labels.iter().all(|told| told.collides.is_none()) {
                 return Err(BatchError::NoLabel(batch.id));
             }
@@ -282,11 +282,11 @@ fn scenarios(
 ) -> Result<Vec<(Entry, Vec<Ask>)>, BatchError> {
     let mut by_path: BTreeMap<&str, Vec<Ask>> = BTreeMap::new();
     for item in items.iter().filter(|item| selection.selects(item)) {
-        let way = configuration_of_item(&item.asked).map_err(BatchError::Question)?;
+        let configuration = configuration_of_item(&item.asked).map_err(BatchError::Question)?;
         let variant = Variant::from_item(&item.asked).map_err(BatchError::Question)?;
         let asks = by_path.entry(&item.asked.path).or_default();
         let truth = AskedWindow::of_item(item);
-        add(asks, way, (variant, truth), item.asked.sample);
+        add(asks, configuration, (variant, truth), item.asked.sample);
     }
     let all = paths(items);
     if let Some((spec, windows)) = extended {
@@ -307,16 +307,18 @@ fn scenarios(
 
 /// Adds those samples of an `ask` that are not there yet.
 fn add_missing(asks: &mut Vec<Ask>, ask: &Ask, path: &str, there: &HashSet<Identity<'_>>) {
-    let way = &ask.way;
-    let techniques = way.techniques.map(|techniques| techniques.to_string());
-    let (lead, transform) = ask.variant.words();
-    let settings = way.settings.words();
+    let configuration = &ask.configuration;
+    let techniques = configuration
+        .techniques
+        .map(|techniques| techniques.to_string());
+    let (lead, transform) = ask.variant.stored();
+    let settings = configuration.settings.to_stored();
     for &sample in &ask.samples {
         let new = Identity {
             path,
-            task: way.task.name(),
-            model: &way.model,
-            frame: way.frame.map(|frame| frame.name()),
+            task: configuration.task.name(),
+            model: &configuration.model,
+            frame: configuration.frame.map(|frame| frame.name()),
             techniques: techniques.as_deref(),
             lead: lead.as_deref(),
             transform: transform.as_deref(),
@@ -325,22 +327,27 @@ fn add_missing(asks: &mut Vec<Ask>, ask: &Ask, path: &str, there: &HashSet<Ident
             sample,
         };
         if !there.contains(&new) {
-            add(asks, way.clone(), (ask.variant, ask.truth.clone()), sample);
+            add(
+                asks,
+                configuration.clone(),
+                (ask.variant, ask.truth.clone()),
+                sample,
+            );
         }
     }
 }
 
 fn add(
     asks: &mut Vec<Ask>,
-    way: PromptConfig,
+    configuration: PromptConfig,
     (variant, truth): (Variant, Option<AskedWindow>),
     sample: u32,
 ) {
-    let same = |ask: &&mut Ask| ask.way == way && ask.variant == variant;
+    let same = |ask: &&mut Ask| ask.configuration == configuration && ask.variant == variant;
     match asks.iter_mut().find(same) {
         Some(ask) => ask.samples.push(sample),
         None => asks.push(Ask {
-            way,
+            configuration,
             variant,
             truth,
             samples: vec![sample],

@@ -9,7 +9,7 @@ use tokio::sync::Semaphore;
 use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 use tokio::task::JoinSet;
 
-use super::paused::Watch;
+use super::judges::Watch;
 use super::{BatchControl, BatchPlan, DryRun, PausedModel, ProviderSlots, Selection};
 use crate::{AskOutcome, AskRequest, ask};
 use nearmiss_ask::llm::ProviderOutage;
@@ -209,7 +209,7 @@ impl BatchRun {
             }
             match going.join_next().await {
                 None => return watch.over(),
-                Some(Ok(Some((model, met)))) => watch.hear(&model, met),
+                Some(Ok(Some((model, met)))) => watch.record_outcome(&model, met),
                 // Nothing was to be learnt of its server.
                 Some(_) => {}
             }
@@ -253,7 +253,7 @@ impl BatchRun {
         barrier: &mut Option<ProviderOutage>,
     ) -> Result<QuestionOutcome, StoreError> {
         let judge = match configuration_of_item(&item.asked) {
-            Ok(way) => self.judges[&item.asked.model].under(&way.settings),
+            Ok(configuration) => self.judges[&item.asked.model].under(&configuration.settings),
             Err(why) => return self.unanswered(item, None, ItemState::Unaskable, why),
         };
         let judge = &*judge;
@@ -304,10 +304,10 @@ impl BatchRun {
         let asked = item.asked.clone();
         let made = tokio::task::spawn_blocking(move || {
             let entry = Entry::of_argument(Path::new(&asked.path));
-            let way = configuration_of_item(&asked)?;
+            let configuration = configuration_of_item(&asked)?;
             builder.question(
                 &entry,
-                &way,
+                &configuration,
                 &Variant::from_item(&asked)?,
                 label_of_item(&asked),
             )
@@ -328,10 +328,10 @@ impl BatchRun {
             JudgeOutcome::Missing(
                 missing @ (MissingVerdict::NoAnswer(_) | MissingVerdict::NotSent(_)),
             ) => (ItemState::Failed, Some(missing.to_string())),
-            JudgeOutcome::Missing(missing) if !answer.is_whole() => {
+            JudgeOutcome::Missing(missing) if !answer.is_complete() => {
                 (ItemState::Truncated, Some(missing.to_string()))
             }
-            _ if !answer.is_whole() => {
+            _ if !answer.is_complete() => {
                 let why = "the server ended the answer early";
                 let why = answer.cut_off().unwrap_or_else(|| why.to_string());
                 (ItemState::Truncated, Some(why))

@@ -47,8 +47,10 @@ impl BatchRun {
             .into_iter()
             .partition(|item| !matches!(self.judges.get(&item.asked.model), Some(Judge::Model(_))));
         done.own = own;
-        let made: Vec<Result<(AxisValues, Question), String>> =
-            asked.par_iter().map(|item| self.made(item)).collect();
+        let made: Vec<Result<(AxisValues, Question), String>> = asked
+            .par_iter()
+            .map(|item| self.build_question(item))
+            .collect();
         for (item, question) in asked.iter().zip(made) {
             match question {
                 Ok((settings, _)) if self.calls_tools(&item.asked.model, &settings) => {
@@ -103,11 +105,13 @@ impl BatchRun {
         Ok((left, gone))
     }
 
-    fn made(&self, item: &Item) -> Result<(AxisValues, Question), String> {
+    fn build_question(&self, item: &Item) -> Result<(AxisValues, Question), String> {
         let entry = Entry::of_argument(Path::new(&item.asked.path));
-        let way = configuration_of_item(&item.asked)?;
+        let configuration = configuration_of_item(&item.asked)?;
         let (variant, label) = (Variant::from_item(&item.asked)?, label_of_item(&item.asked));
-        let question = self.builder.question(&entry, &way, &variant, label)?;
-        Ok((way.settings, Question::clone(&question)))
+        let question = self
+            .builder
+            .question(&entry, &configuration, &variant, label)?;
+        Ok((configuration.settings, Question::clone(&question)))
     }
 }

@@ -33,7 +33,7 @@ fn builder() -> QuestionBuilder {
     )
 }
 
-fn way(task: Task, frame: Frame) -> PromptConfig {
+fn configuration(task: Task, frame: Frame) -> PromptConfig {
     PromptConfig {
         task,
         frame: Some(frame),
@@ -54,10 +54,12 @@ fn changed(change: Transform) -> Variant {
 fn question(
     builder: &QuestionBuilder,
     entry: &Entry,
-    way: &PromptConfig,
+    configuration: &PromptConfig,
     variant: Variant,
 ) -> Arc<Question> {
-    builder.question(entry, way, &variant, None).unwrap()
+    builder
+        .question(entry, configuration, &variant, None)
+        .unwrap()
 }
 
 #[test]
@@ -66,10 +68,20 @@ fn every_scenario_is_asked_about_in_the_same_way() {
     let plain = Variant::default();
     let mut dangerous = 0;
     for entry in bundled() {
-        let safety = question(&builder, &entry, &way(Task::Safety, Frame::Ego), plain);
+        let safety = question(
+            &builder,
+            &entry,
+            &configuration(Task::Safety, Frame::Ego),
+            plain,
+        );
         assert_eq!(safety.case.window.last(), safety.case.scene.last_step() - 2);
         assert!(safety.tokens() > 100);
-        let collision = question(&builder, &entry, &way(Task::Collision, Frame::Ego), plain);
+        let collision = question(
+            &builder,
+            &entry,
+            &configuration(Task::Collision, Frame::Ego),
+            plain,
+        );
         assert_eq!(
             collision.case.window.last(),
             collision.case.scene.last_step()
@@ -78,14 +90,26 @@ fn every_scenario_is_asked_about_in_the_same_way() {
     }
     assert_eq!(dangerous, 2);
     let lost = Entry::of_file(std::path::Path::new("no/such.xml"));
-    let why = builder.question(&lost, &way(Task::Safety, Frame::Ego), &plain, None);
+    let why = builder.question(
+        &lost,
+        &configuration(Task::Safety, Frame::Ego),
+        &plain,
+        None,
+    );
     assert!(why.is_err_and(|why| why.contains("no/such.xml")));
 }
 
 #[test]
 fn the_changed_scene_is_described_under_a_name_and_hash_of_its_own() {
     let (builder, entry) = (builder(), &bundled()[0]);
-    let ask = |frame, variant| question(&builder, entry, &way(Task::Safety, frame), variant);
+    let ask = |frame, variant| {
+        question(
+            &builder,
+            entry,
+            &configuration(Task::Safety, frame),
+            variant,
+        )
+    };
     let rotated = changed(Transform::Rotate(1.0));
     let turned = ask(Frame::Cartesian, rotated);
     let as_it_is = ask(Frame::Cartesian, Variant::default());
@@ -111,10 +135,10 @@ fn new_numbers_are_described_and_can_be_told_back() {
         .into_iter()
         .find(|e| e.name.contains("CutIn"))
         .unwrap();
-    let (builder, way) = (builder(), way(Task::Safety, Frame::Ego));
+    let (builder, configuration) = (builder(), configuration(Task::Safety, Frame::Ego));
     let change = Transform::Renumber(1);
-    let renumbered = question(&builder, &entry, &way, changed(change));
-    let original = question(&builder, &entry, &way, Variant::default());
+    let renumbered = question(&builder, &entry, &configuration, changed(change));
+    let original = question(&builder, &entry, &configuration, Variant::default());
     assert_ne!(renumbered.description, original.description);
     let (now, before) = (
         renumbered.reference().unwrap(),
@@ -199,10 +223,10 @@ fn drawing_windows_can_be_cancelled() {
 
 #[test]
 fn a_lead_ends_the_window_before_the_collision() {
-    let (builder, way) = (builder(), way(Task::Safety, Frame::Ego));
+    let (builder, configuration) = (builder(), configuration(Task::Safety, Frame::Ego));
     let mut collisions = 0;
     for entry in bundled() {
-        let whole = question(&builder, &entry, &way, Variant::default());
+        let whole = question(&builder, &entry, &configuration, Variant::default());
         let scene = &whole.case.scene;
         let all = Window::ending_at(scene, i64::MAX, 1);
         let Some(contact) = judge(scene, Task::Collision, &all).decisive_step else {
@@ -214,7 +238,7 @@ fn a_lead_ends_the_window_before_the_collision() {
                 lead: Some(Lead::Seconds(seconds)),
                 ..changed(Transform::Mirror)
             };
-            builder.question(&entry, &way, &variant, None)
+            builder.question(&entry, &configuration, &variant, None)
         };
         let steps = (1.0 / scene.scenario.dt()).round() as i64;
         assert_eq!(ask(1.0).unwrap().case.window.last(), contact - steps);

@@ -4,13 +4,9 @@
 //! built-in judge's verdicts, ids of renumbered obstacles, counts of claims) is recorded. [`unpack`] checks the whole file
 //! before any of it is in its place. [`read_manifest`] says what is in it.
 
-mod archive;
 mod manifest;
 mod pack;
-mod placement;
 mod runs;
-mod scenarios;
-mod staged;
 mod unpack;
 
 use std::io;
@@ -84,5 +80,5 @@ impl BundleError {
 /// # Errors
 /// It cannot be read, is no bundle, or not what was packed.
 pub fn read_manifest(file: &Path) -> Result<Manifest, BundleError> {
-    archive::read(file, &mut |_, _, _| Ok(()))
+    manifest::read(file, &mut |_, _, _| Ok(()))
 }

@@ -1,4 +1,4 @@
-//! Packing: a batch of the store becomes one file.
+//! Packing: a batch of the store becomes one file, with its scenarios and the recordings of their egos if asked.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -6,22 +6,23 @@ use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::archive::{self, hash};
-use super::manifest::{
-    EXPERIMENT, FORMAT, Manifest, Member, RATINGS, SCENARIOS, TEMPLATES, THRESHOLDS, TRUTH,
-};
-use super::runs::{BatchLines, numbers, portable_paths};
-use super::{BundleError, scenarios};
-use crate::{experiment_toml, hashes_in, pins_of};
 use nearmiss_ask::prompts::Library;
 use nearmiss_base::system::{self, without_folders};
-use nearmiss_formats::{Entry, EntryLocation};
+use nearmiss_formats::{Entry, EntryLocation, find_recording};
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_store::{BatchId, Item, RatedAnswer, RunId, Store, record_line};
 use nearmiss_study::evaluation::Provenance;
 use nearmiss_study::evaluation::batch::{
     Experiment, Spec, TruthSource, answers, with_judge_verdicts,
 };
+
+use super::BundleError;
+use super::manifest::{
+    self, EXPERIMENT, FORMAT, Manifest, Member, PackedScenario, RATINGS, SCENARIOS, TEMPLATES,
+    THRESHOLDS, TRUTH, hash,
+};
+use super::runs::{BatchLines, numbers, portable_paths};
+use crate::{experiment_toml, hashes_in, template_pins};
 
 /// What is packed.
 pub struct PackRequest<'a> {
@@ -109,7 +110,7 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
     for (name, text) in texts(request, (&spec, &portable), &items, &mut notes)? {
         members.push(of_bytes(name, text.into_bytes()));
     }
-    let (scenarios, files) = scenarios::collect(&items, &paths, request.with_scenarios);
+    let (scenarios, files) = collect(&items, &paths, request.with_scenarios);
     let outside = |path: &str| !is_bundled(path);
     let missing = scenarios
         .iter()
@@ -161,7 +162,7 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
     };
     let contents = members.into_iter().map(|(_, content)| content.reader());
     let each = manifest.members.iter().zip(contents);
-    archive::write(out, &manifest, each).map_err(|source| BundleError::Io {
+    manifest::write(out, &manifest, each).map_err(|source| BundleError::Io {
         file: "the bundle".into(),
         source,
     })?;
@@ -215,7 +216,7 @@ fn texts(
     let (now, text) = &request.thresholds;
     match text {
         _ if spec.thresholds.is_empty() => {}
-        Some(text) if Spec::thresholds_of(now) == spec.thresholds => {
+        Some(text) if Spec::threshold_changes(now) == spec.thresholds => {
             texts.insert(THRESHOLDS.into(), text.clone());
         }
         _ => notes.push("thresholds.toml is not in the bundle, as it has changed since".into()),
@@ -261,7 +262,7 @@ fn experiment(
             other => other.clone(),
         }),
         budget: request.budget,
-        templates: pins_of(portable),
+        templates: template_pins(portable),
         hashes: hashes_in(items),
         ..portable.experiment.clone()
     };
@@ -282,4 +283,80 @@ fn ratings(store: &Store, runs: &BTreeSet<RunId>) -> Result<Vec<String>, BundleE
         lines.push(record_line(&rating.to_record())?);
     }
     Ok(lines)
+}
+
+/// The scenarios of a batch, and the files to pack by their names in the bundle. Those that have changed since they were
+/// asked about are left out.
+pub(super) fn collect(
+    items: &[Item],
+    paths: &BTreeMap<String, String>,
+    with_files: bool,
+) -> (Vec<PackedScenario>, BTreeMap<String, PathBuf>) {
+    let mut files = BTreeMap::new();
+    let mut hashes: BTreeMap<&str, Option<&String>> = BTreeMap::new();
+    for item in items {
+        let hash = hashes.entry(item.asked.path.as_str()).or_default();
+        *hash = hash.or(item.asked.scenario_hash.as_ref());
+    }
+    let each = hashes.into_iter().map(|(path, hash)| {
+        let name = paths.get(path).cloned().unwrap_or_default();
+        let entry = Entry::of_argument(Path::new(path));
+        let own = match (&entry.place, with_files) {
+            // Recordings are not passed on: their licences do not let them be.
+            (EntryLocation::File(_), true) if entry.is_recording() => Vec::new(),
+            (EntryLocation::File(file), true) if is_same(&entry, hash) => of_entry(&entry, file),
+            _ => Vec::new(),
+        };
+        let folder = Path::new(&name).parent().unwrap_or(Path::new(""));
+        let included = !own.is_empty();
+        for (at, (below, file)) in own.into_iter().enumerate() {
+            // The scenario itself comes first, under the name that its questions have.
+            let place = match at {
+                0 => name.clone(),
+                _ => super::manifest::safe(&folder.join(below).display().to_string()),
+            };
+            files.insert(format!("{SCENARIOS}{place}"), file);
+        }
+        PackedScenario {
+            path: name,
+            sha256: hash.cloned(),
+            included,
+        }
+    });
+    let scenarios = each.collect();
+    (scenarios, files)
+}
+
+fn is_same(entry: &Entry, hash: Option<&String>) -> bool {
+    let read = entry.read();
+    read.is_ok_and(|scenario| hash == Some(&scenario.hash.to_string()))
+}
+
+/// The file of a scenario and those that belong to it, each with its place beside it.
+fn of_entry(entry: &Entry, file: &Path) -> Vec<(PathBuf, PathBuf)> {
+    let name = |path: &Path| PathBuf::from(path.file_name().unwrap_or_default());
+    let mut found = vec![(name(file), file.to_path_buf())];
+    let is_protobuf = file.extension().is_some_and(|end| end == "pb");
+    let beside = file.parent().filter(|_| is_protobuf).map(std::fs::read_dir);
+    if let Some(Ok(beside)) = beside {
+        let parts = beside.flatten().map(|one| one.path()).filter(|path| {
+            let own = path.extension().is_some_and(|end| end == "pb") && path != file;
+            own && name(path).to_string_lossy().starts_with(&entry.name)
+        });
+        let mut parts: Vec<PathBuf> = parts.collect();
+        parts.sort();
+        found.extend(parts.into_iter().map(|path| (name(&path), path)));
+    }
+    if let Some(recording) = find_recording(file) {
+        let own = name(&recording);
+        let place = if own.to_string_lossy().ends_with("ego_trajectory.csv") {
+            PathBuf::from(format!("{}.ego_trajectory.csv", entry.name))
+        } else if recording.parent() == file.parent() {
+            own
+        } else {
+            Path::new(&entry.name).join(own)
+        };
+        found.push((place, recording));
+    }
+    found
 }

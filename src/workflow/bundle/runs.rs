@@ -6,8 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use super::BundleError;
-use super::archive::Hashed;
-use super::manifest::{BATCH, Member, safe};
+use super::manifest::{BATCH, Hashed, Member, safe};
 use crate::{count_claims, files_of_batches, is_unchecked};
 use nearmiss_base::system::without_folders;
 use nearmiss_formats::{Entry, bundled};

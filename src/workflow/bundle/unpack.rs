@@ -1,22 +1,25 @@
-//! Unpacking: the answers of a bundle go into the store, its files into a folder; nothing before all of it was checked
-//! and all files were written beside the folder.
+//! Unpacking: the answers of a bundle go into the store, its files into a folder; nothing before all of it was checked.
 
-use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+
+use nearmiss_ask::prompts::Library;
+use nearmiss_base::system::{self, Unfinished};
+use nearmiss_store::{Batch, BatchId, MergeCounts, Rating, Record, RecordIntake, Store};
+use nearmiss_study::evaluation::batch::{Spec, TruthSource};
+use tempfile::TempDir;
 
 use super::BundleError;
-use super::archive::{self, hash};
-use super::manifest::{BATCH, Manifest, Member, RATINGS, TEMPLATES, is_file};
-use super::placement::Placement;
-use super::staged::Staged;
-use nearmiss_ask::prompts::Library;
-use nearmiss_base::system;
-use nearmiss_store::{Batch, BatchId, MergeCounts, Rating, Record, RecordIntake, Store};
-use nearmiss_study::evaluation::batch::Spec;
+use super::manifest::{
+    self, BATCH, Manifest, Member, RATINGS, SCENARIOS, TEMPLATES, TRUTH, hash, is_file,
+};
+use super::pack::is_bundled;
+use super::runs::portable_paths;
 
 /// Bytes of the longest line; an answer has some ten thousand.
-const LONGEST: u64 = 64 << 20;
+const MAX_LINE_BYTES: u64 = 64 << 20;
 
 /// What is unpacked.
 pub struct UnpackRequest<'a> {
@@ -69,7 +72,7 @@ pub fn unpack(request: &UnpackRequest<'_>) -> Result<Unpacked, BundleError> {
         there: 0,
         staged: Staged::begin(request.into)?,
     };
-    let manifest = archive::read(request.file, &mut |_, member, content| {
+    let manifest = manifest::read(request.file, &mut |_, member, content| {
         check(request, &mut checked, member, content)
     })?;
     let damaged = |why: String| BundleError::Damaged {
@@ -91,7 +94,7 @@ pub fn unpack(request: &UnpackRequest<'_>) -> Result<Unpacked, BundleError> {
     let written = checked.staged.place(request.into)?;
     let mut intake = RecordIntake::new(request.store);
     let (mut batch, mut ratings) = (None, Vec::new());
-    archive::read(request.file, &mut |_, member, content| {
+    manifest::read(request.file, &mut |_, member, content| {
         match member.name.as_str() {
             BATCH => lines(content, &mut |line| {
                 let bytes = line.len();
@@ -139,7 +142,7 @@ pub fn stored_bundle(file: &Path) -> Result<(Store, BatchId), BundleError> {
     let store = Store::in_memory()?;
     let mut intake = RecordIntake::new(&store);
     let mut batch = None;
-    archive::read(file, &mut |_, member, content| {
+    manifest::read(file, &mut |_, member, content| {
         if member.name != BATCH {
             return Ok(());
         }
@@ -215,7 +218,7 @@ fn lines(
     loop {
         line.clear();
         let read = (&mut content)
-            .take(LONGEST)
+            .take(MAX_LINE_BYTES)
             .read_until(b'\n', &mut line)
             .map_err(|source| BundleError::Io {
                 file: BATCH.into(),
@@ -283,5 +286,273 @@ impl Manifest {
     /// The files that are written into a folder.
     pub fn files(&self) -> impl Iterator<Item = &Member> {
         self.members.iter().filter(|member| is_file(&member.name))
+    }
+}
+
+/// Where the scenarios of a batch are on this machine.
+pub(super) struct Placement {
+    /// By path in the bundle, where the store has questions about them already.
+    known: HashMap<String, String>,
+    /// The folders and files of the batch here, by their names in the bundle.
+    roots: Vec<(PathBuf, PathBuf)>,
+    /// The files that the bundle holds, by their paths in it.
+    files: BTreeMap<String, PathBuf>,
+    has_truth: bool,
+}
+
+impl Placement {
+    pub fn new(
+        request: &UnpackRequest<'_>,
+        manifest: &Manifest,
+        spec: &Spec,
+        ours: Option<&(BatchId, Spec)>,
+    ) -> Result<Self, BundleError> {
+        let (mut known, mut roots) = (HashMap::new(), Vec::new());
+        if let Some((ours, spec)) = ours {
+            let paths = portable_paths(spec, &request.store.items(*ours)?);
+            known.extend(paths.into_iter().map(|(here, there)| (there, here)));
+            roots.extend({
+                let portable = spec.portable().experiment.scenarios.into_iter();
+                portable.zip(spec.experiment.scenarios.clone())
+            });
+        }
+        let included = manifest.scenarios.iter().filter(|one| one.included);
+        let files = included.map(|one| {
+            let file = request.into.join(SCENARIOS).join(&one.path);
+            (one.path.clone(), file)
+        });
+        let has_truth = match spec.truth() {
+            TruthSource::Files(files) => files.iter().all(|file| {
+                let name = format!("{TRUTH}{}", file.display());
+                manifest.members.iter().any(|member| member.name == name)
+            }),
+            _ => false,
+        };
+        Ok(Self {
+            known,
+            roots,
+            files: files.collect(),
+            has_truth,
+        })
+    }
+
+    /// The path of a question's scenario here.
+    pub fn item(&self, path: &mut String) {
+        if let Some(known) = self.known.get(path) {
+            path.clone_from(known);
+        } else if let Some(file) = self.files.get(path) {
+            *path = file.display().to_string();
+        } else if let Some(file) = self.in_other_part(path) {
+            *path = file.display().to_string();
+        }
+    }
+
+    /// The file of a scenario of another part, where this machine has it.
+    fn in_other_part(&self, path: &str) -> Option<PathBuf> {
+        let path = Path::new(path);
+        let here = self.roots.iter().filter_map(|(name, root)| {
+            let rest = path.strip_prefix(name).ok()?;
+            Some(if rest.as_os_str().is_empty() {
+                root.clone()
+            } else {
+                root.join(rest)
+            })
+        });
+        here.into_iter()
+            .find(|file| file.is_absolute() && file.is_file())
+    }
+
+    /// The batch as this machine can go on with it: files that are here by their paths, and the bundle's templates where
+    /// the user's are others.
+    pub fn spec(
+        &self,
+        request: &UnpackRequest<'_>,
+        mut spec: Spec,
+        texts: &BTreeMap<String, String>,
+    ) -> Spec {
+        if !self.files.is_empty() {
+            let scenarios = request.into.join(SCENARIOS);
+            let outside = |path: &&mut PathBuf| !is_bundled(&path.display().to_string());
+            for path in spec.experiment.scenarios.iter_mut().filter(outside) {
+                *path = scenarios.join(&*path);
+            }
+        }
+        if let (Some(TruthSource::Files(files)), true) =
+            (&mut spec.experiment.truth, self.has_truth)
+        {
+            for file in files {
+                *file = request.into.join(TRUTH).join(&*file);
+            }
+        }
+        let now = Spec::templates_for(&spec.experiment, request.library);
+        let others: Vec<String> = spec.templates.keys().cloned().collect();
+        for file in others {
+            if spec.drafts.contains_key(&file) || now.get(&file) == spec.templates.get(&file) {
+                continue;
+            }
+            let Some(text) = texts.get(&file) else {
+                continue;
+            };
+            for (name, fragment) in texts.iter().filter(|(name, _)| name.starts_with('_')) {
+                let own = request.library.source(name).map(|(text, _)| text);
+                if own != Some(fragment.as_str()) {
+                    spec.drafts.insert(name.clone(), fragment.clone());
+                }
+            }
+            spec.drafts.insert(file, text.clone());
+        }
+        spec
+    }
+}
+
+/// Files that are written and not yet in their places. They are gone when this is dropped.
+pub(super) struct Staged {
+    folder: TempDir,
+    /// Names, with `/` between the parts.
+    names: Vec<String>,
+    /// What a signal that ends the program removes.
+    _unfinished: Unfinished,
+}
+
+impl Staged {
+    /// Begins on the disk where `into` is, or will be.
+    pub fn begin(into: &Path) -> Result<Self, BundleError> {
+        let mut there = into;
+        while let (false, Some(above)) = (there.is_dir(), there.parent()) {
+            there = above;
+        }
+        let folder = tempfile::Builder::new()
+            .prefix(".")
+            .suffix(".part")
+            .tempdir_in(there)
+            .map_err(|source| BundleError::io(there, source))?;
+        Ok(Self {
+            _unfinished: Unfinished::begin(folder.path()),
+            folder,
+            names: Vec::new(),
+        })
+    }
+
+    /// Where the file with this name is meanwhile.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Writes a file.
+    pub fn add(&mut self, name: &str, content: &mut dyn Read) -> Result<(), BundleError> {
+        let path = self.path(name);
+        let mut write = || {
+            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+            let mut file = File::create_new(&path)?;
+            io::copy(content, &mut file)?;
+            file.flush()?;
+            file.sync_all()
+        };
+        write().map_err(|source| BundleError::io(&path, source))?;
+        self.names.push(name.into());
+        Ok(())
+    }
+
+    /// Puts all files into their places below `into`, and none where one cannot be: nothing is replaced.
+    pub fn place(self, into: &Path) -> Result<usize, BundleError> {
+        let mut placed = Placed::default();
+        for name in &self.names {
+            let target = into.join(name);
+            let moved = { target.parent() }
+                .map_or(Ok(()), |folder| placed.make_folder(folder))
+                .and_then(|()| move_to(&self.path(name), &target));
+            if let Err(source) = moved {
+                placed.remove();
+                return Err(match source.kind() {
+                    ErrorKind::AlreadyExists => BundleError::InTheWay(target),
+                    _ => BundleError::io(&target, source),
+                });
+            }
+            placed.files.push(target);
+        }
+        Ok(placed.files.len())
+    }
+}
+
+/// What was put into its place so far.
+#[derive(Default)]
+struct Placed {
+    files: Vec<PathBuf>,
+    /// The folders that were made for them, outer ones first.
+    folders: Vec<PathBuf>,
+}
+
+impl Placed {
+    fn make_folder(&mut self, folder: &Path) -> io::Result<()> {
+        let missing = folder.ancestors().take_while(|folder| !folder.exists());
+        let mut missing: Vec<PathBuf> = missing.map(Path::to_path_buf).collect();
+        missing.reverse();
+        std::fs::create_dir_all(folder)?;
+        self.folders.extend(missing);
+        Ok(())
+    }
+
+    /// As if nothing had been placed.
+    fn remove(&self) {
+        // What cannot be removed was changed by somebody else meanwhile.
+        for file in &self.files {
+            let _ = std::fs::remove_file(file);
+        }
+        for folder in self.folders.iter().rev() {
+            let _ = std::fs::remove_dir(folder);
+        }
+    }
+}
+
+/// Moves a file on one disk to where nothing is.
+fn move_to(from: &Path, to: &Path) -> io::Result<()> {
+    match std::fs::hard_link(from, to) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(error),
+        // The file system knows no second names.
+        Err(_) if to.symlink_metadata().is_err() => std::fs::rename(from, to),
+        linked => linked,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    #[test]
+    fn all_files_are_placed_or_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let into = folder.path().join("new/place");
+        let names = || {
+            let entries = std::fs::read_dir(folder.path()).unwrap();
+            entries.map(|e| e.unwrap().file_name()).collect::<Vec<_>>()
+        };
+        let staged = |into: &Path| {
+            let mut staged = Staged::begin(into).unwrap();
+            for name in ["a.xml", "deep/down/b.xml", "c.xml"] {
+                staged.add(name, &mut name.as_bytes()).unwrap();
+            }
+            staged
+        };
+        // One of their folders is a file, which is seen when others are in their places.
+        std::fs::create_dir_all(&into).unwrap();
+        std::fs::write(into.join("deep"), "mine").unwrap();
+        assert!(staged(&into).place(&into).is_err());
+        assert!(!into.join("a.xml").exists());
+        std::fs::remove_file(into.join("deep")).unwrap();
+        std::fs::write(into.join("c.xml"), "mine").unwrap();
+        let error = staged(&into).place(&into);
+        assert!(matches!(error, Err(BundleError::InTheWay(_))));
+        assert!(!into.join("deep").exists() && !into.join("a.xml").exists());
+        assert_eq!(std::fs::read(into.join("c.xml")).unwrap(), b"mine");
+        std::fs::remove_dir_all(folder.path().join("new")).unwrap();
+        assert_eq!(staged(&into).place(&into).unwrap(), 3);
+        assert_eq!(
+            std::fs::read(into.join("deep/down/b.xml")).unwrap(),
+            b"deep/down/b.xml"
+        );
+        drop(staged(&into));
+        assert_eq!(names(), ["new"]);
+        assert_eq!(std::fs::read_dir(&into).unwrap().count(), 3);
     }
 }

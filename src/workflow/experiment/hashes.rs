@@ -16,7 +16,7 @@ type Hashes = BTreeMap<String, OneOrMore<ContentHash>>;
 /// The contents of scenarios, each as the start of its SHA-256, under its name, or under `folder/name` where several have
 /// the name; those that cannot be read are left out.
 #[must_use]
-pub fn hashes_of(entries: &[Entry]) -> Hashes {
+pub fn scenario_hashes(entries: &[Entry]) -> Hashes {
     let hash = |entry: &Entry| {
         let hash = entry.read().ok()?.hash.to_string();
         Some((entry.clone(), start(&hash).to_string()))
@@ -48,7 +48,7 @@ fn in_folder(entry: &Entry) -> String {
 }
 
 /// The name of the scenario that a key of the hashes is about.
-pub fn name_of(key: &str) -> &str {
+pub fn hashed_name(key: &str) -> &str {
     key.rsplit_once('/').map_or(key, |(_, name)| name)
 }
 
@@ -81,7 +81,7 @@ fn keyed(found: Vec<(Entry, String)>) -> Hashes {
 /// # Errors
 /// The first scenario with other contents, or that is missing.
 pub(super) fn check(wanted: &Hashes, entries: &[Entry]) -> Result<(), String> {
-    let missing = |key: &&String| !entries.iter().any(|entry| entry.name == name_of(key));
+    let missing = |key: &&String| !entries.iter().any(|entry| entry.name == hashed_name(key));
     if let Some(key) = wanted.keys().find(missing) {
         return Err(format!(
             "hashes: {key} is not among the scenarios; add it to `scenarios`, or remove its hash"
@@ -90,7 +90,9 @@ pub(super) fn check(wanted: &Hashes, entries: &[Entry]) -> Result<(), String> {
     // In a folder of another name, such as that of an unpacked bundle, the name alone counts.
     let of_entry = |entry: &Entry| -> Vec<&String> {
         let exact = wanted.get(&in_folder(entry));
-        let by_name = wanted.iter().filter(|(key, _)| name_of(key) == entry.name);
+        let by_name = wanted
+            .iter()
+            .filter(|(key, _)| hashed_name(key) == entry.name);
         match exact {
             Some(hashes) => hashes.iter().map(|hash| &hash.0).collect(),
             None => by_name
@@ -119,7 +121,9 @@ pub(super) fn check(wanted: &Hashes, entries: &[Entry]) -> Result<(), String> {
     // Several of one name: each of the contents has to be there.
     for (key, hashes) in wanted {
         let there = |start: &&String| {
-            let of_name = read.iter().filter(|(entry, ..)| entry.name == name_of(key));
+            let of_name = read
+                .iter()
+                .filter(|(entry, ..)| entry.name == hashed_name(key));
             let mut hashes = of_name.filter_map(|(_, _, hash)| hash.as_ref().ok());
             hashes.any(|hash| hash.starts_with(start.as_str()))
         };
@@ -130,7 +134,7 @@ pub(super) fn check(wanted: &Hashes, entries: &[Entry]) -> Result<(), String> {
         {
             return Err(format!(
                 "hashes: no scenario {} has the hash {start}, but the experiment was written with one that has; use that file, or remove its hash",
-                name_of(key)
+                hashed_name(key)
             ));
         }
     }

@@ -1,17 +1,20 @@
-//! From an experiment to the batch that asks it, new or stored: the same for command line and workbench.
+//! From an experiment to the batch that asks it, new or stored, and how far that is: the same for every face.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::request_of;
-use crate::batch::{BatchError, BatchPlan, BatchRequest, PlanningEvent, ResumeRequest, Selection};
-use crate::{Selector, find};
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::{Entry, SearchResults, resolved};
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_store::{BatchId, Store};
-use nearmiss_study::evaluation::batch::{Experiment, Shard};
+use nearmiss_store::{BatchId, Item, ItemState, NewItem, Store};
+use nearmiss_study::evaluation::PromptConfig;
+use nearmiss_study::evaluation::batch::{Experiment, Shard, configuration_of_item};
+
+use super::batch_request;
+use crate::batch::{BatchError, BatchPlan, BatchRequest, PlanningEvent, ResumeRequest, Selection};
+use crate::{Selector, find};
 
 /// What an experiment is run with, beside its file.
 #[derive(Debug, Clone, Copy)]
@@ -79,7 +82,7 @@ pub fn prepare_experiment(
     let named = |why| format!("{}: {why}", file.display());
     let entries =
         selected(found, experiment.select.as_deref(), context.thresholds).map_err(named)?;
-    let mut request = request_of(experiment, entries, shard, context.library).map_err(named)?;
+    let mut request = batch_request(experiment, entries, shard, context.library).map_err(named)?;
     let batch = request
         .stored(context.store, context.library, context.thresholds)
         .map_err(|error| error.to_string())?;
@@ -145,4 +148,157 @@ pub fn selected(
     };
     let selected = Selector::read(filter).and_then(|selector| selector.select(entries, thresholds));
     selected.map_err(|why| format!("select: {why}"))
+}
+
+/// Questions of one way of asking by their state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConfigurationProgress {
+    /// The way.
+    pub configuration: PromptConfig,
+    /// Questions with a whole answer.
+    pub answered: usize,
+    /// Questions to which no whole answer came, those that the server cut off among them.
+    pub failed: usize,
+    /// Questions that were not asked yet.
+    pub open: usize,
+    /// Questions that cannot be asked.
+    pub unaskable: usize,
+}
+
+/// All questions of a batch.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ExperimentProgress {
+    /// By way of asking, in the order of the questions.
+    pub configurations: Vec<ConfigurationProgress>,
+    /// Scenarios that are asked about.
+    pub scenarios: usize,
+    /// Windows that are asked about; a window at another lead or after a transform is another one.
+    pub windows: usize,
+}
+
+/// What a window is of: path, lead, transform, steps and task.
+type Window<'a> = (
+    &'a str,
+    Option<&'a str>,
+    Option<&'a str>,
+    Option<(i64, i64)>,
+    &'static str,
+);
+
+impl ConfigurationProgress {
+    /// All its questions.
+    #[must_use]
+    pub fn all(&self) -> usize {
+        self.answered + self.failed + self.open + self.unaskable
+    }
+
+    fn count(&mut self, state: ItemState) -> &mut usize {
+        match state {
+            ItemState::Answered => &mut self.answered,
+            ItemState::Failed | ItemState::Truncated => &mut self.failed,
+            ItemState::Waiting => &mut self.open,
+            ItemState::Unaskable => &mut self.unaskable,
+        }
+    }
+}
+
+impl ExperimentProgress {
+    /// That of a stored batch.
+    ///
+    /// # Errors
+    /// A question holds a word that this version does not know.
+    pub fn of_items(items: &[Item]) -> Result<Self, String> {
+        Self::counted(items.iter().map(|item| (&item.asked, item.state)))
+    }
+
+    /// That of a batch before it is begun.
+    ///
+    /// # Errors
+    /// A question holds a word that this version does not know.
+    pub fn of_new(items: &[NewItem]) -> Result<Self, String> {
+        Self::counted(items.iter().map(|item| {
+            let state = match item.unaskable {
+                Some(_) => ItemState::Unaskable,
+                None => ItemState::Waiting,
+            };
+            (item, state)
+        }))
+    }
+
+    fn counted<'a>(items: impl Iterator<Item = (&'a NewItem, ItemState)>) -> Result<Self, String> {
+        let mut progress = Self::default();
+        let mut scenarios: HashSet<&str> = HashSet::new();
+        let mut windows: HashSet<Window<'a>> = HashSet::new();
+        for (asked, state) in items {
+            let configuration = configuration_of_item(asked)?;
+            *progress.progress_of(&configuration).count(state) += 1;
+            scenarios.insert(&asked.path);
+            windows.insert((
+                &asked.path,
+                asked.lead.as_deref(),
+                asked.transform.as_deref(),
+                asked.window,
+                asked.task.name(),
+            ));
+        }
+        (progress.scenarios, progress.windows) = (scenarios.len(), windows.len());
+        Ok(progress)
+    }
+
+    /// A question of this way changed its state.
+    pub fn change(&mut self, configuration: &PromptConfig, before: ItemState, now: ItemState) {
+        let of_way = self.progress_of(configuration);
+        let count = of_way.count(before);
+        *count = count.saturating_sub(1);
+        *of_way.count(now) += 1;
+    }
+
+    /// The sums over all ways: answered, failed, open, and those that cannot be asked.
+    #[must_use]
+    pub fn sums(&self) -> [usize; 4] {
+        self.configurations
+            .iter()
+            .fold([0; 4], |sums, configuration| {
+                let counts = [
+                    configuration.answered,
+                    configuration.failed,
+                    configuration.open,
+                    configuration.unaskable,
+                ];
+                std::array::from_fn(|i| sums[i] + counts[i])
+            })
+    }
+
+    fn progress_of(&mut self, configuration: &PromptConfig) -> &mut ConfigurationProgress {
+        let place = self
+            .configurations
+            .iter()
+            .position(|known| known.configuration == *configuration)
+            .unwrap_or_else(|| {
+                self.configurations.push(ConfigurationProgress {
+                    configuration: configuration.clone(),
+                    answered: 0,
+                    failed: 0,
+                    open: 0,
+                    unaskable: 0,
+                });
+                self.configurations.len() - 1
+            });
+        &mut self.configurations[place]
+    }
+}
+
+/// Why questions have no whole answer, each reason once with how many questions it holds for, the most first.
+#[must_use]
+pub fn count_reasons<'a>(items: impl IntoIterator<Item = &'a Item>) -> Vec<(String, usize)> {
+    let mut reasons: Vec<(String, usize)> = Vec::new();
+    for item in items {
+        let why = item.error.as_deref().unwrap_or("not asked yet");
+        match reasons.iter_mut().find(|(known, _)| known == why) {
+            Some((_, count)) => *count += 1,
+            None => reasons.push((why.to_string(), 1)),
+        }
+    }
+    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    reasons
 }

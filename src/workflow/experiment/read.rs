@@ -1,17 +1,22 @@
-//! Reads experiments from files and the command line, and writes them.
+//! Reads experiments from files and the command line, and writes them, also batches that are to be begun.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use nearmiss_ask::llm::Effort;
+use nearmiss_ask::prompts::Library;
+use nearmiss_base::system::{self, NewFile, SaveError};
+use nearmiss_formats::{Entry, EntryLocation};
+use nearmiss_record::fields::{Fields, Layers};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_settings::Config;
+use nearmiss_study::evaluation::batch::{Experiment, HASH_DIGITS, Spec, TemplatePin, TruthSource};
 use serde_json::{Value as Json, json};
 use toml::Value;
 
+use super::scenario_hashes;
 use crate::Selector;
-use nearmiss_ask::llm::Effort;
-use nearmiss_ask::prompts::Library;
-use nearmiss_formats::{Entry, EntryLocation};
-use nearmiss_record::fields::{Fields, Layers};
-use nearmiss_settings::Config;
-use nearmiss_study::evaluation::batch::{Experiment, TruthSource};
+use crate::batch::{BatchError, BatchRequest};
 
 /// What the configuration says of experiments, where neither their files nor the command line say it.
 #[must_use]
@@ -54,7 +59,7 @@ pub fn add_experiment_file(layers: &mut Layers<Experiment>, text: &str, file: &P
         });
     });
     layers.edit("truth", |value| {
-        if matches!(truth_of(value), Some(TruthSource::Files(_))) {
+        if matches!(read_truth(value), Some(TruthSource::Files(_))) {
             // Absolute as the scenarios of a batch, so that it asks the same wherever it is gone on with.
             each_text(value, |path| absolute(folder.join(path)));
         }
@@ -91,10 +96,10 @@ fn each_text(value: &mut Value, change: impl Fn(&str) -> PathBuf) {
     }
 }
 
-fn truth_of(value: &Value) -> Option<TruthSource> {
+fn read_truth(value: &Value) -> Option<TruthSource> {
     let words = value.as_array()?.iter();
     let words: Option<Vec<String>> = words.map(|word| Some(word.as_str()?.to_string())).collect();
-    TruthSource::of_words(&words?)
+    TruthSource::from_arguments(&words?)
 }
 
 fn is_bundled(path: &str) -> bool {
@@ -144,4 +149,82 @@ pub fn experiment_schema() -> Json {
         schema.extend(fields);
     }
     schema
+}
+
+/// Why an experiment file is not written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteExperimentError {
+    /// The batch cannot be written down.
+    #[error(transparent)]
+    Batch(#[from] BatchError),
+    /// A value has no place in a TOML file.
+    #[error("{0}")]
+    Text(String),
+    /// The path is a folder.
+    #[error("{}: is a folder; name a file in it", .0.display())]
+    Folder(PathBuf),
+    /// The file is there already, or cannot be written.
+    #[error(transparent)]
+    Save(#[from] SaveError),
+    /// The file cannot be written.
+    #[error("{}: {}", path.display(), system::words(source))]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}
+
+/// The experiment that asks what a batch is to ask. It pins the templates, and the scenarios by their contents.
+///
+/// # Errors
+/// See [`BatchRequest::spec`].
+pub fn experiment_from_request(
+    mut request: BatchRequest,
+    library: &Library,
+    thresholds: &Thresholds,
+) -> Result<Experiment, BatchError> {
+    let spec = request.spec(library, thresholds)?;
+    Ok(Experiment {
+        budget: request.experiment.budget,
+        concurrency: request.experiment.concurrency,
+        tune: request.experiment.tune,
+        hashes: scenario_hashes(&request.entries),
+        templates: template_pins(&spec),
+        ..spec.experiment
+    })
+}
+
+/// The templates of a specification, each with the start of its hash.
+pub fn template_pins(spec: &Spec) -> Vec<TemplatePin> {
+    let pin = |(name, hash): (&String, &String)| TemplatePin {
+        name: name.clone(),
+        hash: hash.get(..HASH_DIGITS).unwrap_or(hash).into(),
+    };
+    spec.templates.iter().map(pin).collect()
+}
+
+/// Writes the experiment to a file, whole or not at all; an existing file is replaced only with `overwrite`.
+///
+/// # Errors
+/// See [`WriteExperimentError`].
+pub fn write_experiment(
+    experiment: &Experiment,
+    file: &Path,
+    overwrite: bool,
+) -> Result<(), WriteExperimentError> {
+    if file.is_dir() {
+        return Err(WriteExperimentError::Folder(file.to_path_buf()));
+    }
+    let failed = |source| WriteExperimentError::Io {
+        path: file.to_path_buf(),
+        source,
+    };
+    let absolute = std::path::absolute(file).map_err(failed)?;
+    let folder = absolute.parent().unwrap_or(Path::new("/"));
+    let text = experiment_toml(experiment, folder).map_err(WriteExperimentError::Text)?;
+    let mut new = NewFile::begin(file, overwrite)?;
+    new.write_all(text.as_bytes()).map_err(failed)?;
+    Ok(new.finish()?)
 }

@@ -84,7 +84,7 @@ fn a_file_is_read_and_written_and_read_the_same() {
     assert_eq!(whole.transforms[0], Transform::Mirror);
     assert_eq!((whole.radius, whole.within), (Some(40.0), Some(1.5)));
     assert_eq!(
-        whole.ways().len(),
+        whole.configurations().len(),
         128,
         "techniques, frames, models, and four axes of two values"
     );
@@ -98,7 +98,7 @@ fn a_file_is_read_and_written_and_read_the_same() {
     assert_eq!(whole.split, Some(Split { test: 0.3, seed: 7 }));
     assert_eq!(whole.hashes["twice"].iter().count(), 2);
     let tables = &whole.tables;
-    let words: Vec<String> = tables.iter().map(PivotRequest::words).collect();
+    let words: Vec<String> = tables.iter().map(PivotRequest::summary).collect();
     assert_eq!(
         words,
         [
@@ -212,8 +212,8 @@ fn the_papers_protocol_has_its_own_windows() {
 fn templates_of_another_text_are_refused() {
     let library = Library::load(None);
     let small = read("scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n").unwrap();
-    let templates = pins_of(&Spec {
-        templates: Spec::templates_of(&small, &library),
+    let templates = template_pins(&Spec {
+        templates: Spec::templates_for(&small, &library),
         ..Spec::default()
     });
     let pinned = Experiment {
@@ -222,7 +222,7 @@ fn templates_of_another_text_are_refused() {
     };
     let text = experiment_toml(&pinned, Path::new("/lab")).unwrap();
     let pinned = read(&text).unwrap();
-    assert!(request_of(&pinned, Vec::new(), None, &library).is_ok());
+    assert!(batch_request(&pinned, Vec::new(), None, &library).is_ok());
     let name = &pinned.templates[0].name;
     let other = vec![TemplatePin {
         name: name.clone(),
@@ -232,7 +232,7 @@ fn templates_of_another_text_are_refused() {
         templates: other,
         ..small
     };
-    let said = request_of(&other, Vec::new(), None, &library).unwrap_err();
+    let said = batch_request(&other, Vec::new(), None, &library).unwrap_err();
     assert!(
         said.contains(name.as_str()) && said.contains("0123456789ab"),
         "{said}"
@@ -274,12 +274,12 @@ fn scenarios_with_other_contents_are_named_before_anything_is_asked() {
     let small = read("scenarios = [\"ZAM_CutIn-1_1_T-1\"]\nmodels = [\"lab/a\"]\n").unwrap();
     let entries = || vec![Entry::of_argument(Path::new("ZAM_CutIn-1_1_T-1"))];
     let right = Experiment {
-        hashes: hashes_of(&entries()),
+        hashes: scenario_hashes(&entries()),
         ..small.clone()
     };
     let text = experiment_toml(&right, Path::new("/lab")).unwrap();
     assert!(text.contains("[hashes]\nZAM_CutIn-1_1_T-1 = \""), "{text}");
-    assert!(request_of(&read(&text).unwrap(), entries(), None, &library).is_ok());
+    assert!(batch_request(&read(&text).unwrap(), entries(), None, &library).is_ok());
     let refused = |name: &str| {
         let hashes = BTreeMap::from([(
             name.to_string(),
@@ -289,7 +289,7 @@ fn scenarios_with_other_contents_are_named_before_anything_is_asked() {
             hashes,
             ..small.clone()
         };
-        request_of(&other, entries(), None, &library).unwrap_err()
+        batch_request(&other, entries(), None, &library).unwrap_err()
     };
     let said = refused("ZAM_CutIn-1_1_T-1");
     assert!(
@@ -335,5 +335,8 @@ fn too_many_ways_are_counted_and_not_made() {
     assert!(why.contains("seed: 20000 values, at most 10000"), "{why}");
     assert!(begun.elapsed() < std::time::Duration::from_secs(10));
     // Each is made once, without looking at all others.
-    assert_eq!(read(&text(1000, "")).unwrap().ways().len(), 90_000);
+    assert_eq!(
+        read(&text(1000, "")).unwrap().configurations().len(),
+        90_000
+    );
 }

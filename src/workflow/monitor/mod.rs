@@ -201,7 +201,7 @@ impl PreparedPlan {
         let mut braked = Vec::new();
         let mut failed = None;
         let drive =
-            self.drive_beside(cancel, on_event, monitor, &mut |so_far, step, is_asked| {
+            self.drive_monitored(cancel, on_event, monitor, &mut |so_far, step, is_asked| {
                 if is_asked {
                     match monitor.answer(&self, so_far, step, cancel) {
                         Ok(Some(answer)) => answers.push(answer),
@@ -248,7 +248,7 @@ impl PreparedPlan {
         };
         let mut failed = None;
         let drive =
-            self.drive_beside(cancel, &mut |_| {}, monitor, &mut |so_far, _, is_asked| {
+            self.drive_monitored(cancel, &mut |_| {}, monitor, &mut |so_far, _, is_asked| {
                 if !is_asked {
                     return Control::Follow;
                 }
@@ -270,7 +270,7 @@ impl PreparedPlan {
     }
 
     /// Drives under a control that hears once of each step, and whether a question is due there.
-    fn drive_beside(
+    fn drive_monitored(
         &self,
         cancel: &Cancel,
         on_event: &mut dyn FnMut(PlanEvent<'_>),

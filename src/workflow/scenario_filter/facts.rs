@@ -1,14 +1,15 @@
-//! Facts about a scenario in the list: a few numbers, its tags, and how stored answers fare.
+//! Facts about a scenario in the list: a few numbers, its tags, its country, and how stored answers fare.
 
 use std::collections::HashMap;
 
-use super::{Agreement, Number, Property};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::judge::judge_under;
 use nearmiss_scene::metrics::{Headline, Measure, Nearest, Thresholds};
 use nearmiss_scene::scenario::{EgoSource, Scenario, Scene, Window};
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Origin, StoredVerdict};
+
+use super::{Agreement, Number, Property};
 
 /// Facts about a scenario, known before it is opened.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -73,7 +74,7 @@ impl From<Vec<StoredVerdict>> for Verdicts {
 
 impl Verdicts {
     /// Those about a scenario: by its hash, and those that are known by its name alone.
-    fn of(&self, hash: &str, name: &str) -> impl Iterator<Item = &StoredVerdict> {
+    fn about(&self, hash: &str, name: &str) -> impl Iterator<Item = &StoredVerdict> {
         let (by_hash, by_name) = (self.by_hash.get(hash), self.by_name.get(name));
         by_hash.into_iter().chain(by_name).flatten()
     }
@@ -96,7 +97,7 @@ impl Facts {
             hash: scenario.hash.to_string(),
             obstacles: scenario.obstacles.len(),
             seconds: length(scenario.steps(), &scenario),
-            country: country_of(&scenario.header.benchmark_id).to_string(),
+            country: country_code(&scenario.header.benchmark_id).to_string(),
             tags: scenario.tags.clone(),
             ..Self::default()
         };
@@ -155,7 +156,7 @@ impl Facts {
 
     /// The tally of a task; of the tasks without a yes or no there is none.
     #[must_use]
-    pub fn tally_of(&self, task: Task) -> Tally {
+    pub fn task_tally(&self, task: Task) -> Tally {
         match task {
             Task::Collision => self.collision,
             Task::Safety => self.safety,
@@ -177,7 +178,7 @@ impl Facts {
         let ego = scene.ego.to_string();
         let recorded = matches!(scene.ego.source, EgoSource::Recording(_));
         let mut truths: HashMap<(Task, Option<(i64, i64)>), bool> = HashMap::new();
-        for one in verdicts.of(&hash, &entry.name) {
+        for one in verdicts.about(&hash, &entry.name) {
             let same_ego = match one.origin {
                 Origin::Recorded => recorded,
                 Origin::Asked | Origin::Replayed => one.ego == ego,
@@ -221,7 +222,7 @@ fn length(steps: std::ops::Range<i64>, scenario: &Scenario) -> f64 {
 
 /// The three capitals at the beginning of a benchmark id, or of a name like one; empty where there are none.
 #[must_use]
-pub fn country_of(id: &str) -> &str {
+pub fn country_code(id: &str) -> &str {
     let id = id.strip_prefix("C-").unwrap_or(id);
     match id.split_once('_') {
         Some((code, _)) if code.len() == 3 && code.bytes().all(|b| b.is_ascii_uppercase()) => code,
@@ -236,5 +237,54 @@ pub fn nearest(headline: &Headline, measure: &Measure) -> Option<Nearest> {
         "risk" => headline.risk,
         "distance" => headline.distance,
         _ => headline.ttc,
+    }
+}
+
+/// A country a line: its code, then its names, the English one first.
+const TABLE: &str = include_str!("countries.txt");
+
+/// Letters that a word needs at least to be taken for the beginning of a name: shorter ones begin too many.
+const MIN_PREFIX: usize = 4;
+
+/// Codes of the countries that a word names or begins to name, in any case.
+#[must_use]
+pub fn country_codes(word: &str) -> Vec<&'static str> {
+    let word = word.to_lowercase();
+    let names_it = |name: &str| {
+        let name = name.to_lowercase();
+        let begins = |part: &str| part.starts_with(&word);
+        // "korea" is in "South Korea", too.
+        name == word
+            || word.chars().count() >= MIN_PREFIX && (begins(&name) || name.split(' ').any(begins))
+    };
+    let countries = TABLE.lines().filter_map(|line| line.split_once(' '));
+    countries
+        .filter(|(_, names)| names.split(", ").any(names_it))
+        .map(|(code, _)| code)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_or_its_beginning_gives_the_code() {
+        assert_eq!(country_codes("germany"), ["DEU"]);
+        assert_eq!(country_codes("Deutschland"), ["DEU"]);
+        assert_eq!(country_codes("germ"), ["DEU"]);
+        assert_eq!(country_codes("us"), ["USA"]);
+        assert_eq!(country_codes("zamunda"), ["ZAM"]);
+        assert_eq!(country_codes("korea"), ["KOR", "PRK"]);
+        assert!(country_codes("ger").is_empty() && country_codes("").is_empty());
+    }
+
+    #[test]
+    fn every_line_is_a_code_and_names() {
+        for line in TABLE.lines() {
+            let (code, names) = line.split_once(' ').unwrap_or_default();
+            let capitals = code.chars().all(|c| c.is_ascii_uppercase());
+            assert!(code.len() == 3 && capitals && !names.is_empty(), "{line}");
+        }
     }
 }

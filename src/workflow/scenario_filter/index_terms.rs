@@ -89,16 +89,16 @@ impl WindowTest {
         Some(match key {
             "manoeuvre" | "maneuver" => {
                 let words = Manoeuvre::ALL.map(Manoeuvre::name);
-                value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Manoeuvre))
+                parse_value(key, value, &in_order(&words)).map(|any| any.map(Self::Manoeuvre))
             }
             "actor" => {
                 let words = actor_words();
                 let words: Vec<&str> = words.iter().map(String::as_str).collect();
-                value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Actor))
+                parse_value(key, value, &in_order(&words)).map(|any| any.map(Self::Actor))
             }
             "road" => {
                 let words = RoadType::ALL.map(RoadType::name);
-                value_of(key, value, &in_order(&words)).map(|any| any.map(Self::Road))
+                parse_value(key, value, &in_order(&words)).map(|any| any.map(Self::Road))
             }
             "severity" => {
                 let names = severity_words();
@@ -107,7 +107,7 @@ impl WindowTest {
                 let places = (0..names.len()).chain(0..names.len()).map(AnyOf::one);
                 let critical = (CRITICAL_WORD, AnyOf((1 << CRITICAL) - 1));
                 let known: Vec<Known<'_>> = words.zip(places).chain([critical]).collect();
-                value_of(key, value, &known).map(|any| any.map(Self::Severity))
+                parse_value(key, value, &known).map(|any| any.map(Self::Severity))
             }
             _ => return None,
         })
@@ -145,7 +145,7 @@ fn in_order<'a>(words: &[&'a str]) -> Vec<Known<'a>> {
 }
 
 /// What the words of a value mean, which are separated by commas; the last may be half typed.
-fn value_of(key: &str, value: &str, known: &[Known<'_>]) -> Result<Option<AnyOf>, String> {
+fn parse_value(key: &str, value: &str, known: &[Known<'_>]) -> Result<Option<AnyOf>, String> {
     let mut all = AnyOf(0);
     let mut waits = false;
     for part in value.split(',') {

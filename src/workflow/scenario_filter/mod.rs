@@ -1,24 +1,26 @@
 //! The filter of the scenario list: fuzzy words, and terms such as `tag:cut_in` or `risk<3`; for list and experiments.
 
-mod countries;
 mod facts;
-mod filter;
 mod index_terms;
-#[cfg(test)]
-mod index_tests;
-mod selector;
+pub(crate) mod selector;
 mod terms;
-
-pub use facts::{Facts, Tally, Verdicts, country_of, nearest};
-pub use filter::{Filter, Matching, WordMatch};
-pub use index_terms::window_values;
-pub use selector::Selector;
-pub use terms::{HEADLINE, Number, Property, TERMS};
 
 use std::sync::Arc;
 
 use nearmiss_formats::Entry;
 use nearmiss_scene::corpus::{CellWindows, InIndex};
+use nearmiss_scene::metrics::Measure;
+use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
+use nucleo_matcher::{Config, Matcher, Utf32Str};
+
+use facts::country_codes;
+use index_terms::{WindowTest, some_window_holds, window_test, windows_hold};
+use terms::{Measures, Term, Test, term};
+
+pub use facts::{Facts, Tally, Verdicts, country_code, nearest};
+pub use index_terms::window_values;
+pub use selector::Selector;
+pub use terms::{HEADLINE, Number, Property, TERMS};
 
 /// Agreement of a scenario's stored answers with the built-in judge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -83,3 +85,289 @@ impl From<InIndex<'_>> for Indexed {
         }
     }
 }
+
+/// A filter that was read; empty, it lets everything through.
+#[derive(Debug, Clone, Default)]
+pub struct Filter {
+    words: Words,
+    /// Words that name a country: each matches its scenarios, or like other words.
+    countries: Vec<(Vec<&'static str>, Words)>,
+    terms: Vec<Term>,
+    /// Terms about windows of an index, and whether they are negated.
+    windows: Vec<(WindowTest, bool)>,
+    /// Errors in terms, one sentence each; a wrong term filters nothing.
+    pub wrong: Vec<String>,
+    /// Whether the value of a term is still missing; such a term filters nothing.
+    pub incomplete: bool,
+}
+
+/// How words match a scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum WordMatch {
+    /// As parts of its name or folder or as the start of a word of a tag, capitals or not.
+    #[default]
+    Part,
+    /// By their letters in this order, which is tried where no scenario has them as parts.
+    Fuzzy,
+}
+
+/// Words, ready for both ways of matching.
+#[derive(Debug, Clone, Default)]
+struct Words {
+    parts: Pattern,
+    fuzzy: Pattern,
+    /// In small letters, without operators.
+    plain: Vec<String>,
+    /// How many have no operator.
+    bare: usize,
+}
+
+/// A word in small letters, without the operators around it.
+fn plain_word(word: &str) -> String {
+    word.trim_start_matches(['!', '^', '\'', '\\'])
+        .trim_end_matches('$')
+        .to_lowercase()
+}
+
+impl Words {
+    fn parse(words: &[&str]) -> Self {
+        let (case, form) = (CaseMatching::Ignore, Normalization::Smart);
+        // A leading `'` asks for a part; `^`, `!` and a `$` at the end say already how to match.
+        let plain = |word: &str| !word.starts_with(['\'', '^', '!', '\\']) && !word.ends_with('$');
+        let parts = words.iter().map(|word| {
+            if plain(word) {
+                format!("'{word}")
+            } else {
+                (*word).to_string()
+            }
+        });
+        let parts: Vec<String> = parts.collect();
+        Self {
+            parts: Pattern::parse(&parts.join(" "), case, form),
+            fuzzy: Pattern::parse(&words.join(" "), case, form),
+            plain: words.iter().map(|word| plain_word(word)).collect(),
+            bare: words.iter().filter(|word| plain(word)).count(),
+        }
+    }
+
+    /// Whether one of them begins a word of a tag: `merge` is no part of `emergency_braking`.
+    fn begin_in(&self, tag: &str) -> bool {
+        let tag = tag.to_lowercase();
+        let begins = |at: usize| self.plain.iter().any(|word| tag[at..].starts_with(word));
+        let after = tag.match_indices(|c: char| !c.is_alphanumeric());
+        begins(0) || after.into_iter().any(|(at, sign)| begins(at + sign.len()))
+    }
+
+    fn pattern(&self, how: WordMatch) -> &Pattern {
+        match how {
+            WordMatch::Part => &self.parts,
+            WordMatch::Fuzzy => &self.fuzzy,
+        }
+    }
+}
+
+impl Filter {
+    /// Reads a filter; `sorted` is the measure whose values are known because the list is sorted by it.
+    #[must_use]
+    pub fn read(text: &str, sorted: Option<&'static Measure>) -> Self {
+        Self::read_with(text, Measures::Sorted(sorted))
+    }
+
+    /// Reads a filter for the windows of an index, whose measures it may compare.
+    #[must_use]
+    pub fn read_for_windows(text: &str) -> Self {
+        Self::read_with(text, Measures::OfWindows)
+    }
+
+    fn read_with(text: &str, measures: Measures) -> Self {
+        let mut filter = Self::default();
+        let mut words = Vec::new();
+        for word in text.split_whitespace() {
+            match term(word, measures) {
+                None => match (country_codes(word.trim_start_matches('!')), word) {
+                    (codes, _) if codes.is_empty() => words.push(word),
+                    (codes, word) if word.starts_with('!') => filter.terms.push(Term {
+                        test: Test::Country(vec![(word.to_uppercase(), codes)]),
+                        negated: true,
+                    }),
+                    (codes, _) => {
+                        filter.countries.push((codes, Words::parse(&[word])));
+                    }
+                },
+                Some(Ok(None)) => filter.incomplete = true,
+                Some(Ok(Some(term))) => match window_test(&term.test) {
+                    Some(test) => filter.windows.push((test, term.negated)),
+                    None => filter.terms.push(term),
+                },
+                Some(Err(why)) => filter.wrong.push(why),
+            }
+        }
+        filter.words = Words::parse(&words);
+        filter
+    }
+
+    /// Whether there are words, by whose match scenarios are ordered.
+    #[must_use]
+    pub fn has_words(&self) -> bool {
+        !self.words.fuzzy.atoms.is_empty() || !self.countries.is_empty()
+    }
+
+    /// Whether it has several words that are no terms, as a sentence has.
+    #[must_use]
+    pub fn is_sentence(&self) -> bool {
+        self.words.bare > 1
+    }
+
+    /// Whether anything of it filters.
+    #[must_use]
+    pub fn filters(&self) -> bool {
+        self.has_words() || !self.terms.is_empty() || !self.windows.is_empty()
+    }
+
+    /// Whether its terms need facts known only after a scenario was read.
+    #[must_use]
+    pub fn needs_facts(&self) -> bool {
+        !self.windows.is_empty() || self.terms.iter().any(|term| term.test.needs_facts())
+    }
+
+    /// The measures that it compares.
+    pub fn measures(&self) -> impl Iterator<Item = &'static Measure> + '_ {
+        self.terms.iter().filter_map(|term| match &term.test {
+            Test::Number(Number::Of(measure), ..) => Some(*measure),
+            _ => None,
+        })
+    }
+
+    /// Whether a window, whose measures have these values, satisfies the terms about windows and their measures.
+    pub fn holds_of_window(
+        &self,
+        window: &CellWindows,
+        value: impl Fn(&Measure) -> Option<f64>,
+    ) -> bool {
+        let measured = self.terms.iter().all(|term| match &term.test {
+            Test::Number(Number::Of(measure), how, limit) => {
+                let holds = value(measure).is_some_and(|value| how.holds(value, *limit));
+                holds != term.negated
+            }
+            _ => true,
+        });
+        measured && self.is_of_kind(window)
+    }
+
+    /// Whether a window satisfies the terms about windows, whatever its measures are.
+    pub fn is_of_kind(&self, window: &CellWindows) -> bool {
+        some_window_holds(&self.windows, std::slice::from_ref(window))
+    }
+
+    /// Whether it has terms or words that ask for more than [`Self::holds_of_window`].
+    #[must_use]
+    pub fn asks_of_scenarios(&self) -> bool {
+        let of_window = |term: &Term| matches!(term.test, Test::Number(Number::Of(_), ..));
+        self.has_words() || !self.terms.iter().all(of_window)
+    }
+
+    /// The first term about the answers or tags of one user; `None` where every store gives the same scenarios.
+    #[must_use]
+    pub fn personal(&self) -> Option<&'static str> {
+        self.terms.iter().find_map(|term| term.test.personal())
+    }
+
+    /// The first term that needs an index; `None` where there is none.
+    #[must_use]
+    pub fn index_term(&self) -> Option<&'static str> {
+        let windows = self.windows.iter().map(|(test, _)| test.key());
+        let others = self.terms.iter().filter_map(|term| term.test.of_index());
+        windows.chain(others).next()
+    }
+
+    /// Makes the terms that need an index errors, and says why there is none.
+    pub fn refuse_index_terms(&mut self, why: &str) {
+        if let Some(term) = self.index_term() {
+            self.wrong.push(format!("`{term}` {why}"));
+            self.windows.clear();
+            self.terms.retain(|term| term.test.of_index().is_none());
+        }
+    }
+
+    /// How well a scenario matches; `None` if it is held back.
+    pub fn score(
+        &self,
+        row: &impl Filterable,
+        how: WordMatch,
+        matching: &mut Matching,
+    ) -> Option<u32> {
+        let lets_through = |term: &Term| term.test.holds(row) != term.negated;
+        if !self.terms.iter().all(lets_through) || !windows_hold(&self.windows, row) {
+            return None;
+        }
+        if !self.has_words() {
+            return Some(0);
+        }
+        let mut text = [row.entry().name.as_str(), " ", row.entry().group.as_str()].concat();
+        if how == WordMatch::Part {
+            let countries = self.countries.iter().map(|(_, word)| word);
+            let words: Vec<&Words> = std::iter::once(&self.words).chain(countries).collect();
+            for tag in row.tags() {
+                if words.iter().any(|words| words.begin_in(tag)) {
+                    text.extend([" ", tag]);
+                }
+            }
+        }
+        let text = Utf32Str::new(&text, &mut matching.buffer);
+        let words = self.words.pattern(how);
+        let mut score = words.score(text, &mut matching.matcher)?;
+        for (codes, word) in &self.countries {
+            score += if codes.contains(&row.country()) {
+                OF_COUNTRY
+            } else {
+                word.pattern(how).score(text, &mut matching.matcher)?
+            };
+        }
+        Some(score)
+    }
+
+    /// Which graphemes of a name match, in order.
+    pub fn matched(&self, name: &str, how: WordMatch, matching: &mut Matching) -> Vec<usize> {
+        let mut places = Vec::new();
+        let text = Utf32Str::new(name, &mut matching.buffer);
+        let countries = self.countries.iter().map(|(_, word)| word);
+        let words = std::iter::once(&self.words).chain(countries);
+        let atoms = words.flat_map(|word| &word.pattern(how).atoms);
+        for atom in atoms.filter(|atom| !atom.negative) {
+            // A word may match the folder alone: then it marks nothing of the name.
+            let before = places.len();
+            if atom
+                .indices(text, &mut matching.matcher, &mut places)
+                .is_none()
+            {
+                places.truncate(before);
+            }
+        }
+        places.sort_unstable();
+        places.dedup();
+        let places = places.into_iter();
+        places.filter_map(|at| usize::try_from(at).ok()).collect()
+    }
+}
+
+/// Score of a country that is named: no match of letters is better.
+const OF_COUNTRY: u32 = 1000;
+
+/// Reusable state of the fuzzy matcher.
+#[derive(Debug)]
+pub struct Matching {
+    matcher: Matcher,
+    buffer: Vec<char>,
+}
+
+impl Default for Matching {
+    fn default() -> Self {
+        Self {
+            matcher: Matcher::new(Config::DEFAULT.match_paths()),
+            buffer: Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod index_tests;

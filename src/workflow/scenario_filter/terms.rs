@@ -1,6 +1,6 @@
 //! Filter terms: names, conditions on a scenario, and errors.
 
-use super::countries::codes_of;
+use super::facts::country_codes;
 use super::index_terms::WindowTest;
 use super::{Agreement, Filterable};
 use nearmiss_scene::metrics::{MEASURES, Measure};
@@ -181,7 +181,7 @@ fn named(key: &str, value: &str) -> Result<Option<Test>, String> {
             let named = value
                 .split(',')
                 .filter(|name| !name.is_empty())
-                .map(|name| (name.to_uppercase(), codes_of(name)));
+                .map(|name| (name.to_uppercase(), country_codes(name)));
             let test = || Test::Country(named.collect());
             Ok((!small.is_empty()).then(test))
         }

@@ -1,24 +1,28 @@
-//! Asks questions with a template, several at once, and grades the answers.
+//! Asks with a template on a part of the questions, several at once, and grades the answers.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use tokio::task::JoinSet;
-
-use super::outcome::Usage;
-use super::prepare::{TunePlan, TuneQuestion};
-use crate::batch::BatchControl;
-use crate::{AskOutcome, AskRequest, ask};
 use nearmiss_ask::llm::ProviderOutage;
 use nearmiss_store::{Store, StoreError};
 use nearmiss_study::evaluation::batch::question_key;
+use nearmiss_study::evaluation::statistics::SplitMix;
 use nearmiss_study::evaluation::{
     Answer, AskError, Event, Judge, JudgeOutcome, MissingVerdict, Question, RunOptions, Scored,
 };
+use tokio::task::JoinSet;
+
+use super::DevPart;
+use super::candidate::{Candidate, rendered};
+use super::outcome::{TuneEvent, Usage};
+use super::prepare::{TunePlan, TuneQuestion};
+use super::rounds::Tuning;
+use crate::batch::BatchControl;
+use crate::{AskOutcome, AskRequest, ask};
 
 /// Why the work ends before its time.
 #[derive(Debug)]
-pub(super) enum Halt {
+pub(super) enum TuneAbort {
     /// The budget is used up, or a server does not answer: why.
     Stopped(String),
     /// The user wants it to end.
@@ -27,7 +31,7 @@ pub(super) enum Halt {
     Store(StoreError),
 }
 
-impl From<StoreError> for Halt {
+impl From<StoreError> for TuneAbort {
     fn from(error: StoreError) -> Self {
         Self::Store(error)
     }
@@ -56,7 +60,7 @@ pub(super) struct Graded {
 pub(super) type Replies = BTreeMap<usize, Result<Graded, String>>;
 
 /// Who is asked.
-pub(super) struct Asker {
+pub(super) struct BatchClient {
     pub judge: Arc<Judge>,
     pub store: Arc<Store>,
     /// Requests on their way at once.
@@ -71,18 +75,18 @@ type Asked = (
     Option<(ProviderOutage, String)>,
 );
 
-impl Asker {
+impl BatchClient {
     /// Asks the questions of a plan as they are given, each with its place, and calls `on_done` after each.
     ///
     /// # Errors
-    /// See [`Halt`]; what was answered until then is in the store.
+    /// See [`TuneAbort`]; what was answered until then is in the store.
     pub async fn ask(
         &self,
         plan: &TunePlan,
         questions: Vec<(usize, Question)>,
         usage: &mut Usage,
         mut on_done: impl FnMut(),
-    ) -> Result<Replies, Halt> {
+    ) -> Result<Replies, TuneAbort> {
         let mut replies = Replies::new();
         let mut halt = None;
         let mut waiting = questions.into_iter();
@@ -99,7 +103,7 @@ impl Asker {
             match going.join_next().await {
                 None => break,
                 Some(Err(error)) => {
-                    halt.get_or_insert(Halt::Stopped(format!("cannot be asked: {error}")));
+                    halt.get_or_insert(TuneAbort::Stopped(format!("cannot be asked: {error}")));
                 }
                 Some(Ok((place, outcome, outage))) => {
                     let asked = &plan.questions[place];
@@ -109,7 +113,7 @@ impl Asker {
                     }
                     if let Some((_, why)) = outage {
                         let model = self.judge.id();
-                        halt.get_or_insert(Halt::Stopped(format!("{model}: {why}")));
+                        halt.get_or_insert(TuneAbort::Stopped(format!("{model}: {why}")));
                     }
                     on_done();
                 }
@@ -117,7 +121,7 @@ impl Asker {
         }
         match halt {
             Some(halt) => Err(halt),
-            None if self.control.is_stopped() => Err(Halt::Interrupted),
+            None if self.control.is_stopped() => Err(TuneAbort::Interrupted),
             None => Ok(replies),
         }
     }
@@ -128,15 +132,15 @@ impl Asker {
         asked: &TuneQuestion,
         outcome: Result<AskOutcome, AskError>,
         usage: &mut Usage,
-    ) -> Result<Result<Graded, String>, Halt> {
+    ) -> Result<Result<Graded, String>, TuneAbort> {
         let answer = match outcome {
             Ok(AskOutcome {
                 not_stored: Some(why),
                 ..
-            }) => return Err(Halt::Store(StoreError::Unstored(why))),
+            }) => return Err(TuneAbort::Store(StoreError::Unstored(why))),
             Ok(outcome) => outcome.answer,
-            Err(AskError::Store(error)) => return Err(Halt::Store(error)),
-            Err(error) => return Err(Halt::Stopped(error.to_string())),
+            Err(AskError::Store(error)) => return Err(TuneAbort::Store(error)),
+            Err(error) => return Err(TuneAbort::Stopped(error.to_string())),
         };
         match answer.past {
             Some(_) => usage.answers_stored += 1,
@@ -203,7 +207,7 @@ fn grade(plan: &TunePlan, asked: &TuneQuestion, answer: &Answer) -> Result<Grade
     let truth = asked.truth.collides();
     let cut = answer.finish.as_deref() == Some(AT_THE_LIMIT);
     let said = match &answer.judged {
-        JudgeOutcome::Verdict(parsed) if answer.is_whole() && !cut => {
+        JudgeOutcome::Verdict(parsed) if answer.is_complete() && !cut => {
             let (name, verdict) = (&plan.scenarios[asked.scenario], parsed.verdict.clone());
             let mut scored = Scored::built_in(name, &answer.model, Some(asked.truth), verdict);
             scored.critical.clone_from(&asked.critical);
@@ -231,4 +235,140 @@ fn grade(plan: &TunePlan, asked: &TuneQuestion, answer: &Answer) -> Result<Grade
         text: answer.text.clone(),
         reasoning: answer.reasoning.clone(),
     })
+}
+
+/// Wrong answers that are looked for before a template is reflected on; as many right ones are asked again with them.
+pub(super) const WRONG_WANTED: usize = 6;
+
+/// Feedback questions that are asked at a time until enough wrong answers are there.
+const AT_A_TIME: usize = 8;
+
+/// The feedback questions of a round.
+pub(super) struct Minibatch {
+    /// The candidate that answered them.
+    pub parent: usize,
+    /// All dev questions as it asks them.
+    pub questions: Vec<Question>,
+    /// Those it answered wrong.
+    pub wrong: Vec<usize>,
+    /// Some of those it answered right, so that what is spoilt is seen, too.
+    pub right: Vec<usize>,
+    /// Of all that were asked: how many it answered right, and how many not.
+    pub asked: (usize, usize),
+}
+
+impl Minibatch {
+    /// Tokens of all dev questions as the parent asks them.
+    pub fn tokens(&self) -> usize {
+        self.questions.iter().map(Question::tokens).sum()
+    }
+
+    /// All places.
+    pub fn places(&self) -> Vec<usize> {
+        [&self.wrong[..], &self.right].concat()
+    }
+}
+
+impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
+    /// Asks these questions; `number` is what the template is called.
+    pub(super) async fn ask(
+        &mut self,
+        number: usize,
+        part: DevPart,
+        questions: Vec<(usize, Question)>,
+    ) -> Result<Replies, TuneAbort> {
+        let of = questions.len();
+        let (on_event, mut done) = (&mut self.on_event, 0);
+        on_event(TuneEvent::Asking {
+            candidate: number,
+            part,
+            done,
+            of,
+        });
+        let asked = self.asker.ask(self.plan, questions, &mut self.usage, || {
+            done += 1;
+            on_event(TuneEvent::Asking {
+                candidate: number,
+                part,
+                done,
+                of,
+            });
+        });
+        asked.await
+    }
+
+    /// The questions of a candidate that are shown in a round; `None` where it answers all feedback questions right.
+    pub(super) async fn minibatch(
+        &mut self,
+        parent: usize,
+        round: u32,
+    ) -> Result<Option<Minibatch>, TuneAbort> {
+        let questions = self.questions_of(parent)?;
+        let seed = self.settings.seed ^ (u64::from(round) << 32);
+        let mut order = self.plan.of_part(DevPart::Feedback);
+        shuffle(&mut order, seed);
+        let (mut wrong, mut right) = (Vec::new(), Vec::new());
+        for some in order.chunks(AT_A_TIME) {
+            let known = &self.replies[parent];
+            let open: Vec<(usize, Question)> = some
+                .iter()
+                .filter(|at| !known.contains_key(at))
+                .map(|at| (*at, questions[*at].clone()))
+                .collect();
+            if !open.is_empty() {
+                let replies = self.ask(parent, DevPart::Feedback, open).await?;
+                self.replies[parent].extend(replies);
+            }
+            for at in some {
+                match self.replies[parent].get(at) {
+                    Some(Ok(Graded { right: true, .. })) => right.push(*at),
+                    Some(Ok(_)) => wrong.push(*at),
+                    Some(Err(_)) | None => {}
+                }
+            }
+            if wrong.len() >= WRONG_WANTED {
+                break;
+            }
+        }
+        let asked = (right.len(), wrong.len());
+        wrong.truncate(WRONG_WANTED);
+        right.truncate(wrong.len());
+        Ok((!wrong.is_empty()).then_some(Minibatch {
+            parent,
+            questions,
+            wrong,
+            right,
+            asked,
+        }))
+    }
+
+    /// All dev questions as a candidate asks them.
+    pub(super) fn questions_of(&self, number: usize) -> Result<Vec<Question>, TuneAbort> {
+        let source = &self.candidates[number].source;
+        rendered(self.plan, source).map_err(TuneAbort::Stopped)
+    }
+
+    /// The candidate that is changed in a round: in odd ones the best of the front, else another of it.
+    pub(super) fn parents(&self, round: u32) -> Vec<usize> {
+        let mut front: Vec<&Candidate> = self.candidates.iter().filter(|c| c.on_front).collect();
+        let value = |one: &Candidate| one.score.value(self.measure).unwrap_or(0.0);
+        front.sort_by(|a, b| value(b).total_cmp(&value(a)).then(a.number.cmp(&b.number)));
+        let mut numbers: Vec<usize> = front.iter().map(|one| one.number).collect();
+        if round.is_multiple_of(2) && numbers.len() > 1 {
+            let mut random = SplitMix(self.settings.seed ^ u64::from(round));
+            let other = 1 + random.below(numbers.len() - 1);
+            let other = numbers.remove(other);
+            numbers.insert(0, other);
+        }
+        numbers.retain(|number| !self.exhausted.contains(number));
+        numbers
+    }
+}
+
+/// Fisher and Yates.
+fn shuffle(places: &mut [usize], seed: u64) {
+    let mut random = SplitMix(seed);
+    for last in (1..places.len()).rev() {
+        places.swap(last, random.below(last + 1));
+    }
 }

@@ -12,30 +12,17 @@
 
 mod ask;
 mod candidate;
-mod check;
-mod copied;
-mod diff;
-mod divide;
-mod estimate;
-mod evaluate;
-mod front;
 mod outcome;
 mod prepare;
-mod proposal;
 mod reflect;
-mod reflector;
-mod request;
 mod rounds;
-mod truth_words;
 
-pub use candidate::{Candidate, CostMeasure, Refusal, RefusedBecause, Score};
-pub use diff::template_diff;
-pub use divide::{DevPart, Division};
-pub use estimate::{TuneEstimate, can_tune, estimate};
+pub use candidate::{Candidate, CostMeasure, Refusal, RefusedBecause, Score, template_diff};
 pub use nearmiss_study::evaluation::batch::TuneSettings;
-pub use outcome::{Measure, TuneOutcome, Usage};
-pub use prepare::{TunePlan, TuneQuestion, TuneRequest, tune_request};
-pub use request::{TuneError, TuneEvent, TuneModels};
+pub use outcome::{
+    Measure, TuneError, TuneEstimate, TuneEvent, TuneModels, TuneOutcome, Usage, can_tune, estimate,
+};
+pub use prepare::{DevPart, Division, TunePlan, TuneQuestion, TuneRequest, tune_request};
 pub use rounds::tune;
 
 #[cfg(test)]

@@ -1,12 +1,20 @@
-//! What a tune comes to: the candidates, the best of them, and whether it is better than the base.
+//! What a tune is given, asks at most, tells on the way and comes to, and how it fails.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use super::candidate::{Candidate, CostMeasure, Refusal};
-use super::prepare::TunePlan;
-use super::rounds::Replied;
+use nearmiss_ask::llm::{self, Message, Request, Role};
+use nearmiss_store::{Store, StoreError};
+use nearmiss_study::evaluation::batch::{Estimate, Price, Size, question_key};
 use nearmiss_study::evaluation::statistics::{FEWEST, Gain, PairedCounts, gains};
-use nearmiss_study::evaluation::{Cluster, Confusion};
+use nearmiss_study::evaluation::{Cluster, Confusion, Judge, ModelJudge, can_ask};
+
+use super::TuneSettings;
+use super::candidate::{Candidate, CostMeasure, Refusal};
+use super::prepare::{DevPart, TunePlan};
+use super::reflect::{MAX_LENGTH, Reflector};
+use super::rounds::{MINIBATCH, Replied};
+use crate::batch::BatchControl;
 
 /// By what templates are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,7 +46,7 @@ impl Measure {
 
     /// Its value.
     #[must_use]
-    pub fn of(self, counts: &Confusion) -> Option<f64> {
+    pub fn value(self, counts: &Confusion) -> Option<f64> {
         match self {
             Self::F1 => counts.f1(),
             Self::Accuracy => counts.accuracy(),
@@ -119,7 +127,7 @@ pub(super) fn conclude(
     let pairs: Vec<Vec<PairedCounts>> = (1..candidates.len())
         .map(|number| paired(plan, selection, &replies[0], &replies[number]))
         .collect();
-    let found = gains(&pairs, |counts| measure.of(counts));
+    let found = gains(&pairs, |counts| measure.value(counts));
     for (candidate, gain) in candidates[1..].iter_mut().zip(found) {
         candidate.gain = gain;
     }
@@ -144,7 +152,7 @@ fn paired(
 ) -> Vec<PairedCounts> {
     let unit = |at: &usize| {
         let scenario = &plan.scenarios[plan.questions[*at].scenario];
-        plan.cluster().of(scenario)
+        plan.cluster().unit(scenario)
     };
     let mut counts: BTreeMap<&str, PairedCounts> = selection
         .iter()
@@ -162,4 +170,157 @@ fn paired(
         after.count(other.said, truth);
     }
     counts.into_values().collect()
+}
+
+/// Who is asked, within one budget, and where answers are kept.
+pub struct TuneModels {
+    /// Who answers the questions.
+    pub judge: Arc<Judge>,
+    /// Who proposes templates.
+    pub reflect: Box<ModelJudge>,
+    /// Requests on their way at once.
+    pub at_once: usize,
+    /// Where answers are kept, and looked for.
+    pub store: Arc<Store>,
+    /// Stops the tune.
+    pub control: BatchControl,
+}
+
+/// Events of a tune.
+#[derive(Debug)]
+pub enum TuneEvent<'a> {
+    /// Questions are asked with a template.
+    Asking {
+        /// The number of the candidate; of a proposal the number that it will have.
+        candidate: usize,
+        /// About which part.
+        part: DevPart,
+        /// Answers so far.
+        done: usize,
+        /// Questions.
+        of: usize,
+    },
+    /// A better template is asked for.
+    Reflecting {
+        /// The round, from 1.
+        round: u32,
+        /// The proposal in it, from 1.
+        number: u32,
+        /// The candidate that is to be bettered.
+        parent: usize,
+    },
+    /// A proposal did not become a candidate.
+    Refused(&'a Refusal),
+    /// A candidate was asked with on the whole selection part.
+    Compared(&'a Candidate),
+}
+
+/// Why there is no outcome.
+#[derive(Debug, thiserror::Error)]
+pub enum TuneError {
+    /// The user ended it.
+    #[error("interrupted")]
+    Interrupted,
+    /// It ended before the base was measured.
+    #[error("the base template could not be measured: {0}")]
+    NoBase(String),
+    /// The store refused.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// Questions and proposals at most, and the most they can cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TuneEstimate {
+    /// Answers of the base that are missing: what is asked in any case.
+    pub base: Estimate,
+    /// Answers at most, all templates together, those of the store included.
+    pub answers: usize,
+    /// Proposals at most.
+    pub reflections: usize,
+    /// The most that all can cost, US dollars, with templates as long as the base; `None` where a price or a limit of
+    /// tokens is unknown.
+    pub most_usd: Option<f64>,
+}
+
+/// Estimates a tune; nothing is sent.
+///
+/// # Errors
+/// The store cannot be read.
+pub fn estimate(
+    plan: &TunePlan,
+    models: &TuneModels,
+    settings: &TuneSettings,
+    store: &Store,
+) -> Result<TuneEstimate, StoreError> {
+    let mut base = Estimate::default();
+    let mut dearest: Option<f64> = Some(0.0);
+    for one in &plan.questions {
+        let mut size = Size::estimate(&one.question, &models.judge);
+        let price = match size.price {
+            Price::AtMost(usd) => Some(usd),
+            Price::Free => Some(0.0),
+            _ => None,
+        };
+        dearest = dearest.zip(price).map(|(a, b)| a.max(b));
+        let key = question_key(&one.question, &models.judge)?;
+        size.stored = match &key {
+            Some(key) => store.has_answer(key, 0)?,
+            None => false,
+        };
+        base.add(Some(size), None);
+    }
+    let proposals = (settings.rounds * settings.candidates) as usize;
+    let (feedback, selection) = (
+        plan.of_part(DevPart::Feedback).len(),
+        plan.of_part(DevPart::Selection).len(),
+    );
+    // Every candidate is asked the selection part and the few shown questions; a parent all feedback questions at most.
+    let parents = (settings.rounds as usize).saturating_sub(1);
+    let more = proposals * (selection + MINIBATCH.min(feedback)) + parents * feedback;
+    let request = longest(plan, models);
+    let reflection = models.reflect.endpoint.at_most(&request);
+    let known = base.unbounded == 0 && base.unpriced == 0;
+    let most_usd = reflection
+        .zip(dearest)
+        .filter(|_| known)
+        .map(|(reflection, answer)| {
+            base.usd + reflection * proposals as f64 + answer * more as f64
+        });
+    Ok(TuneEstimate {
+        answers: plan.questions.len() + more,
+        reflections: proposals,
+        base,
+        most_usd,
+    })
+}
+
+/// A request for a proposal as long as one with the base can be.
+fn longest(plan: &TunePlan, models: &TuneModels) -> Request {
+    let reflector = Reflector {
+        model: models.reflect.clone(),
+        store: Arc::clone(&models.store),
+        control: models.control.clone(),
+    };
+    let included = plan.library.included(&plan.template.source);
+    let fragments = { included.iter() }.filter_map(|name| plan.library.fragments().get(*name));
+    let fragments: usize = fragments.map(String::len).sum();
+    let longest = MAX_LENGTH + plan.template.source.len() + fragments;
+    reflector.request(vec![Message::new(Role::User, "a".repeat(longest))])
+}
+
+/// Whether both models can be asked as things stand, and a proposal is within the budget; nothing is sent.
+///
+/// # Errors
+/// Which cannot be, and why.
+pub async fn can_tune(plan: &TunePlan, models: &TuneModels) -> Result<(), String> {
+    let model = &models.reflect;
+    let request = longest(plan, models);
+    let checked = llm::check(&model.client, &model.endpoint, &request).await;
+    checked.map_err(|why| format!("{}: a proposal cannot be asked for: {why}", model.id))?;
+    let Some(first) = plan.questions.first() else {
+        return Ok(());
+    };
+    let checked = can_ask(&first.question, &models.judge).await;
+    checked.map_err(|why| format!("{}: {why}", models.judge.id()))
 }

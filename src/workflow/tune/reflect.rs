@@ -1,24 +1,31 @@
-//! What the reflecting model is told: the template, some of its wrong answers beside the truth, rules, earlier tries.
+//! What the reflecting model is told: the template, wrong answers beside the truth, rules, earlier tries; and asking it.
 
-use super::ask::Graded;
-use super::candidate::Candidate;
-use super::prepare::TunePlan;
-use super::truth_words::truth_words;
-use nearmiss_ask::llm::{Message, Role};
+use std::sync::Arc;
+
+use nearmiss_ask::llm::{Message, Request, Role, Schema};
 use nearmiss_ask::prompts::Template;
-use nearmiss_study::evaluation::Question;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::{Label, Labelled, ModelJudge, Question};
+
+use super::ask::{Graded, TuneAbort};
+use super::candidate::{self, Candidate};
+use super::outcome::Usage;
+use super::prepare::{TunePlan, TuneQuestion};
+use crate::ask::{TextError, TextQuestion};
+use crate::batch::BatchControl;
 
 /// Wrong answers that are shown at most.
-pub(super) const SHOWN: usize = 4;
+pub(super) const MAX_SHOWN: usize = 4;
 
 /// Characters of a question that are shown, the last ones: it ends with the present.
-const QUESTION: usize = 5000;
+const QUESTION_LENGTH: usize = 5000;
 
 /// Characters of a reasoning, and of an answer.
-const REASONING: usize = 1500;
+const REASONING_LENGTH: usize = 1500;
 
 /// Earlier tries that are told, the last ones.
-const TRIES: usize = 8;
+const MAX_TRIES: usize = 8;
 
 const SYSTEM: &str = "\
 You improve the prompt template of a study in which a language model judges driving scenes. You see the template, some \
@@ -56,7 +63,7 @@ pub(super) fn messages(
 ) -> Vec<Message> {
     let mut text = format!(
         "# The template, after its front matter\n\n```\n{}\n```\n",
-        Template::body_of(&parent.source).trim()
+        Template::strip_front_matter(&parent.source).trim()
     );
     for name in plan.library.included(&parent.source) {
         let fragment = plan
@@ -66,20 +73,23 @@ pub(super) fn messages(
             .map_or("", String::as_str);
         text += &format!("\n# It includes {name}\n\n```\n{}\n```\n", fragment.trim());
     }
-    let way = &plan.way;
-    let techniques = way.techniques.map(|t| t.to_string()).unwrap_or_default();
+    let configuration = &plan.configuration;
+    let techniques = configuration
+        .techniques
+        .map(|t| t.to_string())
+        .unwrap_or_default();
     text += &format!(
         "\n# How it is asked\n\nTask {}, techniques {techniques}. Of {} questions {right} were answered right.\n",
-        way.task.name(),
+        configuration.task.name(),
         right + not_right
     );
-    for (number, one) in wrong.iter().take(SHOWN).enumerate() {
+    for (number, one) in wrong.iter().take(MAX_SHOWN).enumerate() {
         text += &format!("\n# Wrong answer {}\n\n", number + 1);
         text += &wrong_answer(plan, one);
     }
     if !tries.is_empty() {
         text += "\n# Tried before; propose something else\n\n";
-        for one in &tries[tries.len().saturating_sub(TRIES)..] {
+        for one in &tries[tries.len().saturating_sub(MAX_TRIES)..] {
             text += &format!("- {one}\n");
         }
     }
@@ -93,28 +103,33 @@ fn wrong_answer(plan: &TunePlan, one: &WrongAnswer<'_>) -> String {
     let graded = one.graded;
     let mut text = format!(
         "Question:\n\n{}\n\n",
-        last(&one.question.prompt.user, QUESTION)
+        last(&one.question.prompt.user, QUESTION_LENGTH)
     );
     if !graded.reasoning.trim().is_empty() {
         text += &format!(
             "Reasoning of the model:\n\n{}\n\n",
-            last(&graded.reasoning, REASONING)
+            last(&graded.reasoning, REASONING_LENGTH)
         );
     }
-    text += &format!("Its answer:\n\n{}\n\n", first(&graded.text, REASONING));
+    text += &format!(
+        "Its answer:\n\n{}\n\n",
+        first(&graded.text, REASONING_LENGTH)
+    );
     if let Some(why) = &graded.unreadable {
         text += &format!("The answer cannot be read: {why}\n\n");
     }
     text += &format!(
         "True is {}\n",
-        truth_words(plan, &plan.questions[one.place])
+        truth_sentence(plan, &plan.questions[one.place])
     );
     text
 }
 
 /// The most that the messages can have beside the template and what it includes, in characters.
-pub(super) const LONGEST: usize =
-    SYSTEM.len() + SHOWN * (QUESTION + 2 * REASONING + 400) + TRIES * 400 + 400;
+pub(super) const MAX_LENGTH: usize = SYSTEM.len()
+    + MAX_SHOWN * (QUESTION_LENGTH + 2 * REASONING_LENGTH + 400)
+    + MAX_TRIES * 400
+    + 400;
 
 /// The first characters of a text.
 fn first(text: &str, most: usize) -> String {
@@ -138,6 +153,99 @@ fn last(text: &str, most: usize) -> String {
 pub(super) fn in_a_line(text: &str) -> String {
     let words: Vec<&str> = text.split_whitespace().collect();
     first(&words.join(" "), 200)
+}
+
+/// Who proposes templates.
+pub(super) struct Reflector {
+    pub model: Box<ModelJudge>,
+    pub store: Arc<Store>,
+    pub control: BatchControl,
+}
+
+impl Reflector {
+    /// The request that is sent.
+    pub fn request(&self, messages: Vec<Message>) -> Request {
+        Request {
+            model: self.model.name.clone(),
+            messages,
+            parameters: self.model.parameters,
+            schema: Some(Schema {
+                is_bounded: false,
+                name: "template_proposal".into(),
+                schema: candidate::schema(),
+            }),
+            tools: None,
+        }
+    }
+
+    /// The answer to these messages: that of the store, or a new one; or why none came.
+    ///
+    /// # Errors
+    /// See [`TuneAbort`].
+    pub async fn ask(
+        &self,
+        messages: Vec<Message>,
+        sample: u32,
+        usage: &mut Usage,
+    ) -> Result<Result<String, String>, TuneAbort> {
+        let question = TextQuestion::new(&self.model, self.request(messages), sample);
+        if let Some(found) = question.stored(&self.store)? {
+            usage.reflections_stored += 1;
+            return Ok(found);
+        }
+        if self.control.is_stopped() {
+            return Err(TuneAbort::Interrupted);
+        }
+        match question.ask(&self.store).await {
+            Ok(answer) => {
+                usage.reflections += 1;
+                Ok(answer)
+            }
+            Err(TextError::Failed(why)) => Ok(Err(why)),
+            Err(TextError::Stopped(why)) => Err(TuneAbort::Stopped(why)),
+            Err(TextError::Store(error)) => Err(TuneAbort::Store(error)),
+        }
+    }
+}
+
+/// The truth about a question in a sentence.
+pub(super) fn truth_sentence(plan: &TunePlan, asked: &TuneQuestion) -> String {
+    let case = &asked.question.case;
+    let whom = match asked.critical.as_slice() {
+        [] => "another body".to_string(),
+        [one] => format!("obstacle {one}"),
+        several => {
+            let ids: Vec<String> = several.iter().map(ToString::to_string).collect();
+            format!("obstacles {}", ids.join(", "))
+        }
+    };
+    let extreme = Task::HIGH_RISK;
+    match (asked.truth, case.task) {
+        (Label::Collision(_), _) if plan.by_score => {
+            format!("yes: the exact risk score of {whom} is {extreme} or lower")
+        }
+        (Label::Safe, _) if plan.by_score => {
+            format!("no: no obstacle has an exact risk score of {extreme} or lower")
+        }
+        (Label::Collision(_), Task::Safety) => {
+            let label = Some(asked.truth);
+            let contact = Labelled::new(&case.scene, label).contact;
+            let after =
+                contact.map(|step| (step - case.window.last()) as f64 * case.scene.scenario.dt());
+            match after.filter(|seconds| *seconds > 0.0) {
+                Some(seconds) => format!(
+                    "yes: the ego's body touches {whom}, first {seconds:.1} s after the last described moment"
+                ),
+                None => format!("yes: the ego's body touches {whom}"),
+            }
+        }
+        (Label::Safe, Task::Safety) => format!(
+            "no: the ego's body touches no other body within {} s after the last described moment",
+            case.horizon
+        ),
+        (Label::Collision(_), _) => format!("yes: the ego's body touches that of {whom}"),
+        (Label::Safe, _) => "no: no body touches the ego's at any step or between two".to_string(),
+    }
 }
 
 #[cfg(test)]

@@ -4,18 +4,13 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::TuneSettings;
-use super::ask::{Asker, Graded, Halt, Replies};
-use super::candidate::{Candidate, CostMeasure, Refusal, RefusedBecause, Score};
-use super::check::{Checked, check};
-use super::divide::DevPart;
-use super::evaluate::{Minibatch, WRONG};
-use super::front::front;
-use super::outcome::{Measure, TuneOutcome, Usage, conclude};
-use super::prepare::TunePlan;
-use super::proposal::Proposal;
-use super::reflect::{WrongAnswer, in_a_line, messages};
-use super::reflector::Reflector;
-use super::request::{TuneError, TuneEvent, TuneModels};
+use super::ask::{BatchClient, Graded, Minibatch, Replies, TuneAbort, WRONG_WANTED};
+use super::candidate::{
+    Candidate, Checked, CostMeasure, Proposal, Refusal, RefusedBecause, Score, check, front,
+};
+use super::outcome::{Measure, TuneError, TuneEvent, TuneModels, TuneOutcome, Usage, conclude};
+use super::prepare::{DevPart, TunePlan};
+use super::reflect::{Reflector, WrongAnswer, in_a_line, messages};
 use nearmiss_study::evaluation::Question;
 use nearmiss_study::evaluation::statistics::FEWEST;
 
@@ -23,16 +18,16 @@ use nearmiss_study::evaluation::statistics::FEWEST;
 pub(super) type Replied = Replies;
 
 /// Feedback questions that a proposal is first asked with, at most.
-pub(super) const MINIBATCH: usize = 2 * WRONG;
+pub(super) const MINIBATCH: usize = 2 * WRONG_WANTED;
 
 /// Of a template whose questions remain unanswered more often nothing is known.
-const MOST_MISSING: f64 = 0.1;
+const MAX_MISSING: f64 = 0.1;
 
 /// A tune on its way.
 pub(super) struct Tuning<'a, F> {
     pub plan: &'a TunePlan,
     pub settings: TuneSettings,
-    pub asker: Asker,
+    pub asker: BatchClient,
     pub reflector: Reflector,
     pub on_event: F,
     pub usage: Usage,
@@ -65,7 +60,7 @@ pub async fn tune(
     let mut tuning = Tuning {
         plan,
         settings,
-        asker: Asker {
+        asker: BatchClient {
             judge: models.judge,
             store: Arc::clone(&models.store),
             at_once: models.at_once,
@@ -90,9 +85,9 @@ pub async fn tune(
     };
     let stopped = match tuning.run().await {
         Ok(()) => None,
-        Err(Halt::Stopped(why)) => Some(why),
-        Err(Halt::Interrupted) => return Err(TuneError::Interrupted),
-        Err(Halt::Store(error)) => return Err(error.into()),
+        Err(TuneAbort::Stopped(why)) => Some(why),
+        Err(TuneAbort::Interrupted) => return Err(TuneError::Interrupted),
+        Err(TuneAbort::Store(error)) => return Err(error.into()),
     };
     match (tuning.candidates.is_empty(), stopped) {
         (true, why) => Err(TuneError::NoBase(why.unwrap_or_default())),
@@ -101,7 +96,7 @@ pub async fn tune(
 }
 
 impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
-    async fn run(&mut self) -> Result<(), Halt> {
+    async fn run(&mut self) -> Result<(), TuneAbort> {
         self.base().await?;
         for round in 1..=self.settings.rounds {
             let mut shown = None;
@@ -113,7 +108,7 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
                 self.exhausted.insert(parent);
             }
             let Some(shown) = shown else {
-                return Err(Halt::Stopped(
+                return Err(TuneAbort::Stopped(
                     "no wrong answers are left in the feedback part".into(),
                 ));
             };
@@ -126,7 +121,7 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
     }
 
     /// Measures the base.
-    async fn base(&mut self) -> Result<(), Halt> {
+    async fn base(&mut self) -> Result<(), TuneAbort> {
         let asked = self
             .selection
             .iter()
@@ -136,12 +131,12 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
         if let Some(RefusedBecause::Unanswered { missing, of, why }) = unanswered(&score, &replies)
         {
             let words = format!("{missing} of {of} questions without an answer: {why}");
-            return Err(Halt::Stopped(words));
+            return Err(TuneAbort::Stopped(words));
         }
         if score.counts.f1().is_none() {
             self.measure = Measure::Accuracy;
         }
-        self.cost = CostMeasure::of(&score);
+        self.cost = CostMeasure::for_base(&score);
         self.add(
             Candidate {
                 number: 0,
@@ -161,7 +156,12 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
     }
 
     /// Asks for a template, and tries it.
-    async fn propose(&mut self, round: u32, number: u32, shown: &Minibatch) -> Result<(), Halt> {
+    async fn propose(
+        &mut self,
+        round: u32,
+        number: u32,
+        shown: &Minibatch,
+    ) -> Result<(), TuneAbort> {
         let parent = shown.parent;
         (self.on_event)(TuneEvent::Reflecting {
             round,
@@ -238,7 +238,7 @@ impl<F: FnMut(TuneEvent<'_>)> Tuning<'_, F> {
         &mut self,
         made: &Checked,
         shown: &Minibatch,
-    ) -> Result<Result<(Score, Replies), RefusedBecause>, Halt> {
+    ) -> Result<Result<(Score, Replies), RefusedBecause>, TuneAbort> {
         let of = |places: &[usize]| {
             let asked = places.iter().map(|at| (*at, made.questions[*at].clone()));
             asked.collect::<Vec<_>>()
@@ -340,7 +340,7 @@ fn unanswered(score: &Score, replies: &Replies) -> Option<RefusedBecause> {
             .values()
             .find_map(|reply| reply.as_ref().err().cloned())
     };
-    (missing as f64 > MOST_MISSING * of as f64).then(|| RefusedBecause::Unanswered {
+    (missing as f64 > MAX_MISSING * of as f64).then(|| RefusedBecause::Unanswered {
         missing,
         of,
         why: first().unwrap_or_else(|| "not asked".into()),

@@ -4,8 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::candidate::Candidate;
-use super::check::check;
+use super::candidate::{Candidate, check};
 use super::prepare::{TunePlan, tune_request};
 use super::*;
 use crate::batch::BatchModels;

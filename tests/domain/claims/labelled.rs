@@ -161,7 +161,7 @@ fn labelled_claims_are_found_and_decided_as_people_do() {
         );
         let subject = Subject {
             scene: &scenes[&key],
-            times: TimeOrigin::of(&run.question.messages),
+            times: TimeOrigin::from_messages(&run.question.messages),
             window: run.question.window,
         };
         let found = checked(&run.answer, &subject);

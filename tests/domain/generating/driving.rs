@@ -186,7 +186,7 @@ async fn motions_are_graded_and_both_rankings_are_compared() {
     let taken = |authored: &Authored| {
         let taken = on_ground(&scene(), |ground| authored.taken(ground, 0.5));
         let attack = taken.chosen.unwrap().attack;
-        let source: Source = authored.source_of(&attack).unwrap().source;
+        let source: Source = authored.find_source(&attack).unwrap().source;
         (source.sample, json!(authored.record(Some(&attack))))
     };
     let (exact, document) = taken(authored);

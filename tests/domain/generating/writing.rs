@@ -112,7 +112,10 @@ async fn rounded_waypoints_are_repaired_and_the_attack_is_driven() {
         authored.taken(ground, 0.5)
     });
     let chosen = chosen.chosen.unwrap();
-    assert_eq!(authored.source_of(&chosen.attack).unwrap().source.sample, 0);
+    assert_eq!(
+        authored.find_source(&chosen.attack).unwrap().source.sample,
+        0
+    );
     let effect = chosen.attack.effect.unwrap();
     assert_eq!(effect.main().obstacle, ATTACKER);
     assert!(effect.distance().unwrap() < 1.5, "{:?}", effect.distance());

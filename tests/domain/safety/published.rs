@@ -99,7 +99,7 @@ fn collisions_are_seen_long_before_and_few_others() {
     let Some(scenes) = published() else { return };
     let mut candidates = vec![Candidate::REFERENCE];
     let horizons = [1.0, 1.5, 2.0, 2.5, 3.0];
-    candidates.extend(Candidate::named("reference/constant-velocity", &horizons).unwrap());
+    candidates.extend(Candidate::by_name("reference/constant-velocity", &horizons).unwrap());
     let counts = counts(&labelled(scenes), &candidates);
     // Its yes names who collides, and few others.
     for (c, naming) in &counts[0] {

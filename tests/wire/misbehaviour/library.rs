@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use nearmiss::llm::batch::{Batches, SubmissionMark};
-use nearmiss::llm::{Chunk, Client, Dialect, Endpoint, Error, Finish, LONGEST_ANSWER, decode};
+use nearmiss::llm::{Chunk, Client, Dialect, Endpoint, Error, Finish, MAX_ANSWER_BYTES, decode};
 use serde_json::json;
 
 use super::support::dialects::piece;
@@ -15,7 +15,7 @@ fn every_dialect_is_cut_off_at_the_same_size_between_characters() {
     for dialect in Dialect::ALL {
         let both = piece(dialect, &thoughts, true) + &piece(dialect, &words, false);
         let bytes = thoughts.len() + words.len();
-        let body = both.repeat(LONGEST_ANSWER / bytes + 2);
+        let body = both.repeat(MAX_ANSWER_BYTES / bytes + 2);
         let items = decode(dialect, body.as_bytes().chunks(10_000));
         let size: usize = items
             .iter()
@@ -25,7 +25,7 @@ fn every_dialect_is_cut_off_at_the_same_size_between_characters() {
             })
             .sum();
         assert!(
-            (LONGEST_ANSWER - 1..=LONGEST_ANSWER).contains(&size),
+            (MAX_ANSWER_BYTES - 1..=MAX_ANSWER_BYTES).contains(&size),
             "{dialect:?}: {size}"
         );
         let last = items.last();

@@ -120,10 +120,10 @@ pub enum Results<'a> {
 }
 
 /// Most pages of a list. With a hundred batches each this is more than any account has.
-const MOST_PAGES: usize = 200;
+const MAX_PAGES: usize = 200;
 
 /// Most entries of one page.
-const MOST_ENTRIES: usize = 10_000;
+const MAX_ENTRIES: usize = 10_000;
 
 /// The pages of one list so far.
 #[derive(Debug)]
@@ -147,8 +147,8 @@ impl Pages {
     /// # Errors
     /// The list does not end: the server repeats itself, or sends more pages than any real list has.
     pub fn turn(&mut self, calls: &Calls, entries: usize, next: Option<&str>) -> Result<(), Error> {
-        if entries > MOST_ENTRIES {
-            let what = format!("a page of {entries} batches; at most {MOST_ENTRIES} are read");
+        if entries > MAX_ENTRIES {
+            let what = format!("a page of {entries} batches; at most {MAX_ENTRIES} are read");
             return Err(calls.malformed(&what));
         }
         let Some(next) = next else { return Ok(()) };
@@ -156,8 +156,8 @@ impl Pages {
             let what = format!("endless list of batches: the page after `{next}` repeats");
             return Err(calls.malformed(&what));
         }
-        if self.seen.len() >= MOST_PAGES {
-            let what = format!("endless list of batches: more than {MOST_PAGES} pages");
+        if self.seen.len() >= MAX_PAGES {
+            let what = format!("endless list of batches: more than {MAX_PAGES} pages");
             return Err(calls.malformed(&what));
         }
         let after = calls.endpoint().timeouts.total;

@@ -13,7 +13,7 @@ use super::super::body_text::Deadlines;
 use super::super::client::{Client, deepest};
 use super::super::endpoint::Endpoint;
 use super::super::error::Error;
-use super::super::json::{MOST_VALUES, is_bounded};
+use super::super::json::{MAX_VALUES, is_bounded};
 use super::super::limits::Gate;
 use super::super::redaction::Secrets;
 use super::super::sending::authorised;
@@ -25,13 +25,13 @@ const MAX_DOCUMENT_BYTES: usize = 256 << 20;
 const LONGEST_LINE: usize = 32 << 20;
 
 /// Longest page of a list, in bytes.
-const LONGEST_PAGE: usize = 16 << 20;
+const MAX_PAGE_BYTES: usize = 16 << 20;
 
 /// Most values of a document that holds many answers.
-const MOST_VALUES_OF_ALL: usize = 4 * MOST_VALUES;
+const MAX_ALL_VALUES: usize = 4 * MAX_VALUES;
 
 /// Longest excerpt of a response that is not JSON.
-const LONGEST_SHOWN: usize = 64 << 10;
+const MAX_SHOWN_BYTES: usize = 64 << 10;
 
 /// Requests to one endpoint.
 pub struct Calls {
@@ -116,7 +116,7 @@ impl Calls {
     pub fn malformed(&self, what: &str) -> Error {
         let what = what.to_owned();
         let place = self.endpoint.place();
-        Error::Malformed { place, what }.cleared_of(&self.secrets)
+        Error::Malformed { place, what }.redacted(&self.secrets)
     }
 
     /// Asks for a document.
@@ -133,14 +133,20 @@ impl Calls {
 
     /// Asks for a page of a list.
     pub async fn page(&self, url: Url) -> Result<Value, Error> {
-        self.document(Method::GET, url, None, RetryPolicy::Harmless, LONGEST_PAGE)
-            .await
+        self.document(
+            Method::GET,
+            url,
+            None,
+            RetryPolicy::Harmless,
+            MAX_PAGE_BYTES,
+        )
+        .await
     }
 
     /// Sends a document.
     pub async fn post(&self, url: Url, body: &Value, again: RetryPolicy) -> Result<Value, Error> {
         let body = ("application/json".to_owned(), body.to_string().into_bytes());
-        self.document(Method::POST, url, Some(body), again, LONGEST_PAGE)
+        self.document(Method::POST, url, Some(body), again, MAX_PAGE_BYTES)
             .await
     }
 
@@ -148,8 +154,14 @@ impl Calls {
     pub async fn upload(&self, url: Url, kind: String, bytes: Vec<u8>) -> Result<Value, Error> {
         // A file uploaded twice is asked about once.
         let body = Some((kind, bytes));
-        self.document(Method::POST, url, body, RetryPolicy::Harmless, LONGEST_PAGE)
-            .await
+        self.document(
+            Method::POST,
+            url,
+            body,
+            RetryPolicy::Harmless,
+            MAX_PAGE_BYTES,
+        )
+        .await
     }
 
     async fn document(
@@ -166,8 +178,8 @@ impl Calls {
             Ok::<_, Error>(whole.len())
         })
         .await?;
-        if !is_bounded(&whole, MOST_VALUES_OF_ALL) {
-            let what = format!("a document of more than {MOST_VALUES_OF_ALL} values");
+        if !is_bounded(&whole, MAX_ALL_VALUES) {
+            let what = format!("a document of more than {MAX_ALL_VALUES} values");
             return Err(self.malformed(&what));
         }
         serde_json::from_slice(&whole).map_err(|_| self.malformed(&format!("`{}`", start(&whole))))
@@ -185,7 +197,7 @@ impl Calls {
             if bytes.trim_ascii().is_empty() {
                 return Ok(());
             }
-            let bounded = is_bounded(&bytes, MOST_VALUES).then_some(&bytes);
+            let bounded = is_bounded(&bytes, MAX_VALUES).then_some(&bytes);
             match bounded.and_then(|bytes| serde_json::from_slice(bytes).ok()) {
                 Some(value) => each(value),
                 None => {
@@ -219,7 +231,7 @@ impl Calls {
         longest_part: usize,
         mut each: impl FnMut(&[u8]) -> Result<usize, E>,
     ) -> Result<bool, E> {
-        let cleared = |error: Error| error.cleared_of(&self.secrets);
+        let cleared = |error: Error| error.redacted(&self.secrets);
         let admitted = self.gate.admit(0).await;
         admitted.map_err(|why| Error::Setup {
             place: self.endpoint.place(),
@@ -303,7 +315,7 @@ impl Calls {
 
 /// The beginning of a response that is not JSON, longer than displayed, so that redaction sees whole secrets.
 fn start(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_SHOWN)]).into_owned()
+    String::from_utf8_lossy(&bytes[..bytes.len().min(MAX_SHOWN_BYTES)]).into_owned()
 }
 
 /// Whether the body's framing marks its end, not just the closed connection.

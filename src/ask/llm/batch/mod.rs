@@ -20,7 +20,7 @@ use super::decoder::Decoder;
 use super::dialect::body;
 use super::endpoint::Endpoint;
 use super::error::Error;
-use super::error_body::{ErrorBody, LONGEST_QUOTE, tidy};
+use super::error_body::{ErrorBody, MAX_QUOTE_LENGTH, tidy};
 use super::limits::Reservation;
 use super::request::Request;
 use api::{Match, Pages, Results, Submission};
@@ -386,7 +386,7 @@ pub fn surely_not_created(error: &Error) -> bool {
 }
 
 /// Most requests in a batch: all providers take more, but a batch is read back in one piece.
-const MOST_REQUESTS: usize = 20_000;
+const MAX_REQUESTS: usize = 20_000;
 
 /// Most bytes of a batch. OpenAI takes 200 MB, Anthropic 256 MB and Gemini 20 MB, sent in one request that must not
 /// outlast the patience with a silent server.
@@ -404,7 +404,7 @@ fn parts(sizes: impl Iterator<Item = usize>) -> Vec<Range<usize>> {
     let mut bytes = 0;
     for (at, size) in sizes.enumerate() {
         match parts.last_mut() {
-            Some(part) if part.len() < MOST_REQUESTS && bytes + size <= MOST_BYTES => {
+            Some(part) if part.len() < MAX_REQUESTS && bytes + size <= MOST_BYTES => {
                 part.end = at + 1;
                 bytes += size;
             }
@@ -424,7 +424,7 @@ fn answer(calls: &Calls, document: &Value) -> Outcome {
     let mut decoder = Decoder::new(endpoint.dialect, endpoint.place());
     let chunks = match decoder.document(&document.to_string()) {
         Ok(chunks) => chunks,
-        Err(error) => return Outcome::Failed(error.cleared_of(secrets).to_string()),
+        Err(error) => return Outcome::Failed(error.redacted(secrets).to_string()),
     };
     let mut answer = WholeAnswer {
         text: String::new(),
@@ -478,7 +478,7 @@ fn custom_id<'a>(calls: &Calls, entry: &'a Value) -> Result<&'a str, Error> {
 
 /// Words of the provider's on one line, without secrets.
 fn line(calls: &Calls, words: &str) -> String {
-    tidy(&calls.secrets().redact_cut(words), LONGEST_QUOTE)
+    tidy(&calls.secrets().redact_cut(words), MAX_QUOTE_LENGTH)
 }
 
 #[cfg(test)]
@@ -494,8 +494,8 @@ mod tests {
         assert_eq!(parts([1, MOST_BYTES, 1].into_iter()), [0..1, 1..2, 2..3]);
         // One that is too large alone is the provider's to refuse.
         assert_eq!(parts([2 * MOST_BYTES, 1].into_iter()), [0..1, 1..2]);
-        let many = vec![1; MOST_REQUESTS + 1];
+        let many = vec![1; MAX_REQUESTS + 1];
         let split = parts(many.into_iter());
-        assert_eq!(split, [0..MOST_REQUESTS, MOST_REQUESTS..MOST_REQUESTS + 1]);
+        assert_eq!(split, [0..MAX_REQUESTS, MAX_REQUESTS..MAX_REQUESTS + 1]);
     }
 }

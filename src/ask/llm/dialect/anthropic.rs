@@ -282,7 +282,7 @@ impl MessagesReader {
 fn block(block: Option<&Value>, answer: &mut ResponseAccumulator) {
     let Some(block) = block else { return };
     answer.reason(string(block, "thinking").unwrap_or_default());
-    answer.say(string(block, "text").unwrap_or_default());
+    answer.push_text(string(block, "text").unwrap_or_default());
 }
 
 fn stopped(holder: &Value, answer: &mut ResponseAccumulator) {
@@ -344,7 +344,7 @@ impl Blocks {
             // In streams the input begins empty, and comes in fragments.
             let whole = block.get("input").and_then(Value::as_object);
             if let Some(whole) = whole.filter(|input| !input.is_empty()) {
-                answer.call_whole(number, &json!(whole).to_string());
+                answer.complete_call(number, &json!(whole).to_string());
             }
             kept.call = Some(number);
         }
@@ -378,7 +378,7 @@ impl Blocks {
             return;
         }
         for block in std::mem::take(&mut self.blocks).into_values() {
-            if let Some(whole) = block.whole() {
+            if let Some(whole) = block.into_value() {
                 answer.echo(whole);
             }
         }
@@ -387,7 +387,7 @@ impl Blocks {
 
 impl Block {
     /// The block as it is sent again; `None` for an empty text, which the API refuses.
-    fn whole(self) -> Option<Value> {
+    fn into_value(self) -> Option<Value> {
         let mut block = self.block;
         let grown = |block: &Value, key: &str| {
             format!("{}{}", string(block, key).unwrap_or_default(), self.added)

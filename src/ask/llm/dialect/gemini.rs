@@ -165,7 +165,7 @@ fn call(function: &Value, answer: &mut ResponseAccumulator) {
     let id = string(function, "id").unwrap_or_default();
     answer.call(number, id, string(function, "name").unwrap_or_default());
     let arguments = function.get("args").filter(|args| args.is_object());
-    answer.call_whole(number, &arguments.map_or("{}".into(), Value::to_string));
+    answer.complete_call(number, &arguments.map_or("{}".into(), Value::to_string));
 }
 
 fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
@@ -244,7 +244,7 @@ impl AnswerReader for GeminiReader {
             if part.get("thought").and_then(Value::as_bool) == Some(true) {
                 answer.reason(text);
             } else {
-                answer.say(text);
+                answer.push_text(text);
             }
         }
         if let Some(reason) = string(candidate, "finishReason") {

@@ -154,8 +154,8 @@ fn calls(message: &Value, answer: &mut ResponseAccumulator) {
         let id = string(call, "id").unwrap_or_default();
         answer.call(number, id, string(function, "name").unwrap_or_default());
         match function.get("arguments") {
-            Some(Value::String(text)) => answer.call_whole(number, text),
-            Some(whole) => answer.call_whole(number, &whole.to_string()),
+            Some(Value::String(text)) => answer.complete_call(number, text),
+            Some(whole) => answer.complete_call(number, &whole.to_string()),
             None => {}
         }
     }
@@ -171,7 +171,7 @@ impl AnswerReader for OllamaReader {
         if let Some(message) = value.get("message") {
             answer.tokens(tokens(value.get("logprobs")));
             answer.reason(string(message, "thinking").unwrap_or_default());
-            answer.say(string(message, "content").unwrap_or_default());
+            answer.push_text(string(message, "content").unwrap_or_default());
             calls(message, answer);
         }
         if value.get("done").and_then(Value::as_bool) == Some(true) {

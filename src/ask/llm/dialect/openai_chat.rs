@@ -126,12 +126,12 @@ fn calls(list: Option<&Value>, answer: &mut ResponseAccumulator) {
         let function = call.get("function").unwrap_or(&Value::Null);
         let id = string(call, "id").unwrap_or_default();
         // Some servers give all calls of a turn the same index; fragments then belong to the newest one.
-        let number = answer.call_of(number, id);
+        let number = answer.call_number(number, id);
         answer.call(number, id, string(function, "name").unwrap_or_default());
         match function.get("arguments") {
             Some(Value::String(fragment)) => answer.call_arguments(number, fragment),
             // Some servers send an object.
-            Some(whole @ Value::Object(_)) => answer.call_whole(number, &whole.to_string()),
+            Some(whole @ Value::Object(_)) => answer.complete_call(number, &whole.to_string()),
             _ => {}
         }
     }
@@ -246,7 +246,7 @@ impl ChatReader {
                 self.details.add(delta);
             }
             match delta.get("content") {
-                Some(Value::String(text)) => answer.say(text),
+                Some(Value::String(text)) => answer.push_text(text),
                 Some(Value::Array(parts)) => parts.iter().for_each(|p| self.part(p, answer)),
                 _ => {}
             }
@@ -254,7 +254,7 @@ impl ChatReader {
             answer.refuse(string(delta, "refusal").unwrap_or_default());
         } else if let Some(text) = string(choice, "text") {
             // As servers of completions have it.
-            answer.say(text);
+            answer.push_text(text);
         }
         let finish = string(choice, "finish_reason");
         if finish.is_some() && answer.calls() > 0 {
@@ -312,7 +312,7 @@ impl ChatReader {
         let thought = match part.get("thinking") {
             Some(Value::String(text)) => text.clone(),
             Some(Value::Array(inner)) => inner.iter().filter_map(|p| string(p, "text")).collect(),
-            _ => return answer.say(string(part, "text").unwrap_or_default()),
+            _ => return answer.push_text(string(part, "text").unwrap_or_default()),
         };
         if !other && !thought.is_empty() {
             self.reasoning_field = Some(chosen);

@@ -128,7 +128,7 @@ impl AnswerReader for ResponsesReader {
         match string(value, "type") {
             Some("response.output_text.delta") => {
                 answer.tokens(tokens(value.get("logprobs")));
-                answer.say(delta);
+                answer.push_text(delta);
             }
             Some("response.refusal.delta") => answer.refuse(delta),
             Some("response.function_call_arguments.delta") => {
@@ -239,7 +239,7 @@ impl ResponsesReader {
             }
             for part in list(&item, "content") {
                 answer.tokens(tokens(part.get("logprobs")));
-                answer.say(string(&part, "text").unwrap_or_default());
+                answer.push_text(string(&part, "text").unwrap_or_default());
                 answer.refuse(string(&part, "refusal").unwrap_or_default());
             }
         }
@@ -352,7 +352,7 @@ fn complete_call(number: u64, item: &Value, answer: &mut ResponseAccumulator) {
     if is_call(item) {
         begin_call(number, item, answer);
         if let Some(arguments) = string(item, "arguments") {
-            answer.call_whole(number, arguments);
+            answer.complete_call(number, arguments);
         }
         // Its place among the thoughts, which go back in their order.
         if let Some(id) = string(item, "call_id") {

@@ -54,7 +54,7 @@ struct Search {
 
 impl Secrets {
     /// These secrets, and no others.
-    fn of(secrets: &[String]) -> Self {
+    fn new(secrets: &[String]) -> Self {
         if secrets.is_empty() {
             return Self::default();
         }
@@ -140,7 +140,7 @@ impl Endpoint {
         found.extend(self.url().ok().into_iter().flat_map(|url| in_address(&url)));
         found.sort();
         found.dedup();
-        Secrets::of(&found)
+        Secrets::new(&found)
     }
 
     /// Whether the address holds a password or anything else that is to be kept secret.

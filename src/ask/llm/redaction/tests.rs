@@ -15,7 +15,7 @@ const SECRETS: [&str; 4] = [
 ];
 
 fn secrets(text: &str) -> Secrets {
-    Secrets::of(&[text.to_owned()])
+    Secrets::new(&[text.to_owned()])
 }
 
 /// Each letter, or every so manieth one, written by `write`.
@@ -137,7 +137,7 @@ fn base64_goes_wherever_the_secret_begins_in_it() {
 #[test]
 fn usual_text_stays_as_it_is() {
     let all: Vec<String> = SECRETS.map(str::to_owned).to_vec();
-    let secrets = Secrets::of(&all);
+    let secrets = Secrets::new(&all);
     let verdict = r#"{"collision": true, "obstacles": [{"id": 301, "risk_score": 1, "reason": "sk\u00e9 \"close\" \\ 5 %, a&b &amp; c/d"}]}"#;
     for text in [
         "",
@@ -194,7 +194,7 @@ fn what_is_held_back_is_bounded() {
 
 #[test]
 fn secrets_that_overlap_are_one_and_neighbours_are_two() {
-    let secrets = Secrets::of(&["sk-sk-abé1".to_owned(), "abé1-and-more".to_owned()]);
+    let secrets = Secrets::new(&["sk-sk-abé1".to_owned(), "abé1-and-more".to_owned()]);
     for (text, shown) in [
         ("a sk-sk-abé1 b", "a [key] b"),
         ("sk-sk-sk-abé1", "sk-[key]"),

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use minijinja::value::ValueKind;
 use minijinja::{Error, ErrorKind, Value};
 
-use super::{DEEPEST, MOST_MADE};
+use super::{DEEPEST, MAX_MADE_BYTES};
 
 /// Bytes that text and values may still take. Nothing is given back when a value is dropped, so that what is left also
 /// bounds the time of all operations together.
@@ -29,14 +29,14 @@ impl Budget {
     /// For a filling with these values.
     #[must_use]
     pub fn with(values: &Value) -> Self {
-        let given = Self::of(u64::MAX);
+        let given = Self::with_limit(u64::MAX);
         // Values of the program are never too deep; if they were, the filling would say so.
         let _ = given.weigh(values, 1);
         let cost = u64::MAX - given.left.load(Ordering::Relaxed);
-        Self::of(MOST_MADE.saturating_add(cost.saturating_mul(COPIES)))
+        Self::with_limit(MAX_MADE_BYTES.saturating_add(cost.saturating_mul(COPIES)))
     }
 
-    fn of(whole: u64) -> Self {
+    fn with_limit(whole: u64) -> Self {
         Self {
             left: AtomicU64::new(whole),
             whole,
@@ -109,13 +109,13 @@ impl Budget {
     pub fn printed(&self, value: &Value, times: u64) -> Result<(), Error> {
         self.weigh(value, times)?;
         if value.as_str().is_none() && value.as_object().is_some() {
-            self.text_of(|out| write!(out, "{value}"), times)?;
+            self.metered_text(|out| write!(out, "{value}"), times)?;
         }
         Ok(())
     }
 
     /// The text that `write` writes, paid for while it is written.
-    pub fn text_of(
+    pub fn metered_text(
         &self,
         write: impl FnOnce(&mut MeteredText<'_>) -> std::fmt::Result,
         times: u64,

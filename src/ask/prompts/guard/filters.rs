@@ -168,7 +168,7 @@ fn dumped(budget: &Budget, values: &[&Value]) -> Result<String, Error> {
     for value in values {
         budget.weigh(value, 1)?;
     }
-    budget.text_of(
+    budget.metered_text(
         |out| {
             for (place, value) in values.iter().enumerate() {
                 out.write_str(if place > 0 { "\n" } else { "" })?;
@@ -256,7 +256,7 @@ pub fn add(environment: &mut Environment<'_>, budget: &Arc<Budget>) {
         match value.as_object() {
             None => Ok(value.clone()),
             Some(_) => paying
-                .text_of(|out| write!(out, "{value}"), times)
+                .metered_text(|out| write!(out, "{value}"), times)
                 .map(Value::from),
         }
     });
@@ -410,7 +410,7 @@ impl Growth {
                 budget.pay(written.saturating_add(given).saturating_add(plain))?;
                 arguments.iter().skip(1).try_for_each(|argument| {
                     budget
-                        .text_of(|out| write!(out, "{argument:?}"), 2)
+                        .metered_text(|out| write!(out, "{argument:?}"), 2)
                         .map(|_| ())
                 })
             }
@@ -418,7 +418,7 @@ impl Growth {
                 let [_, from, to, ..] = arguments else {
                     return Ok(());
                 };
-                let shown = |value: &Value| budget.text_of(|out| write!(out, "{value}"), 1);
+                let shown = |value: &Value| budget.metered_text(|out| write!(out, "{value}"), 1);
                 let (text, from, to) = (shown(first)?, shown(from)?, shown(to)?);
                 let found = text.matches(from.as_str()).count() as u64;
                 budget.pay(found.saturating_mul(to.len() as u64 * ESCAPED))
@@ -428,7 +428,9 @@ impl Growth {
                 let between = arguments.iter().skip(1);
                 let between: u64 = between.map(longest).sum();
                 budget.pay(count.saturating_mul(between))?;
-                budget.text_of(|out| write!(out, "{first}"), 1).map(|_| ())
+                budget
+                    .metered_text(|out| write!(out, "{first}"), 1)
+                    .map(|_| ())
             }
             Self::Count => {
                 budget.pay(48 * text.map_or(0, str::len) as u64)?;

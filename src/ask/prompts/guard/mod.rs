@@ -24,25 +24,25 @@ pub use budget::Budget;
 pub const MOST_STEPS: u64 = 1_000_000;
 
 /// Larger sources are not parsed, bytes.
-pub const LARGEST_SOURCE: usize = 1 << 20;
+pub const MAX_SOURCE_BYTES: usize = 1 << 20;
 
 /// What a filling may make besides a few copies of what it is given, bytes.
-pub const MOST_MADE: u64 = 16 << 20;
+pub const MAX_MADE_BYTES: u64 = 16 << 20;
 
 /// Lists in lists, at most so deep.
 pub const DEEPEST: usize = 160;
 
 /// Operators and filters one after the other in an expression, `elif` in a row.
-pub const LONGEST_CHAIN: usize = 1_000;
+pub const MAX_CHAIN_LENGTH: usize = 1_000;
 
-/// The stack for parsing and filling: [`LONGEST_CHAIN`] and the engine's own limits on recursion fit many times.
+/// The stack for parsing and filling: [`MAX_CHAIN_LENGTH`] and the engine's own limits on recursion fit many times.
 const STACK: usize = 64 << 20;
 
 /// Runs `work` on a stack that is large enough for whatever the limits allow.
 ///
 /// # Errors
 /// The system gives no thread.
-pub fn apart<T: Send>(work: impl FnOnce() -> T + Send) -> std::io::Result<T> {
+pub fn on_own_stack<T: Send>(work: impl FnOnce() -> T + Send) -> std::io::Result<T> {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new()
             .name("template".into())
@@ -118,8 +118,8 @@ pub fn environment<'source>(budget: &Arc<Budget>) -> Environment<'source> {
 /// It is not: with the line. What the lexer refuses is left to the parser.
 fn check(source: &str) -> Result<(), GuardError> {
     let limit = |line, message: String| Err(GuardError::Limit { line, message });
-    if source.len() > LARGEST_SOURCE {
-        let most = LARGEST_SOURCE >> 10;
+    if source.len() > MAX_SOURCE_BYTES {
+        let most = MAX_SOURCE_BYTES >> 10;
         return limit(1, format!("larger than the limit of {most} KiB"));
     }
     let mut chains = Chains::default();
@@ -132,9 +132,9 @@ fn check(source: &str) -> Result<(), GuardError> {
         elifs += usize::from(opens && matches!(token, Token::Ident("elif")));
         opens = matches!(token, Token::BlockStart);
         chains.meet(&token);
-        let what = if chains.longest > LONGEST_CHAIN {
+        let what = if chains.longest > MAX_CHAIN_LENGTH {
             "an expression exceeds the limit of 1000 parts; split it with `set`"
-        } else if elifs > LONGEST_CHAIN {
+        } else if elifs > MAX_CHAIN_LENGTH {
             "more than the limit of 1000 `elif`"
         } else {
             continue;

@@ -56,7 +56,7 @@ impl ShownClaim {
 /// What is known of an answer.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct AnswerDetail {
-    status: Option<Said>,
+    status: Option<PageVerdict>,
     /// Roles and places of the texts of the question.
     pub(super) messages: Vec<(String, usize)>,
     /// The pictures that the question was sent with.
@@ -77,7 +77,7 @@ pub struct AnswerDetail {
 /// What an answer says, or why it has no verdict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
-enum Said {
+enum PageVerdict {
     Verdict {
         word: &'static str,
         why: String,
@@ -96,9 +96,9 @@ enum Said {
 
 impl AnswerDetail {
     /// What an answer says and cost; its texts are added later.
-    pub(super) fn of(one: &Scored) -> Self {
+    pub(super) fn from_scored(one: &Scored) -> Self {
         Self {
-            status: Some(Said::of(&one.status)),
+            status: Some(PageVerdict::from_status(&one.status)),
             used: one.consumed,
             ..Self::default()
         }
@@ -109,8 +109,8 @@ fn shown<S: Serializer>(text: &Option<String>, to: S) -> Result<S::Ok, S::Error>
     text.as_deref().map(visible).serialize(to)
 }
 
-impl Said {
-    fn of(status: &AnswerStatus) -> Self {
+impl PageVerdict {
+    fn from_status(status: &AnswerStatus) -> Self {
         let missing = |missing, why: &str| Self::Missing {
             missing,
             why: visible(why).into_owned(),

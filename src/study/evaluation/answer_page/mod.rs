@@ -38,7 +38,7 @@ struct Row {
 #[derive(Debug, Clone, PartialEq)]
 struct Mark {
     row: usize,
-    way: usize,
+    configuration: usize,
     sample: u32,
     /// `R` right, `W` wrong, `N` no verdict, `?` a verdict without a truth.
     letter: char,
@@ -49,7 +49,7 @@ struct Mark {
 /// The answers of a report. Texts that repeat, as prompts do, are kept once.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct AnswerPage {
-    ways: Vec<PromptConfig>,
+    configurations: Vec<PromptConfig>,
     rows: Vec<Row>,
     marks: Vec<Mark>,
     details: Vec<AnswerDetail>,
@@ -65,9 +65,9 @@ impl AnswerPage {
     #[must_use]
     pub fn new(cases: &[AnswerCase<'_>]) -> Self {
         let versions = has_versions(cases);
-        let bare = |case: &AnswerCase<'_>| bare(&case.scored.way, versions);
-        let ways: BTreeSet<PromptConfig> = cases.iter().map(bare).collect();
-        let ways: Vec<PromptConfig> = ways.into_iter().collect();
+        let bare = |case: &AnswerCase<'_>| bare(&case.scored.configuration, versions);
+        let configurations: BTreeSet<PromptConfig> = cases.iter().map(bare).collect();
+        let configurations: Vec<PromptConfig> = configurations.into_iter().collect();
         let mut page = Self::default();
         let mut places: HashMap<RowKey, usize> = HashMap::new();
         // Where a question was not asked, its window may be unknown: its row is that of an answer about the scene.
@@ -99,18 +99,18 @@ impl AnswerPage {
             if of.critical.is_empty() {
                 of.critical.clone_from(&case.scored.critical);
             }
-            let way = ways.binary_search(&bare(case)).unwrap_or(0);
+            let configuration = configurations.binary_search(&bare(case)).unwrap_or(0);
             let (letter, said) = letters(case.scored);
             page.marks.push(Mark {
                 row,
-                way,
+                configuration,
                 sample: case.scored.sample,
                 letter,
                 said,
             });
-            page.details.push(AnswerDetail::of(case.scored));
+            page.details.push(AnswerDetail::from_scored(case.scored));
         }
-        page.ways = ways;
+        page.configurations = configurations;
         page
     }
 
@@ -200,9 +200,9 @@ type RowKey = (Task, String, Option<String>, Option<(i64, i64)>);
 fn key(case: &AnswerCase<'_>, window: Option<(i64, i64)>) -> RowKey {
     let one = case.scored;
     (
-        one.way.task,
+        one.configuration.task,
         one.scenario.clone(),
-        case.lead_words(),
+        case.lead_label(),
         window,
     )
 }
@@ -210,9 +210,9 @@ fn key(case: &AnswerCase<'_>, window: Option<(i64, i64)>) -> RowKey {
 fn row(case: &AnswerCase<'_>) -> Row {
     let one = case.scored;
     Row {
-        task: one.way.task,
+        task: one.configuration.task,
         scenario: visible(&one.scenario).into_owned(),
-        lead: case.lead_words(),
+        lead: case.lead_label(),
         window: one.window,
         truth: None,
         critical: Vec::new(),
@@ -224,20 +224,22 @@ fn row(case: &AnswerCase<'_>) -> Row {
 fn has_versions(cases: &[AnswerCase<'_>]) -> bool {
     let mut found = HashMap::new();
     cases.iter().any(|case| {
-        let way = &case.scored.way;
-        let template = way.template.as_ref();
-        let first = found.entry((way.task, way.frame)).or_insert(template);
+        let configuration = &case.scored.configuration;
+        let template = configuration.template.as_ref();
+        let first = found
+            .entry((configuration.task, configuration.frame))
+            .or_insert(template);
         template.is_some() && first.is_some() && *first != template
     })
 }
 
 /// A way of asking whatever the task: tasks are rows. As each has templates of its own, these tell ways apart only where
 /// there are several `versions` of one.
-fn bare(way: &PromptConfig, versions: bool) -> PromptConfig {
+fn bare(configuration: &PromptConfig, versions: bool) -> PromptConfig {
     PromptConfig {
         task: Task::Collision,
-        template: way.template.clone().filter(|_| versions),
-        ..way.clone()
+        template: configuration.template.clone().filter(|_| versions),
+        ..configuration.clone()
     }
 }
 
@@ -303,20 +305,20 @@ impl AnswerPage {
 
     /// Ways, questions and marks, in columns.
     fn grid<'p>(&'p self, text_blocks: &'p [usize]) -> Grid<'p> {
-        let way = |way: &'p PromptConfig| GridWay {
-            name: visible(&configuration_name(way)).into_owned(),
-            frame: way.frame.map(|frame| frame.name()),
-            techniques: way.techniques.map(technique),
-            model: visible(&way.model),
-            settings: way.settings.words(),
-            template: way.template.as_ref().map(ToString::to_string),
+        let configuration = |configuration: &'p PromptConfig| GridConfiguration {
+            name: visible(&configuration_name(configuration)).into_owned(),
+            frame: configuration.frame.map(|frame| frame.name()),
+            techniques: configuration.techniques.map(technique),
+            model: visible(&configuration.model),
+            settings: configuration.settings.to_stored(),
+            template: configuration.template.as_ref().map(ToString::to_string),
         };
         Grid {
-            ways: self.ways.iter().map(way).collect(),
+            configurations: self.configurations.iter().map(configuration).collect(),
             rows: &self.rows,
             marks: Marks {
                 row: self.marks.iter().map(|mark| mark.row).collect(),
-                way: self.marks.iter().map(|mark| mark.way).collect(),
+                configuration: self.marks.iter().map(|mark| mark.configuration).collect(),
                 sample: self.marks.iter().map(|mark| mark.sample).collect(),
                 letter: self.marks.iter().map(|mark| mark.letter).collect(),
                 said: self.marks.iter().map(|mark| mark.said).collect(),
@@ -330,7 +332,8 @@ impl AnswerPage {
 /// What a page shows at once.
 #[derive(Serialize)]
 struct Grid<'p> {
-    ways: Vec<GridWay<'p>>,
+    #[serde(rename = "ways")]
+    configurations: Vec<GridConfiguration<'p>>,
     rows: &'p [Row],
     marks: Marks,
     /// The first text of each block of texts.
@@ -341,7 +344,7 @@ struct Grid<'p> {
 
 /// A way of asking: a column of the grid.
 #[derive(Serialize)]
-struct GridWay<'p> {
+struct GridConfiguration<'p> {
     name: String,
     frame: Option<&'static str>,
     techniques: Option<String>,
@@ -354,7 +357,8 @@ struct GridWay<'p> {
 #[derive(Serialize)]
 struct Marks {
     row: Vec<usize>,
-    way: Vec<usize>,
+    #[serde(rename = "way")]
+    configuration: Vec<usize>,
     sample: Vec<u32>,
     letter: String,
     said: String,

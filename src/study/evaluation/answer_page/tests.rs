@@ -27,7 +27,7 @@ fn questions_are_rows_and_answers_are_marked() {
     // Not asked, so its window is not known: it is about the same question.
     all[3].status = AnswerStatus::Unasked("not asked yet".into());
     let page = AnswerPage::new(&AnswerCase::all(&all));
-    assert_eq!((page.rows.len(), page.ways.len()), (2, 2));
+    assert_eq!((page.rows.len(), page.configurations.len()), (2, 2));
     let letters: String = page.marks.iter().map(|mark| mark.letter).collect();
     assert_eq!(letters, "RW?N");
     assert_eq!(page.marks[3].row, page.marks[0].row);

@@ -103,11 +103,11 @@ pub fn offers(store: &Store) -> Result<Vec<CountingChoice>, StoreError> {
     for (batch, progress) in store.batches()? {
         let spec = Spec::from_json(&batch.spec);
         let truth = match &spec {
-            Ok(spec) => spec.truth_words(),
+            Ok(spec) => spec.truth_summary(),
             Err(why) => format!("truth of the batch ({why})"),
         };
-        let test = TestSplit::of(store, &batch, false)?;
-        let looks = test.as_ref().and_then(TestSplit::looks_words);
+        let test = TestSplit::open(store, &batch, false)?;
+        let looks = test.as_ref().and_then(TestSplit::looks_note);
         let experiment = spec.ok().map(|spec| spec.experiment);
         let parts = experiment.iter().flat_map(|experiment| {
             let leads = experiment.more_leads().iter();
@@ -169,11 +169,11 @@ pub fn counted(
         return Err(StoreError::Word(format!("no batch {id}")));
     };
     let spec = Spec::from_json(&batch.spec).map_err(|why| StoreError::Word(why.to_string()))?;
-    let wanted = match (TestSplit::of(store, &batch, false)?, part) {
+    let wanted = match (TestSplit::open(store, &batch, false)?, part) {
         (None, _) => None,
         (Some(test), BatchPart::Split(SplitPart::Test)) if test.is_locked() => {
             return Ok(Some(BatchResults {
-                locked: Some(test.words()),
+                locked: Some(test.summary()),
                 ..BatchResults::default()
             }));
         }
@@ -181,7 +181,7 @@ pub fn counted(
         (Some(_), _) => Some(SplitPart::Dev),
     };
     let (first, protocol) = (spec.experiment.lead(), spec.experiment.protocol);
-    let mut ways: BTreeMap<PromptConfig, CountedWay> = BTreeMap::new();
+    let mut configurations: BTreeMap<PromptConfig, CountedWay> = BTreeMap::new();
     let mut templates = BatchTemplates::default();
     let (mut unasked, mut from) = (0, 0);
     loop {
@@ -200,22 +200,30 @@ pub fn counted(
                 continue;
             }
             if let Some(other) = other {
-                scored.tell(other(&scored));
+                scored.set_truth(other(&scored));
             }
             protocol.count(&mut scored);
             // The way of a question is written for its row alone.
-            let way = if ways.contains_key(&scored.way) {
-                ways.get_mut(&scored.way)
+            let configuration = if configurations.contains_key(&scored.configuration) {
+                configurations.get_mut(&scored.configuration)
             } else {
-                Some(ways.entry(scored.way.clone()).or_default())
+                Some(
+                    configurations
+                        .entry(scored.configuration.clone())
+                        .or_default(),
+                )
             };
-            unasked += usize::from(way.is_some_and(|way| !way.take(&scored)));
+            unasked += usize::from(
+                configuration.is_some_and(|configuration| !configuration.take(&scored)),
+            );
         }
     }
-    let rows = ways.into_iter().filter_map(|(mut way, all)| {
-        templates.name(&mut way);
-        all.results(way)
-    });
+    let rows = configurations
+        .into_iter()
+        .filter_map(|(mut configuration, all)| {
+            templates.name(&mut configuration);
+            all.results(configuration)
+        });
     Ok(Some(BatchResults {
         rows: rows.collect(),
         unasked,
@@ -341,12 +349,18 @@ fn of_scenario(
             Ok(scene) => known
                 .entry(about(asked))
                 .or_insert_with(|| {
-                    let way = PromptConfig {
+                    let configuration = PromptConfig {
                         model: String::new(),
                         ..configuration_of_item(asked)?
                     };
                     let variant = Variant::from_item(asked)?;
-                    builder.judged(&entry, scene, &way, &variant, label_of_item(asked))
+                    builder.judged(
+                        &entry,
+                        scene,
+                        &configuration,
+                        &variant,
+                        label_of_item(asked),
+                    )
                 })
                 .clone(),
         };

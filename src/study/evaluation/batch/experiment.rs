@@ -9,7 +9,7 @@ use crate::evaluation::report::{Comparison, PivotRequest};
 use crate::evaluation::windows::{LEAD, WITHIN};
 use crate::evaluation::{AxisValues, Lead, PAPER_STEPS, Protocol, Settings, default_frame};
 use nearmiss_ask::llm::{Dialect, Effort, Endpoint, Parameters, ToolLimits};
-use nearmiss_ask::prompts::{Library, MOST_DECIMALS, Pack, Techniques};
+use nearmiss_ask::prompts::{Library, MAX_DECIMALS, Pack, Techniques};
 use nearmiss_base::system::unknown;
 use nearmiss_record::fields::{Fields, OneOrMore, Word};
 use nearmiss_scene::description::{EgoAxes, Form, Frame};
@@ -70,7 +70,7 @@ nearmiss_record::fields! {
             /// soon; by default that of the template.
             radius: Option<f64>, Takes::Above(0.0, 1e6), "m";
             /// Decimals of the numbers; by default those of the template.
-            precision: Option<usize>, Takes::Whole(0, MOST_DECIMALS as i64);
+            precision: Option<usize>, Takes::Whole(0, MAX_DECIMALS as i64);
             /// Wording of the description, or several; by default that of the template, else compact.
             form [axis]: OneOrMore<Form>;
             /// Every so many steps are described, or several numbers; by default those of the template, else 1.
@@ -323,20 +323,22 @@ impl Experiment {
 
     /// Declared names that no way of asking has.
     fn unknown_names(&self) -> Option<(&'static str, String)> {
-        let (comparison, ways) = (self.comparison(), self.ways());
-        let ways: Vec<_> = ways.iter().collect();
-        let name = (*comparison.unknown(&ways).first()?).to_string();
+        let (comparison, configurations) = (self.comparison(), self.configurations());
+        let configurations: Vec<_> = configurations.iter().collect();
+        let name = (*comparison.unknown(&configurations).first()?).to_string();
         let key = if self.baseline.as_ref() == Some(&name) {
             "baseline"
         } else {
             "compare"
         };
         let models = self.models.join(", ");
-        let example = ways.iter().find(|way| way.frame.is_some());
-        let example = example.map_or(String::new(), |way| {
+        let example = configurations
+            .iter()
+            .find(|configuration| configuration.frame.is_some());
+        let example = example.map_or(String::new(), |configuration| {
             format!(
                 "; a prompt configuration is called as in tables, such as `{}`",
-                crate::evaluation::report::configuration_name(way)
+                crate::evaluation::report::configuration_name(configuration)
             )
         });
         let words = format!(

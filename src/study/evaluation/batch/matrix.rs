@@ -34,16 +34,16 @@ impl Experiment {
         .into_iter()
         .chain(several);
         let lists: Vec<(&str, usize)> = lists.filter(|(_, size)| *size > 1).collect();
-        let ways = lists
-            .iter()
-            .fold(1_usize, |ways, (_, size)| ways.saturating_mul(*size));
-        if ways <= MOST_WAYS {
+        let configurations = lists.iter().fold(1_usize, |configurations, (_, size)| {
+            configurations.saturating_mul(*size)
+        });
+        if configurations <= MOST_WAYS {
             return Ok(());
         }
         let of = lists.iter().map(|(name, size)| format!("{size} of {name}"));
         let of: Vec<String> = of.collect();
         Err(format!(
-            "{ways} ways of asking ({}), and a batch has at most {MOST_WAYS}; name fewer values, or make several batches of them",
+            "{configurations} ways of asking ({}), and a batch has at most {MOST_WAYS}; name fewer values, or make several batches of them",
             of.join(" × ")
         ))
     }
@@ -51,16 +51,16 @@ impl Experiment {
     /// Every way of asking, each once: by task, frame, techniques, model and values of axes, as they were named. The built-in judge,
     /// which is not asked in words, stands once for each task.
     #[must_use]
-    pub fn ways(&self) -> Vec<PromptConfig> {
+    pub fn configurations(&self) -> Vec<PromptConfig> {
         let settings = self.axis_values();
-        let (mut ways, mut known) = (Vec::new(), HashSet::new());
+        let (mut configurations, mut known) = (Vec::new(), HashSet::new());
         for &task in &self.tasks {
             for &frame in &self.frames {
                 for &techniques in &self.techniques {
                     for model in &self.models {
                         let in_words = model != judge::MODEL;
                         for settings in &settings {
-                            let way = PromptConfig {
+                            let configuration = PromptConfig {
                                 task,
                                 frame: in_words.then_some(frame),
                                 techniques: in_words.then_some(techniques),
@@ -72,15 +72,15 @@ impl Experiment {
                                 },
                                 template: None,
                             };
-                            if known.insert(way.clone()) {
-                                ways.push(way);
+                            if known.insert(configuration.clone()) {
+                                configurations.push(configuration);
                             }
                         }
                     }
                 }
             }
         }
-        ways
+        configurations
     }
 
     /// Whether windows are drawn, so that dangerous and safe ones are alike.
@@ -92,8 +92,8 @@ impl Experiment {
 
     /// How many answers are wanted of a way of asking: the built-in judge always says the same.
     #[must_use]
-    pub fn samples_of(&self, way: &PromptConfig) -> u32 {
-        if way.model == judge::MODEL {
+    pub fn samples_for(&self, configuration: &PromptConfig) -> u32 {
+        if configuration.model == judge::MODEL {
             1
         } else {
             self.samples()
@@ -103,8 +103,8 @@ impl Experiment {
     /// The variants of a scenario's question: the unchanged scene with the first lead, then with each other one, then
     /// the changed scenes. Only the safety task has leads.
     #[must_use]
-    pub fn variants(&self, way: &PromptConfig) -> Vec<Variant> {
-        let timed = way.task == Task::Safety;
+    pub fn variants(&self, configuration: &PromptConfig) -> Vec<Variant> {
+        let timed = configuration.task == Task::Safety;
         let first = Variant {
             lead: self.lead().filter(|_| timed),
             ..Variant::default()
@@ -125,16 +125,16 @@ impl Experiment {
     #[must_use]
     pub fn asks(&self, windows: &BatchWindows, path: &str) -> Vec<Ask> {
         let mut asks = Vec::new();
-        for way in self.ways() {
-            let samples: Vec<u32> = (0..self.samples_of(&way)).collect();
-            for variant in self.variants(&way) {
+        for configuration in self.configurations() {
+            let samples: Vec<u32> = (0..self.samples_for(&configuration)).collect();
+            for variant in self.variants(&configuration) {
                 let ask = |variant, truth| Ask {
                     samples: samples.clone(),
-                    way: way.clone(),
+                    configuration: configuration.clone(),
                     variant,
                     truth,
                 };
-                match windows.of(&way, variant.lead, path) {
+                match windows.get(&configuration, variant.lead, path) {
                     None => asks.push(ask(variant, None)),
                     Some(windows) => asks.extend(windows.iter().map(|window| {
                         let window = window.clone();
@@ -209,7 +209,7 @@ impl Shard {
 
     /// The whole, as one part.
     #[must_use]
-    pub fn whole() -> Self {
+    pub fn full() -> Self {
         Self { number: 1, of: 1 }
     }
 

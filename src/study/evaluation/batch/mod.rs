@@ -21,13 +21,15 @@ pub use experiment::{ContentHash, Experiment, HASH_DIGITS, TemplatePin, TuneSett
 pub use matrix::{Shard, Split};
 pub use prepared::{Ask, Estimate, PreparedQuestions, Price, Size};
 pub use question_builder::{
-    QuestionBuilder, QuestionLine, Reading, Variant, path_of, question_key,
+    QuestionBuilder, QuestionLine, Reading, Variant, question_key, stored_path,
 };
-pub use scored::{Answers, answers, answers_of_part, configuration_of_item, label_of_item, retold};
+pub use scored::{
+    Answers, answers, answers_of_part, configuration_of_item, label_of_item, relabel,
+};
 pub use spec::{SceneDescriptions, Spec, SpecError, numbered};
 pub use test_split::TestSplit;
 pub use truth::{Truth, TruthError, TruthSource};
-pub use windows::{AskedWindow, BatchWindows, WindowSource, critical_of};
+pub use windows::{AskedWindow, BatchWindows, WindowSource, critical_obstacles};
 
 #[cfg(test)]
 mod tests;

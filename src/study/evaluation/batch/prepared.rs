@@ -9,7 +9,7 @@ use nearmiss_scene::scenario::Window;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{NewItem, Store, StoreError};
 
-use super::question_builder::{QuestionBuilder, Variant, obstacle, path_of, question_key};
+use super::question_builder::{QuestionBuilder, Variant, obstacle, question_key, stored_path};
 use super::truth::Truth;
 use super::windows::{AskedWindow, RuleValues, facts};
 use crate::evaluation::ask_model::most_usd;
@@ -20,7 +20,7 @@ use crate::evaluation::{AxisValues, Judge, Judges, Label, LabelError, PromptConf
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ask {
     /// How it is asked.
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// With which lead, and about which change of the scene.
     pub variant: Variant,
     /// What is true about its window, where that was drawn; else the label of the scenario counts.
@@ -74,7 +74,7 @@ impl QuestionBuilder {
         }
         if let Ok(reading) = &opened {
             prepared.doubts.clone_from(&reading.doubts);
-            let scored = |ask: &Ask| ask.way.task != Task::Collision;
+            let scored = |ask: &Ask| ask.configuration.task != Task::Collision;
             if asks.iter().any(scored) {
                 let why = truth.not_scored(&reading.scene, &self.thresholds);
                 prepared.doubts.extend(why);
@@ -93,8 +93,8 @@ impl QuestionBuilder {
             if another && label == Some(Label::Safe) {
                 continue;
             }
-            let question = self.question(entry, &ask.way, &ask.variant, label);
-            let judge = &*judges[&ask.way.model].under(&ask.way.settings);
+            let question = self.question(entry, &ask.configuration, &ask.variant, label);
+            let judge = &*judges[&ask.configuration.model].under(&ask.configuration.settings);
             let (key, size) = match &question {
                 Ok(question) => (
                     question_key(question, judge)?,
@@ -102,11 +102,11 @@ impl QuestionBuilder {
                 ),
                 Err(_) => (None, None),
             };
-            let (lead, transform) = ask.variant.words();
+            let (lead, transform) = ask.variant.stored();
             let told = match (&ask.truth, &question) {
                 (Some(truth), _) => Some((truth.label, truth.critical.clone())),
                 (None, Ok(question)) => {
-                    let (task, window) = (ask.way.task, question.case.window);
+                    let (task, window) = (ask.configuration.task, question.case.window);
                     let told = || {
                         let about = (entry, scene);
                         truth.of_question(task, about, (&window, self.horizon()), &self.thresholds)
@@ -133,21 +133,28 @@ impl QuestionBuilder {
                 let (stored, unaskable) = (known == Ok(true), known.err());
                 if let (Ok(question), false, None) = (&question, stored, &unaskable)
                     && !prepared.first.iter().any(|(model, settings, _)| {
-                        *model == ask.way.model && *settings == ask.way.settings
+                        *model == ask.configuration.model && *settings == ask.configuration.settings
                     })
                 {
-                    let (model, settings) = (ask.way.model.clone(), ask.way.settings);
+                    let (model, settings) =
+                        (ask.configuration.model.clone(), ask.configuration.settings);
                     prepared.first.push((model, settings, Arc::clone(question)));
                 }
                 let item = NewItem {
-                    path: path_of(entry),
+                    path: stored_path(entry),
                     scenario: entry.name.clone(),
                     scenario_hash: scene.map(|scene| scene.scenario.hash.to_string()),
                     ego: scene.map(|scene| scene.ego.to_string()),
-                    task: ask.way.task,
-                    frame: ask.way.frame.map(|frame| frame.name().to_string()),
-                    techniques: ask.way.techniques.map(|techniques| techniques.to_string()),
-                    model: ask.way.model.clone(),
+                    task: ask.configuration.task,
+                    frame: ask
+                        .configuration
+                        .frame
+                        .map(|frame| frame.name().to_string()),
+                    techniques: ask
+                        .configuration
+                        .techniques
+                        .map(|techniques| techniques.to_string()),
+                    model: ask.configuration.model.clone(),
                     sample,
                     lead: lead.clone(),
                     transform: transform.clone(),
@@ -158,7 +165,7 @@ impl QuestionBuilder {
                     collides: label.map(Label::collides),
                     obstacle: obstacle(label),
                     unaskable: unaskable.clone(),
-                    settings: ask.way.settings.words(),
+                    settings: ask.configuration.settings.to_stored(),
                     split: None,
                 };
                 let size = size.clone().filter(|_| unaskable.is_none());
@@ -234,7 +241,7 @@ impl Size {
             tokens: tokens as u64,
             stored: false,
             price,
-            bound: pricing.and_then(|pricing| pricing.bound_words()),
+            bound: pricing.and_then(|pricing| pricing.bound_note()),
             rounds: match judge {
                 Judge::Model(model) => model.parameters.tools.map_or(0, |limits| limits.rounds),
                 Judge::Reference | Judge::Recorded(_) => 0,

@@ -86,7 +86,7 @@ impl QuestionBuilder {
     /// # Errors
     /// In words: it, or its ego, cannot be read, or there is none.
     pub fn open(&self, entry: &Entry) -> Result<Reading, String> {
-        self.scenes.get(&path_of(entry), || {
+        self.scenes.get(&stored_path(entry), || {
             let scenario = entry.read().map_err(|e| e.to_string())?;
             let ego = self
                 .ego
@@ -119,7 +119,7 @@ impl QuestionBuilder {
     pub fn question(
         &self,
         entry: &Entry,
-        way: &PromptConfig,
+        configuration: &PromptConfig,
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Arc<Question>, String> {
@@ -127,32 +127,34 @@ impl QuestionBuilder {
         let whose = PromptConfig {
             model: String::new(),
             settings: AxisValues {
-                form: way.settings.form,
-                stride: way.settings.stride,
+                form: configuration.settings.form,
+                stride: configuration.settings.stride,
                 ..AxisValues::default()
             },
-            ..way.clone()
+            ..configuration.clone()
         };
-        self.questions.get(&(path_of(entry), whose, *variant), || {
-            let scene = self.open(entry)?.scene;
-            self.made(entry, scene, way, variant, label).map(Arc::new)
-        })
+        self.questions
+            .get(&(stored_path(entry), whose, *variant), || {
+                let scene = self.open(entry)?.scene;
+                self.build(entry, scene, configuration, variant, label)
+                    .map(Arc::new)
+            })
     }
 
-    fn made(
+    fn build(
         &self,
         entry: &Entry,
         scene: Arc<Scene>,
-        way: &PromptConfig,
+        configuration: &PromptConfig,
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Question, String> {
-        let frame = way
+        let frame = configuration
             .frame
-            .unwrap_or_else(|| default_frame(&self.library, way.task));
-        let techniques = way.techniques.unwrap_or(Techniques::ALL);
-        let decided = self.decided(way)?;
-        let window = self.window(entry, &scene, way, variant, label)?;
+            .unwrap_or_else(|| default_frame(&self.library, configuration.task));
+        let techniques = configuration.techniques.unwrap_or(Techniques::ALL);
+        let decided = self.decided(configuration)?;
+        let window = self.window(entry, &scene, configuration, variant, label)?;
         let (name, scene) = match variant.transform {
             None => (entry.name.clone(), scene),
             Some(change) => {
@@ -163,7 +165,7 @@ impl QuestionBuilder {
         let case = Case {
             name,
             scene,
-            task: way.task,
+            task: configuration.task,
             frame,
             techniques,
             window,
@@ -176,14 +178,15 @@ impl QuestionBuilder {
     }
 
     /// How a way asks: as the batch says, else as its template does.
-    fn decided(&self, way: &PromptConfig) -> Result<EffectiveSettings, String> {
-        let frame = way
+    fn decided(&self, configuration: &PromptConfig) -> Result<EffectiveSettings, String> {
+        let frame = configuration
             .frame
-            .unwrap_or_else(|| default_frame(&self.library, way.task));
-        let techniques = way.techniques.unwrap_or(Techniques::ALL);
-        let (_, chosen) = template(&self.library, way.task, frame).map_err(|e| e.to_string())?;
+            .unwrap_or_else(|| default_frame(&self.library, configuration.task));
+        let techniques = configuration.techniques.unwrap_or(Techniques::ALL);
+        let (_, chosen) =
+            template(&self.library, configuration.task, frame).map_err(|e| e.to_string())?;
         let settings = self.experiment.settings(Some(techniques));
-        let settings = way.settings.settings(settings);
+        let settings = configuration.settings.settings(settings);
         Ok(settings.with(&chosen.front.defaults))
     }
 
@@ -191,8 +194,8 @@ impl QuestionBuilder {
     ///
     /// # Errors
     /// There is no template for it.
-    pub fn span(&self, way: &PromptConfig) -> Result<(usize, f64), String> {
-        let decided = self.decided(way)?;
+    pub fn span(&self, configuration: &PromptConfig) -> Result<(usize, f64), String> {
+        let decided = self.decided(configuration)?;
         Ok((decided.history, decided.options.radius))
     }
 
@@ -201,7 +204,7 @@ impl QuestionBuilder {
         &self,
         entry: &Entry,
         scene: &Scene,
-        way: &PromptConfig,
+        configuration: &PromptConfig,
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Window, String> {
@@ -209,16 +212,16 @@ impl QuestionBuilder {
             let steps = usize::try_from(last - first + 1).unwrap_or(1);
             return Ok(Window::ending_at(scene, last, steps));
         }
-        let history = self.decided(way)?.history;
+        let history = self.decided(configuration)?.history;
         if self.experiment.protocol == Protocol::Paper {
-            let window = Labelled::new(scene, label).paper_window(way.task, history);
+            let window = Labelled::new(scene, label).paper_window(configuration.task, history);
             return window.ok_or_else(|| too_short(entry, Lead::Paper));
         }
-        match (way.task, variant.lead.or(self.experiment.lead())) {
+        match (configuration.task, variant.lead.or(self.experiment.lead())) {
             (Task::Safety, Some(lead)) => Labelled::new(scene, label)
                 .window(lead, history)
                 .ok_or_else(|| too_short(entry, lead)),
-            _ => Ok(default_window(way.task, scene, history)),
+            _ => Ok(default_window(configuration.task, scene, history)),
         }
     }
 
@@ -253,12 +256,12 @@ impl QuestionBuilder {
         &self,
         entry: &Entry,
         scene: &Scene,
-        way: &PromptConfig,
+        configuration: &PromptConfig,
         variant: &Variant,
         label: Option<Label>,
     ) -> Result<Verdict, String> {
-        let window = self.window(entry, scene, way, variant, label)?;
-        Ok(judge::judge_under(scene, way.task, &window, &self.thresholds).verdict)
+        let window = self.window(entry, scene, configuration, variant, label)?;
+        Ok(judge::judge_under(scene, configuration.task, &window, &self.thresholds).verdict)
     }
 }
 
@@ -280,7 +283,7 @@ pub(super) fn obstacle(label: Option<Label>) -> Option<i64> {
 
 /// The stored path of an entry: its file, or the name of a bundled scenario.
 #[must_use]
-pub fn path_of(entry: &Entry) -> String {
+pub fn stored_path(entry: &Entry) -> String {
     match &entry.place {
         EntryLocation::File(path) => path.display().to_string(),
         EntryLocation::Bundled(_) => entry.name.clone(),
@@ -321,7 +324,7 @@ impl Variant {
 
     /// The lead and the change as stored.
     #[must_use]
-    pub fn words(&self) -> (Option<String>, Option<String>) {
+    pub fn stored(&self) -> (Option<String>, Option<String>) {
         let lead = self.lead.map(Lead::stored);
         (lead, self.transform.map(|change| change.to_string()))
     }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::question_builder::{Variant, obstacle};
 use super::spec::Spec;
 use super::truth::Truth;
-use super::windows::critical_of;
+use super::windows::critical_obstacles;
 use crate::evaluation::report::QuestionKey;
 use crate::evaluation::{
     AnswerCase, AnswerStatus, Attempt, Cluster, Label, LabelError, Lead, PromptConfig, Protocol,
@@ -66,10 +66,12 @@ impl Answers {
             .filter(|(lead, _)| !is_plain(lead))
             .map(|(lead, scored)| case(scored, Some(*lead)));
         let first = self.plain_leads.iter().flatten().next().copied();
-        let changed = self
-            .changed
-            .iter()
-            .map(|one| case(one, first.filter(|_| one.way.task == Task::Safety)));
+        let changed = self.changed.iter().map(|one| {
+            case(
+                one,
+                first.filter(|_| one.configuration.task == Task::Safety),
+            )
+        });
         plain.chain(leads).chain(changed).collect()
     }
 }
@@ -104,12 +106,12 @@ pub fn answers_of_part(
     let mut templates = BatchTemplates::default();
     templates.note(&found);
     all.iter_mut()
-        .for_each(|(_, scored)| templates.name(&mut scored.way));
+        .for_each(|(_, scored)| templates.name(&mut scored.configuration));
     let places = found.iter().map(|(item, _)| item.place);
     // Of every scenario the first lead stands before the others. Where leads were added to a batch without one, what it
     // was begun with comes first.
     let without = |(variant, scored): &(Variant, Scored)| {
-        scored.way.task == Task::Safety && *variant == Variant::default()
+        scored.configuration.task == Task::Safety && *variant == Variant::default()
     };
     let first = if all.iter().any(without) {
         None
@@ -137,10 +139,10 @@ pub fn answers_of_part(
     }
     sorted.others = questions - sorted.plain.len();
     let scored = &mut sorted.plain;
-    let question = |one: &Scored| (one.scenario.clone(), one.way.task, one.window);
+    let question = |one: &Scored| (one.scenario.clone(), one.configuration.task, one.window);
     let reference: HashMap<_, Verdict> = scored
         .iter()
-        .filter(|one| one.way.model == judge::MODEL)
+        .filter(|one| one.configuration.model == judge::MODEL)
         .filter_map(|one| Some((question(one), one.status.verdict()?.clone())))
         .collect();
     for one in scored {
@@ -169,7 +171,7 @@ impl BatchTemplates {
             let (Some(frame), Some(answer)) = (&item.asked.frame, answer) else {
                 continue;
             };
-            if let Some(version) = TemplateVersion::of(&answer.template) {
+            if let Some(version) = TemplateVersion::from_stored(&answer.template) {
                 let place = (item.asked.task, frame.clone());
                 self.0.entry(place).or_insert(version);
             }
@@ -177,10 +179,10 @@ impl BatchTemplates {
     }
 
     /// Gives a way of asking the version of its template.
-    pub fn name(&self, way: &mut PromptConfig) {
-        let frame = way.frame.map(|frame| frame.name().to_string());
-        let place = frame.map(|frame| (way.task, frame));
-        way.template = place.and_then(|place| self.0.get(&place).cloned());
+    pub fn name(&self, configuration: &mut PromptConfig) {
+        let frame = configuration.frame.map(|frame| frame.name().to_string());
+        let place = frame.map(|frame| (configuration.task, frame));
+        configuration.template = place.and_then(|place| self.0.get(&place).cloned());
     }
 }
 
@@ -199,14 +201,14 @@ pub(super) fn read(
         let variant = Variant::from_item(&item.asked).map_err(StoreError::Word)?;
         let runs = runs.get(&item.place).map_or(&[][..], Vec::as_slice);
         let scored = one(item, found.as_ref(), runs)?;
-        Ok((variant, told_back(item, variant.transform, scored)))
+        Ok((variant, with_original_ids(item, variant.transform, scored)))
     };
     found.par_iter().map(one).collect()
 }
 
 /// An answer about a changed scene under its name, with the ids of the original. New numbers can be told back only as
 /// long as the scenario can be read as it was.
-fn told_back(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scored {
+fn with_original_ids(item: &Item, change: Option<Transform>, mut scored: Scored) -> Scored {
     let Some(change) = change else { return scored };
     scored.scenario = change.name(&scored.scenario);
     if !matches!(change, Transform::Renumber(_))
@@ -270,11 +272,12 @@ fn one(
     let asked_for = !matches!(status, AnswerStatus::Unasked(_));
     Ok(Scored {
         scenario: asked.scenario.clone(),
-        way: configuration_of_item(asked).map_err(StoreError::Word)?,
+        configuration: configuration_of_item(asked).map_err(StoreError::Word)?,
         sample: asked.sample,
         truth: label_of_item(asked),
-        critical: label_of_item(asked)
-            .map_or_else(Vec::new, |label| critical_of(label, asked.facts.as_ref())),
+        critical: label_of_item(asked).map_or_else(Vec::new, |label| {
+            critical_obstacles(label, asked.facts.as_ref())
+        }),
         status,
         reference: None,
         window: asked
@@ -314,7 +317,7 @@ fn without_answer(item: &Item) -> AnswerStatus {
 ///
 /// # Errors
 /// A label names an obstacle that its scenario does not have.
-pub fn retold(
+pub fn relabel(
     items: &[Item],
     truth: &Truth,
     builder: &super::QuestionBuilder,

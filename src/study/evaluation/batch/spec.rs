@@ -88,16 +88,16 @@ impl Spec {
 
     /// What the truth of its questions is, in words for people.
     #[must_use]
-    pub fn truth_words(&self) -> String {
+    pub fn truth_summary(&self) -> String {
         let tasks = &self.experiment.tasks;
         if matches!(tasks[..], [Task::Recording]) {
-            return self.truth().words_of_recordings();
+            return self.truth().recordings_summary();
         }
-        let words = self.words_of_windows();
+        let words = self.windowed_truth_summary();
         let more = if tasks.contains(&Task::Recording) {
             format!(
                 "; of recordings as a whole, {}",
-                self.truth().words_of_recordings()
+                self.truth().recordings_summary()
             )
         } else {
             String::new()
@@ -105,8 +105,8 @@ impl Spec {
         format!("{words}{more}")
     }
 
-    fn words_of_windows(&self) -> String {
-        let words = self.truth().words();
+    fn windowed_truth_summary(&self) -> String {
+        let words = self.truth().summary();
         match (self.experiment.within, self.truth()) {
             (None, _) => words,
             (Some(horizon), TruthSource::Score(_)) => {
@@ -124,11 +124,13 @@ impl Spec {
     /// The templates that an experiment is asked with, by file name with their hashes; frames that a task has none for are
     /// left out, their questions say so.
     #[must_use]
-    pub fn templates_of(experiment: &Experiment, library: &Library) -> BTreeMap<String, String> {
+    pub fn templates_for(experiment: &Experiment, library: &Library) -> BTreeMap<String, String> {
         let library = &library.clone().with_pack(experiment.pack);
         let mut found = BTreeMap::new();
-        let ways = experiment.ways();
-        let asked = ways.iter().map(|way| (way.task, way.frame));
+        let configurations = experiment.configurations();
+        let asked = configurations
+            .iter()
+            .map(|configuration| (configuration.task, configuration.frame));
         for (task, frame) in asked.collect::<BTreeSet<_>>() {
             let frame = frame.unwrap_or_else(|| default_frame(library, task));
             if let Ok((file, template)) = template(library, task, frame) {
@@ -140,7 +142,7 @@ impl Spec {
 
     /// Describes the changes to the thresholds.
     #[must_use]
-    pub fn thresholds_of(thresholds: &Thresholds) -> Vec<String> {
+    pub fn threshold_changes(thresholds: &Thresholds) -> Vec<String> {
         thresholds
             .changes()
             .iter()
@@ -184,7 +186,7 @@ impl Spec {
         library: &Library,
         thresholds: Arc<Thresholds>,
     ) -> Result<QuestionBuilder, SpecError> {
-        self.still(library, &thresholds)?;
+        self.ensure_unchanged(library, &thresholds)?;
         self.builder(library, thresholds)
     }
 
@@ -192,9 +194,13 @@ impl Spec {
     ///
     /// # Errors
     /// Which are not.
-    pub fn still(&self, library: &Library, thresholds: &Thresholds) -> Result<(), SpecError> {
+    pub fn ensure_unchanged(
+        &self,
+        library: &Library,
+        thresholds: &Thresholds,
+    ) -> Result<(), SpecError> {
         let library = self.library(library)?;
-        let now = Self::templates_of(&self.experiment, &library);
+        let now = Self::templates_for(&self.experiment, &library);
         for (file, hash) in &self.templates {
             if now.get(file) != Some(hash) {
                 let place = match library.source(file) {
@@ -208,7 +214,7 @@ impl Spec {
                 });
             }
         }
-        if Self::thresholds_of(thresholds) != self.thresholds {
+        if Self::threshold_changes(thresholds) != self.thresholds {
             let why = "thresholds.toml has changed since the batch started";
             return Err(SpecError::Changed(why.into()));
         }
@@ -336,13 +342,13 @@ impl Spec {
             }
         }
         let nearest = below.into_iter().max_by_key(|(depth, _)| *depth);
-        let found = nearest.map_or_else(|| name_of(path), |(_, whole)| whole);
+        let found = nearest.map_or_else(|| file_name(path), |(_, whole)| whole);
         found.display().to_string().replace('\\', "/")
     }
 }
 
 /// The last part of a path.
-fn name_of(path: &Path) -> PathBuf {
+fn file_name(path: &Path) -> PathBuf {
     path.file_name().unwrap_or(NAMELESS.as_ref()).into()
 }
 
@@ -350,7 +356,7 @@ fn name_of(path: &Path) -> PathBuf {
 fn names(paths: &[PathBuf]) -> Vec<PathBuf> {
     let mut taken = BTreeSet::new();
     let each = paths.iter().map(|path| {
-        let name = name_of(path);
+        let name = file_name(path);
         let mut unique = name.clone();
         let mut number = 2;
         while !taken.insert(unique.clone()) {
@@ -404,16 +410,16 @@ impl Spec {
     #[must_use]
     pub fn described(&self, library: &Library) -> Option<SceneDescriptions> {
         let library = &self.library(library).ok()?;
-        if Self::templates_of(&self.experiment, library) != self.templates {
+        if Self::templates_for(&self.experiment, library) != self.templates {
             return None;
         }
         let mut described = SceneDescriptions::default();
-        for way in self.experiment.ways() {
-            let frame = way
+        for configuration in self.experiment.configurations() {
+            let frame = configuration
                 .frame
-                .unwrap_or_else(|| default_frame(library, way.task));
-            let techniques = way.techniques.unwrap_or(Techniques::ALL);
-            let (_, chosen) = template(library, way.task, frame).ok()?;
+                .unwrap_or_else(|| default_frame(library, configuration.task));
+            let techniques = configuration.techniques.unwrap_or(Techniques::ALL);
+            let (_, chosen) = template(library, configuration.task, frame).ok()?;
             let settings = self.experiment.settings(Some(techniques));
             let decided = settings.with(&chosen.front.defaults);
             described.history.push(decided.history);
@@ -460,7 +466,7 @@ impl Spec {
     }
 
     /// How the windows of the questions were chosen.
-    fn windows_words(&self) -> String {
+    fn windows_summary(&self) -> String {
         let experiment = &self.experiment;
         if experiment.protocol == Protocol::Paper {
             return "windows of the paper, a yes of the safety task counts if it names the obstacle of the collision"
@@ -483,7 +489,7 @@ impl Spec {
 
     /// Settings a reader needs to reproduce the table: window, description, sampling, templates.
     #[must_use]
-    pub fn asked_words(&self, described: Option<&SceneDescriptions>) -> String {
+    pub fn request_summary(&self, described: Option<&SceneDescriptions>) -> String {
         let decided = |key: &str| {
             let values = match (key, described?) {
                 ("history", known) => joined(&known.history),
@@ -502,7 +508,7 @@ impl Spec {
         });
         let egos = self.ego.planner().map(PlannerDrives::words);
         let parts = [
-            Some(self.windows_words()),
+            Some(self.windows_summary()),
             Some(format!("samples {}", self.experiment.samples())),
             egos.map(|egos| format!("egos {egos}")),
         ];

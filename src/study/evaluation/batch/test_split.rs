@@ -23,7 +23,7 @@ impl TestSplit {
     ///
     /// # Errors
     /// The store cannot be read or written.
-    pub fn of(store: &Store, batch: &Batch, unlock: bool) -> Result<Option<Self>, StoreError> {
+    pub fn open(store: &Store, batch: &Batch, unlock: bool) -> Result<Option<Self>, StoreError> {
         let spec = Spec::from_json(&batch.spec).ok();
         if spec.is_none_or(|spec| spec.experiment.split.is_none()) {
             return Ok(None);
@@ -56,7 +56,7 @@ impl TestSplit {
 
     /// How far it is, in words: `test split: 12 of 40 answered, locked`.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         let SplitProgress {
             questions,
             answered,
@@ -95,7 +95,7 @@ impl TestSplit {
 
     /// The parts whose figures may be shown.
     #[must_use]
-    pub fn shown(&self) -> &'static [SplitPart] {
+    pub fn visible_parts(&self) -> &'static [SplitPart] {
         if self.is_locked() {
             &[SplitPart::Dev]
         } else {
@@ -105,7 +105,7 @@ impl TestSplit {
 
     /// That it was looked at before it was complete; `None` if it was not.
     #[must_use]
-    pub fn looks_words(&self) -> Option<String> {
+    pub fn looks_note(&self) -> Option<String> {
         let times = match self.looks.len() {
             0 => return None,
             1 => "once".to_string(),

@@ -32,16 +32,22 @@ pub(super) fn experiment() -> Experiment {
     }
 }
 
-fn words(way: &PromptConfig) -> String {
-    let frame = way.frame.map_or("-", Frame::name);
-    let techniques = way.techniques.map_or("-".into(), |t| t.to_string());
-    format!("{} {frame} {techniques} {}", way.task.name(), way.model)
+fn words(configuration: &PromptConfig) -> String {
+    let frame = configuration.frame.map_or("-", Frame::name);
+    let techniques = configuration
+        .techniques
+        .map_or("-".into(), |t| t.to_string());
+    format!(
+        "{} {frame} {techniques} {}",
+        configuration.task.name(),
+        configuration.model
+    )
 }
 
 #[test]
 fn ways_come_in_the_order_they_were_named_and_the_judge_once_for_each_task() {
-    let ways = experiment().ways();
-    let said: Vec<String> = ways.iter().map(words).collect();
+    let configurations = experiment().configurations();
+    let said: Vec<String> = configurations.iter().map(words).collect();
     let wanted = [
         "collision ego base lab/a",
         "collision - - reference/geometry",
@@ -55,7 +61,10 @@ fn ways_come_in_the_order_they_were_named_and_the_judge_once_for_each_task() {
         "safety cartesian cp+cot lab/a",
     ];
     assert_eq!(said, wanted);
-    let samples: u32 = ways.iter().map(|way| experiment().samples_of(way)).sum();
+    let samples: u32 = configurations
+        .iter()
+        .map(|configuration| experiment().samples_for(configuration))
+        .sum();
     assert_eq!(samples, 8 * 3 + 2, "the judge always says the same");
 }
 
@@ -65,9 +74,15 @@ fn leads_and_changes_are_asked_beside_the_original_not_of_each_other() {
     matrix.leads = vec![Lead::Seconds(0.5), Lead::Seconds(1.0)];
     matrix.transforms = vec![Transform::Mirror];
     let variants = |task| {
-        let ways = matrix.ways();
-        let way = ways.iter().find(|way| way.task == task).unwrap();
-        let words = matrix.variants(way).into_iter().map(|v| v.words());
+        let configurations = matrix.configurations();
+        let configuration = configurations
+            .iter()
+            .find(|configuration| configuration.task == task)
+            .unwrap();
+        let words = matrix
+            .variants(configuration)
+            .into_iter()
+            .map(|v| v.stored());
         words.collect::<Vec<_>>()
     };
     let word = |word: &str| Some(word.to_string());
@@ -99,8 +114,12 @@ fn what_is_added_stands_behind_what_is_there_and_nothing_twice() {
         ..Experiment::default()
     });
     assert_eq!((more.techniques.len(), more.samples()), (3, 5));
-    let (before, after) = (experiment().ways(), more.ways());
-    assert!(before.iter().all(|way| after.contains(way)));
+    let (before, after) = (experiment().configurations(), more.configurations());
+    assert!(
+        before
+            .iter()
+            .all(|configuration| after.contains(configuration))
+    );
     assert_eq!(after.len(), 2 * (2 * 3 * 2 + 1));
 }
 
@@ -218,14 +237,17 @@ fn a_changed_template_is_noticed() {
     let thresholds = nearmiss_scene::metrics::Thresholds::shipped();
     let mut spec = Spec {
         experiment: experiment(),
-        templates: Spec::templates_of(&experiment(), &library),
+        templates: Spec::templates_for(&experiment(), &library),
         ..Spec::default()
     };
     assert_eq!(spec.templates.len(), 4, "two tasks, two frames");
-    assert_eq!(spec.still(&library, thresholds), Ok(()));
+    assert_eq!(spec.ensure_unchanged(&library, thresholds), Ok(()));
     spec.templates
         .insert("collision-ego.md".into(), "0".repeat(64));
-    let error = spec.still(&library, thresholds).unwrap_err().to_string();
+    let error = spec
+        .ensure_unchanged(&library, thresholds)
+        .unwrap_err()
+        .to_string();
     for words in [
         "template collision-ego.md",
         "(000000000000…)",
@@ -250,24 +272,30 @@ fn a_draft_is_part_of_its_batch() {
         drafts,
         ..Spec::default()
     };
-    spec.templates = Spec::templates_of(&spec.experiment, &spec.library(&library).unwrap());
+    spec.templates = Spec::templates_for(&spec.experiment, &spec.library(&library).unwrap());
     assert_ne!(
         spec.templates,
-        Spec::templates_of(&spec.experiment, &library)
+        Spec::templates_for(&spec.experiment, &library)
     );
     let thresholds = nearmiss_scene::metrics::Thresholds::shipped();
-    assert_eq!(spec.still(&library, thresholds), Ok(()));
+    assert_eq!(spec.ensure_unchanged(&library, thresholds), Ok(()));
     let builder = spec
         .builder(&library, Arc::new(thresholds.clone()))
         .unwrap();
-    let (entry, way) = (&nearmiss_formats::bundled()[0], &spec.experiment.ways()[0]);
+    let (entry, configuration) = (
+        &nearmiss_formats::bundled()[0],
+        &spec.experiment.configurations()[0],
+    );
     let question = builder
-        .question(entry, way, &Variant::default(), None)
+        .question(entry, configuration, &Variant::default(), None)
         .unwrap();
     assert!(question.prompt.user.contains("Be brief. Did the"));
     assert_eq!(question.template_hash, spec.templates[file]);
     spec.drafts.insert(file.into(), "no front matter".into());
-    let error = spec.still(&library, thresholds).unwrap_err().to_string();
+    let error = spec
+        .ensure_unchanged(&library, thresholds)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains(file), "{error}");
 }
 
@@ -276,7 +304,7 @@ fn what_templates_decide_is_told_in_numbers() {
     let library = nearmiss_ask::prompts::Library::load(None);
     let mut spec = Spec {
         experiment: experiment(),
-        templates: Spec::templates_of(&experiment(), &library),
+        templates: Spec::templates_for(&experiment(), &library),
         ..Spec::default()
     };
     let described = spec.described(&library).unwrap();
@@ -292,7 +320,7 @@ fn what_templates_decide_is_told_in_numbers() {
         asked["of_templates"],
         serde_json::json!(["history", "radius"])
     );
-    let words = spec.asked_words(Some(&described));
+    let words = spec.request_summary(Some(&described));
     assert!(words.contains("history 10 (from the templates)"), "{words}");
     // What the batch says itself is no matter of the templates.
     spec.experiment.history = Some(5);
@@ -302,14 +330,14 @@ fn what_templates_decide_is_told_in_numbers() {
         (&asked["history"], &asked["of_templates"]),
         (&5.into(), &serde_json::json!(["radius"]))
     );
-    let words = spec.asked_words(Some(&described));
+    let words = spec.request_summary(Some(&described));
     assert!(words.contains("history 5 steps, radius"), "{words}");
     // Other templates would tell other numbers.
     spec.templates
         .insert("collision-ego.md".into(), "0".repeat(64));
     assert_eq!(spec.described(&library), None);
     assert!(spec.asked(None)["radius"].is_null());
-    assert!(!spec.asked_words(None).contains("(from the templates)"));
+    assert!(!spec.request_summary(None).contains("(from the templates)"));
 }
 
 #[test]
@@ -327,8 +355,11 @@ fn folders_say_which_half_and_annotations_whom() {
         entry("normal_scenarios/D.xml"),
         Entry::of_file(Path::new("elsewhere/E.xml")),
     ];
-    assert_eq!(TruthSource::usual(&entries), TruthSource::Layout);
-    assert_eq!(TruthSource::usual(&entries[4..]), TruthSource::Geometry);
+    assert_eq!(TruthSource::default_for(&entries), TruthSource::Layout);
+    assert_eq!(
+        TruthSource::default_for(&entries[4..]),
+        TruthSource::Geometry
+    );
     let (truth, doubts) = Truth::open(&TruthSource::Layout, &entries).unwrap();
     let found: Vec<_> = entries
         .iter()
@@ -411,8 +442,8 @@ fn each_value_of_an_axis_is_a_way_of_asking_but_not_of_the_judge() {
         form: Form::ALL.into_iter().collect(),
         ..experiment()
     };
-    let ways = matrix.ways();
-    let names: Vec<String> = ways
+    let configurations = matrix.configurations();
+    let names: Vec<String> = configurations
         .iter()
         .map(crate::evaluation::report::configuration_name)
         .collect();
@@ -440,7 +471,7 @@ fn the_form_changes_the_words_and_the_effort_only_the_request() {
     );
     let entry = &nearmiss_formats::bundled()[0];
     let asked = |settings: AxisValues| {
-        let way = PromptConfig {
+        let configuration = PromptConfig {
             task: Task::Safety,
             frame: Some(Frame::Ego),
             techniques: Some(techniques("base")),
@@ -448,7 +479,7 @@ fn the_form_changes_the_words_and_the_effort_only_the_request() {
             settings,
             template: None,
         };
-        let question = builder.question(entry, &way, &Variant::default(), None);
+        let question = builder.question(entry, &configuration, &Variant::default(), None);
         question.unwrap().description.clone()
     };
     let form = |form| AxisValues {

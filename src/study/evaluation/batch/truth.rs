@@ -13,7 +13,7 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_store::Item;
 use toml::Value;
 
-use super::question_builder::path_of;
+use super::question_builder::stored_path;
 use super::scored::label_of_item;
 
 /// Source of the ground truth.
@@ -77,7 +77,7 @@ const HALVES: [(&str, bool); 2] = [("collision_scenarios", true), ("normal_scena
 impl TruthSource {
     /// Where the truth is from by default: the folders, if a scenario lies in one of them, else the geometry.
     #[must_use]
-    pub fn usual(entries: &[Entry]) -> Self {
+    pub fn default_for(entries: &[Entry]) -> Self {
         if entries.iter().any(|entry| half(entry).is_some()) {
             Self::Layout
         } else {
@@ -101,7 +101,7 @@ impl TruthSource {
 
     /// What such a truth is, in words for people.
     #[must_use]
-    pub fn words_of_score(convention: RiskConvention) -> String {
+    pub fn score_summary(convention: RiskConvention) -> String {
         let by = match convention {
             RiskConvention::Exact => "by exact geometry",
             RiskConvention::Paper => "by the paper's convention",
@@ -135,18 +135,18 @@ impl TruthSource {
 
     /// What is true of the recording task, in words for people.
     #[must_use]
-    pub fn words_of_recordings(&self) -> String {
-        let exact = Self::words_of_score(RiskConvention::Exact);
+    pub fn recordings_summary(&self) -> String {
+        let exact = Self::score_summary(RiskConvention::Exact);
         match self {
             Self::Geometry => exact,
             Self::Layout => format!("collisions by folder, else {exact}"),
-            Self::Score(_) | Self::Files(_) => self.words(),
+            Self::Score(_) | Self::Files(_) => self.summary(),
         }
     }
 
     /// From words of `--truth`; files as they are named. None without a word.
     #[must_use]
-    pub fn of_words(words: &[String]) -> Option<Self> {
+    pub fn from_arguments(words: &[String]) -> Option<Self> {
         Some(match words {
             [] => return None,
             [one] if one == "auto" => Self::Geometry,
@@ -168,11 +168,11 @@ impl TruthSource {
 
     /// In words for people.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         match self {
             Self::Geometry => "exact geometry of the whole recordings".into(),
             Self::Layout => "the scenarios' folders and their annotations".into(),
-            Self::Score(convention) => Self::words_of_score(*convention),
+            Self::Score(convention) => Self::score_summary(*convention),
             Self::Files(files) => {
                 let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
                 format!("labels from {}", names.join(", "))
@@ -187,7 +187,7 @@ impl FieldValue for TruthSource {
             Some(word) => vec![word.to_string()],
             None => <Vec<String>>::read(value, takes)?,
         };
-        Self::of_words(&words).ok_or(Wrong::kind())
+        Self::from_arguments(&words).ok_or(Wrong::kind())
     }
 
     fn write(&self) -> Option<Value> {
@@ -328,7 +328,7 @@ impl Truth {
                 collision => Some(alone(collision)),
             },
             (Self::Known(known), Task::Recording) => {
-                known.get(&(true, path_of(entry))).copied()?.map(alone)
+                known.get(&(true, stored_path(entry))).copied()?.map(alone)
             }
             _ => self.label(entry, scene).map(alone),
         }
@@ -350,7 +350,7 @@ impl Truth {
         match self {
             Self::Geometry | Self::Score(_) => scene.map(|scene| Labelled::new(scene, None).label),
             Self::Labels(labels) => labels.get(&entry.name),
-            Self::Known(known) => known.get(&(false, path_of(entry))).copied().flatten(),
+            Self::Known(known) => known.get(&(false, stored_path(entry))).copied().flatten(),
             Self::Layout(annotated) => {
                 let (collides, root) = half(entry)?;
                 if !collides {

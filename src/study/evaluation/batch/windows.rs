@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::experiment::Experiment;
 use super::matrix::Split;
-use super::question_builder::{QuestionBuilder, path_of};
+use super::question_builder::{QuestionBuilder, stored_path};
 use super::scored::{configuration_of_item, label_of_item};
 use super::truth::Truth;
 use crate::evaluation::windows::{Moment, Recording, Sampling, Traffic};
@@ -38,7 +38,7 @@ impl AskedWindow {
         Some(Self {
             steps,
             label,
-            critical: critical_of(label, item.asked.facts.as_ref()),
+            critical: critical_obstacles(label, item.asked.facts.as_ref()),
         })
     }
 }
@@ -91,8 +91,8 @@ impl BatchWindows {
         let mut without_window: BTreeSet<(Slot, &str)> = BTreeSet::new();
         for item in items {
             let asked = &item.asked;
-            let way = configuration_of_item(asked)?;
-            let slot = (way.task, way.frame, asked.lead.clone());
+            let configuration = configuration_of_item(asked)?;
+            let slot = (configuration.task, configuration.frame, asked.lead.clone());
             if asked.window.is_none() {
                 without_window.insert((slot, &asked.path));
                 continue;
@@ -197,11 +197,11 @@ impl BatchWindows {
         score: Option<RiskConvention>,
     ) -> BTreeMap<(usize, u64, bool), Vec<(Slot, Moment)>> {
         let mut wanted: BTreeMap<(usize, u64, bool), Vec<(Slot, Moment)>> = BTreeMap::new();
-        for way in source.experiment.ways() {
-            let Ok((history, radius)) = source.builder.span(&way) else {
+        for configuration in source.experiment.configurations() {
+            let Ok((history, radius)) = source.builder.span(&configuration) else {
                 continue;
             };
-            for (slot, moment) in slots(source.experiment, &way) {
+            for (slot, moment) in slots(source.experiment, &configuration) {
                 // Contact is contact by any score.
                 let by_score = score.is_some() && moment != Moment::Contact;
                 let span = (history, radius.to_bits(), by_score);
@@ -218,25 +218,37 @@ impl BatchWindows {
     /// The windows of a scenario for a way of asking at a lead; `None` where none are drawn, and the window is that of
     /// task and lead.
     #[must_use]
-    pub fn of(&self, way: &PromptConfig, lead: Option<Lead>, path: &str) -> Option<&[AskedWindow]> {
-        let slot = (way.task, way.frame, lead.map(Lead::stored));
+    pub fn get(
+        &self,
+        configuration: &PromptConfig,
+        lead: Option<Lead>,
+        path: &str,
+    ) -> Option<&[AskedWindow]> {
+        let slot = (
+            configuration.task,
+            configuration.frame,
+            lead.map(Lead::stored),
+        );
         self.0.get(&slot)?.get(path).map(Vec::as_slice)
     }
 }
 
 /// What is asked about with a way.
-fn slots(experiment: &Experiment, way: &PromptConfig) -> Vec<(Slot, Moment)> {
-    match way.task {
+fn slots(experiment: &Experiment, configuration: &PromptConfig) -> Vec<(Slot, Moment)> {
+    match configuration.task {
         Task::Safety => {
             let slot = |lead: &Lead| {
                 (
-                    (way.task, way.frame, Some(lead.stored())),
+                    (configuration.task, configuration.frame, Some(lead.stored())),
                     Moment::Before(*lead),
                 )
             };
             experiment.leads.iter().map(slot).collect()
         }
-        Task::Collision => vec![((way.task, way.frame, None), Moment::Contact)],
+        Task::Collision => vec![(
+            (configuration.task, configuration.frame, None),
+            Moment::Contact,
+        )],
         // The window is the whole recording.
         Task::Recording | Task::Attacker | Task::Trajectory => Vec::new(),
     }
@@ -285,7 +297,7 @@ impl WindowSource<'_> {
         };
         let of_path = self.entries.iter();
         let of_path: BTreeMap<String, SplitPart> = of_path
-            .map(|entry| (path_of(entry), split.part(&entry.name)))
+            .map(|entry| (stored_path(entry), split.part(&entry.name)))
             .collect();
         let (dev, test): (Vec<_>, Vec<_>) = recordings
             .into_iter()
@@ -310,7 +322,7 @@ impl WindowSource<'_> {
                     let moments =
                         CriticalMoments::new(convention, &scene, self.builder.thresholds());
                     let Ok(moments) = moments else {
-                        return Some((path_of(entry), None));
+                        return Some((stored_path(entry), None));
                     };
                     moments.recording(&entry.name, &scene, radius)
                 }
@@ -320,7 +332,7 @@ impl WindowSource<'_> {
                     Recording::new(&entry.name, &case, radius)
                 }
             };
-            Some((path_of(entry), Some(recording)))
+            Some((stored_path(entry), Some(recording)))
         };
         let mut found: Vec<(String, Option<Recording>)> = Vec::with_capacity(self.entries.len());
         let mut done = 0;
@@ -346,7 +358,7 @@ impl WindowSource<'_> {
 
 /// Whom the ego touches in truth: as the question knows it, or where the label names another obstacle, that.
 #[must_use]
-pub fn critical_of(label: Label, facts: Option<&WindowFacts>) -> Vec<i64> {
+pub fn critical_obstacles(label: Label, facts: Option<&WindowFacts>) -> Vec<i64> {
     let touched = facts.map_or(&[][..], |facts| &facts.critical);
     match label {
         Label::Safe => Vec::new(),

@@ -25,7 +25,7 @@ pub enum ClaimBasis {
 impl ClaimBasis {
     /// Its description.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn label(self) -> &'static str {
         match self {
             Self::Exact => "exact bodies",
             Self::Centres => "between centres",
@@ -65,7 +65,7 @@ pub struct CheckedClaim {
 impl CheckedClaim {
     /// The stated value with its unit.
     #[must_use]
-    pub fn says(&self) -> String {
+    pub fn stated(&self) -> String {
         match self.claim.stated {
             ClaimedValue::Number {
                 value, decimals, ..
@@ -89,7 +89,7 @@ impl CheckedClaim {
     pub fn line(&self) -> String {
         let basis = match self.basis {
             ClaimBasis::Exact => String::new(),
-            other => format!(", {}", other.words()),
+            other => format!(", {}", other.label()),
         };
         let why = match self.judgement {
             Judgement::Unknown(why) => format!("; {why}"),
@@ -98,7 +98,7 @@ impl CheckedClaim {
         format!(
             "{} says {}, is {} ({}, step {}{basis}{why})",
             self.claim.obstacle,
-            self.says(),
+            self.stated(),
             self.is,
             self.claim.quantity.name(),
             self.step,
@@ -177,7 +177,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             if value.is_infinite() {
                 let none = |values: &[f64]| !values.iter().any(|t| t.is_finite());
                 let of_bodies = exact(claim.quantity, &encounter);
-                let mut told = told(&encounter, written);
+                let mut told = paper_relations(&encounter, written);
                 told.retain(|told| none(&of_paper(claim.quantity, told).collect::<Vec<_>>()));
                 checked.truth = of_bodies.first().copied();
                 checked.is = match checked.truth {
@@ -242,7 +242,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
                         |said: Option<bool>, apart: f64| said.is_none_or(|s| (apart > 0.0) == s);
                     fits(side.front, told.d_long) && fits(side.left, told.d_lat)
                 };
-                if told(&encounter, written).iter().any(agrees) {
+                if paper_relations(&encounter, written).iter().any(agrees) {
                     checked.basis = ClaimBasis::Paper;
                     checked.judgement = Judgement::Right;
                 }
@@ -257,7 +257,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
             };
             checked.is = contact(subject, &participant, touches);
             if !touches
-                && told(&encounter, written)
+                && paper_relations(&encounter, written)
                     .iter()
                     .any(|r| r.adjusted_d_long == 0.0 && r.adjusted_d_lat == 0.0)
             {
@@ -315,7 +315,7 @@ fn others(
         Quantity::TtcLat => times(&[closing(centre.y, velocity.y)]),
         _ => Vec::new(),
     };
-    for told in told(encounter, written) {
+    for told in paper_relations(encounter, written) {
         all.extend(of_paper(quantity, &told).map(|value| (ClaimBasis::Paper, value)));
     }
     all
@@ -344,7 +344,7 @@ pub(super) const STANDING: f64 = 0.1;
 
 /// The relation as the paper's tables have it: with the ego's heading, and with the one that its recording writes, which
 /// turns at random where it stands.
-fn told(encounter: &Encounter<'_>, written: Option<f64>) -> Vec<paper::Relation> {
+fn paper_relations(encounter: &Encounter<'_>, written: Option<f64>) -> Vec<paper::Relation> {
     let mut egos = vec![*encounter.ego];
     if let Some(heading) = written {
         let mut as_written = *encounter.ego;

@@ -197,7 +197,7 @@ fn sentence(
     let taken: Vec<bool> = all
         .iter()
         .enumerate()
-        .map(|(i, n)| times.contains(&i) || (n.unit == Unit::None && n.whole().is_some()))
+        .map(|(i, n)| times.contains(&i) || (n.unit == Unit::None && n.as_integer().is_some()))
         .collect();
     let words: Vec<&str> = above
         .items
@@ -282,7 +282,7 @@ fn row(
                 || i == 0;
             let [number] = numbers(cell).try_into().ok()?;
             number
-                .whole()
+                .as_integer()
                 .filter(|id| of_obstacles && world.ids.contains(id))
         })
         .collect();

@@ -111,7 +111,9 @@ const OPENING: &[&str] = &[
 pub fn mentions(lower: &str, all: &[Number], world: &MentionContext<'_>) -> Vec<Mention> {
     let mut found: Vec<Mention> = Vec::new();
     for number in all {
-        let Some(id) = number.whole() else { continue };
+        let Some(id) = number.as_integer() else {
+            continue;
+        };
         let before = lower[..number.span.start]
             .trim_end_matches(['*', ' ', '`', ':', '"', '#', '(', '_', '=']);
         let called = CALLED.iter().any(|word| before.ends_with(word));

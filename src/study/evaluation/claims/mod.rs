@@ -164,7 +164,7 @@ pub enum TimeOrigin {
 impl TimeOrigin {
     /// Of answers to these messages, or to this description.
     #[must_use]
-    pub fn of(messages: &str) -> Self {
+    pub fn from_messages(messages: &str) -> Self {
         if has_relative_times(messages) {
             Self::WindowEnd
         } else {

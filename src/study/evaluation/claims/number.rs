@@ -29,7 +29,7 @@ pub struct Number {
 
 impl Number {
     /// The whole number that it is, also when it is written as 30674.0.
-    pub fn whole(&self) -> Option<i64> {
+    pub fn as_integer(&self) -> Option<i64> {
         let fits = self.value.fract() == 0.0 && self.value.abs() < 1e15;
         (fits && matches!(self.unit, Unit::None)).then_some(self.value as i64)
     }
@@ -216,7 +216,7 @@ pub fn without_reference(text: &str) -> String {
 }
 
 /// The axis of a number: named before it, or right behind it, as in "2.4 m longitudinal, 9.4 m lateral".
-pub fn axis_of(near: &str, after: &str) -> Option<bool> {
+pub fn find_axis(near: &str, after: &str) -> Option<bool> {
     let after = after.trim_start_matches('(');
     let behind = ["longitudinal", "lateral"].map(|word| after.starts_with(word));
     let words = near.trim_end_matches(['*', ' ', '`', ':', '=', '(', '≈', '~', '-', '−']);
@@ -302,7 +302,7 @@ pub fn times(
             // "Step 1" of an answer that was told no time steps is one of its reasoning.
             Unit::None if world.now.is_some() && number.decimals == 0 => continue,
             Unit::None if counted && number.decimals == 0 => {
-                number.whole().filter(|s| world.steps.contains(s))
+                number.as_integer().filter(|s| world.steps.contains(s))
             }
             Unit::None if counted => step_at(number.value, world),
             _ => continue,

@@ -51,7 +51,7 @@ const DOUBTFUL: &[&str] = &[
 ];
 
 /// Where a sentence in lower case says that its obstacle does not move, or not along an axis.
-pub fn still(lower: &str) -> Vec<(Range<usize>, Quantity)> {
+pub fn find_standstill(lower: &str) -> Vec<(Range<usize>, Quantity)> {
     let mut found = Vec::new();
     for (from, clause) in clauses(lower) {
         if DOUBTFUL.iter().any(|word| has_word(clause, word)) {
@@ -265,7 +265,7 @@ mod tests {
             "static obstacle at (1, 2), safe",
             "- **reason**: zero velocity.",
         ] {
-            let found = still(said);
+            let found = find_standstill(said);
             assert_eq!(found.len(), 1, "{said}: {found:?}");
             assert_eq!(found[0].1, Quantity::Speed);
         }
@@ -277,9 +277,9 @@ mod tests {
             "zero velocity laterally",
             "quasistatic",
         ] {
-            assert_eq!(still(unsaid), [], "{unsaid}");
+            assert_eq!(find_standstill(unsaid), [], "{unsaid}");
         }
-        let axis = still("driving toward the ego, no lateral motion.");
+        let axis = find_standstill("driving toward the ego, no lateral motion.");
         assert_eq!(axis, [(24..41, Quantity::VelocityLat)]);
     }
 

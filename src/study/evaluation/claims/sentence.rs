@@ -3,7 +3,7 @@
 use super::find::ends_with_word;
 use super::mentions;
 use super::number::{
-    Number, Unit, axis, axis_of, from_ego, from_number, only_axis, without_reference,
+    Number, Unit, axis, find_axis, from_ego, from_number, only_axis, without_reference,
 };
 use super::phrases;
 use super::place::{has_word, side_in, touches_before};
@@ -152,7 +152,7 @@ impl Sentence<'_> {
         if let Some((span, side)) = side_in(self.lower) {
             found.push(self.claim(span, Quantity::Side, ClaimedValue::Side(side)));
         }
-        for (span, quantity) in phrases::still(self.lower) {
+        for (span, quantity) in phrases::find_standstill(self.lower) {
             found.push(self.claim(span, quantity, phrases::NOTHING));
         }
         for (span, quantity, value) in phrases::times(self.lower) {
@@ -212,7 +212,7 @@ impl Sentence<'_> {
             return None;
         }
         let near_or_above = format!("{} {near}", self.above);
-        let axis = axis_of(near, after).or_else(|| {
+        let axis = find_axis(near, after).or_else(|| {
             // A time may stand behind its calculation: "longitudinal: 12.8 m / 2.5 m/s = 5 s".
             let equals = near.contains(['=', '≈']) || near.contains("approx");
             let calculated = number.unit == Unit::Second && equals;

@@ -86,7 +86,7 @@ impl AuthorSession<'_> {
                     let one = &mut authored.attacks[place];
                     let attacker = one.admitted.attack.change.changes()[0].obstacle;
                     let window = questions[place].case.window;
-                    let score = score_of(&answer, attacker);
+                    let score = read_score(&answer, attacker);
                     one.grade = Some(Grade {
                         run: answer.run,
                         window: (window.first(), window.last()),
@@ -161,7 +161,7 @@ fn grades_failed(why: &str) -> String {
 }
 
 /// The score that an answer gives the attacker, or why it gives none.
-fn score_of(answer: &Answer, attacker: i64) -> Result<u8, Refusal> {
+fn read_score(answer: &Answer, attacker: i64) -> Result<u8, Refusal> {
     match &answer.judged {
         JudgeOutcome::Verdict(parsed) if parsed.verdict.task == Task::Safety => {
             let mut graded = parsed.verdict.obstacles.iter();

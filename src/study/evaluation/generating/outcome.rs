@@ -161,7 +161,7 @@ impl Authored {
 
     /// Where an attack of [`Authored::taken`] comes from.
     #[must_use]
-    pub fn source_of(&self, attack: &Attack) -> Option<&AuthoredAttack> {
+    pub fn find_source(&self, attack: &Attack) -> Option<&AuthoredAttack> {
         self.attacks.iter().find(|a| {
             a.admitted.attack.change == attack.change && a.admitted.attack.asked == attack.asked
         })
@@ -351,7 +351,7 @@ impl Authored {
     #[must_use]
     pub fn record(&self, taken: Option<&Attack>) -> AuthoredRecord {
         let (choice, spent) = (&self.choice, &self.spent);
-        let taken = taken.and_then(|attack| self.source_of(attack));
+        let taken = taken.and_then(|attack| self.find_source(attack));
         let proposal = choice.proposal.as_ref();
         let text = |text: &str| visible(text).into_owned();
         let tally = choice.tally().into_iter();

@@ -118,7 +118,7 @@ impl AuthorSession<'_> {
                 retry,
                 run: answer.run,
             };
-            let said = motion_of(&answer);
+            let said = read_motion(&answer);
             let admitted = match &said {
                 Ok(motion) => self.admitted(attacker, motion),
                 Err(refusal) => Err(vec![refusal.clone()]),
@@ -229,7 +229,7 @@ impl AuthorSession<'_> {
 }
 
 /// The motion that an answer says.
-fn motion_of(answer: &Answer) -> Result<NewMotion, Refusal> {
+fn read_motion(answer: &Answer) -> Result<NewMotion, Refusal> {
     match &answer.judged {
         JudgeOutcome::Other(reading) => match &reading.said {
             ParsedAnswer::Trajectory(motion) => Ok(motion.clone()),

@@ -15,7 +15,7 @@ use nearmiss_store::{
 
 use super::{RemoteError, find};
 use crate::evaluation::answer::{
-    Answer, JudgeOutcome, MissingVerdict, read, stopped_short, unless_cut, weighed, word,
+    Answer, JudgeOutcome, MissingVerdict, finish_name, read, stopped_short, unless_cut, weighed,
 };
 use crate::evaluation::judges::ModelJudge;
 
@@ -280,7 +280,7 @@ fn answer(run: Run, answered: WholeAnswer, model: &ModelJudge) -> FinishedRun {
         text: answered.text,
         reasoning: answered.reasoning,
         model_returned: answered.model,
-        finish: Some(word(&answered.finish)),
+        finish: Some(finish_name(&answered.finish)),
         consumed: Consumed {
             input_tokens: usage.input_tokens,
             output_tokens: usage.output_tokens,

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::super::statistics::{
-    Bin, Calibration, Interval, Kappa, quantile, ratio_interval, shown,
+    Bin, Calibration, Interval, Kappa, if_enough, quantile, ratio_interval,
 };
 use super::super::{
     AnswerStatus, Cluster, Confusion, Naming, NamingIntervals, ProbabilitySource, PromptConfig,
@@ -67,7 +67,7 @@ pub struct Cell {
     pub half: DataHalf,
     /// The way.
     #[serde(flatten)]
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// The unit of its intervals.
     #[serde(skip)]
     pub cluster: Cluster,
@@ -227,7 +227,7 @@ struct Tally {
 
 impl Cell {
     /// Counts the answers of one way.
-    pub(super) fn count(way: &PromptConfig, half: DataHalf, scored: &[&Scored]) -> Self {
+    pub(super) fn count(configuration: &PromptConfig, half: DataHalf, scored: &[&Scored]) -> Self {
         let mut ballot = Ballot::default();
         let mut tally = Tally::default();
         for one in scored {
@@ -243,7 +243,7 @@ impl Cell {
         let of_naming = NamingIntervals::from_scored(scored.iter().copied());
         Self {
             half,
-            way: way.clone(),
+            configuration: configuration.clone(),
             cluster: scored
                 .first()
                 .map_or_else(Cluster::default, |one| one.cluster),
@@ -316,10 +316,10 @@ impl Tally {
         let said = verdict.dangerous;
         // A judge agrees with itself.
         let reference = one.reference.as_ref();
-        if one.way.model != judge::MODEL {
+        if one.configuration.model != judge::MODEL {
             self.flagged.count(verdict);
         }
-        if let Some(reference) = reference.filter(|_| one.way.model != judge::MODEL) {
+        if let Some(reference) = reference.filter(|_| one.configuration.model != judge::MODEL) {
             let place = 2 * usize::from(!said) + usize::from(!reference.dangerous);
             self.both[place] += 1;
         }
@@ -509,7 +509,7 @@ impl ClaimTally {
             open,
             per_answer: share(sums.iter().sum(), answers),
             wrong_share: share(sums[1], sums[0] + sums[1]),
-            interval: shown(ratio_interval(&counts), many),
+            interval: if_enough(ratio_interval(&counts), many),
         }
     }
 }

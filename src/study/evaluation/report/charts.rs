@@ -62,19 +62,19 @@ impl Report {
         measure: Measure,
         palette: Palette,
     ) -> Result<Picture, String> {
-        let cells: Vec<&Cell> = self.whole().collect();
+        let cells: Vec<&Cell> = self.full_cells().collect();
         let tasks = cells
             .windows(2)
-            .any(|pair| pair[0].way.task != pair[1].way.task);
+            .any(|pair| pair[0].configuration.task != pair[1].configuration.task);
         let name = |cell: &Cell| {
             if tasks {
                 format!(
                     "{} · {}",
-                    cell.way.task.name(),
-                    names::configuration_name(&cell.way)
+                    cell.configuration.task.name(),
+                    names::configuration_name(&cell.configuration)
                 )
             } else {
-                names::configuration_name(&cell.way)
+                names::configuration_name(&cell.configuration)
             }
         };
         match figure {
@@ -85,7 +85,7 @@ impl Report {
                     value: measure.value(cell),
                     interval: measure.interval(cell).map(ends),
                     n: cell.n,
-                    apart: cell.way.model == judge::MODEL,
+                    apart: cell.configuration.model == judge::MODEL,
                 };
                 let axis = format!("{}, intervals of 95 %", measure.title());
                 Ok(BarChart {
@@ -134,11 +134,11 @@ impl Report {
 
     fn lead_curves(&self, palette: Palette) -> Result<Picture, String> {
         let mut series: Vec<ChartSeries> = Vec::new();
-        for (_, way, point) in &self.varied.leads {
+        for (_, configuration, point) in &self.varied.leads {
             let Some((y, interval)) = share(&point.yes) else {
                 continue;
             };
-            let name = names::configuration_name(way);
+            let name = names::configuration_name(configuration);
             let point = ChartPoint {
                 x: point.lead,
                 y,
@@ -218,7 +218,7 @@ impl Pivot {
                     value: measure.value(&one.cell),
                     interval: measure.interval(&one.cell).map(ends),
                     n: one.cell.n,
-                    apart: one.cell.way.model == judge::MODEL,
+                    apart: one.cell.configuration.model == judge::MODEL,
                 }
             })
         });

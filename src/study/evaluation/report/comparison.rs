@@ -11,8 +11,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::super::statistics::{
-    AllRight, AnswerAgreement, Interval, McNemar, PairedTest, ShareIntervals, holm, majority,
-    scenario_interval, share_interval, share_intervals, shown,
+    AllRight, AnswerAgreement, Interval, McNemar, PairedTest, ShareIntervals, holm, if_enough,
+    majority, scenario_interval, share_interval, share_intervals,
 };
 use super::super::{Confusion, PromptConfig, Scored};
 use super::cell::count;
@@ -67,7 +67,7 @@ pub(super) struct Compared {
 impl Comparison {
     /// The same in words: the baseline, and the comparison that matters; `None` without either.
     #[must_use]
-    pub fn words(&self) -> Option<String> {
+    pub fn summary(&self) -> Option<String> {
         let baseline = self
             .baseline
             .as_ref()
@@ -81,15 +81,19 @@ impl Comparison {
     }
 
     /// The names that none of these ways has.
-    pub fn unknown<'a>(&'a self, ways: &[&PromptConfig]) -> Vec<&'a str> {
+    pub fn unknown<'a>(&'a self, configurations: &[&PromptConfig]) -> Vec<&'a str> {
         let primary = self.primary.iter().flat_map(|(a, b)| [a, b]);
         let all = primary.chain(&self.baseline).map(String::as_str);
-        all.filter(|name| !ways.iter().any(|way| is_called(way, name)))
-            .collect()
+        all.filter(|name| {
+            !configurations
+                .iter()
+                .any(|configuration| is_called(configuration, name))
+        })
+        .collect()
     }
 
     /// Whether two ways are compared, and as what.
-    pub(super) fn of(&self, a: &PromptConfig, b: &PromptConfig) -> Option<Compared> {
+    pub(super) fn classify(&self, a: &PromptConfig, b: &PromptConfig) -> Option<Compared> {
         if a.task != b.task {
             return None;
         }
@@ -130,20 +134,20 @@ impl Comparison {
 }
 
 /// Whether tables call a way by this name: its model, or the whole way, with the version of the template or without.
-pub(crate) fn is_called(way: &PromptConfig, name: &str) -> bool {
+pub(crate) fn is_called(configuration: &PromptConfig, name: &str) -> bool {
     let bare = PromptConfig {
         template: None,
-        ..way.clone()
+        ..configuration.clone()
     };
-    way.model == name
-        || names::configuration_name(way) == name
+    configuration.model == name
+        || names::configuration_name(configuration) == name
         || names::configuration_name(&bare) == name
 }
 
 /// The one thing in which two ways differ. The built-in judge, which has no prompt, differs from all others in the
 /// model.
 fn comparable(a: &PromptConfig, b: &PromptConfig) -> Option<&'static str> {
-    let is_judge = |way: &PromptConfig| way.model == judge::MODEL;
+    let is_judge = |configuration: &PromptConfig| configuration.model == judge::MODEL;
     if is_judge(a) != is_judge(b) {
         Some("model")
     } else {
@@ -214,21 +218,28 @@ type Right<'a> = BTreeMap<&'a str, BTreeMap<&'a str, Counts>>;
 
 /// Every comparison, the declared ones first, in the order of the ways.
 pub(super) fn compare_pairs(
-    ways: &[(&PromptConfig, Vec<&Scored>)],
+    configurations: &[(&PromptConfig, Vec<&Scored>)],
     comparison: &Comparison,
 ) -> Vec<Pair> {
-    let right: Vec<Right<'_>> = ways.par_iter().map(|(_, scored)| right(scored)).collect();
+    let right: Vec<Right<'_>> = configurations
+        .par_iter()
+        .map(|(_, scored)| right(scored))
+        .collect();
     let mut wanted = Vec::new();
-    for (i, (first, _)) in ways.iter().enumerate() {
-        for (j, (second, _)) in ways.iter().enumerate().skip(i + 1) {
-            if let Some(compared) = comparison.of(first, second) {
+    for (i, (first, _)) in configurations.iter().enumerate() {
+        for (j, (second, _)) in configurations.iter().enumerate().skip(i + 1) {
+            if let Some(compared) = comparison.classify(first, second) {
                 let (i, j) = if compared.turned { (j, i) } else { (i, j) };
                 wanted.push((i, j, compared));
             }
         }
     }
     let pairs = wanted.into_par_iter().filter_map(|(i, j, compared)| {
-        pair([ways[i].0, ways[j].0], &compared, [&right[i], &right[j]])
+        pair(
+            [configurations[i].0, configurations[j].0],
+            &compared,
+            [&right[i], &right[j]],
+        )
     });
     let mut pairs: Vec<Pair> = pairs.collect();
     pairs.sort_by_key(|pair| Family::ALL.iter().position(|family| *family == pair.family));
@@ -303,7 +314,7 @@ fn pair(
         n: count(pairs.len()),
         left_out: count(both.len() - pairs.len()),
         ties: count(votes.clone().filter(Option::is_none).count()),
-        test: PairedTest::of_differences(&differences)?.shown(count(pairs.len())),
+        test: PairedTest::of_differences(&differences)?.if_enough(count(pairs.len())),
         mcnemar: McNemar::from_discordant(only((true, false)), only((false, true))),
         corrected: 1.0,
     })
@@ -497,7 +508,7 @@ impl<'a> Ballot<'a> {
                 (c.true_positives + c.true_negatives, c.answered())
             }),
             // Where no draw differs, the bootstrap says nothing.
-            f1: shown(drawn.f1, count(counted.len())).filter(|drawn| drawn.low < drawn.high),
+            f1: if_enough(drawn.f1, count(counted.len())).filter(|drawn| drawn.low < drawn.high),
         }
     }
 }

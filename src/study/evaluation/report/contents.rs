@@ -27,7 +27,10 @@ impl Report {
     pub(crate) fn blocks(&self) -> Vec<Block> {
         let mut blocks = Vec::new();
         for task in Task::VERDICTS {
-            let cells: Vec<&Cell> = self.whole().filter(|c| c.way.task == task).collect();
+            let cells: Vec<&Cell> = self
+                .full_cells()
+                .filter(|c| c.configuration.task == task)
+                .collect();
             if cells.is_empty() {
                 continue;
             }
@@ -112,7 +115,7 @@ impl Report {
         blocks.extend(document::all(self.unit()).map(Block::Text));
         if let Some(provenance) = &self.about.provenance {
             blocks.push(Block::Heading("Provenance".into()));
-            blocks.push(Block::Text(provenance.words()));
+            blocks.push(Block::Text(provenance.summary()));
         }
         blocks
     }
@@ -140,11 +143,12 @@ impl Report {
             ..Column::new("", Kind::Text, "", "")
         });
         columns.splice(0..0, named);
-        let mut rows = rows_of(pairs.iter().copied());
+        let mut rows = record_rows(pairs.iter().copied());
         for (row, pair) in rows.iter_mut().zip(&pairs) {
             row.splice(
                 0..0,
-                [&pair.first, &pair.second].map(|way| names::configuration_name(way).into()),
+                [&pair.first, &pair.second]
+                    .map(|configuration| names::configuration_name(configuration).into()),
             );
         }
         let caption = format!(
@@ -174,7 +178,9 @@ fn heading(task: Task) -> &'static str {
 }
 
 /// The rows of records, whose maps have words as keys.
-pub(crate) fn rows_of<'r, R: Record + 'r>(records: impl IntoIterator<Item = &'r R>) -> Vec<Row> {
+pub(crate) fn record_rows<'r, R: Record + 'r>(
+    records: impl IntoIterator<Item = &'r R>,
+) -> Vec<Row> {
     rows(records).unwrap_or_default()
 }
 
@@ -197,7 +203,7 @@ fn table(task: Task, (title, name): (&str, &str), cells: &[&Cell]) -> CaptionedT
         format!("{title}, {} task", task.name()),
         format!("nearmiss-{}{end}", task.name()),
         &columns_of_task::<Cell>(name),
-        &rows_of(cells.iter().copied()),
+        &record_rows(cells.iter().copied()),
     )
 }
 
@@ -218,7 +224,7 @@ fn dangerous(cells: &[&Cell]) -> Option<String> {
 pub(super) fn leak_table(leaks: &[Leak]) -> Option<CaptionedTable> {
     let caption = "What the questions give away: how well each part of their surface alone tells dangerous from safe windows";
     let columns = columns::<Leak>();
-    let table = CaptionedTable::new(caption, "nearmiss-leaks", &columns, &rows_of(leaks));
+    let table = CaptionedTable::new(caption, "nearmiss-leaks", &columns, &record_rows(leaks));
     table.with_notes([leak_methods()]).filled()
 }
 
@@ -293,7 +299,7 @@ pub(super) fn rule_table(task: Task, rules: &[RuleScore]) -> Option<CaptionedTab
     let caption = format!("Trivial rules on the same questions, {} task", task.name());
     let name = format!("nearmiss-{}-rules", task.name());
     let columns = columns_of_task::<RuleRow>("accuracy");
-    let table = CaptionedTable::new(caption, name, &columns, &rows_of(&rows));
+    let table = CaptionedTable::new(caption, name, &columns, &record_rows(&rows));
     table.with_notes([rule_methods(rules)]).filled()
 }
 
@@ -321,12 +327,12 @@ impl Report {
     }
 
     /// The same of answers that have no report.
-    pub(super) fn warnings_of<'a>(
+    pub(super) fn answer_warnings<'a>(
         scored: impl IntoIterator<Item = &'a Scored>,
     ) -> impl Iterator<Item = String> {
         let cells = configurations(scored)
             .into_iter()
-            .map(|(way, of_way)| Cell::count(way, DataHalf::All, &of_way));
+            .map(|(configuration, of_way)| Cell::count(configuration, DataHalf::All, &of_way));
         let report = Self {
             cells: cells.collect(),
             ..Self::default()
@@ -336,7 +342,7 @@ impl Report {
 
     /// Whose verdicts contradict themselves, or name obstacles twice or that are not there.
     fn doubtful(&self) -> Option<String> {
-        let who = self.whole().filter_map(|cell| {
+        let who = self.full_cells().filter_map(|cell| {
             let flagged = cell.flagged;
             let counts = [
                 (flagged.contradictory, "contradictory"),
@@ -350,8 +356,8 @@ impl Report {
             .filter(|(count, _)| *count > 0);
             let counts: Vec<String> = counts.map(|(n, what)| format!("{n} {what}")).collect();
             let of = cell.confusion.answered() + cell.unlabelled;
-            let way = names::configuration_name(&cell.way);
-            (!counts.is_empty()).then(|| format!("{way}, of {of}: {}", counts.join(", ")))
+            let configuration = names::configuration_name(&cell.configuration);
+            (!counts.is_empty()).then(|| format!("{configuration}, of {of}: {}", counts.join(", ")))
         });
         let who: Vec<String> = who.collect();
         (!who.is_empty()).then(|| {
@@ -365,11 +371,14 @@ impl Report {
     /// Who left out much, which notes begin with.
     fn unanswered(&self) -> Option<String> {
         let many = |cell: &&Cell| cell.without_verdict().is_some_and(|share| share >= MANY);
-        let who = self.whole().filter(many).map(|cell| {
+        let who = self.full_cells().filter(many).map(|cell| {
             let without = cell.asked - cell.confusion.answered();
             let share = 100.0 * f64::from(without) / f64::from(cell.asked);
-            let way = names::configuration_name(&cell.way);
-            format!("{way} of {without} of {} ({share:.0} %)", cell.asked)
+            let configuration = names::configuration_name(&cell.configuration);
+            format!(
+                "{configuration} of {without} of {} ({share:.0} %)",
+                cell.asked
+            )
         });
         let who: Vec<String> = who.collect();
         (!who.is_empty()).then(|| {
@@ -384,10 +393,10 @@ impl Report {
 
 pub(super) fn bars(task: Task, cells: &[&Cell]) -> Figure {
     let bar = |cell: &&Cell| charts::Bar {
-        name: names::configuration_name(&cell.way),
+        name: names::configuration_name(&cell.configuration),
         value: cell.right_of_all,
         interval: cell.right_of_all_ci,
-        other: cell.way.model == judge::MODEL,
+        other: cell.configuration.model == judge::MODEL,
     };
     let title = format!(
         "Right of all asked with intervals of 95 %, {} task",
@@ -405,7 +414,7 @@ pub(super) fn matrices(cells: &[&Cell]) -> Vec<Figure> {
             0 => String::new(),
             aside => format!("; {aside} without a verdict"),
         };
-        let caption = format!("{}{aside}", names::configuration_name(&cell.way));
+        let caption = format!("{}{aside}", names::configuration_name(&cell.configuration));
         Figure {
             svg: charts::confusion(
                 &format!("Truth in rows, verdict in columns: {caption}"),
@@ -420,7 +429,7 @@ pub(super) fn matrices(cells: &[&Cell]) -> Vec<Figure> {
 pub(super) fn calibrations(cells: &[&Cell]) -> Vec<Figure> {
     let scored = cells.iter().filter(|c| c.calibration.fit.n > 0);
     let figure = |cell: &&Cell| {
-        let caption = names::configuration_name(&cell.way);
+        let caption = names::configuration_name(&cell.configuration);
         Figure {
             svg: charts::calibration(
                 &format!("Share of true collisions by probability: {caption}"),

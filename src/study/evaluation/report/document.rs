@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::super::statistics::{DRAWS, EXACT_BELOW, EXACT_UP_TO, FEWEST, RESAMPLES, SEED};
 use super::super::{Cluster, Leak};
-use super::contents::{RuleRow, rows_of};
+use super::contents::{RuleRow, record_rows};
 use super::pivot::AxesDocument;
 use super::{
     AtPrevalence, Cell, ComparisonRow, InvarianceRow, LeadRow, Pair, PartProgress, Report,
@@ -128,7 +128,7 @@ pub struct IntervalMethods {
 }
 
 impl IntervalMethods {
-    fn of(unit: Cluster) -> Self {
+    fn new(unit: Cluster) -> Self {
         Self {
             level: 0.95,
             unit: unit.to_string(),
@@ -188,7 +188,7 @@ impl ReportDocument {
         Self {
             cells: InSplit::all(part, report.cells.iter().cloned()),
             pairs: InSplit::all(part, report.pairs.iter().cloned()),
-            intervals: IntervalMethods::of(report.unit()),
+            intervals: IntervalMethods::new(report.unit()),
             about: report.about.clone(),
             invariance: InSplit::all(part, report.varied.changes()),
             lead: InSplit::all(part, report.varied.by_lead()),
@@ -255,7 +255,7 @@ impl FlatRows {
             word.map_or(nearmiss_record::Cell::None(""), nearmiss_record::Cell::from)
         };
         let of_part = |(about, records): &(&ReportSubject, Vec<R>)| {
-            let mut rows = rows_of(records);
+            let mut rows = record_rows(records);
             for row in &mut rows {
                 let truth = Some(about.truth.words.clone());
                 row.extend([word(about.batch.clone()), word(truth)]);

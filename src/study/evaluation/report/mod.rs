@@ -23,7 +23,7 @@ pub use charts::ReportFigure;
 pub(crate) use comparison::is_called;
 pub use comparison::{Comparison, Family, Pair, Samples};
 pub use contents::RuleRow;
-pub(crate) use contents::rows_of;
+pub(crate) use contents::record_rows;
 pub use document::{Block, Document, FlatRows, InSplit, IntervalMethods, ReportDocument};
 pub(crate) use names::p_value;
 pub use names::{configuration_name, model as model_name, technique};
@@ -76,15 +76,15 @@ impl Report {
     /// Counts answers, and makes the comparisons that were declared.
     #[must_use]
     pub fn compared(scored: &[Scored], comparison: &Comparison) -> Self {
-        let ways = configurations(scored);
-        let cells = ways.par_iter().map(|(way, of_way)| {
+        let configurations = configurations(scored);
+        let cells = configurations.par_iter().map(|(configuration, of_way)| {
             let half = |half: DataHalf| {
                 let part: Vec<&Scored> = of_way
                     .iter()
                     .copied()
                     .filter(|one| half.holds(one))
                     .collect();
-                (!part.is_empty()).then(|| Cell::count(way, half, &part))
+                (!part.is_empty()).then(|| Cell::count(configuration, half, &part))
             };
             DataHalf::ALL
                 .into_iter()
@@ -93,7 +93,7 @@ impl Report {
         });
         Self {
             cells: cells.flatten().collect(),
-            pairs: comparison::compare_pairs(&ways, comparison),
+            pairs: comparison::compare_pairs(&configurations, comparison),
             ..Self::default()
         }
     }
@@ -142,7 +142,7 @@ impl Report {
     }
 
     /// The cells of whole ways.
-    pub fn whole(&self) -> impl Iterator<Item = &Cell> {
+    pub fn full_cells(&self) -> impl Iterator<Item = &Cell> {
         self.cells.iter().filter(|cell| cell.half == DataHalf::All)
     }
 }
@@ -151,11 +151,14 @@ impl Report {
 fn configurations<'a>(
     scored: impl IntoIterator<Item = &'a Scored>,
 ) -> Vec<(&'a PromptConfig, Vec<&'a Scored>)> {
-    let mut ways: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
+    let mut configurations: BTreeMap<&PromptConfig, Vec<&Scored>> = BTreeMap::new();
     for one in scored {
-        ways.entry(&one.way).or_default().push(one);
+        configurations
+            .entry(&one.configuration)
+            .or_default()
+            .push(one);
     }
-    ways.into_iter().collect()
+    configurations.into_iter().collect()
 }
 
 #[cfg(test)]

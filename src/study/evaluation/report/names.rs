@@ -15,22 +15,22 @@ pub fn technique(techniques: Techniques) -> String {
 
 /// The model of a way with the values of its axes: `lab/model · effort low`.
 #[must_use]
-pub fn model(way: &PromptConfig) -> String {
-    match way.settings.words() {
-        None => way.model.clone(),
-        Some(settings) => format!("{} · {settings}", way.model),
+pub fn model(configuration: &PromptConfig) -> String {
+    match configuration.settings.to_stored() {
+        None => configuration.model.clone(),
+        Some(settings) => format!("{} · {settings}", configuration.model),
     }
 }
 
 /// A way in short: `ego · cp+cot · lab/model · effort low · collision-ego@3fa2c1`.
 #[must_use]
-pub fn configuration_name(way: &PromptConfig) -> String {
-    let frame = way.frame.map(|f| f.name().to_string());
+pub fn configuration_name(configuration: &PromptConfig) -> String {
+    let frame = configuration.frame.map(|f| f.name().to_string());
     let parts = [
         frame,
-        way.techniques.map(technique),
-        Some(model(way)),
-        way.template.as_ref().map(ToString::to_string),
+        configuration.techniques.map(technique),
+        Some(model(configuration)),
+        configuration.template.as_ref().map(ToString::to_string),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(" · ")
 }

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::super::statistics::{Interval, intervals, shown};
+use super::super::statistics::{Interval, if_enough, intervals};
 use super::super::{AxisValues, Confusion, PromptConfig, RuleScore, Scored};
-use super::contents::{columns_of_task, rows_of};
+use super::contents::{columns_of_task, record_rows};
 use nearmiss_record::{CaptionedTable, Record};
 use nearmiss_scene::verdict::Task;
 
@@ -16,7 +16,7 @@ use nearmiss_scene::verdict::Task;
 pub struct AtPrevalence {
     /// The way.
     #[serde(flatten)]
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// The share of dangerous questions, from 0 to 1.
     pub prevalence: f64,
     /// The share that is right of all asked.
@@ -56,13 +56,13 @@ struct Counts {
 /// populations", New England Journal of Medicine 274 (1966).
 #[must_use]
 pub fn at_prevalence(scored: &[Scored], prevalence: f64) -> Vec<AtPrevalence> {
-    let mut ways: BTreeMap<&PromptConfig, BTreeMap<&str, Counts>> = BTreeMap::new();
+    let mut configurations: BTreeMap<&PromptConfig, BTreeMap<&str, Counts>> = BTreeMap::new();
     for one in scored {
         let Some((truth, is_right)) = one.is_collision().zip(one.is_right()) else {
             continue;
         };
-        let counts = ways
-            .entry(&one.way)
+        let counts = configurations
+            .entry(&one.configuration)
             .or_default()
             .entry(one.unit())
             .or_default();
@@ -71,7 +71,7 @@ pub fn at_prevalence(scored: &[Scored], prevalence: f64) -> Vec<AtPrevalence> {
             counts.answered.count(said, truth);
         }
     }
-    let of_way = |(way, units): (&PromptConfig, BTreeMap<&str, Counts>)| {
+    let of_way = |(configuration, units): (&PromptConfig, BTreeMap<&str, Counts>)| {
         let (mut asked, mut answered) = (Vec::new(), Vec::new());
         for counts in units.into_values() {
             asked.push(counts.asked);
@@ -82,7 +82,7 @@ pub fn at_prevalence(scored: &[Scored], prevalence: f64) -> Vec<AtPrevalence> {
         let [(precision, precision_ci), (f1, f1_ci)] =
             figures(&answered, |counts| of_verdicts(counts, prevalence));
         AtPrevalence {
-            way: way.clone(),
+            configuration: configuration.clone(),
             prevalence,
             right_of_all,
             right_of_all_ci,
@@ -92,7 +92,7 @@ pub fn at_prevalence(scored: &[Scored], prevalence: f64) -> Vec<AtPrevalence> {
             f1_ci,
         }
     };
-    ways.into_iter().map(of_way).collect()
+    configurations.into_iter().map(of_way).collect()
 }
 
 /// Figures of all units together, with their intervals.
@@ -110,7 +110,7 @@ fn figures<const N: usize>(
             .next()
             .flatten()
             .filter(|drawn| drawn.low < drawn.high);
-        (value, shown(interval, many))
+        (value, if_enough(interval, many))
     })
 }
 
@@ -137,13 +137,13 @@ pub(super) fn table(
     rows: &[AtPrevalence],
     rules: &[RuleScore],
 ) -> Option<CaptionedTable> {
-    let of_task = rows.iter().filter(|row| row.way.task == task);
+    let of_task = rows.iter().filter(|row| row.configuration.task == task);
     let mut rows: Vec<AtPrevalence> = of_task.cloned().collect();
     let prevalence = rows.first()?.prevalence;
     rows.extend(rules.iter().filter(|rule| rule.task == task).map(|rule| {
         let [precision, f1] = of_verdicts(&rule.counts, prevalence);
         AtPrevalence {
-            way: PromptConfig {
+            configuration: PromptConfig {
                 task,
                 frame: None,
                 techniques: None,
@@ -167,7 +167,7 @@ pub(super) fn table(
     );
     let name = format!("nearmiss-{}-prevalence", task.name());
     let columns = columns_of_task::<AtPrevalence>("");
-    let table = CaptionedTable::new(caption, name, &columns, &rows_of(&rows));
+    let table = CaptionedTable::new(caption, name, &columns, &record_rows(&rows));
     Some(table.with_notes([
         "Recall and specificity are taken as they are here, and weighed with that share; intervals are bootstraps over the \
          same units."
@@ -204,7 +204,7 @@ mod tests {
             } else {
                 Label::Safe
             };
-            one.tell(Some((label, Vec::new())));
+            one.set_truth(Some((label, Vec::new())));
             one
         };
         let dangerous = (0..20).map(|n| one(n, n < 16, true));

@@ -26,7 +26,7 @@ pub enum Finding {
 pub struct ComparisonRow {
     /// How was asked.
     #[serde(flatten)]
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// The table of the paper, I to IV.
     pub table: String,
     /// The paper's word for the techniques.

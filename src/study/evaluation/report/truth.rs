@@ -173,7 +173,7 @@ impl Truth {
             (Some(verdicts), _) => Some(judged(verdicts.get(&QuestionKey::from(outcome))?)),
             (None, Some(scores)) => scores.get(&self.score_key(outcome)?).cloned(),
             (None, None) => {
-                let (label, critical, _) = self.told(outcome)?;
+                let (label, critical, _) = self.recorded_truth(outcome)?;
                 Some((label, critical))
             }
         }
@@ -201,7 +201,9 @@ impl Truth {
         match (&self.judge, &self.scores) {
             (Some(_), _) => false,
             (None, Some(_)) => outcome.task != Task::Collision && self.known(outcome).is_some(),
-            (None, None) => self.told(outcome).is_some_and(|(.., by_score)| by_score),
+            (None, None) => self
+                .recorded_truth(outcome)
+                .is_some_and(|(.., by_score)| by_score),
         }
     }
 
@@ -213,7 +215,7 @@ impl Truth {
 
     /// What labels and recordings say is true about an answer, which obstacles are truly critical, and whether a risk score
     /// says so.
-    fn told(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>, bool)> {
+    fn recorded_truth(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>, bool)> {
         let of = |truth: &BatchTruth| (truth.label, truth.critical.clone(), truth.by_score);
         if let Some(window) = self.windows.get(&outcome.run) {
             return Some(of(window));
@@ -245,7 +247,7 @@ impl Truth {
 
     /// The batch whose truth counts for an answer.
     #[must_use]
-    pub fn batch_of(&self, outcome: &Outcome) -> Option<&str> {
+    pub fn deciding_batch(&self, outcome: &Outcome) -> Option<&str> {
         let labelled = || self.labels.get(&outcome.scenario).is_some();
         let found = match self.windows.get(&outcome.run) {
             _ if self.judge.is_some() || self.scores.is_some() => None,

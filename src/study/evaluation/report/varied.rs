@@ -8,7 +8,7 @@ use super::super::statistics::Interval;
 use super::super::{
     Invariance, Lead, LeadPoint, PromptConfig, Timed, invariance, lead_curves, pairs,
 };
-use super::contents::rows_of;
+use super::contents::record_rows;
 use super::document::Block;
 use nearmiss_record::{CaptionedTable, Record, columns};
 
@@ -51,7 +51,7 @@ impl Varied {
             });
             for curve in lead_curves(timed) {
                 let points = curve.points.into_iter();
-                leads.extend(points.map(|point| (lead, curve.way.clone(), point)));
+                leads.extend(points.map(|point| (lead, curve.configuration.clone(), point)));
             }
         }
         leads.sort_by(|(_, a, _), (_, b, _)| a.cmp(b));
@@ -108,13 +108,13 @@ impl Varied {
             "Transformed scenes, equally dangerous: verdicts that flipped",
             "nearmiss-changes",
             &columns::<InvarianceRow>(),
-            &rows_of(&self.changes()),
+            &record_rows(&self.changes()),
         );
         let leads = CaptionedTable::new(
             "Collisions, by seconds from the end of the window to the collision",
             "nearmiss-leads",
             &columns::<LeadRow>(),
-            &rows_of(&self.by_lead()),
+            &record_rows(&self.by_lead()),
         );
         let tables = [
             changes.with_notes([SAME_WORDS.into()]),
@@ -132,7 +132,7 @@ impl Varied {
 pub struct InvarianceRow {
     /// How it was asked.
     #[serde(flatten)]
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// The change of the scenes.
     #[schemars(title = "Change")]
     pub transform: String,
@@ -172,7 +172,7 @@ impl Record for InvarianceRow {
 impl From<&Invariance> for InvarianceRow {
     fn from(row: &Invariance) -> Self {
         Self {
-            way: row.way.clone(),
+            configuration: row.configuration.clone(),
             transform: row.transform.to_string(),
             n: row.flipped.of,
             scenarios: row.flipped.scenarios,
@@ -193,7 +193,7 @@ impl From<&Invariance> for InvarianceRow {
 pub struct LeadRow {
     /// How it was asked.
     #[serde(flatten)]
-    pub way: PromptConfig,
+    pub configuration: PromptConfig,
     /// Seconds from the end of the window to the collision; `end` for two steps before the last recorded one.
     #[schemars(title = "Lead")]
     pub lead: LeadWord,
@@ -267,9 +267,9 @@ impl Record for LeadRow {
 }
 
 impl From<&(Lead, PromptConfig, LeadPoint)> for LeadRow {
-    fn from((lead, way, point): &(Lead, PromptConfig, LeadPoint)) -> Self {
+    fn from((lead, configuration, point): &(Lead, PromptConfig, LeadPoint)) -> Self {
         Self {
-            way: way.clone(),
+            configuration: configuration.clone(),
             lead: (*lead).into(),
             n: point.yes.of,
             scenarios: point.yes.scenarios,

@@ -28,7 +28,7 @@ pub const FEWEST: u32 = 10;
 
 /// An interval, where at least [`FEWEST`] observations stand behind it.
 #[must_use]
-pub fn shown(interval: Option<Interval>, observations: u32) -> Option<Interval> {
+pub fn if_enough(interval: Option<Interval>, observations: u32) -> Option<Interval> {
     interval.filter(|_| observations >= FEWEST)
 }
 
@@ -97,7 +97,7 @@ pub fn share_interval(
         Some(_) => wilson_of_share(f64::from(hits) / f64::from(all), scenarios),
         None => wilson(hits, all),
     };
-    shown(interval, scenarios)
+    if_enough(interval, scenarios)
 }
 
 /// How often is drawn anew, where there are up to 10,000 scenarios.

@@ -9,12 +9,12 @@ mod permutation;
 pub use best_of::{Gain, PairedCounts, gains};
 pub use calibration::{Bin, Calibration, auc};
 pub use interval::{
-    FEWEST, Interval, RESAMPLES, SEED, ShareIntervals, SplitMix, f1_interval, intervals,
+    FEWEST, Interval, RESAMPLES, SEED, ShareIntervals, SplitMix, f1_interval, if_enough, intervals,
     mean_interval, quantile, ratio_interval, scenario_interval, share_interval, share_intervals,
-    shown, wilson, wilson_of_share,
+    wilson, wilson_of_share,
 };
 pub use kappa::{AllRight, AnswerAgreement, Kappa, cohen, fleiss, majority};
-pub use permutation::{DRAWS, EXACT_BELOW, EXACT_UP_TO, McNemar, PairedTest, holm, part_of};
+pub use permutation::{DRAWS, EXACT_BELOW, EXACT_UP_TO, McNemar, PairedTest, fisher_p_value, holm};
 
 /// The quantile of the standard normal distribution that two-sided intervals of 95 % need.
 const Z: f64 = 1.959_963_984_540_054;

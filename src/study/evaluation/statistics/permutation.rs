@@ -41,8 +41,8 @@ pub struct PairedTest {
 impl PairedTest {
     /// The same, whose interval is shown only where enough scenarios stand behind it.
     #[must_use]
-    pub fn shown(self, scenarios: u32) -> Self {
-        let interval = super::shown(self.interval, scenarios);
+    pub fn if_enough(self, scenarios: u32) -> Self {
+        let interval = super::if_enough(self.interval, scenarios);
         Self { interval, ..self }
     }
 
@@ -196,7 +196,7 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
 /// The sum of P(X = i) ≤ P(X = `hits`) over i, X hypergeometric: P(X = i) = C(marked, i)·C(all − marked, n − i) /
 /// C(all, n); the two-sided rule of R. A. Fisher's exact test, J. O. Irwin, Metron 12 (1935).
 #[must_use]
-pub fn part_of(hits: u32, n: u32, marked: u32, all: u32) -> Option<f64> {
+pub fn fisher_p_value(hits: u32, n: u32, marked: u32, all: u32) -> Option<f64> {
     if n > all || marked > all || hits > n {
         return None;
     }
@@ -224,7 +224,7 @@ fn choose(n: u32, k: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-    use super::{part_of, *};
+    use super::{fisher_p_value, *};
 
     fn p(differences: &[f64]) -> f64 {
         PairedTest::of_differences(differences).unwrap().p
@@ -338,12 +338,12 @@ mod tests {
             (20, 42, 0.00174751538667538),
             (5, 4, 0.0),
         ] {
-            let found = part_of(hits, 30, marked, 100);
+            let found = fisher_p_value(hits, 30, marked, 100);
             assert!(
                 found.is_some_and(|f| (f - p).abs() < 1e-9),
                 "{hits} of {marked}: {found:?}"
             );
         }
-        assert_eq!(part_of(1, 30, 1, 20), None);
+        assert_eq!(fisher_p_value(1, 30, 1, 20), None);
     }
 }

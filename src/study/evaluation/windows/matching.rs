@@ -93,7 +93,7 @@ pub(super) fn matched(targets: &[Candidate], sources: &[Source]) -> Vec<Match> {
     while !open.is_empty() {
         let columns = if unused.is_empty() { &every } else { &unused };
         let round = assigned(&open, columns, |target, source| {
-            let taken: Vec<Candidate> = windows_of(&found, source);
+            let taken: Vec<Candidate> = source_windows(&found, source);
             if taken.is_empty() {
                 first[target][source]
             } else {
@@ -130,7 +130,7 @@ pub(super) fn nearest_to_any(targets: &[Candidate], pool: &[Candidate]) -> Optio
     nearest.map(|(_, one)| one)
 }
 
-fn windows_of(found: &[Match], source: usize) -> Vec<Candidate> {
+fn source_windows(found: &[Match], source: usize) -> Vec<Candidate> {
     let of = found.iter().filter(|one| one.source == source);
     of.map(|one| one.window).collect()
 }

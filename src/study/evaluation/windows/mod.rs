@@ -64,7 +64,7 @@ pub struct SampledWindow {
 
 /// Blocks that are matched each by itself have at most so many pairs of windows and recordings: the time of an
 /// assignment grows with the cube of its size.
-const MOST_PAIRS: usize = 1_000_000;
+const MAX_PAIRS: usize = 1_000_000;
 
 impl Sampling {
     /// Draws the windows. The same recordings, in whatever order, give the same ones. Where there is no collision, of
@@ -98,7 +98,7 @@ impl Sampling {
         recordings: &[Recording],
     ) -> Vec<SampledWindow> {
         let pairs = dangerous.len() * order.len();
-        let blocks = (pairs as f64 / MOST_PAIRS as f64).sqrt().ceil().max(1.0) as usize;
+        let blocks = (pairs as f64 / MAX_PAIRS as f64).sqrt().ceil().max(1.0) as usize;
         let part = |all: usize, block: usize| all * block / blocks..all * (block + 1) / blocks;
         let mut drawn = Vec::new();
         for block in 0..blocks {

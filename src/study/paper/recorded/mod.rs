@@ -99,7 +99,7 @@ impl Search {
         self.add(path, message, Loss::Unread);
     }
 
-    fn remark(&mut self, path: &Path, message: impl Into<String>) {
+    fn note(&mut self, path: &Path, message: impl Into<String>) {
         self.add(path, message, Loss::Nothing);
     }
 
@@ -170,16 +170,16 @@ impl Search {
         };
         for other in files.iter().filter(|other| **other != file) {
             let message = format!("skipped; {} is the answer", file_name(&file));
-            self.remark(other, message);
+            self.note(other, message);
         }
         if !file_name(&file).ends_with("_all_timesteps.txt") {
-            self.remark(&file, "not named …_all_timesteps.txt; taken as the answer");
+            self.note(&file, "not named …_all_timesteps.txt; taken as the answer");
         }
         let Some(text) = self.text(&file) else {
             return;
         };
         if text.trim().is_empty() {
-            self.remark(&file, "empty; the answer is kept");
+            self.note(&file, "empty; the answer is kept");
         }
         let Some(model) = self.model(engine) else {
             return;
@@ -214,7 +214,7 @@ impl Search {
             "openai" => "gpt-4o",
             "deepseek" => "deepseek-chat",
             other => {
-                self.remark(engine, "not a model of the paper; its folder name is used");
+                self.note(engine, "not a model of the paper; its folder name is used");
                 other
             }
         };

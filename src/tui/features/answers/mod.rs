@@ -74,7 +74,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         let column = Column {
             ask: Some(id),
             model: asked.clone(),
-            how: question.how(tools.is_some()),
+            how: question.label(tools.is_some()),
             steps: Some((question.case.window.first(), question.case.window.last())),
             times: question.times(),
             begun: false,
@@ -214,7 +214,7 @@ fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) 
                     (Some(run), None) => format!("saved as run {run}"),
                     (Some(run), Some(_)) => format!("the same as stored run {run}"),
                 };
-                let word = answer.word();
+                let word = answer.verdict_label();
                 model.tell(format!("{}: {word}, {run}", judge::MODEL));
             }
             Err(error) => model.complain(error),
@@ -230,7 +230,7 @@ fn answered(model: &mut Model, ask: JobId, result: Result<Box<Answer>, String>) 
         let (_, name) = model.answers.elsewhere.remove(place);
         match result {
             Ok(answer) => {
-                let word = answer.word();
+                let word = answer.verdict_label();
                 model.tell(format!("{} on {name}: {word}", answer.model));
             }
             Err(error) => model.complain(error),

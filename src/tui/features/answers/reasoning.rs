@@ -142,7 +142,7 @@ fn state(column: &Column) -> String {
             "not sent".into()
         }
         Progress::Done(_) if column.failed() => "no answer".into(),
-        Progress::Done(answer) => answer.word(),
+        Progress::Done(answer) => answer.verdict_label(),
         Progress::Unasked(_) => "not sent".into(),
         Progress::Broken(_) => "no answer".into(),
     }
@@ -202,7 +202,7 @@ fn tool_calls<'a>(model: &Model, column: &Column) -> Vec<PageSection<'a>> {
         return Vec::new();
     }
     let dim = Style::new().fg(model.theme.dim);
-    let calls = tool_rounds::words(rounds, "tool call");
+    let calls = tool_rounds::rounds_summary(rounds, "tool call");
     let mode = model.reading_mode();
     let line = |words: String| {
         let words = nearmiss_scene::description::visible(&words).into_owned();

@@ -351,7 +351,7 @@ impl<R: Request<Reply = (JobId, BatchUpdate)>> Asking<R> {
                     .await;
                 judging.join_all().await;
                 for paused in asked.iter().flatten() {
-                    replies.complain(paused.words());
+                    replies.complain(paused.summary());
                 }
                 asked.map_err(|error| error.to_string())
             }

@@ -14,7 +14,7 @@ use nearmiss_base::system::shown_path;
 use nearmiss_scene::description::visible;
 use nearmiss_store::SplitPart;
 use nearmiss_study::evaluation::report::configuration_name;
-use nearmiss_workflow::WayProgress;
+use nearmiss_workflow::ConfigurationProgress;
 use nearmiss_workflow::batch::DryRunLine;
 
 /// Columns of the screen from which on there are two columns of text.
@@ -256,7 +256,11 @@ impl<'a> Page<'a> {
             "{} · {} · {}",
             count(view.progress.scenarios, "scenario", "scenarios"),
             count(view.progress.windows, "window", "windows"),
-            count(view.progress.ways.len(), "way of asking", "ways of asking")
+            count(
+                view.progress.configurations.len(),
+                "way of asking",
+                "ways of asking"
+            )
         );
         self.row("size", &size, plain);
         self.spent();
@@ -315,7 +319,7 @@ impl<'a> Page<'a> {
 
     /// A table of progress by way of asking.
     fn ways(&mut self) {
-        let ways = &self.view.progress.ways;
+        let ways = &self.view.progress.configurations;
         if ways.is_empty() {
             return;
         }
@@ -325,17 +329,19 @@ impl<'a> Page<'a> {
         let head = format!(" {}{}", pad("", room), head.concat());
         let style = self.dim();
         self.text.push_line(Line::styled(head, style));
-        let several = ways.iter().any(|way| way.way.task != ways[0].way.task);
+        let several = ways
+            .iter()
+            .any(|way| way.configuration.task != ways[0].configuration.task);
         for way in ways {
             let line = self.way(way, several, room);
             self.text.push_line(line);
         }
     }
 
-    fn way(&self, way: &WayProgress, names_task: bool, room: usize) -> Line<'static> {
-        let name = configuration_name(&way.way);
+    fn way(&self, way: &ConfigurationProgress, names_task: bool, room: usize) -> Line<'static> {
+        let name = configuration_name(&way.configuration);
         let name = if names_task {
-            format!("{} · {name}", way.way.task.name())
+            format!("{} · {name}", way.configuration.task.name())
         } else {
             name
         };

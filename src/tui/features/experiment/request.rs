@@ -29,8 +29,8 @@ use nearmiss_workflow::batch::{
 };
 use nearmiss_workflow::{
     ExperimentContext, ExperimentProgress, FolderOfExperiments, WriteExperimentError,
-    experiment_axes, experiment_facts, experiment_of, experiments_in, find_scenarios,
-    prepare_experiment, read_experiment, reasons_of, write_experiment,
+    count_reasons, experiment_axes, experiment_facts, experiment_from_request, experiments_in,
+    find_scenarios, prepare_experiment, read_experiment, write_experiment,
 };
 
 /// What a reading needs of the program.
@@ -322,14 +322,14 @@ impl Stored {
             ItemState::Unaskable,
         ];
         let unanswered = items.iter().filter(|item| unanswered.contains(&item.state));
-        let reasons = reasons_of(unanswered);
+        let reasons = count_reasons(unanswered);
         let batch = store.batch(id).map_err(words)?;
         let split = batch
-            .map(|batch| TestSplit::of(store, &batch, false))
+            .map(|batch| TestSplit::open(store, &batch, false))
             .transpose()
             .map_err(words)?
             .flatten();
-        let test = split.map(|test| [Some(test.words()), test.looks_words()]);
+        let test = split.map(|test| [Some(test.summary()), test.looks_note()]);
         let runs = Filter {
             batch: Some(id.to_string()),
             deleted: false,
@@ -396,7 +396,7 @@ fn outline_of(
     ExperimentOutline {
         title: experiment.title.clone(),
         axes: experiment_axes(experiment, library),
-        ways: experiment.ways().len(),
+        ways: experiment.configurations().len(),
         facts: experiment_facts(experiment)
             .into_iter()
             .map(shown)
@@ -424,8 +424,8 @@ fn write(new: &WriteExperiment, ego: &EgoSelection) -> Result<ExperimentWritten,
     let batch = &new.batch;
     let library = validate(batch.library.clone());
     let request = batch.request(ego);
-    let experiment =
-        experiment_of(request, &library, &batch.thresholds).map_err(|error| error.to_string())?;
+    let experiment = experiment_from_request(request, &library, &batch.thresholds)
+        .map_err(|error| error.to_string())?;
     match write_experiment(&experiment, &new.file, new.overwrite) {
         Ok(()) => Ok(ExperimentWritten::Written(new.file.clone())),
         Err(WriteExperimentError::Save(SaveError::Exists(_))) => {

@@ -5,7 +5,7 @@ use nearmiss_scene::description::visible;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::{Filter, Run, RunState, Summary};
-use nearmiss_study::evaluation::{TemplateVersion, run_words, tool_rounds};
+use nearmiss_study::evaluation::{TemplateVersion, run_summary, tool_rounds};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
@@ -252,7 +252,7 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths
         }
         _ => String::new(),
     };
-    let version = TemplateVersion::of(&run.template);
+    let version = TemplateVersion::from_stored(&run.template);
     let version = match version.filter(|version| !version.is_shipped()) {
         Some(version) if width >= SAYS_VERSION && !how.is_empty() => format!("{version} "),
         _ => String::new(),
@@ -377,7 +377,7 @@ fn rows(model: &Model, run: &Run, truth: Option<bool>) -> Vec<(&'static str, Str
         };
         rows.push(("built-in", value, style));
     }
-    let words = run_words(run, run.most_usd).into_iter();
+    let words = run_summary(run, run.most_usd).into_iter();
     rows.extend(words.map(|(name, value)| (name, value, plain)));
     rows
 }

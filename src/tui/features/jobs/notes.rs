@@ -104,12 +104,12 @@ fn piece(job: &mut Job, event: &Event) {
 /// What came of an answer; one of the store costs nothing.
 fn outcome(job: &mut Job, answer: &Answer) -> JobState {
     if answer.past.is_some() {
-        return JobState::Done(format!("{}, from the store", answer.word()));
+        return JobState::Done(format!("{}, from the store", answer.verdict_label()));
     }
     job.consumed(&answer.consumed);
     match &answer.judged {
         JudgeOutcome::Missing(missing) => JobState::Failed(missing.to_string()),
-        JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_) => JobState::Done(answer.word()),
+        JudgeOutcome::Verdict(_) | JudgeOutcome::Other(_) => JobState::Done(answer.verdict_label()),
     }
 }
 

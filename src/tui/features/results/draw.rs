@@ -184,9 +184,10 @@ pub fn draw_answers(
     let all = results.answers();
     let cell = results.column.min(HEADS.len() - 1);
     let title = results.row().map_or(String::new(), |row| {
-        let (how, head) = (asked(&row.way).join(" "), HEADS[cell]);
-        let version = version(&row.way).map_or(String::new(), |words| format!(" · {words}"));
-        let model = model_name(&row.way);
+        let (how, head) = (asked(&row.configuration).join(" "), HEADS[cell]);
+        let version =
+            version(&row.configuration).map_or(String::new(), |words| format!(" · {words}"));
+        let model = model_name(&row.configuration);
         format!("{model} · {how}{version} · {head} {}", all.len())
     });
     let inner = window::window_at(frame, area, model, &title);
@@ -295,7 +296,7 @@ pub fn rows(model: &Model) -> Vec<usize> {
         return Vec::new();
     };
     let like = |other: &Results| {
-        let (a, b) = (&row.way, &other.way);
+        let (a, b) = (&row.configuration, &other.configuration);
         (a.task, a.frame, &a.model, a.settings) == (b.task, b.frame, &b.model, b.settings)
             && (a.techniques != b.techniques || a.template == b.template)
     };
@@ -314,9 +315,9 @@ pub fn draw_bars(
 ) -> (Rect, Vec<usize>) {
     let results = &model.results;
     let title = results.row().map_or(String::new(), |row| {
-        let task = row.way.task.name();
-        let frame = row.way.frame.map_or("–", |frame| frame.name());
-        let model = model_name(&row.way);
+        let task = row.configuration.task.name();
+        let frame = row.configuration.frame.map_or("–", |frame| frame.name());
+        let model = model_name(&row.configuration);
         format!("right by techniques, ▓░ 95 % interval · {task} {frame} · {model}")
     });
     let inner = window::window_at(frame, area, model, &title);
@@ -342,7 +343,10 @@ fn bar(model: &Model, place: usize, width: usize) -> Line<'static> {
     let ends = interval.map_or("–".into(), |i| format!("{:.2} to {:.2}", i.low, i.high));
     let ends = pad(&ends, 12);
     let whole = format!(" {number}  {ends}  {right} of {asked}");
-    let techniques = row.way.techniques.map_or("–".into(), |t| t.to_string());
+    let techniques = row
+        .configuration
+        .techniques
+        .map_or("–".into(), |t| t.to_string());
     let room = |tail: &str| width.saturating_sub(2 + 11 + tail.width()).min(BAR.0);
     let tail = if room(&whole) < BAR.1 {
         format!(" {number}")
@@ -407,7 +411,7 @@ pub fn draw_choice(
     frame.render_widget(Paragraph::new(shown.map(line).collect::<Vec<_>>()), list);
     if let Some(offer) = offers.get(selected) {
         let words = match offer.truth.as_str() {
-            "" => format!("\ntruth: {}", TruthChoice::Usual.words()),
+            "" => format!("\ntruth: {}", TruthChoice::Usual.label()),
             truth => format!("\ntruth: {}", visible(truth)),
         };
         let text = Paragraph::new(words).wrap(Wrap { trim: true });

@@ -105,7 +105,7 @@ pub fn asked(way: &PromptConfig) -> [String; 3] {
 
 /// How every row was asked, in columns no wider than they have to be.
 fn all_asked(rows: &[Results]) -> Vec<String> {
-    let all: Vec<[String; 3]> = rows.iter().map(|row| asked(&row.way)).collect();
+    let all: Vec<[String; 3]> = rows.iter().map(|row| asked(&row.configuration)).collect();
     let widest = |part: usize| all.iter().map(|parts| parts[part].width()).max();
     let widths = [0, 1, 2].map(|part| widest(part).unwrap_or(0));
     let joined = |parts: &[String; 3]| {
@@ -184,7 +184,7 @@ impl Plan {
         let results = &model.results;
         let names = results.rows.iter().zip(asked);
         let longest = names
-            .map(|(row, asked)| name_width(&row.way, asked))
+            .map(|(row, asked)| name_width(&row.configuration, asked))
             .max()
             .unwrap_or(0)
             .min(NAMES);
@@ -253,7 +253,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Re
     for (place, (row, cells)) in shown.skip(top).take(rows) {
         let chosen = place == results.selected;
         let mut spans = vec![Span::raw(if chosen { "▸ " } else { "  " })];
-        spans.extend(name(theme, &row.way, &asked[place], plan.names));
+        spans.extend(name(theme, &row.configuration, &asked[place], plan.names));
         for &(shown, width) in &plan.columns {
             spans.push(match shown {
                 Shown::Number(column) => {

@@ -217,7 +217,7 @@ fn read(
         }
         AnswerSet::Everything => {
             let stored = report::stored(&outcomes, truth, &store.asides()?);
-            let is_judge = |one: &&Scored| one.way.model == judge::MODEL;
+            let is_judge = |one: &&Scored| one.configuration.model == judge::MODEL;
             let by_itself = choice == TruthChoice::Judge;
             let scored = stored.scored.iter();
             let rows = evaluation::results(scored.filter(|one| !(by_itself && is_judge(one))));

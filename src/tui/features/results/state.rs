@@ -81,7 +81,7 @@ impl ResultsView {
             (Some(AnswerSet::Batch(..)), Some(offer)) if self.truth == TruthChoice::Usual => {
                 offer.truth.clone()
             }
-            _ => self.truth.words().into(),
+            _ => self.truth.label().into(),
         }
     }
 
@@ -110,8 +110,9 @@ impl ResultsView {
 
     /// Puts the rows into their order; the selected row stays selected.
     fn sort(&mut self) {
-        let way = self.row().map(|row| row.way.clone());
-        self.rows.sort_by(|a, b| a.way.cmp(&b.way));
+        let way = self.row().map(|row| row.configuration.clone());
+        self.rows
+            .sort_by(|a, b| a.configuration.cmp(&b.configuration));
         if let Some((column, lowest)) = self.order {
             self.rows.sort_by(|a, b| {
                 // What has no value comes last either way.
@@ -123,7 +124,7 @@ impl ResultsView {
             });
         }
         let mut rows = self.rows.iter();
-        if let Some(place) = rows.position(|row| Some(&row.way) == way.as_ref()) {
+        if let Some(place) = rows.position(|row| Some(&row.configuration) == way.as_ref()) {
             self.selected = place;
         }
     }
@@ -137,7 +138,7 @@ impl ResultsView {
 
     /// Takes what was read. What was selected stays selected where it is still there.
     pub fn take(&mut self, read: CountedAnswers) {
-        let way = self.row().map(|row| row.way.clone());
+        let way = self.row().map(|row| row.configuration.clone());
         if self.counting != Some(read.counting) {
             self.inside = None;
         }
@@ -152,7 +153,7 @@ impl ResultsView {
         let place = self
             .rows
             .iter()
-            .position(|row| Some(&row.way) == way.as_ref());
+            .position(|row| Some(&row.configuration) == way.as_ref());
         let last = self.rows.len().saturating_sub(1);
         self.selected = place.unwrap_or(self.selected).min(last);
         self.sort();

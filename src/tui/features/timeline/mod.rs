@@ -99,7 +99,7 @@ pub fn next_disagreement(model: &mut Model) -> Vec<Effect> {
     let task = model.task;
     let differs = |place: usize| {
         let facts = model.list.rows[place].facts();
-        facts.is_some_and(|facts| facts.tally_of(task).differ > 0)
+        facts.is_some_and(|facts| facts.task_tally(task).differ > 0)
     };
     let places: Vec<usize> = places(model);
     let after = places

@@ -538,7 +538,9 @@ fn the_messages_tell_what_times_count_from() {
             ..Default::default()
         };
         let text = nearmiss_scene::description::describe(&scene, frame, &window, &options);
-        TimeOrigin::of(&serde_json::json!([{ "content": text.unwrap().text }]).to_string())
+        TimeOrigin::from_messages(
+            &serde_json::json!([{ "content": text.unwrap().text }]).to_string(),
+        )
     };
     use nearmiss_scene::description::Frame;
     for frame in [Frame::Ego, Frame::Metrics, Frame::Cartesian] {
@@ -546,5 +548,5 @@ fn the_messages_tell_what_times_count_from() {
     }
     assert_eq!(told(Frame::Trajectory), TimeOrigin::Recording);
     let old = r#"[{"content": "Step 36, t = 3.60 s:"}]"#;
-    assert_eq!(TimeOrigin::of(old), TimeOrigin::Recording);
+    assert_eq!(TimeOrigin::from_messages(old), TimeOrigin::Recording);
 }

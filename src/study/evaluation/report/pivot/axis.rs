@@ -122,7 +122,7 @@ impl Axis {
     /// The value of an answer; `parameters` are those that were sent, where they are known.
     #[must_use]
     pub fn value(self, case: &AnswerCase<'_>, parameters: Option<&Parameters>) -> AxisValue {
-        let way = &case.scored.way;
+        let configuration = &case.scored.configuration;
         // What a judge without a prompt has no value of stands last.
         let last = || AxisValue {
             rank: i64::MAX,
@@ -130,18 +130,20 @@ impl Axis {
         };
         let word = |rank, text: String| AxisValue { rank, text };
         match self {
-            Self::Model => word(0, way.model.clone()),
-            Self::Task => word(0, way.task.name().into()),
-            Self::Frame => way
+            Self::Model => word(0, configuration.model.clone()),
+            Self::Task => word(0, configuration.task.name().into()),
+            Self::Frame => configuration
                 .frame
                 .map_or_else(last, |frame| word(0, frame.name().into())),
-            Self::Techniques => way.techniques.map_or_else(last, |used| {
+            Self::Techniques => configuration.techniques.map_or_else(last, |used| {
                 let names = used.to_string();
                 let count = names.split('+').filter(|name| *name != "base").count();
                 word(i64::try_from(count).unwrap_or(0), technique(used))
             }),
-            Self::Template => (way.template.as_ref()).map_or_else(last, |t| word(0, t.to_string())),
-            Self::Lead => match (case.lead, case.lead_words()) {
+            Self::Template => {
+                (configuration.template.as_ref()).map_or_else(last, |t| word(0, t.to_string()))
+            }
+            Self::Lead => match (case.lead, case.lead_label()) {
                 (Some(Lead::Seconds(seconds)), Some(words)) => {
                     word((seconds * 1000.0) as i64, words)
                 }
@@ -154,7 +156,7 @@ impl Axis {
             },
             Self::Effort => {
                 // A question that was not sent has the value of its way.
-                let sent = way
+                let sent = configuration
                     .settings
                     .effort
                     .or(parameters.and_then(|sent| sent.effort));
@@ -166,25 +168,27 @@ impl Axis {
             }
             Self::Temperature => {
                 let sent = parameters.and_then(|sent| sent.temperature);
-                match way.settings.temperature.or(sent) {
+                match configuration.settings.temperature.or(sent) {
                     Some(t) => word((t * 1e6) as i64, t.to_string()),
                     None if parameters.is_some() => word(-1, "default".into()),
                     None => last(),
                 }
             }
-            Self::Form => (way.settings.form).map_or_else(last, |form| word(0, form.name().into())),
-            Self::Stride => (way.settings.stride).map_or_else(last, |stride| {
+            Self::Form => {
+                (configuration.settings.form).map_or_else(last, |form| word(0, form.name().into()))
+            }
+            Self::Stride => (configuration.settings.stride).map_or_else(last, |stride| {
                 word(
                     i64::try_from(stride).unwrap_or(i64::MAX),
                     stride.to_string(),
                 )
             }),
-            Self::Seed => (way.settings.seed).map_or_else(last, |seed| {
+            Self::Seed => (configuration.settings.seed).map_or_else(last, |seed| {
                 word(i64::try_from(seed).unwrap_or(i64::MAX), seed.to_string())
             }),
             Self::Tools => {
                 let sent = parameters.map(|sent| sent.tools.is_some());
-                match way.settings.tools.or(sent) {
+                match configuration.settings.tools.or(sent) {
                     Some(on) => word(i64::from(on), tools_word(on).into()),
                     None => last(),
                 }

@@ -61,7 +61,7 @@ impl PivotRequest {
 
     /// The same in words: `f1 by techniques and model, against base`.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         let columns = self.columns.map(|axis| format!(" and {}", axis.name()));
         let against = self
             .against
@@ -135,7 +135,7 @@ impl Pivot {
         request: PivotRequest,
     ) -> Result<Self, String> {
         let has = |axis| request.rows == axis || request.columns == Some(axis);
-        let safety = |case: &&AnswerCase<'_>| case.scored.way.task == Task::Safety;
+        let safety = |case: &&AnswerCase<'_>| case.scored.configuration.task == Task::Safety;
         let first = cases.iter().find(safety).and_then(|case| case.lead);
         let counts = |case: &&AnswerCase<'_>| {
             let changed = case.transform().is_some() && !has(Axis::Transform);
@@ -153,7 +153,7 @@ impl Pivot {
         });
         let mut tasks: BTreeMap<Option<Task>, Vec<Placed<'_>>> = BTreeMap::new();
         for one in placed {
-            let task = (!has(Axis::Task)).then_some(one.case.scored.way.task);
+            let task = (!has(Axis::Task)).then_some(one.case.scored.configuration.task);
             tasks.entry(task).or_default().push(one);
         }
         let mut values = BTreeSet::new();
@@ -176,7 +176,7 @@ impl Pivot {
             request,
             about: ReportSubject::default(),
             asked,
-            warnings: Report::warnings_of(cases.iter().map(|case| case.scored)).collect(),
+            warnings: Report::answer_warnings(cases.iter().map(|case| case.scored)).collect(),
         })
     }
 
@@ -199,7 +199,7 @@ fn part(task: Option<Task>, placed: &[Placed<'_>], request: &PivotRequest) -> Pi
         Some(PivotCell {
             row: (*row).clone(),
             column: (*column).clone(),
-            cell: Cell::count(&scored.first()?.way, DataHalf::All, scored),
+            cell: Cell::count(&scored.first()?.configuration, DataHalf::All, scored),
         })
     });
     let baseline = request.against.as_ref().and_then(|name| {
@@ -238,7 +238,7 @@ impl AskedFacts {
                 continue;
             };
             // Without a prompt nothing was sent.
-            if case.scored.way.frame.is_some()
+            if case.scored.configuration.frame.is_some()
                 && let Ok(sent) = serde_json::from_str(&run.parameters)
             {
                 facts.parameters.insert(id, sent);
@@ -246,7 +246,9 @@ impl AskedFacts {
             let (first, last) = facts.asked_ms.unwrap_or((run.created_ms, run.created_ms));
             facts.asked_ms = Some((first.min(run.created_ms), last.max(run.created_ms)));
             if let Some(name) = &run.model_returned {
-                let names = facts.returned.entry(case.scored.way.model.clone());
+                let names = facts
+                    .returned
+                    .entry(case.scored.configuration.model.clone());
                 names.or_default().insert(name.clone());
             }
         }
@@ -255,7 +257,7 @@ impl AskedFacts {
 
     /// In words: `asked 2026-11-23 to 2026-11-24; models as returned: …`; `None` where nothing is known.
     #[must_use]
-    pub fn words(&self) -> Option<String> {
+    pub fn summary(&self) -> Option<String> {
         let day = |ms| {
             let time = jiff::Timestamp::from_millisecond(ms).ok()?;
             Some(time.strftime("%Y-%m-%d").to_string())
@@ -340,7 +342,7 @@ fn take<'a>(side: &mut Verdicts<'a>, rows: Axis, one: &Placed<'a>) {
         .map(|axis| axis.value(&one.case, one.parameters))
         .collect();
     let votes = side
-        .entry(scored.cluster.of(one.case.scenario()))
+        .entry(scored.cluster.unit(one.case.scenario()))
         .or_default()
         .entry((one.case.scenario(), alike))
         .or_default();
@@ -382,7 +384,7 @@ fn difference(
         column: column.clone(),
         units: count(differences.len()),
         left_out: count(left_out),
-        test: PairedTest::of_differences(&differences)?.shown(count(differences.len())),
+        test: PairedTest::of_differences(&differences)?.if_enough(count(differences.len())),
         corrected: 1.0,
     })
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::super::contents::{rows_of, unit};
+use super::super::contents::{record_rows, unit};
 use super::super::document::{self, Block, Document};
 use super::super::{FlatRows, ReportSubject, names};
 use super::{Axis, AxisValue, Difference, Pivot, PivotCell, PivotPart};
@@ -191,7 +191,7 @@ impl Pivot {
     fn caption(&self, part: &PivotPart, title: &str) -> String {
         let task = part.task.map(|task| format!(", {} task", task.name()));
         let (scenarios, n) = part.counted;
-        let asked = self.asked.words().map(|words| format!("; {words}"));
+        let asked = self.asked.summary().map(|words| format!("; {words}"));
         format!(
             "{title}{}: {scenarios} scenarios, n = {n}{}",
             task.unwrap_or_default(),
@@ -216,7 +216,7 @@ impl Pivot {
         let mut table = match self.request.columns {
             None => {
                 let columns = self.titled(columns::<AxisRow>());
-                CaptionedTable::new(caption, name, &columns, &rows_of(&self.cells(part)))
+                CaptionedTable::new(caption, name, &columns, &record_rows(&self.cells(part)))
             }
             Some(_) => self.matrix(part, caption, name),
         };
@@ -275,7 +275,7 @@ impl Pivot {
             self.caption(part, &title),
             self.name(part, "-against"),
             &self.titled(columns::<DifferenceRow>()),
-            &rows_of(&self.differences(part)),
+            &record_rows(&self.differences(part)),
         );
         table.with_notes([paired(self.unit())])
     }

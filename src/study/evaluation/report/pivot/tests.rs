@@ -34,8 +34,8 @@ fn answers() -> Vec<Scored> {
                 } else {
                     Label::Safe
                 });
-                one.way.frame = Some(Frame::Ego);
-                one.way.techniques = Techniques::parse(techniques).ok();
+                one.configuration.frame = Some(Frame::Ego);
+                one.configuration.techniques = Techniques::parse(techniques).ok();
                 one.run = Some(RunId(i64::try_from(all.len()).unwrap()));
                 all.push(one);
             }
@@ -88,7 +88,9 @@ fn differences_pair_what_is_asked_alike() {
     let mut all = answers();
     // Half of the answers of one model are missing: the pairs of the other half count.
     all.retain(|one| {
-        one.way.model == "lab/x" || one.scenario.len() > 7 || one.scenario.as_str() < "DEU_A-5"
+        one.configuration.model == "lab/x"
+            || one.scenario.len() > 7
+            || one.scenario.as_str() < "DEU_A-5"
     });
     let cases = AnswerCase::all(&all);
     let against = PivotRequest {
@@ -172,7 +174,7 @@ fn parameters_and_returned_models_come_from_the_runs() {
     };
     let runs: Vec<RunOrigin> = (0..48).map(fact).collect();
     let facts = AskedFacts::new(&cases, &runs);
-    assert!(facts.words().unwrap().starts_with(
+    assert!(facts.summary().unwrap().starts_with(
         "asked 2023-11-14 to 2023-12-31; models as returned: x-2024-00, x-2024-01 (lab/x)"
     ));
     let pivot = Pivot::new(

@@ -75,11 +75,13 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
             stored.changed += 1;
         } else if asides.leads.contains(&outcome.run) {
             stored.other_leads += 1;
-        } else if let Some(way) = configuration(outcome, asides.settings.get(&outcome.run)) {
+        } else if let Some(configuration) =
+            configuration(outcome, asides.settings.get(&outcome.run))
+        {
             match places.entry(identity(outcome, truth)) {
                 Entry::Vacant(place) => {
                     place.insert(questions.len());
-                    questions.push(Attempts::first(outcome, way));
+                    questions.push(Attempts::first(outcome, configuration));
                 }
                 Entry::Occupied(place) => {
                     stored.asked_again += 1;
@@ -92,7 +94,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
     }
     let (counted, superseded): (Vec<(&Outcome, PromptConfig)>, Vec<Vec<Attempt>>) = questions
         .into_iter()
-        .map(|one| ((one.counts, one.way), one.superseded))
+        .map(|one| ((one.counts, one.configuration), one.superseded))
         .unzip();
     let counted = tools_told_apart(counted);
     stored.several_windows = several_windows(&counted);
@@ -109,8 +111,10 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
         .map(|(outcome, _)| QuestionKey::from(*outcome))
         .collect();
     let mut references: HashMap<&QuestionKey, &Verdict> = HashMap::new();
-    for (((_, way), status), key) in counted.iter().zip(&statuses).zip(&keys) {
-        if let (AnswerStatus::Verdict(verdict), judge::MODEL) = (status, way.model.as_str()) {
+    for (((_, configuration), status), key) in counted.iter().zip(&statuses).zip(&keys) {
+        if let (AnswerStatus::Verdict(verdict), judge::MODEL) =
+            (status, configuration.model.as_str())
+        {
             references.insert(key, verdict);
         }
     }
@@ -122,7 +126,10 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
         .map(|key| references.get(key).map(|verdict| (*verdict).clone()))
         .collect();
     let mut of_batches: BTreeMap<String, u32> = BTreeMap::new();
-    for batch in counted.iter().filter_map(|(one, _)| truth.batch_of(one)) {
+    for batch in counted
+        .iter()
+        .filter_map(|(one, _)| truth.deciding_batch(one))
+    {
         *of_batches.entry(batch.to_string()).or_default() += 1;
     }
     let truths: Vec<Option<(Label, Vec<i64>)>> = counted
@@ -148,11 +155,11 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
         .zip(superseded);
     stored.scored = parts
         .map(
-            |(((((outcome, way), status), reference), truth), superseded)| {
+            |(((((outcome, configuration), status), reference), truth), superseded)| {
                 let (truth, critical) = truth.unzip();
                 Scored {
                     scenario: outcome.scenario.clone(),
-                    way,
+                    configuration,
                     sample: outcome.sample,
                     truth,
                     critical: critical.unwrap_or_default(),
@@ -200,9 +207,13 @@ fn is_changed(outcome: &Outcome, asides: &SecondaryRuns) -> bool {
 /// its own, and all are counted.
 fn several_windows(counted: &[(&Outcome, PromptConfig)]) -> u32 {
     let mut windows: BTreeMap<(&PromptConfig, &str), BTreeSet<(i64, i64)>> = BTreeMap::new();
-    let safety = counted.iter().filter(|(_, way)| way.task == Task::Safety);
-    for (outcome, way) in safety {
-        let of_scenario = windows.entry((way, &outcome.scenario)).or_default();
+    let safety = counted
+        .iter()
+        .filter(|(_, configuration)| configuration.task == Task::Safety);
+    for (outcome, configuration) in safety {
+        let of_scenario = windows
+            .entry((configuration, &outcome.scenario))
+            .or_default();
         of_scenario.extend(outcome.window);
     }
     let several = windows.iter().filter(|(_, windows)| windows.len() > 1);
@@ -213,15 +224,15 @@ fn several_windows(counted: &[(&Outcome, PromptConfig)]) -> u32 {
 /// The attempts at one question.
 struct Attempts<'a> {
     counts: &'a Outcome,
-    way: PromptConfig,
+    configuration: PromptConfig,
     superseded: Vec<Attempt>,
 }
 
 impl<'a> Attempts<'a> {
-    fn first(counts: &'a Outcome, way: PromptConfig) -> Self {
+    fn first(counts: &'a Outcome, configuration: PromptConfig) -> Self {
         Self {
             counts,
-            way,
+            configuration,
             superseded: Vec::new(),
         }
     }
@@ -283,7 +294,7 @@ fn configuration(outcome: &Outcome, settings: Option<&String>) -> Option<PromptC
         techniques,
         model: outcome.model.clone(),
         settings: settings.unwrap_or_default(),
-        template: TemplateVersion::of(&outcome.template).filter(|_| !is_judge),
+        template: TemplateVersion::from_stored(&outcome.template).filter(|_| !is_judge),
     })
 }
 
@@ -291,9 +302,14 @@ fn configuration(outcome: &Outcome, settings: Option<&String>) -> Option<PromptC
 /// none, do not say it.
 fn tools_told_apart(mut counted: Vec<(&Outcome, PromptConfig)>) -> Vec<(&Outcome, PromptConfig)> {
     if counted.iter().any(|(outcome, _)| outcome.with_tools) {
-        let asked = counted.iter_mut().filter(|(_, way)| way.frame.is_some());
-        for (outcome, way) in asked {
-            way.settings.tools.get_or_insert(outcome.with_tools);
+        let asked = counted
+            .iter_mut()
+            .filter(|(_, configuration)| configuration.frame.is_some());
+        for (outcome, configuration) in asked {
+            configuration
+                .settings
+                .tools
+                .get_or_insert(outcome.with_tools);
         }
     }
     counted

@@ -230,7 +230,7 @@ fn other_leads_and_changed_scenes_are_other_questions() {
     let counted: Vec<_> = found.scored.iter().map(|s| s.run.map(|r| r.0)).collect();
     assert_eq!(counted, [Some(1), Some(5), Some(6), Some(7)]);
     assert_eq!(found.scored[3].scenario, "c");
-    let settings = |place: usize| found.scored[place].way.settings.words();
+    let settings = |place: usize| found.scored[place].configuration.settings.to_stored();
     assert_eq!(settings(2).as_deref(), Some("effort low"));
     assert_eq!((settings(1), found.locked), (None, 1));
     assert_eq!((found.other_leads, found.changed), (1, 2));
@@ -277,7 +277,10 @@ fn answers_with_tools_are_a_way_of_their_own_whatever_their_batches_say() {
             ..SecondaryRuns::default()
         };
         let found = stored(runs, &Truth::default(), &asides);
-        let each = found.scored.iter().map(|one| one.way.settings.tools);
+        let each = found
+            .scored
+            .iter()
+            .map(|one| one.configuration.settings.tools);
         each.collect()
     };
     let apart = [Some(false), Some(true), Some(false), None];

@@ -4,13 +4,13 @@ use super::*;
 
 #[test]
 fn declared_comparisons_are_families_of_their_own() {
-    let ways = [
-        way(Task::Safety, "base", "lab/x"),
-        way(Task::Safety, "cp", "lab/x"),
-        way(Task::Safety, "cp", "lab/y"),
-        way(Task::Safety, "base", "lab/z"),
+    let configurations = [
+        configuration(Task::Safety, "base", "lab/x"),
+        configuration(Task::Safety, "cp", "lab/x"),
+        configuration(Task::Safety, "cp", "lab/y"),
+        configuration(Task::Safety, "base", "lab/z"),
     ];
-    let scored: Vec<Scored> = ways.iter().flat_map(answers).collect();
+    let scored: Vec<Scored> = configurations.iter().flat_map(answers).collect();
     let found = |baseline: Option<&str>, primary: Option<(&str, &str)>| {
         let comparison = Comparison {
             baseline: baseline.map(String::from),
@@ -18,11 +18,17 @@ fn declared_comparisons_are_families_of_their_own() {
         };
         assert!(
             comparison
-                .unknown(&ways.iter().collect::<Vec<_>>())
+                .unknown(&configurations.iter().collect::<Vec<_>>())
                 .is_empty()
         );
         let pairs = Report::compared(&scored, &comparison).pairs;
-        let short = |way: &PromptConfig| format!("{} {}", way.model, way.techniques.unwrap());
+        let short = |configuration: &PromptConfig| {
+            format!(
+                "{} {}",
+                configuration.model,
+                configuration.techniques.unwrap()
+            )
+        };
         pairs
             .iter()
             .map(|p| {
@@ -56,12 +62,12 @@ fn declared_comparisons_are_families_of_their_own() {
         baseline: Some("lab/w".into()),
         ..Comparison::default()
     };
-    assert_eq!(typo.unknown(&[&ways[0]]), ["lab/w"]);
+    assert_eq!(typo.unknown(&[&configurations[0]]), ["lab/w"]);
 }
 
 #[test]
 fn samples_of_a_scenario_are_no_further_scenarios() {
-    let way = way(Task::Collision, "cp", "lab/x");
+    let configuration = configuration(Task::Collision, "cp", "lab/x");
     let scored = |samples: u32| -> Vec<Scored> {
         let of = |n: u32, sample: u32| {
             let truth = Some(if n.is_multiple_of(2) {
@@ -71,7 +77,7 @@ fn samples_of_a_scenario_are_no_further_scenarios() {
             });
             let mut one = one(
                 &format!("s{n}"),
-                &way,
+                &configuration,
                 truth,
                 says(n.is_multiple_of(2) != n.is_multiple_of(5), &[]),
             );
@@ -88,7 +94,7 @@ fn samples_of_a_scenario_are_no_further_scenarios() {
     };
     let cell = |samples| {
         Report::from_scored(&scored(samples))
-            .whole()
+            .full_cells()
             .next()
             .unwrap()
             .clone()
@@ -122,36 +128,44 @@ fn samples_of_a_scenario_are_no_further_scenarios() {
 /// Three scenarios of each of twelve maps: by map fewer units, with wider intervals and the same figures.
 #[test]
 fn a_map_is_one_unit_where_it_is_asked_for() {
-    let ways = [
-        way(Task::Safety, "base", "lab/x"),
-        way(Task::Safety, "base", "lab/y"),
+    let configurations = [
+        configuration(Task::Safety, "base", "lab/x"),
+        configuration(Task::Safety, "base", "lab/y"),
     ];
     let report = |cluster: Cluster| {
-        let scored = ways.iter().enumerate().flat_map(|(model, way)| {
-            (0..36_u32).map(move |n| {
-                let (map, truth) = (n / 3, n.is_multiple_of(2));
-                // A map that is wrong is wrong in all its scenarios.
-                let is_right = !map.is_multiple_of(4 - model as u32);
-                let label = if truth {
-                    Label::Collision(None)
-                } else {
-                    Label::Safe
-                };
-                let name = format!("DEU_Map{map}-1_{}_T-1", n + 1);
-                let mut one = one(&name, way, Some(label), says(truth == is_right, &[]));
-                one.cluster = cluster;
-                one
-            })
-        });
+        let scored = configurations
+            .iter()
+            .enumerate()
+            .flat_map(|(model, configuration)| {
+                (0..36_u32).map(move |n| {
+                    let (map, truth) = (n / 3, n.is_multiple_of(2));
+                    // A map that is wrong is wrong in all its scenarios.
+                    let is_right = !map.is_multiple_of(4 - model as u32);
+                    let label = if truth {
+                        Label::Collision(None)
+                    } else {
+                        Label::Safe
+                    };
+                    let name = format!("DEU_Map{map}-1_{}_T-1", n + 1);
+                    let mut one = one(
+                        &name,
+                        configuration,
+                        Some(label),
+                        says(truth == is_right, &[]),
+                    );
+                    one.cluster = cluster;
+                    one
+                })
+            });
         Report::from_scored(&scored.collect::<Vec<_>>())
     };
     let (by_scenario, by_map) = (report(Cluster::Scenario), report(Cluster::Map));
     let width = |report: &Report| {
-        let interval = report.whole().next().unwrap().right_of_all_ci.unwrap();
+        let interval = report.full_cells().next().unwrap().right_of_all_ci.unwrap();
         interval.high - interval.low
     };
     assert!(width(&by_map) > 1.4 * width(&by_scenario));
-    let right = |report: &Report| report.whole().next().unwrap().right_of_all;
+    let right = |report: &Report| report.full_cells().next().unwrap().right_of_all;
     assert_eq!(right(&by_map), right(&by_scenario));
     let (by_scenario, by_map) = (&by_scenario.pairs[0], &by_map.pairs[0]);
     assert_eq!((by_scenario.n, by_map.n), (36, 12));
@@ -166,7 +180,12 @@ fn a_map_is_one_unit_where_it_is_asked_for() {
         let one = |model: usize, n: u32, is_right: bool| {
             let name = format!("DEU_Map1-1_{n}_T-1");
             let said = says(is_right, &[]);
-            let mut one = one(&name, &ways[model], Some(Label::Collision(None)), said);
+            let mut one = one(
+                &name,
+                &configurations[model],
+                Some(Label::Collision(None)),
+                said,
+            );
             one.cluster = Cluster::Map;
             one
         };
@@ -187,7 +206,7 @@ type Noise = fn(usize) -> f64;
 fn batch(random: &mut fastrand::Rng, noise: [Noise; 2]) -> Vec<Scored> {
     let mut scored = Vec::new();
     for (model, noise) in ["lab/a", "lab/b"].into_iter().zip(noise) {
-        let way = way(Task::Safety, "cp", model);
+        let configuration = configuration(Task::Safety, "cp", model);
         for n in 0..SCENARIOS {
             let collides = n.is_multiple_of(2);
             let truth = if collides {
@@ -199,7 +218,7 @@ fn batch(random: &mut fastrand::Rng, noise: [Noise; 2]) -> Vec<Scored> {
                 let wrong = random.f64() < noise(n);
                 let mut one = one(
                     &format!("s{n}"),
-                    &way,
+                    &configuration,
                     Some(truth),
                     says(collides != wrong, &[]),
                 );

@@ -34,7 +34,7 @@ fn verdict(task: Task, dangerous: bool, obstacles: &[(i64, u8)]) -> Verdict {
     }
 }
 
-fn way(task: Task, techniques: &str, model: &str) -> PromptConfig {
+fn configuration(task: Task, techniques: &str, model: &str) -> PromptConfig {
     PromptConfig {
         task,
         frame: Some(Frame::Ego),
@@ -45,10 +45,15 @@ fn way(task: Task, techniques: &str, model: &str) -> PromptConfig {
     }
 }
 
-fn one(scenario: &str, way: &PromptConfig, truth: Option<Label>, status: AnswerStatus) -> Scored {
+fn one(
+    scenario: &str,
+    configuration: &PromptConfig,
+    truth: Option<Label>,
+    status: AnswerStatus,
+) -> Scored {
     Scored {
         scenario: scenario.into(),
-        way: way.clone(),
+        configuration: configuration.clone(),
         sample: 0,
         truth,
         critical: truth.map(Label::critical).unwrap_or_default(),
@@ -70,25 +75,35 @@ fn says(dangerous: bool, obstacles: &[(i64, u8)]) -> AnswerStatus {
 
 /// Two collisions with obstacle 7, a yes to each, one of which names another obstacle, a false alarm, a right no, an answer
 /// without a verdict, a failure, a scenario without a truth, and a question that was not asked.
-fn answers(way: &PromptConfig) -> Vec<Scored> {
+fn answers(configuration: &PromptConfig) -> Vec<Scored> {
     let hit = Some(Label::Collision(Some(7)));
     let safe = Some(Label::Safe);
     vec![
-        one("a", way, hit, says(true, &[(7, 0), (8, 3)])),
-        one("b", way, hit, says(true, &[(8, 1), (7, 2)])),
-        one("c", way, safe, says(true, &[(9, 2)])),
-        one("d", way, safe, says(false, &[(9, 5)])),
-        one("e", way, hit, AnswerStatus::Unparsed("prose".into())),
-        one("f", way, safe, AnswerStatus::Failed("429".into())),
-        one("g", way, None, says(true, &[])),
-        one("h", way, safe, AnswerStatus::Unasked("not yet".into())),
+        one("a", configuration, hit, says(true, &[(7, 0), (8, 3)])),
+        one("b", configuration, hit, says(true, &[(8, 1), (7, 2)])),
+        one("c", configuration, safe, says(true, &[(9, 2)])),
+        one("d", configuration, safe, says(false, &[(9, 5)])),
+        one(
+            "e",
+            configuration,
+            hit,
+            AnswerStatus::Unparsed("prose".into()),
+        ),
+        one("f", configuration, safe, AnswerStatus::Failed("429".into())),
+        one("g", configuration, None, says(true, &[])),
+        one(
+            "h",
+            configuration,
+            safe,
+            AnswerStatus::Unasked("not yet".into()),
+        ),
     ]
 }
 
 #[test]
 fn every_question_is_in_one_place() {
-    let way = way(Task::Safety, "cp,cot", "lab/x");
-    let mut scored = answers(&way);
+    let configuration = configuration(Task::Safety, "cp,cot", "lab/x");
+    let mut scored = answers(&configuration);
     scored[0].reference = Some(verdict(Task::Safety, true, &[]));
     scored[3].reference = Some(verdict(Task::Safety, true, &[]));
     scored[0].consumed.cost_usd = Some(0.5);
@@ -96,7 +111,7 @@ fn every_question_is_in_one_place() {
     let report = Report::from_scored(&scored);
     let names: Vec<_> = report.cells.iter().map(|c| c.half.name()).collect();
     assert_eq!(names, ["collision", "normal", "unknown", "all"]);
-    let all = json(report.whole().next().unwrap());
+    let all = json(report.full_cells().next().unwrap());
     let number = |name: &str| all[name].as_u64().unwrap();
     let counts = [
         "n",
@@ -158,23 +173,23 @@ fn every_question_is_in_one_place() {
 
 #[test]
 fn samples_are_summed_up_by_scenario() {
-    let way = way(Task::Collision, "all", "lab/x");
+    let configuration = configuration(Task::Collision, "all", "lab/x");
     let mut scored = Vec::new();
     for (scenario, truth, votes) in [
         ("a", Label::Collision(None), [true, true, false]),
         ("b", Label::Safe, [false, false, false]),
     ] {
         for (sample, said) in (0_u32..).zip(votes) {
-            let mut answer = one(scenario, &way, Some(truth), says(said, &[]));
+            let mut answer = one(scenario, &configuration, Some(truth), says(said, &[]));
             answer.sample = sample;
             scored.push(answer);
         }
     }
-    let mut tie = one("c", &way, Some(Label::Safe), says(true, &[]));
+    let mut tie = one("c", &configuration, Some(Label::Safe), says(true, &[]));
     scored.push(tie.clone());
     tie.status = says(false, &[]);
     scored.push(tie);
-    let all = json(Report::from_scored(&scored).whole().next().unwrap());
+    let all = json(Report::from_scored(&scored).full_cells().next().unwrap());
     assert_eq!(
         (&all["techniques"], &all["n"], &all["scenarios"]),
         (&"cp+cot+icl".into(), &8.into(), &3.into())
@@ -193,17 +208,17 @@ fn samples_are_summed_up_by_scenario() {
 #[test]
 fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
     let (base, cp) = (
-        way(Task::Safety, "base", "lab/x"),
-        way(Task::Safety, "cp", "lab/x"),
+        configuration(Task::Safety, "base", "lab/x"),
+        configuration(Task::Safety, "cp", "lab/x"),
     );
-    let other = way(Task::Safety, "cp", "lab/y");
+    let other = configuration(Task::Safety, "cp", "lab/y");
     let mut scored = answers(&base);
     scored.extend(answers(&cp));
     scored.extend(answers(&other));
     // With cp the false alarm is none.
     let at = scored
         .iter()
-        .position(|s| s.way == cp && s.scenario == "c")
+        .position(|s| s.configuration == cp && s.scenario == "c")
         .unwrap();
     scored[at].status = says(false, &[]);
     let report = Report::from_scored(&scored);
@@ -235,8 +250,8 @@ fn pairs_differ_in_one_thing_and_are_compared_by_scenario() {
 #[test]
 fn nothing_from_outside_is_obeyed() {
     let hostile = "lab/<script>alert(1)</script>|`a`\u{1b}[31m_&%$";
-    let way = way(Task::Safety, "cp", hostile);
-    let report = Report::from_scored(&answers(&way)).about(ReportSubject {
+    let configuration = configuration(Task::Safety, "cp", hostile);
+    let report = Report::from_scored(&answers(&configuration)).about(ReportSubject {
         notes: vec!["<b>note</b> \\input{x}".into()],
         ..ReportSubject::default()
     });
@@ -296,7 +311,7 @@ fn nothing_from_outside_is_obeyed() {
 
 #[test]
 fn ends_of_intervals_have_columns_of_their_own() {
-    let csv = Report::from_scored(&answers(&way(Task::Safety, "cp", "lab/x")))
+    let csv = Report::from_scored(&answers(&configuration(Task::Safety, "cp", "lab/x")))
         .rows()
         .csv();
     let mut reader = ::csv::Reader::from_reader(csv.as_bytes());
@@ -346,11 +361,11 @@ fn ends_of_intervals_have_columns_of_their_own() {
 
 #[test]
 fn what_is_known_to_cost_nothing_is_no_unknown_cost() {
-    let models = way(Task::Safety, "cp", "lab/x");
+    let models = configuration(Task::Safety, "cp", "lab/x");
     let judges = PromptConfig {
         frame: None,
         techniques: None,
-        ..way(Task::Safety, "cp", nearmiss_scene::judge::MODEL)
+        ..configuration(Task::Safety, "cp", nearmiss_scene::judge::MODEL)
     };
     let safe = Some(Label::Safe);
     let unsent = "nothing was sent: it may cost $0.10, and of the budget there is $0.01 left";
@@ -362,7 +377,14 @@ fn what_is_known_to_cost_nothing_is_no_unknown_cost() {
         one("a", &judges, safe, says(true, &[])),
     ];
     let report = Report::from_scored(&scored);
-    let of = |way: &PromptConfig| json(report.whole().find(|c| c.way == *way).unwrap());
+    let of = |configuration: &PromptConfig| {
+        json(
+            report
+                .full_cells()
+                .find(|c| c.configuration == *configuration)
+                .unwrap(),
+        )
+    };
     let (model, judge) = (of(&models), of(&judges));
     assert_eq!(model["cost_unknown"], 2, "an answer and one that was cut");
     assert_eq!(
@@ -373,7 +395,7 @@ fn what_is_known_to_cost_nothing_is_no_unknown_cost() {
 
 #[test]
 fn every_verdict_has_a_probability_and_the_report_says_from_where() {
-    let way = way(Task::Safety, "cp", "lab/x");
+    let configuration = configuration(Task::Safety, "cp", "lab/x");
     let safe = Some(Label::Safe);
     let mut stated = verdict(Task::Safety, true, &[(7, 4)]);
     stated.critical = Some(vec![CriticalObstacle::new(7)]);
@@ -389,14 +411,14 @@ fn every_verdict_has_a_probability_and_the_report_says_from_where() {
     let hit = Some(Label::Collision(Some(7)));
     stated.token_probability = Some(0.7);
     let scored = [
-        one("a", &way, hit, AnswerStatus::Verdict(stated)),
-        one("b", &way, safe, AnswerStatus::Verdict(listed)),
-        one("c", &way, safe, says(false, &[(9, 5)])),
-        one("d", &way, safe, says(false, &[])),
-        one("e", &way, safe, AnswerStatus::Verdict(weighed)),
+        one("a", &configuration, hit, AnswerStatus::Verdict(stated)),
+        one("b", &configuration, safe, AnswerStatus::Verdict(listed)),
+        one("c", &configuration, safe, says(false, &[(9, 5)])),
+        one("d", &configuration, safe, says(false, &[])),
+        one("e", &configuration, safe, AnswerStatus::Verdict(weighed)),
     ];
     let report = Report::from_scored(&scored);
-    let cell = report.whole().next().unwrap();
+    let cell = report.full_cells().next().unwrap();
     let one_each = ProbabilitySources {
         from_stated: 1,
         from_critical: 1,
@@ -441,8 +463,13 @@ fn doubtful_verdicts_are_counted_and_said_first() {
     let says = |scenario: &str, change: fn(&mut Verdict)| {
         let mut verdict = verdict(Task::Safety, true, &[(7, 1)]);
         change(&mut verdict);
-        let way = way(Task::Safety, "cp", "lab/a");
-        one(scenario, &way, None, AnswerStatus::Verdict(verdict))
+        let configuration = configuration(Task::Safety, "cp", "lab/a");
+        one(
+            scenario,
+            &configuration,
+            None,
+            AnswerStatus::Verdict(verdict),
+        )
     };
     let all = [
         says("A", |verdict| verdict.probability = Some(0.01)),

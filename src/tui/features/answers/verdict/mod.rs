@@ -6,7 +6,7 @@ use nearmiss_scene::description::visible;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::{Moment, Motion, ParsedAnswer, Task, Verdict};
 use nearmiss_store::{Origin, RunId};
-use nearmiss_study::evaluation::{Answer, JudgeOutcome, StoredOrigin, motion_words};
+use nearmiss_study::evaluation::{Answer, JudgeOutcome, StoredOrigin, motion_lines};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
@@ -467,7 +467,7 @@ fn answer_text(model: &Model, said: &ParsedAnswer) -> Text<'static> {
             }
         }
         ParsedAnswer::Trajectory(new) => {
-            for line in motion_words(&new.motion) {
+            for line in motion_lines(&new.motion) {
                 text.push_line(Line::styled(line, dim));
             }
         }

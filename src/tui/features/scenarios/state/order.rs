@@ -9,7 +9,7 @@ use nearmiss_scene::metrics::{CriticalMoment, Danger, MEASURES, Measure};
 use nearmiss_workflow::{Agreement, Filterable, HEADLINE, Indexed, Number, Property, nearest};
 
 use crate::features::scenarios::state::{Filter, List};
-use crate::loaded::{Facts, country_of};
+use crate::loaded::{Facts, country_code};
 
 /// By what the list is sorted; scenarios of which that is not known come last.
 #[derive(Debug, Clone, Copy, Default)]
@@ -197,7 +197,7 @@ impl Row {
     pub fn country(&self) -> &str {
         match self.facts() {
             Some(facts) if !facts.country.is_empty() => &facts.country,
-            _ => country_of(&self.entry.name),
+            _ => country_code(&self.entry.name),
         }
     }
 
