@@ -1,5 +1,5 @@
-//! Splits a stream into events, whose JSON is put right: server-sent events, or one JSON document a line. Time is linear in the input;
-//! at most one event is held in memory.
+//! Splits a stream into events, whose JSON is put right: server-sent events, or one JSON document a line. Time is linear
+//! in the input; at most one event is held in memory.
 
 use std::fmt::Write;
 use std::pin::Pin;

@@ -1,4 +1,4 @@
-//! Anthropic's Messages API: content blocks that start, grow and stop, and are sent again as they were; usage in two places.
+//! Anthropic's Messages API: content blocks that start, grow, stop and are sent again as they were; usage in two places.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Intervals of proportions and, by resampling scenarios, of everything else; quantiles, and draws that are the same everywhere.
+//! Intervals of proportions, and of all else by resampling scenarios; quantiles; draws that are the same everywhere.
 
 use schemars::JsonSchema;
 use serde::Serialize;
