@@ -36,7 +36,7 @@ impl Failure {
 
     /// What the system said about a file, or about what else is named.
     pub fn system(name: impl Display, error: &std::io::Error) -> Self {
-        Self::input(format!("{name}: {}", system::words(error)))
+        Self::input(format!("{name}: {}", system::error_text(error)))
     }
 
     /// Says on standard error what went wrong.

@@ -25,7 +25,7 @@ impl TemplateChoices {
         let bytes = match system::read_file(&folder.join(FILE), LARGEST) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
-            Err(error) => return Err(system::words(&error)),
+            Err(error) => return Err(system::error_text(&error)),
         };
         let text = system::text_of(bytes)?;
         toml::from_str(&text).map(Self).map_err(|error| {
@@ -83,5 +83,5 @@ pub fn choose_template(folder: &Path, task: &str, frame: &str, file: &str) -> Re
     chosen.set(task, frame, Some(file));
     chosen
         .write(folder)
-        .map_err(|error| named(system::words(&error)))
+        .map_err(|error| named(system::error_text(&error)))
 }

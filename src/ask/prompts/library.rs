@@ -151,7 +151,7 @@ impl Library {
                 if error.kind() != std::io::ErrorKind::NotFound {
                     self.problems.push(Problem {
                         path: folder.to_path_buf(),
-                        message: system::words(&error),
+                        message: system::error_text(&error),
                         instead: Fallback::Shipped,
                     });
                 }
@@ -382,7 +382,7 @@ impl Library {
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    system::read_text(path, system::LARGEST_TEXT).map_err(|e| system::words(&e))
+    system::read_text(path, system::LARGEST_TEXT).map_err(|e| system::error_text(&e))
 }
 
 mod problem;

@@ -118,7 +118,7 @@ impl Settings {
 /// The measures that a template asks for, or what is wrong with their names.
 pub(super) fn measures_of(template: &Defaults) -> Option<Result<MeasureList, String>> {
     let ids = template.measures.as_ref()?;
-    Some(MeasureList::of(ids.iter().map(String::as_str)))
+    Some(MeasureList::from_ids(ids.iter().map(String::as_str)))
 }
 
 #[cfg(test)]

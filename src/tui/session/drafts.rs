@@ -15,7 +15,7 @@ pub fn keep(folder: &Path, file: &str, draft: Option<&str>) -> Result<(), String
         Some(text) => Folders::write(&path, text),
         None => remove(&path),
     };
-    kept.map_err(|error| format!("{}: {}", path.display(), system::words(&error)))
+    kept.map_err(|error| format!("{}: {}", path.display(), system::error_text(&error)))
 }
 
 fn remove(path: &Path) -> std::io::Result<()> {
@@ -35,7 +35,7 @@ pub fn read(folder: &Path) -> Vec<(String, Result<String, String>)> {
             .filter(|n| n.ends_with(".md"))?
             .to_string();
         let text = system::read_text(&path, system::LARGEST_TEXT)
-            .map_err(|e| format!("{}: {}", path.display(), system::words(&e)));
+            .map_err(|e| format!("{}: {}", path.display(), system::error_text(&e)));
         Some((name, text))
     };
     entries.filter_map(|e| read(e.path())).collect()

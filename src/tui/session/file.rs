@@ -21,7 +21,7 @@ pub fn write(folder: &Path, session: &Session) -> Result<(), String> {
         .text()
         .map_err(|error| format!("{}: {error}", path.display()))?;
     Folders::write(&path, &text)
-        .map_err(|error| format!("{}: {}", path.display(), system::words(&error)))?;
+        .map_err(|error| format!("{}: {}", path.display(), system::error_text(&error)))?;
     if new {
         forget_oldest(folder);
     }

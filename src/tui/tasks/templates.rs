@@ -11,7 +11,7 @@ use nearmiss_settings::Folders;
 pub fn named(path: &Path, error: &Error) -> String {
     let words = match error.kind() {
         ErrorKind::AlreadyExists => "exists already; nothing was written".into(),
-        _ => system::words(error),
+        _ => system::error_text(error),
     };
     format!("{}: {words}", path.display())
 }

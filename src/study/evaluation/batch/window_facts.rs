@@ -21,8 +21,9 @@ impl RuleValues {
             let measure = MEASURES.iter().find(|measure| measure.id == id)?;
             let pairs = (0..context.participants().len())
                 .flat_map(|place| steps.clone().map(move |step| (place, step)));
-            let values = pairs
-                .filter_map(|(place, step)| measure.of(&context.encounter(place, step)?).value());
+            let values = pairs.filter_map(|(place, step)| {
+                measure.evaluate(&context.encounter(place, step)?).value()
+            });
             values.min_by(f64::total_cmp)
         };
         Self {

@@ -359,7 +359,7 @@ pub fn critical_of(label: Label, facts: Option<&WindowFacts>) -> Vec<i64> {
 /// [`Window::AFTER_SAFETY`] steps before it.
 pub(super) fn default_window(task: Task, scene: &Scene, history: usize) -> Window {
     let last = match task {
-        Task::Recording => return Window::whole(scene),
+        Task::Recording => return Window::full(scene),
         Task::Collision => scene.last_step(),
         Task::Safety | Task::Attacker | Task::Trajectory => {
             scene.last_step() - Window::AFTER_SAFETY
