@@ -168,7 +168,7 @@ fn drives(criterion: &mut Criterion) {
     group.sample_size(10);
     for (name, driver) in [("forecasts anew", &anew), ("forecasts shared", &shared)] {
         group.bench_function(name, |b| {
-            b.iter(|| black_box(driver.drive(&scenario, &driver.whole())));
+            b.iter(|| black_box(driver.drive(&scenario, &driver.full_span())));
         });
     }
     group.finish();

@@ -37,7 +37,7 @@ impl Failure {
 
     /// What the system said about a file, or about what else is named.
     pub fn system(name: impl Display, error: &std::io::Error) -> Self {
-        Self::input(format!("{name}: {}", system::words(error)))
+        Self::input(format!("{name}: {}", system::error_text(error)))
     }
 
     /// The user has ended it; `kept` says what that leaves, and how it goes on: nothing where there is nothing to say.

@@ -13,7 +13,7 @@ use nearmiss_ask::llm::{
     Client, Discovered, Environment, KeyState, ModelListing, PriceTable, Pricing, Probed, Registry,
     Retirement, probe,
 };
-use nearmiss_base::system::{shown_path, words};
+use nearmiss_base::system::{error_text, shown_path};
 use nearmiss_scene::judge;
 use nearmiss_settings::Folders;
 
@@ -85,8 +85,9 @@ fn update(source: &str, config_file: &Path) -> Outcome {
     };
     let file = PriceTable::file(config_file);
     let table = table.map_err(|why| Failure::input(format!("{why}; no price is changed")))?;
-    Folders::write(&file, &table.to_toml())
-        .map_err(|error| Failure::input(format!("{}: {}", shown_path(&file), words(&error))))?;
+    Folders::write(&file, &table.to_toml()).map_err(|error| {
+        Failure::input(format!("{}: {}", shown_path(&file), error_text(&error)))
+    })?;
     output::text(&output::visible(&format!(
         "{}\nkept in {}: they overlay the shipped prices, and those in config.toml overlay them; delete the file to go back\n",
         table.summary(),

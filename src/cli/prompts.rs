@@ -281,7 +281,7 @@ fn diff(library: &Library, name: &str) -> Outcome {
                 Failure::input(format!(
                     "{}: {}",
                     problem.path.display(),
-                    system::words(&error)
+                    system::error_text(&error)
                 ))
             })?;
             (text, problem.path.clone())
@@ -328,7 +328,7 @@ fn write_new(path: &PathBuf, text: &str) -> Result<(), Failure> {
             std::io::ErrorKind::AlreadyExists => {
                 format!("{} exists; nothing was written", path.display())
             }
-            _ => format!("{}: {}", path.display(), system::words(&error)),
+            _ => format!("{}: {}", path.display(), system::error_text(&error)),
         })
     };
     if let Some(folder) = path.parent() {

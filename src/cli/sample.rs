@@ -10,7 +10,9 @@ use serde::Serialize;
 use super::output::{self, Target};
 use super::{Failure, Outcome, json};
 use nearmiss_base::system::unknown;
-use nearmiss_scene::corpus::{Axis, Candidate, Columns, Drawn, IndexError, Part, PartRow, Sampler};
+use nearmiss_scene::corpus::{
+    Axis, Candidate, Columns, IndexError, Part, PartRow, SampledWindow, Sampler,
+};
 use nearmiss_scene::metrics::SEVERITY_NAMES;
 use nearmiss_workflow::index_parts;
 
@@ -91,8 +93,7 @@ const INTEGERS: [&str; 5] = [
 ];
 
 fn axis(word: &str) -> Result<Axis, String> {
-    let known = Axis::ALL.into_iter().find(|axis| axis.name() == word);
-    known.ok_or_else(|| unknown("axis", word, Axis::ALL.map(Axis::name)))
+    Axis::parse(word).ok_or_else(|| unknown("axis", word, Axis::ALL.map(Axis::name)))
 }
 
 /// Runs `sample`.
@@ -101,7 +102,7 @@ pub fn run(arguments: &Sample) -> Outcome {
     let mut sampler = Sampler::new(arguments.seed, most);
     for part in index_parts(&arguments.folder).map_err(Failure::input)? {
         let part = Part::open(&part).map_err(Failure::input)?;
-        let read = part.read(&Columns::of(&TEXTS, &INTEGERS), &mut |row| {
+        let read = part.read(&Columns::new(&TEXTS, &INTEGERS), &mut |row| {
             let line = line(row)?;
             sampler.offer(candidate(&line, &arguments.by), line);
             Ok(ControlFlow::Continue(()))
@@ -181,8 +182,8 @@ fn severity_word(severity: u8) -> String {
     format!("{severity} {}", SEVERITY_NAMES[usize::from(severity)])
 }
 
-fn with_reason(drawn: Drawn<SampleLine>) -> SampleLine {
-    let Drawn {
+fn with_reason(drawn: SampledWindow<SampleLine>) -> SampleLine {
+    let SampledWindow {
         candidate,
         row,
         windows,

@@ -63,7 +63,7 @@ impl Span {
                 Some(chosen) => Err(Failure::input(format!(
                     "--task recording asks about the whole recording; remove {chosen}"
                 ))),
-                None => Ok(Window::whole(scene)),
+                None => Ok(Window::full(scene)),
             };
         }
         let steps = scene.steps();

@@ -89,7 +89,7 @@ fn format_of(file: &Path) -> &'static dyn Format {
 
 /// Reads the scenario at a path, of whatever format.
 pub(super) fn open(path: &Path) -> Result<Scenario, ReadError> {
-    let address = Address::of(path);
+    let address = Address::from_path(path);
     format_of(&address.file).open(&address)
 }
 
@@ -127,7 +127,7 @@ pub(super) fn is_recording_name(path: &Path) -> bool {
 /// The paths of the scenarios in a file: the file itself, or one for each of them; of a long recording the windows that
 /// `ranking` names.
 pub(super) fn scenarios_in(path: &Path, ranking: Ranking<'_>) -> Result<Vec<PathBuf>, ReadError> {
-    let address = Address::of(path);
+    let address = Address::from_path(path);
     let whole = || Ok(vec![path.to_path_buf()]);
     if address.part.is_some() {
         return whole();
@@ -147,7 +147,7 @@ pub(super) fn scenarios_in(path: &Path, ranking: Ranking<'_>) -> Result<Vec<Path
 /// The path of the scenario in a file that could have several and has one; any other path stays as it is, also of what
 /// cannot be read.
 pub fn only_part(path: &Path) -> PathBuf {
-    let address = Address::of(path);
+    let address = Address::from_path(path);
     let parts = match address.part {
         Some(_) => None,
         None => format_of(&address.file).parts(&address.file).ok(),
@@ -172,7 +172,7 @@ pub(super) struct Address {
 
 impl Address {
     /// What a path means. A file whose own name has a `#` is that file.
-    pub fn of(path: &Path) -> Self {
+    pub fn from_path(path: &Path) -> Self {
         let whole = || Self {
             file: path.to_path_buf(),
             part: None,
@@ -203,7 +203,7 @@ impl Address {
 
 /// The file in which the scenario at a path lies: the path itself, or what is before its `#`.
 pub(super) fn file_of(path: &Path) -> PathBuf {
-    Address::of(path).file
+    Address::from_path(path).file
 }
 
 /// A part as a part of a file's name.
@@ -231,7 +231,7 @@ mod tests {
         let odd = folder.path().join("b#1");
         std::fs::write(&odd, "").unwrap();
         let of = |path: &Path| {
-            let address = Address::of(path);
+            let address = Address::from_path(path);
             (address.file, address.part)
         };
         assert_eq!(of(&file), (file.clone(), None));

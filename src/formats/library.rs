@@ -72,7 +72,7 @@ impl Entry {
     /// An entry for one file, whatever it holds.
     #[must_use]
     pub fn of_file(path: &Path) -> Self {
-        let address = Address::of(path);
+        let address = Address::from_path(path);
         let named = |path: Option<&std::ffi::OsStr>| {
             path.map_or_else(String::new, |f| f.to_string_lossy().into_owned())
         };
@@ -162,7 +162,7 @@ impl Entry {
                 ));
             }
             EntryLocation::File(path) => system::read_file(path, system::LARGEST)
-                .map_err(|error| named(&system::words(&error)))?,
+                .map_err(|error| named(&system::error_text(&error)))?,
         };
         String::from_utf8(bytes).map_err(|_| named("not UTF-8 text"))
     }
@@ -258,7 +258,7 @@ impl Entry {
 /// There is no such file or scenario, with what was probably meant; or several scenarios begin so: in words.
 pub fn resolved(argument: &Path) -> Result<PathBuf, String> {
     let missing = matches!(argument.symlink_metadata(), Err(e) if e.kind() == ErrorKind::NotFound);
-    let is_part = || Address::of(argument).part.is_some();
+    let is_part = || Address::from_path(argument).part.is_some();
     if !missing || argument == Path::new("-") || is_part() {
         return Ok(argument.to_path_buf());
     }

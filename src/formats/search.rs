@@ -11,7 +11,7 @@ use super::commonroad::{self, ReadError, Unrecognised};
 use super::dispatch::{self, Address, Ranking};
 use super::library::{Entry, EntryLocation};
 use super::recordings::LongRecording;
-use super::unread::Found;
+use super::unread::FileKind;
 
 /// Results of a search.
 #[derive(Debug, Default)]
@@ -27,7 +27,7 @@ pub struct SearchResults {
 #[derive(Debug, thiserror::Error)]
 pub enum LibraryError {
     /// A path does not exist or cannot be read.
-    #[error("{path}: {}", system::words(source))]
+    #[error("{path}: {}", system::error_text(source))]
     Io {
         /// Which path.
         path: PathBuf,
@@ -55,7 +55,7 @@ pub enum LibraryError {
 }
 
 /// Most skipped files to name in a short message.
-const NAMED: usize = 3;
+const MAX_LISTED: usize = 3;
 
 impl SearchResults {
     /// Describes how many files and folders were skipped; `None` if none.
@@ -67,7 +67,7 @@ impl SearchResults {
     /// The first skipped files with their reasons, in a line; `None` if no file was skipped.
     #[must_use]
     pub fn passed_over_in_short(&self) -> Option<String> {
-        let (all, named) = (&self.passed_over, self.passed_over.iter().take(NAMED));
+        let (all, named) = (&self.passed_over, self.passed_over.iter().take(MAX_LISTED));
         let named: Vec<String> = named.map(ToString::to_string).collect();
         let more = match all.len() - named.len() {
             0 => String::new(),
@@ -125,7 +125,7 @@ pub fn find_ranked(paths: &[PathBuf], ranking: Ranking<'_>) -> Result<SearchResu
         let mut of_path = Vec::new();
         passed_over.extend(search(path, ranking, &mut |found| of_path.extend(found))?);
         // Windows of a recording stay in their order: those worth looking at come first.
-        of_path.sort_by_cached_key(|p| Address::of(p).file);
+        of_path.sort_by_cached_key(|p| Address::from_path(p).file);
         of_path.retain(|p| seen.insert(p.clone()));
         entries.extend(of_path.iter().map(|p| Entry::of_argument(p)));
     }
@@ -199,7 +199,7 @@ fn search(
         source,
     };
     let named = Entry::of_argument(path).place != EntryLocation::File(path.to_path_buf());
-    if named || Address::of(path).part.is_some() {
+    if named || Address::from_path(path).part.is_some() {
         give(vec![path.to_path_buf()]);
         return Ok(Vec::new());
     }
@@ -210,7 +210,7 @@ fn search(
     }
     let scenarios = path.join("Scenarios");
     let whole = !(scenarios.is_dir() && path.join("Results").is_dir());
-    Search::of(if whole { path } else { &scenarios }, ranking, give).map_err(io)
+    Search::run(if whole { path } else { &scenarios }, ranking, give).map_err(io)
 }
 
 /// A search below one folder.
@@ -228,7 +228,7 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn of(
+    fn run(
         root: &Path,
         ranking: Ranking<'a>,
         give: &'a mut dyn FnMut(Vec<PathBuf>),
@@ -350,10 +350,10 @@ impl<'a> Search<'a> {
     fn look_for_recordings(&mut self, path: PathBuf) {
         if !dispatch::is_recording(&path) {
             match dispatch::unread_kind(&path) {
-                Some(kind) if kind.found == Found::Data => {
+                Some(kind) if kind.found == FileKind::Data => {
                     self.pass_over(path, PassedOverReason::Kind(kind.what));
                 }
-                Some(kind) if kind.found == Found::Beside => self.beside.push((path, kind.what)),
+                Some(kind) if kind.found == FileKind::Beside => self.beside.push((path, kind.what)),
                 _ => {}
             }
             return;
@@ -391,7 +391,7 @@ pub enum PassedOverReason {
     #[error("{0}, which is not read")]
     Kind(String),
     /// A folder that could not be read.
-    #[error("not searched: {}", system::words(.0))]
+    #[error("not searched: {}", system::error_text(.0))]
     Folder(std::io::Error),
 }
 

@@ -20,12 +20,12 @@ pub(super) struct Kind {
     /// What its owner can do instead.
     instead: String,
     /// How a search of a folder takes it.
-    pub found: Found,
+    pub found: FileKind,
 }
 
 /// What a search of a folder makes of a file that is not read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Found {
+pub(super) enum FileKind {
     /// It is data of driving that one could want to open.
     Data,
     /// It belongs to recordings, and is worth a word only where there are none.
@@ -38,7 +38,7 @@ pub(super) enum Found {
 const FORMATS: &str = "`nearmiss help scenarios` lists the formats that are read";
 
 impl Kind {
-    fn new(found: Found, what: impl Into<String>, instead: impl Into<String>) -> Self {
+    fn new(found: FileKind, what: impl Into<String>, instead: impl Into<String>) -> Self {
         Self {
             what: what.into(),
             instead: instead.into(),
@@ -48,12 +48,12 @@ impl Kind {
 
     /// Data of driving in a format that is not read.
     fn data(what: impl Into<String>) -> Self {
-        Self::new(Found::Data, what, FORMATS)
+        Self::new(FileKind::Data, what, FORMATS)
     }
 
     /// Anything else.
     fn other(what: impl Into<String>) -> Self {
-        Self::new(Found::Other, what, FORMATS)
+        Self::new(FileKind::Other, what, FORMATS)
     }
 }
 
@@ -153,7 +153,11 @@ fn binary_kind(name: &str, head: &[u8]) -> Option<Kind> {
         .get(TAR..)
         .is_some_and(|rest| rest.starts_with(b"ustar"))
     {
-        return Some(Kind::new(Found::Other, "a tar archive", "unpack it first"));
+        return Some(Kind::new(
+            FileKind::Other,
+            "a tar archive",
+            "unpack it first",
+        ));
     }
     // Programs begin with letters, as words do.
     if let Some(what) = of(&REST).filter(|what| what != "a program" || head.contains(&0)) {
@@ -166,7 +170,7 @@ fn binary_kind(name: &str, head: &[u8]) -> Option<Kind> {
     if begin.windows(14).any(|w| w == b"CARLA_RECORDER") {
         let instead = "play it in CARLA and write where everyone is, for instance in the form of highD or of SUMO's floating car data (`nearmiss help scenarios`)";
         return Some(Kind::new(
-            Found::Data,
+            FileKind::Data,
             "a recording of CARLA's recorder",
             instead,
         ));
@@ -174,7 +178,11 @@ fn binary_kind(name: &str, head: &[u8]) -> Option<Kind> {
     if let [0x80, 2..=5, ..] = head {
         let instead =
             format!("it could run any code, so nearmiss does not open such files; {FORMATS}");
-        return Some(Kind::new(Found::Data, "a pickled Python object", instead));
+        return Some(Kind::new(
+            FileKind::Data,
+            "a pickled Python object",
+            instead,
+        ));
     }
     if name.to_lowercase().ends_with(".osi") {
         return Some(Kind::data("a trace of ASAM OSI"));
@@ -190,10 +198,10 @@ fn xml(file: &str, text: &str) -> Option<Kind> {
     let lower = text.to_lowercase();
     if lower.starts_with("<!doctype html") || lower.starts_with("<html") {
         let instead = "was a page saved instead of the file?";
-        return Some(Kind::new(Found::Other, "a web page (HTML)", instead));
+        return Some(Kind::new(FileKind::Other, "a web page (HTML)", instead));
     }
     let root = root_name_of(text.as_bytes())?;
-    let beside = |what: &str, instead: String| Some(Kind::new(Found::Beside, what, instead));
+    let beside = |what: &str, instead: String| Some(Kind::new(FileKind::Beside, what, instead));
     let run = |options: &str| {
         format!(
             "run it with floating car data and open that: `sumo {options} --fcd-output fcd.xml`"
@@ -217,7 +225,7 @@ fn xml(file: &str, text: &str) -> Option<Kind> {
             beside("a configuration of SUMO", run(&format!("-c {file}")))
         }
         "netstate" => Some(Kind::new(
-            Found::Data,
+            FileKind::Data,
             "a dump of SUMO's net without positions",
             run("-n NET -r ROUTES"),
         )),
@@ -227,7 +235,7 @@ fn xml(file: &str, text: &str) -> Option<Kind> {
         ),
         _ if text.contains("sumo.dlr.de/xsd/") => {
             let what = format!("an output of SUMO (<{root}>) without positions");
-            Some(Kind::new(Found::Other, what, run("-n NET -r ROUTES")))
+            Some(Kind::new(FileKind::Other, what, run("-n NET -r ROUTES")))
         }
         "kml" => Some(Kind::other("a KML file of places")),
         "gpx" => Some(Kind::other("a GPX file of a track in degrees")),
@@ -243,15 +251,23 @@ fn parquet(columns: &[String]) -> Kind {
     let begins = |name: &str| columns.iter().any(|column| column.starts_with(name));
     if has("timestep_time") && has("vehicle_id") {
         let instead = "write it as XML or CSV: `sumo … --fcd-output fcd.xml`";
-        return Kind::new(Found::Data, "floating car data of SUMO in Parquet", instead);
+        return Kind::new(
+            FileKind::Data,
+            "floating car data of SUMO in Parquet",
+            instead,
+        );
     }
     if begins("key.segment_context_name") || begins("[Lidar") || begins("[Camera") {
         let instead = "of Waymo the motion data set is read, its TFRecord files under `scenario`";
-        return Kind::new(Found::Data, "data of Waymo's perception data set", instead);
+        return Kind::new(
+            FileKind::Data,
+            "data of Waymo's perception data set",
+            instead,
+        );
     }
     let what = format!("a Parquet table with {}", in_words(columns));
     Kind::new(
-        Found::Data,
+        FileKind::Data,
         what,
         format!("of Argoverse 2 the motion forecasting scenarios are read; {FORMATS}"),
     )
@@ -275,7 +291,7 @@ fn other(name: &str, text: &str) -> Option<Kind> {
     if is(".osc") && text.contains(':') {
         let what = "OpenSCENARIO DSL (2.x)";
         let instead = "OpenSCENARIO XML (.xosc) is read";
-        return Some(Kind::new(Found::Data, what, instead));
+        return Some(Kind::new(FileKind::Data, what, instead));
     }
     table(text).or_else(|| {
         // A markup further on is searched for by the reader of CommonRoad.
@@ -288,7 +304,7 @@ fn json(text: &str) -> Kind {
     let has = |key: &str| text.contains(&format!("\"{key}\""));
     if has("lane_segments") || has("pedestrian_crossings") && has("drivable_areas") {
         let instead = "open the scenario_ID.parquet that it belongs to";
-        return Kind::new(Found::Beside, "a map of Argoverse 2", instead);
+        return Kind::new(FileKind::Beside, "a map of Argoverse 2", instead);
     }
     if [
         "sample_token",
@@ -332,11 +348,11 @@ fn table(text: &str) -> Option<Kind> {
     }
     if text.starts_with("Version:") && text.contains("OpenSCENARIO") {
         let instead = "open the .xosc that it lies beside";
-        return Some(Kind::new(Found::Beside, "a log of esmini", instead));
+        return Some(Kind::new(FileKind::Beside, "a log of esmini", instead));
     }
     let beside = |of: &str, what: &str| {
         let instead = format!("open the XX_tracks.csv that it belongs to{of}");
-        Some(Kind::new(Found::Beside, what, instead))
+        Some(Kind::new(FileKind::Beside, what, instead))
     };
     if all(&["framerate", "locationid"]) {
         return beside("", "a recordingMeta table of levelXdata");
@@ -344,7 +360,7 @@ fn table(text: &str) -> Option<Kind> {
     if all(&["initialframe", "finalframe", "class"]) {
         return beside("", "a tracksMeta table of levelXdata");
     }
-    let data = |what: &str| Some(Kind::new(Found::Data, what, OWN_TRACKS));
+    let data = |what: &str| Some(Kind::new(FileKind::Data, what, OWN_TRACKS));
     if all(&["track_id", "frame_id", "timestamp_ms"]) {
         return data("tracks of the INTERACTION data set");
     }
@@ -360,12 +376,12 @@ fn table(text: &str) -> Option<Kind> {
             "it opens with the columns that it lacks: {}",
             missing.join(", ")
         );
-        return Some(Kind::new(Found::Data, what, instead));
+        return Some(Kind::new(FileKind::Data, what, instead));
     }
     if all(&["timestep_time"]) && any(&["vehicle_id", "person_id"]) {
         let instead = "it opens with the columns vehicle_x, vehicle_y, vehicle_angle and vehicle_speed (`--fcd-output.attributes`)";
         return Some(Kind::new(
-            Found::Data,
+            FileKind::Data,
             "floating car data of SUMO without positions",
             instead,
         ));
@@ -411,10 +427,10 @@ fn table(text: &str) -> Option<Kind> {
 }
 
 /// So many columns are named.
-const NAMED: usize = 6;
+const MAX_LISTED: usize = 6;
 
 fn in_words(columns: &[String]) -> String {
-    let names = columns.iter().take(NAMED);
+    let names = columns.iter().take(MAX_LISTED);
     let names: Vec<String> = names
         .map(|name| format!("`{}`", name.chars().take(40).collect::<String>()))
         .collect();

@@ -18,7 +18,7 @@ pub enum AnimationError {
     #[error(transparent)]
     Raster(#[from] RasterError),
     /// It could not be written.
-    #[error("{}", nearmiss_base::system::words(.0))]
+    #[error("{}", nearmiss_base::system::error_text(.0))]
     Io(#[from] std::io::Error),
     /// The encoder refused.
     #[error("the GIF could not be written: {0}")]
@@ -41,9 +41,9 @@ impl From<gif::EncodingError> for AnimationError {
 }
 
 /// Hundredths of a second that viewers show a frame at least; shorter ones are shown much longer.
-const SHORTEST: f64 = 2.0;
+const MIN_FRAME_TIME: f64 = 2.0;
 /// Hundredths of a second that the last frame stays in addition.
-const REST: u16 = 100;
+const LAST_FRAME_PAUSE: u16 = 100;
 /// Frames whose colours are looked at.
 const SAMPLES: usize = 6;
 
@@ -60,7 +60,7 @@ pub fn animate(
     picture: impl Fn(usize) -> Result<Picture, String> + Sync,
     stop: &AtomicBool,
 ) -> Result<usize, AnimationError> {
-    let stride = (SHORTEST / (dt * 100.0)).ceil().clamp(1.0, 1000.0) as usize;
+    let stride = (MIN_FRAME_TIME / (dt * 100.0)).ceil().clamp(1.0, 1000.0) as usize;
     let shown: Vec<usize> = (0..count).step_by(stride).collect();
     let paint = |place: &usize| -> Result<Pixmap, AnimationError> {
         if stop.load(Ordering::Relaxed) {
@@ -105,7 +105,8 @@ pub fn animate(
             let end = time + dt * 100.0 * stride as f64;
             let last = written + 1 == shown.len();
             let mut frame = changed(&before, &places, width);
-            frame.delay = (end.round() - f64::round(time)) as u16 + if last { REST } else { 0 };
+            frame.delay =
+                (end.round() - f64::round(time)) as u16 + if last { LAST_FRAME_PAUSE } else { 0 };
             encoder.write_frame(&frame)?;
             time = end;
             written += 1;

@@ -126,7 +126,7 @@ impl<'a> Figure<'a> {
         let (mut series, mut contact) = (None, None);
         if let Some(scene) = subject.scene {
             let context = Context::under(scene, thresholds);
-            let headline = Headline::of(&context);
+            let headline = Headline::from_context(&context);
             contact = headline.contact.map(|contact| contact.step);
             if let Some(worst) = headline.worst() {
                 telling = worst.step;

@@ -84,7 +84,7 @@ fn fitting(name: &str, room: f64, size: f64) -> &str {
 const LETTER: f64 = 0.5;
 
 /// A panel is at least so wide and high, points.
-const SMALLEST: f64 = 36.0;
+const MIN_PANEL_SIZE: f64 = 36.0;
 
 impl FigureGrid<'_> {
     /// Draws it.
@@ -110,7 +110,7 @@ impl FigureGrid<'_> {
                 panel * aspect.clamp(ASPECT.0, ASPECT.1)
             }
         };
-        if panel < SMALLEST || deep < SMALLEST {
+        if panel < MIN_PANEL_SIZE || deep < MIN_PANEL_SIZE {
             return Err(GridError::TooSmall);
         }
         let look = first.figure.look();

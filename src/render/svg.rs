@@ -68,7 +68,7 @@ impl Out {
                 let data = path_data(path);
                 self.line(&format!(r#"<path d="{data}" {fill}{stroke}/>"#));
             }
-            Item::Text(text) => self.words(text),
+            Item::Text(text) => self.text(text),
             Item::Begin { name, clip } => {
                 let Some(area) = clip else {
                     return self.line(&format!(r#"<g class="{name}">"#));
@@ -88,7 +88,7 @@ impl Out {
         }
     }
 
-    fn words(&mut self, text: &Text) {
+    fn text(&mut self, text: &Text) {
         let (x, y) = (number(text.at.0), number(text.at.1));
         let mut attributes = format!(r#" font-size="{}""#, number(text.size));
         if text.upwards {

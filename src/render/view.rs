@@ -186,7 +186,7 @@ impl View {
     /// The part of the world that it shows, with the few points around it that lines and signs reach.
     #[must_use]
     pub fn viewport(&self) -> Viewport {
-        let half = |points: f64| (points / 2.0 + BEYOND) / self.scale;
+        let half = |points: f64| (points / 2.0 + OUTER_MARGIN) / self.scale;
         Viewport::new(self.frame, (half(self.area.width), half(self.area.height)))
     }
 
@@ -201,7 +201,7 @@ impl View {
 const MARGIN: f64 = 12.0;
 
 /// What lies so far outside may be seen, points.
-const BEYOND: f64 = 4.0;
+const OUTER_MARGIN: f64 = 4.0;
 
 /// What is drawn: a scenario, with its ego if it has one.
 #[derive(Debug, Clone, Copy)]
@@ -252,7 +252,7 @@ impl<'a> Variations<'a> {
 
     /// That of an obstacle.
     #[must_use]
-    pub fn of(&self, obstacle: i64) -> Option<&Variation<'a>> {
+    pub fn get(&self, obstacle: i64) -> Option<&Variation<'a>> {
         self.iter().find(|both| both.changed.id == obstacle)
     }
 

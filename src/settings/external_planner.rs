@@ -71,7 +71,7 @@ fn number(value: &Value) -> Option<f64> {
 
 fn command(value: &Value) -> Option<Vec<String>> {
     let words = match value {
-        Value::String(line) => ExternalOptions::words(line).ok()?,
+        Value::String(line) => ExternalOptions::split_command(line).ok()?,
         Value::Array(words) => {
             let words = words.iter().map(|word| word.as_str().map(String::from));
             words.collect::<Option<Vec<String>>>()?

@@ -249,7 +249,8 @@ impl Config {
     #[must_use]
     pub fn planning(&self, mut settings: Settings) -> Settings {
         for key in PlannerKey::ALL {
-            if let Some(value) = said(&self.planner, key).filter(|value| key.allows(value)) {
+            if let Some(value) = stated_value(&self.planner, key).filter(|value| key.allows(value))
+            {
                 (key.set)(&mut settings, value);
             }
         }
@@ -258,7 +259,7 @@ impl Config {
 }
 
 /// The value that a section has for a key, if it says one.
-fn said<'a>(section: &'a Table, key: &PlannerKey) -> Option<&'a Value> {
+fn stated_value<'a>(section: &'a Table, key: &PlannerKey) -> Option<&'a Value> {
     match key.id.split_once('.') {
         Some((table, name)) => section.get(table)?.as_table()?.get(name),
         None => section.get(key.id),

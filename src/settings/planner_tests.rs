@@ -17,9 +17,9 @@ fn what_may_be_is_taken() {
     assert_eq!(words(text), [""; 0]);
     let section: Table = toml::from_str(text).unwrap();
     let risk = PlannerKey::named("weights.risk").unwrap();
-    assert_eq!(said(&section, risk), Some(&Value::Float(2.5)));
+    assert_eq!(stated_value(&section, risk), Some(&Value::Float(2.5)));
     let jerk = PlannerKey::named("weights.lateral_jerk").unwrap();
-    assert_eq!(said(&section, jerk), None);
+    assert_eq!(stated_value(&section, jerk), None);
 }
 
 #[test]

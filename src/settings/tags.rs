@@ -57,7 +57,8 @@ impl Tags {
         }
         let wrong = |why: String| format!("{}: {why}", path.display());
         let text = toml::to_string(&all.of).map_err(|error| wrong(error.to_string()))?;
-        Folders::write(path, &text).map_err(|error| wrong(nearmiss_base::system::words(&error)))?;
+        Folders::write(path, &text)
+            .map_err(|error| wrong(nearmiss_base::system::error_text(&error)))?;
         Ok(all)
     }
 

@@ -15,7 +15,7 @@ pub struct TextFile {
 }
 
 /// No file that a person wrote by hand is larger, bytes.
-const LARGEST: u64 = 1 << 20;
+const MAX_BYTES: u64 = 1 << 20;
 
 impl TextFile {
     /// Reads a regular file of up to 1 MiB.
@@ -52,7 +52,7 @@ pub(super) fn text_if_there(path: &Path) -> Result<Option<String>, String> {
 }
 
 fn text(path: &Path) -> Result<String, String> {
-    let bytes = system::read_file(path, LARGEST).map_err(|error| system::words(&error))?;
+    let bytes = system::read_file(path, MAX_BYTES).map_err(|error| system::error_text(&error))?;
     system::text_of(bytes)
 }
 

@@ -71,7 +71,8 @@ impl SavedViews {
         }
         let wrong = |why: String| format!("{}: {why}", path.display());
         let text = toml::to_string(&all.0).map_err(|error| wrong(error.to_string()))?;
-        Folders::write(path, &text).map_err(|error| wrong(nearmiss_base::system::words(&error)))?;
+        Folders::write(path, &text)
+            .map_err(|error| wrong(nearmiss_base::system::error_text(&error)))?;
         Ok(all)
     }
 

@@ -67,7 +67,7 @@ impl AnswerState {
 
     /// The state of a run as the store has it; whether another one counts in its place is not known of one alone.
     #[must_use]
-    pub fn of(run: &Run) -> Self {
+    pub fn from_run(run: &Run) -> Self {
         let (finish, verdict) = (run.ending.finish.as_deref(), &run.ending.verdict);
         Self::of_run(run.ending.state, finish, verdict.is_some())
     }

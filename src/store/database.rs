@@ -32,7 +32,7 @@ pub enum StoreError {
     /// The folder cannot be made.
     #[error(
         "{folder}: {}; set NEARMISS_DATA to a writable folder",
-        system::words(source)
+        system::error_text(source)
     )]
     Folder {
         /// Which folder.
@@ -51,7 +51,7 @@ pub enum StoreError {
     /// The system cannot open the file, or it is not a file.
     #[error(
         "{file}: {}; {}",
-        system::words(source),
+        system::error_text(source),
         advice(source.kind() == std::io::ErrorKind::StorageFull)
     )]
     Open {
@@ -92,7 +92,7 @@ pub enum StoreError {
     #[error("a verdict cannot be stored: {0}")]
     Json(#[from] serde_json::Error),
     /// What was written may not be on the disk.
-    #[error("the store cannot be synced to disk: {}", system::words(.0))]
+    #[error("the store cannot be synced to disk: {}", system::error_text(.0))]
     Sync(std::io::Error),
     /// An answer arrived but could not be stored; where it is instead.
     #[error("{0}")]
@@ -178,7 +178,10 @@ impl Store {
         create_tables(&mut connection)?;
         connection.pragma_update(None, "foreign_keys", true)?;
         let mode: String = connection.query_row("PRAGMA journal_mode", [], |row| row.get(0))?;
-        let log = connection.path().filter(|_| mode == "wal").map(Log::beside);
+        let log = connection
+            .path()
+            .filter(|_| mode == "wal")
+            .map(Log::next_to);
         let store = Self {
             connection: Mutex::new(connection),
             log,
@@ -317,7 +320,7 @@ pub struct Ticket(u64);
 
 impl Log {
     /// The log beside a store's file.
-    pub fn beside(store: &str) -> Self {
+    pub fn next_to(store: &str) -> Self {
         Self {
             file: Path::new(&format!("{store}-wal")).to_path_buf(),
             state: Mutex::default(),
@@ -398,7 +401,7 @@ mod tests {
     fn every_commit_is_synced_and_one_sync_is_enough_for_those_before() {
         let folder = tempfile::tempdir().unwrap();
         let store = folder.path().join("runs.sqlite").display().to_string();
-        let log = Log::beside(&store);
+        let log = Log::next_to(&store);
         let first = log.committed();
         assert!(log.sync(first).is_err(), "there is no log");
         assert!(!log.lock().named);
@@ -419,7 +422,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let store = folder.path().join("runs.sqlite").display().to_string();
         std::fs::write(format!("{store}-wal"), "x").unwrap();
-        let log = Log::beside(&store);
+        let log = Log::next_to(&store);
         std::thread::scope(|scope| {
             for _ in 0..8 {
                 scope.spawn(|| {

@@ -77,7 +77,7 @@ fn another_truth_brings_its_own_critical_obstacles() {
     before
         .iter_mut()
         .zip(&truth)
-        .for_each(|(item, one)| item.tell(one));
+        .for_each(|(item, one)| item.set_truth(one));
     assert_eq!(before, items);
 }
 

@@ -18,11 +18,11 @@ use super::{
 pub const MOST_SHOWN: usize = 4 << 20;
 
 /// Most of the texts of several runs that are read to be looked at, in bytes; of the runs behind those it is
-/// [`LITTLE`].
+/// [`MAX_TEXT_BYTES`].
 const MOST_TOGETHER: usize = 16 << 20;
 
 /// What is read of each text where there are many long ones, in bytes.
-const LITTLE: usize = 64 << 10;
+const MAX_TEXT_BYTES: usize = 64 << 10;
 
 /// A run in a list.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -170,7 +170,7 @@ impl Store {
             let most = if bytes < MOST_TOGETHER {
                 MOST_SHOWN
             } else {
-                LITTLE
+                MAX_TEXT_BYTES
             };
             let Some(run) = shown(&connection, id, most)? else {
                 continue;

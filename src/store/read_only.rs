@@ -209,11 +209,11 @@ impl Health {
         let bytes = match path.metadata() {
             Ok(data) => data.len(),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(nearmiss_base::system::words(&error)),
+            Err(error) => return Err(nearmiss_base::system::error_text(&error)),
         };
         let words = |error: rusqlite::Error| error.to_string();
         let opened = open(path).map_err(|error| match error {
-            StoreError::Open { source, .. } => nearmiss_base::system::words(&source),
+            StoreError::Open { source, .. } => nearmiss_base::system::error_text(&source),
             StoreError::Database(source) => words(source),
             other => other.to_string(),
         })?;

@@ -139,7 +139,7 @@ impl Run {
             answer_state: if superseded {
                 AnswerState::Superseded
             } else {
-                AnswerState::of(self)
+                AnswerState::from_run(self)
             },
             dangerous: verdict.map(|verdict| verdict.dangerous),
             probability: verdict.and_then(|verdict| verdict.probability),

@@ -42,7 +42,7 @@ pub struct ItemTruth {
 
 impl Item {
     /// Has this truth from now on.
-    pub fn tell(&mut self, truth: &ItemTruth) {
+    pub fn set_truth(&mut self, truth: &ItemTruth) {
         (self.asked.collides, self.asked.obstacle) = (truth.collides, truth.obstacle);
         if let (Some(facts), Some(critical)) = (&mut self.asked.facts, &truth.critical) {
             facts.critical.clone_from(critical);

@@ -55,10 +55,10 @@ pub fn edit(command: &[String], name: &str, text: &str) -> Result<String, String
     let folder = tempfile::Builder::new()
         .prefix("nearmiss-")
         .tempdir()
-        .map_err(|e| format!("no folder for the text: {}", system::words(&e)))?;
+        .map_err(|e| format!("no folder for the text: {}", system::error_text(&e)))?;
     let path = folder.path().join(name);
     let write = std::fs::File::create_new(&path).and_then(|mut f| f.write_all(text.as_bytes()));
-    write.map_err(|e| format!("{}: {}", path.display(), system::words(&e)))?;
+    write.map_err(|e| format!("{}: {}", path.display(), system::error_text(&e)))?;
     run(command, &path).map_err(|why| {
         // The user's text is not lost.
         let differs =
@@ -88,7 +88,7 @@ fn run(command: &[String], path: &Path) -> Result<String, String> {
     match started.and_then(|mut editor| editor.wait()) {
         Err(error) => Err(format!(
             "`{shown}` cannot be started: {}; set VISUAL or EDITOR to your editor",
-            system::words(&error)
+            system::error_text(&error)
         )),
         Ok(status) if !status.success() => Err(match status.code() {
             Some(code) => format!("`{shown}` ended with status {code}"),
@@ -99,7 +99,7 @@ fn run(command: &[String], path: &Path) -> Result<String, String> {
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    system::read_text(path, system::LARGEST_TEXT).map_err(|error| system::words(&error))
+    system::read_text(path, system::LARGEST_TEXT).map_err(|error| system::error_text(&error))
 }
 
 #[cfg(test)]

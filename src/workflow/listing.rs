@@ -220,7 +220,7 @@ pub fn search_index(
         let done = part.read(&columns, &mut |row| {
             let recorded = row.text(2)? == "recorded";
             let ego_id = row.integer(1);
-            let cell = RowCell::of(row, (3, 4, 5), 0)?;
+            let cell = RowCell::read(row, 3)?;
             let window = CellWindows {
                 manoeuvre: cell.manoeuvre,
                 road: cell.road,

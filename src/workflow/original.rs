@@ -317,7 +317,8 @@ fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, St
 /// It is not, or cannot be read.
 pub fn is_unchanged(path: &Path, hash: &str) -> Result<(), String> {
     let named = |words: &str| format!("{}: {words}", path.display());
-    let bytes = system::read_file(path, system::LARGEST).map_err(|e| named(&system::words(&e)))?;
+    let bytes =
+        system::read_file(path, system::LARGEST).map_err(|e| named(&system::error_text(&e)))?;
     if ContentHash::digest(&bytes).to_string() == hash {
         Ok(())
     } else {

@@ -210,7 +210,7 @@ impl PreparedPlan {
         cancel: &Cancel,
     ) -> Result<Driver, DriveError> {
         let driver = Driver::new(scenario, self.problem(), &self.settings)?
-            .beside(self.recorded_ego().cloned());
+            .with_recorded(self.recorded_ego().cloned());
         Ok(driver.cancelled_by(cancel).driven_by(self.planner.clone()))
     }
 
@@ -330,11 +330,11 @@ impl PreparedPlan {
         on_event: &mut dyn FnMut(PlanEvent<'_>),
     ) -> Option<Rollout> {
         if self.only_best {
-            let drive = driver.drive(scenario, &driver.whole());
+            let drive = driver.drive(scenario, &driver.full_span());
             return (!cancel.is_asked()).then_some(drive);
         }
         let mut watch = self.watch(scenario, on_event);
-        let drive = driver.drive_watched(scenario, &driver.whole(), &mut |planner, cycle| {
+        let drive = driver.drive_watched(scenario, &driver.full_span(), &mut |planner, cycle| {
             watch(planner, cycle);
             !cancel.is_asked()
         });
@@ -365,7 +365,7 @@ impl PreparedPlan {
         let forecaster = std::cell::OnceCell::new();
         move |planner, cycle| {
             let traffic = || {
-                if let Some(told) = planner.told() {
+                if let Some(told) = planner.traffic() {
                     return told.clone();
                 }
                 let forecaster =

@@ -88,10 +88,10 @@ fn reactive(entry: &Entry) -> Reactive {
     let problem = &scenario.planning_problems[0];
     let driver = Driver::new(&scenario, problem, &default_planning())
         .unwrap()
-        .beside(scene);
-    let recorded = driver.drive(&scenario, &driver.whole());
+        .with_recorded(scene);
+    let recorded = driver.drive(&scenario, &driver.full_span());
     let driver = driver.in_traffic(TrafficMode::Reactive);
-    let drive = driver.drive(&scenario, &driver.whole());
+    let drive = driver.drive(&scenario, &driver.full_span());
     let driven = drive.scenario_in(&scenario);
     let pairs = scenario.obstacles.iter().zip(&driven.obstacles);
     let moving = pairs.filter(|(old, _)| old.role == ObstacleRole::Dynamic);

@@ -316,7 +316,7 @@ fn bundled_light(step: i64, rules: RuleMode) -> (Option<i64>, RuleReport) {
     };
     let problem = &scenario.planning_problems[0];
     let driver = Driver::new(&scenario, problem, &settings).unwrap();
-    let drive = driver.drive(&scenario, &driver.whole());
+    let drive = driver.drive(&scenario, &driver.full_span());
     let report = drive.rules(&scenario, problem, &settings);
     let light = &driver.guide().regulations.lights[0];
     let path = &driver.guide().path;

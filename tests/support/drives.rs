@@ -10,5 +10,5 @@ pub fn drive(
     settings: &Settings,
 ) -> Result<Rollout, DriveError> {
     let driver = Driver::new(scenario, problem, settings)?;
-    Ok(driver.drive(scenario, &driver.whole()))
+    Ok(driver.drive(scenario, &driver.full_span()))
 }

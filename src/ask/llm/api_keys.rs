@@ -72,7 +72,7 @@ impl Environment {
         let text = match system::read_text(path, MAX_ENV_FILE_BYTES) {
             Ok(text) => text,
             Err(error) if error.kind() == ErrorKind::NotFound && !path.is_symlink() => return,
-            Err(error) => return problem(system::words(&error)),
+            Err(error) => return problem(system::error_text(&error)),
         };
         let mut variables = BTreeMap::new();
         for entry in dotenvy::from_read_iter(text.as_bytes()) {

@@ -151,7 +151,7 @@ impl fmt::Debug for Client {
 pub(super) fn deepest(error: &(dyn StdError + 'static)) -> String {
     let last = chain(error).last();
     last.map_or_else(String::new, |e| match e.downcast_ref() {
-        Some(error) => system::words(error),
+        Some(error) => system::error_text(error),
         None => e.to_string(),
     })
 }

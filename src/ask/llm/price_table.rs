@@ -49,8 +49,8 @@ impl PriceTable {
     /// The file cannot be read, or is no such table: why, with the file.
     pub fn in_file(path: &Path, today: Date) -> Result<Self, String> {
         let wrong = |why: String| format!("{}: {why}", system::shown_path(path));
-        let text =
-            system::read_text(path, MAX_FILE_BYTES as u64).map_err(|e| wrong(system::words(&e)))?;
+        let text = system::read_text(path, MAX_FILE_BYTES as u64)
+            .map_err(|e| wrong(system::error_text(&e)))?;
         let written = std::fs::metadata(path)
             .and_then(|found| found.modified())
             .ok()
@@ -181,7 +181,7 @@ impl Registry {
         let text = match system::read_text(&file, system::LARGEST_TEXT) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-            Err(error) => return Err(wrong(system::words(&error))),
+            Err(error) => return Err(wrong(system::error_text(&error))),
         };
         let kept: Kept = toml::from_str(&text).map_err(|error| {
             let line = error

@@ -53,7 +53,7 @@ fn no_thread(file: &str, error: &std::io::Error) -> RenderError {
         line: None,
         message: format!(
             "cannot start a thread: {}",
-            nearmiss_base::system::words(error)
+            nearmiss_base::system::error_text(error)
         ),
     }
 }

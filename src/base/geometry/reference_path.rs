@@ -89,7 +89,7 @@ pub enum ReferencePathError {
 const SPACINGS: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
 
 /// Parts of a piece that rounding may add to a line.
-const WHOLE: f64 = 1e-6;
+const ROUNDING_SHARE: f64 = 1e-6;
 
 /// How far the curve may leave the line, metres, while closer control points could bring it nearer.
 const DEVIATION: f64 = 0.1;
@@ -134,7 +134,7 @@ impl ReferencePath {
 
     fn with_spacing(line: &Polyline, spacing: f64) -> Self {
         // A line as long as a whole number of pieces must not get one more from rounding.
-        let pieces = (line.length() / spacing - WHOLE).ceil().max(1.0);
+        let pieces = (line.length() / spacing - ROUNDING_SHARE).ceil().max(1.0);
         let spacing = line.length() / pieces;
         let last = pieces as i64;
         let origin = line.points()[0];

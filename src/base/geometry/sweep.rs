@@ -28,7 +28,7 @@ const EXACT: f64 = 1e-9;
 
 /// What is touched only on the way counts where bodies get deeper into each other than this, metres. A body that
 /// brakes or turns with 8 m/s² is as far off the straight line within 0.1 s.
-const GRAZE: f64 = 0.01;
+const MAX_GRAZE: f64 = 0.01;
 
 impl Pose {
     /// The pose a share of the way on to another: the position along a straight line, the heading the shorter way round.
@@ -70,7 +70,7 @@ impl<'a> Sweep<'a> {
         if !self.can_touch(other) {
             return None;
         }
-        let stretches = Pair::of(self, other);
+        let stretches = Pair::all(self, other);
         let touch = stretches.iter().find_map(|stretch| {
             let touches = stretch.parts().filter_map(|(a, b)| stretch.touch(a, b));
             touches.min_by(f64::total_cmp)
@@ -148,7 +148,7 @@ struct Gap {
 }
 
 impl<'a> Pair<'a> {
-    fn of(a: &Sweep<'a>, b: &Sweep<'a>) -> Vec<Self> {
+    fn all(a: &Sweep<'a>, b: &Sweep<'a>) -> Vec<Self> {
         let halves: &[(f64, f64)] = if a.changes() || b.changes() {
             &[(0.0, 0.5), (0.5, 1.0)]
         } else {
@@ -260,7 +260,7 @@ impl<'a> Pair<'a> {
         self.parts().any(|(a, b)| {
             let mut share = from.max(self.from);
             while share <= self.to {
-                let left = GRAZE - self.depth(a, b, share);
+                let left = MAX_GRAZE - self.depth(a, b, share);
                 if left <= 0.0 {
                     return true;
                 }

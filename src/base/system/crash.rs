@@ -62,7 +62,7 @@ pub fn report_panics(folder: Option<PathBuf>, redact: Redact) {
                 .as_deref()
                 .ok_or_else(|| "no folder for it".to_string())
                 .and_then(|folder| {
-                    write(folder, &redact(&report)).map_err(|error| super::words(&error))
+                    write(folder, &redact(&report)).map_err(|error| super::error_text(&error))
                 });
             let sentence = redact(&sentence(&crashed, &command, written.as_deref()));
             // Standard error may be closed.

@@ -15,7 +15,7 @@ struct Stamp {
 }
 
 impl Stamp {
-    fn of(path: &Path) -> Self {
+    fn read(path: &Path) -> Self {
         let found = path.metadata().ok();
         Self {
             path: path.to_path_buf(),
@@ -72,7 +72,7 @@ impl<T> FileCache<T> {
         read: impl FnOnce() -> Result<(T, usize), E>,
     ) -> Result<Arc<T>, E> {
         files.iter().for_each(|path| super::read_file::note(path));
-        let files: Vec<Stamp> = files.iter().map(|path| Stamp::of(path)).collect();
+        let files: Vec<Stamp> = files.iter().map(|path| Stamp::read(path)).collect();
         let settled = files.iter().all(Stamp::is_settled);
         let slot = self.slot(files);
         let mut value = slot.lock().unwrap_or_else(PoisonError::into_inner);

@@ -2,6 +2,7 @@
 
 pub mod activity;
 pub mod crash;
+mod error_text;
 mod file_cache;
 pub mod job_control;
 mod new_file;
@@ -12,8 +13,8 @@ mod read_file;
 mod terminal;
 mod toml_text;
 mod visible;
-mod words;
 
+pub use error_text::error_text;
 pub use file_cache::FileCache;
 pub use new_file::{NewFile, SaveError, Unfinished, remove_unfinished, save, save_private};
 pub use paths::{shown_path, without_folders};
@@ -29,4 +30,3 @@ pub use toml_text::{
     toml_mistake, unknown,
 };
 pub use visible::{disguises, escaped_json, escaped_xml, visible};
-pub use words::words;

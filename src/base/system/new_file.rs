@@ -22,7 +22,7 @@ pub enum SaveError {
     #[error("{file}: no folder {folder}; create it first", file = .0.display(), folder = .1.display())]
     NoFolder(PathBuf, PathBuf),
     /// The system refused.
-    #[error("{path}: {}", system::words(source))]
+    #[error("{path}: {}", system::error_text(source))]
     Io {
         /// Which file.
         path: PathBuf,
@@ -187,20 +187,20 @@ pub enum Readers {
 /// not locked belongs to a program that was killed, and is removed when the same file is written the next time.
 #[derive(Debug)]
 pub struct PartialFile {
-    written: Written,
+    written: FileKind,
     /// Prefix of its temporary name.
     prefix: String,
     readers: Readers,
 }
 
 #[derive(Debug)]
-enum Written {
+enum FileKind {
     #[cfg_attr(not(target_os = "linux"), allow(dead_code))]
     Unnamed(File),
     Named(NamedTempFile, Unfinished),
 }
 
-impl Written {
+impl FileKind {
     /// A file that is removed when a signal ends the program.
     fn with_name(file: NamedTempFile) -> Self {
         let unfinished = Unfinished::begin(file.path());
@@ -215,15 +215,15 @@ const ENDING: &str = ".part";
 const LETTERS: usize = 6;
 
 /// Tries to find a name that is free, or that stays with a file while it is locked.
-const TRIES: usize = 16;
+const MAX_TRIES: usize = 16;
 
 impl PartialFile {
     /// Begins a file that will be called about `name`.
     pub fn begin(folder: &Path, name: &str, readers: Readers) -> io::Result<Self> {
         let prefix = format!(".{name}");
         let written = match unnamed(folder, readers) {
-            Some(file) => Written::Unnamed(file),
-            None => Written::with_name(named(folder, &prefix, readers)?),
+            Some(file) => FileKind::Unnamed(file),
+            None => FileKind::with_name(named(folder, &prefix, readers)?),
         };
         Ok(Self {
             written,
@@ -235,20 +235,20 @@ impl PartialFile {
     /// The file.
     pub fn file(&self) -> &File {
         match &self.written {
-            Written::Unnamed(file) => file,
-            Written::Named(file, _) => file.as_file(),
+            FileKind::Unnamed(file) => file,
+            FileKind::Named(file, _) => file.as_file(),
         }
     }
 
     /// Gives the file its name, in the place of another one if `overwrite`.
     pub fn place(self, target: &Path, overwrite: bool) -> io::Result<()> {
         let file = match self.written {
-            Written::Named(file, unfinished) => {
+            FileKind::Named(file, unfinished) => {
                 // From here on a signal must not remove what stands at the target.
                 drop(unfinished);
                 return persist(file, target, overwrite);
             }
-            Written::Unnamed(file) => file,
+            FileKind::Unnamed(file) => file,
         };
         let linked = if overwrite {
             link_over(&file, &self.prefix, target)
@@ -325,7 +325,7 @@ fn link_over(file: &File, prefix: &str, target: &Path) -> io::Result<()> {
     // One that is locked is not removed by another program in that moment; without locks nothing is removed.
     let _ = file.try_lock();
     let folder = folder_of(target);
-    for _ in 0..TRIES {
+    for _ in 0..MAX_TRIES {
         let letters: String = std::iter::repeat_with(fastrand::alphanumeric)
             .take(LETTERS)
             .collect();
@@ -353,7 +353,7 @@ fn named(folder: &Path, prefix: &str, readers: Readers) -> io::Result<NamedTempF
         builder.permissions(std::fs::Permissions::from_mode(mode(readers)));
     }
     let mut file = builder.tempfile_in(folder)?;
-    for _ in 0..TRIES {
+    for _ in 0..MAX_TRIES {
         // Where there are no locks nothing is swept either.
         let locked = file.as_file().try_lock().is_ok();
         if !locked || file.path().exists() {
@@ -569,7 +569,7 @@ mod temporary_file_tests {
     /// A part as it is where the system knows no files without a name.
     fn with_a_name(folder: &Path) -> PartialFile {
         PartialFile {
-            written: Written::with_name(named(folder, ".a.csv", Readers::Umask).unwrap()),
+            written: FileKind::with_name(named(folder, ".a.csv", Readers::Umask).unwrap()),
             prefix: ".a.csv".into(),
             readers: Readers::Umask,
         }

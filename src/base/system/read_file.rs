@@ -11,7 +11,7 @@ pub const LARGEST: u64 = 1 << 30;
 /// No text that a person writes for this program is larger (templates, themes, drafts), bytes.
 pub const LARGEST_TEXT: u64 = 1 << 20;
 
-/// Opens a file for reading; see [`words`](super::words()) for its errors.
+/// Opens a file for reading; see [`words`](super::error_text()) for its errors.
 ///
 /// # Errors
 /// What the system says; or it is a folder, or a pipe, device or socket, where reading could wait or go on for ever.
@@ -185,14 +185,14 @@ pub fn is_of_kernel(_: &Path) -> bool {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::super::{FileCache, read_file, words};
+    use super::super::{FileCache, error_text, read_file};
     use super::*;
 
     #[test]
     fn a_file_is_read_up_to_its_limit() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("file");
-        let error = |most| words(&read_file(&path, most).unwrap_err());
+        let error = |most| error_text(&read_file(&path, most).unwrap_err());
         assert_eq!(error(1), "no such file or folder");
         std::fs::write(&path, vec![b'a'; 1 << 20]).unwrap();
         assert_eq!(read_file(&path, 1 << 20).unwrap().len(), 1 << 20);
@@ -202,7 +202,7 @@ mod tests {
         File::create(&path).unwrap().set_len(10 << 30).unwrap();
         assert!(error(LARGEST).contains("larger than 1024 MiB"));
         let error = read_file(folder.path(), 1).unwrap_err();
-        assert!(words(&error).contains("folder"));
+        assert!(error_text(&error).contains("folder"));
     }
 
     /// Of `/proc/PID/maps` and the like nobody knows how long they are.
@@ -212,7 +212,7 @@ mod tests {
         let mapped = Path::new("/proc/self/smaps");
         assert_eq!(mapped.metadata().unwrap().len(), 0);
         let read = |most| read_file(mapped, most).map(|bytes| bytes.len() as u64);
-        let error = words(&read(100).unwrap_err());
+        let error = error_text(&read(100).unwrap_err());
         assert!(error.contains("larger than"), "{error}");
         assert!(read(LARGEST).is_ok_and(|length| length <= LARGEST_TEXT));
     }
@@ -224,7 +224,7 @@ mod tests {
         std::fs::write(&path, "µ").unwrap();
         assert_eq!(read_text(&path, LARGEST_TEXT).unwrap(), "µ");
         std::fs::write(&path, [b'a', 0xb5]).unwrap();
-        let error = words(&read_text(&path, LARGEST_TEXT).unwrap_err());
+        let error = error_text(&read_text(&path, LARGEST_TEXT).unwrap_err());
         assert!(error.contains("UTF-8"), "{error}");
     }
 
@@ -250,7 +250,7 @@ mod tests {
             ("gone", "no such file"),
             ("loop", "symbolic links"),
         ] {
-            let error = words(&read_file(&path(irregular), 1).unwrap_err());
+            let error = error_text(&read_file(&path(irregular), 1).unwrap_err());
             assert!(error.contains(why), "{irregular}: {error}");
         }
     }

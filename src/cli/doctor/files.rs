@@ -130,7 +130,7 @@ fn written(what: &str, there: &Path, words: &str, variable: &str) -> Finding {
             "folders",
             format!(
                 "{what}: {words}: not writable: {}",
-                nearmiss_base::system::words(&error)
+                nearmiss_base::system::error_text(&error)
             ),
             format!("make it writable, or set {variable} to another folder"),
         ),

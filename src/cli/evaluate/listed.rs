@@ -70,10 +70,9 @@ pub fn list(as_json: bool) -> Outcome {
                 "      {} · truth: {}{}\n",
                 scenarios(progress.scenarios, &spec.experiment.scenarios),
                 spec.truth().summary(),
-                spec.ego.planner().map_or(String::new(), |drives| format!(
-                    " · egos {}",
-                    drives.words()
-                ))
+                spec.ego
+                    .planner()
+                    .map_or(String::new(), |drives| format!(" · egos {}", drives.text()))
             ));
         }
     }

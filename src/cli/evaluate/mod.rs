@@ -123,7 +123,7 @@ impl Run {
         if let Some(drives) = ego.planner() {
             output::say(&output::visible(&format!(
                 "nearmiss: egos {}",
-                drives.words()
+                drives.text()
             )));
         }
         Ok(ego)

@@ -128,7 +128,7 @@ const NAMED: usize = 4;
 
 /// Reads a manifest, and compares it with its variant.
 fn read(path: &Path) -> Result<FileKind, String> {
-    let bytes = system::read_file(path, system::LARGEST).map_err(|e| system::words(&e))?;
+    let bytes = system::read_file(path, system::LARGEST).map_err(|e| system::error_text(&e))?;
     let document: Value =
         serde_json::from_slice(&bytes).map_err(|e| format!("not a manifest of a variant: {e}"))?;
     if is_of_report(&document) {
@@ -198,7 +198,8 @@ fn file_name(path: &Path) -> String {
 /// It is not, or cannot be read.
 pub fn is_report(path: &Path) -> Result<(), String> {
     let named = |words: String| format!("{}: {words}", path.display());
-    let bytes = system::read_file(path, system::LARGEST).map_err(|e| named(system::words(&e)))?;
+    let bytes =
+        system::read_file(path, system::LARGEST).map_err(|e| named(system::error_text(&e)))?;
     match serde_json::from_slice(&bytes) {
         Ok(document) if is_of_report(&document) => Ok(()),
         _ => Err(named(

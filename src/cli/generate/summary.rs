@@ -245,7 +245,7 @@ impl Summary {
         let effective = self.collisions + self.near_misses;
         if effective > 0 {
             text.push_str(&self.avoidable_words(effective));
-            let people = HumanLimits::of(ObstacleType::Car).braking;
+            let people = HumanLimits::for_kind(ObstacleType::Car).braking;
             if let Some(hardest) = self.hardest.filter(|hardest| *hardest > people) {
                 text.push_str(&format!(
                     "the good driver uses up to {hardest:.1} m/s²: people brake with up to {people:.1} m/s²\n"

@@ -73,7 +73,7 @@ fn problem_summary(problem: &ProblemSolution, step: Option<f64>) -> String {
          states      {} <{}>, steps {} to {}, {duration}\n",
         problem.planning_problem,
         problem.model,
-        problem.model.words(),
+        problem.model.full_name(),
         problem.vehicle,
         problem.cost,
         states.len(),

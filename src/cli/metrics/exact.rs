@@ -51,7 +51,7 @@ pub fn rows(
                 Cell::Integer(participant.obstacle.id),
                 encounter.relation().direction.name().into(),
             ];
-            let measures = MEASURES.iter().map(|m| cell(m.of(&encounter)));
+            let measures = MEASURES.iter().map(|m| cell(m.evaluate(&encounter)));
             let head = file.cells().into_iter().chain(when(scene, step)).chain(who);
             rows.push(head.chain(measures).collect());
         }

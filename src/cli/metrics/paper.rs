@@ -110,13 +110,13 @@ const COLUMNS: &[PaperColumn] = &[
         "motion_long",
         "",
         "relative motion along the ego's heading",
-        Get::Text(|r| r.relation.motion_long.words()),
+        Get::Text(|r| r.relation.motion_long.text()),
     ),
     column(
         "motion_lat",
         "",
         "relative motion across the ego's heading",
-        Get::Text(|r| r.relation.motion_lat.words()),
+        Get::Text(|r| r.relation.motion_lat.text()),
     ),
     column(
         "wdominant",

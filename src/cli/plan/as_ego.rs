@@ -170,7 +170,7 @@ impl Kept {
         let failed = |error: &dyn std::fmt::Display| {
             Failure::input(format!("{}: {error}", folder.display()))
         };
-        system::make_folder(folder).map_err(|error| failed(&system::words(&error)))?;
+        system::make_folder(folder).map_err(|error| failed(&system::error_text(&error)))?;
         let lines = (LINES.to_string(), self.lines.as_bytes());
         let files = self
             .files

@@ -52,7 +52,7 @@ pub fn all(pairs: &[Pair]) -> Vec<Difference> {
     }
     all.extend(Rule::ALL.map(|rule| Difference {
         is_rule: true,
-        ..count(rule.name(), rule.words(), &|driven| {
+        ..count(rule.name(), rule.text(), &|driven| {
             driven.rules.broken().any(|broken| broken == rule)
         })
     }));

@@ -97,7 +97,7 @@ pub fn drive(
                 .len()
         }),
         rules: match prepared.recorded_ego().filter(|_| is_recorded) {
-            Some(scene) => RuleReport::of(scene),
+            Some(scene) => RuleReport::from_scene(scene),
             None => drive.rules(
                 &prepared.driven(&drive),
                 prepared.problem(),
@@ -105,7 +105,9 @@ pub fn drive(
             ),
         },
         is_recorded,
-        recorded_rules: prepared.recorded_ego().map(|scene| RuleReport::of(scene)),
+        recorded_rules: prepared
+            .recorded_ego()
+            .map(|scene| RuleReport::from_scene(scene)),
         settings: prepared.settings,
         scenario: prepared.driven(&drive),
         drive,

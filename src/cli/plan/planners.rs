@@ -172,7 +172,7 @@ fn command<'a>(
     said: &str,
     known: impl Iterator<Item = &'a str>,
 ) -> Result<ExternalOptions, Failure> {
-    let words = ExternalOptions::words(said)
+    let words = ExternalOptions::split_command(said)
         .map_err(|why| Failure::input(format!("--planner {said}: {why}")))?;
     // A name that is mistyped is no program.
     if let [program] = &words[..]

@@ -83,7 +83,7 @@ fn broken(drive: &DriveRecord) -> impl Iterator<Item = Rule> {
 
 /// The rules that a drive broke, in a few words; nothing where it broke none.
 pub fn words(drive: &DriveRecord) -> Option<String> {
-    let broken: Vec<&str> = broken(drive).map(Rule::words).collect();
+    let broken: Vec<&str> = broken(drive).map(Rule::text).collect();
     (!broken.is_empty()).then(|| format!("breaks {}", broken.join(", ")))
 }
 
@@ -107,7 +107,7 @@ impl RuleCounts {
             .zip(Rule::ALL)
             .filter(|(count, _)| **count > 0);
         let parts: Vec<String> = counted
-            .map(|(count, rule)| format!("{} {count}", rule.words()))
+            .map(|(count, rule)| format!("{} {count}", rule.text()))
             .collect();
         (!parts.is_empty()).then(|| format!("drives that break a rule: {}\n", parts.join(", ")))
     }

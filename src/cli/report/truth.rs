@@ -165,7 +165,7 @@ fn labels(file: &Path, truth: &mut Truth) -> Result<(), Failure> {
     let bytes = system::read_file(file, system::LARGEST).map_err(|e| {
         Failure::input(format!(
             "--truth {shown}: {}; use CSV files, folders, `batch` for the truth of the batches, `auto` for the exact geometry, or `score` for the risk score",
-            system::words(&e)
+            system::error_text(&e)
         ))
     })?;
     truth.labels.read(&bytes, &shown).map_err(Failure::input)

@@ -48,7 +48,7 @@ const OVER: f64 = 2.0;
 const HOPELESS: f64 = 3.2;
 
 /// The ego is driven for so long after the attack should be nearest, seconds: it slows down before that.
-const ENOUGH: f64 = 3.0;
+const SECONDS_AFTER_ATTACK: f64 = 3.0;
 
 /// Added cost of an attacker that comes near only from behind.
 const FROM_BEHIND: f64 = 2.0;
@@ -126,7 +126,7 @@ impl AttackSetup<'_> {
     fn enough(&self, attack: &Attack) -> i64 {
         let others = self.stage.others.map(|(others, _)| others.rehearsal.step);
         let nearest = attack.rehearsal.step.max(others.unwrap_or(i64::MIN));
-        nearest + (ENOUGH / self.stage.dt()).ceil() as i64
+        nearest + (SECONDS_AFTER_ATTACK / self.stage.dt()).ceil() as i64
     }
 
     /// Drives the ego against it to the end, and looks whether each attacker is needed and a good driver survives it
@@ -320,16 +320,16 @@ pub struct AttackContext<'a> {
 const SPACING: f64 = 0.3;
 
 /// The ego's way goes on straight for so long, metres.
-const BEYOND: f64 = 60.0;
+const STRAIGHT_EXTENSION: f64 = 60.0;
 
 /// How far ahead lanes are followed for ways, seconds at [`LEAST_SPEED`] or more.
-const AHEAD: f64 = 12.0;
+const LOOKAHEAD_SECONDS: f64 = 12.0;
 
 /// An obstacle that stands may take the ways of one that drives so fast, m/s.
 const LEAST_SPEED: f64 = 8.0;
 
 /// Ways are followed no farther than this, metres: no vehicle drives so far within a scenario's seconds.
-pub(super) const FARTHEST: f64 = 5000.0;
+pub(super) const MAX_WAY_LENGTH: f64 = 5000.0;
 
 /// Seconds that are looked at to tell which lane an obstacle follows.
 const MEMORY: f64 = 1.0;
@@ -342,7 +342,7 @@ impl<'a> AttackContext<'a> {
         let places = ego.iter().map(|(_, m)| m.pose.position);
         let mut points = thinned(places);
         let (_, last) = ego.iter().last()?;
-        points.push(last.pose.position + last.pose.forward() * BEYOND);
+        points.push(last.pose.position + last.pose.forward() * STRAIGHT_EXTENSION);
         Some(Self {
             scenario,
             footprint,
@@ -411,10 +411,11 @@ impl<'a> AttackContext<'a> {
             return Vec::new();
         };
         let mut courses = Predictor::new(&past, Model::AlongLanes)
-            .predict(seen, AHEAD)
+            .predict(seen, LOOKAHEAD_SECONDS)
             .courses;
         courses.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-        let reach = (AHEAD * seen.motion.velocity).clamp(AHEAD * LEAST_SPEED, FARTHEST);
+        let reach = (LOOKAHEAD_SECONDS * seen.motion.velocity)
+            .clamp(LOOKAHEAD_SECONDS * LEAST_SPEED, MAX_WAY_LENGTH);
         let along = |pose: &dyn Fn(f64) -> Pose| -> Vec<Point> {
             let pieces = (reach / 1.0) as usize;
             (0..=pieces).map(|s| pose(s as f64).position).collect()

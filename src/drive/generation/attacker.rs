@@ -188,7 +188,7 @@ impl Capability {
     pub fn for_obstacle(obstacle: &Obstacle, style: AttackStyle) -> Option<Self> {
         let able = Self::of_vehicle(obstacle)?;
         Some(match style {
-            AttackStyle::Human => able.of_person(&HumanLimits::of(obstacle.kind)),
+            AttackStyle::Human => able.of_person(&HumanLimits::for_kind(obstacle.kind)),
             AttackStyle::Limit => able,
         })
     }

@@ -152,14 +152,14 @@ impl Effect {
 
     /// The effect of one of its obstacles.
     #[must_use]
-    pub fn of(&self, obstacle: i64) -> Option<&AttackerEffect> {
+    pub fn on_attacker(&self, obstacle: i64) -> Option<&AttackerEffect> {
         self.attackers.iter().find(|a| a.obstacle == obstacle)
     }
 
     /// Whether the motion of an obstacle was changed.
     #[must_use]
     pub fn is_attacker(&self, obstacle: i64) -> bool {
-        self.of(obstacle).is_some()
+        self.on_attacker(obstacle).is_some()
     }
 
     /// The ids of the attackers.

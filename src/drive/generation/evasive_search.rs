@@ -46,7 +46,7 @@ const SLOWING: [(f64, f64); 4] = [(1.0, 0.7), (1.0, 0.4), (0.5, 0.7), (0.5, 0.4)
 const ACCELERATING: [(f64, f64); 4] = [(0.4, 4.0), (1.0, 4.0), (0.6, 10.0), (1.0, 10.0)];
 
 /// Changes of the offset to either side, metres.
-const ASIDE: [f64; 6] = [0.0, 0.5, 1.0, 1.75, 2.5, 3.5];
+const OFFSETS: [f64; 6] = [0.0, 0.5, 1.0, 1.75, 2.5, 3.5];
 
 /// Shares of the friction that steering may take.
 const GRIP: [f64; 2] = [0.5, 0.95];
@@ -55,7 +55,7 @@ impl<'a> Search<'a> {
     pub fn new(closed: &'a ClosedLoop, effect: &'a Effect) -> Self {
         let driver = closed.driver();
         let after = (AFTER / driver.dt()).ceil() as i64;
-        let deadline = driver.whole().last;
+        let deadline = driver.full_span().last;
         let contact = effect.contact.map(|c| c.step);
         let goal_from = contact.map_or(effect.from, |step| step.saturating_add(after));
         let obstacles = effect.scenario.obstacles.iter();
@@ -201,7 +201,7 @@ impl<'a> Search<'a> {
             (share * forward, until)
         });
         let along: Vec<(f64, f64)> = braking.into_iter().chain(slowing).chain(faster).collect();
-        let sides = ASIDE.into_iter().flat_map(|aside| match aside {
+        let sides = OFFSETS.into_iter().flat_map(|aside| match aside {
             0.0 => vec![0.0],
             _ => vec![aside, -aside],
         });
@@ -240,10 +240,10 @@ impl<'a> Search<'a> {
                 Some(_) => return None,
             }
         }
-        Some(self.whole(states, outcome))
+        Some(self.full_rollout(states, outcome))
     }
 
-    fn whole(&self, states: Vec<(i64, VehicleState)>, outcome: Outcome) -> Rollout {
+    fn full_rollout(&self, states: Vec<(i64, VehicleState)>, outcome: Outcome) -> Rollout {
         let driver = self.closed.driver();
         Rollout {
             states,
@@ -293,7 +293,7 @@ impl<'a> Search<'a> {
             let later = drive.states.iter().skip(1);
             let states = begun.states.iter().chain(later).copied().collect();
             let avoidance = EvasiveTrajectory {
-                drive: self.whole(states, drive.outcome),
+                drive: self.full_rollout(states, drive.outcome),
                 reaction,
                 found: Finder::Planner(name),
                 searched: *searched,

@@ -4,7 +4,7 @@ use nearmiss_base::geometry::{Point, Polyline};
 use nearmiss_scene::scenario::{Motion, Obstacle};
 use nearmiss_scene::verdict::{Manoeuvre, ManoeuvreKind};
 
-use super::attack::FARTHEST;
+use super::attack::MAX_WAY_LENGTH;
 use super::attacker::Candidate;
 use super::{AttackContext, TrackingTarget};
 use crate::planner::Polynomial;
@@ -166,7 +166,7 @@ impl Aim<'_> {
         if distance < 0.0 {
             return Err("it would have to drive backwards to get in front of the ego".into());
         }
-        Ok(self.beside(way, Some((distance, speed)), 0.0, None))
+        Ok(self.lateral_targets(way, Some((distance, speed)), 0.0, None))
     }
 
     fn drift(&self, way: &Polyline) -> Result<Vec<Option<TrackingTarget>>, Impossible> {
@@ -175,7 +175,7 @@ impl Aim<'_> {
             None => 0.0,
         };
         let until = self.manoeuvre.duration + STAY;
-        Ok(self.beside(way, None, to_side, Some(until)))
+        Ok(self.lateral_targets(way, None, to_side, Some(until)))
     }
 
     fn door_to_door(&self, way: &Polyline) -> Result<Vec<Option<TrackingTarget>>, Impossible> {
@@ -187,7 +187,7 @@ impl Aim<'_> {
         let widths = f64::midpoint(self.size().1, self.ego_size().1);
         let to_side = self.side(way) * (widths + self.manoeuvre.gap.unwrap_or(0.3));
         let speed = self.manoeuvre.speed.unwrap_or(ego_speed);
-        Ok(self.beside(way, Some((ego - here, speed)), to_side, None))
+        Ok(self.lateral_targets(way, Some((ego - here, speed)), to_side, None))
     }
 
     /// 1 where it is on the left of the ego's way, else -1.
@@ -199,7 +199,7 @@ impl Aim<'_> {
     /// From its own way to the ego's, `to_side` metres to the left of it, within the duration; back again at `until`
     /// seconds where that is said. `end` are the distance and the speed at the end of the duration, where they are
     /// asked for.
-    fn beside(
+    fn lateral_targets(
         &self,
         way: &Polyline,
         end: Option<(f64, f64)>,
@@ -262,7 +262,7 @@ impl Aim<'_> {
     /// there.
     fn crossing(&self, way: &Polyline) -> Option<(f64, f64)> {
         let line = &self.stage.line;
-        let places = (0..=way.length().min(FARTHEST) as usize).map(|s| s as f64);
+        let places = (0..=way.length().min(MAX_WAY_LENGTH) as usize).map(|s| s as f64);
         let mut on = places.map(|s| (s, line.project(&way.pose_at(s).position)));
         let (_, first) = on.next()?;
         if first.d.abs() <= ON_THE_WAY {
@@ -327,7 +327,7 @@ pub(super) struct ManoeuvreSpace {
 }
 
 /// No manoeuvre takes less, seconds.
-const SHORTEST: f64 = 0.8;
+const MIN_DURATION: f64 = 0.8;
 
 impl ManoeuvreSpace {
     /// What a candidate can try, all of it.
@@ -351,8 +351,8 @@ impl ManoeuvreSpace {
             way,
             mean,
             spread,
-            lowest: [first, SHORTEST, low[2], low[3]],
-            highest: [(last - SHORTEST).max(first), high[1], high[2], high[3]],
+            lowest: [first, MIN_DURATION, low[2], low[3]],
+            highest: [(last - MIN_DURATION).max(first), high[1], high[2], high[3]],
         };
         use ManoeuvreKind as Kind;
         let most = ego + 5.0;

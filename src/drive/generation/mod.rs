@@ -47,7 +47,7 @@ pub use manifest::{
 pub use nearmiss_scene::scenario::HumanLimits;
 pub use plausibility::{MotionQuantity, MotionSamples, Plausibility, RecordedMotions};
 pub use refusal::{Reason, Refusal, RefusalSummary, summarize};
-pub use repair::{AdmittedAttack, FARTHEST, Repair, admit};
+pub use repair::{AdmittedAttack, MAX_DISPLACEMENT, Repair, admit};
 pub use screening::OpenLoopScreening;
 pub use search::search_until;
 pub use tracking::{TrackingTarget, track};

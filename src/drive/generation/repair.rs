@@ -34,7 +34,7 @@ pub struct Repair {
 }
 
 /// A repair moves no obstacle farther than this at any step, metres: what needs more was asked otherwise.
-pub const FARTHEST: f64 = 1.0;
+pub const MAX_DISPLACEMENT: f64 = 1.0;
 
 /// So much may heading (rad) and speed (m/s) differ from those of the waypoints, and from the recorded ones at the
 /// start. Of fast motions a share of the speed: places say how fast it is, too.
@@ -208,7 +208,7 @@ fn is_near(
         let value = refusal.value.unwrap_or(0.0);
         let excess = value - refusal.limit.unwrap_or(0.0);
         match refusal.reason {
-            Reason::Start("position") => value <= FARTHEST,
+            Reason::Start("position") => value <= MAX_DISPLACEMENT,
             Reason::Start("heading") => value <= HEADING_TOLERANCE,
             Reason::Start(_) => value <= SPEED_TOLERANCE,
             Reason::Kinematics(_)
@@ -218,7 +218,7 @@ fn is_near(
             | Reason::Acceleration
             | Reason::Heading
             | Reason::Velocity => true,
-            Reason::Jump => excess <= FARTHEST,
+            Reason::Jump => excess <= MAX_DISPLACEMENT,
             Reason::OffRoad if excess <= MAX_OFF_ROAD => true,
             Reason::OffRoad | Reason::Overlap(_) => refusal.step.is_some_and(|step| step > over),
             _ => false,
@@ -234,9 +234,9 @@ fn otherwise(
     step: i64,
     moved: f64,
 ) -> Option<String> {
-    if moved > FARTHEST {
+    if moved > MAX_DISPLACEMENT {
         return Some(format!(
-            "the nearest drivable motion is {moved:.2} m away at step {step}; at most {FARTHEST:.2} m are repaired"
+            "the nearest drivable motion is {moved:.2} m away at step {step}; at most {MAX_DISPLACEMENT:.2} m are repaired"
         ));
     }
     points.iter().enumerate().find_map(|(place, point)| {

@@ -31,11 +31,11 @@ pub struct OpenLoopScreening {
 }
 
 /// The ego looks ahead so far, seconds, in this many looks.
-const AHEAD: f64 = 2.4;
-const LOOKS: usize = 8;
+const LOOKAHEAD_SECONDS: f64 = 2.4;
+const LOOKAHEAD_SAMPLES: usize = 8;
 
 /// It brakes when the two would come nearer than this, metres.
-const NEAR: f64 = 0.3;
+const BRAKING_DISTANCE: f64 = 0.3;
 
 /// How hard it brakes, and how it gets up to its old speed again, m/s².
 const BRAKING: f64 = 9.0;
@@ -147,14 +147,19 @@ impl Braking<'_> {
 
     /// Whether the two would meet if both went on as they do.
     fn has_to_brake(&self, attacker: &Motion, body: &Footprint) -> bool {
-        (1..=LOOKS).any(|look| {
-            let t = AHEAD * look as f64 / LOOKS as f64;
+        (1..=LOOKAHEAD_SAMPLES).any(|look| {
+            let t = LOOKAHEAD_SECONDS * look as f64 / LOOKAHEAD_SAMPLES as f64;
             let own = self.stage.line.pose_at(self.s + self.speed * t);
             let there = Pose {
                 position: attacker.pose.position + attacker.velocity_vector() * t,
                 ..attacker.pose
             };
-            nearer(&self.stage.footprint.at(own), &body.at(there), NEAR).is_some()
+            nearer(
+                &self.stage.footprint.at(own),
+                &body.at(there),
+                BRAKING_DISTANCE,
+            )
+            .is_some()
         })
     }
 }
@@ -219,10 +224,10 @@ fn correction(lessons: impl Iterator<Item = (f64, f64)>) -> f64 {
 }
 
 /// Motions that are nearer to each other than this, in spreads of their arm, end alike.
-const ALIKE: f64 = 0.25;
+const SIMILARITY: f64 = 0.25;
 
 /// After so many drives without an effect nothing more is expected of what is like them.
-const ENOUGH: usize = 2;
+const MAX_FUTILE_DRIVES: usize = 2;
 
 /// Which of `tried` are to be driven next, at most `count`: the most promising ones, not more than half of them by
 /// one arm, and at least `apart` spreads from each other.
@@ -237,8 +242,8 @@ pub(super) fn promising(
     let futile = |t: &&Trial| t.attack.effect.is_some() && t.attack.cost() > 0.0;
     let futile: Vec<&Trial> = tried.iter().filter(futile).collect();
     let hopeless = |t: &Trial| {
-        let alike = futile.iter().filter(|f| f.is_within(ALIKE, t, arms));
-        alike.count() >= ENOUGH
+        let alike = futile.iter().filter(|f| f.is_within(SIMILARITY, t, arms));
+        alike.count() >= MAX_FUTILE_DRIVES
     };
     order.retain(|&i| tried[i].attack.effect.is_none() && !hopeless(&tried[i]));
     order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
@@ -265,7 +270,9 @@ pub(super) fn elite<'t>(arms: &[ManoeuvreSpace], tried: &'t [Trial]) -> Vec<(f64
     let mut elite: Vec<(f64, &Trial)> = Vec::new();
     for (cost, tried) in order {
         let same = elite.iter().filter(|(_, t)| t.arm == tried.arm).count();
-        let alike = elite.iter().any(|(_, t)| t.is_within(ALIKE, tried, arms));
+        let alike = elite
+            .iter()
+            .any(|(_, t)| t.is_within(SIMILARITY, tried, arms));
         if elite.len() < ELITE && same < ELITE / 3 && !alike {
             elite.push((cost, tried));
         }

@@ -434,7 +434,7 @@ const CHILDREN: usize = 4;
 const ASKED: usize = 12;
 
 /// What costs more is too far off for small changes.
-const NEAR: f64 = 2.0;
+const MAX_COST_TO_REFINE: f64 = 2.0;
 
 /// The first step, as a share of an arm's spread; what it becomes after a success and a failure.
 const STEP: f64 = 0.3;
@@ -479,7 +479,7 @@ impl Search<'_> {
         let mut near: Vec<(usize, f64)> = tried
             .filter(|(_, t)| t.attack.effect.is_some() && !t.attack.has_effect())
             .map(|(i, t)| (i, t.attack.cost()))
-            .filter(|(_, cost)| *cost <= NEAR)
+            .filter(|(_, cost)| *cost <= MAX_COST_TO_REFINE)
             .collect();
         near.sort_by(|a, b| a.1.total_cmp(&b.1));
         let mut parents: Vec<usize> = Vec::new();

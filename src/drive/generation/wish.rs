@@ -53,7 +53,7 @@ nearmiss_record::named!(AttackPlace);
 const SAME_WAY: f64 = std::f64::consts::FRAC_PI_4;
 
 /// One whose middle is farther to a side than this is on another lane, metres.
-const BESIDE: f64 = 1.75;
+const LANE_OFFSET: f64 = 1.75;
 
 /// Slower vehicles stand, m/s.
 const STANDING: f64 = 0.5;
@@ -227,8 +227,8 @@ fn is_at(stage: &AttackContext<'_>, id: i64, place: AttackPlace, step: i64) -> b
         AttackPlace::Oncoming => opposite && there.x > 0.0,
         AttackPlace::Ahead => same && there.x > half,
         AttackPlace::Behind => same && there.x < -half,
-        AttackPlace::LeftLane => same && there.y > BESIDE,
-        AttackPlace::RightLane => same && there.y < -BESIDE,
+        AttackPlace::LeftLane => same && there.y > LANE_OFFSET,
+        AttackPlace::RightLane => same && there.y < -LANE_OFFSET,
         AttackPlace::Hidden => is_hidden(stage, id, (ego.pose.position, other.pose.position), step),
     }
 }

@@ -51,7 +51,7 @@ pub struct Forecaster<'a> {
 const MEMORY: f64 = 1.0;
 
 /// Ways that are less likely are not looked at.
-const LEAST: f64 = 0.05;
+const MIN_LIKELIHOOD: f64 = 0.05;
 
 impl<'a> Forecaster<'a> {
     /// A forecaster for all obstacles of `scenario` except `without`.
@@ -109,7 +109,7 @@ impl<'a> Forecaster<'a> {
                 .is_some_and(Obstacle::is_set_based)
         };
         for seen in past.others().iter().filter(|seen| !is_set(seen.who.id)) {
-            match cached.as_ref().and_then(|cached| cached.of(seen)) {
+            match cached.as_ref().and_then(|cached| cached.hypotheses(seen)) {
                 Some(known) => known.iter().for_each(|one| traffic.add_all(one)),
                 None => hypotheses(&mut predictor, seen, steps, &mut |one| {
                     traffic.add_all(&one)
@@ -160,7 +160,7 @@ pub(super) fn hypotheses(
     };
     let extent = Extent::from_footprint(seen.footprint);
     let courses = prediction.courses.iter();
-    for course in courses.filter(|c| c.weight >= LEAST.min(likeliest)) {
+    for course in courses.filter(|c| c.weight >= MIN_LIKELIHOOD.min(likeliest)) {
         let mut next = speeds.distance(0.0);
         let boxes = (0..=steps).map(|k| {
             let driven = next;
@@ -292,7 +292,7 @@ impl ForecastCache {
 
 impl CachedStep<'_> {
     /// The hypotheses about an obstacle; `None` where it moved otherwise until now.
-    pub fn of(&self, seen: &Observed<'_>) -> Option<&[Hypothesis]> {
+    pub fn hypotheses(&self, seen: &Observed<'_>) -> Option<&[Hypothesis]> {
         let cached = self.cached.iter().find(|cached| cached.who == seen.who)?;
         let obstacle = self.cache.scenario.obstacle(seen.who.id)?;
         let same =
@@ -338,7 +338,7 @@ mod tests {
         let known: Vec<bool> = past
             .others()
             .iter()
-            .map(|o| first.of(o).is_some())
+            .map(|o| first.hypotheses(o).is_some())
             .collect();
         assert!(known.contains(&true) && known.contains(&false), "{known:?}");
         assert!(cache.at(10, horizon + 1, Model::AlongLanes).is_none());

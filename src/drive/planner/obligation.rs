@@ -49,14 +49,14 @@ const ACROSS: f64 = 1.5;
 const LEAST_SPEED: f64 = 3.0;
 
 /// A vehicle whose middle is farther beside that of a lane is not on it, metres; nor is one that points elsewhere.
-const BESIDE: f64 = 1.75;
-const TURNED: f64 = std::f64::consts::FRAC_PI_4;
+const MAX_LATERAL_OFFSET: f64 = 1.75;
+const HEADING_TOLERANCE: f64 = std::f64::consts::FRAC_PI_4;
 
 /// One that is so far beside it later leaves the lane, metres.
 const LEAVES: f64 = 2.5;
 
 /// Slower others wait themselves, m/s.
-const WAITING: f64 = 0.5;
+const WAITING_SPEED: f64 = 0.5;
 
 /// The vehicle along its way.
 #[derive(Debug, Clone, Copy)]
@@ -255,13 +255,13 @@ fn comes_first(rival: &Rival, own: &Own, traffic: &Traffic) -> bool {
     let (from, to) = rival.conflict.other;
     traffic.at(0).iter().any(|other| {
         let body = &traffic.bodies[other.body];
-        if !body.avoided || other.velocity < WAITING {
+        if !body.avoided || other.velocity < WAITING_SPEED {
             return false;
         }
         let on = rival.centre.project(&Point::new(other.x, other.y));
         let lane = rival.centre.pose_at(on.s).heading;
         let turn = angle_between(lane, other.sin.atan2(other.cos));
-        if on.d.abs() > BESIDE || turn.abs() > TURNED {
+        if on.d.abs() > MAX_LATERAL_OFFSET || turn.abs() > HEADING_TOLERANCE {
             return false;
         }
         let (front, rear) = (on.s + other.half_length, on.s - other.half_length);

@@ -8,7 +8,7 @@ use super::lower_bound::LateralChanges;
 use super::obligation::StopMemory;
 use super::pace::{Hold, Pace};
 use super::profile::{Lateral, Profile, Start};
-use super::samples::{FASTER, Level, Sampler};
+use super::samples::{Level, MAX_SPEED_GAIN, Sampler};
 use super::state::{Moved, Station, place, state};
 use super::traffic::CloseTraffic;
 use super::{Emergency, Limits, ReferenceTrack, Road, Settings, Traffic, VehicleState};
@@ -138,7 +138,7 @@ impl<'a> Planner<'a> {
 
     /// What it was told of the traffic in its last cycle, if that was kept.
     #[must_use]
-    pub fn told(&self) -> Option<&Traffic> {
+    pub fn traffic(&self) -> Option<&Traffic> {
         self.told.as_ref()
     }
 
@@ -189,7 +189,7 @@ impl<'a> Planner<'a> {
         let (limits, guide) = (self.limits, self.guide);
         let mut near = std::mem::take(&mut self.near);
         near.keep_near(traffic, moved.x, moved.y, |step| {
-            let fastest = now.velocity.max(wanted) + FASTER;
+            let fastest = now.velocity.max(wanted) + MAX_SPEED_GAIN;
             let body = limits.rear_to_centre + limits.length.hypot(limits.width) / 2.0;
             fastest * step as f64 * self.dt + settings.stopping(fastest) + body + CLEAR
         });
@@ -357,7 +357,7 @@ impl<'a> Planner<'a> {
 
     /// The step at which a candidate leaves the road. An ego that starts off the road may first get onto it.
     pub(super) fn leaves_road(&self, candidate: &Candidate) -> Option<usize> {
-        let states = self.moments(candidate).map(|m| m.whole());
+        let states = self.moments(candidate).map(|m| m.state());
         self.road.left_at(states, &self.limits)
     }
 }
@@ -390,7 +390,7 @@ impl Planner<'_> {
     /// The states of one of [`Self::candidates`], one a step, up to where the path's coordinates end.
     #[must_use]
     pub fn states_of(&self, candidate: &Candidate) -> Vec<VehicleState> {
-        let mut states: Vec<VehicleState> = self.moments(candidate).map(|m| m.whole()).collect();
+        let mut states: Vec<VehicleState> = self.moments(candidate).map(|m| m.state()).collect();
         if let (Some(first), Some(now)) = (states.first_mut(), self.now) {
             *first = now;
         }

@@ -100,7 +100,7 @@ pub(super) struct Start {
 }
 
 /// The shortest way (m) over which an offset is changed.
-const SHORTEST: f64 = 6.0;
+const MIN_CHANGE_LENGTH: f64 = 6.0;
 
 /// An offset with its derivatives by time as one by arc length, where the inverse of the speed (s/m) and the acceleration
 /// (m/s²) are these.
@@ -125,7 +125,7 @@ impl Lateral {
     }
 
     pub fn over_length(start: &Start, target: f64, from: f64, length: f64) -> Self {
-        let length = length.max(SHORTEST);
+        let length = length.max(MIN_CHANGE_LENGTH);
         Self::Length {
             across: Polynomial::quintic(start.by_length, [target, 0.0, 0.0], length),
             from,

@@ -71,11 +71,11 @@ const SLOWEST_CRUISE: f64 = 8.0;
 const HASTE: f64 = 1.3;
 
 /// The start may lie this far from where the route has it, metres.
-const NEAR: f64 = 20.0;
+const MAX_START_DISTANCE: f64 = 20.0;
 
 /// The smooth path begins this far before the start, and ends this far beyond the goal, metres.
 const BEHIND: f64 = 30.0;
-const BEYOND: f64 = 80.0;
+const EXTENSION: f64 = 80.0;
 
 /// Deceleration towards the goal, m/s².
 const GENTLY: f64 = 2.0;
@@ -105,13 +105,13 @@ impl ReferenceTrack {
                 problem: problem.id,
                 source,
             })?;
-        let (from, to) = (route.start - BEHIND, route.end + BEYOND);
+        let (from, to) = (route.start - BEHIND, route.end + EXTENSION);
         let path = smooth(&route.path, from, to).map_err(|source| ReferenceTrackError::NoPath {
             problem: problem.id,
             source,
         })?;
         let start = path
-            .project_near(&position, BEHIND, NEAR)
+            .project_near(&position, BEHIND, MAX_START_DISTANCE)
             .map_or(BEHIND, |at| at.s);
         let velocity = problem.initial.velocity.map_or(0.0, |q| q.middle());
         let cruise = velocity.max(SLOWEST_CRUISE);
@@ -137,7 +137,7 @@ impl ReferenceTrack {
     #[must_use]
     pub fn curvature_at(&self, state: &VehicleState) -> Option<f64> {
         let path = &self.path;
-        let near = path.project_near(&state.rear.position, self.start, NEAR);
+        let near = path.project_near(&state.rear.position, self.start, MAX_START_DISTANCE);
         let at = near.or_else(|_| path.project(&state.rear.position)).ok()?;
         let turn = angle_between(path.at(at.s).heading, state.rear.heading);
         let stretch = path.at(at.s).stretch(at).ok()?;
@@ -182,7 +182,7 @@ const FIRMER: f64 = 3.0;
 const ROUNDS: usize = 12;
 
 /// Points on either side that are held more firmly where one strays.
-const AROUND: usize = 4;
+const HELD_NEIGHBOURS: usize = 4;
 
 /// A smooth path along `path` from arc length `from` to `to`, metres.
 ///
@@ -215,8 +215,8 @@ pub(super) fn smooth(
         }
         let mut firmer = vec![false; given.len()];
         for i in strays {
-            let last = (i + AROUND).min(given.len() - 1);
-            firmer[i.saturating_sub(AROUND)..=last].fill(true);
+            let last = (i + HELD_NEIGHBOURS).min(given.len() - 1);
+            firmer[i.saturating_sub(HELD_NEIGHBOURS)..=last].fill(true);
         }
         for (weight, firmer) in weights.iter_mut().zip(firmer) {
             if firmer {

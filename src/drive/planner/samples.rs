@@ -14,14 +14,14 @@ pub(super) struct Level {
 }
 
 /// The shortest manoeuvre, seconds.
-const SHORTEST: f64 = 0.5;
+const MIN_DURATION: f64 = 0.5;
 
 /// The shortest change of the offset, seconds.
 const SHORTEST_CHANGE: f64 = 1.5;
 
 /// Durations of stops at a line, as shares of that with constant braking, and the longest one, seconds.
 const STOPPING: [f64; 3] = [0.95, 1.15, 1.4];
-const LONGEST: f64 = 20.0;
+const MAX_DURATION: f64 = 20.0;
 
 /// A stop over less than this (m) or from a lower speed (m/s) is one of the usual profiles.
 const NO_WAY: f64 = 0.3;
@@ -31,14 +31,14 @@ const CREEPING: f64 = 0.3;
 const MEAN: f64 = 0.65;
 
 /// Speeds further above both the present and the wanted one are not sampled, m/s.
-pub(super) const FASTER: f64 = 6.0;
+pub(super) const MAX_SPEED_GAIN: f64 = 6.0;
 
 /// Distance that is kept behind an obstacle that is followed, at standstill (m) and by speed (s).
 const STANDING_GAP: f64 = 3.0;
 const TIME_GAP: f64 = 0.8;
 
 /// An obstacle farther beside the path than this and half of its width is not followed, metres.
-const BESIDE: f64 = 1.2;
+const FOLLOWED_OFFSET: f64 = 1.2;
 
 impl Level {
     pub fn new(sampling: &Sampling, refinement: usize) -> Self {
@@ -54,7 +54,7 @@ impl Level {
     /// Durations in seconds, the last one the horizon.
     pub fn durations(self, horizon: f64) -> impl Iterator<Item = f64> {
         let count = self.durations.max(1);
-        (1..=count).map(move |i| (horizon * i as f64 / count as f64).max(SHORTEST))
+        (1..=count).map(move |i| (horizon * i as f64 / count as f64).max(MIN_DURATION))
     }
 
     /// Seconds in which the offset is changed: no vehicle steers as fast as it brakes.
@@ -115,7 +115,7 @@ impl Sampler<'_> {
         let gain = MEAN * duration;
         let fastest = now + gain * self.limits.forward(now);
         let most = fastest
-            .min(now.max(self.wanted) + FASTER)
+            .min(now.max(self.wanted) + MAX_SPEED_GAIN)
             .min(self.limits.speed);
         let least = (now - gain * self.limits.acceleration).max(0.0);
         // An ego that starts faster than the vehicle can go has to slow down, as far as it can.
@@ -131,7 +131,7 @@ impl Sampler<'_> {
         }
         let constant = 2.0 * distance / from[1];
         Some(STOPPING.map(|share| {
-            let duration = (constant * share).clamp(SHORTEST, LONGEST);
+            let duration = (constant * share).clamp(MIN_DURATION, MAX_DURATION);
             let along = Polynomial::quintic(from, [stop.s, 0.0, 0.0], duration);
             Profile::new(along, duration, 0.0)
         }))
@@ -148,7 +148,7 @@ impl Sampler<'_> {
                 continue;
             };
             if (on.s - from[0] - from[1] * duration).abs() > REACH
-                || on.d.abs() > BESIDE + other.half_width
+                || on.d.abs() > FOLLOWED_OFFSET + other.half_width
                 || on.s <= from[0]
             {
                 continue;

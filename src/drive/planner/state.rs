@@ -202,7 +202,7 @@ impl Moved {
         }
     }
 
-    pub fn whole(&self) -> VehicleState {
+    pub fn state(&self) -> VehicleState {
         VehicleState {
             rear: Pose::new(self.x, self.y, self.sin.atan2(self.cos)),
             velocity: self.velocity,
@@ -233,7 +233,7 @@ mod tests {
             (52.5, 0.0, 0.5, [0.2, 0.0, 0.01]),
         ] {
             let at = Station::new([s, s1, s2], &path.frame_at(s), (0.0, 0.0));
-            let found = state(&at, offset).unwrap().whole();
+            let found = state(&at, offset).unwrap().state();
             let [d, d1, d2] = offset;
             let motion = FrenetMotion {
                 s: [s, s1, s2],

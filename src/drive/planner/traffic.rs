@@ -203,10 +203,10 @@ pub(super) struct CloseTraffic {
 }
 
 /// A candidate beside the path is faster than its profile by no more than this share and speed (m/s) but in sharp bends.
-const FASTER: (f64, f64) = (1.1, 0.5);
+const SPEED_TOLERANCE: (f64, f64) = (1.1, 0.5);
 
 /// Offsets go beyond the widest one by no more than this but for steep ones, metres.
-const BEYOND: f64 = 0.5;
+const OFFSET_MARGIN: f64 = 0.5;
 
 impl CloseTraffic {
     /// Takes from `traffic` what candidates along `stations` can meet; what it held is forgotten, its memory is used
@@ -224,11 +224,11 @@ impl CloseTraffic {
         self.boxes.clear();
         self.ends.clear();
         self.fastest.clear();
-        self.widest = settings.sampling.widest + BEYOND;
+        self.widest = settings.sampling.widest + OFFSET_MARGIN;
         let aside = self.widest + limits.rear_to_centre;
         let own = (limits.length / 2.0).hypot(limits.width / 2.0);
         for (step, at) in stations.iter().enumerate() {
-            let fastest = at.s[1] * FASTER.0 + FASTER.1;
+            let fastest = at.s[1] * SPEED_TOLERANCE.0 + SPEED_TOLERANCE.1;
             let stopping = settings.stopping(fastest);
             for other in traffic.at(step) {
                 let (dx, dy) = (other.x - at.position.x, other.y - at.position.y);
@@ -317,7 +317,7 @@ impl Road {
 }
 
 /// Obstacles that are named; of more the rest is counted.
-const NAMED: usize = 4;
+const MAX_LISTED: usize = 4;
 
 /// Which obstacles of a scenario are given as regions that they may cover (set-based predictions), and what planner and
 /// closed loop make of these, in a sentence; `None` if there is no such obstacle.
@@ -325,12 +325,12 @@ const NAMED: usize = 4;
 pub fn occupancy_sets(scenario: &Scenario) -> Option<String> {
     let found = scenario.obstacles.iter().filter(|o| o.is_set_based());
     let found: Vec<i64> = found.map(|o| o.id).collect();
-    let named: Vec<String> = found.iter().take(NAMED).map(i64::to_string).collect();
+    let named: Vec<String> = found.iter().take(MAX_LISTED).map(i64::to_string).collect();
     let (who, is) = match (found.len(), named.split_last()) {
         (_, None) => return None,
         (1, Some((only, _))) => (format!("obstacle {only}"), "is"),
-        (n, _) if n > NAMED => {
-            let more = n - NAMED;
+        (n, _) if n > MAX_LISTED => {
+            let more = n - MAX_LISTED;
             (
                 format!("obstacles {} and {more} more", named.join(", ")),
                 "are",

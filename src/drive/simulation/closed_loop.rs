@@ -115,7 +115,7 @@ impl Driver {
     /// The same driver, which knows how the ego of its problem was recorded: traffic that reacts then tells what the
     /// recording does itself from what is new.
     #[must_use]
-    pub fn beside(self, recorded: Option<Arc<Scene>>) -> Self {
+    pub fn with_recorded(self, recorded: Option<Arc<Scene>>) -> Self {
         Self { recorded, ..self }
     }
 
@@ -206,7 +206,7 @@ impl Driver {
     /// The whole of the problem, from its start to the last step at which a goal can be reached, or to the
     /// [`MOST_DRIVEN`]th step.
     #[must_use]
-    pub fn whole(&self) -> DriveSpan {
+    pub fn full_span(&self) -> DriveSpan {
         let step = self.problem.initial.time.from;
         DriveSpan {
             step,
@@ -219,7 +219,7 @@ impl Driver {
     /// Lets the planner's process say what it is, without a drive; `None` for the built-in planner.
     #[must_use]
     pub fn greet(&self, scenario: &Scenario) -> Option<ExternalReport> {
-        let session = Session::new(self.external()?, self, scenario, &self.whole());
+        let session = Session::new(self.external()?, self, scenario, &self.full_span());
         Some(session.greet(&self.cancel))
     }
 

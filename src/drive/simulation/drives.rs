@@ -21,7 +21,7 @@ pub enum MotionFault {
 }
 
 /// Below this way (m) in a step the heading tells nothing about the steering.
-const SHORT: f64 = 0.01;
+const MIN_MOVE: f64 = 0.01;
 
 impl Driver {
     /// Drives a stretch, and shows each cycle with its planner to `watch`; where that says no, the drive is a time-out
@@ -42,7 +42,7 @@ impl Driver {
     /// one would, without a cycle.
     #[must_use]
     pub fn along(&self, scenario: &Scenario, track: &Track) -> Rollout {
-        let span = self.whole();
+        let span = self.full_span();
         let mut look = EndOfDriveCheck::new(self, scenario, span.goal_from);
         let mut drive = Rollout {
             states: Vec::new(),
@@ -61,7 +61,7 @@ impl Driver {
             let turn = before.map_or(0.0, |before| {
                 let way = (motion.pose.position - before.pose.position).norm();
                 let turned = angle_between(before.pose.heading, motion.pose.heading);
-                if way > SHORT { turned / way } else { 0.0 }
+                if way > MIN_MOVE { turned / way } else { 0.0 }
             });
             before = Some(*motion);
             let state = VehicleState::of_centre(motion, turn, self.limits());
@@ -98,7 +98,7 @@ impl Driver {
         control: &mut dyn FnMut(&Rollout) -> Control,
         watch: &mut dyn FnMut(&Planner<'_>, &Cycle) -> bool,
     ) -> Rollout {
-        self.run(scenario, &self.whole(), None, Some(watch), control)
+        self.run(scenario, &self.full_span(), None, Some(watch), control)
             .drive
     }
 
@@ -155,7 +155,7 @@ impl Driver {
 
     /// The whole drive, but no farther than to step `until`.
     fn until(&self, until: i64) -> DriveSpan {
-        let whole = self.whole();
+        let whole = self.full_span();
         DriveSpan {
             last: whole.last.min(until),
             ..whole

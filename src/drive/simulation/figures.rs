@@ -149,7 +149,7 @@ impl Rollout {
         problem: &PlanningProblem,
         settings: &Settings,
     ) -> RuleReport {
-        let report = RuleReport::of(&self.scene(scenario, problem, settings));
+        let report = RuleReport::from_scene(&self.scene(scenario, problem, settings));
         // An acceleration is that of the step behind a state or of the one before it.
         let broken = self.undrivable();
         let steps = broken.iter().flat_map(|one| [one.step, one.step + 1]);

@@ -147,7 +147,7 @@ pub(super) fn start(
     let said = initial
         .quantity(StateField::YawRate)
         .map_or(0.0, |q| q.middle());
-    let curvature = if said != 0.0 && velocity.abs() > SLOW {
+    let curvature = if said != 0.0 && velocity.abs() > MIN_SPEED {
         said / velocity
     } else {
         guide.curvature_at(&state).unwrap_or(0.0)
@@ -160,7 +160,7 @@ pub(super) fn start(
 }
 
 /// Below this speed a yaw rate does not tell how the wheels stand, m/s.
-const SLOW: f64 = 0.1;
+const MIN_SPEED: f64 = 0.1;
 
 impl Rollout {
     /// Whether it ends with a contact with this obstacle.

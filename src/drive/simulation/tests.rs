@@ -58,7 +58,7 @@ fn steps_that_are_too_short_to_plan_with_are_named() {
 fn the_longest_steps_are_driven() {
     let scenario = changed(&[("timeStepSize=\"0.1\"", "timeStepSize=\"10\"")]);
     let driver = Driver::new(&scenario, &scenario.planning_problems[0], &usual()).unwrap();
-    let driven = driver.drive(&scenario, &driver.whole());
+    let driven = driver.drive(&scenario, &driver.full_span());
     assert!(driven.states.len() > 1);
 }
 
@@ -75,7 +75,7 @@ fn a_deadline_in_a_hundred_years_is_not_driven_to() {
         ),
     ]);
     let driver = Driver::new(&scenario, &scenario.planning_problems[0], &usual());
-    let whole = driver.unwrap().whole();
+    let whole = driver.unwrap().full_span();
     assert_eq!(whole.last, whole.step + MOST_DRIVEN);
 }
 
@@ -100,7 +100,7 @@ fn a_cancelled_drive_ends_inside_a_cycle() {
         let driver = Driver::new(&scenario, problem, &settings)
             .unwrap()
             .cancelled_by(&Cancel::from_flag(&flag));
-        let driven = driver.drive(&scenario, &driver.whole());
+        let driven = driver.drive(&scenario, &driver.full_span());
         assert_eq!((driven.cycles.len(), driven.states.len()), (0, 1));
         asking.join().unwrap()
     });

@@ -86,7 +86,7 @@ fn own_frame(at: &impl SourceLocation, first: &State, body: &mut Option<Footprin
 const MAXIMUM_SPEED: &str = "274";
 
 /// How far beyond the ids in use the reference reader numbers the signs it makes up.
-const BEYOND: i64 = 10_000;
+const ID_OFFSET: i64 = 10_000;
 
 /// Makes a sign for every lanelet with a speed limit, numbered as the reference reader does it.
 ///
@@ -110,7 +110,7 @@ pub(super) fn signs(xml: &mut Xml<'_>, lanelets: &mut [Lanelet], used: i64) -> V
             xml.note_at(Severity::Note, &place, message);
             continue;
         }
-        last = last.saturating_add(1 + BEYOND);
+        last = last.saturating_add(1 + ID_OFFSET);
         lanelet.signs.push(last);
         signs.push(Sign {
             id: last,

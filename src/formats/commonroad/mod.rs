@@ -130,7 +130,7 @@ impl ReadError {
             line: 0,
             column: 0,
             element: String::new(),
-            message: system::words(error),
+            message: system::error_text(error),
         }
     }
 }

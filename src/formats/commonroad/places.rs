@@ -54,7 +54,7 @@ impl<'a> Places<'a> {
     pub fn note_doubts(&self, xml: &mut Xml<'a>, scenario: &Scenario) {
         let found = plausibility::check(scenario).into_iter();
         let mut placed: Vec<_> = found
-            .map(|finding| (self.of(finding.about), finding))
+            .map(|finding| (self.location(finding.about), finding))
             .collect();
         placed.sort_by_key(|(place, _)| place.element.at);
         for (place, finding) in placed {
@@ -63,7 +63,7 @@ impl<'a> Places<'a> {
     }
 
     /// The place of an element; the root for elements without one, such as signs made from speed limits.
-    fn of(&self, about: ElementRef) -> &SourceLocation<'a> {
+    fn location(&self, about: ElementRef) -> &SourceLocation<'a> {
         let found = match about {
             ElementRef::Scenario => None,
             ElementRef::Location => self.location.as_ref(),

@@ -15,7 +15,7 @@ use nearmiss_scene::scenario::{
 
 /// Why a scenario was not written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write the scenario: {}", system::words(.0))]
+#[error("cannot write the scenario: {}", system::error_text(.0))]
 pub struct WriteError(#[from] std::io::Error);
 
 /// The scenario as an XML file of version 2020a, in UTF-8. The same scenario gives the same bytes.

@@ -252,7 +252,7 @@ pub enum Unrecognised {
     #[error("not a regular file")]
     Irregular,
     /// It cannot be opened or read.
-    #[error("{}", nearmiss_base::system::words(.0))]
+    #[error("{}", nearmiss_base::system::error_text(.0))]
     Io(#[from] std::io::Error),
 }
 

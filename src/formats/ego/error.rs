@@ -9,7 +9,7 @@ use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
 #[derive(Debug, thiserror::Error)]
 pub enum EgoError {
     /// The file cannot be opened or read.
-    #[error("{file}: {}", system::words(source))]
+    #[error("{file}: {}", system::error_text(source))]
     Io {
         /// Which file.
         file: String,

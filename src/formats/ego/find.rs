@@ -93,7 +93,7 @@ type Listed = (PathBuf, SystemTime, Arc<Vec<String>>);
 static LISTED: Mutex<Option<Listed>> = Mutex::new(None);
 
 /// A folder that changed more recently than this is listed again, as file systems count time in steps.
-const SETTLED: Duration = Duration::from_secs(2);
+const MIN_AGE: Duration = Duration::from_secs(2);
 
 /// Names of the files in a folder that may be solutions.
 fn solutions(folder: &Path) -> Arc<Vec<String>> {
@@ -109,7 +109,7 @@ fn solutions(folder: &Path) -> Arc<Vec<String>> {
         .filter_map(|file| file.file_name().into_string().ok())
         .filter(|name| name.starts_with(SOLUTION) && name.ends_with(XML));
     let names = Arc::new(names.collect::<Vec<_>>());
-    let settled = changed.filter(|time| time.elapsed().is_ok_and(|since| since > SETTLED));
+    let settled = changed.filter(|time| time.elapsed().is_ok_and(|since| since > MIN_AGE));
     *listed = settled.map(|time| (folder.to_path_buf(), time, Arc::clone(&names)));
     names
 }
@@ -239,7 +239,7 @@ impl PlannerDrives {
 
     /// Whose drives they are, on one line.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn text(&self) -> String {
         let setting = |name: &str| self.settings.get(name).map_or("?", String::as_str);
         format!(
             "driven by {} (prediction {}, drives {})",
@@ -362,7 +362,7 @@ mod tests {
         let json = serde_json::to_string(&ego).unwrap();
         assert_eq!(serde_json::from_str::<EgoSelection>(&json).unwrap(), ego);
         let words = "driven by minimal 1 (prediction lane, drives 0123456789ab)";
-        assert_eq!(ego.planner().unwrap().words(), words);
+        assert_eq!(ego.planner().unwrap().text(), words);
         // What older versions wrote stays what it was.
         assert_eq!(
             serde_json::from_str::<EgoSelection>("\"beside\"").unwrap(),

@@ -16,7 +16,7 @@ use nearmiss_scene::scenario::EgoSource;
 use nearmiss_scene::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
 
 /// Two positions nearer than this, metres, are the same.
-const SAME: f64 = 1e-3;
+const POSITION_TOLERANCE: f64 = 1e-3;
 
 /// Where the columns are.
 struct Columns {
@@ -72,7 +72,7 @@ impl Row {
     /// Whether `next` begins where this plan is after `steps` steps.
     fn leads_to(&self, next: &Row, steps: usize) -> bool {
         let pair = self.rear_axle(steps).zip(next.rear_axle(0));
-        pair.is_some_and(|(a, b)| (a - b).norm() < SAME)
+        pair.is_some_and(|(a, b)| (a - b).norm() < POSITION_TOLERANCE)
     }
 }
 
@@ -268,7 +268,7 @@ fn vehicle(rows: &[Row], diagnostics: &mut Vec<Diagnostic>) -> VehicleType {
     let known = offset.and_then(|offset| {
         let all = VehicleType::ALL.iter().copied();
         all.into_iter()
-            .find(|v| (v.to_rear_axle() - offset).abs() < SAME)
+            .find(|v| (v.to_rear_axle() - offset).abs() < POSITION_TOLERANCE)
     });
     let message = match known {
         Some(vehicle) => {

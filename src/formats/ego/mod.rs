@@ -115,7 +115,7 @@ fn assumed(severity: Severity, message: String) -> Diagnostic {
 const OFF_MAP: f64 = 500.0;
 
 /// Largest plausible acceleration, m/s².
-const HARDEST: f64 = 50.0;
+const MAX_ACCELERATION: f64 = 50.0;
 
 /// An ego that begins farther from its planning problem than this, metres, may be of another scenario.
 const START_TOLERANCE: f64 = 1.0;
@@ -132,7 +132,7 @@ impl Lines {
     }
 
     /// The line of a step, or of the last one before it, which a planner's row may tell of, too.
-    fn of(&self, step: i64) -> usize {
+    fn line_of(&self, step: i64) -> usize {
         let place = self.0.partition_point(|(at, _)| *at <= step);
         let line = place.checked_sub(1).map_or(0, |place| self.0[place].1);
         usize::try_from(line).unwrap_or(0)
@@ -219,7 +219,7 @@ fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     let mut warn = |step: i64, message: String| {
         found.push(Diagnostic {
-            line: lines.of(step),
+            line: lines.line_of(step),
             ..assumed(Severity::Warning, message)
         });
     };
@@ -262,7 +262,7 @@ fn states(ego: &Ego, scenario: &Scenario, lines: &Lines) -> Vec<Diagnostic> {
             Some(format!("{fast} m/s is faster than any road user"))
         },
         &|s| {
-            let hard = s.acceleration.filter(|a| a.abs() > HARDEST)?;
+            let hard = s.acceleration.filter(|a| a.abs() > MAX_ACCELERATION)?;
             Some(format!("{hard} m/s² is more than any vehicle can do"))
         },
         &|s| {

@@ -184,7 +184,7 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
             value: shown(row.text(step)),
         })?;
         let extent = |place: usize, column: &'static str| match number(place, column)? {
-            value if value > 0.0 && value <= LONGEST => Ok(value),
+            value if value > 0.0 && value <= MAX_LENGTH => Ok(value),
             _ => Err(EgoError::Size {
                 file: named(),
                 line,
@@ -213,10 +213,10 @@ fn rows(bytes: &[u8], file: &str, diagnostics: &mut Vec<Diagnostic>) -> Result<V
 }
 
 /// No vehicle is longer or wider, metres.
-const LONGEST: f64 = 100.0;
+const MAX_LENGTH: f64 = 100.0;
 
 /// Most egos listed in the message that asks for a choice.
-const NAMED: usize = 12;
+const MAX_LISTED: usize = 12;
 
 /// The rows of one ego, and its id. Rows without an id are those of the only one.
 fn choose(
@@ -232,9 +232,9 @@ fn choose(
         return Ok((ids.first().copied(), rows));
     }
     let known = || {
-        let mut known: Vec<String> = ids.iter().take(NAMED).map(i64::to_string).collect();
-        if ids.len() > NAMED {
-            known.push(format!("and {} more", ids.len() - NAMED));
+        let mut known: Vec<String> = ids.iter().take(MAX_LISTED).map(i64::to_string).collect();
+        if ids.len() > MAX_LISTED {
+            known.push(format!("and {} more", ids.len() - MAX_LISTED));
         }
         known.join(", ")
     };

@@ -212,7 +212,7 @@ const NARROW: f64 = 0.05;
 const MOST_SKEWED: f64 = 1.3;
 
 /// More pieces have no use.
-const DEEPEST: usize = 14;
+const MAX_DEPTH: usize = 14;
 
 /// The reference line of a road between two borders; `None` where they have no length.
 pub fn lay(left: &Polyline, right: &Polyline, how: Laying) -> Option<Curve> {
@@ -235,7 +235,7 @@ pub fn lay(left: &Polyline, right: &Polyline, how: Laying) -> Option<Curve> {
         (0.0, start),
         (length, end),
         how,
-        DEEPEST,
+        MAX_DEPTH,
     );
     (curve.length() > 0.0).then_some(curve)
 }

@@ -26,10 +26,10 @@ pub struct OpenDrive {
 }
 
 /// Borders that are farther from those of the lanelets are told, metres.
-const TOLD: f64 = 0.05;
+const REPORTED_DEVIATION: f64 = 0.05;
 
 /// More lanelets are not named.
-const NAMED: usize = 6;
+const MAX_LISTED: usize = 6;
 
 /// The road network of a scenario as OpenDRIVE 1.7. The same scenario gives the same bytes.
 ///
@@ -62,7 +62,7 @@ pub fn write_opendrive(scenario: &Scenario) -> Result<OpenDrive, WriteError> {
     let far = roads
         .roads
         .iter()
-        .filter(|r| r.road.deviation > TOLD && !r.is_cut);
+        .filter(|r| r.road.deviation > REPORTED_DEVIATION && !r.is_cut);
     let far: Vec<String> = far
         .map(|r| {
             let ids = r
@@ -104,6 +104,6 @@ pub fn write_opendrive(scenario: &Scenario) -> Result<OpenDrive, WriteError> {
 }
 
 fn few(mut all: Vec<String>) -> Vec<String> {
-    all.truncate(NAMED);
+    all.truncate(MAX_LISTED);
     all
 }

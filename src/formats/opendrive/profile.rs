@@ -63,7 +63,9 @@ impl Profile {
 /// The arc lengths at which borders are looked at: close to each other, and at both ends.
 pub fn samples(curve: &Curve) -> Vec<f64> {
     let length = curve.length();
-    let step = (length / 4000.0).clamp(CLOSE, 1.0).min(length / 8.0);
+    let step = (length / 4000.0)
+        .clamp(SAMPLE_SPACING, 1.0)
+        .min(length / 8.0);
     let count = (length / step).ceil().max(1.0) as usize;
     let mut all: Vec<f64> = (0..=count)
         .map(|i| length * i as f64 / count as f64)
@@ -76,10 +78,10 @@ pub fn samples(curve: &Curve) -> Vec<f64> {
 }
 
 /// As close as samples are, metres.
-const CLOSE: f64 = 0.1;
+const SAMPLE_SPACING: f64 = 0.1;
 
 /// Borders farther to the side than this are not looked for, metres.
-const FARTHEST: f64 = 200.0;
+const MAX_OFFSET: f64 = 200.0;
 
 /// The places of a border at arc lengths of the curve: where the lines across the curve meet it.
 pub fn profile(curve: &Curve, border: &Polyline, at: &[f64]) -> Profile {
@@ -107,7 +109,7 @@ pub fn profile(curve: &Curve, border: &Polyline, at: &[f64]) -> Profile {
 }
 
 /// Segments around the last one that are looked at first.
-const AROUND: usize = 12;
+const SEARCH_WINDOW: usize = 12;
 
 /// Where the line across a pose meets a border: the crossing nearest to the one before.
 fn crossing(pose: &Pose, points: &[Point], near: f64, segment: usize) -> Option<(f64, usize)> {
@@ -119,13 +121,13 @@ fn crossing(pose: &Pose, points: &[Point], near: f64, segment: usize) -> Option<
                 return None;
             }
             let t = a.y + (b.y - a.y) * a.x / (a.x - b.x);
-            (t.abs() < FARTHEST).then_some((t, from + i))
+            (t.abs() < MAX_OFFSET).then_some((t, from + i))
         });
         found.min_by(|a, b| (a.0 - near).abs().total_cmp(&(b.0 - near).abs()))
     };
     let last = points.len() - 1;
-    let from = segment.saturating_sub(AROUND);
-    within(from, (segment + AROUND).min(last)).or_else(|| within(0, last))
+    let from = segment.saturating_sub(SEARCH_WINDOW);
+    within(from, (segment + SEARCH_WINDOW).min(last)).or_else(|| within(0, last))
 }
 
 /// How far the border that a profile tells is from a border, either way, metres.

@@ -24,7 +24,7 @@ pub struct Road {
 }
 
 /// Neighbours are one road if their borders are written as near as this, metres.
-const TOGETHER: f64 = 0.02;
+const BORDER_TOLERANCE: f64 = 0.02;
 
 /// Near enough not to try another reference line, metres.
 const GOOD: f64 = 0.01;
@@ -59,7 +59,7 @@ const LAYINGS: [(f64, f64, f64); 7] = [
 pub fn roads(network: &LaneletNetwork) -> Vec<Road> {
     let mut all = Vec::new();
     for group in groups(network) {
-        let fits = |r: &Road| r.deviation < TOGETHER && r.ends_fit(network);
+        let fits = |r: &Road| r.deviation < BORDER_TOLERANCE && r.ends_fit(network);
         let whole = road(network, &group).filter(|r| group.len() == 1 || fits(r));
         match whole {
             Some(road) => all.push(road),
@@ -106,7 +106,7 @@ fn same_border(left: &Lanelet, right: &Lanelet) -> bool {
     };
     let near = |a: &Polyline, b: &Polyline| {
         let mut all = a.points().iter();
-        all.all(|p| b.project(p).d.abs() < TOGETHER)
+        all.all(|p| b.project(p).d.abs() < BORDER_TOLERANCE)
     };
     near(&a, &b) && near(&b, &a)
 }
@@ -278,10 +278,10 @@ pub struct Paired {
 }
 
 /// Samples between two pairs are so close, metres.
-const CLOSE: f64 = 0.1;
+const SAMPLE_SPACING: f64 = 0.1;
 
 /// A border is looked for so far beside where it is expected, metres.
-const BESIDE: f64 = 0.5;
+const BORDER_SEARCH_DISTANCE: f64 = 0.5;
 
 /// A line across the road: where the reference line crosses it, squarely, and where both borders are.
 struct Rung {
@@ -358,10 +358,10 @@ pub fn crossing_squarely(left: &Polyline, right: &Polyline, place: f64) -> Optio
             let pose = pose(&right, &across, beside);
             let last = rungs.last()?;
             let ahead = last.pose.to_local(&pose.position).x;
-            if ahead < -SHORT {
+            if ahead < -MIN_RUNG_SPACING {
                 return None;
             }
-            if k % FINER == 0 && (ahead > SHORT || i + 1 == l.len()) {
+            if k % FINER == 0 && (ahead > MIN_RUNG_SPACING || i + 1 == l.len()) {
                 rungs.push(Rung { pose, left, right });
             }
         }
@@ -382,7 +382,7 @@ const MOST_RUNGS: f64 = 200.0;
 const FINER: usize = 16;
 
 /// Rungs nearer than this along the curve are one, metres.
-const SHORT: f64 = 0.01;
+const MIN_RUNG_SPACING: f64 = 0.01;
 
 /// The road whose reference line crosses these rungs.
 fn through(rungs: &[Rung]) -> Option<Paired> {
@@ -402,7 +402,7 @@ fn through(rungs: &[Rung]) -> Option<Paired> {
             let (a, b) = (of(&rungs[i]), of(&rungs[j]));
             let (first, then) = (at(from, &a), at(to, &b));
             all.push((from, first));
-            let count = ((to - from) / CLOSE).ceil().clamp(1.0, 200.0);
+            let count = ((to - from) / SAMPLE_SPACING).ceil().clamp(1.0, 200.0);
             for k in 1..count as usize {
                 let share = k as f64 / count;
                 let s = from + (to - from) * share;
@@ -440,7 +440,7 @@ fn crossing(pose: &Pose, a: &Point, b: &Point, expected: f64) -> f64 {
         return expected;
     }
     let t = a.y - (b.y - a.y) * a.x / along;
-    if (t - expected).abs() < BESIDE {
+    if (t - expected).abs() < BORDER_SEARCH_DISTANCE {
         t
     } else {
         expected

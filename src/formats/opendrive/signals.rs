@@ -148,7 +148,7 @@ pub fn of_road(
             let (kind, subtype) = number(element);
             all.push(Signal {
                 id: sign_id(sign, i),
-                name: words(element),
+                name: sign_text(element),
                 place: place(road, &at),
                 kind,
                 subtype,
@@ -208,7 +208,7 @@ fn number(element: &SignElement) -> (String, String) {
     }
 }
 
-fn words(element: &SignElement) -> String {
+fn sign_text(element: &SignElement) -> String {
     match element.meaning() {
         Some(SignMeaning::SpeedLimit(_)) => "speed limit".into(),
         Some(SignMeaning::LeastSpeed(_)) => "minimum speed".into(),

@@ -39,16 +39,17 @@ pub struct Body {
 }
 
 /// A turn of a box by less than this is none, radians.
-const TURNED: f64 = 1e-6;
+const HEADING_TOLERANCE: f64 = 1e-6;
 
 impl Body {
     /// The box around a shape, in line with its object.
-    pub fn of(shape: &Shape) -> Self {
+    pub fn from_shape(shape: &Shape) -> Self {
         let plain = shape.plain();
         let mut is_exact = matches!(&*plain, Shape::Rectangle { .. });
         if let Shape::Rectangle { orientation, .. } = &*plain {
             let quarter = (orientation / std::f64::consts::FRAC_PI_2).round();
-            is_exact = (orientation - quarter * std::f64::consts::FRAC_PI_2).abs() < TURNED;
+            is_exact =
+                (orientation - quarter * std::f64::consts::FRAC_PI_2).abs() < HEADING_TOLERANCE;
         }
         if let Shape::Circle { radius, center } = &*plain {
             return Self {
@@ -120,7 +121,7 @@ pub fn actors(scenario: &Scenario, ego: ExportedEgo<'_>, notes: &mut Notes) -> V
 }
 
 fn of_ego(ego: &Ego, is_free: bool, scenario: &Scenario, notes: &mut Notes) -> Actor {
-    let body = Body::of(ego.footprint.shape());
+    let body = Body::from_shape(ego.footprint.shape());
     if !body.is_exact {
         notes.boxes.push("ego".into());
     }
@@ -158,7 +159,7 @@ fn of_obstacle(obstacle: &Obstacle, notes: &mut Notes) -> Option<Actor> {
         return None;
     }
     let shape = obstacle.footprint.as_ref()?.shape();
-    let body = Body::of(shape);
+    let body = Body::from_shape(shape);
     let stands = obstacle.role == ObstacleRole::Static;
     let mut motion = stretches(obstacle.track().iter());
     if stands {

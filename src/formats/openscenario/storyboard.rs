@@ -33,7 +33,7 @@ impl Clock {
 
 /// Vertices nearer than this to the one before are given from the entity's first place, metres: esmini merges
 /// absolute ones that are nearer than 10 cm.
-const NEAR: f64 = 0.11;
+const POSITION_TOLERANCE: f64 = 0.11;
 
 /// A step shorter than this is a standstill, metres.
 const STANDSTILL: f64 = 1e-5;
@@ -286,7 +286,7 @@ fn follow(
                                     let away = before.map(|b| (pose.position - b.position).norm());
                                     let time = [("time", number(clock.time(*step)))];
                                     out.element("Vertex", &time, |out| match away {
-                                        Some(away) if away < NEAR => {
+                                        Some(away) if away < POSITION_TOLERANCE => {
                                             from_start(out, actor, &start, pose)
                                         }
                                         _ => position(out, pose),

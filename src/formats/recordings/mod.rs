@@ -29,7 +29,7 @@ pub(super) use argoverse::{Argoverse, columns as parquet_columns};
 pub(super) use levelx::{LevelX, missing_columns};
 pub(super) use nuplan::NuPlan;
 pub(super) use openscenario::OpenScenario;
-pub(super) use rows::of as columns_of;
+pub(super) use rows::columns_of;
 pub(super) use sumo::Sumo;
 pub(super) use waymo::Waymo;
 pub use windows::LongRecording;

@@ -224,7 +224,7 @@ impl Leftovers {
     }
 
     /// Tells them all in a scenario's report.
-    pub fn tell(&self, report: &Report) {
+    pub fn report_to(&self, report: &Report) {
         for (kind, (line, count)) in &self.counts {
             report.unused_times(kind.as_str(), *count, *line);
         }

@@ -43,7 +43,7 @@ impl Steps {
     ///
     /// # Errors
     /// They are fewer than two, or do not lie on steps of the same length.
-    pub fn of(times: &[f64]) -> Result<Self, String> {
+    pub fn from_times(times: &[f64]) -> Result<Self, String> {
         let [start, .., last] = times[..] else {
             return Err(format!("{} time steps; at least 2 are needed", times.len()));
         };
@@ -113,7 +113,7 @@ impl Steps {
     }
 
     /// Says that times are off their steps, where some are.
-    pub fn tell(&self, report: &Report) {
+    pub fn report_to(&self, report: &Report) {
         if self.off > 0 {
             report.at("").warn(format!(
                 "{} times are up to {:.3} s off the steps of {} s; taken as at the nearest one",
@@ -157,7 +157,7 @@ const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
 
 /// The separator of a table that begins with `head`, and the names of its columns. The separator is the one that makes
 /// most columns.
-pub fn of(head: &[u8]) -> (u8, Vec<String>) {
+pub fn columns_of(head: &[u8]) -> (u8, Vec<String>) {
     let line = head.split(|b| *b == b'\n').next().unwrap_or_default();
     let count = |separator: u8| line.iter().filter(|b| **b == separator).count();
     // Of as many the first one.
@@ -208,7 +208,7 @@ mod tests {
 
     use super::*;
     fn steps(times: &[f64]) -> Result<(f64, Vec<i64>, usize), String> {
-        Steps::of(times).map(|found| (found.time_step, found.steps, found.off))
+        Steps::from_times(times).map(|found| (found.time_step, found.steps, found.off))
     }
 
     #[test]
@@ -271,15 +271,18 @@ mod tests {
 
     #[test]
     fn the_separator_is_the_one_that_makes_most_columns() {
-        let of = |text: &str| {
-            let (separator, names) = of(text.as_bytes());
+        let header = |text: &str| {
+            let (separator, names) = columns_of(text.as_bytes());
             (char::from(separator), names.join("|"))
         };
-        assert_eq!(of("a,b\n1;2;3"), (',', "a|b".into()));
-        assert_eq!(of("\u{feff}a; \"b, c\" ;d\r\n"), (';', "a|b, c|d".into()));
-        assert_eq!(of("a\tb"), ('\t', "a|b".into()));
-        assert_eq!(of("words"), (',', "words".into()));
-        assert_eq!(of(""), (',', String::new()));
+        assert_eq!(header("a,b\n1;2;3"), (',', "a|b".into()));
+        assert_eq!(
+            header("\u{feff}a; \"b, c\" ;d\r\n"),
+            (';', "a|b, c|d".into())
+        );
+        assert_eq!(header("a\tb"), ('\t', "a|b".into()));
+        assert_eq!(header("words"), (',', "words".into()));
+        assert_eq!(header(""), (',', String::new()));
     }
 
     #[test]

@@ -18,13 +18,13 @@ pub const LENGTH: f64 = 10.0;
 const AFTER: f64 = 3.0;
 
 /// Recordings up to this long are one scenario, seconds.
-pub const SHORT: f64 = 30.0;
+pub const MAX_WHOLE_SECONDS: f64 = 30.0;
 
 /// Windows of a recording that are listed.
-const MOST: usize = 50;
+const MAX_LISTED: usize = 50;
 
 /// A track shorter than this is no ego, seconds.
-const SHORTEST: f64 = 2.0;
+const MIN_EGO_SECONDS: f64 = 2.0;
 
 /// Moments a second of a [`LongRecording`].
 pub const MOMENTS: f64 = 5.0;
@@ -121,7 +121,7 @@ impl LongRecording {
             None => self.scenario.obstacle(track)?.track().steps(),
         };
         let (from, to) = (self.seconds(steps.start), self.seconds(steps.end - 1));
-        if to - from < SHORTEST {
+        if to - from < MIN_EGO_SECONDS {
             return None;
         }
         let start = (self.seconds(worst) + AFTER - LENGTH).clamp(from, (to - LENGTH).max(from));
@@ -152,7 +152,7 @@ impl LongRecording {
             }
             before.push(start);
             windows.push(format!("track={name}@{start:.1}s"));
-            if windows.len() == MOST {
+            if windows.len() == MAX_LISTED {
                 break;
             }
         }
@@ -171,7 +171,7 @@ impl LongRecording {
 pub fn too_long(report: &Report, file: &Path, track: &str, start: f64) -> ReadError {
     let file = file.display();
     report.fail(format!(
-        "longer than {SHORT} s; name ten seconds around a track, such as {file}#track={track}@{start:.1}s (`nearmiss inspect` of its folder lists those worth looking at)"
+        "longer than {MAX_WHOLE_SECONDS} s; name ten seconds around a track, such as {file}#track={track}@{start:.1}s (`nearmiss inspect` of its folder lists those worth looking at)"
     ))
 }
 

@@ -156,7 +156,7 @@ impl<F: Fields> Layers<F> {
             };
             if let Err(wrong) = fields.set(row.key, &given.value) {
                 let expected = row.expected();
-                let words = wrong.words(&given.value, &expected);
+                let words = wrong.messages(&given.value, &expected);
                 let found = words.map(|(member, words)| given.place.found(row.key, member, &words));
                 self.mistakes.extend(found);
             }

@@ -58,7 +58,7 @@ impl Wrong {
     }
 
     /// What is wrong about a value, to be said behind its key, each with the member that it is about.
-    pub fn words(
+    pub fn messages(
         &self,
         value: &Value,
         expected: &str,
@@ -76,7 +76,7 @@ impl Wrong {
 
     /// The first mistake in words.
     pub(super) fn first(&self, value: &Value, expected: &str) -> String {
-        let first = self.words(value, expected).next();
+        let first = self.messages(value, expected).next();
         first.map_or(String::new(), |(_, words)| words)
     }
 }

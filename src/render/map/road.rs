@@ -169,7 +169,10 @@ fn plate(map: &Map<'_>, picture: &mut Picture, (x, y): Spot, sign: &Sign) {
         (0..corners).map(corner).collect()
     };
     let red = || Some(Stroke::new(RED, 0.7));
-    let known = sign.elements.iter().find_map(|e| Some((e, Kind::of(e)?)));
+    let known = sign
+        .elements
+        .iter()
+        .find_map(|e| Some((e, Kind::from_sign(e)?)));
     match known {
         Some((_, Kind::Stop)) => {
             picture.polygon(&ring(8, 0.5, 3.0), Some(RED), Some(Stroke::new(WHITE, 0.4)));
@@ -206,7 +209,7 @@ enum Kind {
 
 impl Kind {
     /// By the German number, which most files use, or the American one.
-    fn of(element: &SignElement) -> Option<Self> {
+    fn from_sign(element: &SignElement) -> Option<Self> {
         match element.id.as_str() {
             "206" | "R1-1" => Some(Self::Stop),
             "205" | "R1-2" => Some(Self::Yield),

@@ -159,13 +159,13 @@ impl Ticks {
     /// Round numbers that `low` and `high` lie between, at most `most` of them but always two.
     #[must_use]
     pub fn around(low: f64, high: f64, most: usize) -> Self {
-        Self::of(low, high, most, |from, to| (from.floor(), to.ceil()))
+        Self::new(low, high, most, |from, to| (from.floor(), to.ceil()))
     }
 
     /// Round numbers between `low` and `high`, for an axis whose ends are given.
     #[must_use]
     pub fn within(low: f64, high: f64, most: usize) -> Self {
-        Self::of(low, high, most, |from, to| (from.ceil(), to.floor()))
+        Self::new(low, high, most, |from, to| (from.ceil(), to.floor()))
     }
 
     /// The two numbers, if nothing better is wanted.
@@ -178,7 +178,7 @@ impl Ticks {
         }
     }
 
-    fn of(low: f64, high: f64, most: usize, round: fn(f64, f64) -> (f64, f64)) -> Self {
+    fn new(low: f64, high: f64, most: usize, round: fn(f64, f64) -> (f64, f64)) -> Self {
         let most = most.max(2) as f64;
         let span = (high - low).max(f64::MIN_POSITIVE);
         let rough = 10_f64.powf((span / most).log10().floor());

@@ -115,7 +115,7 @@ fn obstacle<'a>(request: &MapRequest<'a>, obstacle: &'a Obstacle) -> Option<Body
         _ if stands => (Importance::Other, Role::StaticObstacle),
         _ => (Importance::Other, role_of(obstacle.kind)),
     };
-    let variation = request.variations.of(obstacle.id);
+    let variation = request.variations.get(obstacle.id);
     let attacks = variation.is_some_and(|both| both.shows_changed);
     Some(Body {
         owner: Owner::Obstacle(obstacle.id),
@@ -300,7 +300,7 @@ pub struct Trail<'a> {
 }
 
 impl<'a> Trail<'a> {
-    fn of(track: &'a Track, request: &MapRequest<'_>, owner: Owner, span: TrailSpan) -> Self {
+    fn new(track: &'a Track, request: &MapRequest<'_>, owner: Owner, span: TrailSpan) -> Self {
         let (step, dt) = (request.step, request.subject.scenario.dt());
         let steps = |seconds: f64| (seconds / dt).ceil() as i64;
         let from = span
@@ -340,7 +340,7 @@ pub(super) fn seen<'a>(request: &MapRequest<'a>) -> Vec<Trail<'a>> {
             Some(_) => highlighted,
             None => other,
         };
-        Trail::of(
+        Trail::new(
             obstacle.track(),
             request,
             Owner::Obstacle(obstacle.id),
@@ -350,7 +350,7 @@ pub(super) fn seen<'a>(request: &MapRequest<'a>) -> Vec<Trail<'a>> {
     let ego = request
         .subject
         .scene
-        .map(|scene| Trail::of(&scene.ego.track, request, Owner::Ego, TrailSpan::WHOLE));
+        .map(|scene| Trail::new(&scene.ego.track, request, Owner::Ego, TrailSpan::WHOLE));
     // Who is still to come has no trail, unless all of it is shown.
     let others = others.filter(|trail| trail.highlighted.is_some() || !trail.past.is_empty());
     let all = others.chain(ego);

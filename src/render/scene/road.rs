@@ -124,7 +124,11 @@ impl Basemap {
         Self {
             borders,
             surfaces,
-            stop_lines: network.lanelets.iter().filter_map(StopLine::of).collect(),
+            stop_lines: network
+                .lanelets
+                .iter()
+                .filter_map(StopLine::from_lanelet)
+                .collect(),
             goals: goals(scenario),
             lights: network
                 .lights
@@ -136,7 +140,7 @@ impl Basemap {
 }
 
 impl SurfaceKind {
-    fn of(lanelet: &Lanelet) -> Self {
+    fn from_lanelet(lanelet: &Lanelet) -> Self {
         use LaneletType as T;
         let kinds = [
             (T::Crosswalk, Self::Crossing),
@@ -158,7 +162,7 @@ impl Surface {
         let line = |bound: &Bound| Polyline::new(bound.points.iter().copied());
         let mut surface = Self {
             lanelet: lanelet.id,
-            kind: SurfaceKind::of(lanelet),
+            kind: SurfaceKind::from_lanelet(lanelet),
             ring: lanelet.ring(),
             left_points: lanelet.left.points.len(),
             bounds,
@@ -247,7 +251,7 @@ impl DirectionArrow {
 }
 
 impl StopLine {
-    fn of(lanelet: &Lanelet) -> Option<Self> {
+    fn from_lanelet(lanelet: &Lanelet) -> Option<Self> {
         let (from, to) = lanelet.stop_line_ends()?;
         let marking = lanelet.stop_line.as_ref()?.marking;
         Some(Self {

@@ -146,7 +146,7 @@ impl CorpusIndex {
         let mut reading = Reading::default();
         let mut rows = 0;
         for part in parts {
-            let columns = Columns::of(&TEXTS, &INTEGERS);
+            let columns = Columns::new(&TEXTS, &INTEGERS);
             let done = Part::open(part)?.read(&columns, &mut |row| {
                 reading.take(row, asked)?;
                 rows += 1;
@@ -282,7 +282,7 @@ impl Reading {
             steps: (row.integer(3), row.integer(4)),
             worst_step: row.integer(5),
         };
-        let cell = RowCell::of(row, (4, 5, 6), 0)?;
+        let cell = RowCell::read(row, 4)?;
         let key = WindowKey { hash, name, place };
         let scenario = self.place_of(hash, name, row.text(1)?);
         self.add(scenario, cell, place, asked(key));

@@ -71,7 +71,7 @@ const TURN: f64 = 0.436;
 const HALF_LANE: f64 = 1.75;
 
 impl Manoeuvre {
-    pub(super) fn of(pair: &PairMotion<'_>) -> Self {
+    pub(super) fn classify(pair: &PairMotion<'_>) -> Self {
         if pair.stands {
             return Self::Standing;
         }
@@ -154,7 +154,7 @@ nearmiss_record::named!(RoadType);
 impl RoadType {
     /// The road that these lanelets are part of.
     #[must_use]
-    pub fn of(network: &LaneletNetwork, lanelets: &[i64]) -> Self {
+    pub fn classify(network: &LaneletNetwork, lanelets: &[i64]) -> Self {
         let known: Vec<_> = lanelets
             .iter()
             .filter_map(|id| network.lanelet(*id))

@@ -16,7 +16,7 @@ pub use index::{
 };
 pub use manoeuvre::{Manoeuvre, RoadType};
 pub use parts::{Columns, IndexError, Part, PartRow, part_files};
-pub use sampler::{Axis, Candidate, Cell, Coverage, Drawn, RowCell, SEVERITIES, Sampler};
+pub use sampler::{Axis, Candidate, Cell, Coverage, RowCell, SEVERITIES, SampledWindow, Sampler};
 pub use windows::{
     IndexOptions, IndexedWindow, WindowEgo, WorstMoment, for_each_window, worst_moments,
 };

@@ -67,7 +67,7 @@ pub fn part_files(folder: &Path) -> Result<Vec<PathBuf>, IndexError> {
     let listed = |folder: &Path| -> Result<Vec<PathBuf>, IndexError> {
         let failed = |e: &std::io::Error| IndexError::Io {
             path: folder.to_path_buf(),
-            why: system::words(e),
+            why: system::error_text(e),
         };
         let entries = std::fs::read_dir(folder).map_err(|e| failed(&e))?;
         let mut paths = Vec::new();
@@ -113,7 +113,7 @@ pub struct Columns<'a> {
 impl<'a> Columns<'a> {
     /// Columns that every row has.
     #[must_use]
-    pub fn of(texts: &'a [&'a str], integers: &'a [&'a str]) -> Self {
+    pub fn new(texts: &'a [&'a str], integers: &'a [&'a str]) -> Self {
         Self {
             texts,
             integers,
@@ -189,7 +189,7 @@ impl Part {
     pub fn open(path: &Path) -> Result<Self, IndexError> {
         let io = |e: &std::io::Error| IndexError::Io {
             path: path.to_path_buf(),
-            why: system::words(e),
+            why: system::error_text(e),
         };
         system::check_file(path).map_err(|e| io(&e))?;
         let file = File::open(path).map_err(|e| io(&e))?;

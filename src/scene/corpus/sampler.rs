@@ -42,7 +42,7 @@ pub struct Candidate {
 
 /// A window that was drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Drawn<T> {
+pub struct SampledWindow<T> {
     /// The window.
     pub candidate: Candidate,
     /// What was kept with it.
@@ -116,7 +116,7 @@ impl<T> Sampler<T> {
 
     /// Draws one window from every cell, then a second, and so on; scenarios that were not drawn before come first.
     #[must_use]
-    pub fn draw(self) -> Vec<Drawn<T>> {
+    pub fn draw(self) -> Vec<SampledWindow<T>> {
         let mut cells: Vec<(u64, Vec<(Candidate, T)>)> = Vec::new();
         // Where there are more cells than draws, chance says which have one.
         let mut order: Vec<(Number, usize)> = Vec::new();
@@ -125,7 +125,7 @@ impl<T> Sampler<T> {
             cells.push((kept.windows, kept.best.into_values().collect()));
         }
         order.sort_unstable();
-        let mut drawn: Vec<(usize, Drawn<T>)> = Vec::new();
+        let mut drawn: Vec<(usize, SampledWindow<T>)> = Vec::new();
         let mut scenarios: HashSet<String> = HashSet::new();
         while drawn.len() < self.most {
             let before = drawn.len();
@@ -142,7 +142,7 @@ impl<T> Sampler<T> {
                 let windows = *windows;
                 drawn.push((
                     *place,
-                    Drawn {
+                    SampledWindow {
                         candidate,
                         row,
                         windows,
@@ -159,7 +159,7 @@ impl<T> Sampler<T> {
         for (place, _) in &drawn {
             *counts.entry(*place).or_default() += 1;
         }
-        let with_count = |(place, one): (usize, Drawn<T>)| Drawn {
+        let with_count = |(place, one): (usize, SampledWindow<T>)| SampledWindow {
             drawn: counts[&place],
             ..one
         };
@@ -252,38 +252,26 @@ pub struct RowCell {
 }
 
 impl RowCell {
-    /// Reads it from the text columns `manoeuvre`, `road` and `obstacle_type` and the integer column `severity`, which
-    /// are at these places.
+    /// Reads it from the text columns `manoeuvre`, `road` and `obstacle_type`, the first of which is at `column`, and the
+    /// integer column `severity`, which is the first.
     ///
     /// # Errors
     /// A word or number that no index has.
-    pub fn of(
-        row: &PartRow<'_>,
-        (manoeuvre, road, actor): (usize, usize, usize),
-        severity: usize,
-    ) -> Result<Self, IndexError> {
-        let word = row.text(manoeuvre)?;
-        let manoeuvre = Manoeuvre::ALL
-            .into_iter()
-            .find(|one| one.name() == word)
-            .ok_or_else(|| {
-                row.foreign(unknown(
-                    "manoeuvre",
-                    word,
-                    Manoeuvre::ALL.map(Manoeuvre::name),
-                ))
-            })?;
-        let word = row.text(road)?;
-        let road = RoadType::ALL
-            .into_iter()
-            .find(|one| one.name() == word)
+    pub fn read(row: &PartRow<'_>, column: usize) -> Result<Self, IndexError> {
+        let word = row.text(column)?;
+        let manoeuvre = Manoeuvre::parse(word).ok_or_else(|| {
+            let known = Manoeuvre::ALL.map(Manoeuvre::name);
+            row.foreign(unknown("manoeuvre", word, known))
+        })?;
+        let word = row.text(column + 1)?;
+        let road = RoadType::parse(word)
             .ok_or_else(|| row.foreign(unknown("road", word, RoadType::ALL.map(RoadType::name))))?;
-        let word = row.text(actor)?;
+        let word = row.text(column + 2)?;
         let actor = ObstacleType::parse(word).ok_or_else(|| {
-            let known = ObstacleType::ALL.iter().map(|kind| kind.name());
+            let known = ObstacleType::ALL.map(ObstacleType::name);
             row.foreign(unknown("obstacle_type", word, known))
         })?;
-        let severity = row.severity(severity)?;
+        let severity = row.severity(0)?;
         Ok(Self {
             manoeuvre,
             road,

@@ -61,7 +61,7 @@ pub struct IndexedWindow {
 }
 
 /// Turns are looked for so long before and after a window, seconds.
-const AROUND: f64 = 2.0;
+const TURN_MARGIN: f64 = 2.0;
 
 /// Measures the windows of a scenario, with each track in turn as the ego, and the recorded ego if there is one.
 pub fn for_each_window(
@@ -186,7 +186,7 @@ impl<'s> EgoWindows<'_, 's> {
             return None;
         }
         let measures = self.options.measures.iter();
-        let values = measures.map(|m| m.of(&encounter).value()).collect();
+        let values = measures.map(|m| m.evaluate(&encounter).value()).collect();
         Some((moments.at(step)?, values))
     }
 
@@ -206,14 +206,14 @@ impl<'s> EgoWindows<'_, 's> {
 
     fn road(&self, step: i64) -> RoadType {
         let under = self.lanes_at(step).map(|(under, _)| under.as_slice());
-        RoadType::of(&self.scene.scenario.network, under.unwrap_or_default())
+        RoadType::classify(&self.scene.scenario.network, under.unwrap_or_default())
     }
 
     /// The lane under a body, seen from the ego's at a step; the closest relation of several.
     fn relation(&self, at: i64, other: &Motion) -> Option<LaneRelation> {
         let (_, relations) = self.lanes_at(at)?;
         let theirs = self.scene.scenario.network.lanelets_driven(&other.pose);
-        theirs.iter().map(|id| relations.of(*id)).min()
+        theirs.iter().map(|id| relations.relation_to(*id)).min()
     }
 
     fn manoeuvre(&self, place: usize, first: i64, last: i64) -> Option<Manoeuvre> {
@@ -224,7 +224,7 @@ impl<'s> EgoWindows<'_, 's> {
             [other.at(first)?, other.at(last)?],
         );
         let stands = other.obstacle.role == ObstacleRole::Static;
-        let around = (AROUND / self.scene.scenario.dt()).round() as i64;
+        let around = (TURN_MARGIN / self.scene.scenario.dt()).round() as i64;
         let wide = |track: &Track, first: i64, last: i64| {
             let steps = track.steps();
             let from = (first - around).max(steps.start);
@@ -241,7 +241,7 @@ impl<'s> EgoWindows<'_, 's> {
         } else {
             wide(other.obstacle.track(), first, last)
         };
-        Some(Manoeuvre::of(&PairMotion {
+        Some(Manoeuvre::classify(&PairMotion {
             ego,
             other: theirs,
             lanes: [
@@ -271,7 +271,7 @@ pub struct WorstMoment {
 const STANDING: f64 = 0.5;
 
 /// Moments of the same two nearer to each other than this are one, seconds.
-const SAME: f64 = 10.0;
+const SAME_MOMENT_SECONDS: f64 = 10.0;
 
 /// The most severe moment of each of these road users that moves, the most severe first; each pair is there once, with
 /// the one behind as the ego. Pairs whose centres are farther apart than `radius` metres are not measured.
@@ -298,7 +298,7 @@ pub fn worst_moments(
         all.retain(is_any);
     }
     all.sort_by(|a, b| a.compare(b).then(a.ego.cmp(&b.ego)));
-    once_each(all, (SAME / scenario.dt()) as i64)
+    once_each(all, (SAME_MOMENT_SECONDS / scenario.dt()) as i64)
 }
 
 /// Each pair once at a time, with the one behind as the ego.

@@ -52,20 +52,20 @@ fn prose(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>) {
     for Moment { step, near, .. } in described {
         heading(w, scene, step);
         let Some(ego) = scene.ego.track.at(step) else {
-            w.words(NO_EGO);
+            w.text(NO_EGO);
             continue;
         };
-        w.about(Subject::Ego, Some(step)).words("  ego: ");
+        w.about(Subject::Ego, Some(step)).text("  ego: ");
         on_the_map(w, ego);
         lane(w, lanes.of_ego(ego));
-        w.words("\n");
+        w.text("\n");
         for (participant, motion) in near {
-            w.about(subject(&participant), Some(step)).words("  ");
+            w.about(subject(&participant), Some(step)).text("  ");
             name(w, &participant);
-            w.words(": ");
+            w.text(": ");
             on_the_map(w, motion);
-            lane(w, lanes.of(ego, motion));
-            w.words("\n");
+            lane(w, lanes.relation(ego, motion));
+            w.text("\n");
         }
     }
 }
@@ -81,15 +81,15 @@ fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>) {
         parts::cells(
             w,
             LANE,
-            &[Cell::words(ego.and_then(|ego| lanes.of_ego(ego)))],
+            &[Cell::text(ego.and_then(|ego| lanes.of_ego(ego)))],
         );
-        w.words("\n");
+        w.text("\n");
         for (participant, there) in near {
             parts::begin(w, scene, step, Some(&participant));
             parts::cells(w, MOTION, &motion(there));
-            let words = ego.and_then(|ego| lanes.of(ego, there));
-            parts::cells(w, LANE, &[Cell::words(words)]);
-            w.words("\n");
+            let words = ego.and_then(|ego| lanes.relation(ego, there));
+            parts::cells(w, LANE, &[Cell::text(words)]);
+            w.text("\n");
         }
     }
 }

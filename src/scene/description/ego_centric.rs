@@ -34,7 +34,7 @@ const RELATION: &[Column] = &[
 /// The cells of the ego under [`OWN`].
 pub(super) fn own(lanes: &Lanes<'_>, ego: &Motion) -> [Cell; 3] {
     [
-        Cell::words(lanes.of_ego(ego)),
+        Cell::text(lanes.of_ego(ego)),
         Cell::Real(ego.velocity),
         Cell::Real(ego.acceleration),
     ]
@@ -67,7 +67,7 @@ fn prose(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &Op
     {
         heading(w, scene, step);
         let Some(ego) = scene.ego.track.at(step) else {
-            w.words(NO_EGO);
+            w.text(NO_EGO);
             continue;
         };
         ego_moves(w, &lanes, ego, step);
@@ -79,28 +79,28 @@ fn prose(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &Op
                 continue;
             };
             let seen = VisibleObstacle::new(&encounter, options);
-            name_and_place(w, &participant, step, &seen, lanes.of(ego, motion));
-            w.words("distance ")
+            name_and_place(w, &participant, step, &seen, lanes.relation(ego, motion));
+            w.text("distance ")
                 .number("distance", seen.distance)
-                .words(" m; ");
+                .text(" m; ");
             relative(w, &seen.relation);
-            w.words("; ");
+            w.text("; ");
             turned(w, seen.heading);
-            w.words("; relative acceleration longitudinal ")
+            w.text("; relative acceleration longitudinal ")
                 .number("a_rel_long", seen.relation.acceleration.x)
-                .words(" m/s², lateral ")
+                .text(" m/s², lateral ")
                 .number("a_rel_lat", seen.relation.acceleration.y)
-                .words(" m/s². ");
+                .text(" m/s². ");
             let words = describe_motion(w, &seen, options.contact);
-            w.words(&words).words("\n");
+            w.text(&words).text("\n");
         }
     }
 }
 
 /// A heading relative to the ego's, to the side that it is written with.
 pub(super) fn turned(w: &mut Writer, degrees: f64) {
-    w.words("heading ").degrees("heading_rel", degrees.abs());
-    w.words(match written_degrees(degrees) {
+    w.text("heading ").degrees("heading_rel", degrees.abs());
+    w.text(match written_degrees(degrees) {
         // Neither side.
         written if written == 0.0 || written.abs() == 180.0 => "°",
         written if written > 0.0 => "° to the left",
@@ -110,15 +110,15 @@ pub(super) fn turned(w: &mut Writer, degrees: f64) {
 
 /// Describes gaps and relative velocities.
 pub(super) fn relative(w: &mut Writer, relation: &Relation) {
-    w.words("gap longitudinal ")
+    w.text("gap longitudinal ")
         .number("gap_long", relation.gap_long)
-        .words(" m, lateral ")
+        .text(" m, lateral ")
         .number("gap_lat", relation.gap_lat)
-        .words(" m; relative velocity longitudinal ")
+        .text(" m; relative velocity longitudinal ")
         .number("v_rel_long", relation.velocity.x)
-        .words(" m/s, lateral ")
+        .text(" m/s, lateral ")
         .number("v_rel_lat", relation.velocity.y)
-        .words(" m/s");
+        .text(" m/s");
 }
 
 fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &Options) {
@@ -130,14 +130,14 @@ fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &
         let cells = ego.map(|ego| own(&lanes, ego));
         parts::cells(w, OWN, cells.as_ref().map_or(&[], |c| c));
         parts::cells(w, RELATION, &[]);
-        w.words("\n");
+        w.text("\n");
         for (participant, motion) in near {
             let Some((ego, encounter)) = ego.zip(Encounter::at(scene, &participant, step)) else {
                 continue;
             };
             let seen = VisibleObstacle::new(&encounter, options);
             parts::begin(w, scene, step, Some(&participant));
-            parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
+            parts::cells(w, OWN, &[Cell::text(lanes.relation(ego, motion))]);
             let relation = &seen.relation;
             let cells = [
                 Cell::Words(seen.direction.name()),
@@ -151,7 +151,7 @@ fn compact(w: &mut Writer, scene: &Scene, described: Vec<Moment<'_>>, options: &
                 Cell::Real(relation.acceleration.y),
             ];
             parts::cells(w, RELATION, &cells);
-            w.words("\n");
+            w.text("\n");
         }
     }
 }

@@ -54,7 +54,7 @@ struct Along {
 
 impl Axes {
     /// Those of the ego at a pose; the lane is looked at `reach` metres ahead.
-    fn of(graph: &LaneGraph<'_>, ego: &Pose, reach: f64) -> Self {
+    fn new(graph: &LaneGraph<'_>, ego: &Pose, reach: f64) -> Self {
         // Off the lanelets there is no lane, however near one is.
         let on_a_lane = !graph.network().lanelets_at(&ego.position).is_empty();
         match graph.road_ahead(ego, reach) {
@@ -116,7 +116,7 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
             };
             let reach = |ego| farthest(ego).fold(options.radius, f64::max);
             let axes = ego.map(|ego| match options.axes {
-                EgoAxes::Lane => Axes::of(&graph, &ego.pose, reach(ego)),
+                EgoAxes::Lane => Axes::new(&graph, &ego.pose, reach(ego)),
                 _ => Axes::Heading(ego.pose),
             });
             (moment, ego.zip(axes))
@@ -146,7 +146,7 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
         let step = moment.step;
         heading(w, scene, step);
         let Some((ego, axes)) = there else {
-            w.words(NO_EGO);
+            w.text(NO_EGO);
             continue;
         };
         ego_moves(w, &lanes, ego, step);
@@ -155,10 +155,10 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
         match (axes, &own) {
             _ if !is_lane => {}
             (Axes::Heading(_), _) => {
-                w.words("  ").words(NO_LANE).words("\n");
+                w.text("  ").text(NO_LANE).text("\n");
             }
             (Axes::Lane(_), Some(own)) => {
-                w.words("  The ego: d ").number("d", own.d).words(" m.\n");
+                w.text("  The ego: d ").number("d", own.d).text(" m.\n");
             }
             (Axes::Lane(_), None) => {}
         }
@@ -170,24 +170,24 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
                 continue;
             };
             let seen = VisibleObstacle::new(&encounter, options);
-            name_and_place(w, participant, step, &seen, lanes.of(ego, motion));
+            name_and_place(w, participant, step, &seen, lanes.relation(ego, motion));
             if is_lane {
-                w.words("distance ")
+                w.text("distance ")
                     .number("distance", seen.distance)
-                    .words(" m; ");
+                    .text(" m; ");
             }
             let mut moves = String::new();
             match own.as_ref().zip(axes.along(motion)) {
                 Some((own, other)) if !is_lane => {
-                    w.words("centre longitudinal ")
+                    w.text("centre longitudinal ")
                         .number("centre_long", other.s - own.s)
-                        .words(" m, lateral ")
+                        .text(" m, lateral ")
                         .number("centre_lat", other.d - own.d)
-                        .words(" m; relative velocity longitudinal ")
+                        .text(" m; relative velocity longitudinal ")
                         .number("v_rel_long", other.velocity.x - own.velocity.x)
-                        .words(" m/s, lateral ")
+                        .text(" m/s, lateral ")
                         .number("v_rel_lat", other.velocity.y - own.velocity.y)
-                        .words(" m/s; ");
+                        .text(" m/s; ");
                 }
                 Some((own, other)) => {
                     // Of the numbers as they are written; both d are.
@@ -200,22 +200,22 @@ fn prose(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: &O
                         w.written("v_rel_d", other.velocity.y - own.velocity.y),
                     ];
                     moves = format!(" {}", describe_along_lane(place, velocity));
-                    w.words("s ")
+                    w.text("s ")
                         .number("s", other.s - own.s)
-                        .words(" m, d ")
+                        .text(" m, d ")
                         .number("d", other.d)
-                        .words(" m; relative velocity along ")
+                        .text(" m; relative velocity along ")
                         .number("v_rel_s", other.velocity.x - own.velocity.x)
-                        .words(" m/s, across ")
+                        .text(" m/s, across ")
                         .number("v_rel_d", other.velocity.y - own.velocity.y)
-                        .words(" m/s; ");
+                        .text(" m/s; ");
                 }
                 None => {
-                    w.words("no s and d, since the lane is not beside it; ");
+                    w.text("no s and d, since the lane is not beside it; ");
                 }
             }
             turned(w, seen.heading);
-            w.words(".").words(&moves).words("\n");
+            w.text(".").text(&moves).text("\n");
         }
     }
 }
@@ -228,11 +228,11 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
             && is_lane
         {
             w.about(Subject::Scene, Some(moment.step))
-                .words("t = ")
+                .text("t = ")
                 .time(moment.step, scene.scenario.dt())
-                .words(" s: ")
-                .words(NO_LANE)
-                .words("\n");
+                .text(" s: ")
+                .text(NO_LANE)
+                .text("\n");
         }
     }
     let columns = if is_lane { RELATION } else { CENTRES };
@@ -243,7 +243,7 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
         let Some((ego, axes)) = there else {
             parts::cells(w, OWN, &[]);
             parts::cells(w, columns, &[]);
-            w.words("\n");
+            w.text("\n");
             continue;
         };
         let mine = axes.along(ego);
@@ -251,14 +251,14 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
         let d = Cell::number(mine.as_ref().map(|mine| mine.d));
         let own_place = [Cell::Nothing, Cell::Nothing, Cell::Nothing, d];
         parts::cells(w, columns, if is_lane { &own_place } else { &[] });
-        w.words("\n");
+        w.text("\n");
         for (participant, motion) in &moment.near {
             let Some(encounter) = Encounter::at(scene, participant, step) else {
                 continue;
             };
             let seen = VisibleObstacle::new(&encounter, options);
             parts::begin(w, scene, step, Some(participant));
-            parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
+            parts::cells(w, OWN, &[Cell::text(lanes.relation(ego, motion))]);
             let pair = mine.as_ref().zip(axes.along(motion));
             let both = pair.as_ref();
             let of = |value: fn(&Along, &Along) -> f64| {
@@ -277,7 +277,7 @@ fn compact(w: &mut Writer, scene: &Scene, described: &[Described<'_>], options: 
                 cells.remove(1);
             }
             parts::cells(w, columns, &cells);
-            w.words("\n");
+            w.text("\n");
         }
     }
 }
@@ -311,7 +311,7 @@ impl<'s> Lanes<'s> {
     }
 
     /// What the lane under `other` is to the ego's; nothing where the map has no lanes.
-    pub fn of(&self, ego: &Motion, other: &Motion) -> Option<&'static str> {
+    pub fn relation(&self, ego: &Motion, other: &Motion) -> Option<&'static str> {
         let network = &self.scene.scenario.network;
         if network.lanelets.is_empty() {
             return None;
@@ -323,9 +323,9 @@ impl<'s> Lanes<'s> {
         match self.relations(ego) {
             Some(relations) => theirs
                 .iter()
-                .map(|id| relations.of(*id))
+                .map(|id| relations.relation_to(*id))
                 .min()
-                .map(LaneRelation::words),
+                .map(LaneRelation::text),
             None => Some("on the road"),
         }
     }

@@ -33,33 +33,33 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, steps: &[i64], options: &O
     for lanelet in &scene.scenario.network.lanelets {
         near.extend(within(lanelet, &places, options.radius, &mut tolerance));
     }
-    w.about(Subject::Scene, None).words("\n");
+    w.about(Subject::Scene, None).text("\n");
     if near.is_empty() {
-        w.words("No lanelet lies within ")
+        w.text("No lanelet lies within ")
             .number("radius", options.radius)
-            .words(" m of the ego.\n");
+            .text(" m of the ego.\n");
         return;
     }
     near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let left_out = near.len().saturating_sub(MOST_LANELETS);
     near.truncate(MOST_LANELETS);
-    w.words("Road: the lanelets within ")
+    w.text("Road: the lanelets within ")
         .number("radius", options.radius)
-        .words(" m of the ego, nearest first");
+        .text(" m of the ego, nearest first");
     if left_out > 0 {
-        w.words(" (")
-            .whole("lanelets", i64::try_from(left_out).unwrap_or(i64::MAX))
-            .words(" more are left out)");
+        w.text(" (")
+            .integer("lanelets", i64::try_from(left_out).unwrap_or(i64::MAX))
+            .text(" more are left out)");
     }
-    w.words(". Their lines are (x, y) in metres, in driving direction, simplified to within ")
+    w.text(". Their lines are (x, y) in metres, in driving direction, simplified to within ")
         .number("tolerance", tolerance)
-        .words(" m.\n");
+        .text(" m.\n");
     if options.form == Form::Compact {
-        w.words("lanelet,kind,comes from,leads to,left neighbour,right neighbour");
+        w.text("lanelet,kind,comes from,leads to,left neighbour,right neighbour");
         for line in LINES {
-            w.words(",").words(line).words(" [m]");
+            w.text(",").text(line).text(" [m]");
         }
-        w.words("\n");
+        w.text("\n");
     }
     for one in &near {
         w.about(Subject::Lanelet(one.lanelet.id), None);
@@ -153,14 +153,14 @@ fn simplified(line: &[Point], tolerance: f64) -> Vec<Point> {
 
 fn prose(w: &mut Writer, near: &Near<'_>) {
     let lanelet = near.lanelet;
-    w.words("  lanelet ").whole("lanelet", lanelet.id);
-    w.words(" (").words(&kinds(lanelet, ", ")).words(")");
+    w.text("  lanelet ").integer("lanelet", lanelet.id);
+    w.text(" (").text(&kinds(lanelet, ", ")).text(")");
     for (words, ids) in [
         (", comes from ", &lanelet.predecessors),
         (", leads to ", &lanelet.successors),
     ] {
         if !ids.is_empty() {
-            lanelet_ids(w.words(words), ids, " and ");
+            lanelet_ids(w.text(words), ids, " and ");
         }
     }
     for (words, beside) in [
@@ -168,50 +168,50 @@ fn prose(w: &mut Writer, near: &Near<'_>) {
         (", on its right ", lanelet.adjacent_right),
     ] {
         if let Some(beside) = beside {
-            w.words(words).whole("lanelet", beside.id);
-            w.words(direction(beside));
+            w.text(words).integer("lanelet", beside.id);
+            w.text(direction(beside));
         }
     }
     for (name, line) in LINES.iter().zip(&near.lines) {
-        w.words("; ").words(name);
+        w.text("; ").text(name);
         if line.is_empty() {
-            w.words(" farther away");
+            w.text(" farther away");
         }
         for p in line {
-            w.words(" (").number("x", p.x).words(", ");
-            w.number("y", p.y).words(")");
+            w.text(" (").number("x", p.x).text(", ");
+            w.number("y", p.y).text(")");
         }
     }
-    w.words("\n");
+    w.text("\n");
 }
 
 fn compact(w: &mut Writer, near: &Near<'_>) {
     let lanelet = near.lanelet;
-    w.whole("lanelet", lanelet.id);
-    w.words(",").words(&kinds(lanelet, "+"));
+    w.integer("lanelet", lanelet.id);
+    w.text(",").text(&kinds(lanelet, "+"));
     for ids in [&lanelet.predecessors, &lanelet.successors] {
-        w.words(if ids.is_empty() { ",-" } else { "," });
+        w.text(if ids.is_empty() { ",-" } else { "," });
         lanelet_ids(w, ids, "+");
     }
     for beside in [lanelet.adjacent_left, lanelet.adjacent_right] {
         match beside {
             Some(beside) => {
-                w.words(",").whole("lanelet", beside.id);
-                w.words(direction(beside));
+                w.text(",").integer("lanelet", beside.id);
+                w.text(direction(beside));
             }
             None => {
-                w.words(",-");
+                w.text(",-");
             }
         }
     }
     for line in &near.lines {
-        w.words(if line.is_empty() { ",-" } else { "," });
+        w.text(if line.is_empty() { ",-" } else { "," });
         for (place, p) in line.iter().enumerate() {
-            w.words(if place > 0 { " (" } else { "(" });
-            w.number("x", p.x).words(" ").number("y", p.y).words(")");
+            w.text(if place > 0 { " (" } else { "(" });
+            w.number("x", p.x).text(" ").number("y", p.y).text(")");
         }
     }
-    w.words("\n");
+    w.text("\n");
 }
 
 /// The words for the direction of a neighbour.

@@ -18,7 +18,7 @@ use crate::metrics::Context;
 use crate::scenario::{Participant, Scene, Window};
 
 pub use frame::Frame;
-pub use nearby::GIVE;
+pub use nearby::VELOCITY_TOLERANCE;
 pub use nearmiss_base::system::{disguises, escaped_json, escaped_xml, visible};
 pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
 pub use picture::{PictureMoment, picture_moments};

@@ -12,12 +12,12 @@ use crate::metrics::{Direction, Encounter, HORIZON, Relation, measure, side_of_c
 use crate::scenario::{Motion, Participant, Scene, Window};
 
 /// Whether an obstacle can reach the ego is asked with either velocity off by up to this, in any direction, m/s.
-pub const GIVE: f64 = 2.0;
+pub const VELOCITY_TOLERANCE: f64 = 2.0;
 
 /// Whether the two can touch within `horizon` seconds: discs around the bodies do, if each keeps its velocity to within
-/// [`GIVE`].
+/// [`VELOCITY_TOLERANCE`].
 pub(super) fn can_reach(encounter: &Encounter<'_>, horizon: f64) -> bool {
-    Approach::of(encounter).least(2.0 * GIVE, horizon) <= 0.0
+    Approach::new(encounter).least(2.0 * VELOCITY_TOLERANCE, horizon) <= 0.0
 }
 
 /// The obstacle of the lowest `ttc` at a step: the first that touches the ego if all keep velocity and heading; the
@@ -27,7 +27,7 @@ pub(super) fn first_to_touch(scene: &Scene, step: i64) -> Option<i64> {
     let times = scene.participants().filter_map(|other| {
         let encounter = Encounter::at(scene, &other, step)?;
         // The discs spare most of the sweeping.
-        let meet = Approach::of(&encounter).least(0.0, HORIZON) <= 0.0;
+        let meet = Approach::new(&encounter).least(0.0, HORIZON) <= 0.0;
         let time = meet.then(|| compute(&encounter).value()).flatten()?;
         Some((time, other.obstacle.id))
     });
@@ -51,7 +51,7 @@ struct Approach {
 }
 
 impl Approach {
-    fn of(encounter: &Encounter<'_>) -> Self {
+    fn new(encounter: &Encounter<'_>) -> Self {
         let Encounter { ego, other, .. } = encounter;
         Self {
             between: other.pose.position - ego.pose.position,
@@ -177,12 +177,12 @@ pub(super) fn nearest_moments<'a>(
 pub(super) fn heading(w: &mut Writer, scene: &Scene, window: &Window) {
     let dt = scene.scenario.dt();
     w.about(Subject::Scene, Some(window.first()))
-        .words("\nThe nearest moment of each obstacle from t = ")
+        .text("\nThe nearest moment of each obstacle from t = ")
         .time(window.first(), dt)
-        .words(" s to t = ")
+        .text(" s to t = ")
         .about(Subject::Scene, Some(window.last()))
         .time(window.last(), dt)
-        .words(" s:\n");
+        .text(" s:\n");
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ pub(super) struct Moment<'s> {
 pub struct Options {
     /// Obstacles whose centre is this near to the ego's, metres, and those of `reach`.
     pub radius: f64,
-    /// Farther away, obstacles that can reach the ego within so many seconds as [`GIVE`](super::GIVE) has it, and the
+    /// Farther away, obstacles that can reach the ego within so many seconds as [`GIVE`](super::VELOCITY_TOLERANCE) has it, and the
     /// one of the lowest `ttc`; `None` for none of them, as in the paper.
     pub reach: Option<f64>,
     /// Decimals of metres, m/s and m/s²; radians get one more.

@@ -19,9 +19,9 @@ pub(super) fn subject(participant: &Participant<'_>) -> Subject {
 
 /// What an obstacle is called: its type and id.
 pub(super) fn name(w: &mut Writer, participant: &Participant<'_>) {
-    w.words(participant.obstacle.kind.name())
-        .words(" ")
-        .whole("id", participant.obstacle.id);
+    w.text(participant.obstacle.kind.name())
+        .text(" ")
+        .integer("id", participant.obstacle.id);
 }
 
 /// The lines that a description begins with: the sizes of the ego and of the `others` that are described, and how many
@@ -40,19 +40,19 @@ pub(super) fn everyone_there(
 fn sizes(w: &mut Writer, scene: &Scene, others: &[Participant<'_>]) {
     let size = |w: &mut Writer, (length, width): (f64, f64)| {
         w.number("length", length)
-            .words(" m long and ")
+            .text(" m long and ")
             .number("width", width)
-            .words(" m wide");
+            .text(" m wide");
     };
-    w.about(Subject::Ego, None).words("Sizes: the ego is ");
+    w.about(Subject::Ego, None).text("Sizes: the ego is ");
     size(w, scene.ego.footprint.shape().size());
     for other in others {
-        w.about(subject(other), None).words("; ");
+        w.about(subject(other), None).text("; ");
         name(w, other);
-        w.words(" ");
+        w.text(" ");
         size(w, other.footprint.shape().size());
     }
-    w.words(".\n");
+    w.text(".\n");
 }
 
 /// A line that says how many obstacles of a window are not `told` of, and how near they come in it; none where there
@@ -77,41 +77,39 @@ pub(super) fn left_out(w: &mut Writer, scene: &Scene, window: &Window, told: &[P
         _ => " others, which come",
     };
     w.about(Subject::Scene, None)
-        .words("Not described: ")
-        .whole("others", i64::try_from(nearest.len()).unwrap_or(i64::MAX))
-        .words(come)
-        .words(" no nearer than ")
+        .text("Not described: ")
+        .integer("others", i64::try_from(nearest.len()).unwrap_or(i64::MAX))
+        .text(come)
+        .text(" no nearer than ")
         .number("centre_distance", least)
-        .words(" m, centre to centre.\n");
+        .text(" m, centre to centre.\n");
 }
 
 /// The head of one step; where times are relative, its number is not said.
 pub(super) fn heading(w: &mut Writer, scene: &Scene, step: i64) {
-    w.about(Subject::Scene, Some(step)).words("\n");
+    w.about(Subject::Scene, Some(step)).text("\n");
     if !w.is_relative() {
-        w.words("Step ").whole("step", step).words(", ");
+        w.text("Step ").integer("step", step).text(", ");
     }
-    w.words("t = ")
-        .time(step, scene.scenario.dt())
-        .words(" s:\n");
+    w.text("t = ").time(step, scene.scenario.dt()).text(" s:\n");
 }
 
 /// The ego's own motion, in a sentence.
 pub(super) fn ego_moves(w: &mut Writer, lanes: &Lanes<'_>, ego: &Motion, step: i64) {
     w.about(Subject::Ego, Some(step))
-        .words("  The ego: velocity ")
+        .text("  The ego: velocity ")
         .number("velocity", ego.velocity)
-        .words(" m/s, acceleration ")
+        .text(" m/s, acceleration ")
         .number("acceleration", ego.acceleration)
-        .words(" m/s²");
+        .text(" m/s²");
     lane(w, lanes.of_ego(ego));
-    w.words(".\n");
+    w.text(".\n");
 }
 
 /// The words for a lane behind a comma, if there are any.
 pub(super) fn lane(w: &mut Writer, words: Option<&str>) {
     if let Some(words) = words {
-        w.words(", ").words(words);
+        w.text(", ").text(words);
     }
 }
 
@@ -123,44 +121,44 @@ pub(super) fn name_and_place(
     seen: &VisibleObstacle,
     lane_words: Option<&str>,
 ) {
-    w.about(subject(participant), Some(step)).words("  ");
+    w.about(subject(participant), Some(step)).text("  ");
     name(w, participant);
-    w.words(" (").words(seen.direction.name());
+    w.text(" (").text(seen.direction.name());
     lane(w, lane_words);
-    w.words("): ");
+    w.text("): ");
 }
 
 /// The sentence for a step at which no obstacle is near.
 pub(super) fn no_obstacles(w: &mut Writer, radius: f64) {
     w.about(Subject::Scene, None)
-        .words("  No obstacle is within ")
+        .text("  No obstacle is within ")
         .number("radius", radius)
-        .words(" m.\n");
+        .text(" m.\n");
 }
 
 /// Motion in the coordinates of the map, for the end of a line.
 pub(super) fn on_the_map(w: &mut Writer, motion: &Motion) {
-    w.words("at (")
+    w.text("at (")
         .number("x", motion.pose.position.x)
-        .words(", ")
+        .text(", ")
         .number("y", motion.pose.position.y)
-        .words(") m, heading ")
+        .text(") m, heading ")
         .angle("heading", motion.pose.heading)
-        .words(" rad, velocity ")
+        .text(" rad, velocity ")
         .number("velocity", motion.velocity)
-        .words(" m/s, acceleration ")
+        .text(" m/s, acceleration ")
         .number("acceleration", motion.acceleration)
-        .words(" m/s²");
+        .text(" m/s²");
 }
 
 /// The lanelets under a participant, for the end of a sentence.
 pub(super) fn on_lanelets(w: &mut Writer, scene: &Scene, motion: &Motion) {
     let ids = scene.scenario.network.lanelets_at(&motion.pose.position);
     if ids.is_empty() {
-        w.words("off the lanelets");
+        w.text("off the lanelets");
         return;
     }
-    w.words("on lanelet ");
+    w.text("on lanelet ");
     lanelet_ids(w, &ids, " and ");
 }
 
@@ -168,9 +166,9 @@ pub(super) fn on_lanelets(w: &mut Writer, scene: &Scene, motion: &Motion) {
 pub(super) fn lanelet_ids<'w>(w: &'w mut Writer, ids: &[i64], between: &str) -> &'w mut Writer {
     for (place, &id) in ids.iter().enumerate() {
         if place > 0 {
-            w.words(between);
+            w.text(between);
         }
-        w.whole("lanelet", id);
+        w.integer("lanelet", id);
     }
     w
 }
@@ -211,7 +209,7 @@ impl Cell {
     }
 
     /// Words, or nothing.
-    pub fn words(words: Option<&'static str>) -> Self {
+    pub fn text(words: Option<&'static str>) -> Self {
         words.map_or(Self::Nothing, Self::Words)
     }
 
@@ -233,26 +231,26 @@ pub(super) fn titles(w: &mut Writer, columns: &[&[Column]]) {
 
 /// The line of titles with these `first`.
 pub(super) fn titles_after(w: &mut Writer, first: &str, columns: &[&[Column]]) {
-    w.words(first);
+    w.text(first);
     for column in columns.iter().copied().flatten() {
-        w.words(",").words(&column.title);
+        w.text(",").text(&column.title);
     }
-    w.words("\n");
+    w.text("\n");
 }
 
 /// Begins a row: when and who.
 pub(super) fn begin(w: &mut Writer, scene: &Scene, step: i64, who: Option<&Participant<'_>>) {
     w.about(Subject::Scene, Some(step));
     if !w.is_relative() {
-        w.whole("step", step).words(",");
+        w.integer("step", step).text(",");
     }
     w.time(step, scene.scenario.dt())
-        .words(",")
+        .text(",")
         .about(who.map_or(Subject::Ego, subject), Some(step));
     match who {
         Some(who) => name(w, who),
         None => {
-            w.words("ego");
+            w.text("ego");
         }
     }
 }
@@ -260,16 +258,16 @@ pub(super) fn begin(w: &mut Writer, scene: &Scene, step: i64, who: Option<&Parti
 /// Cells of a row under `columns`; those that are missing at the end have no value.
 pub(super) fn cells(w: &mut Writer, columns: &[Column], cells: &[Cell]) {
     for (place, column) in columns.iter().enumerate() {
-        w.words(",");
+        w.text(",");
         match cells.get(place).unwrap_or(&Cell::Nothing) {
-            Cell::Nothing => w.words("-"),
+            Cell::Nothing => w.text("-"),
             Cell::Real(value) => w.number(column.quantity, *value),
             Cell::Angle(value) => w.angle(column.quantity, *value),
             Cell::Degrees(value) => w.degrees(column.quantity, *value),
             Cell::Time(step, dt) => w.time(*step, *dt),
-            Cell::Whole(value) => w.whole(column.quantity, *value),
-            Cell::Words(words) => w.words(words),
-            Cell::Lanelets(ids) if ids.is_empty() => w.words("-"),
+            Cell::Whole(value) => w.integer(column.quantity, *value),
+            Cell::Words(words) => w.text(words),
+            Cell::Lanelets(ids) if ids.is_empty() => w.text("-"),
             Cell::Lanelets(ids) => lanelet_ids(w, ids, "+"),
         };
     }
@@ -295,14 +293,14 @@ pub(super) fn describe(w: &mut Writer, context: &Context<'_>, window: &Window, o
         let Some((distance, step)) = nearest.filter(|(d, _)| *d <= options.radius) else {
             continue;
         };
-        w.about(subject(other), Some(step)).words("\nThe ");
+        w.about(subject(other), Some(step)).text("\nThe ");
         name(w, other);
-        w.words(
+        w.text(
             " is given as a region that it may cover (predicted occupancy), without heading or velocity: the region is nearest at t = ",
         )
         .time(step, context.scene().scenario.dt())
-        .words(" s, distance ")
+        .text(" s, distance ")
         .number("distance", distance)
-        .words(" m.\n");
+        .text(" m.\n");
     }
 }

@@ -18,7 +18,7 @@ pub struct PictureMoment {
 }
 
 /// Moments of a picture at most, beside the close-up of the last one, and at most where the user states the steps between them.
-const MOST: (usize, usize) = (5, 11);
+const MAX_MOMENTS: (usize, usize) = (5, 11);
 
 /// The moments that a picture of a window shows, in order: steps as the text frames have them, the last of the window
 /// always and none after it, but not more than can be looked at in one picture; and obstacles within the radius, and that
@@ -49,7 +49,11 @@ pub fn picture_moments(
 
 /// The options with no more times than can be looked at in one picture.
 fn few(options: &Options) -> Options {
-    let most = if options.stride > 1 { MOST.1 } else { MOST.0 };
+    let most = if options.stride > 1 {
+        MAX_MOMENTS.1
+    } else {
+        MAX_MOMENTS.0
+    };
     Options {
         most_times: Some(options.most_times.map_or(most, |times| times.min(most))),
         ..*options
@@ -73,60 +77,60 @@ pub(super) fn describe(
     if frame.words().is_none() {
         w.relative_to(window.last());
     } else {
-        w.words("\n");
+        w.text("\n");
     }
     w.about(Subject::Scene, Some(window.last()));
     match moments.len() {
-        1 => drop(w.words("The picture shows the scene from above at t = ")),
+        1 => drop(w.text("The picture shows the scene from above at t = ")),
         n => {
-            w.words("The picture shows the scene from above at ")
-                .whole("panels", n as i64)
-                .words(" times, one panel each, row by row from left to right: t = ");
+            w.text("The picture shows the scene from above at ")
+                .integer("panels", n as i64)
+                .text(" times, one panel each, row by row from left to right: t = ");
         }
     }
     for (place, moment) in moments.iter().enumerate() {
-        w.words(if place == 0 { "" } else { ", " })
+        w.text(if place == 0 { "" } else { ", " })
             .about(Subject::Scene, Some(moment.step))
             .time(moment.step, dt);
     }
-    w.words(" s; the last panel is a close-up of the last of them. The ego, blue, is in the middle of each panel");
-    w.words(if frame.is_on_the_map() {
+    w.text(" s; the last panel is a close-up of the last of them. The ego, blue, is in the middle of each panel");
+    w.text(if frame.is_on_the_map() {
         "; the x axis of the map points to the right, the y axis up.\n"
     } else {
         " and heads up.\n"
     });
-    w.words(
+    w.text(
         "Bodies have their real sizes and headings, and an arrow head inside at their front. A bar shows the scale, which is the same in all panels but the close-up. A line behind a body is its way since the beginning of the window; an arrow from its front is the way that it would go in 0.5 s at its present velocity.\n",
     );
     if options.contact {
-        w.words("A red ring marks where the ego touches another body. ");
+        w.text("A red ring marks where the ego touches another body. ");
     }
     if frame.is_of_one_obstacle() {
         let chosen = scene
             .participants()
             .find(|p| Some(p.obstacle.id) == options.obstacle);
-        w.words("Of the obstacles it shows only this one, with its id, however far away it is: ");
+        w.text("Of the obstacles it shows only this one, with its id, however far away it is: ");
         if let Some(chosen) = chosen {
             w.about(subject(&chosen), None);
             name(w, &chosen);
         }
-        w.words(".\n");
+        w.text(".\n");
         return;
     }
-    w.words("Obstacles whose centre is within ")
+    w.text("Obstacles whose centre is within ")
         .about(Subject::Scene, None)
         .number("radius", options.radius)
-        .words(" m of the ego's are shown, with their ids, and the nearest ones in colours of their own: ");
+        .text(" m of the ego's are shown, with their ids, and the nearest ones in colours of their own: ");
     let shown = shown(scene, &moments);
     if shown.is_empty() {
-        w.words("there are none");
+        w.text("there are none");
     }
     for (place, participant) in shown.iter().enumerate() {
-        w.words(if place == 0 { "" } else { ", " })
+        w.text(if place == 0 { "" } else { ", " })
             .about(subject(participant), None);
         name(w, participant);
     }
-    w.words(".\n");
+    w.text(".\n");
     let beyond = beyond(scene, options, &moments, &shown);
     farther_away(w, scene, frame, &beyond);
     if frame.words().is_none() {
@@ -160,7 +164,7 @@ fn beyond<'s>(
 fn farther_away(w: &mut Writer, scene: &Scene, frame: Frame, beyond: &[(i64, Participant<'_>)]) {
     let dt = scene.scenario.dt();
     for (place, (step, other)) in beyond.iter().enumerate() {
-        w.words(match place {
+        w.text(match place {
             0 => "Farther away, not in the picture: ",
             _ => "; ",
         });
@@ -168,12 +172,12 @@ fn farther_away(w: &mut Writer, scene: &Scene, frame: Frame, beyond: &[(i64, Par
         name(w, other);
         let encounter = Encounter::at(scene, other, *step);
         if let (None, Some(encounter)) = (frame.words(), encounter) {
-            w.words(" at t = ").time(*step, dt).words(" s: ");
+            w.text(" at t = ").time(*step, dt).text(" s: ");
             relative(w, &encounter.relation());
         }
     }
     if !beyond.is_empty() {
-        w.words(".\n");
+        w.text(".\n");
     }
 }
 

@@ -28,10 +28,10 @@ pub(super) fn describe(
     let network = &scene.scenario.network;
     let lanelets = lanelets_around(network, under);
     if lanelets.is_empty() {
-        w.words("\nThere is no road under them.\n");
+        w.text("\nThere is no road under them.\n");
         return;
     }
-    w.words("\nRoad, centre lines in driving direction:\n");
+    w.text("\nRoad, centre lines in driving direction:\n");
     for lanelet in lanelets {
         one(w, lanelet, places, radius);
     }
@@ -54,19 +54,19 @@ fn lanelets_around<'n>(network: &'n LaneletNetwork, under: &BTreeSet<i64>) -> Ve
 
 fn one(w: &mut Writer, lanelet: &Lanelet, places: &[Point], radius: f64) {
     w.about(Subject::Lanelet(lanelet.id), None)
-        .words("  lanelet ")
-        .whole("lanelet", lanelet.id);
+        .text("  lanelet ")
+        .integer("lanelet", lanelet.id);
     let Some(lane) = Lane::from_lanelet(lanelet) else {
-        w.words(" has no length\n");
+        w.text(" has no length\n");
         return;
     };
-    w.words(", ")
+    w.text(", ")
         .number("width", lane.width_at(lane.length() / 2.0))
-        .words(" m wide, ");
+        .text(" m wide, ");
     if lanelet.successors.is_empty() {
-        w.words("leads to none");
+        w.text("leads to none");
     } else {
-        w.words("leads to ");
+        w.text("leads to ");
         lanelet_ids(w, &lanelet.successors, " and ");
     }
     write_neighbour(w, "left", lanelet.adjacent_left);
@@ -80,27 +80,27 @@ fn one(w: &mut Writer, lanelet: &Lanelet, places: &[Point], radius: f64) {
     let near = |p: &Point| places.iter().any(|place| (place - p).norm() <= radius);
     let points: Vec<Point> = (0..=count).map(at).filter(near).collect();
     if points.is_empty() {
-        w.words("; its centre line is farther away\n");
+        w.text("; its centre line is farther away\n");
         return;
     }
-    w.words(":");
+    w.text(":");
     for p in points {
-        w.words(" (")
+        w.text(" (")
             .number("x", p.x)
-            .words(", ")
+            .text(", ")
             .number("y", p.y)
-            .words(")");
+            .text(")");
     }
-    w.words("\n");
+    w.text("\n");
 }
 
 fn write_neighbour(w: &mut Writer, side: &str, neighbour: Option<Adjacent>) {
     if let Some(neighbour) = neighbour {
-        w.words(", on its ")
-            .words(side)
-            .words(" ")
-            .whole("lanelet", neighbour.id)
-            .words(if neighbour.same_direction {
+        w.text(", on its ")
+            .text(side)
+            .text(" ")
+            .integer("lanelet", neighbour.id)
+            .text(if neighbour.same_direction {
                 " in the same direction"
             } else {
                 " in the opposite direction"

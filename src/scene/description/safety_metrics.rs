@@ -68,7 +68,7 @@ impl Measured<'_, '_> {
             let step = moment.step;
             heading(w, self.scene, step);
             let Some(ego) = self.scene.ego.track.at(step) else {
-                w.words(NO_EGO);
+                w.text(NO_EGO);
                 continue;
             };
             ego_moves(w, &lanes, ego, step);
@@ -80,11 +80,11 @@ impl Measured<'_, '_> {
                     continue;
                 };
                 let seen = VisibleObstacle::new(&encounter, self.options);
-                name_and_place(w, &participant, step, &seen, lanes.of(ego, motion));
+                name_and_place(w, &participant, step, &seen, lanes.relation(ego, motion));
                 relative(w, &seen.relation);
                 measures(w, &self.columns.said, &encounter);
                 let words = ego_centric::describe_motion(w, &seen, self.options.contact);
-                w.words(". ").words(&words).words("\n");
+                w.text(". ").text(&words).text("\n");
             }
         }
         if everyone.is_empty() || self.columns.worst.is_empty() {
@@ -92,37 +92,37 @@ impl Measured<'_, '_> {
         }
         self.worst_heading(w);
         for participant in everyone {
-            w.about(subject(participant), None).words("  ");
+            w.about(subject(participant), None).text("  ");
             name(w, participant);
             for (place, worst) in self.columns.worst.iter().enumerate() {
                 let Worst {
                     id, before, after, ..
                 } = worst;
-                w.words(if place == 0 { ": " } else { "; " }).words(before);
+                w.text(if place == 0 { ": " } else { "; " }).text(before);
                 let Some((value, step)) = self.worst(w, participant, id) else {
-                    w.words("none");
+                    w.text("none");
                     continue;
                 };
                 w.about(subject(participant), Some(step));
                 write_measure(w, id, value)
-                    .words(after)
-                    .words(" at t = ")
+                    .text(after)
+                    .text(" at t = ")
                     .time(step, self.scene.scenario.dt())
-                    .words(" s");
+                    .text(" s");
             }
-            w.words(".\n");
+            w.text(".\n");
         }
     }
 
     fn worst_heading(&self, w: &mut Writer) {
         let dt = self.scene.scenario.dt();
         w.about(Subject::Scene, Some(self.window.first()))
-            .words("\nWorst values from t = ")
+            .text("\nWorst values from t = ")
             .time(self.window.first(), dt)
-            .words(" s to t = ")
+            .text(" s to t = ")
             .about(Subject::Scene, Some(self.window.last()))
             .time(self.window.last(), dt)
-            .words(" s:\n");
+            .text(" s:\n");
     }
 
     fn compact(&self, w: &mut Writer, described: Vec<Moment<'_>>, everyone: &[Participant<'_>]) {
@@ -136,7 +136,7 @@ impl Measured<'_, '_> {
             parts::cells(w, OWN, cells.as_ref().map_or(&[], |c| c));
             parts::cells(w, RELATION, &[]);
             parts::cells(w, &measures, &[]);
-            w.words("\n");
+            w.text("\n");
             for (participant, motion) in near {
                 let Some((ego, encounter)) = ego.zip(self.encounter(&participant, step)) else {
                     continue;
@@ -144,7 +144,7 @@ impl Measured<'_, '_> {
                 let seen = VisibleObstacle::new(&encounter, self.options);
                 let relation = &seen.relation;
                 parts::begin(w, self.scene, step, Some(&participant));
-                parts::cells(w, OWN, &[Cell::words(lanes.of(ego, motion))]);
+                parts::cells(w, OWN, &[Cell::text(lanes.relation(ego, motion))]);
                 let cells = [
                     Cell::Words(seen.direction.name()),
                     Cell::Real(relation.gap_long),
@@ -158,7 +158,7 @@ impl Measured<'_, '_> {
                     .map(|c| cell(c.quantity, read(w, c.quantity, &encounter)))
                     .collect();
                 parts::cells(w, &measures, &cells);
-                w.words("\n");
+                w.text("\n");
             }
         }
         if everyone.is_empty() || self.columns.worst.is_empty() {
@@ -180,7 +180,7 @@ impl Measured<'_, '_> {
                 };
                 parts::cells(w, &titles[2 * place..2 * place + 2], &cells);
             }
-            w.words("\n");
+            w.text("\n");
         }
     }
 
@@ -200,11 +200,11 @@ fn measures(w: &mut Writer, said_of: &[MeasureAtEachStep], encounter: &Encounter
     for (place, one) in said_of.iter().enumerate() {
         // The two times to close gaps belong together.
         let between = if one.continues { ", " } else { "; " };
-        w.words(if place == 0 { "; " } else { between })
-            .words(&one.before);
+        w.text(if place == 0 { "; " } else { between })
+            .text(&one.before);
         match read(w, one.id, encounter) {
-            Some(value) => write_measure(w, one.id, value).words(&one.after),
-            None => w.words("none"),
+            Some(value) => write_measure(w, one.id, value).text(&one.after),
+            None => w.text("none"),
         };
     }
 }
@@ -214,7 +214,7 @@ const LOWEST_RISK: f64 = 1.0;
 
 /// The value of a measure; no time where the speed that it is computed with is written as 0.
 fn read(w: &Writer, id: &str, encounter: &Encounter<'_>) -> Option<f64> {
-    let value = measure(id)?.of(encounter).value()?;
+    let value = measure(id)?.evaluate(encounter).value()?;
     let relation = encounter.relation();
     let v_long = w.written("v_rel_long", relation.velocity.x);
     let v_lat = w.written("v_rel_lat", relation.velocity.y);
@@ -238,7 +238,7 @@ fn cell(id: &str, value: Option<f64>) -> Cell {
 
 fn write_measure<'w>(w: &'w mut Writer, id: &'static str, value: f64) -> &'w mut Writer {
     match id {
-        "risk" => w.whole(id, value as i64),
+        "risk" => w.integer(id, value as i64),
         _ => w.number(id, value),
     }
 }
@@ -273,7 +273,7 @@ pub(super) struct MeasureColumns {
 }
 
 /// The usual measures: id, title, words of the prose before and after.
-const SAID: [[&str; 4]; 7] = [
+const DEFAULT_MEASURE_TEXTS: [[&str; 4]; 7] = [
     ["distance", "distance [m]", "distance ", " m"],
     [
         "ttc_long",
@@ -305,7 +305,7 @@ impl MeasureColumns {
     /// Those of the chosen measures; the usual ones for `None`.
     pub fn new(chosen: Option<&MeasureList>) -> Self {
         let Some(chosen) = chosen else {
-            let said = SAID.map(|[id, title, before, after]| MeasureAtEachStep {
+            let said = DEFAULT_MEASURE_TEXTS.map(|[id, title, before, after]| MeasureAtEachStep {
                 id,
                 title: title.into(),
                 before: before.into(),
@@ -397,8 +397,8 @@ mod tests {
 
     #[test]
     fn chosen_measures_are_titled_as_the_usual_ones() {
-        let ids = SAID.map(|[id, ..]| id);
-        let chosen = MeasureList::of(ids).ok();
+        let ids = DEFAULT_MEASURE_TEXTS.map(|[id, ..]| id);
+        let chosen = MeasureList::from_ids(ids).ok();
         let titles = |columns: &MeasureColumns| {
             let titles = columns.columns().into_iter().map(|c| c.title.into_owned());
             titles.collect::<Vec<_>>()

@@ -69,35 +69,35 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], op
         heading(w, scene, step);
         match scene.ego.track.at(step) {
             Some(ego) => {
-                w.about(Subject::Ego, Some(step)).words("  ego: ");
+                w.about(Subject::Ego, Some(step)).text("  ego: ");
                 on_a_lanelet(w, scene, ego);
-                w.words("\n");
+                w.text("\n");
             }
             None => {
-                w.words(NO_EGO);
+                w.text(NO_EGO);
             }
         }
-        w.about(subject(who), Some(step)).words("  ");
+        w.about(subject(who), Some(step)).text("  ");
         name(w, who);
         match known(who, step) {
             Some(motion) => {
-                w.words(": ");
+                w.text(": ");
                 on_a_lanelet(w, scene, motion);
             }
             None => {
-                w.words(" is not there at this step");
+                w.text(" is not there at this step");
             }
         }
-        w.words("\n");
+        w.text("\n");
         if let Some(encounter) = encounter(scene, who, step) {
             let seen = VisibleObstacle::new(&encounter, options);
-            w.words("  seen from the ego: ")
-                .words(seen.direction.name())
-                .words(", distance ")
+            w.text("  seen from the ego: ")
+                .text(seen.direction.name())
+                .text(", distance ")
                 .number("distance", seen.distance)
-                .words(" m; ");
+                .text(" m; ");
             relative(w, &seen.relation);
-            w.words("\n");
+            w.text("\n");
         }
     }
 }
@@ -105,7 +105,7 @@ fn prose(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], op
 /// A motion on the map and the lanelets under it.
 fn on_a_lanelet(w: &mut Writer, scene: &Scene, motion: &Motion) {
     on_the_map(w, motion);
-    w.words(", ");
+    w.text(", ");
     on_lanelets(w, scene, motion);
 }
 
@@ -115,7 +115,7 @@ fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], 
         parts::begin(w, scene, step, None);
         on_the_map_cells(w, scene, scene.ego.track.at(step));
         parts::cells(w, RELATION, &[]);
-        w.words("\n");
+        w.text("\n");
         parts::begin(w, scene, step, Some(who));
         on_the_map_cells(w, scene, known(who, step));
         let cells = encounter(scene, who, step).map(|encounter| {
@@ -131,7 +131,7 @@ fn compact(w: &mut Writer, scene: &Scene, who: &Participant<'_>, steps: &[i64], 
             ]
         });
         parts::cells(w, RELATION, cells.as_ref().map_or(&[], |c| c));
-        w.words("\n");
+        w.text("\n");
     }
 }
 

@@ -123,7 +123,7 @@ impl Writer {
     }
 
     /// Words without a number.
-    pub fn words(&mut self, words: &str) -> &mut Self {
+    pub fn text(&mut self, words: &str) -> &mut Self {
         self.done.text.push_str(words);
         self
     }
@@ -148,9 +148,9 @@ impl Writer {
     pub fn relative_to(&mut self, now: i64) -> &mut Self {
         self.now = Some(now);
         self.about(Subject::Scene, Some(now))
-            .words(RELATIVE)
+            .text(RELATIVE)
             .fixed("time", 0.0, TIME)
-            .words(" s is now.\n")
+            .text(" s is now.\n")
     }
 
     /// Whether times are relative.
@@ -170,7 +170,7 @@ impl Writer {
     }
 
     /// A count, a time step or an id.
-    pub fn whole(&mut self, quantity: &'static str, value: i64) -> &mut Self {
+    pub fn integer(&mut self, quantity: &'static str, value: i64) -> &mut Self {
         self.put(quantity, &value.to_string(), Value::Whole(value))
     }
 
@@ -277,9 +277,9 @@ mod tests {
     fn a_number_knows_where_it_stands_and_whose_it_is() {
         let mut w = Writer::new(1);
         w.about(Subject::Obstacle(7), Some(3))
-            .words("² gap ")
+            .text("² gap ")
             .number("gap_long", -1.26)
-            .words(" m");
+            .text(" m");
         let done = w.finish();
         assert_eq!(done.text, "² gap -1.3 m");
         let span = &done.spans[0];

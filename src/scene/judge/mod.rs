@@ -162,7 +162,7 @@ fn risk(score: u8) -> String {
 /// The value of a measure in an encounter.
 fn value(id: &str, encounter: &Encounter<'_>) -> Option<f64> {
     let measure = MEASURES.iter().find(|m| m.id == id)?;
-    match measure.of(encounter) {
+    match measure.evaluate(encounter) {
         Reading::Value(value) => Some(value),
         Reading::None(_) => None,
     }

@@ -178,7 +178,7 @@ fn finding(
         .ways
         .as_ref()
         .map_or(String::new(), |(mine, theirs)| {
-            format!(" (ego {}, it {})", words(mine), words(theirs))
+            format!(" (ego {}, it {})", path_summary(mine), path_summary(theirs))
         });
     let line = format!(
         "{}{}: {when}{ways}; at {}: {}. Risk at present {}.",
@@ -273,7 +273,7 @@ fn probability(p: f64) -> String {
     }
 }
 
-fn words(way: &PredictedPath) -> String {
+fn path_summary(way: &PredictedPath) -> String {
     match way {
         PredictedPath::Straight => "straight on".into(),
         PredictedPath::Turn => "on with its turn".into(),

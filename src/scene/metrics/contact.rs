@@ -108,18 +108,18 @@ struct Steps {
 }
 
 /// The ego and another at a step, where both are there.
-type There<'a> = dyn Fn(i64) -> Option<[BodyAtStep<'a>; 2]> + 'a;
+type StateAtStep<'a> = dyn Fn(i64) -> Option<[BodyAtStep<'a>; 2]> + 'a;
 
 /// A motion that a recording just tells is off between its steps by this share of the second difference: π²/32.
 const UNCERTAIN: f64 = std::f64::consts::PI * std::f64::consts::PI / 32.0;
 
 /// Looks for the deepest overlap on a way.
-const LOOKS: usize = 32;
+const OVERLAP_SAMPLES: usize = 32;
 
 impl Steps {
     /// How far the place of the bodies between the two steps is uncertain where they touch, metres: in every direction, or
     /// along an axis.
-    fn uncertainty(&self, there: &There<'_>, axis: Option<Vector>) -> f64 {
+    fn uncertainty(&self, there: &StateAtStep<'_>, axis: Option<Vector>) -> f64 {
         let around = [-1, 0].map(|offset| {
             let middle = self.step + offset;
             let (a, b, c) = (there(middle - 1)?, there(middle)?, there(middle + 1)?);
@@ -155,7 +155,7 @@ impl Steps {
     /// later one only if the bodies overlap there.
     fn contact(
         &self,
-        there: &There<'_>,
+        there: &StateAtStep<'_>,
         before: Option<[BodyAtStep<'_>; 2]>,
         here: [BodyAtStep<'_>; 2],
     ) -> Option<Contact> {
@@ -171,11 +171,11 @@ impl Steps {
             ];
             let share = ways[0].first_touch(&ways[1]).filter(|share| *share > 0.0)?;
             let overlap = |look: usize| {
-                let share = share + (1.0 - share) * look as f64 / LOOKS as f64;
+                let share = share + (1.0 - share) * look as f64 / OVERLAP_SAMPLES as f64;
                 ways[0].at(share).overlap(&ways[1].at(share))
             };
             let certain = overlaps || {
-                let deepest = (0..=LOOKS).map(overlap).fold(0.0, f64::max);
+                let deepest = (0..=OVERLAP_SAMPLES).map(overlap).fold(0.0, f64::max);
                 let is_at = |share| [ways[0].at(share), ways[1].at(share)];
                 deepest > self.uncertainty(there, None)
                     || [0, 1].into_iter().any(|of| {

@@ -107,7 +107,9 @@ impl<'s> Context<'s> {
         Some(Encounter::in_context(
             (ego, ego_body),
             (other, other_body),
-            (self, participant, index),
+            self,
+            participant,
+            index,
         ))
     }
 

@@ -68,7 +68,9 @@ impl<'a> Encounter<'a> {
     pub(super) fn in_context(
         (ego, ego_body): (&'a Motion, &'a Footprint),
         (other, other_body): (&'a Motion, &'a Footprint),
-        (context, participant, index): (&'a Context<'a>, usize, usize),
+        context: &'a Context<'a>,
+        participant: usize,
+        index: usize,
     ) -> Self {
         Self {
             ego,

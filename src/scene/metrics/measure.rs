@@ -84,7 +84,7 @@ impl Measure {
     /// Its value in an encounter. With a region of an occupancy set, where an obstacle may be and whose velocity is not
     /// known, only measures of places have values, and the risk score where the region touches the ego.
     #[must_use]
-    pub fn of(&self, encounter: &Encounter<'_>) -> Reading {
+    pub fn evaluate(&self, encounter: &Encounter<'_>) -> Reading {
         if encounter.is_with_occupancy() && !OF_PLACES.contains(&self.id) {
             let is_contact = self.is_ordinal() && encounter.distance() == 0.0;
             if !is_contact {

@@ -71,7 +71,7 @@ impl MeasureList {
     ///
     /// # Errors
     /// An unknown id, with those that it may mean; an id named twice; none, or more than [`Self::MOST`].
-    pub fn of<'a>(ids: impl IntoIterator<Item = &'a str>) -> Result<Self, String> {
+    pub fn from_ids<'a>(ids: impl IntoIterator<Item = &'a str>) -> Result<Self, String> {
         let mut list = Self {
             places: [0; Self::MOST],
             count: 0,
@@ -99,9 +99,9 @@ impl MeasureList {
     /// The measures in a text such as `ttc,thw,drac`.
     ///
     /// # Errors
-    /// As [`Self::of`].
+    /// As [`Self::from_ids`].
     pub fn parse(text: &str) -> Result<Self, String> {
-        Self::of(text.split(','))
+        Self::from_ids(text.split(','))
     }
 
     fn len(&self) -> usize {

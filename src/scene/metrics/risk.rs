@@ -33,7 +33,8 @@ impl RiskTable {
             return None;
         }
         let of_distance = |gap: f64| grade(gap, |level| level.distance);
-        let of_time = |time: Option<f64>| grade(time.unwrap_or(NEVER), |level| level.time);
+        let of_time =
+            |time: Option<f64>| grade(time.unwrap_or(NO_CLOSING_TIME), |level| level.time);
         let exact = of_distance(encounter.distance());
         let (distance, time) = if relation.gap_long == 0.0 && relation.gap_lat == 0.0 {
             let time = (plane::TIME_TO_COLLISION.compute)(encounter).value();
@@ -70,7 +71,7 @@ impl RiskTable {
 }
 
 /// The time to close a gap that is not closing, seconds.
-const NEVER: f64 = f64::INFINITY;
+const NO_CLOSING_TIME: f64 = f64::INFINITY;
 
 /// The risk score before it is rounded, with grades that grow evenly from level to level: of two
 /// encounters with the same score it says which is nearer to the next. For searches; not among [`super::MEASURES`].
@@ -169,7 +170,7 @@ fn exact(scene: &Scene, thresholds: &Thresholds) -> Vec<ScoreAt> {
     let of_step = |step: i64| {
         let at = move |other: &_| {
             let encounter = Encounter::at(scene, other, step)?.under(thresholds);
-            let score = risk.of(&encounter).value()?;
+            let score = risk.evaluate(&encounter).value()?;
             Some(ScoreAt {
                 step,
                 score: score as u8,

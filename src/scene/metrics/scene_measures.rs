@@ -176,12 +176,12 @@ impl Headline {
     /// The same, measured in a scene.
     #[must_use]
     pub fn compute(scene: &Scene, thresholds: &Thresholds) -> Self {
-        Self::of(&Context::under(scene, thresholds))
+        Self::from_context(&Context::under(scene, thresholds))
     }
 
     /// The same of a context.
     #[must_use]
-    pub fn of(context: &Context<'_>) -> Self {
+    pub fn from_context(context: &Context<'_>) -> Self {
         let wanted = ["distance", "ttc", "risk"];
         let measures = MEASURES.iter().filter(|m| wanted.contains(&m.id));
         Self::new(context, &Series::from_context(context, measures.collect()))

@@ -73,7 +73,7 @@ impl Series {
                 };
                 let place = row * length + index;
                 for (m, measure) in measures.iter().enumerate() {
-                    readings[m * block + place] = measure.of(&encounter);
+                    readings[m * block + place] = measure.evaluate(&encounter);
                 }
             }
         }

@@ -38,7 +38,7 @@ pub struct HashedBeginning(Sha256);
 impl HashedBeginning {
     /// What they begin with.
     #[must_use]
-    pub fn of(bytes: &[u8]) -> Self {
+    pub fn new(bytes: &[u8]) -> Self {
         let mut hasher = Sha256::new();
         hasher.update(bytes);
         Self(hasher)
@@ -168,7 +168,7 @@ mod tests {
     fn parts_have_the_hash_of_the_whole() {
         let parts: [&[u8]; 3] = [b"ma", b"", b"p"];
         assert_eq!(ContentHash::of_parts(parts), ContentHash::digest(b"map"));
-        let beginning = HashedBeginning::of(b"ma");
+        let beginning = HashedBeginning::new(b"ma");
         let [_, rest @ ..] = parts;
         assert_eq!(beginning.with(rest), ContentHash::digest(b"map"));
         assert_eq!(beginning.with([]), ContentHash::digest(b"ma"));

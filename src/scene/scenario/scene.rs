@@ -400,7 +400,7 @@ impl WindowRule {
     #[must_use]
     pub fn at(&self, scene: &Scene, present: i64) -> Window {
         let last = match self.end {
-            WindowEnd::Whole => return Window::whole(scene),
+            WindowEnd::Whole => return Window::full(scene),
             WindowEnd::Recording => scene.last_step(),
             WindowEnd::Present => present,
         };
@@ -427,7 +427,7 @@ impl Window {
 
     /// Every step of the ego's recording.
     #[must_use]
-    pub fn whole(scene: &Scene) -> Self {
+    pub fn full(scene: &Scene) -> Self {
         Self::ending_at(scene, scene.last_step(), usize::MAX)
     }
 

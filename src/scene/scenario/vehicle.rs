@@ -41,7 +41,7 @@ nearmiss_record::named!(VehicleModel);
 impl VehicleModel {
     /// Its name in words.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn full_name(self) -> &'static str {
         match self {
             Self::Pm => "point mass",
             Self::Ks => "kinematic single-track",
@@ -213,7 +213,7 @@ const CAR: HumanLimits = HumanLimits {
 impl HumanLimits {
     /// Those of a kind of road user that moves by itself.
     #[must_use]
-    pub fn of(kind: ObstacleType) -> Self {
+    pub fn for_kind(kind: ObstacleType) -> Self {
         match kind {
             // Speeding up: loaded lorries (Bokare and Maurya, Transportation Research Procedia 25, 2017). Braking: more
             // than the 5 m/s² that UN Regulation 13 demands. Lateral: loaded lorries roll over from 4 m/s² on (Winkler and

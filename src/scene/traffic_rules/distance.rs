@@ -19,10 +19,10 @@ const AFTER_CUT_IN: f64 = 3.0;
 const ABRUPT: f64 = 2.0;
 
 /// A vehicle whose middle is farther beside the way is not in the lane, metres.
-const BESIDE: f64 = 1.5;
+const MAX_LATERAL_OFFSET: f64 = 1.5;
 
 /// Vehicles farther ahead are not looked at, metres.
-const AHEAD: f64 = 100.0;
+const LOOKAHEAD: f64 = 100.0;
 
 /// The vehicle in front.
 #[derive(Debug, Clone, Copy)]
@@ -80,8 +80,8 @@ fn cuts_in(ego: &EgoAlong<'_>, id: i64, moment: &Moment) -> bool {
     earlier.is_none_or(|motion| {
         let at = ego
             .path
-            .project_near(&motion.pose.position, moment.front, AHEAD + 50.0);
-        at.is_ok_and(|at| at.d.abs() > BESIDE)
+            .project_near(&motion.pose.position, moment.front, LOOKAHEAD + 50.0);
+        at.is_ok_and(|at| at.d.abs() > MAX_LATERAL_OFFSET)
     })
 }
 
@@ -93,18 +93,21 @@ fn leader(ego: &EgoAlong<'_>, moment: &Moment) -> Option<Leader> {
     });
     let ahead = bodies.filter_map(|other| {
         let motion = other.at(moment.step)?;
-        if (motion.pose.position - moment.position).norm() > AHEAD {
+        if (motion.pose.position - moment.position).norm() > LOOKAHEAD {
             return None;
         }
         let at = ego
             .path
-            .project_near(&motion.pose.position, moment.front, AHEAD + 20.0)
+            .project_near(&motion.pose.position, moment.front, LOOKAHEAD + 20.0)
             .ok()?;
         let turn = angle_between(ego.path.at(at.s).heading, motion.pose.heading);
         let moves = other.obstacle.role == ObstacleRole::Dynamic;
         let against = moves && turn.abs() > std::f64::consts::FRAC_PI_4;
         let (length, _) = other.footprint_at(moment.step).shape().size();
-        if at.d.abs() > BESIDE || against || at.s <= f64::midpoint(moment.front, moment.rear) {
+        if at.d.abs() > MAX_LATERAL_OFFSET
+            || against
+            || at.s <= f64::midpoint(moment.front, moment.rear)
+        {
             return None;
         }
         Some(Leader {

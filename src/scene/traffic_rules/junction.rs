@@ -72,7 +72,7 @@ impl Rival {
 const UPSTREAM: f64 = 100.0;
 
 /// What is found of an incoming on a way: its lanelet there, if any, and the turn with the lanelets inside.
-struct Found<'n> {
+struct FoundLanelet<'n> {
     incoming: &'n Incoming,
     lanelet: Option<usize>,
     turn: Turn,
@@ -107,7 +107,7 @@ fn ways(incoming: &Incoming) -> impl Iterator<Item = (Turn, i64)> {
     all.into_iter().flatten()
 }
 
-fn find<'n>(stretches: &[Stretch], intersection: &'n Intersection) -> Option<Found<'n>> {
+fn find<'n>(stretches: &[Stretch], intersection: &'n Intersection) -> Option<FoundLanelet<'n>> {
     intersection.incomings.iter().find_map(|incoming| {
         let inside = |stretch: &Stretch| {
             let mut ways = ways(incoming);
@@ -121,7 +121,7 @@ fn find<'n>(stretches: &[Stretch], intersection: &'n Intersection) -> Option<Fou
             .count();
         let before = first.checked_sub(1);
         let leads_in = |place: &usize| incoming.lanelets.contains(&stretches[*place].lanelet);
-        Some(Found {
+        Some(FoundLanelet {
             incoming,
             lanelet: before.filter(leads_in),
             turn,
@@ -148,7 +148,7 @@ fn passage(
     let own = Party {
         heading: path.at(stretches[first].from).heading,
         turn: found.turn,
-        rank: SignRank::of(
+        rank: SignRank::from_signs(
             network,
             own_lanelets.iter().filter_map(|id| network.lanelet(*id)),
         ),
@@ -213,7 +213,7 @@ fn rival(
     let other = Party {
         heading: centre.pose_at(inside).heading,
         turn,
-        rank: SignRank::of(network, signed),
+        rank: SignRank::from_signs(network, signed),
     };
     Some(Rival {
         lanelet: id,
@@ -248,7 +248,7 @@ pub(super) fn conflict(
     other: &Polyline,
     inside: f64,
 ) -> Option<Conflict> {
-    let count = ((span.1 - span.0) / SPACING).clamp(0.0, MOST).ceil() as usize;
+    let count = ((span.1 - span.0) / SPACING).clamp(0.0, MAX_PLACES).ceil() as usize;
     let mut found: Option<Conflict> = None;
     for n in 0..=count {
         let s = span.0 + n as f64 * SPACING;
@@ -267,4 +267,4 @@ pub(super) fn conflict(
 }
 
 /// Places that are looked at, at most.
-const MOST: f64 = 1000.0;
+const MAX_PLACES: f64 = 1000.0;

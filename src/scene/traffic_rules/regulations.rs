@@ -55,7 +55,7 @@ pub(super) struct Stretch {
 const SPACING: f64 = 1.0;
 
 /// A line is looked for this far from where it should be, metres.
-const NEAR: f64 = 12.0;
+const LINE_SEARCH_RADIUS: f64 = 12.0;
 
 /// Lines nearer to each other than this are one, metres.
 const ONE: f64 = 4.0;
@@ -76,7 +76,7 @@ impl Regulations {
         for passage in &mut passages {
             passage.lights = lights
                 .iter()
-                .any(|line| (line.s - passage.line).abs() < NEAR);
+                .any(|line| (line.s - passage.line).abs() < LINE_SEARCH_RADIUS);
         }
         let stops = stop_lines(network, &stretches, &lights, &passages);
         Self {
@@ -107,7 +107,7 @@ impl Regulations {
     /// Whether the lights of a passage show something at a step.
     #[must_use]
     pub fn is_lit(&self, passage: &Passage, step: i64) -> bool {
-        let near = |line: &&LightLine| (line.s - passage.line).abs() < NEAR;
+        let near = |line: &&LightLine| (line.s - passage.line).abs() < LINE_SEARCH_RADIUS;
         let mut lines = self.lights.iter().filter(near);
         lines.any(|line| line.color_at(step) != crate::scenario::SignalColor::Inactive)
     }
@@ -125,7 +125,9 @@ fn stretches(
     way: &[DirectedLanelet],
     path: &ReferencePath,
 ) -> Vec<Stretch> {
-    let count = (path.length() / SPACING).floor().clamp(0.0, LONGEST) as usize;
+    let count = (path.length() / SPACING)
+        .floor()
+        .clamp(0.0, MAX_PATH_LENGTH) as usize;
     let points: Vec<Point> = (0..=count)
         .map(|n| path.pose_at(n as f64 * SPACING).position)
         .collect();
@@ -169,7 +171,7 @@ fn stretches(
 }
 
 /// Metres of a path that are looked at, at most.
-const LONGEST: f64 = 20_000.0;
+const MAX_PATH_LENGTH: f64 = 20_000.0;
 
 /// The middles of a lanelet's beginning and end.
 fn ends_of(lanelet: &Lanelet) -> Option<(Point, Point)> {
@@ -180,7 +182,7 @@ fn ends_of(lanelet: &Lanelet) -> Option<(Point, Point)> {
 
 /// The arc length beside a point, where the path passes it.
 fn near(path: &ReferencePath, point: &Point, s: f64) -> Option<f64> {
-    let at = path.project_near(point, s, NEAR).ok()?;
+    let at = path.project_near(point, s, LINE_SEARCH_RADIUS).ok()?;
     (at.d.abs() < 3.0).then_some(at.s)
 }
 
@@ -281,7 +283,7 @@ fn stop_lines(
 ) -> Vec<StopSignLine> {
     let says_stop = |stretch: &Stretch| {
         let lanelet = network.lanelet(stretch.lanelet).filter(|_| stretch.along);
-        lanelet.is_some_and(|lanelet| SignRank::of(network, [lanelet]) == SignRank::Stop)
+        lanelet.is_some_and(|lanelet| SignRank::from_signs(network, [lanelet]) == SignRank::Stop)
     };
     let mut lines: Vec<StopSignLine> = Vec::new();
     for (place, stretch) in stretches.iter().enumerate() {
@@ -291,7 +293,9 @@ fn stop_lines(
             continue;
         }
         let s = if inside { stretch.from } else { stretch.line };
-        let lit = lights.iter().any(|line| (line.s - s).abs() < NEAR);
+        let lit = lights
+            .iter()
+            .any(|line| (line.s - s).abs() < LINE_SEARCH_RADIUS);
         if lit || lines.iter().any(|line| (line.s - s).abs() < ONE) {
             continue;
         }

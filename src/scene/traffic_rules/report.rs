@@ -53,7 +53,7 @@ pub struct Violation {
 impl RuleReport {
     /// The report of a scene's ego, recorded or planned.
     #[must_use]
-    pub fn of(scene: &Scene) -> Self {
+    pub fn from_scene(scene: &Scene) -> Self {
         let ego = match EgoAlong::new(scene) {
             Ok(ego) => ego,
             Err(_) => return Self::all_undecided("the lanes of the ego are not known"),
@@ -237,7 +237,7 @@ pub const YIELD_AFTER: f64 = 0.5;
 impl Rule {
     /// In words.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::SafeDistance => "safe distance",
             Self::UnnecessaryBraking => "unnecessary braking",

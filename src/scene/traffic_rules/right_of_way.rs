@@ -17,7 +17,7 @@ use crate::scenario::{
 const RULES: [Rule; 3] = [Rule::RightBeforeLeft, Rule::Priority, Rule::LeftTurn];
 
 /// A vehicle whose middle is farther beside that of a lane is not on it, metres; nor is one that points elsewhere.
-pub const BESIDE: f64 = 1.75;
+pub const MAX_LATERAL_OFFSET: f64 = 1.75;
 pub const ALONG: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Braking for the ego: at least so much (m/s², a_br) no farther than this before the area (m, d_br).
@@ -130,7 +130,7 @@ fn endangered(ego: &EgoAlong<'_>, rival: &Rival) -> Vec<Violation> {
 const ROUNDING: f64 = 1e-6;
 
 /// A vehicle farther from the area of conflict than this at all steps does not visit it, metres.
-const FAR: f64 = 60.0;
+const MAX_CONFLICT_DISTANCE: f64 = 60.0;
 
 fn visit(
     ego: &EgoAlong<'_>,
@@ -142,13 +142,13 @@ fn visit(
     let mut inside: Option<(i64, i64)> = None;
     let mut brakes = Vec::new();
     for (step, motion) in other.obstacle.track().iter() {
-        if (motion.pose.position - middle).norm() > FAR {
+        if (motion.pose.position - middle).norm() > MAX_CONFLICT_DISTANCE {
             continue;
         }
         let on = rival.centre.project(&motion.pose.position);
         let along = rival.centre.pose_at(on.s).heading;
         let turn = angle_between(along, motion.pose.heading);
-        if on.d.abs() > BESIDE || turn.abs() > ALONG {
+        if on.d.abs() > MAX_LATERAL_OFFSET || turn.abs() > ALONG {
             continue;
         }
         let (front, rear) = (on.s + length / 2.0, on.s - length / 2.0);
@@ -182,7 +182,7 @@ pub enum SignRank {
 
 impl SignRank {
     /// Of lanelets with their signs: the strictest that is said.
-    pub(super) fn of<'a>(
+    pub(super) fn from_signs<'a>(
         network: &LaneletNetwork,
         lanelets: impl IntoIterator<Item = &'a Lanelet>,
     ) -> Self {
@@ -228,7 +228,7 @@ pub(super) struct Party {
 
 /// Half of the angle within which others are opposite, radians; and the least angle from which they come from a side.
 const OPPOSITE: f64 = std::f64::consts::FRAC_PI_4;
-const SAME: f64 = std::f64::consts::FRAC_PI_6;
+const HEADING_TOLERANCE: f64 = std::f64::consts::FRAC_PI_6;
 
 /// The rule by which the first has to give way to the second; `None` where it need not. With `lights` on its own lane
 /// only an oncoming vehicle comes before its left turn: the others have red.
@@ -251,7 +251,7 @@ pub(super) fn gives_way(own: &Party, other: &Party, lights: bool) -> Option<Rule
         return Some(Rule::LeftTurn);
     }
     // It comes from the right: it drives to the left as seen from here.
-    let from_right = turn > SAME && !opposite;
+    let from_right = turn > HEADING_TOLERANCE && !opposite;
     from_right.then_some(Rule::RightBeforeLeft)
 }
 

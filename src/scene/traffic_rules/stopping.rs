@@ -148,7 +148,7 @@ impl LightLine {
             let phases = light.cycle.iter().map(|phase| phase.duration.max(0));
             longest.max(phases.fold(0, i64::saturating_add))
         });
-        let look_back = 1..=cycle.min(LONGEST);
+        let look_back = 1..=cycle.min(MAX_STEPS_BACK);
         { look_back }
             .map(|back| step.saturating_sub(back))
             .find(|earlier| self.color_at(*earlier) != color)
@@ -156,7 +156,7 @@ impl LightLine {
 }
 
 /// Steps that are looked back for a change of colour.
-const LONGEST: i64 = 100_000;
+const MAX_STEPS_BACK: i64 = 100_000;
 
 fn strictness(color: SignalColor) -> u8 {
     match color {

@@ -154,7 +154,7 @@ pub fn schema(task: Task) -> serde_json::Value {
 }
 
 /// Keys that are asked for and that older answers do not have.
-const LATER: [&str; 2] = ["critical_obstacles", "probability"];
+const OPTIONAL_KEYS: [&str; 2] = ["critical_obstacles", "probability"];
 
 /// The schema of a task, as answers are held against it.
 fn kept_schema(task: Task) -> &'static serde_json::Value {
@@ -163,7 +163,7 @@ fn kept_schema(task: Task) -> &'static serde_json::Value {
         let make = |task| {
             let mut schema = schema(task);
             if let Some(required) = schema["required"].as_array_mut() {
-                required.retain(|key| !LATER.iter().any(|later| key == later));
+                required.retain(|key| !OPTIONAL_KEYS.iter().any(|later| key == later));
             }
             (task, schema)
         };
@@ -179,12 +179,15 @@ pub(super) fn is_valid(task: Task, answer: &serde_json::Value) -> bool {
 }
 
 /// Most violations that are named.
-const MOST: usize = 3;
+const MAX_LISTED: usize = 3;
 
 /// Names where an answer departs from the schema of its task.
 pub(super) fn violations(task: Task, answer: &Object, notes: &mut Notes) {
     let value = serde_json::Value::Object(answer.clone());
-    for (place, what) in departures(kept_schema(task), &value).into_iter().take(MOST) {
+    for (place, what) in departures(kept_schema(task), &value)
+        .into_iter()
+        .take(MAX_LISTED)
+    {
         let place = if place.is_empty() {
             "the object"
         } else {

@@ -159,19 +159,19 @@ pub(super) struct Notes {
     more: usize,
 }
 
-const MOST: usize = 20;
-const LONGEST: usize = 160;
+const MAX_LISTED: usize = 20;
+const MAX_CHARACTERS: usize = 160;
 
 impl Notes {
     pub(super) fn add(&mut self, note: impl Into<String>) {
         // The store keeps them in one line, apart by semicolons.
         let mut note = note.into().replace(';', ",").replace(['\n', '\r'], " ");
-        if let Some((end, _)) = note.char_indices().nth(LONGEST) {
+        if let Some((end, _)) = note.char_indices().nth(MAX_CHARACTERS) {
             note.truncate(end);
             note.push('…');
         }
         if self.notes.contains(&note) {
-        } else if self.notes.len() < MOST {
+        } else if self.notes.len() < MAX_LISTED {
             self.notes.push(note);
         } else {
             self.more += 1;

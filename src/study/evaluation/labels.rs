@@ -377,7 +377,7 @@ pub fn annotations(root: &Path) -> (Labels, Vec<Problem>) {
         problems.push(Problem::unread(top, "there are no annotations below it"));
     }
     for file in files {
-        let bytes = system::read_file(&file, system::LARGEST).map_err(|e| system::words(&e));
+        let bytes = system::read_file(&file, system::LARGEST).map_err(|e| system::error_text(&e));
         let read = bytes.and_then(|bytes| {
             let read = labels.read(&bytes, &file_name(&file));
             read.map_err(|e| e.to_string())

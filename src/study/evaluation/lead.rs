@@ -109,7 +109,7 @@ impl<'a> Labelled<'a> {
                 history,
             )),
             (Task::Collision | Task::Safety, _) => self.window(Lead::Paper, history),
-            (Task::Recording, _) => Some(Window::whole(self.scene)),
+            (Task::Recording, _) => Some(Window::full(self.scene)),
             (Task::Attacker | Task::Trajectory, _) => None,
         }
     }

@@ -172,7 +172,7 @@ pub fn prepare(
     draft: Option<(&str, &str)>,
 ) -> Result<Question, CaseError> {
     if case.task == Task::Recording {
-        case.window = Window::whole(&case.scene);
+        case.window = Window::full(&case.scene);
     }
     let read;
     let is_draft = draft.is_some();

@@ -193,7 +193,7 @@ mod tests {
         assert!(CriticalMoments::new(paper, &scene, shipped).is_err());
         assert!(CriticalMoments::new(RiskConvention::Exact, &scene, shipped).is_ok());
         let entry = nearmiss_formats::Entry::of_argument(std::path::Path::new("beyond.xml"));
-        let window = Window::whole(&scene);
+        let window = Window::full(&scene);
         let told = |truth: &Truth, task| {
             truth.of_question(task, (&entry, Some(&scene)), (&window, 2.0), shipped)
         };

@@ -126,7 +126,7 @@ impl Settings {
 /// The measures that a template asks for, or what is wrong with their names.
 pub(super) fn template_measures(template: &Defaults) -> Option<Result<MeasureList, String>> {
     let ids = template.measures.as_ref()?;
-    Some(MeasureList::of(ids.iter().map(String::as_str)))
+    Some(MeasureList::from_ids(ids.iter().map(String::as_str)))
 }
 
 /// Of an attacker the metrics, of the rest the ego frame, where the task has it; else the first that it has.

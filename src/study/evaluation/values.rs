@@ -2,7 +2,7 @@
 
 use nearmiss_ask::prompts;
 use nearmiss_drive::generation::{Capability, SAME_PLACE, SAME_SPEED};
-use nearmiss_scene::description::{Form, GIVE, STANDS_FAR, measure_column};
+use nearmiss_scene::description::{Form, STANDS_FAR, VELOCITY_TOLERANCE, measure_column};
 use nearmiss_scene::metrics::{Danger, MEASURES, Measure, RiskLevel, Thresholds};
 use nearmiss_scene::scenario::Transform;
 use serde::Serialize;
@@ -154,7 +154,7 @@ impl<'a> Values<'a> {
             spacing: plain(dt * case.options.spacing(&case.window) as f64),
             radius: case.options.radius,
             reach: case.options.reach.map(plain),
-            give: GIVE,
+            give: VELOCITY_TOLERANCE,
             far: STANDS_FAR,
             ego: case.scene.ego.id,
             obstacle: case.options.obstacle,

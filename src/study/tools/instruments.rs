@@ -268,8 +268,8 @@ impl<'s> LaneWords<'s> {
         }
         match &self.relations {
             Some(relations) => {
-                let all = theirs.iter().map(|id| relations.of(*id));
-                all.min().map(LaneRelation::words)
+                let all = theirs.iter().map(|id| relations.relation_to(*id));
+                all.min().map(LaneRelation::text)
             }
             None => Some("on the road"),
         }

@@ -168,7 +168,7 @@ fn measured(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolE
     let reading = view
         .context()
         .encounter(place, step)
-        .map(|encounter| measure.of(&encounter))
+        .map(|encounter| measure.evaluate(&encounter))
         .ok_or_else(|| ToolError::new("the two are not there together"))?;
     Ok(reading_result(view.seconds(step), measure, reading))
 }

@@ -468,7 +468,7 @@ impl GeneratedVariant {
         let ego = self.effect.drive.ego(driver.problem(), driver.settings());
         let scene = Arc::new(Scene::new(scenario.clone(), ego));
         let planned = PlannedEgo {
-            rules: RuleReport::of(&scene),
+            rules: RuleReport::from_scene(&scene),
             forecast: driver.settings().forecast,
             planner: wish.planner,
             process: self.effect.drive.external.clone(),

@@ -40,7 +40,7 @@ pub fn run(paths: Vec<PathBuf>, ego: EgoSelection, index: Option<PathBuf>) -> Ru
         not_standard_input(path).map_err(|error| error.to_string())?;
         if let Some(file) = Entry::of_argument(path).file() {
             file.metadata()
-                .map_err(|error| format!("{}: {}", file.display(), system::words(&error)))?;
+                .map_err(|error| format!("{}: {}", file.display(), system::error_text(&error)))?;
         }
     }
     let (paths, experiment) = prepare::split_off(paths)?;
@@ -50,7 +50,7 @@ pub fn run(paths: Vec<PathBuf>, ego: EgoSelection, index: Option<PathBuf>) -> Ru
         .worker_threads(2)
         .enable_all()
         .build()
-        .map_err(|e| system::words(&e))?;
+        .map_err(|e| system::error_text(&e))?;
     let ended = runtime.block_on(workbench(paths, experiment, ego, index));
     // Files that are still being read do not keep the program from ending.
     runtime.shutdown_background();
@@ -71,7 +71,7 @@ fn is_new(folders: &Folders, store: Option<&Store>) -> bool {
 }
 
 fn the_terminal(error: &std::io::Error) -> String {
-    format!("the terminal: {}", system::words(error))
+    format!("the terminal: {}", system::error_text(error))
 }
 
 async fn workbench(
@@ -89,7 +89,11 @@ async fn workbench(
     let (mut model, models, background) = prepare(paths, &ego, index, &folders);
     if let Some(error) = unmarked {
         let folder = folders.marks();
-        model.complain(format!("{}: {}", folder.display(), system::words(&error)));
+        model.complain(format!(
+            "{}: {}",
+            folder.display(),
+            system::error_text(&error)
+        ));
     }
     // A terminal that is closed at once ends the program in good order, too.
     let ending = Ending::listen().map_err(|e| the_terminal(&e))?;

@@ -22,7 +22,7 @@ pub fn write(folder: &Path, session: &Session) -> Result<(), String> {
         .text()
         .map_err(|error| format!("{}: {error}", path.display()))?;
     Folders::write(&path, &text)
-        .map_err(|error| format!("{}: {}", path.display(), system::words(&error)))?;
+        .map_err(|error| format!("{}: {}", path.display(), system::error_text(&error)))?;
     if new {
         forget_oldest(folder);
     }
@@ -77,7 +77,7 @@ pub fn keep(folder: &Path, file: &str, draft: Option<&str>) -> Result<(), String
         Some(text) => Folders::write(&path, text),
         None => remove(&path),
     };
-    kept.map_err(|error| format!("{}: {}", path.display(), system::words(&error)))
+    kept.map_err(|error| format!("{}: {}", path.display(), system::error_text(&error)))
 }
 
 fn remove(path: &Path) -> std::io::Result<()> {
@@ -97,7 +97,7 @@ pub fn read_drafts(folder: &Path) -> Vec<(String, Result<String, String>)> {
             .filter(|n| n.ends_with(".md"))?
             .to_string();
         let text = system::read_text(&path, system::LARGEST_TEXT)
-            .map_err(|e| format!("{}: {}", path.display(), system::words(&e)));
+            .map_err(|e| format!("{}: {}", path.display(), system::error_text(&e)));
         Some((name, text))
     };
     entries.filter_map(|e| read(e.path())).collect()

@@ -166,7 +166,7 @@ impl BuiltInRequest<'_> {
             }
             (Task::Recording, _) => {
                 let about = (entry, Some(scene));
-                let window = (&Window::whole(scene), 0.0);
+                let window = (&Window::full(scene), 0.0);
                 let told = self
                     .truth
                     .of_question(self.task, about, window, self.thresholds);

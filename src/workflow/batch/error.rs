@@ -11,7 +11,7 @@ use nearmiss_study::evaluation::{LabelError, Lead};
 #[derive(Debug, thiserror::Error)]
 pub enum BatchError {
     /// A relative path cannot be resolved.
-    #[error("{}: {}", path.display(), system::words(source))]
+    #[error("{}: {}", path.display(), system::error_text(source))]
     Path {
         /// The path.
         path: PathBuf,

@@ -99,7 +99,7 @@ impl ResumeRequest {
                 unlabelled: unlabelled(&items, &labels),
             });
             for (item, told) in items.iter_mut().zip(&labels) {
-                item.tell(told);
+                item.set_truth(told);
             }
             spec.experiment.truth = Some(source.clone());
             before.experiment.truth = Some(source.clone());

@@ -23,7 +23,7 @@ pub use unpack::{UnpackRequest, Unpacked, stored_bundle, unpack};
 #[derive(Debug, thiserror::Error)]
 pub enum BundleError {
     /// The system refused.
-    #[error("{file}: {}", system::words(source))]
+    #[error("{file}: {}", system::error_text(source))]
     Io {
         /// Which file.
         file: String,

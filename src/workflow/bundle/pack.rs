@@ -103,7 +103,7 @@ pub fn pack(request: &PackRequest<'_>, out: impl Write) -> Result<Packed, Bundle
     notes.extend(portable.ego.planner().map(|drives| {
         format!(
             "the egos were {}; their drives are not in the bundle, and its experiment file asks about recorded egos",
-            drives.words()
+            drives.text()
         )
     }));
     let mut members: Vec<(Member, Content)> = Vec::new();

@@ -202,7 +202,7 @@ fn check(
     }
     if let Some(file) = name.strip_prefix(TEMPLATES) {
         let text = system::read_text(&path, system::LARGEST_TEXT);
-        let wrong = |why| BundleError::Batch(format!("{name}: {}", system::words(&why)));
+        let wrong = |why| BundleError::Batch(format!("{name}: {}", system::error_text(&why)));
         checked.templates.insert(file.into(), text.map_err(wrong)?);
     }
     Ok(())

@@ -152,7 +152,7 @@ pub fn experiments_in(folder: &Path) -> Result<FolderOfExperiments, String> {
     };
     let entries = here
         .read_dir()
-        .map_err(|error| format!("{}: {}", here.display(), system::words(&error)))?;
+        .map_err(|error| format!("{}: {}", here.display(), system::error_text(&error)))?;
     let mut found = FolderOfExperiments::default();
     let mut candidates = Vec::new();
     for entry in entries.flatten().take(MAX_FILES) {

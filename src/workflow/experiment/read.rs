@@ -167,7 +167,7 @@ pub enum WriteExperimentError {
     #[error(transparent)]
     Save(#[from] SaveError),
     /// The file cannot be written.
-    #[error("{}: {}", path.display(), system::words(source))]
+    #[error("{}: {}", path.display(), system::error_text(source))]
     Io {
         /// The file.
         path: PathBuf,

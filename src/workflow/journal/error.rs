@@ -8,7 +8,7 @@ use nearmiss_base::system;
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
     /// It cannot be read or written, or a file of a finished unit cannot.
-    #[error("{path}: {}", system::words(source))]
+    #[error("{path}: {}", system::error_text(source))]
     Io {
         /// Which file.
         path: PathBuf,

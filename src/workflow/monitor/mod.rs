@@ -281,7 +281,7 @@ impl PreparedPlan {
             .driver(&self.scenario, cancel)
             .map_err(|error| self.nothing(&error))?;
         let every = monitor.steps(driver.dt());
-        let first = driver.whole().step;
+        let first = driver.full_span().step;
         let mut before = None;
         let mut decide = |so_far: &Rollout| {
             let step = so_far.states.last().map_or(first, |(step, _)| *step);

@@ -58,7 +58,7 @@ fn a_region_has_a_place_and_no_velocity() {
     let reading = |id: &str, step| {
         let encounter = Encounter::at(&scene, &other, step).unwrap();
         let measure = MEASURES.iter().find(|m| m.id == id).unwrap();
-        measure.of(&encounter)
+        measure.evaluate(&encounter)
     };
     assert!(
         Encounter::at(&scene, &other, 3).is_none(),

@@ -303,7 +303,7 @@ fn bodies_that_meet_between_two_steps_collide() {
         let contact = headline.contact.unwrap();
         assert!(headline.collides() && contact.step == step, "{contact:?}");
         assert_eq!(headline.worst().unwrap().step, step);
-        let window = Window::whole(&scene);
+        let window = Window::full(&scene);
         for task in [Task::Collision, Task::Recording] {
             let judgement = judge(&scene, task, &window);
             assert!(judgement.verdict.dangerous, "{dt}: {}", judgement.reasoning);
@@ -318,7 +318,7 @@ fn bodies_that_meet_between_two_steps_collide() {
             car_every(1.0, 2, (75.0, 0.0), std::f64::consts::PI, 15.0, 0.0),
         ],
     );
-    let verdict = judge(&scene, Task::Collision, &Window::whole(&scene)).verdict;
+    let verdict = judge(&scene, Task::Collision, &Window::full(&scene)).verdict;
     assert_eq!(
         verdict.justification,
         "The body of car 2 touches the ego's between steps 2 and 3, at 2.37 s."
@@ -340,7 +340,7 @@ fn who_brakes_passes_through_nobody_unnoticed() {
         );
         let headline = Headline::compute(&scene, Thresholds::shipped());
         assert_eq!(headline.collides(), collides, "{aside} m aside");
-        let verdict = judge(&scene, Task::Collision, &Window::whole(&scene)).verdict;
+        let verdict = judge(&scene, Task::Collision, &Window::full(&scene)).verdict;
         assert_eq!(verdict.dangerous, collides, "{aside} m aside");
     }
 }

@@ -57,18 +57,18 @@ fn lanes_are_told_by_what_they_are_to_one() {
         (51, LaneRelation::Diverging),
         (61, LaneRelation::OtherRoad),
     ] {
-        assert_eq!(relations.of(id), expected, "{id}");
+        assert_eq!(relations.relation_to(id), expected, "{id}");
     }
     // Who turns into a lane from elsewhere is not behind on it.
     let joined = network.lane_relations(&[5]);
-    assert_eq!(joined.of(2), LaneRelation::Behind);
-    assert_eq!(joined.of(1), LaneRelation::Behind);
-    assert_eq!(joined.of(41), LaneRelation::Merging);
+    assert_eq!(joined.relation_to(2), LaneRelation::Behind);
+    assert_eq!(joined.relation_to(1), LaneRelation::Behind);
+    assert_eq!(joined.relation_to(41), LaneRelation::Merging);
     // Seen from the other direction, sides are the other way round.
     let oncoming = network.lane_relations(&[12]);
-    assert_eq!(oncoming.of(13), LaneRelation::Right);
-    assert_eq!(oncoming.of(11), LaneRelation::Oncoming);
-    assert_eq!(oncoming.of(1), LaneRelation::Oncoming);
+    assert_eq!(oncoming.relation_to(13), LaneRelation::Right);
+    assert_eq!(oncoming.relation_to(11), LaneRelation::Oncoming);
+    assert_eq!(oncoming.relation_to(1), LaneRelation::Oncoming);
 }
 
 #[test]
@@ -92,9 +92,9 @@ fn thousands_of_lanelets_in_one_place_are_told_apart() {
     let network = network(lanelets, &on, &[]);
     let all: Vec<i64> = (1..=COUNT).collect();
     let relations = network.lane_relations(&all);
-    assert_eq!(relations.of(COUNT + 1), LaneRelation::Crossing);
+    assert_eq!(relations.relation_to(COUNT + 1), LaneRelation::Crossing);
     for id in 2..=COUNT {
-        assert_eq!(relations.of(COUNT + id), LaneRelation::OtherRoad);
+        assert_eq!(relations.relation_to(COUNT + id), LaneRelation::OtherRoad);
     }
     let poses = (0..40).map(|i| Pose::new(f64::from(i) * 2.0 + 5.0, 0.2, 0.0));
     // Each lanelet is said to follow the one that it lies on: no way leads there.

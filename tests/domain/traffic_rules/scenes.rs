@@ -272,7 +272,7 @@ impl Crossing {
         let scenario = self.scenario();
         let problem = &scenario.planning_problems[0];
         let driver = Driver::new(&scenario, problem, &settings).unwrap();
-        let drive = driver.drive(&scenario, &driver.whole());
+        let drive = driver.drive(&scenario, &driver.full_span());
         let report = drive.rules(&scenario, problem, &settings);
         (drive, report)
     }
@@ -304,7 +304,7 @@ impl Crossing {
             recorded: Vec::new(),
             diagnostics: Vec::new(),
         };
-        RuleReport::of(&Scene::new(self.scenario(), ego))
+        RuleReport::from_scene(&Scene::new(self.scenario(), ego))
     }
 }
 

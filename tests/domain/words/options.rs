@@ -138,7 +138,7 @@ fn every_measure_can_be_described_and_is_the_registrys() {
     let context = whole.during(&window);
     for chunk in MEASURES.chunks(MeasureList::MOST) {
         let ids = chunk.iter().map(|measure| measure.id);
-        let measures = MeasureList::of(ids).unwrap();
+        let measures = MeasureList::from_ids(ids).unwrap();
         for form in Form::ALL {
             let options = Options {
                 form,

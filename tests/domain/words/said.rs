@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use nearmiss::description::{Form, Frame, GIVE, STANDS_FAR};
+use nearmiss::description::{Form, Frame, STANDS_FAR, VELOCITY_TOLERANCE};
 use nearmiss::metrics::{Context, Encounter};
 use nearmiss::scenario::Participant;
 
@@ -85,7 +85,7 @@ impl Told<'_> {
         let between = encounter.other.pose.position - encounter.ego.pose.position;
         let velocity = encounter.other.velocity_vector() - encounter.ego.velocity_vector();
         let seconds = self.options.reach.unwrap();
-        let gap = |t: f64| (between + velocity * t).norm() - bodies - 2.0 * GIVE * t;
+        let gap = |t: f64| (between + velocity * t).norm() - bodies - 2.0 * VELOCITY_TOLERANCE * t;
         let times = (0..)
             .map(|k| 0.01 * f64::from(k))
             .take_while(|t| *t <= seconds);

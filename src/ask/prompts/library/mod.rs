@@ -152,7 +152,7 @@ impl Library {
                 if error.kind() != std::io::ErrorKind::NotFound {
                     self.problems.push(Problem {
                         path: folder.to_path_buf(),
-                        message: system::words(&error),
+                        message: system::error_text(&error),
                         instead: Fallback::Shipped,
                     });
                 }
@@ -383,7 +383,7 @@ impl Library {
 }
 
 fn read(path: &Path) -> Result<String, String> {
-    system::read_text(path, system::LARGEST_TEXT).map_err(|e| system::words(&e))
+    system::read_text(path, system::LARGEST_TEXT).map_err(|e| system::error_text(&e))
 }
 
 /// A file of the user that is not in use, and why.
@@ -505,7 +505,7 @@ impl TemplateChoices {
         let bytes = match system::read_file(&folder.join(FILE), MAX_FILE_BYTES) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
-            Err(error) => return Err(system::words(&error)),
+            Err(error) => return Err(system::error_text(&error)),
         };
         let text = system::text_of(bytes)?;
         toml::from_str(&text).map(Self).map_err(|error| {
@@ -563,7 +563,7 @@ pub fn choose_template(folder: &Path, task: &str, frame: &str, file: &str) -> Re
     chosen.set(task, frame, Some(file));
     chosen
         .write(folder)
-        .map_err(|error| named(system::words(&error)))
+        .map_err(|error| named(system::error_text(&error)))
 }
 
 #[cfg(test)]

@@ -54,7 +54,7 @@ impl Run<'_> {
                     found.say(exempt, refusal)?;
                 }
             }
-            self.said(joined.as_ref(), &way, found)?;
+            self.check_stated_acceleration(joined.as_ref(), &way, found)?;
             before = Some(way);
         }
         Flow::Continue(())
@@ -155,7 +155,7 @@ impl Run<'_> {
 
     /// The acceleration that a changed state says is that of the step to it or from it, or between them; it may be as
     /// much off as it may change in a step.
-    fn said(
+    fn check_stated_acceleration(
         &self,
         before: Option<&Transition<'_>>,
         way: &Transition<'_>,

@@ -14,7 +14,7 @@ use crate::generation::{Capability, Change, Refusal};
 pub(super) type Flow = ControlFlow<()>;
 
 /// Numbers that differ by less are the same: what is left when coordinates of maps are added up in another order.
-const SAME: f64 = 1e-9;
+const NUMBER_TOLERANCE: f64 = 1e-9;
 
 /// The share of a limit by which it may be exceeded, as in [`crate::planner::Tolerance`].
 pub(super) const SHARE: f64 = 1e-4;
@@ -210,16 +210,16 @@ impl<'a> Run<'a> {
 
 /// Whether two motions are the same: place, heading, speed and acceleration.
 pub(super) fn same(a: &Motion, b: &Motion) -> bool {
-    is_placed_alike(a, b) && (a.acceleration - b.acceleration).abs() <= SAME
+    is_placed_alike(a, b) && (a.acceleration - b.acceleration).abs() <= NUMBER_TOLERANCE
 }
 
 /// Whether place, heading and speed are the same.
 fn is_placed_alike(a: &Motion, b: &Motion) -> bool {
-    place_checks::differences(a, b).all(|(_, difference)| difference <= SAME)
+    place_checks::differences(a, b).all(|(_, difference)| difference <= NUMBER_TOLERANCE)
 }
 
 /// Largest difference between two numbers that should be equal.
-pub(super) const MOST_DIFFERENT: f64 = SAME;
+pub(super) const MOST_DIFFERENT: f64 = NUMBER_TOLERANCE;
 
 /// A region in which an obstacle is for a while.
 #[derive(Debug, Clone)]

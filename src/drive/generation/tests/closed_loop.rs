@@ -21,7 +21,7 @@ fn what_is_taken_over_from_the_baseline_is_what_would_be_planned_anew() {
         let closed = behind_a_car(25.0, forecast);
         let change = braking(&closed, from, 7.0);
         let effect = closed.effect(&change.clone().into()).unwrap();
-        let last = closed.driver().whole().last;
+        let last = closed.driver().full_span().last;
         // A planner that follows all candidates plans the same as one that gives them up early.
         let driver = closed.driver();
         let anew = driver.drive_noted_watched(&effect.scenario, last, &mut |_, _| true);
@@ -300,7 +300,7 @@ fn a_drive_begins_anywhere_and_a_goal_may_have_to_wait() {
     scenario.obstacles.clear();
     let problem = &scenario.planning_problems[0];
     let driver = Driver::new(&scenario, problem, &settings(Forecast::Lane)).unwrap();
-    let whole = driver.whole();
+    let whole = driver.full_span();
     let usual = driver.drive(&scenario, &whole);
     let end = usual.states.last().unwrap().0;
     assert!(matches!(usual.outcome, Outcome::Goal(_)) && end + 4 < whole.last);

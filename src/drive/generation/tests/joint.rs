@@ -92,13 +92,13 @@ fn of_several_the_one_that_is_touched_counts_and_each_has_to_be_needed() {
     assert_eq!(effect.main().obstacle, CAR);
     assert!(effect.hits_attacker() && effect.is_attacker(OTHER));
     assert_eq!(effect.distance(), Some(0.0));
-    assert!(effect.of(OTHER).unwrap().distance.unwrap() > 20.0);
+    assert!(effect.on_attacker(OTHER).unwrap().distance.unwrap() > 20.0);
     assert_eq!(effect.lowest_after(), Some(0));
     // The car alone is a wall, too.
     assert_eq!(effect.needs_all(), None);
     closed.leave_each_out(&mut effect, &both).unwrap();
     assert_eq!(effect.needs_all(), Some(false));
-    let without = |id: i64| effect.of(id).unwrap().without.unwrap();
+    let without = |id: i64| effect.on_attacker(id).unwrap().without.unwrap();
     assert!(matches!(without(OTHER), Consequence::Collision(c) if c.with == CAR));
     assert_eq!(without(CAR), Consequence::NoEffect);
     assert!(without(OTHER).is_worse_than(&without(CAR)));

@@ -49,7 +49,7 @@ fn behind_a_car(gap: f64, forecast: Forecast) -> ClosedLoop {
     let driver = Driver::new(&scenario, &problem, &settings).unwrap();
     let speed = problem.initial.velocity.unwrap().middle();
     let path = &driver.guide().path;
-    let (first, last) = (driver.whole().step, driver.whole().last);
+    let (first, last) = (driver.full_span().step, driver.full_span().last);
     let motion = |step: i64| {
         let s = driver.guide().start + gap + (step - first) as f64 * scenario.dt() * speed;
         (s < path.length()).then(|| Motion {
@@ -105,7 +105,7 @@ fn braking(closed: &ClosedLoop, from: i64, deceleration: f64) -> Change {
     let mut s = path.project(&now.pose.position).unwrap().s;
     let mut v = now.velocity;
     let mut motions = vec![(from, now)];
-    for step in from + 1..=closed.driver().whole().last {
+    for step in from + 1..=closed.driver().full_span().last {
         let a = deceleration.min(v / dt);
         s += v * dt - a * dt * dt / 2.0;
         v -= a * dt;

@@ -33,7 +33,7 @@ pub struct TrackingTarget {
 const ROUNDS: usize = 25;
 
 /// It ends when a round makes the cost better by less than this share.
-const ENOUGH: f64 = 1e-3;
+const MIN_IMPROVEMENT: f64 = 1e-3;
 
 /// The motion from `start` on, one state a step of `dt` seconds, that comes near to `wanted` at the steps after it.
 ///
@@ -74,7 +74,7 @@ pub fn track(
         let gained = cost - costs;
         (run, cost) = (tried, costs);
         damping = (damping / 5.0).max(1e-6);
-        if gained < ENOUGH * cost {
+        if gained < MIN_IMPROVEMENT * cost {
             break;
         }
     }
@@ -82,7 +82,7 @@ pub fn track(
 }
 
 /// How far ahead one looks, seconds.
-const AHEAD: f64 = 0.6;
+const LOOKAHEAD_SECONDS: f64 = 0.6;
 
 /// No nearer than this, metres.
 const NEAREST: f64 = 2.0;
@@ -91,7 +91,7 @@ const NEAREST: f64 = 2.0;
 const HASTE: f64 = 1.5;
 
 fn pursue(car: &Car, first: State, wanted: &[Option<TrackingTarget>]) -> Vec<Moment> {
-    let ahead = (AHEAD / car.dt).round().max(1.0) as usize;
+    let ahead = (LOOKAHEAD_SECONDS / car.dt).round().max(1.0) as usize;
     let mut run = Vec::with_capacity(wanted.len() + 1);
     let mut z = first;
     for k in 0..=wanted.len() {

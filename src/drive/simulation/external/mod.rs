@@ -78,7 +78,7 @@ impl ExternalOptions {
     ///
     /// # Errors
     /// A quote is not closed, or there is no word.
-    pub fn words(line: &str) -> Result<Vec<String>, String> {
+    pub fn split_command(line: &str) -> Result<Vec<String>, String> {
         match shell_words::split(line) {
             Ok(words) if words.is_empty() => Err("an empty command".into()),
             Ok(words) => Ok(words),

@@ -15,7 +15,7 @@ use nearmiss_base::system::{self, ProcessGroup};
 const LONGEST_LINE: u64 = 8 << 20;
 
 /// Lines that may wait to be read; then the planner waits.
-const WAITING: usize = 4;
+const MAX_WAITING_LINES: usize = 4;
 
 /// Bytes of standard error that are kept, the last ones.
 const STDERR: usize = 16 << 10;
@@ -75,10 +75,10 @@ impl Process {
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut child = system::job_control::with_default(|| command.spawn())
-            .map_err(|error| not_started(format!("{program}: {}", system::words(&error))))?;
+            .map_err(|error| not_started(format!("{program}: {}", system::error_text(&error))))?;
         let group = ProcessGroup::led_by(child.id());
         let (to, written) = channel::<Vec<u8>>();
-        let (read, from) = sync_channel(WAITING);
+        let (read, from) = sync_channel(MAX_WAITING_LINES);
         let stderr = Arc::new(Mutex::new(Vec::new()));
         if let Some(mut stdin) = child.stdin.take() {
             std::thread::spawn(move || {

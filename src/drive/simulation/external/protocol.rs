@@ -391,14 +391,14 @@ pub fn planner_message_schema(name: &str) -> Option<Value> {
 }
 
 fn schema<T: JsonSchema>() -> Value {
-    of::<T>(SchemaSettings::draft2020_12().for_serialize())
+    schema_of::<T>(SchemaSettings::draft2020_12().for_serialize())
 }
 
 fn answer<T: JsonSchema>() -> Value {
-    of::<T>(SchemaSettings::draft2020_12().for_deserialize())
+    schema_of::<T>(SchemaSettings::draft2020_12().for_deserialize())
 }
 
-fn of<T: JsonSchema>(settings: SchemaSettings) -> Value {
+fn schema_of<T: JsonSchema>(settings: SchemaSettings) -> Value {
     let settings = settings.with(|s| s.inline_subschemas = true);
     settings
         .into_generator()

@@ -6,7 +6,7 @@ use super::protocol::{Answer, OLDEST_PROTOCOL, PROTOCOL, Ready};
 use super::{Fault, PlannerFault};
 
 /// Longest text of a planner that is shown, characters.
-const SHOWN: usize = 300;
+const MAX_TEXT: usize = 300;
 
 /// The answer in a line.
 pub(super) fn answer(line: &str) -> Result<Answer, Fault> {
@@ -65,7 +65,7 @@ pub(super) fn shown(text: &str) -> String {
         .trim()
         .chars()
         .map(|c| if c.is_control() { ' ' } else { c });
-    let mut words: String = chars.by_ref().take(SHOWN).collect();
+    let mut words: String = chars.by_ref().take(MAX_TEXT).collect();
     if chars.next().is_some() {
         words.push('…');
     }
@@ -218,15 +218,15 @@ fn wrong(path: &str, value: Option<&Value>, expected: &str) -> Wrong {
 /// A value as it may be shown beside its path.
 fn excerpt(value: &Value) -> String {
     let text = shown(&value.to_string());
-    if text.chars().count() > EXCERPT {
-        text.chars().take(EXCERPT).chain(['…']).collect()
+    if text.chars().count() > MAX_EXCERPT {
+        text.chars().take(MAX_EXCERPT).chain(['…']).collect()
     } else {
         text
     }
 }
 
 /// Characters of a wrong value that are shown.
-const EXCERPT: usize = 40;
+const MAX_EXCERPT: usize = 40;
 
 /// Whether a word is read as a number that is not finite: NaN, Infinity, or one that is too large.
 fn is_infinite(word: &str) -> bool {

@@ -197,7 +197,7 @@ fn answers_are_told_apart() {
 
 #[test]
 fn a_command_is_split_without_a_shell() {
-    let words = |line| ExternalOptions::words(line);
+    let words = |line| ExternalOptions::split_command(line);
     assert_eq!(
         words("a 'b c' \"d $HOME\"").unwrap(),
         ["a", "b c", "d $HOME"]
@@ -222,7 +222,7 @@ fn told(scenario: &Scenario, forecast: Forecast, step: i64) -> [Value; 2] {
         "protocol": 1, "name": "x", "predictions": true, "history": 5
     }))
     .unwrap();
-    let whole = driver.whole();
+    let whole = driver.full_span();
     let teller = SceneMessageBuilder::new(&driver, scenario, whole.step, &wants);
     let plan = teller.message(&whole.state, step);
     let hello = hello(&driver, scenario, &whole, "simulated");
@@ -316,7 +316,7 @@ fn a_program_that_is_not_there_is_a_clear_end() {
     let driver = Driver::new(&scenario, problem, &settings(Forecast::Lane))
         .unwrap()
         .driven_by(Some(Arc::new(planner)));
-    let drive = driver.drive(&scenario, &driver.whole());
+    let drive = driver.drive(&scenario, &driver.full_span());
     assert_eq!(drive.outcome.name(), "planner_error");
     let report = drive.external.unwrap();
     assert_eq!(report.fault, Some(PlannerFault::NotStarted));

@@ -7,7 +7,7 @@ use nearmiss_base::geometry::{Pose, Vector, angle_between, normalize_angle};
 use nearmiss_scene::scenario::Motion;
 
 /// A trajectory may begin this far from the ego, metres.
-const PLACE: f64 = 0.1;
+const POSITION_TOLERANCE: f64 = 0.1;
 
 /// The same for the heading, radians.
 const HEADING: f64 = 0.05;
@@ -16,7 +16,7 @@ const HEADING: f64 = 0.05;
 const SPEED: f64 = 0.2;
 
 /// Below this way (m) in a step the heading tells nothing about the steering.
-const SHORT: f64 = 0.01;
+const MIN_MOVE: f64 = 0.01;
 
 /// Times are multiples of the time step within this share of it.
 const ROUNDING: f64 = 1e-6;
@@ -52,7 +52,7 @@ impl Reader<'_> {
         let poses: Vec<Pose> = planned.iter().map(|state| self.rear(state)).collect();
         self.begins(&poses[0], &planned[0], now)?;
         let resampled = self.at_steps(planned, &times, &poses);
-        let mut states = self.whole(&resampled, now);
+        let mut states = self.complete(&resampled, now);
         states[0] = *now;
         Ok(states)
     }
@@ -101,7 +101,9 @@ impl Reader<'_> {
         let turned = angle_between(now.rear.heading, rear.heading).abs();
         let faster = (first.velocity - now.velocity).abs();
         let wrong = match () {
-            () if off > PLACE => Some(format!("{off:.2} m away, at most {PLACE} m")),
+            () if off > POSITION_TOLERANCE => {
+                Some(format!("{off:.2} m away, at most {POSITION_TOLERANCE} m"))
+            }
             () if turned > HEADING => Some(format!("turned {turned:.3} rad, at most {HEADING}")),
             () if faster > SPEED => Some(format!(
                 "{faster:.2} m/s another speed, at most {SPEED} m/s"
@@ -140,7 +142,7 @@ impl Reader<'_> {
     }
 
     /// With the accelerations and curvatures that were not said.
-    fn whole(&self, sampled: &[Sampled], now: &VehicleState) -> Vec<VehicleState> {
+    fn complete(&self, sampled: &[Sampled], now: &VehicleState) -> Vec<VehicleState> {
         let mut curvature = now.curvature;
         let count = sampled.len();
         let states = (0..count).map(|place| {
@@ -194,7 +196,7 @@ impl Sampled {
 /// The curvature of the way between two states, 1/m; nothing where it is too short to tell.
 fn turn(from: &Sampled, to: &Sampled) -> Option<f64> {
     let way = (to.rear.position - from.rear.position).norm();
-    (way > SHORT).then(|| angle_between(from.rear.heading, to.rear.heading) / way)
+    (way > MIN_MOVE).then(|| angle_between(from.rear.heading, to.rear.heading) / way)
 }
 
 /// The first field of a state that is not finite, and its value.

@@ -18,7 +18,7 @@ pub struct Course {
 }
 
 /// Longer ways are jumps of a damaged recording, metres: such an obstacle follows it.
-pub(super) const LONGEST: f64 = 100_000.0;
+pub(super) const MAX_LENGTH: f64 = 100_000.0;
 
 /// Displacements below this are no way, metres.
 const STANDSTILL: f64 = 1e-3;
@@ -47,7 +47,7 @@ impl Course {
             steps.push((step, places.last()?.0));
         }
         let (length, last) = *places.last()?;
-        if length > LONGEST {
+        if length > MAX_LENGTH {
             return None;
         }
         Some(Self {

@@ -40,7 +40,7 @@ pub struct Ahead<'a, F: Fn(f64) -> Pose> {
 const SPACING: f64 = 1.0;
 
 /// Farther ahead than this nothing is looked for, metres.
-const FARTHEST: f64 = 120.0;
+const LOOKAHEAD: f64 = 120.0;
 
 /// A slower body does not cross a way but stands on it, m/s.
 const CROSSING: f64 = 0.5;
@@ -62,7 +62,7 @@ impl<'a, F: Fn(f64) -> Pose> Ahead<'a, F> {
         braking: f64,
     ) -> Self {
         let look = speed * speed / (2.0 * idm.deceleration) + 2.0 * speed + 15.0;
-        let count = (look.min(FARTHEST) / SPACING).ceil() as usize;
+        let count = (look.min(LOOKAHEAD) / SPACING).ceil() as usize;
         let poses = (0..=count).map(|n| pose(n as f64 * SPACING)).collect();
         Self {
             place,

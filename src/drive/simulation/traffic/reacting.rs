@@ -35,7 +35,7 @@ impl Reacting {
     #[must_use]
     pub fn new(obstacle: &Obstacle, course: Course, step: i64, dt: f64) -> Option<Self> {
         let motion = *obstacle.motion_at(step)?;
-        let limits = HumanLimits::of(obstacle.kind);
+        let limits = HumanLimits::for_kind(obstacle.kind);
         Some(Self {
             s: course.at_step(step)?,
             v: motion.velocity.abs(),
@@ -43,7 +43,7 @@ impl Reacting {
                 .acceleration
                 .clamp(-limits.braking, limits.speeding_up),
             desired: Desired::new(&course, obstacle.track(), &limits, dt),
-            idm: Idm::of(obstacle.kind),
+            idm: Idm::for_kind(obstacle.kind),
             limits,
             motions: vec![(step, motion)],
             course,
@@ -166,13 +166,13 @@ pub struct Idm {
 const EXPONENT: f64 = 4.0;
 
 /// A gap is no shorter than this in the formula, metres.
-const SHORTEST: f64 = 0.05;
+const MIN_GAP: f64 = 0.05;
 
 impl Idm {
     /// The parameters for a kind of road user: those of Treiber and Kesting (2013), table 11.2, a time gap of 1 s,
     /// 2 m at standstill, 1 m/s² and 1.5 m/s². Cyclists and pedestrians stand closer, by our own choice.
     #[must_use]
-    pub fn of(kind: ObstacleType) -> Self {
+    pub fn for_kind(kind: ObstacleType) -> Self {
         Self {
             time_gap: 1.0,
             standstill_gap: match kind {
@@ -208,7 +208,7 @@ impl Idm {
     #[must_use]
     pub fn interaction(&self, v: f64, gap: f64, leader: f64) -> f64 {
         let wanted = self.desired_gap(v, v - leader);
-        self.acceleration * (wanted / gap.max(SHORTEST)).powi(2)
+        self.acceleration * (wanted / gap.max(MIN_GAP)).powi(2)
     }
 }
 
@@ -218,7 +218,7 @@ mod tests {
 
     #[test]
     fn the_gap_in_equilibrium_is_the_formulas() {
-        let idm = Idm::of(ObstacleType::Car);
+        let idm = Idm::for_kind(ObstacleType::Car);
         // At 10 m/s where 15 m/s are desired: (2 + 10·1) / √(1 − (10/15)⁴) = 13.40 m.
         let gap = 12.0 / (1.0 - (10.0_f64 / 15.0).powi(4)).sqrt();
         assert!((gap - 13.396).abs() < 1e-3, "{gap}");
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn a_free_road_is_driven_at_the_desired_speed() {
-        let idm = Idm::of(ObstacleType::Car);
+        let idm = Idm::for_kind(ObstacleType::Car);
         assert_eq!(idm.free(0.0, 10.0), 1.0);
         assert_eq!(idm.free(10.0, 10.0), 0.0);
         // Twice as fast as desired: never more than comfortable braking.
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn standing_at_the_standstill_gap_stays_there() {
-        let idm = Idm::of(ObstacleType::Car);
+        let idm = Idm::for_kind(ObstacleType::Car);
         assert_eq!(idm.free(0.0, 10.0) - idm.interaction(0.0, 2.0, 0.0), 0.0);
         // A leader that drives away opens the gap: 2 + max(0, 5 − 5·5/2√1.5) = 2.
         assert_eq!(idm.desired_gap(5.0, -5.0), 2.0);

@@ -62,7 +62,7 @@ fn neighbour(body: &Footprint, place: Option<usize>, pose: Pose, speed: f64) -> 
 }
 
 fn ahead(body: &Footprint, place: usize, speed: f64) -> Ahead<'_, impl Fn(f64) -> Pose> {
-    let idm = Idm::of(ObstacleType::Car);
+    let idm = Idm::for_kind(ObstacleType::Car);
     Ahead::new(place, body, |s| Pose::new(s, 0.0, 0.0), speed, idm, 7.59)
 }
 
@@ -186,7 +186,7 @@ fn reacts(speeds: &[f64], gap: f64) -> bool {
         course: &course,
         step: 0,
         dt: DT,
-        idm: Idm::of(ObstacleType::Car),
+        idm: Idm::for_kind(ObstacleType::Car),
     };
     follower.is_concerned(&neighbour(&body, None, Pose::new(gap + 4.0, 0.0, 0.0), 0.0))
 }
@@ -215,7 +215,7 @@ fn an_obstacle_that_is_run_into_does_not_react() {
         course: &course,
         step: 0,
         dt: DT,
-        idm: Idm::of(ObstacleType::Car),
+        idm: Idm::for_kind(ObstacleType::Car),
     };
     let from_behind = neighbour(&body, None, Pose::new(-8.0, 0.0, 0.0), 15.0);
     assert!(!follower.is_concerned(&from_behind));
@@ -243,7 +243,7 @@ fn settings(traffic: TrafficMode) -> Settings {
 fn drive(scenario: &Scenario, traffic: TrafficMode) -> Rollout {
     let problem = &scenario.planning_problems[0];
     let driver = Driver::new(scenario, problem, &settings(traffic)).unwrap();
-    driver.drive(scenario, &driver.whole())
+    driver.drive(scenario, &driver.full_span())
 }
 
 /// A bundled road whose only obstacle drives 25 m behind the ego on its path, so many times as fast as the ego starts.
@@ -255,9 +255,9 @@ fn chased(times: f64) -> Scenario {
     let problem = scenario.planning_problems[0].clone();
     let driver = Driver::new(&scenario, &problem, &settings(TrafficMode::Recorded)).unwrap();
     let speed = problem.initial.velocity.unwrap().middle() * times;
-    let (first, dt) = (driver.whole().step, scenario.dt());
+    let (first, dt) = (driver.full_span().step, scenario.dt());
     let path = &driver.guide().path;
-    let states: Vec<State> = (first..driver.whole().last)
+    let states: Vec<State> = (first..driver.full_span().last)
         .map(|step| {
             let s = driver.guide().start - 25.0 + (step - first) as f64 * dt * speed;
             state(step, path.pose_at(s), speed)

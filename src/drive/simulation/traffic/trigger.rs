@@ -55,7 +55,7 @@ impl Follower<'_> {
         };
         let apart = (now.pose.position - other.body.pose.position).norm();
         let reach = footprint.reach() + other.body.footprint.reach();
-        let fastest = now.velocity.abs() + FASTER;
+        let fastest = now.velocity.abs() + MAX_SPEED_GAIN;
         if apart > reach + HORIZON * (fastest + other.speed.abs()) {
             return false;
         }
@@ -122,7 +122,7 @@ impl Follower<'_> {
 }
 
 /// A recorded obstacle may become faster than it is now by this, m/s.
-const FASTER: f64 = 10.0;
+const MAX_SPEED_GAIN: f64 = 10.0;
 
 /// Whether two bodies touch.
 pub fn touch(a: &Placed<'_>, b: &Placed<'_>) -> bool {
@@ -147,7 +147,7 @@ fn is_the_cause(own: &Placed<'_>, other: &Placed<'_>) -> bool {
 const AS_RECORDED: f64 = 0.5;
 
 /// The lane beyond the recording is followed so far, metres; beside all lanes one goes straight on.
-const BEYOND: f64 = 300.0;
+const EXTENSION: f64 = 300.0;
 const STRAIGHT_ON: f64 = 100.0;
 
 /// Seconds of a recording whose last part says which lane is followed.
@@ -184,7 +184,7 @@ impl Reactive<'_> {
             course: self.course(place)?,
             step,
             dt: self.driver.dt(),
-            idm: Idm::of(obstacle.kind),
+            idm: Idm::for_kind(obstacle.kind),
         })
     }
 
@@ -238,7 +238,7 @@ impl Reactive<'_> {
         let seen = past.others().iter().find(|seen| seen.who.id == obstacle.id);
         let lane = seen.and_then(|seen| {
             let mut predictor = Predictor::new(&past, Model::AlongLanes);
-            predictor.likeliest_lane(seen, BEYOND)
+            predictor.likeliest_lane(seen, EXTENSION)
         });
         let Some(end) = course.last().copied() else {
             return course;
@@ -246,7 +246,7 @@ impl Reactive<'_> {
         match lane {
             Some(line) => {
                 let left = line.length() - line.project(&end.position).s;
-                course.continued(Path::along(line, &end), left.min(BEYOND))
+                course.continued(Path::along(line, &end), left.min(EXTENSION))
             }
             None => course.continued(Path::Straight(end), STRAIGHT_ON),
         }

@@ -11,7 +11,7 @@ use nearmiss_scene::scenario::prediction::Path;
 use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Scenario};
 
 use super::TrafficMode;
-use super::course::{Course, LONGEST};
+use super::course::{Course, MAX_LENGTH};
 use super::leader::{ExpectedPath, Neighbour};
 use super::reacting::Reacting;
 use crate::planner::{Forecast, VehicleState};
@@ -67,7 +67,7 @@ impl<'a> Reactive<'a> {
     fn new(driver: &'a Driver, scenario: &'a Scenario) -> Self {
         let settings = driver.settings();
         let path = &driver.guide().path;
-        let points = (0..=path.length().min(LONGEST).ceil() as usize)
+        let points = (0..=path.length().min(MAX_LENGTH).ceil() as usize)
             .map(|s| path.pose_at(s as f64).position);
         Self {
             driver,

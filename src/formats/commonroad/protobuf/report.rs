@@ -119,13 +119,13 @@ impl<'a> FieldPath<'a> {
         mut read: impl FnMut(&Field<'_>) -> Result<(), ReadError>,
     ) -> Result<(), ReadError> {
         for field in Fields::new(bytes) {
-            read(&self.whole(field)?)?;
+            read(&self.complete(field)?)?;
         }
         Ok(())
     }
 
     /// A field of the file's own message, whole.
-    fn whole<'f>(&self, field: Result<Field<'f>, NoField>) -> Result<Field<'f>, ReadError> {
+    fn complete<'f>(&self, field: Result<Field<'f>, NoField>) -> Result<Field<'f>, ReadError> {
         let message = match field {
             Ok(field) if field.missing == 0 => return Ok(field),
             Ok(field) => format!(

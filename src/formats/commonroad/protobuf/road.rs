@@ -53,7 +53,7 @@ pub(super) fn lanelet(
 }
 
 pub(super) fn types(at: &FieldPath<'_>, numbers: &[i32]) -> Vec<LaneletType> {
-    at.words(
+    at.names(
         "lanelet_types",
         LANELET_TYPES,
         numbers,
@@ -62,7 +62,7 @@ pub(super) fn types(at: &FieldPath<'_>, numbers: &[i32]) -> Vec<LaneletType> {
 }
 
 pub(super) fn users(at: &FieldPath<'_>, name: &str, numbers: &[i32]) -> Vec<RoadUser> {
-    at.words(name, ROAD_USERS, numbers, RoadUser::Vehicle)
+    at.names(name, ROAD_USERS, numbers, RoadUser::Vehicle)
 }
 
 /// A border of at least two points.

@@ -164,7 +164,7 @@ impl FieldPath<'_> {
     }
 
     /// The words of numbers; those without one are taken as `fallback`, and noted.
-    pub fn words<T: Copy + std::fmt::Display>(
+    pub fn names<T: Copy + std::fmt::Display>(
         &self,
         name: &str,
         words: &[T],
@@ -258,7 +258,7 @@ mod tests {
     fn a_number_without_a_word_is_named() {
         let report = Report::about("x.pb");
         let root = FieldPath::root(&report, "");
-        let types = root.words("types", LANELET_TYPES, &[0, 99, -1], LaneletType::Unknown);
+        let types = root.names("types", LANELET_TYPES, &[0, 99, -1], LaneletType::Unknown);
         assert_eq!(
             types,
             [

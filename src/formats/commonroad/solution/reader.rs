@@ -273,7 +273,7 @@ fn state<'a>(
     let mut time = None;
     while let Some(child) = xml.next()? {
         let repeated = if child.name == "time" {
-            time.replace(xml.whole(child)?).is_some()
+            time.replace(xml.integer(child)?).is_some()
         } else {
             // The name that follows the rule of the others; commonroad-io writes the other one.
             let name = match child.name {

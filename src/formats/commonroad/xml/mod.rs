@@ -133,7 +133,7 @@ impl<'a> Xml<'a> {
 
     fn malformed(&self, error: &quick_xml::Error) -> ReadError {
         let at = self.reader.error_position() as usize;
-        self.fail(at, words(error))
+        self.fail(at, error_text(error))
     }
 
     /// The text of the innermost open element, trimmed, and its end; children in it are passed over.
@@ -340,7 +340,7 @@ pub(super) fn short(text: &str) -> String {
 }
 
 /// Elements inside each other, deeper than any file needs.
-const DEEPEST: usize = 100;
+const MAX_DEPTH: usize = 100;
 
 /// No element has longer attributes, bytes.
 const LONGEST_ATTRIBUTES: usize = 64 << 10;
@@ -350,8 +350,8 @@ impl<'a> Xml<'a> {
     /// An element is too deep inside others, or its attributes are too long.
     fn check_bounds(&self, element: Element<'a>) -> Result<(), ReadError> {
         let long = element.attributes.len();
-        if self.path.len() >= DEEPEST {
-            let message = format!("elements are nested more than {DEEPEST} deep");
+        if self.path.len() >= MAX_DEPTH {
+            let message = format!("elements are nested more than {MAX_DEPTH} deep");
             return Err(self.fail(element.at, message));
         }
         if long > LONGEST_ATTRIBUTES {
@@ -384,7 +384,7 @@ impl<'a> Xml<'a> {
 }
 
 /// The syntax error, and a hint if the file is truncated.
-fn words(error: &Error) -> String {
+fn error_text(error: &Error) -> String {
     let advice = match error {
         Error::Syntax(SyntaxError::UnclosedTag) => "; the file is truncated",
         Error::Syntax(SyntaxError::InvalidBangMarkup) => "",
@@ -462,7 +462,7 @@ impl<'a> Xml<'a> {
     }
 
     /// The text of the innermost open element as a whole number; `3.0` is one.
-    pub fn whole(&mut self, element: Element<'a>) -> Result<i64, ReadError> {
+    pub fn integer(&mut self, element: Element<'a>) -> Result<i64, ReadError> {
         let value = self.number(element)?;
         if value.fract() == 0.0 && value.abs() < 1e15 {
             Ok(value as i64)

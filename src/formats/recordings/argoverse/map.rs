@@ -38,7 +38,7 @@ struct MapFile {
 }
 
 /// The keys that are used, of the map and of its elements.
-const WHOLE: [&str; 3] = ["lane_segments", "pedestrian_crossings", "drivable_areas"];
+const KEYS: [&str; 3] = ["lane_segments", "pedestrian_crossings", "drivable_areas"];
 const SEGMENT: [&str; 11] = [
     "id",
     "is_intersection",
@@ -173,7 +173,7 @@ impl Archive {
         })?;
         let mut leftovers = Leftovers::default();
         leftovers.add_times("drivable_areas", whole.drivable_areas.len(), || 0);
-        count_unused(&bytes, "", &WHOLE, &mut leftovers);
+        count_unused(&bytes, "", &KEYS, &mut leftovers);
         let parts = [
             ("lane_segments", &SEGMENT[..], &whole.lane_segments),
             (
@@ -205,7 +205,7 @@ impl Archive {
     /// The map, with what is assumed noted in `report`.
     pub fn map(&self, report: &Report, ids: &mut Ids) -> Result<Map, ReadError> {
         let own = Report::about(&self.file);
-        self.leftovers.tell(report);
+        self.leftovers.report_to(report);
         let mut segments = Vec::with_capacity(self.lanes.0.len());
         for (key, value) in &self.lanes.0 {
             let at = own.at(format!("lane_segments/{key}"));

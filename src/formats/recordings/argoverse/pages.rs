@@ -18,7 +18,7 @@ const DICTIONARY: i64 = 2;
 const DATA_2: i64 = 3;
 
 /// Structs and lists in each other.
-const DEEPEST: usize = 16;
+const MAX_DEPTH: usize = 16;
 
 /// Checks the pages of a column; a page has at most `most` values.
 ///
@@ -126,7 +126,7 @@ impl Thrift<'_> {
             match byte & 0xf {
                 4..=6 => take((outer, id), self.number()?),
                 12 if outer == 0 => self.fields(id, take)?,
-                kind => self.skip(kind, DEEPEST)?,
+                kind => self.skip(kind, MAX_DEPTH)?,
             }
         }
     }

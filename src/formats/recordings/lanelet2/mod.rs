@@ -32,8 +32,8 @@ pub fn read(
     origin: (f64, f64),
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
-    let osm = osm::of(path)?;
-    osm.leftovers.tell(report);
+    let osm = osm::cached_map(path)?;
+    osm.leftovers.report_to(report);
     tell_of_places(report, &osm.nodes, origin);
     let points = in_metres(&osm.nodes, origin);
     Ok(map(report, &points, &osm.ways, &osm.relations, ids))

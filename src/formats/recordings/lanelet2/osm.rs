@@ -47,12 +47,12 @@ pub struct Osm {
 }
 
 /// Maps that are kept for other windows of a recording, bytes of their files.
-const KEPT: usize = 64 << 20;
+const MAX_CACHED: usize = 64 << 20;
 
-static MAPS: FileCache<Osm> = FileCache::new(KEPT);
+static MAPS: FileCache<Osm> = FileCache::new(MAX_CACHED);
 
 /// A map, read anew if it changed.
-pub fn of(path: &Path) -> Result<Arc<Osm>, ReadError> {
+pub fn cached_map(path: &Path) -> Result<Arc<Osm>, ReadError> {
     MAPS.get(&[path], || elements(path))
 }
 

@@ -74,10 +74,15 @@ fn find(recording: &Path, location: Option<i64>, users: Option<&Path>) -> Option
 }
 
 /// Files that are looked at in a folder.
-const MOST: usize = 1000;
+const MAX_FILES: usize = 1000;
 
 fn collect(folder: &Path, deeper: usize, maps: &mut Vec<PathBuf>) {
-    let files = folder.read_dir().into_iter().flatten().flatten().take(MOST);
+    let files = folder
+        .read_dir()
+        .into_iter()
+        .flatten()
+        .flatten()
+        .take(MAX_FILES);
     for path in files.map(|file| file.path()) {
         if has_extension(&path, "osm") {
             maps.push(path);
@@ -91,7 +96,7 @@ fn collect(folder: &Path, deeper: usize, maps: &mut Vec<PathBuf>) {
 const SPEED_LIMIT: &str = "274";
 
 /// The road reaches so far beyond the first and last middle of a vehicle, metres.
-const BEYOND: f64 = 20.0;
+const ROAD_MARGIN: f64 = 20.0;
 
 /// From a point of a border to the next, metres, at most.
 const PIECE: f64 = 50.0;
@@ -106,7 +111,7 @@ pub fn map(
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
     let (low, high) = extent.unwrap_or((0.0, 0.0));
-    let (low, high) = (low - BEYOND, high + BEYOND);
+    let (low, high) = (low - ROAD_MARGIN, high + ROAD_MARGIN);
     let pieces = ((high - low) / PIECE).ceil().clamp(1.0, 1000.0) as usize;
     let mut map = Map::default();
     for (place, lines) in recording.markings.iter().enumerate() {

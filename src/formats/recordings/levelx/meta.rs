@@ -88,7 +88,7 @@ impl<'r> Fields<'r> {
             .ok_or_else(|| self.at(name).fail("missing"))
     }
 
-    fn whole(&self, name: &str) -> Result<i64, ReadError> {
+    fn integer(&self, name: &str) -> Result<i64, ReadError> {
         let value = self.number(name)?;
         if value.fract() == 0.0 && value.abs() < 1e9 {
             return Ok(value as i64);
@@ -109,7 +109,7 @@ fn rows(
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(report.file(), &e))?;
     let decoded = String::from_utf8_lossy(&bytes);
     let text = decoded.trim_start_matches('\u{feff}');
-    let (separator, header) = rows::of(text.as_bytes());
+    let (separator, header) = rows::columns_of(text.as_bytes());
     let mut table = csv::ReaderBuilder::new()
         .delimiter(separator)
         .flexible(true)
@@ -174,8 +174,8 @@ pub fn recording(path: &Path, leftovers: &mut Leftovers) -> Result<Recording, Re
                 .fail(format!("{frame_rate} frames a second")));
         }
         let id = match row.text("recordingId") {
-            Some(_) => row.whole("recordingId")?,
-            None => row.whole("id")?,
+            Some(_) => row.integer("recordingId")?,
+            None => row.integer("id")?,
         };
         found = Some(Recording {
             kind: if highd { Kind::HighD } else { Kind::InD },
@@ -204,7 +204,7 @@ pub fn tracks(
     let mut tracks = BTreeMap::new();
     rows(path, &report, leftovers, &mut |row| {
         let highd = recording.kind == Kind::HighD;
-        let id = row.whole(if highd { "id" } else { "trackId" })?;
+        let id = row.integer(if highd { "id" } else { "trackId" })?;
         if id < 0 {
             return Err(row.at("id").fail(format!("track {id}")));
         }
@@ -223,7 +223,7 @@ pub fn tracks(
         let meta = TrackMeta {
             kind: kind(row.text("class").unwrap_or_default()),
             size,
-            frames: (row.whole("initialFrame")?, row.whole("finalFrame")?),
+            frames: (row.integer("initialFrame")?, row.integer("finalFrame")?),
             heading,
         };
         match tracks.insert(id, meta) {

@@ -35,11 +35,11 @@ const TRACKS: &str = "_tracks.csv";
 
 impl Format for LevelX {
     fn recognises(&self, _: &Path, head: &[u8]) -> bool {
-        Kind::of(head).is_some()
+        Kind::detect(head).is_some()
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
-        let recorded = of(path)?;
+        let recorded = cached_recording(path)?;
         if !recorded.is_long() {
             return Ok(Parts::One);
         }
@@ -55,7 +55,7 @@ impl Format for LevelX {
             .as_ref()
             .map(|p| WindowRequest::parse(p, &report))
             .transpose()?;
-        let recorded = of(file)?;
+        let recorded = cached_recording(file)?;
         if wanted.is_none() && recorded.is_long() {
             let first = recorded.tracks.first_key_value();
             let (track, start) = first.map_or((1, 0.0), |(id, track)| {
@@ -79,7 +79,7 @@ fn long_recording(recorded: &Recorded, report: Report) -> Result<LongRecording, 
             found.entry(row.track()).or_default().push(row);
         }
     }
-    let own = OwnIds::of(recorded);
+    let own = OwnIds::new(recorded);
     let mut names = HashMap::with_capacity(found.len());
     let mut tracks = Vec::with_capacity(found.len());
     for (id, rows) in found {
@@ -115,7 +115,7 @@ struct OwnIds {
 }
 
 impl OwnIds {
-    fn of(recorded: &Recorded) -> Self {
+    fn new(recorded: &Recorded) -> Self {
         let mut ids = Ids::beyond(recorded.tracks.keys().copied());
         recorded.tracks.keys().for_each(|id| {
             ids.take(*id);
@@ -164,7 +164,7 @@ fn scenario(
             None => (track.frames.0, track.frames.1),
         };
     }
-    recorded.leftovers.tell(&report);
+    recorded.leftovers.report_to(&report);
     report.note_count(recorded.commas, |n| {
         format!("numbers with a decimal comma in the recording: {n}; read as with a point")
     });
@@ -188,7 +188,7 @@ fn scenario(
     {
         return Err(report.fail(format!("track {ego} is not there in that window")));
     }
-    let mut own = OwnIds::of(recorded);
+    let mut own = OwnIds::new(recorded);
     if found.contains_key(&0) {
         report.note(format!("track 0 is numbered {}", own.zero));
     }
@@ -287,7 +287,7 @@ fn track(
 }
 
 /// Rows of recordings that are kept, bytes: a recording of a quarter of an hour has about 50 MB.
-const KEPT: usize = 512 << 20;
+const MAX_CACHED: usize = 512 << 20;
 
 /// No recording has more rows.
 const MOST_ROWS: usize = 10_000_000;
@@ -295,7 +295,7 @@ const MOST_ROWS: usize = 10_000_000;
 /// Rows whose frames are known together.
 const CHUNK: usize = 1024;
 
-static RECORDINGS: FileCache<Recorded> = FileCache::new(KEPT);
+static RECORDINGS: FileCache<Recorded> = FileCache::new(MAX_CACHED);
 
 /// What the three files of a recording tell.
 #[derive(Debug)]
@@ -320,7 +320,7 @@ struct Recorded {
 ///
 /// # Errors
 /// One of the files is missing or damaged: with its row and column.
-fn of(path: &Path) -> Result<Arc<Recorded>, ReadError> {
+fn cached_recording(path: &Path) -> Result<Arc<Recorded>, ReadError> {
     let report = Report::about(path.display().to_string());
     let find = |end: &str| {
         sibling(path, end).filter(|file| file.is_file()).ok_or_else(|| {
@@ -405,7 +405,7 @@ impl Recorded {
     /// Whether it is listed as windows.
     pub fn is_long(&self) -> bool {
         self.frames().is_some_and(|(first, last)| {
-            (last - first) as f64 / self.recording.frame_rate > windows::SHORT
+            (last - first) as f64 / self.recording.frame_rate > windows::MAX_WHOLE_SECONDS
         })
     }
 }

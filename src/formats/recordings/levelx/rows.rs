@@ -72,8 +72,8 @@ pub fn missing_columns(names: &[String]) -> Option<(&'static str, Vec<&'static s
 
 impl Kind {
     /// That of a file that begins with `head`.
-    pub fn of(head: &[u8]) -> Option<Self> {
-        Self::among(&rows::of(head).1)
+    pub fn detect(head: &[u8]) -> Option<Self> {
+        Self::among(&rows::columns_of(head).1)
     }
 
     /// That of a table with these columns.
@@ -177,7 +177,7 @@ pub fn each(
 ) -> Result<usize, ReadError> {
     let io = |error| ReadError::io(report.file(), &error);
     let mut file = BufReader::new(system::open_file(path).map_err(io)?);
-    let (separator, names) = rows::of(file.fill_buf().map_err(io)?);
+    let (separator, names) = rows::columns_of(file.fill_buf().map_err(io)?);
     let kind = Kind::among(&names)
         .ok_or_else(|| report.row(1, "").fail("not the columns of levelXdata"))?;
     let place = |name: &&str| names.iter().position(|n| n == name).unwrap_or(usize::MAX);

@@ -22,7 +22,7 @@ pub struct Geometry {
 }
 
 /// Collections in collections, at most.
-const DEEPEST: usize = 4;
+const MAX_DEPTH: usize = 4;
 
 /// Bytes that are read from the front.
 struct Reader<'b> {
@@ -44,7 +44,7 @@ pub fn geometry(bytes: &[u8]) -> Result<Geometry, String> {
     }
     let [_version, flags] = reader.take::<2>()?;
     reader.little = flags & 1 == 1;
-    let system = reader.whole()?.cast_signed();
+    let system = reader.integer()?.cast_signed();
     // Its bounds, of two, three or four dimensions.
     let bounds = match flags >> 1 & 7 {
         0 => 0,
@@ -59,7 +59,7 @@ pub fn geometry(bytes: &[u8]) -> Result<Geometry, String> {
     let mut parts = Parts::new();
     // A flag says that there is nothing.
     if flags & 0x10 == 0 {
-        reader.parts(&mut parts, DEEPEST)?;
+        reader.parts(&mut parts, MAX_DEPTH)?;
     }
     Ok(Geometry { system, parts })
 }
@@ -74,7 +74,7 @@ impl Reader<'_> {
         Ok(*taken)
     }
 
-    fn whole(&mut self) -> Result<u32, String> {
+    fn integer(&mut self) -> Result<u32, String> {
         let bytes = self.take()?;
         Ok(if self.little {
             u32::from_le_bytes(bytes)
@@ -99,7 +99,7 @@ impl Reader<'_> {
 
     /// How many things of at least so many bytes follow.
     fn count(&mut self, each: usize) -> Result<usize, String> {
-        let count = self.whole()? as usize;
+        let count = self.integer()? as usize;
         if count <= self.bytes.len() / each {
             Ok(count)
         } else {
@@ -123,7 +123,7 @@ impl Reader<'_> {
     fn parts(&mut self, parts: &mut Parts, deeper: usize) -> Result<(), String> {
         let [order] = self.take::<1>()?;
         self.little = order == 1;
-        let kind = self.whole()?;
+        let kind = self.integer()?;
         // Heights and measures: as thousands by ISO, as the highest bits elsewhere.
         let (high, plain) = (kind >> 29, kind & 0x1fff_ffff);
         let iso = match plain / 1000 {

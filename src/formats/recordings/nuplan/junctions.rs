@@ -8,7 +8,7 @@ use nearmiss_scene::scenario::{
     StopLine, TrafficDirection, TrafficLight,
 };
 
-use super::lanes::{Cut, Placed};
+use super::lanes::{LaneSection, Placed};
 use super::layers::{Lane, Stop};
 use super::log::Clock;
 use super::sqlite::Database;
@@ -29,7 +29,7 @@ struct OfLane {
 /// Lights, at the ends of the lanes that lead to what they are for.
 pub fn lights(
     report: &Report,
-    cut: &mut Cut<'_>,
+    cut: &mut LaneSection<'_>,
     lights: &Lights,
     ids: &mut Ids,
 ) -> Vec<TrafficLight> {
@@ -110,7 +110,7 @@ pub fn lights(
     made
 }
 
-fn direction(cut: &Cut<'_>, connector: &Lane) -> TrafficDirection {
+fn direction(cut: &LaneSection<'_>, connector: &Lane) -> TrafficDirection {
     match turn(cut, connector) {
         Turn::Left => TrafficDirection::Left,
         Turn::Straight => TrafficDirection::Straight,
@@ -125,7 +125,7 @@ enum Turn {
 }
 
 /// Where a connector leads to: as the map says, or by its course.
-fn turn(cut: &Cut<'_>, connector: &Lane) -> Turn {
+fn turn(cut: &LaneSection<'_>, connector: &Lane) -> Turn {
     let said = connector.connector.as_ref().and_then(|c| c.turn);
     let course = || {
         let middle = &cut.all[*cut.places[1].get(&connector.id)?].middle;
@@ -144,7 +144,7 @@ fn turn(cut: &Cut<'_>, connector: &Lane) -> Turn {
 }
 
 /// Intersections, with the roads that lead in.
-pub fn intersections(cut: &mut Cut<'_>, ids: &mut Ids) -> Vec<Intersection> {
+pub fn intersections(cut: &mut LaneSection<'_>, ids: &mut Ids) -> Vec<Intersection> {
     // By the intersection, then by the road.
     let mut found: BTreeMap<i64, BTreeMap<(bool, i64), Incoming>> = BTreeMap::new();
     let mut inside = Vec::new();
@@ -221,7 +221,7 @@ pub fn read(database: &Database, clock: &Clock<'_>) -> Result<Lights, ReadError>
     }
     let lights = &clock.log.lights;
     lights.each(database, table, &COLUMNS, clock, &mut |row, step| {
-        let colors = said.entry(row.whole(1)?).or_default();
+        let colors = said.entry(row.integer(1)?).or_default();
         colors.insert(step, color(&row.text(2)));
         Ok(())
     })?;
@@ -251,7 +251,7 @@ pub struct Signs {
 
 impl Signs {
     /// Those of the country of a map, by its name.
-    pub fn of(map: &str) -> Self {
+    pub fn for_map(map: &str) -> Self {
         if map.starts_with("us-") {
             return Self {
                 limit: "R2-1",
@@ -275,7 +275,7 @@ const YIELD: i64 = 4;
 const END: f64 = 15.0;
 
 /// A sign for each speed limit, which all its lanes refer to.
-pub fn speed_limits(cut: &mut Cut<'_>, signs: &Signs, ids: &mut Ids) -> Vec<Sign> {
+pub fn speed_limits(cut: &mut LaneSection<'_>, signs: &Signs, ids: &mut Ids) -> Vec<Sign> {
     let mut limits: BTreeMap<u64, Sign> = BTreeMap::new();
     for placed in &mut cut.all {
         let Some(limit) = placed.lane.limit.filter(|limit| *limit > 0.0) else {
@@ -296,7 +296,12 @@ pub fn speed_limits(cut: &mut Cut<'_>, signs: &Signs, ids: &mut Ids) -> Vec<Sign
 }
 
 /// Signs at stop polygons, and the lines there.
-pub fn stop_signs(report: &Report, cut: &mut Cut<'_>, signs: &Signs, ids: &mut Ids) -> Vec<Sign> {
+pub fn stop_signs(
+    report: &Report,
+    cut: &mut LaneSection<'_>,
+    signs: &Signs,
+    ids: &mut Ids,
+) -> Vec<Sign> {
     let mut made = Vec::new();
     let layers = cut.layers;
     for stop in &layers.stops {
@@ -341,7 +346,7 @@ pub fn stop_signs(report: &Report, cut: &mut Cut<'_>, signs: &Signs, ids: &mut I
 }
 
 /// The lanes for which a stop polygon is: those that it names, or those that end in it.
-fn lanes_of(cut: &Cut<'_>, stop: &Stop, ring: &[Point]) -> Vec<usize> {
+fn lanes_of(cut: &LaneSection<'_>, stop: &Stop, ring: &[Point]) -> Vec<usize> {
     let lanes = stop.lanes.iter().filter_map(|id| cut.places[0].get(id));
     let connectors = stop
         .connectors

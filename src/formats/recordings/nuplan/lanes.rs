@@ -22,7 +22,7 @@ pub struct Placed<'m> {
 }
 
 /// The lanes around a recording: first lanes, then connectors.
-pub struct Cut<'m> {
+pub struct LaneSection<'m> {
     pub layers: &'m Layers,
     pub all: Vec<Placed<'m>>,
     /// Places of lanes, and of connectors, by their ids in the map.
@@ -31,7 +31,7 @@ pub struct Cut<'m> {
     shift: Vector,
 }
 
-impl<'m> Cut<'m> {
+impl<'m> LaneSection<'m> {
     /// What of a map is around some places; `origin` is what coordinates are relative to, metres.
     pub fn around(
         report: &Report,

@@ -16,9 +16,9 @@ use crate::recordings::report::Leftovers;
 use crate::recordings::{has_extension, users_maps};
 
 /// Maps that are kept for other windows, bytes.
-const KEPT: usize = 512 << 20;
+const MAX_CACHED: usize = 512 << 20;
 
-static MAPS: FileCache<Layers> = FileCache::new(KEPT);
+static MAPS: FileCache<Layers> = FileCache::new(MAX_CACHED);
 
 /// A lane, or a connector: a way over an intersection from one lane to another.
 #[derive(Debug, Clone, Default)]
@@ -87,7 +87,7 @@ pub struct Layers {
 ///
 /// # Errors
 /// It is none of nuPlan, or damaged: with table, row and column.
-pub fn of(path: &Path) -> Result<Arc<Layers>, ReadError> {
+pub fn cached_map(path: &Path) -> Result<Arc<Layers>, ReadError> {
     MAPS.get(&[path], || {
         let layers = Reader::read(&Database::open(path)?)?;
         let size = layers.size;
@@ -130,7 +130,7 @@ impl<'d> Reader<'d> {
         if has("gpkg_spatial_ref_sys") {
             let columns = ["srs_id", "organization_coordsys_id"];
             database.each("gpkg_spatial_ref_sys", &columns, &mut |row| {
-                systems.insert(row.whole(0)?, row.whole(1)?);
+                systems.insert(row.integer(0)?, row.integer(1)?);
                 Ok(())
             })?;
         }
@@ -153,7 +153,7 @@ impl<'d> Reader<'d> {
             let columns = ["fid", "?intersection_type_fid"];
             database.each("intersections", &columns, &mut |row| {
                 if matches!(row.optional_whole(1)?, Some(3..=5)) {
-                    reader.layers.without_traffic.insert(row.whole(0)?);
+                    reader.layers.without_traffic.insert(row.integer(0)?);
                 }
                 Ok(())
             })?;
@@ -163,7 +163,7 @@ impl<'d> Reader<'d> {
         }
         if has("crosswalks") {
             reader.shapes("crosswalks", &["fid", "geom"], &mut |layers, row, parts| {
-                let fid = row.whole(0)?;
+                let fid = row.integer(0)?;
                 layers
                     .crossings
                     .extend(parts.into_iter().map(|ring| (fid, ring)));
@@ -208,7 +208,7 @@ impl<'d> Reader<'d> {
                 _ => LineMarking::Unknown,
             };
             if let Some(line) = longest(parts) {
-                layers.borders.insert(row.whole(0)?, (line, marking));
+                layers.borders.insert(row.integer(0)?, (line, marking));
             }
             Ok(())
         })
@@ -243,7 +243,7 @@ impl<'d> Reader<'d> {
         ];
         self.shapes("lanes_polygons", &columns, &mut |layers, row, parts| {
             let (group, index) = (row.optional_whole(6)?, row.optional_whole(7)?);
-            let id = row.optional_whole(2)?.map_or_else(|| row.whole(0), Ok)?;
+            let id = row.optional_whole(2)?.map_or_else(|| row.integer(0), Ok)?;
             let middle = layers.middles[0].get(&id);
             let lane = Lane {
                 id,
@@ -287,7 +287,7 @@ impl<'d> Reader<'d> {
             "?speed_limit_mps",
         ];
         self.shapes("lane_connectors", &columns, &mut |layers, row, parts| {
-            let id = row.whole(0)?;
+            let id = row.integer(0)?;
             let (left, right) = borders.get(&Some(id)).copied().unwrap_or_default();
             let middle = layers.middles[1].get(&id);
             let lane = Lane {
@@ -322,7 +322,7 @@ impl<'d> Reader<'d> {
             "?lane_connector_fids",
         ];
         self.shapes("stop_polygons", &columns, &mut |layers, row, parts| {
-            let (id, kind) = (row.whole(0)?, row.optional_whole(2)?.unwrap_or(-1));
+            let (id, kind) = (row.integer(0)?, row.optional_whole(2)?.unwrap_or(-1));
             let (lanes, connectors) = (ids(&row.text(3)), ids(&row.text(4)));
             layers.stops.extend(parts.into_iter().map(|ring| Stop {
                 id,
@@ -359,7 +359,7 @@ const FILE: &str = "map.gpkg";
 const UP: usize = 6;
 
 /// Versions of a map that are looked at.
-const MOST: usize = 100;
+const MAX_VERSIONS: usize = 100;
 
 /// The map of a log, if there is one.
 pub fn find(path: &Path, log: &Log) -> Option<PathBuf> {
@@ -420,7 +420,12 @@ fn of_versions(folder: &Path, name: &str) -> Option<PathBuf> {
 }
 
 fn newest(folder: &Path) -> Option<PathBuf> {
-    let versions = folder.read_dir().into_iter().flatten().flatten().take(MOST);
+    let versions = folder
+        .read_dir()
+        .into_iter()
+        .flatten()
+        .flatten()
+        .take(MAX_VERSIONS);
     let maps = versions.map(|version| version.path().join(FILE));
     let mut maps: Vec<PathBuf> = maps.filter(|map| map.is_file()).collect();
     maps.sort_by_key(|map| version(map));

@@ -18,9 +18,9 @@ use crate::recordings::has_extension;
 use crate::recordings::report::Report;
 
 /// Logs that are kept for other windows of them, bytes.
-const KEPT: usize = 128 << 20;
+const MAX_CACHED: usize = 128 << 20;
 
-static LOGS: FileCache<Log> = FileCache::new(KEPT);
+static LOGS: FileCache<Log> = FileCache::new(MAX_CACHED);
 
 /// The vehicle that records has this id; tracks have those after it.
 pub const EGO: i64 = 1;
@@ -101,7 +101,7 @@ impl Log {
         let mut sweeps = Vec::new();
         let columns = ["token", "timestamp", "ego_pose_token", "?scene_token"];
         database.each("lidar_pc", &columns, &mut |row| {
-            let time = row.whole(1)?;
+            let time = row.integer(1)?;
             row.at(1).number(time as f64 / 1e7)?;
             sweeps.push(Sweep {
                 token: row.token(0)?,
@@ -294,7 +294,7 @@ impl<'l> Clock<'l> {
     }
 
     /// Says what is odd about it.
-    pub fn tell(&self, report: &Report) {
+    pub fn report_to(&self, report: &Report) {
         let missing = usize::try_from(self.last() + 1)
             .unwrap_or(0)
             .saturating_sub(self.sweeps.len());

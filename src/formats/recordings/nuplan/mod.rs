@@ -21,7 +21,7 @@ use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};
 use junctions::{Lights, Signs};
-use lanes::Cut;
+use lanes::LaneSection;
 use log::{Clock, EGO, Evidence, Log};
 use nearmiss_base::geometry::{Bounds, Vector};
 use nearmiss_scene::scenario::{ContentHash, Scenario};
@@ -34,7 +34,7 @@ pub struct NuPlan;
 const SOURCE: &str = "nuPlan";
 
 /// So far around the traffic the map is cut out, metres.
-const AROUND: f64 = 50.0;
+const MAP_MARGIN: f64 = 50.0;
 
 impl Format for NuPlan {
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
@@ -52,7 +52,7 @@ impl Format for NuPlan {
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
         log::check(path)?;
         let log = log::open_log(path)?;
-        if log.duration() <= windows::SHORT {
+        if log.duration() <= windows::MAX_WHOLE_SECONDS {
             return Ok(Parts::One);
         }
         let report = Report::about(path.display().to_string());
@@ -68,7 +68,7 @@ impl Format for NuPlan {
         let database = Database::open(file)?;
         let part = match part {
             Some(part) => parts::part(part, &log, &database, &report)?,
-            None if log.duration() > windows::SHORT => {
+            None if log.duration() > windows::MAX_WHOLE_SECONDS => {
                 return Err(windows::too_long(&report, file, RECORDER, 0.0));
             }
             None => Part {
@@ -129,7 +129,7 @@ fn scenario(
     part: &Part,
 ) -> Result<Scenario, ReadError> {
     let clock = Clock::new(log, &part.sweeps, log.time_step);
-    clock.tell(&report);
+    clock.report_to(&report);
     let mut tracks = vec![motion::recorder(database, &clock)?];
     tracks.extend(motion::others(database, &clock, &report)?);
     // In the order in which CommonRoad has them, so that they are the same when written and read again.
@@ -145,11 +145,11 @@ fn scenario(
             return Err(report.fail(message));
         }
     }
-    tell(&report, path, log);
+    report_log(&report, path, log);
     let lights = junctions::read(database, &clock)?;
     let mut leftovers = Leftovers::default();
     database.count_unused(&log.asked, &mut leftovers);
-    leftovers.tell(&report);
+    leftovers.report_to(&report);
     let mut ids = Ids::beyond([]);
     (EGO..log::id_of(log.tracks.len())).for_each(|id| {
         ids.take(id);
@@ -177,7 +177,7 @@ fn scenario(
 }
 
 /// Says what holds of the whole log.
-fn tell(report: &Report, path: &Path, log: &Log) {
+fn report_log(report: &Report, path: &Path, log: &Log) {
     let mut beside = path.as_os_str().to_os_string();
     beside.push("-wal");
     let beside = Path::new(&beside);
@@ -216,8 +216,8 @@ fn map(
     tracks: &[RecordedTrack],
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
-    let layers = layers::of(file)?;
-    layers.leftovers.tell(report);
+    let layers = layers::cached_map(file)?;
+    layers.leftovers.report_to(report);
     if let Some(zone) = log.system.and_then(geopackage::zone)
         && zone != layers.zone
     {
@@ -233,16 +233,16 @@ fn map(
     let Some(mut around) = Bounds::from_points(states.map(|state| &state.position)) else {
         return Ok(Map::default());
     };
-    let room = Vector::new(AROUND, AROUND);
+    let room = Vector::new(MAP_MARGIN, MAP_MARGIN);
     (around.min, around.max) = (around.min - room, around.max + room);
-    let mut cut = Cut::around(report, &layers, &around, log.origin, ids);
+    let mut cut = LaneSection::around(report, &layers, &around, log.origin, ids);
     if cut.all.is_empty() {
         report.at("").warn(format!(
-            "no lane of the map {} is within {AROUND} m of the traffic; is it the map of another place?",
+            "no lane of the map {} is within {MAP_MARGIN} m of the traffic; is it the map of another place?",
             file.display()
         ));
     }
-    let country = Signs::of(&log.map);
+    let country = Signs::for_map(&log.map);
     let mut map = Map {
         signs: junctions::speed_limits(&mut cut, &country, ids),
         ..Map::default()

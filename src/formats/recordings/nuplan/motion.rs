@@ -294,7 +294,7 @@ impl SweepRows {
             let Some(place) = sweeps.get(&row.token(1)?) else {
                 return Ok(());
             };
-            let number = row.whole(0)?;
+            let number = row.integer(0)?;
             let runs: &mut Vec<(i64, i64)> = &mut runs[*place];
             match runs.last_mut() {
                 Some((_, last)) if last.checked_add(1) == Some(number) => *last = number,

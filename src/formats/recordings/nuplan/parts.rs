@@ -13,7 +13,7 @@ pub const RECORDER: &str = "ego";
 const BEFORE: f64 = 3.0;
 
 /// So many scenes of a log are named in a message.
-const NAMED: usize = 5;
+const MAX_LISTED: usize = 5;
 
 /// A part of a log.
 #[derive(Debug)]
@@ -115,7 +115,11 @@ fn scene(said: &str, log: &Log, report: &Report) -> Result<Part, ReadError> {
         .iter()
         .find(|(id, name)| name == said || token(said) == Some(*id));
     let Some((id, _)) = found else {
-        let names = log.scenes.iter().take(NAMED).map(|(_, name)| name.as_str());
+        let names = log
+            .scenes
+            .iter()
+            .take(MAX_LISTED)
+            .map(|(_, name)| name.as_str());
         let names: Vec<&str> = names.collect();
         let more = match log.scenes.len() - names.len() {
             0 => String::new(),

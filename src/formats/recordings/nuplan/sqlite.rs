@@ -26,7 +26,7 @@ const MOST_TABLES: usize = 10_000;
 const BOOKKEEPING: [&str; 4] = ["sqlite_", "gpkg_", "rtree_", "alembic_"];
 
 /// So many tables of a file are named in a message.
-const NAMED: usize = 6;
+const MAX_LISTED: usize = 6;
 
 /// No row takes fewer bytes.
 const SMALLEST_ROW: u64 = 4;
@@ -75,7 +75,7 @@ impl Database {
             let tables = tables(&connection)?;
             Ok((connection, tables))
         });
-        let (connection, tables) = opened.map_err(|error| report.fail(words(&error)))?;
+        let (connection, tables) = opened.map_err(|error| report.fail(error_text(&error)))?;
         Ok(Self {
             connection,
             report,
@@ -122,7 +122,7 @@ impl Database {
         }
         let known = self
             .columns(table)
-            .map_err(|error| self.table(table).fail(words(&error)))?;
+            .map_err(|error| self.table(table).fail(error_text(&error)))?;
         {
             let mut tables = self.asked.borrow_mut();
             let asked = tables.entry(table.to_string()).or_default();
@@ -228,7 +228,7 @@ impl Query<'_> {
     /// The table is damaged, or `take` refuses a row.
     pub fn each(&self, parameters: impl Params, take: Take<'_>) -> Result<(), ReadError> {
         let at = || self.database.table(self.table);
-        let fail = |error: rusqlite::Error| at().fail(words(&error));
+        let fail = |error: rusqlite::Error| at().fail(error_text(&error));
         let mut prepared = { self.database.connection.prepare_cached(&self.sql) }.map_err(fail)?;
         let mut rows = prepared.query(parameters).map_err(fail)?;
         let mut count = 0;
@@ -258,16 +258,16 @@ fn tables(connection: &Connection) -> rusqlite::Result<Vec<String>> {
 
 /// The first ones of some names.
 pub fn first_names(names: &[String]) -> String {
-    let more = match names.len().saturating_sub(NAMED) {
+    let more = match names.len().saturating_sub(MAX_LISTED) {
         0 => String::new(),
         more => format!(" and {more} more"),
     };
-    let first = &names[..names.len().min(NAMED)];
+    let first = &names[..names.len().min(MAX_LISTED)];
     format!("{}{more}", first.join(", "))
 }
 
 /// What SQLite says, and what that means for a file that is only read.
-fn words(error: &rusqlite::Error) -> String {
+fn error_text(error: &rusqlite::Error) -> String {
     use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
     match error.sqlite_error_code() {
         Some(DatabaseCorrupt | NotADatabase) => {
@@ -354,7 +354,7 @@ impl Record<'_> {
     }
 
     /// A whole number.
-    pub fn whole(&self, column: usize) -> Result<i64, ReadError> {
+    pub fn integer(&self, column: usize) -> Result<i64, ReadError> {
         match self.value(column) {
             ValueRef::Integer(value) => Ok(value),
             ValueRef::Real(value) if value.fract() == 0.0 && value.abs() < 1e15 => Ok(value as i64),
@@ -370,7 +370,7 @@ impl Record<'_> {
                 let text = String::from_utf8_lossy(text);
                 Ok(text.trim().parse::<f64>().ok().map(|value| value as i64))
             }
-            _ => self.whole(column).map(Some),
+            _ => self.integer(column).map(Some),
         }
     }
 

@@ -78,7 +78,7 @@ impl Offset {
     }
 
     /// What it does, in words; nothing where it does nothing.
-    pub fn words(&self) -> Option<String> {
+    pub fn text(&self) -> Option<String> {
         (*self != Self::default()).then(|| {
             format!(
                 "the offset of the header moves the roads by {} m, {} m and turns them by {} rad",

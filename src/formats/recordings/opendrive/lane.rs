@@ -80,7 +80,7 @@ pub fn sections(lanes: &Node, length: f64) -> Result<Vec<Section>, ReadError> {
     }
     all.sort_by(|a, b| a.section.from.total_cmp(&b.section.from));
     let mut cuts: Vec<f64> = all.iter().map(|r| r.section.from).collect();
-    cuts.dedup_by(|a, b| (*a - *b).abs() < SAME);
+    cuts.dedup_by(|a, b| (*a - *b).abs() < PLACE_TOLERANCE);
     let ends = cuts.iter().skip(1).copied().chain([length]);
     let pieces = cuts
         .iter()
@@ -90,7 +90,7 @@ pub fn sections(lanes: &Node, length: f64) -> Result<Vec<Section>, ReadError> {
 }
 
 /// Places nearer to each other are the same, metres.
-const SAME: f64 = 1e-9;
+const PLACE_TOLERANCE: f64 = 1e-9;
 
 /// What sections tell of a stretch in which none begins.
 fn piece(all: &[SectionInFile], from: f64, to: f64) -> Section {
@@ -98,7 +98,7 @@ fn piece(all: &[SectionInFile], from: f64, to: f64) -> Section {
     let mut middle_mark = None;
     for (side, sign) in [(0, 1), (1, -1)] {
         let at = |s: f64| {
-            let tells = |r: &SectionInFile| r.sides[side] && r.section.from <= s + SAME;
+            let tells = |r: &SectionInFile| r.sides[side] && r.section.from <= s + PLACE_TOLERANCE;
             all.iter().rposition(tells)
         };
         let Some(place) = at(from) else {
@@ -109,12 +109,12 @@ fn piece(all: &[SectionInFile], from: f64, to: f64) -> Section {
         let own = section.lanes.iter().filter(|l| l.id.signum() == sign);
         lanes.extend(own.cloned().map(|mut lane| {
             // Where it goes on beyond a cut it follows itself.
-            if section.from < from - SAME {
+            if section.from < from - PLACE_TOLERANCE {
                 lane.predecessors = vec![lane.id];
             }
             if all
                 .last()
-                .is_some_and(|last| last.section.from >= to - SAME)
+                .is_some_and(|last| last.section.from >= to - PLACE_TOLERANCE)
                 && at(to) == Some(place)
             {
                 lane.successors = vec![lane.id];

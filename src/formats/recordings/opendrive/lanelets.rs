@@ -86,7 +86,7 @@ pub fn lanelets(
                     .unwrap_or_else(|| ids.fresh());
                 let of_road = road.kind(section.from);
                 let (types, mut one_way, mut both) =
-                    words(road, of_road.map(|t| t.kind.as_str()), lane);
+                    types_and_users(road, of_road.map(|t| t.kind.as_str()), lane);
                 if lane.is_both_ways {
                     both.append(&mut one_way);
                 }
@@ -200,7 +200,11 @@ fn lanelet_bounds(
 type Users = Vec<RoadUser>;
 
 /// The types of a lane, and the road users that may use it one way and both ways.
-fn words(road: &Road, of_road: Option<&str>, lane: &Lane) -> (Vec<LaneletType>, Users, Users) {
+fn types_and_users(
+    road: &Road,
+    of_road: Option<&str>,
+    lane: &Lane,
+) -> (Vec<LaneletType>, Users, Users) {
     let of_road = match of_road.unwrap_or_default() {
         "motorway" | "townExpressway" => Some(LaneletType::Highway),
         "rural" | "townArterial" => Some(LaneletType::Country),

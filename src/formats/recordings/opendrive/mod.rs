@@ -49,7 +49,7 @@ pub fn read(
     let root = tree::read(bytes, file, "OpenDRIVE")?;
     let header = root.child("header");
     let moved = Offset::read(header)?;
-    if let Some(words) = moved.words() {
+    if let Some(words) = moved.text() {
         report.note(words);
     }
     let mut roads = Vec::new();
@@ -137,7 +137,7 @@ impl Network {
     }
 
     /// A place beside a road, with its direction there.
-    pub fn beside(&self, road: &str, s: f64, t: f64) -> Option<Pose> {
+    pub fn pose_beside(&self, road: &str, s: f64, t: f64) -> Option<Pose> {
         let road = self.roads.iter().find(|r| r.id == road)?;
         let s = s.clamp(0.0, road.length);
         Some(Pose {

@@ -193,7 +193,7 @@ impl Road {
         let mut is_exact = true;
         for pair in fixed.windows(2) {
             all.push(pair[0]);
-            is_exact &= self.between(section, (pair[0], pair[1]), tolerance, DEEPEST, &mut all);
+            is_exact &= self.between(section, (pair[0], pair[1]), tolerance, MAX_DEPTH, &mut all);
         }
         all.extend(fixed.last());
         (all, is_exact)
@@ -243,7 +243,7 @@ impl Road {
 const SHORTEST: f64 = 0.05;
 
 /// Halvings of a stretch at most.
-const DEEPEST: usize = 12;
+const MAX_DEPTH: usize = 12;
 
 /// A sign or a light.
 pub struct Signal {

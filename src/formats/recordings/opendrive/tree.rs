@@ -33,7 +33,7 @@ struct Attribute {
 const MOST_NODES: usize = 5_000_000;
 
 /// No document is deeper.
-const DEEPEST: usize = 60;
+const MAX_DEPTH: usize = 60;
 
 /// Reads a document whose root has this name.
 pub fn read(bytes: &[u8], file: &str, root: &str) -> Result<Node, ReadError> {
@@ -62,10 +62,10 @@ fn node<'a>(
     if *count > MOST_NODES {
         return Err(xml.fail(element.at, format!("more than {MOST_NODES} elements")));
     }
-    if depth > DEEPEST {
+    if depth > MAX_DEPTH {
         return Err(xml.fail(
             element.at,
-            format!("elements within more than {DEEPEST} others"),
+            format!("elements within more than {MAX_DEPTH} others"),
         ));
     }
     let attributes: Vec<Attribute> = xml

@@ -39,7 +39,7 @@ pub fn entities(root: &Node, file: &Path, report: &Report) -> Result<Vec<Entity>
     let Some(list) = root.child("Entities") else {
         return Ok(all);
     };
-    let mut catalogs = Catalogs::of(root, file);
+    let mut catalogs = Catalogs::new(root, file);
     for object in list.all("ScenarioObject") {
         let name = object.needed("name")?.to_string();
         let inline = object.first(|c| INLINE.contains(&c.name.as_str()));
@@ -52,7 +52,7 @@ pub fn entities(root: &Node, file: &Path, report: &Report) -> Result<Vec<Entity>
                     entity
                 }
                 None => {
-                    let words = Catalogs::words(reference)?;
+                    let words = Catalogs::reference_text(reference)?;
                     let at = report.at(format!("entity `{name}`"));
                     at.warn(format!(
                         "{words} is in no catalog of the scenario; taken for a car"
@@ -207,7 +207,7 @@ pub struct Catalogs {
 
 impl Catalogs {
     /// Those that a document names; their folders are named from that of its file.
-    pub fn of(root: &Node, file: &Path) -> Self {
+    pub fn new(root: &Node, file: &Path) -> Self {
         let locations = root
             .child("CatalogLocations")
             .into_iter()
@@ -248,7 +248,7 @@ impl Catalogs {
     }
 
     /// What a reference names, in words.
-    pub fn words(reference: &Node) -> Result<String, ReadError> {
+    pub fn reference_text(reference: &Node) -> Result<String, ReadError> {
         let (catalog, entry) = key(reference)?;
         Ok(format!("`{entry}` of the catalog `{catalog}`"))
     }

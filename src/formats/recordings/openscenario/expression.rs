@@ -11,7 +11,7 @@ use crate::recordings::opendrive::tree::Node;
 pub type Values = HashMap<String, String>;
 
 /// Brackets within each other at most.
-const DEEPEST: usize = 50;
+const MAX_DEPTH: usize = 50;
 
 /// An attribute with the values of parameters in their places: `$name` or `${expression}`. `None` where it is neither,
 /// or cannot be worked out.
@@ -51,7 +51,7 @@ impl Value {
         }
     }
 
-    fn of(text: &str) -> Option<Self> {
+    fn parse(text: &str) -> Option<Self> {
         match text.trim() {
             "true" => Some(Self::Truth(true)),
             "false" => Some(Self::Truth(false)),
@@ -150,7 +150,7 @@ impl<'a> Reader<'a> {
 
     fn factor(&mut self) -> Option<Value> {
         self.depth += 1;
-        if self.depth > DEEPEST {
+        if self.depth > MAX_DEPTH {
             return None;
         }
         let value = self.signed();
@@ -174,7 +174,7 @@ impl<'a> Reader<'a> {
         }
         if self.passes('$') {
             let name = self.word(|c| c.is_alphanumeric() || c == '_');
-            return Value::of(self.values.get(name)?);
+            return Value::parse(self.values.get(name)?);
         }
         if self.rest.starts_with(|c: char| c.is_alphabetic()) {
             return self.named();
@@ -204,7 +204,7 @@ impl<'a> Reader<'a> {
             return match name {
                 "pi" | "PI" => Some(Value::Number(std::f64::consts::PI)),
                 "e" => Some(Value::Number(std::f64::consts::E)),
-                truth => Value::of(truth).filter(|v| v.truth().is_some()),
+                truth => Value::parse(truth).filter(|v| v.truth().is_some()),
             };
         }
         let mut of = vec![self.either()?.number()?];

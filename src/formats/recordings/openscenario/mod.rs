@@ -133,7 +133,7 @@ fn roads(
             hashed.push(roads);
             Ok(Ok(read))
         }
-        Err(error) => Ok(Err(format!("{shown}: {}", system::words(&error)))),
+        Err(error) => Ok(Err(format!("{shown}: {}", system::error_text(&error)))),
     }
 }
 

@@ -56,7 +56,7 @@ impl Motions {
             .iter()
             .map(Followed::begins)
             .fold(f64::INFINITY, f64::min);
-        let waits = self.drives() && !self.is_late && first > SHORT;
+        let waits = self.drives() && !self.is_late && first > MAX_WAIT;
         waits.then(|| format!("drives at {speed} m/s until its trajectory begins at {first} s"))
     }
 
@@ -112,16 +112,16 @@ impl Motions {
             .iter()
             .max_by(|a, b| a.ends().total_cmp(&b.ends()))?;
         let rests = last.ends() + dt;
-        let moves = last.last_speed() > SLOW;
+        let moves = last.last_speed() > STANDSTILL_SPEED;
         (moves && rests <= until + SAME_TIME && self.is_there(rests, dt)).then_some(last.ends())
     }
 }
 
 /// Seconds in which an entity that waits for its trajectory gets nowhere.
-const SHORT: f64 = 0.05;
+const MAX_WAIT: f64 = 0.05;
 
 /// Slower is standing, m/s.
-const SLOW: f64 = 0.1;
+const STANDSTILL_SPEED: f64 = 0.1;
 
 /// When a trigger fires.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -145,7 +145,7 @@ const POSITIONS: [&str; 5] = [
 ];
 
 /// A place further than this beyond an end of its road is told, metres.
-const BEYOND: f64 = 0.1;
+const MAX_OVERSHOOT: f64 = 0.1;
 
 /// The kind of a position that only a player works out: of a kind that is not read, or told from an entity that begins
 /// at such a one.
@@ -200,7 +200,9 @@ pub fn position_of(
     // Players go no further than the end of a road.
     let along = |id: &str, s: f64| {
         let length = network.and_then(|network| network.length(id));
-        if let Some(length) = length.filter(|length| !(-BEYOND..=length + BEYOND).contains(&s)) {
+        if let Some(length) =
+            length.filter(|length| !(-MAX_OVERSHOOT..=length + MAX_OVERSHOOT).contains(&s))
+        {
             let at = report.row(of.line, of.name.as_str());
             at.warn(format!(
                 "s={s} is not on road `{id}`, which is {length:.2} m long; taken as its {}",
@@ -240,7 +242,7 @@ pub fn position_of(
         }
         "RoadPosition" => {
             let (id, s) = (of.needed("roadId")?, of.needed_number("s")?);
-            let pose = road()?.beside(id, along(id, s), of.or_zero("t")?).ok_or_else(|| missing(id))?;
+            let pose = road()?.pose_beside(id, along(id, s), of.or_zero("t")?).ok_or_else(|| missing(id))?;
             let heading = turn(pose.heading, pose.heading)?;
             Ok(Pose { heading, ..pose })
         }

@@ -192,7 +192,7 @@ impl Collector {
     /// # Errors
     /// Its times are no steps.
     pub fn finish(mut self, comment: String) -> Result<Recorded, String> {
-        let steps = Steps::of(&self.times)?;
+        let steps = Steps::from_times(&self.times)?;
         for vehicle in &mut self.vehicles {
             for seen in &mut vehicle.seen {
                 let place = usize::try_from(seen.step).unwrap_or(0);
@@ -249,14 +249,14 @@ const USED: [&str; 8] = [
 
 /// Whether a file that begins so has floating car data.
 pub fn is_csv(head: &[u8]) -> bool {
-    let (_, names) = rows::of(head);
+    let (_, names) = rows::columns_of(head);
     TELLING.iter().all(|name| names.iter().any(|n| n == name))
 }
 
 /// Reads a file; `file` names it in errors.
 pub fn read_csv(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
     let report = Report::about(file);
-    let (separator, names) = rows::of(bytes);
+    let (separator, names) = rows::columns_of(bytes);
     let mut table = csv::ReaderBuilder::new()
         .delimiter(separator)
         .flexible(true)

@@ -10,7 +10,7 @@ use crate::commonroad::builder::SourceLocation;
 use crate::recordings::report::Report;
 
 /// Files of a folder that are looked at.
-const MOST: usize = 1000;
+const MAX_FILES: usize = 1000;
 
 /// The values of an option in the comment.
 fn values<'c>(comment: &'c str, option: &str) -> impl Iterator<Item = &'c str> + use<'c> {
@@ -47,7 +47,12 @@ fn siblings_ending_in(file: &Path, end: &str) -> Vec<PathBuf> {
         .parent()
         .filter(|f| !f.as_os_str().is_empty())
         .unwrap_or_else(|| Path::new("."));
-    let all = folder.read_dir().into_iter().flatten().flatten().take(MOST);
+    let all = folder
+        .read_dir()
+        .into_iter()
+        .flatten()
+        .flatten()
+        .take(MAX_FILES);
     let paths = all.map(|entry| entry.path());
     let mut found: Vec<PathBuf> = paths
         .filter(|path| path.to_string_lossy().ends_with(end))
@@ -98,7 +103,10 @@ pub fn with_types(file: &Path, comment: &str) -> Vec<PathBuf> {
 
 /// Names of files, for messages.
 pub fn in_words(paths: &[PathBuf]) -> String {
-    let names = paths.iter().take(NAMED).filter_map(|path| path.file_name());
+    let names = paths
+        .iter()
+        .take(MAX_LISTED)
+        .filter_map(|path| path.file_name());
     let names: Vec<_> = names.map(|name| name.to_string_lossy()).collect();
     let more = match paths.len() - names.len().min(paths.len()) {
         0 => String::new(),
@@ -108,7 +116,7 @@ pub fn in_words(paths: &[PathBuf]) -> String {
 }
 
 /// So many files are named in a message.
-const NAMED: usize = 5;
+const MAX_LISTED: usize = 5;
 
 /// The net of a recording: the one that it names, or the one beside it in which its edges are. What is wrong is said.
 pub fn net(

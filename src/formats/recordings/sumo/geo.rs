@@ -87,7 +87,7 @@ impl Placement {
     }
 
     /// That of a recording with a net, and whether the net's lanes are where it is. What is assumed is noted.
-    pub fn of(recorded: &Recorded, net: Option<&Location>, report: &Report) -> (Self, bool) {
+    pub fn new(recorded: &Recorded, net: Option<&Location>, report: &Report) -> (Self, bool) {
         let unprojected = net.is_some_and(|net| net.projection == "!");
         let degrees = match recorded.degrees {
             // Nothing moves: then SUMO's option counts only where the net has a projection.
@@ -154,7 +154,7 @@ fn extent(recorded: &Recorded) -> [f64; 4] {
 }
 
 /// Vehicles may be so far outside the boundary of the nodes of a net, degrees.
-const BESIDE: f64 = 0.001;
+const BOUNDARY_TOLERANCE: f64 = 0.001;
 
 impl Location {
     /// Whether a recording is where the net is in degrees: a few thousandths of a degree, where hardly anyone is by chance.
@@ -162,7 +162,9 @@ impl Location {
         let of = extent(recorded);
         self.projection != "!"
             && self.original.is_some_and(|b| {
-                let inside = |i: usize| of[i] >= b[i] - BESIDE && of[i + 2] <= b[i + 2] + BESIDE;
+                let inside = |i: usize| {
+                    of[i] >= b[i] - BOUNDARY_TOLERANCE && of[i + 2] <= b[i + 2] + BOUNDARY_TOLERANCE
+                };
                 inside(0) && inside(1)
             })
     }

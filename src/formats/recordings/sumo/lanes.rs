@@ -29,7 +29,7 @@ pub fn map(
         leftovers,
         ..
     } = net;
-    leftovers.tell(report);
+    leftovers.report_to(report);
     let mut map = lanelets(lanes, connections, ids);
     let actuated = programs.values().filter(|p| !p.is_static).count();
     report.note_count(actuated, |n| {

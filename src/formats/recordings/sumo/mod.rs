@@ -31,15 +31,15 @@ pub struct Sumo;
 const EGO: &str = "ego";
 
 /// Recordings that are kept for other windows of them, bytes.
-const KEPT: usize = 512 << 20;
+const MAX_CACHED: usize = 512 << 20;
 
-static RECORDINGS: FileCache<(Recorded, HashedBeginning)> = FileCache::new(KEPT);
+static RECORDINGS: FileCache<(Recorded, HashedBeginning)> = FileCache::new(MAX_CACHED);
 
 /// So many vehicles of a file are named in a message.
-const NAMED: usize = 5;
+const MAX_LISTED: usize = 5;
 
 /// Numbers of vehicles that are told.
-const TOLD: usize = 12;
+const MAX_NUMBERS: usize = 12;
 
 impl Format for Sumo {
     fn recognises(&self, _: &Path, head: &[u8]) -> bool {
@@ -88,13 +88,13 @@ fn read(path: &Path) -> Result<Arc<(Recorded, HashedBeginning)>, ReadError> {
             fcd::read_xml(&bytes, &file)?
         };
         let size = recorded.size();
-        Ok(((recorded, HashedBeginning::of(&bytes)), size))
+        Ok(((recorded, HashedBeginning::new(&bytes)), size))
     })
 }
 
 fn is_long(recorded: &Recorded) -> bool {
     let last = recorded.times.last().copied().unwrap_or_default();
-    last - recorded.start() > windows::SHORT
+    last - recorded.start() > windows::MAX_WHOLE_SECONDS
 }
 
 /// Everyone in a long recording, a few times a second.
@@ -103,18 +103,18 @@ fn long_recording(
     recorded: &Recorded,
     report: Report,
 ) -> Result<LongRecording, ReadError> {
-    let types = Types::beside(path, recorded, &report)?;
+    let types = Types::read(path, recorded, &report)?;
     // The net is needed only to place what is in degrees.
     let net = match recorded.degrees {
         Some(false) => None,
         _ => files::net(path, recorded, &report)?,
     };
-    let (placement, _) = Placement::of(recorded, net.as_ref().map(|n| &n.1.location), &report);
+    let (placement, _) = Placement::new(recorded, net.as_ref().map(|n| &n.1.location), &report);
     let every = (1.0 / windows::MOMENTS / recorded.time_step())
         .round()
         .max(1.0) as i64;
     let mut names = HashMap::with_capacity(recorded.vehicles.len());
-    let mut ids = OwnIds::of(recorded);
+    let mut ids = OwnIds::new(recorded);
     let tracks = recorded
         .vehicles
         .iter()
@@ -123,7 +123,7 @@ fn long_recording(
             names.insert(id, vehicle.name.clone());
             let seen = vehicle.seen.iter().filter(|seen| seen.step % every == 0);
             let states = states(vehicle, seen, (0, every), &report);
-            track(id, types.of(&vehicle.kind), states, &placement)
+            track(id, types.get(&vehicle.kind), states, &placement)
         })
         .collect();
     let about = About {
@@ -145,7 +145,7 @@ const SOURCE: &str = "SUMO";
 struct OwnIds(Ids);
 
 impl OwnIds {
-    fn of(recorded: &Recorded) -> Self {
+    fn new(recorded: &Recorded) -> Self {
         let names = recorded.vehicles.iter().map(|vehicle| &vehicle.name);
         let numbers = names.filter_map(|name| name.parse::<i64>().ok());
         let mut ids = Ids::beyond(numbers.clone());
@@ -219,11 +219,11 @@ fn scenario(
     wanted: Option<WindowRequest>,
 ) -> Result<Scenario, ReadError> {
     let dt = recorded.time_step();
-    let types = Types::beside(file, recorded, &report)?;
+    let types = Types::read(file, recorded, &report)?;
     let name = wanted.as_ref().map_or(EGO, |w| w.track.as_str());
     let chosen = recorded.vehicles.iter().find(|v| v.name == name);
     if let (Some(wanted), None) = (&wanted, chosen) {
-        let known = recorded.vehicles.iter().take(NAMED);
+        let known = recorded.vehicles.iter().take(MAX_LISTED);
         let known: Vec<&str> = known.map(|v| v.name.as_str()).collect();
         let more = match recorded.vehicles.len() - known.len() {
             0 => String::new(),
@@ -258,12 +258,12 @@ fn scenario(
         let message = format!("vehicle `{}` is not there in that window", wanted.track);
         return Err(report.fail(message));
     }
-    recorded.steps.tell(&report);
-    recorded.leftovers.tell(&report);
+    recorded.steps.report_to(&report);
+    recorded.leftovers.report_to(&report);
     let net = files::net(file, recorded, &report)?;
     let location = net.as_ref().map(|(_, net)| &net.location);
-    let (placement, has_lanes) = Placement::of(recorded, location, &report);
-    let mut ids = OwnIds::of(recorded);
+    let (placement, has_lanes) = Placement::new(recorded, location, &report);
+    let mut ids = OwnIds::new(recorded);
     let (mut tracks, mut told, mut ego) = (Vec::new(), Vec::new(), None);
     for vehicle in &recorded.vehicles {
         let (id, is_new) = ids.id(vehicle);
@@ -282,14 +282,14 @@ fn scenario(
             ego = Some(id);
         }
         let states = states(vehicle, seen, (steps.0, 1), &report);
-        tracks.push(track(id, types.of(&vehicle.kind), states, &placement));
+        tracks.push(track(id, types.get(&vehicle.kind), states, &placement));
     }
     if !told.is_empty() {
-        let more = match told.len().saturating_sub(TOLD) {
+        let more = match told.len().saturating_sub(MAX_NUMBERS) {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
-        told.truncate(TOLD);
+        told.truncate(MAX_NUMBERS);
         report.note(format!("vehicles are numbered: {}{more}", told.join(", ")));
     }
     let (map, map_hash) = match net.filter(|_| has_lanes) {

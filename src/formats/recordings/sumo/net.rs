@@ -59,9 +59,9 @@ pub struct Net {
 }
 
 /// Nets that are kept for other windows of a recording, bytes of their files.
-const KEPT: usize = 256 << 20;
+const MAX_CACHED: usize = 256 << 20;
 
-static NETS: FileCache<Net> = FileCache::new(KEPT);
+static NETS: FileCache<Net> = FileCache::new(MAX_CACHED);
 
 /// A net, read anew if it changed.
 pub fn read(path: &Path) -> Result<Arc<Net>, ReadError> {

@@ -28,9 +28,9 @@ pub struct Types {
 }
 
 /// Types that are kept for other windows of a recording, bytes.
-const KEPT: usize = 16 << 20;
+const MAX_CACHED: usize = 16 << 20;
 
-static DEFINED: FileCache<Defined> = FileCache::new(KEPT);
+static DEFINED: FileCache<Defined> = FileCache::new(MAX_CACHED);
 
 /// The types that files define, and what else stands in these.
 #[derive(Default)]
@@ -77,7 +77,7 @@ fn class(name: &str) -> VehicleType {
 
 impl Types {
     /// Those of a recording; what is assumed is noted.
-    pub fn beside(path: &Path, recorded: &Recorded, report: &Report) -> Result<Self, ReadError> {
+    pub fn read(path: &Path, recorded: &Recorded, report: &Report) -> Result<Self, ReadError> {
         let mut known = HashMap::from(
             [
                 ("DEFAULT_VEHTYPE", "passenger"),
@@ -98,7 +98,7 @@ impl Types {
             let size = defined.types.len() * (size_of::<VehicleType>() + 128);
             Ok::<_, ReadError>((defined, size))
         })?;
-        defined.leftovers.tell(report);
+        defined.leftovers.report_to(report);
         known.extend(
             defined
                 .types
@@ -123,7 +123,7 @@ impl Types {
     }
 
     /// The type of this name.
-    pub fn of(&self, name: &str) -> &VehicleType {
+    pub fn get(&self, name: &str) -> &VehicleType {
         self.known.get(name).unwrap_or(&self.default)
     }
 

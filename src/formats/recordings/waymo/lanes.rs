@@ -198,7 +198,7 @@ pub fn measured<'l>(
     lines: impl IntoIterator<Item = (&'l i64, &'l Vec<Point>)>,
 ) -> MeasuredLines<'l> {
     let each = lines.into_iter();
-    each.filter_map(|(id, line)| Some((*id, Measured::of(line)?)))
+    each.filter_map(|(id, line)| Some((*id, Measured::new(line)?)))
         .collect()
 }
 
@@ -263,7 +263,7 @@ pub struct Measured<'l> {
 }
 
 impl<'l> Measured<'l> {
-    fn of(points: &'l [Point]) -> Option<Self> {
+    fn new(points: &'l [Point]) -> Option<Self> {
         if points.len() < 2 {
             return None;
         }
@@ -383,7 +383,7 @@ mod tests {
             )
         };
         let line: Vec<Point> = (0..100).map(bend).collect();
-        let measured = Measured::of(&line).unwrap();
+        let measured = Measured::new(&line).unwrap();
         let near = Cell::new(0);
         for (x, y) in (-40..40).flat_map(|x| (-40..40).map(move |y| (x, y))) {
             let p = Point::new(f64::from(x), f64::from(y));
@@ -400,7 +400,7 @@ mod tests {
                 "{p}"
             );
         }
-        assert!(Measured::of(&line[..1]).is_none());
+        assert!(Measured::new(&line[..1]).is_none());
     }
 
     #[test]

@@ -34,12 +34,12 @@ impl Format for Waymo {
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
-        Ok(Parts::Named(tfrecord::of(path)?.names.clone()))
+        Ok(Parts::Named(tfrecord::scenario_index(path)?.names.clone()))
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
         let Address { file, part } = address;
-        let index = tfrecord::of(file)?;
+        let index = tfrecord::scenario_index(file)?;
         let name = file.display();
         let report = |part: &str| Report::about(format!("{name}{part}"));
         let found = match part {
@@ -48,7 +48,7 @@ impl Format for Waymo {
         };
         let Some(record) = found else {
             let names = &index.names;
-            let known: Vec<&str> = names.iter().take(NAMED).map(String::as_str).collect();
+            let known: Vec<&str> = names.iter().take(MAX_LISTED).map(String::as_str).collect();
             let more = match names.len() - known.len() {
                 0 => String::new(),
                 more => format!(" and {more} more"),
@@ -72,7 +72,7 @@ impl Format for Waymo {
 }
 
 /// So many scenarios of a file are named in a message.
-const NAMED: usize = 5;
+const MAX_LISTED: usize = 5;
 
 /// Reads the scenario in a record.
 fn read(bytes: &[u8], report: Report, place: usize) -> Result<Scenario, ReadError> {
@@ -82,7 +82,7 @@ fn read(bytes: &[u8], report: Report, place: usize) -> Result<Scenario, ReadErro
         );
         report.at(tfrecord::record(place)).fail(message)
     })?;
-    count(bytes).tell(&report);
+    count(bytes).report_to(&report);
     let id = recorded.scenario_id.clone().unwrap_or_default();
     let dt = time_step(&report, &recorded)?;
     let feature_ids = recorded.map_features.iter().filter_map(|f| f.id);

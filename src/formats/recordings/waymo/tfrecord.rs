@@ -208,7 +208,7 @@ impl Records {
     fn io(&self, error: &std::io::Error, place: usize) -> ReadError {
         let message = match error.kind() {
             ErrorKind::UnexpectedEof => "the file became shorter while it was read".into(),
-            _ => system::words(error),
+            _ => system::error_text(error),
         };
         self.report.at(record(place)).fail(message)
     }
@@ -345,7 +345,7 @@ static LAST: Mutex<Option<CachedIndex>> = Mutex::new(None);
 ///
 /// # Errors
 /// The file cannot be read or is damaged: with the record.
-pub fn of(path: &Path) -> Result<Arc<Index>, ReadError> {
+pub fn scenario_index(path: &Path) -> Result<Arc<Index>, ReadError> {
     let found = path
         .metadata()
         .map_err(|error| ReadError::io(&path.display().to_string(), &error))?;

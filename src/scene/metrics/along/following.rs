@@ -46,10 +46,10 @@ pub(in crate::metrics) struct Following {
 const TOUCHING: f64 = 1e-6;
 
 /// Bodies farther apart across the route are on no common lane, metres: no lane is so wide.
-const WIDEST: f64 = 20.0;
+const MAX_LATERAL_DISTANCE: f64 = 20.0;
 
 /// Slower changes are none, m/s and m/s²: they are rounding.
-pub(super) const STILL: f64 = 1e-6;
+pub(super) const MIN_CHANGE: f64 = 1e-6;
 
 impl Following {
     /// The two, if the other is ahead and stands on a lane that the ego stands on.
@@ -68,7 +68,7 @@ impl Following {
                 NoValue::Beside
             });
         }
-        if ego.clearance(&other) > WIDEST {
+        if ego.clearance(&other) > MAX_LATERAL_DISTANCE {
             return Err(NoValue::OtherLane);
         }
         let road = context.road().map_err(|_| NoValue::NoRoute)?;
@@ -99,7 +99,7 @@ impl Following {
 }
 
 fn without_rounding(value: f64) -> f64 {
-    if value.abs() < STILL { 0.0 } else { value }
+    if value.abs() < MIN_CHANGE { 0.0 } else { value }
 }
 
 pub(in crate::metrics) const HEADWAY: Measure = Measure {
@@ -130,13 +130,13 @@ pub(in crate::metrics) const TIME_GAP: Measure = Measure {
 };
 
 /// Slower than this a vehicle stands, m/s.
-const SLOWEST: f64 = 0.1;
+const STANDSTILL_SPEED: f64 = 0.1;
 
 fn time_gap(encounter: &Encounter<'_>) -> Reading {
     let following = encounter.ask(|c, other, index| c.following(other, index));
     let gap = following.and_then(|f| {
         let speed = f.ego.velocity.x;
-        if speed < SLOWEST {
+        if speed < STANDSTILL_SPEED {
             Err(NoValue::Standing)
         } else {
             Ok(f.gap / speed)

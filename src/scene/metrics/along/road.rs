@@ -20,10 +20,10 @@ pub struct Road {
 pub struct LaneSet(u64);
 
 /// How far the road ahead is looked at, metres: what is farther is no obstacle to anyone yet.
-const AHEAD: f64 = 150.0;
+const LOOKAHEAD: f64 = 150.0;
 
 /// Between two poses on the road ahead, metres.
-const APART: f64 = 2.0;
+const POSE_SPACING: f64 = 2.0;
 
 /// Lane numbers are shifted by this to become bits; what is still outside is no lane beside the route.
 const MIDDLE: i32 = 32;
@@ -65,9 +65,10 @@ impl Road {
     pub(in crate::metrics) fn ahead(scene: &Scene, driven: &[Pose]) -> Result<Self, RouteError> {
         let graph = scene.scenario.network.lane_graph(None);
         let last = driven.last().ok_or(RouteError::NeverOnRoad)?;
-        let on = graph.road_ahead(last, AHEAD).map(|route| {
-            let count = (route.length() / APART).floor() as usize;
-            let poses = (1..=count).map(|i| route.path.pose_at(route.start + i as f64 * APART));
+        let on = graph.road_ahead(last, LOOKAHEAD).map(|route| {
+            let count = (route.length() / POSE_SPACING).floor() as usize;
+            let poses =
+                (1..=count).map(|i| route.path.pose_at(route.start + i as f64 * POSE_SPACING));
             poses.collect()
         });
         let on: Vec<Pose> = on.unwrap_or_default();

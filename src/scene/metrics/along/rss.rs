@@ -155,7 +155,7 @@ pub(super) fn lateral_margin(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64
 }
 
 /// Below this difference of offsets neither is the left one, metres: the longer distance counts.
-const ALIKE: f64 = 1e-6;
+const OFFSET_TOLERANCE: f64 = 1e-6;
 
 /// The safe distance, metres.
 fn lateral_distance(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
@@ -163,7 +163,7 @@ fn lateral_distance(ego: &LaneBody, other: &LaneBody, rss: &Rss) -> f64 {
         lateral_stopping(-left.velocity.y, rss) + lateral_stopping(right.velocity.y, rss)
     };
     let aside = ego.at.d - other.at.d;
-    let ways = if aside.abs() < ALIKE {
+    let ways = if aside.abs() < OFFSET_TOLERANCE {
         ways(ego, other).max(ways(other, ego))
     } else if aside > 0.0 {
         ways(ego, other)

@@ -114,7 +114,7 @@ impl AlongMotion {
 
     /// In a few words.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Beside => "alongside",
             Self::ClosingAhead => "closing in ahead",
@@ -140,7 +140,7 @@ impl AcrossMotion {
 
     /// In a few words.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Aligned => "in line",
             Self::ClosingLeft => "closing in from the left",

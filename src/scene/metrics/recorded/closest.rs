@@ -28,7 +28,7 @@ pub(in crate::metrics) struct Closest {
 }
 
 /// Distances that differ by less are alike, metres: of two that stand, the first step counts.
-const ALIKE: f64 = 1e-6;
+const DISTANCE_TOLERANCE: f64 = 1e-6;
 
 impl Closest {
     /// By step; nothing at steps where one of the two is not there.
@@ -53,7 +53,7 @@ impl Closest {
             };
             let here = match ahead {
                 _ if distance == 0.0 => Self::touching(index as f64),
-                Some(ahead) if ahead.distance < distance - ALIKE => ahead,
+                Some(ahead) if ahead.distance < distance - DISTANCE_TOLERANCE => ahead,
                 Some(ahead) => Self {
                     distance: ahead.distance.min(distance),
                     ..here

@@ -46,7 +46,7 @@ struct Inside {
 impl Conflict {
     /// The conflict of the ego with another over both whole recordings.
     pub fn new(context: &Context<'_>, participant: usize) -> Self {
-        Self(Passages::of(context, participant))
+        Self(Passages::find(context, participant))
     }
 
     /// Time steps from entering to leaving of the ego.
@@ -78,7 +78,7 @@ impl Conflict {
 }
 
 impl Passages {
-    fn of(context: &Context<'_>, participant: usize) -> Result<Self, NoValue> {
+    fn find(context: &Context<'_>, participant: usize) -> Result<Self, NoValue> {
         if context.stands(participant) {
             return Err(NoValue::NoConflictArea);
         }

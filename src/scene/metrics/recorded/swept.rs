@@ -35,7 +35,7 @@ pub(in crate::metrics) struct Swept {
 }
 
 /// Movements below this are none, metres and radians.
-const STILL: f64 = 1e-4;
+const MIN_MOVEMENT: f64 = 1e-4;
 
 /// A gap in the recording longer than this is not swept, steps.
 const LONGEST_GAP: i64 = 1;
@@ -44,7 +44,7 @@ const LONGEST_GAP: i64 = 1;
 const TURN: f64 = 0.05;
 
 /// Times are found to this share of the way from one place to the next.
-const FINEST: f64 = 1e-5;
+const TIME_TOLERANCE: f64 = 1e-5;
 
 impl Swept {
     /// The area of bodies in order of time, with steps `dt` seconds apart; coordinates are taken from `origin`.
@@ -60,8 +60,8 @@ impl Swept {
             let here = footprint.at(pose);
             let (last, time) = (before.replace((step, here)), step as f64);
             let stands = stays.last().is_some_and(|stay| {
-                (stay.pose.position - pose.position).norm() < STILL
-                    && (stay.pose.heading - pose.heading).abs() < STILL
+                (stay.pose.position - pose.position).norm() < MIN_MOVEMENT
+                    && (stay.pose.heading - pose.heading).abs() < MIN_MOVEMENT
                     && stay.footprint == *footprint
             });
             if let (true, Some(stay)) = (stands, stays.last_mut()) {
@@ -125,7 +125,7 @@ impl Swept {
             if !other.meets(&swept, &bounds(&swept)) {
                 continue;
             }
-            if to - from <= FINEST {
+            if to - from <= TIME_TOLERANCE {
                 let share = if last { to } else { from };
                 return Some(stay.to + (next.from - stay.to) * share);
             }

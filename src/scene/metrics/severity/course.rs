@@ -45,11 +45,11 @@ pub(super) struct DrivenPath {
 }
 
 /// Movements below this are noise at standstill, metres.
-const STILL: f64 = 1e-3;
+const MIN_MOVEMENT: f64 = 1e-3;
 
 impl DrivenPath {
     /// The way through recorded places, in order of time.
-    pub fn of(motions: impl Iterator<Item = (i64, Motion)>) -> Self {
+    pub fn from_motions(motions: impl Iterator<Item = (i64, Motion)>) -> Self {
         let mut path = Self {
             steps: Vec::new(),
             lengths: Vec::new(),
@@ -62,7 +62,7 @@ impl DrivenPath {
             match path.poses.last() {
                 Some(last) => {
                     let moved = motion.pose.position - last.position;
-                    if moved.norm() > STILL {
+                    if moved.norm() > MIN_MOVEMENT {
                         path.on = moved.normalize();
                         if length == 0.0 {
                             path.from = path.on;
@@ -182,7 +182,7 @@ const ON_THE_WAY: f64 = 1.0;
 const TOUCHING: f64 = 0.02;
 
 /// Between two looks at least and at most this passes, seconds: ways bend.
-const LOOKS: (f64, f64) = (0.05, 0.5);
+const SAMPLING_INTERVAL: (f64, f64) = (0.05, 0.5);
 
 /// When the two touch if both keep their speeds along the ways that they drove; within [`HORIZON`]. Who crosses and brakes
 /// goes no further than to where it stands then.
@@ -234,15 +234,15 @@ fn meet_within(
         let (a, b) = places(t)?;
         let apart = (b.position - a.position).norm();
         if apart > reach {
-            t += ((apart - reach) / fastest).max(LOOKS.0);
+            t += ((apart - reach) / fastest).max(SAMPLING_INTERVAL.0);
             before = None;
             continue;
         }
         let gap = ego_body.at(a).distance(&other_body.at(b));
         if gap <= TOUCHING {
-            let (was, is) = (places((t - LOOKS.0).max(0.0))?, (a, b));
+            let (was, is) = (places((t - SAMPLING_INTERVAL.0).max(0.0))?, (a, b));
             let moved = (is.1.position - was.1.position) - (is.0.position - was.0.position);
-            let passed = t - (t - LOOKS.0).max(0.0);
+            let passed = t - (t - SAMPLING_INTERVAL.0).max(0.0);
             let closing_speed = if passed > 0.0 {
                 moved.norm() / passed
             } else {
@@ -261,7 +261,7 @@ fn meet_within(
             ((gap_then - gap) / (t - then)).max(1.0)
         });
         before = Some((t, gap));
-        t += (gap / rate * 0.8).clamp(LOOKS.0, LOOKS.1);
+        t += (gap / rate * 0.8).clamp(SAMPLING_INTERVAL.0, SAMPLING_INTERVAL.1);
     }
     None
 }

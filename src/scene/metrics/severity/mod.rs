@@ -46,7 +46,7 @@ const CONFLICT: (f64, f64) = (3.0, 3.4);
 const NEAR_MISS: f64 = 1.0;
 
 /// A course within this time is worth a look, seconds.
-const AHEAD: f64 = 5.0;
+const HORIZON: f64 = 5.0;
 
 /// Who passes later than this is no danger, seconds.
 const LATEST_PASS: f64 = 2.0;
@@ -87,7 +87,7 @@ impl<'c, 's> Moments<'c, 's> {
         let ego = &context.scene().ego.track;
         Self {
             context,
-            ego: DrivenPath::of(ego.iter().map(|(step, motion)| (step, *motion))),
+            ego: DrivenPath::from_motions(ego.iter().map(|(step, motion)| (step, *motion))),
         }
     }
 
@@ -100,7 +100,7 @@ impl<'c, 's> Moments<'c, 's> {
                 context: self.context,
                 participant,
                 ego: &self.ego,
-                other: DrivenPath::of(motions.iter().copied()),
+                other: DrivenPath::from_motions(motions.iter().copied()),
             },
             passes: OnceCell::new(),
         }
@@ -241,7 +241,7 @@ impl PairPaths<'_, '_> {
         let grade = match course.seconds {
             seconds if seconds <= soon && course.braking() >= hard => Grade::Conflict,
             seconds if seconds <= soon => Grade::Course,
-            seconds if seconds <= AHEAD => Grade::Ahead,
+            seconds if seconds <= HORIZON => Grade::Ahead,
             _ => Grade::LaterCourse,
         };
         let order = match grade {

@@ -10,7 +10,7 @@ use crate::metrics::Encounter;
 use crate::metrics::recorded::conflict;
 
 /// The hardest braking of road vehicles: gravity at a coefficient of friction of 1, m/s².
-const HARDEST: f64 = 9.81;
+const MAX_BRAKING: f64 = 9.81;
 
 /// What makes a moment matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,7 +59,7 @@ impl fmt::Display for Hazard {
             Self::Contact { closing_speed, .. } => write!(f, "contact at {closing_speed:.1} m/s"),
             Self::Course { seconds, braking } => {
                 write!(f, "contact in {seconds:.1} s as they go; ")?;
-                if *braking <= HARDEST {
+                if *braking <= MAX_BRAKING {
                     write!(f, "avoided with {braking:.1} m/s² after a reaction")
                 } else {
                     write!(f, "no braking avoids it")
@@ -175,7 +175,7 @@ impl CriticalMoment {
 const YIELDED: f64 = 3.0;
 
 /// Bodies that never come nearer than this do not pass closely, metres: 2 s at 40 m/s.
-const FARTHEST: f64 = 80.0;
+const MAX_DISTANCE: f64 = 80.0;
 
 /// What of the pair passed closely.
 pub(super) fn passes(pair: &PairPaths<'_, '_>) -> Vec<Graded> {
@@ -191,7 +191,7 @@ fn crossing(pair: &PairPaths<'_, '_>) -> Option<Graded> {
     let steps = context.steps().zip(context.distances(pair.participant));
     let present = steps.filter_map(|(step, distance)| Some((step, (*distance)?)));
     let (step, metres) = present.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    if metres > FARTHEST {
+    if metres > MAX_DISTANCE {
         return None;
     }
     let nearest = context.encounter(pair.participant, step)?;

@@ -9,13 +9,13 @@ use super::file::{OwnLevel, OwnLimit, OwnThreshold};
 use super::{Threshold, Thresholds};
 
 /// More critical values of one measure than this cannot be told apart in a plot.
-const MOST: usize = 8;
+const MAX_CRITICAL_VALUES: usize = 8;
 
 /// Longest name or source, characters.
-const LONGEST: usize = 80;
+const MAX_CHARACTERS: usize = 80;
 
 /// Largest bound of a risk level, metres or seconds.
-const FARTHEST: f64 = 1e4;
+const MAX_BOUND: f64 = 1e4;
 
 /// The byte of the file at which something is wrong, and what.
 type Wrong = (usize, String);
@@ -44,11 +44,11 @@ impl Thresholds {
 
     fn take_threshold(&mut self, own: &OwnThreshold, file: &str) -> Result<(), Wrong> {
         let measure = known(&own.measure)?;
-        let name = words("name", &own.name)?;
+        let name = one_line("name", &own.name)?;
         let value = finite("value", &own.value)?;
         unit(own.unit.as_ref(), measure.id, measure.unit)?;
         let source = match &own.source {
-            Some(source) => words("source", source)?,
+            Some(source) => one_line("source", source)?,
             None => file,
         };
         let of_measure = || self.critical.iter().filter(|t| t.measure == measure.id);
@@ -62,8 +62,11 @@ impl Thresholds {
             let message = format!("name `{name}` of {} is given twice", measure.id);
             return Err((at, message));
         }
-        if old.is_none() && of_measure().count() >= MOST {
-            let message = format!("measure `{}` has more than {MOST} thresholds", measure.id);
+        if old.is_none() && of_measure().count() >= MAX_CRITICAL_VALUES {
+            let message = format!(
+                "measure `{}` has more than {MAX_CRITICAL_VALUES} thresholds",
+                measure.id
+            );
             return Err((at, message));
         }
         let threshold = Threshold {
@@ -248,14 +251,14 @@ fn known(id: &Spanned<String>) -> Result<&'static Measure, Wrong> {
 }
 
 /// A text that can be shown on one line.
-fn words<'a>(key: &str, text: &'a Spanned<String>) -> Result<&'a str, Wrong> {
+fn one_line<'a>(key: &str, text: &'a Spanned<String>) -> Result<&'a str, Wrong> {
     let words = text.get_ref().as_str();
     if words.trim().is_empty()
-        || words.chars().count() > LONGEST
+        || words.chars().count() > MAX_CHARACTERS
         || words.contains(char::is_control)
     {
         let message = format!(
-            "{key} must be 1 to {LONGEST} characters on one line, without control characters"
+            "{key} must be 1 to {MAX_CHARACTERS} characters on one line, without control characters"
         );
         return Err((text.span().start, message));
     }
@@ -276,10 +279,10 @@ fn finite(key: &str, value: &Spanned<f64>) -> Result<f64, Wrong> {
 
 fn bound(key: &str, value: &Spanned<f64>) -> Result<f64, Wrong> {
     let found = *value.get_ref();
-    if (0.0..=FARTHEST).contains(&found) {
+    if (0.0..=MAX_BOUND).contains(&found) {
         Ok(found)
     } else {
-        let message = format!("{key} {found} is not allowed; it must be 0 to {FARTHEST}");
+        let message = format!("{key} {found} is not allowed; it must be 0 to {MAX_BOUND}");
         Err((value.span().start, message))
     }
 }

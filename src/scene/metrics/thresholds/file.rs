@@ -57,7 +57,7 @@ pub(super) struct OwnLimit {
 }
 
 /// Longest piece of a line that is shown, characters.
-const LONGEST: usize = 80;
+const MAX_EXCERPT: usize = 80;
 
 impl Thresholds {
     /// Those that come with the program, changed entry by entry by the text of a file; `file` is its name, for errors
@@ -92,7 +92,7 @@ fn syntax(text: &str, file: &str, wrong: &toml::de::Error) -> ThresholdError {
     let shown = line
         .and_then(|line| text.lines().nth(line - 1))
         .map(str::trim);
-    let shown: Option<String> = shown.map(|line| line.chars().take(LONGEST).collect());
+    let shown: Option<String> = shown.map(|line| line.chars().take(MAX_EXCERPT).collect());
     ThresholdError {
         file: file.into(),
         line,

@@ -10,13 +10,13 @@ use nearmiss_base::geometry::{Point, Polyline, Vector};
 const JOINT: f64 = 2.0;
 
 /// Neighbours lie no farther from each other, metres.
-const BESIDE: f64 = 5.0;
+const NEIGHBOUR_DISTANCE: f64 = 5.0;
 
 /// A lanelet farther from all others, metres, is on no road with them.
-const ASTRAY: f64 = 500.0;
+const ISOLATED_DISTANCE: f64 = 500.0;
 
 /// A neighbour farther to the wrong side than this lies on that side, metres.
-const ASIDE: f64 = 0.5;
+const WRONG_SIDE_OFFSET: f64 = 0.5;
 
 pub(super) fn check(network: &LaneletNetwork, found: &mut Findings) {
     for (place, lanelet) in network.lanelets.iter().enumerate() {
@@ -126,7 +126,7 @@ fn check_neighbours(network: &LaneletNetwork, place: usize, say: &mut impl FnMut
         let gap = gap(&network.bounds_of(place), &network.bounds_of(other));
         let other = &network.lanelets[other];
         let side_name = side.name();
-        if gap > BESIDE {
+        if gap > NEIGHBOUR_DISTANCE {
             say(format!(
                 "{side_name} neighbour {} is {gap:.0} m away",
                 other.id
@@ -203,8 +203,8 @@ fn course(lanelet: &Lanelet, other: &Lanelet, side: Side, adjacent: Adjacent) ->
     // For an oncoming neighbour left and right are swapped.
     let left = to_the_left(lanelet, other)? * along.signum();
     let wrong = match side {
-        Side::Left => left < -ASIDE,
-        Side::Right => left > ASIDE,
+        Side::Left => left < -WRONG_SIDE_OFFSET,
+        Side::Right => left > WRONG_SIDE_OFFSET,
     };
     wrong.then(|| {
         format!(
@@ -253,7 +253,7 @@ fn check_isolated(network: &LaneletNetwork, found: &mut Findings) {
     let count = network.lanelets.len();
     let wide = network
         .bounds()
-        .is_some_and(|b| (b.max - b.min).norm() > ASTRAY);
+        .is_some_and(|b| (b.max - b.min).norm() > ISOLATED_DISTANCE);
     if count < 2 || !wide {
         return;
     }
@@ -264,7 +264,7 @@ fn check_isolated(network: &LaneletNetwork, found: &mut Findings) {
         let mut near = (place.saturating_sub(8)..(place + 8).min(count))
             .chain(0..count)
             .filter(|other| *other != place);
-        if near.any(|other| gap(other) <= ASTRAY) {
+        if near.any(|other| gap(other) <= ISOLATED_DISTANCE) {
             continue;
         }
         let nearest = (0..count)

@@ -9,10 +9,10 @@ use super::and_more;
 use crate::scenario::{LONGEST_TRACK, Sample};
 
 /// Below this speed the direction of motion is undefined, m/s.
-const SLOW: f64 = 1.0;
+const MIN_SPEED: f64 = 1.0;
 
 /// Shorter moves have no direction, metres.
-const SHORT: f64 = 0.5;
+const MIN_MOVE: f64 = 0.5;
 
 /// A vehicle does not slide at a larger angle to its heading: 60°.
 const SIDEWAYS: f64 = std::f64::consts::FRAC_PI_3;
@@ -24,10 +24,10 @@ const FAST_SIDEWAYS: (f64, f64) = (8.0, 35.0 * std::f64::consts::PI / 180.0);
 const LARGEST_TURN: f64 = std::f64::consts::FRAC_PI_2;
 
 /// In steps longer than this, seconds, anything may have happened.
-const LONGEST: f64 = 1.0;
+const MAX_STEP: f64 = 1.0;
 
 /// Changes of speed beyond this, m/s², and by more than this, m/s, are none.
-const HARDEST: (f64, f64) = (60.0, 5.0);
+const MAX_SPEED_CHANGE: (f64, f64) = (60.0, 5.0);
 
 /// Speeds and positions that differ by this factor, and by this, metres, are in different units.
 const FACTOR: (f64, f64) = (3.0, 10.0);
@@ -47,7 +47,9 @@ pub struct Row {
 pub fn doubts(rows: &[Row], dt: f64, walks: bool) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     let pairs = || {
-        let pairs = rows.windows(2).map(|pair| Pair::of(&pair[0], &pair[1], dt));
+        let pairs = rows
+            .windows(2)
+            .map(|pair| Pair::between(&pair[0], &pair[1], dt));
         pairs.filter(|pair| pair.time > 0.0)
     };
     type Doubt = fn(&Pair<'_>) -> Option<String>;
@@ -76,7 +78,7 @@ struct Pair<'a> {
 }
 
 impl<'a> Pair<'a> {
-    fn of(a: &'a Row, b: &'a Row, dt: f64) -> Self {
+    fn between(a: &'a Row, b: &'a Row, dt: f64) -> Self {
         let place = b.place;
         let (a, b) = (&a.sample, &b.sample);
         Self {
@@ -94,7 +96,7 @@ impl<'a> Pair<'a> {
 
     fn speed_change(&self) -> Option<String> {
         let (a, b) = (self.a.velocity?, self.b.velocity?);
-        let (rate, by) = HARDEST;
+        let (rate, by) = MAX_SPEED_CHANGE;
         let changes = (b - a).abs() > by.max(rate * self.time);
         changes.then(|| {
             format!(
@@ -111,7 +113,7 @@ impl<'a> Pair<'a> {
         let told = a.abs().min(b.abs()) * self.time;
         // The loss of speed under full braking, and the inexactness of records.
         let slack = 2.0 + 10.0 * self.time * self.time;
-        (self.time <= LONGEST && told > self.moved + slack).then(|| {
+        (self.time <= MAX_STEP && told > self.moved + slack).then(|| {
             format!(
                 "moves {:.1} m {}; its speed implies {told:.1} m",
                 self.moved,
@@ -124,8 +126,8 @@ impl<'a> Pair<'a> {
         let turn = angle_between(self.a.heading?, self.b.heading?);
         let drives = [self.a, self.b]
             .iter()
-            .all(|s| s.velocity.is_some_and(|v| v.abs() > SLOW));
-        (self.time <= LONGEST && drives && turn.abs() > LARGEST_TURN).then(|| {
+            .all(|s| s.velocity.is_some_and(|v| v.abs() > MIN_SPEED));
+        (self.time <= MAX_STEP && drives && turn.abs() > LARGEST_TURN).then(|| {
             format!(
                 "heading turns by {:.0}° {}",
                 turn.to_degrees(),
@@ -136,8 +138,8 @@ impl<'a> Pair<'a> {
 
     /// It moves neither the way it looks nor backwards from there.
     fn sideways(&self) -> Option<String> {
-        let moves = self.moved >= SHORT && self.moved >= SLOW * self.time;
-        if !moves || self.time > LONGEST {
+        let moves = self.moved >= MIN_MOVE && self.moved >= MIN_SPEED * self.time;
+        if !moves || self.time > MAX_STEP {
             return None;
         }
         let between = self.b.position - self.a.position;
@@ -180,8 +182,8 @@ impl<'a> Pair<'a> {
 fn path_and_speed(rows: &[Row], dt: f64) -> Option<(usize, String)> {
     let (mut path, mut told) = (0.0, 0.0);
     for pair in rows.windows(2) {
-        let pair = Pair::of(&pair[0], &pair[1], dt);
-        if pair.time > LONGEST {
+        let pair = Pair::between(&pair[0], &pair[1], dt);
+        if pair.time > MAX_STEP {
             continue;
         }
         let (a, b) = (pair.a.velocity?, pair.b.velocity?);

@@ -208,7 +208,7 @@ pub(super) fn quantities(states: &[&State]) -> Vec<(usize, String)> {
 }
 
 /// Bounds for an unknown type, metres: from negligible to larger than any building.
-const ANYTHING: Sizes = Sizes::of(0.01, 10_000.0, 0.01, 10_000.0);
+const ANYTHING: Sizes = Sizes::new(0.01, 10_000.0, 0.01, 10_000.0);
 
 /// A body farther from its obstacle's position, metres, and farther than it is large, is elsewhere.
 const ELSEWHERE: f64 = 10.0;
@@ -221,7 +221,7 @@ struct Sizes {
 }
 
 impl Sizes {
-    const fn of(shortest: f64, longest: f64, narrowest: f64, widest: f64) -> Self {
+    const fn new(shortest: f64, longest: f64, narrowest: f64, widest: f64) -> Self {
         Self {
             length: (shortest, longest),
             width: (narrowest, widest),
@@ -229,17 +229,17 @@ impl Sizes {
     }
 
     /// Wide enough for all that recordings of traffic hold: special vehicles, loads, boxes around groups.
-    fn usual(kind: ObstacleType) -> Self {
+    fn for_kind(kind: ObstacleType) -> Self {
         match kind {
-            ObstacleType::Car | ObstacleType::Taxi => Self::of(1.0, 15.0, 0.5, 4.0),
-            ObstacleType::Truck => Self::of(1.5, 40.0, 0.8, 8.0),
-            ObstacleType::Bus => Self::of(2.0, 40.0, 0.8, 6.0),
-            ObstacleType::PriorityVehicle => Self::of(1.0, 40.0, 0.4, 8.0),
-            ObstacleType::ParkedVehicle => Self::of(0.5, 40.0, 0.2, 10.0),
-            ObstacleType::Motorcycle | ObstacleType::Bicycle => Self::of(0.4, 6.0, 0.1, 3.0),
-            ObstacleType::Pedestrian => Self::of(0.1, 5.0, 0.1, 5.0),
-            ObstacleType::Train => Self::of(1.0, 1_000.0, 0.5, 8.0),
-            ObstacleType::Unknown => Self::of(0.05, 100.0, 0.05, 100.0),
+            ObstacleType::Car | ObstacleType::Taxi => Self::new(1.0, 15.0, 0.5, 4.0),
+            ObstacleType::Truck => Self::new(1.5, 40.0, 0.8, 8.0),
+            ObstacleType::Bus => Self::new(2.0, 40.0, 0.8, 6.0),
+            ObstacleType::PriorityVehicle => Self::new(1.0, 40.0, 0.4, 8.0),
+            ObstacleType::ParkedVehicle => Self::new(0.5, 40.0, 0.2, 10.0),
+            ObstacleType::Motorcycle | ObstacleType::Bicycle => Self::new(0.4, 6.0, 0.1, 3.0),
+            ObstacleType::Pedestrian => Self::new(0.1, 5.0, 0.1, 5.0),
+            ObstacleType::Train => Self::new(1.0, 1_000.0, 0.5, 8.0),
+            ObstacleType::Unknown => Self::new(0.05, 100.0, 0.05, 100.0),
             _ => ANYTHING,
         }
     }
@@ -281,7 +281,7 @@ fn size(obstacle: &Obstacle, shape: &Shape, say: &mut impl FnMut(String)) {
         Shape::Rectangle { length, width, .. } => (*length, *width),
         other => other.size(),
     };
-    let (sizes, kind) = (Sizes::usual(obstacle.kind), obstacle.kind);
+    let (sizes, kind) = (Sizes::for_kind(obstacle.kind), obstacle.kind);
     let fits = |value: f64, (least, most): (f64, f64)| (least..=most).contains(&value);
     let size = format!("{length:.2} m × {width:.2} m");
     if !fits(length, sizes.length) || !fits(width, sizes.width) {

@@ -16,7 +16,7 @@ const OFF_ROAD: f64 = 1.0;
 const GOAL_OFF_ROAD: f64 = 50.0;
 
 /// Against the lane it starts on, a vehicle looks by more than this: 120°.
-const AGAINST: f64 = TAU / 3.0;
+const MAX_HEADING_ERROR: f64 = TAU / 3.0;
 
 /// No road user accelerates more, m/s².
 const STRONGEST: f64 = 12.0;
@@ -108,7 +108,7 @@ fn place(network: &LaneletNetwork, at: &Point, heading: Option<f64>, say: &mut i
             least = least.min(angle_between(way.y.atan2(way.x), heading).abs());
         }
     }
-    if least > AGAINST {
+    if least > MAX_HEADING_ERROR {
         say(format!(
             "starts against its lane, at {:.0}° to it",
             least.to_degrees()

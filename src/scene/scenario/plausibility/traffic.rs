@@ -9,7 +9,7 @@ use crate::scenario::{
 use nearmiss_base::geometry::{Bounds, Point};
 
 /// Signs and lights stand no farther from the road, metres; maps that were cut out of larger ones keep distant ones.
-const FARTHEST: f64 = 5_000.0;
+const MAX_ROAD_DISTANCE: f64 = 5_000.0;
 
 /// No limit is higher, m/s: 360 km/h, and 225 mph.
 const HIGHEST_LIMIT: f64 = 100.0;
@@ -49,7 +49,7 @@ pub(super) fn check(scenario: &Scenario, found: &mut Findings) {
 
 fn misplaced(around: Option<&Bounds>, position: Option<Point>) -> Option<String> {
     let off = beyond(around?, &position?);
-    (off > FARTHEST).then(|| format!("{off:.0} m from the road; is a coordinate wrong?"))
+    (off > MAX_ROAD_DISTANCE).then(|| format!("{off:.0} m from the road; is a coordinate wrong?"))
 }
 
 fn sign(sign: &Sign, say: &mut impl FnMut(String)) {

@@ -147,7 +147,7 @@ const OFFSET: f64 = 1.0;
 const DRIFT: f64 = 1.0;
 
 /// Ways that are less likely than this share of the likeliest are not followed.
-const LEAST: f64 = 0.01;
+const MIN_LIKELIHOOD: f64 = 0.01;
 
 /// Older motion does not indicate the lane followed, seconds.
 const MEMORY: f64 = 1.0;
@@ -202,7 +202,7 @@ impl<'a> Lanes<'a> {
             }
         }
         found.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-        let least = found.first().map_or(0.0, |way| way.weight * LEAST);
+        let least = found.first().map_or(0.0, |way| way.weight * MIN_LIKELIHOOD);
         found.truncate(MOST_WAYS);
         // All weights may be 0 if no lane fits.
         found.retain(|way| way.weight > 0.0 && way.weight >= least);

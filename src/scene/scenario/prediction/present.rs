@@ -28,7 +28,7 @@ const MEMORY: f64 = 0.3;
 const LONGEST_MEMORY: f64 = 1.0;
 
 /// A shorter path shows no curvature, metres.
-const SHORTEST: f64 = 1.0;
+const MIN_PATH_LENGTH: f64 = 1.0;
 
 /// Slower than this is standing, m/s: files round to centimetres.
 const STANDSTILL: f64 = 0.1;
@@ -77,7 +77,7 @@ impl Present {
         let Some((speed, slope)) = line.at_zero() else {
             return recorded;
         };
-        let curvature = if length.abs() >= SHORTEST {
+        let curvature = if length.abs() >= MIN_PATH_LENGTH {
             bounded(turn / length, TIGHTEST)
         } else {
             0.0

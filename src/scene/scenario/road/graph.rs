@@ -274,7 +274,7 @@ impl<'a> LaneGraph<'a> {
 
     /// The steps from `node` straight on, or straight back, the least turning first.
     ///
-    /// Lanelets of a crossing begin alike, so what counts is how far they turn within [`LOOK`] metres.
+    /// Lanelets of a crossing begin alike, so what counts is how far they turn within [`TURN_LOOKAHEAD`] metres.
     pub(super) fn straightest(&self, from: NodeIndex, forward: bool) -> Vec<NodeIndex> {
         let side = if forward {
             petgraph::Outgoing
@@ -289,9 +289,12 @@ impl<'a> LaneGraph<'a> {
             let there = self.graph[*other];
             let (a, b) = if forward {
                 let end = self.heading(here, self.length(here));
-                (end, self.heading(there, LOOK.min(self.length(there))))
+                (
+                    end,
+                    self.heading(there, TURN_LOOKAHEAD.min(self.length(there))),
+                )
             } else {
-                let back = (self.length(there) - LOOK).max(0.0);
+                let back = (self.length(there) - TURN_LOOKAHEAD).max(0.0);
                 (self.heading(there, back), self.heading(here, 0.0))
             };
             angle_between(a, b).abs()
@@ -306,7 +309,7 @@ impl<'a> LaneGraph<'a> {
 }
 
 /// How far ahead the turn of a lanelet is measured, metres.
-const LOOK: f64 = 30.0;
+const TURN_LOOKAHEAD: f64 = 30.0;
 
 /// Turns that differ by less are alike, radians: which of two equal forks is taken must not depend on rounding.
 const SAME_TURN: f64 = 1e-6;

@@ -209,7 +209,7 @@ fn centre_line(left: &[Point], right: &[Point]) -> Vec<Point> {
 }
 
 /// Neighbours farther away than this are not counted, lanes.
-const WIDEST: i32 = 16;
+const MAX_LANES_ASIDE: i32 = 16;
 
 impl LaneGraph<'_> {
     /// The number of the lane of every lanelet along `route` and beside it: 0 for the lane where the route
@@ -240,10 +240,10 @@ impl LaneGraph<'_> {
         while let Some((driven, number)) = seeds.pop_front() {
             for (side, step) in [(Side::Left, 1), (Side::Right, -1)] {
                 let next = number + step;
-                let Some(beside) = self.beside(driven, side) else {
+                let Some(beside) = self.adjacent(driven, side) else {
                     continue;
                 };
-                if next.abs() <= WIDEST && !numbers.contains_key(&beside.lanelet) {
+                if next.abs() <= MAX_LANES_ASIDE && !numbers.contains_key(&beside.lanelet) {
                     numbers.insert(beside.lanelet, next);
                     seeds.push_back((beside, next));
                 }
@@ -253,7 +253,7 @@ impl LaneGraph<'_> {
     }
 
     /// The lanelet on a side of a lane, seen the way that the lane is driven, whatever users it allows.
-    fn beside(&self, driven: DirectedLanelet, side: Side) -> Option<DirectedLanelet> {
+    fn adjacent(&self, driven: DirectedLanelet, side: Side) -> Option<DirectedLanelet> {
         let place = self.network.place(driven.lanelet)?;
         let lanelet = &self.network.lanelets[place];
         let along = driven.direction == super::Direction::Along;

@@ -41,7 +41,7 @@ pub enum LaneRelation {
 impl LaneRelation {
     /// The words for it in descriptions.
     #[must_use]
-    pub fn words(self) -> &'static str {
+    pub fn text(self) -> &'static str {
         match self {
             Self::Same => "same lane",
             Self::Ahead => "same lane ahead",
@@ -139,7 +139,7 @@ impl LaneletNetwork {
             (false, LaneRelation::Right, LaneRelation::FurtherRight),
         ] {
             for id in &chain {
-                let beside = self.beside(*id, left);
+                let beside = self.neighbours(*id, left);
                 let same: Vec<i64> = with_direction(&beside, true);
                 add(&same[..same.len().min(1)], next);
                 add(&same[same.len().min(1)..], further);
@@ -211,7 +211,7 @@ impl LaneletNetwork {
     }
 
     /// The lanelets on one side of a lanelet, the nearest first, and whether they have its direction.
-    fn beside(&self, id: i64, left: bool) -> Vec<(i64, bool)> {
+    fn neighbours(&self, id: i64, left: bool) -> Vec<(i64, bool)> {
         let mut found: Vec<(i64, bool)> = Vec::new();
         let (mut at, mut same) = (id, true);
         while let Some(Adjacent {
@@ -239,7 +239,7 @@ impl LaneletNetwork {
 impl LaneRelations<'_> {
     /// What the lane of a lanelet is to it.
     #[must_use]
-    pub fn of(&self, id: i64) -> LaneRelation {
+    pub fn relation_to(&self, id: i64) -> LaneRelation {
         let known = self.connected.get(&id).copied();
         match known {
             None | Some(LaneRelation::Merging | LaneRelation::Diverging) if self.crosses(id) => {

@@ -12,10 +12,10 @@ use petgraph::visit::EdgeRef;
 
 use super::graph::Step;
 use super::route::{Destination, LegLane, Route};
-use super::{ALIKE, Direction, LaneGraph, RouteError, Side, least};
+use super::{COST_TOLERANCE, Direction, LaneGraph, RouteError, Side, least};
 
 /// Positions nearer to the one before are skipped, metres.
-const APART: f64 = 1.0;
+const MIN_SPACING: f64 = 1.0;
 
 /// Half of this turn against the lane costs as much as half of [`OFFSET`] beside its middle, radians.
 const TURN: f64 = 0.35;
@@ -28,7 +28,7 @@ const ON: f64 = 0.2;
 const CHANGE: f64 = 4.0;
 
 /// Most steps in the graph between two positions.
-const HOPS: usize = 6;
+const MAX_HOPS: usize = 6;
 
 /// More lanes are not looked at from one lane: no map branches so.
 const MOST_LANES: usize = 256;
@@ -58,7 +58,9 @@ impl LaneGraph<'_> {
         let mut near: HashMap<NodeIndex, Vec<Reached>> = HashMap::new();
         for pose in poses {
             // What is just this far apart must not depend on rounding.
-            if last.is_some_and(|l| (l.position - pose.position).norm() < APART - ALIKE) {
+            if last
+                .is_some_and(|l| (l.position - pose.position).norm() < MIN_SPACING - COST_TOLERANCE)
+            {
                 continue;
             }
             let candidates = self.lanes_at(&pose.position, Some(pose.heading), false);
@@ -136,7 +138,7 @@ impl LaneGraph<'_> {
             way: Vec::new(),
         }];
         let mut edge = vec![0];
-        for _ in 0..HOPS {
+        for _ in 0..MAX_HOPS {
             let mut next = Vec::new();
             if all.len() > MOST_LANES {
                 break;
@@ -156,7 +158,7 @@ impl LaneGraph<'_> {
                         way,
                     };
                     match all.iter().position(|r| r.node == e.target()) {
-                        Some(known) if all[known].cost <= cost + ALIKE => {}
+                        Some(known) if all[known].cost <= cost + COST_TOLERANCE => {}
                         Some(known) => {
                             all[known] = found;
                             next.push(known);

@@ -31,7 +31,7 @@ const LEAD: f64 = 100.0;
 const STEP: f64 = 1.0;
 
 /// Parts of a step that rounding may add to a lane.
-const WHOLE: f64 = 1e-6;
+const ROUNDING_SHARE: f64 = 1e-6;
 
 impl LaneGraph<'_> {
     /// The middle of the lanes of a route.
@@ -120,7 +120,9 @@ impl LaneGraph<'_> {
             .map(|lane| lane.centre().clone())
             .collect();
         let longest = lanes.iter().map(Polyline::length).fold(0.0, f64::max);
-        let steps = (longest / STEP - WHOLE).ceil().clamp(8.0, 100_000.0) as usize;
+        let steps = (longest / STEP - ROUNDING_SHARE)
+            .ceil()
+            .clamp(8.0, 100_000.0) as usize;
         let at = |line: &Polyline, share: f64| line.pose_at(share * line.length()).position;
         let point = |i: usize| {
             let share = i as f64 / steps as f64;

@@ -62,7 +62,7 @@ pub(super) struct LegLane {
 }
 
 /// How far the road ahead is followed where no goal says where, metres.
-const AHEAD: f64 = 250.0;
+const DEFAULT_LOOKAHEAD: f64 = 250.0;
 
 /// What pointing elsewhere than the lane costs at the start, metres a radian.
 const MISALIGNED: f64 = 20.0;
@@ -101,7 +101,7 @@ impl LaneGraph<'_> {
     pub fn route_to(&self, start: &Pose, goals: &[Goal]) -> Result<Route, RouteError> {
         let starts = self.starts(start)?;
         if goals.iter().all(|g| g.positions.is_empty()) {
-            return self.road_ahead(start, AHEAD);
+            return self.road_ahead(start, DEFAULT_LOOKAHEAD);
         }
         let arrivals = self.arrivals(goals);
         if arrivals.at.is_empty() {
@@ -129,7 +129,11 @@ impl LaneGraph<'_> {
             )
             .map(|(cost, way)| (cost + MISALIGNED * from.turn, from, way));
             best = match (best, found) {
-                (Some(a), Some(b)) => Some(if b.0 < a.0 - super::ALIKE { b } else { a }),
+                (Some(a), Some(b)) => Some(if b.0 < a.0 - super::COST_TOLERANCE {
+                    b
+                } else {
+                    a
+                }),
                 (a, b) => a.or(b),
             };
         }
@@ -386,7 +390,7 @@ impl LaneGraph<'_> {
                     Position::Lanelets(ids) => {
                         for &id in ids {
                             match self.network.place(id) {
-                                Some(at) => found.extend(self.whole(at)),
+                                Some(at) => found.extend(self.full_route(at)),
                                 None => arrivals.unknown.push(id),
                             }
                         }
@@ -418,7 +422,7 @@ impl LaneGraph<'_> {
             .filter_map(move |d| self.node(place, d, false))
     }
 
-    fn whole(&self, place: usize) -> Vec<(NodeIndex, f64)> {
+    fn full_route(&self, place: usize) -> Vec<(NodeIndex, f64)> {
         let nodes = self.both(place);
         nodes.map(|n| (n, self.length(self.graph[n]))).collect()
     }
@@ -454,7 +458,7 @@ impl LaneGraph<'_> {
             found = self.point(&placed.bounds().center());
         }
         if found.is_empty() {
-            found = under.into_iter().flat_map(|p| self.whole(p)).collect();
+            found = under.into_iter().flat_map(|p| self.full_route(p)).collect();
         }
         found
     }
@@ -472,7 +476,7 @@ impl LaneGraph<'_> {
         };
         let fits = |&(node, s): &(NodeIndex, f64)| {
             let heading = self.heading(self.graph[node], s);
-            angle_between(middle, heading).abs() <= half + ASTRAY
+            angle_between(middle, heading).abs() <= half + MAX_HEADING_ERROR
         };
         let fitting: Vec<_> = found.iter().copied().filter(fits).collect();
         if fitting.is_empty() { found } else { fitting }
@@ -480,4 +484,4 @@ impl LaneGraph<'_> {
 }
 
 /// A lane may point this far from what a goal wants of the car, radians.
-const ASTRAY: f64 = 0.5;
+const MAX_HEADING_ERROR: f64 = 0.5;

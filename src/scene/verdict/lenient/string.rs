@@ -4,7 +4,7 @@ use super::tolerant_reader::Reader;
 use super::{Repair, closing, is_bare_key, is_blank, is_quote, skip_blank, window};
 
 /// Bytes looked at behind a quotation mark.
-const NEAR: usize = 80;
+const QUOTE_LOOKAHEAD: usize = 80;
 
 impl Reader<'_> {
     /// The string that begins with the quotation mark `open` at the present place; nothing if the text ends in it.
@@ -130,7 +130,7 @@ impl Reader<'_> {
 
     /// Whether what follows this line break is the next entry or a bracket, so that a quotation mark is missing here.
     fn next_line_goes_on(&self) -> bool {
-        let line = window(&self.rest()[1..], NEAR).trim_start_matches([' ', '\t', '\r']);
+        let line = window(&self.rest()[1..], QUOTE_LOOKAHEAD).trim_start_matches([' ', '\t', '\r']);
         let Some(first) = line.chars().next() else {
             return false;
         };
@@ -140,7 +140,7 @@ impl Reader<'_> {
 
 /// Whether a string can end where this follows its quotation mark: never no in valid JSON.
 fn ends_here(after: &str) -> bool {
-    let near = window(after, NEAR);
+    let near = window(after, QUOTE_LOOKAHEAD);
     let Some(c) = near.chars().next() else {
         return true;
     };

@@ -7,7 +7,7 @@ use serde_json::{Map, Number, Value};
 use super::{End, MOST_DEPTH, Repair, bare_key, closing, is_blank, is_quote, window};
 
 /// Bytes looked at for the end of a key.
-const NEAR: usize = 200;
+const KEY_LOOKAHEAD: usize = 200;
 
 /// Reads one piece; everything it consumes is behind it for good.
 pub(super) struct Reader<'a> {
@@ -186,7 +186,7 @@ impl<'a> Reader<'a> {
         let first = self.peek()?;
         if is_quote(first) {
             let inner = &self.rest()[first.len_utf8()..];
-            let near = window(inner, NEAR);
+            let near = window(inner, KEY_LOOKAHEAD);
             let line = near.split('\n').next().unwrap_or(near);
             let seen = line.len() < near.len() || near.len() == inner.len();
             if seen

@@ -288,7 +288,7 @@ impl Experiment {
             mistakes.push(("tasks", words));
         }
         let measures = self.measures.iter().map(String::as_str);
-        if let Err(why) = MeasureList::of(measures) {
+        if let Err(why) = MeasureList::from_ids(measures) {
             mistakes.extend((!self.measures.is_empty()).then_some(("measures", why)));
         }
         let secret = |url: &String| Endpoint::new("", url.as_str()).has_secret_address();
@@ -383,7 +383,7 @@ impl Experiment {
     #[must_use]
     pub fn measures(&self) -> Option<MeasureList> {
         let ids = self.measures.iter().map(String::as_str);
-        (!self.measures.is_empty()).then(|| MeasureList::of(ids).ok())?
+        (!self.measures.is_empty()).then(|| MeasureList::from_ids(ids).ok())?
     }
 
     /// Which comparisons matter.

@@ -506,7 +506,7 @@ impl Spec {
             Some(value) => Some(format!("{} {}", row.key, value.replace(", ", " or "))),
             None => decided(row.key),
         });
-        let egos = self.ego.planner().map(PlannerDrives::words);
+        let egos = self.ego.planner().map(PlannerDrives::text);
         let parts = [
             Some(self.windows_summary()),
             Some(format!("samples {}", self.experiment.samples())),

@@ -58,7 +58,7 @@ pub enum TruthError {
     /// A file cannot be read.
     #[error(
         "--truth {file}: {}; use CSV files, or auto (exact geometry), score (risk score) or layout (folders) alone",
-        system::words(source)
+        system::error_text(source)
     )]
     File {
         /// Which file.

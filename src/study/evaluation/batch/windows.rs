@@ -371,7 +371,7 @@ pub fn critical_obstacles(label: Label, facts: Option<&WindowFacts>) -> Vec<i64>
 /// [`Window::AFTER_SAFETY`] steps before it.
 pub(super) fn default_window(task: Task, scene: &Scene, history: usize) -> Window {
     let last = match task {
-        Task::Recording => return Window::whole(scene),
+        Task::Recording => return Window::full(scene),
         Task::Collision => scene.last_step(),
         Task::Safety | Task::Attacker | Task::Trajectory => {
             scene.last_step() - Window::AFTER_SAFETY
@@ -403,8 +403,9 @@ impl RuleValues {
             let measure = MEASURES.iter().find(|measure| measure.id == id)?;
             let pairs = (0..context.participants().len())
                 .flat_map(|place| steps.clone().map(move |step| (place, step)));
-            let values = pairs
-                .filter_map(|(place, step)| measure.of(&context.encounter(place, step)?).value());
+            let values = pairs.filter_map(|(place, step)| {
+                measure.evaluate(&context.encounter(place, step)?).value()
+            });
             values.min_by(f64::total_cmp)
         };
         Self {

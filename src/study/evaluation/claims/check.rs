@@ -272,7 +272,7 @@ pub(super) fn at(claim: &Claim, subject: &Subject<'_>, step: i64) -> CheckedClai
 /// The numbers of the exact bodies that the quantity can mean, the usual one first.
 fn exact(quantity: Quantity, encounter: &Encounter<'_>) -> Vec<f64> {
     let relation = encounter.relation();
-    let ttc = || measure("ttc").and_then(|m| m.of(encounter).value());
+    let ttc = || measure("ttc").and_then(|m| m.evaluate(encounter).value());
     let one = |value: Option<f64>| value.into_iter().collect();
     match quantity {
         Quantity::Distance => vec![encounter.distance()],

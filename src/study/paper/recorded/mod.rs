@@ -242,7 +242,10 @@ impl Search {
                 }
             }),
             Err(error) => {
-                self.complain(file, format!("cannot be read: {}", system::words(&error)));
+                self.complain(
+                    file,
+                    format!("cannot be read: {}", system::error_text(&error)),
+                );
                 None
             }
         }

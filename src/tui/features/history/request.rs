@@ -281,7 +281,8 @@ fn done(id: nearmiss_store::RunId, result: Result<(), nearmiss_store::StoreError
 
 /// Writes the runs that fit into a new file, as `nearmiss runs export` does: whole or not at all.
 fn export(store: &Store, filter: &Filter, path: &Path) -> Result<String, String> {
-    let wrong = |error: &std::io::Error| format!("{}: {}", path.display(), system::words(error));
+    let wrong =
+        |error: &std::io::Error| format!("{}: {}", path.display(), system::error_text(error));
     let file = NewFile::begin(path, false).map_err(|error| match error {
         SaveError::Exists(path) => {
             format!("{} exists already; choose another name", path.display())

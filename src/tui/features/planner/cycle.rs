@@ -142,7 +142,7 @@ fn text(model: &Model, planned: &PlannedEgo, cycle: &CycleShown, width: usize) -
     if let Some(hold) = cycle.hold {
         let words = format!(
             "{}, {} m ahead",
-            hold.rule.words(),
+            hold.rule.text(),
             hundredths(hold.distance)
         );
         lines.say_in("stops for", &words, Style::new().fg(theme.warning));
@@ -174,7 +174,7 @@ fn rules(lines: &mut Lines, planned: &PlannedEgo, model: &Model) {
         any = true;
         let words = format!(
             "{} broken at {:.1} s by {} {}",
-            rule.words(),
+            rule.text(),
             first.from as f64 * dt,
             hundredths(first.amount),
             rule.unit()

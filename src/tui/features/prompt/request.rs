@@ -80,7 +80,7 @@ impl Request for RereadTemplates {
 fn named(path: &Path, error: &Error) -> String {
     let words = match error.kind() {
         ErrorKind::AlreadyExists => "exists already; nothing was written".into(),
-        _ => system::words(error),
+        _ => system::error_text(error),
     };
     format!("{}: {words}", path.display())
 }

@@ -322,7 +322,9 @@ pub fn read(n: usize) -> Vec<Update<ExperimentNews, Box<CountedExperiment>>> {
 
 /// What asking one tells.
 pub fn ask_experiment(n: usize) -> Vec<BatchUpdate> {
-    let mut way = counted(None).progress.configurations[n % 2].configuration.clone();
+    let mut way = counted(None).progress.configurations[n % 2]
+        .configuration
+        .clone();
     if n.is_multiple_of(3) {
         way.model = HOSTILE.into();
     }

@@ -5,7 +5,7 @@ use std::io::{Error, ErrorKind};
 /// Why the system refused something, for people: without error numbers, and without paths that the program made up
 /// (those of temporary files). The caller names the path that is meant.
 #[must_use]
-pub fn words(error: &Error) -> String {
+pub fn error_text(error: &Error) -> String {
     let said = match error.kind() {
         ErrorKind::NotFound => "no such file or folder",
         ErrorKind::PermissionDenied => "permission denied",
@@ -36,7 +36,7 @@ mod tests {
     fn no_numbers_and_no_paths_of_its_own() {
         for kind in [ErrorKind::PermissionDenied, ErrorKind::Interrupted] {
             let wrapped = Error::new(kind, "Said so (os error 13) at path \"/a/.b.part\"");
-            let said = words(&wrapped);
+            let said = error_text(&wrapped);
             assert!(
                 !said.contains("os error") && !said.contains(".part"),
                 "{said}"
@@ -46,10 +46,13 @@ mod tests {
             ErrorKind::PermissionDenied,
             "Permission denied (os error 13)",
         );
-        assert_eq!(words(&permission), "permission denied");
-        assert_eq!(words(&Error::other("Too Many (os error 40)")), "too Many");
+        assert_eq!(error_text(&permission), "permission denied");
         assert_eq!(
-            words(&Error::other("The words as they are")),
+            error_text(&Error::other("Too Many (os error 40)")),
+            "too Many"
+        );
+        assert_eq!(
+            error_text(&Error::other("The words as they are")),
             "The words as they are"
         );
     }
@@ -58,7 +61,7 @@ mod tests {
     #[test]
     fn no_error_of_the_system_shows_its_number() {
         for number in 1..=133 {
-            let said = words(&Error::from_raw_os_error(number));
+            let said = error_text(&Error::from_raw_os_error(number));
             assert!(
                 !said.is_empty() && !said.contains("os error"),
                 "{number}: {said}"
