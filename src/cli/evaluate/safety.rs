@@ -255,7 +255,9 @@ fn block(
             cell(criterion.map(|c| c.horizon)),
             cell(criterion.map(|c| c.threshold)),
         ];
-        head.into_iter().chain(figures.into_iter().map(cell)).collect()
+        head.into_iter()
+            .chain(figures.into_iter().map(cell))
+            .collect()
     };
     let rows: Vec<Vec<Cell>> = lines.into_iter().map(row).collect();
     format!("\n{}", text_table(&columns, &rows))

@@ -17,9 +17,7 @@ use nearmiss_drive::simulation::{ExternalPlanner, Settings};
 use nearmiss_formats::Entry;
 use nearmiss_settings::PlannerKey;
 use nearmiss_study::evaluation::generating::{Authored, AuthoredRecord};
-use nearmiss_workflow::{
-    AttackSource, GenerateRequest, ModelWriter, PlanError, generate,
-};
+use nearmiss_workflow::{AttackSource, GenerateRequest, ModelWriter, PlanError, generate};
 
 /// The request.
 pub struct GenerateJob {
@@ -127,8 +125,8 @@ fn make_or_error(
     cancel: &Cancel,
 ) -> Result<Option<Product>, PlanError> {
     let began = Instant::now();
-    let prepared = request(entry, wanted.problem, &wanted.settings)?
-    .driven_by(wanted.planner.clone());
+    let prepared =
+        request(entry, wanted.problem, &wanted.settings)?.driven_by(wanted.planner.clone());
     let settings = wanted.settings(prepared.problem().id);
     let past = wanted.past.as_ref();
     let identified = settings.clone().with_identity(wanted.identity.clone());

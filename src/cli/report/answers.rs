@@ -1,6 +1,5 @@
 //! The answers of a report for its HTML page: texts and claims from the store, pictures from the scenarios at hand.
 
-
 use super::claims::known_files;
 use crate::progress::LateProgress;
 use crate::{Failure, output};
