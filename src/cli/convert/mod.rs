@@ -87,7 +87,7 @@ pub fn run(arguments: &Convert) -> Outcome {
     };
     let (mut failed, mut unfit) = (Failed::of(entries.len()), 0);
     let to_file = conversion.target(None).is_some();
-    let done = Job::new("scenarios", &stop).to_file(to_file).run(
+    let done = Job::new("scenarios", &stop).writing_file(to_file).run(
         &entries,
         |entry| {
             let convert = || Some(conversion.convert(entry));

@@ -34,7 +34,7 @@ pub fn run(paths: &[PathBuf], as_json: bool) -> Outcome {
     let mut rows = vec![TITLES.map(String::from)];
     let mut failed = Failed::of(entries.len());
     let stop = interrupted(false);
-    let done = Job::new("scenarios", &stop).to_file(false).run(
+    let done = Job::new("scenarios", &stop).writing_file(false).run(
         &entries,
         |entry| Some(opened(entry).map(|scene| FolderLine::new(entry, &scene))),
         |_, line| {

@@ -60,7 +60,7 @@ impl<'a> Job<'a> {
     }
 
     /// The same, which may write to standard output, where no bar must stand: see [`Progress::new`].
-    pub fn to_file(self, to_file: bool) -> Self {
+    pub fn writing_file(self, to_file: bool) -> Self {
         Self { to_file, ..self }
     }
 

@@ -285,18 +285,20 @@ pub fn run(arguments: &Metrics) -> Outcome {
     };
     plan.say_thresholds();
     let mut written = Ok(());
-    let done = Job::new("scenarios", &stop).to_file(file.is_some()).run(
-        &entries,
-        |entry| Some(measure(entry, &plan)),
-        |_, (doubts, rows)| {
-            doubts.iter().for_each(|doubt| output::say(doubt));
-            written = measures.take(rows);
-            Ok(match &written {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(_) => ControlFlow::Break(()),
-            })
-        },
-    );
+    let done = Job::new("scenarios", &stop)
+        .writing_file(file.is_some())
+        .run(
+            &entries,
+            |entry| Some(measure(entry, &plan)),
+            |_, (doubts, rows)| {
+                doubts.iter().for_each(|doubt| output::say(doubt));
+                written = measures.take(rows);
+                Ok(match &written {
+                    Ok(()) => ControlFlow::Continue(()),
+                    Err(_) => ControlFlow::Break(()),
+                })
+            },
+        );
     done.end("no file was written")?;
     let is_empty = measures.failed.all();
     if format == output::Format::Csv && !is_empty {
