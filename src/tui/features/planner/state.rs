@@ -1,11 +1,10 @@
 //! The planner in the workbench: its settings, and the drive in progress.
 
-use nearmiss_drive::planner::Forecast;
-use nearmiss_scene::scenario::{ContentHash, Transform};
-
 use crate::action::Action;
 use crate::loaded::{CycleShown, DriveKey, Opened, PlannedEgo};
 use crate::model::{JobId, Model};
+use nearmiss_drive::planner::Forecast;
+use nearmiss_scene::scenario::{ContentHash, Transform};
 
 /// State of planning beside the open scenario.
 #[derive(Debug)]
