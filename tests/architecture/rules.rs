@@ -116,9 +116,7 @@ const TUI_ALLOWED: [(&str, &[&str]); 5] = [
 ];
 
 /// What no other part of the terminal may import: the root module and the loop put the parts together.
-const TUI_ENDS: [&str; 6] = [
-    "views", "features", "update", "services", "terminal", "run",
-];
+const TUI_ENDS: [&str; 6] = ["views", "features", "update", "services", "terminal", "run"];
 
 /// What other parts import of them all the same: the model holds the state of features and the screens that are open,
 /// an effect may be a step of a screen, and a request is given its services.
@@ -207,7 +205,10 @@ fn inside(from: &[String], to: &[String]) -> Option<String> {
     }
     let file = from.get(3).map_or("", String::as_str);
     if part == "features" && PASSIVE.contains(&file) && ASKING.contains(&wanted) {
-        return Some(format!("`{file}` of a feature must not import `{}`", to.join("::")));
+        return Some(format!(
+            "`{file}` of a feature must not import `{}`",
+            to.join("::")
+        ));
     }
     if part == wanted || TUI_LOOPS.contains(&part) {
         return None;
