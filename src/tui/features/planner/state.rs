@@ -122,7 +122,7 @@ const MAX_CYCLE_BYTES: usize = 128 << 20;
 
 /// A drive that is kept.
 #[derive(Debug)]
-pub struct KeptDrive {
+pub struct CachedDrive {
     /// The key of the drive.
     pub key: DriveKey,
     /// The scenario with it.
@@ -137,7 +137,7 @@ pub struct KeptDrive {
 /// Kept drives, oldest first.
 #[derive(Debug, Default)]
 pub struct RolloutCache {
-    drives: Vec<KeptDrive>,
+    drives: Vec<CachedDrive>,
 }
 
 impl RolloutCache {
@@ -147,7 +147,7 @@ impl RolloutCache {
             return;
         };
         self.drives.retain(|drive| drive.key != key);
-        self.drives.push(KeptDrive {
+        self.drives.push(CachedDrive {
             key,
             opened: Box::new(opened.clone()),
             shown: false,
@@ -163,7 +163,7 @@ impl RolloutCache {
 
     /// The drive of this.
     #[must_use]
-    pub fn find(&self, key: DriveKey) -> Option<&KeptDrive> {
+    pub fn find(&self, key: DriveKey) -> Option<&CachedDrive> {
         self.drives.iter().find(|drive| drive.key == key)
     }
 
@@ -172,7 +172,7 @@ impl RolloutCache {
         &self,
         hash: ContentHash,
         change: Option<Transform>,
-    ) -> impl Iterator<Item = &KeptDrive> {
+    ) -> impl Iterator<Item = &CachedDrive> {
         let drives = self.drives.iter();
         drives.filter(move |drive| drive.key.hash == hash && drive.key.change == change)
     }
