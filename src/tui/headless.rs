@@ -178,8 +178,8 @@ impl Stage {
     pub fn drive(&mut self) -> Result<(), String> {
         let keys = ["space", "e", "p"].map(Key::parse).into_iter().flatten();
         let asks: Vec<Effect> = keys.flat_map(|key| self.send(Msg::Key(key))).collect();
-        let plans = asks.iter().filter_map(Effect::request::<Plan>);
-        let plan = plans.last().ok_or("there is nothing to plan")?;
+        let mut plans = asks.iter().filter_map(Effect::request::<Plan>);
+        let plan = plans.next_back().ok_or("there is nothing to plan")?;
         let request = PlanRequest {
             open: OpenRequest {
                 entry: &plan.entry,

@@ -1,9 +1,8 @@
 //! Looks keys and actions up, and prints the keymap.
 
-use nearmiss_base::system::{KeyBinding, columns, pad_end};
-
 use crate::action::{ACTIONS, Action, Entry, Scope, menu_label, order_of, title_of};
 use crate::keymap::{Chord, Key, file};
+use nearmiss_base::system::{KeyBinding, columns, pad_end};
 
 /// A set of keys to begin with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::loaded::planned::Recorder;
+use crate::loaded::{CertificateDrive, CycleShown, Opened, PlannedEgo};
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::generation::attacker::{self, Candidate};
 use nearmiss_drive::generation::{
@@ -23,9 +25,6 @@ use nearmiss_workflow::{
     AttackSource, GenerateEvent, GenerateRequest, Generation, OpenRequest, PlanRequest,
     PreparedPlan, generate, prepare,
 };
-
-use crate::loaded::planned::Recorder;
-use crate::loaded::{CertificateDrive, CycleShown, Opened, PlannedEgo};
 
 /// Inputs of a generation.
 pub struct GenerationInputs<'a> {

@@ -13,6 +13,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope, opens};
+use crate::clock::Clock;
+use crate::features::{Screen, Screens};
+use crate::loaded::{Opened, Source};
+use crate::session::SessionState;
+use crate::theme::Theme;
 use nearmiss_ask::llm::ModelOffer;
 use nearmiss_ask::prompts::{Library, Techniques};
 use nearmiss_scene::description::Frame;
@@ -23,13 +29,6 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_settings::Config;
 use nearmiss_store::{Run, RunId};
 use nearmiss_study::evaluation::{EffectiveSettings, Settings, window_end};
-
-use crate::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope, opens};
-use crate::clock::Clock;
-use crate::features::{Screen, Screens};
-use crate::loaded::{Opened, Source};
-use crate::session::SessionState;
-use crate::theme::Theme;
 
 pub use super::features::answers::claims_state::{Claims, Document};
 pub use super::features::answers::state::{

@@ -3,6 +3,9 @@
 use std::collections::BTreeSet;
 
 use jiff::civil::Date;
+
+use crate::action::Action;
+use crate::model::{Model, PromptView};
 use nearmiss_ask::llm::{Pricing, Registry, ToolLimits};
 use nearmiss_ask::prompts::{Library, TemplateError};
 use nearmiss_base::system::activity::{self, Subject, trying};
@@ -12,9 +15,6 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::{
     AttackTerms, Case, CaseError, default_frame, prepare, tool_rounds, with_tools,
 };
-
-use crate::action::Action;
-use crate::model::{Model, PromptView};
 
 impl Model {
     /// Steps in the window of the safety task, where the current step has fewer before it than are wanted.

@@ -3,15 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use nearmiss_ask::llm::{Environment, Registry};
-use nearmiss_ask::prompts::Library;
-use nearmiss_base::system::shown_path;
-use nearmiss_formats::EgoSelection;
-use nearmiss_render::cells::Blocks;
-use nearmiss_settings::{Config, Folders, TextFile, ThemeFile};
-use nearmiss_study::evaluation::default_planning;
-use nearmiss_workflow::{experiment_among, read_experiment};
-
 use crate::action::Action;
 use crate::background::{self, Background};
 use crate::keymap::{Keymap, Preset, first_mistake};
@@ -21,6 +12,14 @@ use crate::services::thresholds;
 use crate::session::{self, SavedLocation, file, restore};
 use crate::terminal;
 use crate::theme::{AUTO, ColorDepth, Theme};
+use nearmiss_ask::llm::{Environment, Registry};
+use nearmiss_ask::prompts::Library;
+use nearmiss_base::system::shown_path;
+use nearmiss_formats::EgoSelection;
+use nearmiss_render::cells::Blocks;
+use nearmiss_settings::{Config, Folders, TextFile, ThemeFile};
+use nearmiss_study::evaluation::default_planning;
+use nearmiss_workflow::{experiment_among, read_experiment};
 
 /// The model at the start; errors in the user's files are reported, and defaults are used.
 pub fn prepare(

@@ -9,6 +9,9 @@ use nearmiss_formats::Entry;
 /// The work done for a scenario, by its place in the list.
 type Work<R> = Arc<dyn Fn(usize, &Entry) -> <R as Request>::Reply + Send + Sync>;
 
+/// The work, and where its replies go.
+type Assignment<R> = (Work<R>, Replies<R>);
+
 /// A queue; its clones are the same queue.
 pub struct Queue<R: Request> {
     waiting: Arc<Mutex<Waiting<R>>>,
@@ -19,7 +22,7 @@ struct Waiting<R: Request> {
     entries: BTreeMap<usize, Entry>,
     /// Places that are taken before the others.
     first: Vec<usize>,
-    work: Option<(Work<R>, Replies<R>)>,
+    work: Option<Assignment<R>>,
     /// Raised whenever everything is asked for anew: what is on its way then is of no use.
     asked: u64,
     /// How many are at work.
@@ -110,7 +113,7 @@ impl<R: Request> Queue<R> {
         });
     }
 
-    fn take(&self) -> Option<(usize, Entry, (Work<R>, Replies<R>), u64)> {
+    fn take(&self) -> Option<(usize, Entry, Assignment<R>, u64)> {
         let mut waiting = self.lock();
         let mut first = std::mem::take(&mut waiting.first).into_iter();
         let urgent = first.find_map(|place| waiting.entries.remove_entry(&place));

@@ -2,15 +2,6 @@
 
 use std::time::Duration;
 
-use nearmiss_ask::prompts::Techniques;
-use nearmiss_base::geometry::{Point, Vector};
-use nearmiss_base::system::activity;
-use nearmiss_formats::Entry;
-use nearmiss_scene::description::Frame;
-use nearmiss_scene::judge;
-use nearmiss_scene::metrics::measure;
-use nearmiss_scene::verdict::Task;
-
 use crate::action::Action;
 use crate::features::timeline;
 use crate::message::{Effect, Msg};
@@ -19,6 +10,14 @@ use crate::request::{Replies, Request};
 use crate::services::Services;
 use crate::session::{Override, SavedLocation, SavedScenario, Session, View};
 use crate::update::{open, open_current};
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_base::geometry::{Point, Vector};
+use nearmiss_base::system::activity;
+use nearmiss_formats::Entry;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::measure;
+use nearmiss_scene::verdict::Task;
 
 /// The current session.
 #[must_use]

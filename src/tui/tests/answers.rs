@@ -1,16 +1,15 @@
 //! Questions and answers: from the built-in judge, from models and from the store.
 
-use nearmiss_ask::llm::{Chunk, Dialect, Discovered};
-use nearmiss_scene::verdict::{CriticalObstacle, ParseQuality, Task};
-use nearmiss_store::{Origin, RunId};
-use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, StoredOrigin};
-
 use crate::features::answers::{Ask, LoadStored, Probe, StoredOf};
 use crate::keymap::Key;
 use crate::message::{Effect, Msg};
 use crate::model::{Pane, Progress, ShownAnswer, WindowsToJudge};
 use crate::tests::bench::{self, Bench, answer, no_verdict};
 use crate::update::update;
+use nearmiss_ask::llm::{Chunk, Dialect, Discovered};
+use nearmiss_scene::verdict::{CriticalObstacle, ParseQuality, Task};
+use nearmiss_store::{Origin, RunId};
+use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, StoredOrigin};
 
 /// What the workbench wants earlier answers about.
 pub fn stored_of(bench: &Bench) -> StoredOf {

@@ -2,9 +2,6 @@
 
 use std::time::Duration;
 
-use nearmiss_ask::prompts::Library;
-use nearmiss_settings::Keys;
-
 use crate::features::help::HelpScreen;
 use crate::features::palette::Palette;
 use crate::features::picker::PickerScreen;
@@ -15,6 +12,8 @@ use crate::model::{EntryLine, Notice, PromptPane};
 use crate::tests::bench::Bench;
 use crate::tests::history::three;
 use crate::tests::side_by_side::{sized, two};
+use nearmiss_ask::prompts::Library;
+use nearmiss_settings::Keys;
 
 pub fn with(keys: Keys) -> Bench {
     let mut bench = Bench::empty();

@@ -2,17 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use nearmiss_ask::prompts::Library;
-use nearmiss_formats::EntryLocation;
-use nearmiss_store::{BatchId, ItemState};
-use nearmiss_study::evaluation::PromptConfig;
-use nearmiss_study::evaluation::batch::Spec;
-use nearmiss_workflow::batch::DryRunLine;
-use nearmiss_workflow::{
-    ConfigurationProgress, ExperimentAxis, ExperimentFile, ExperimentProgress, FolderOfExperiments,
-    read_experiment,
-};
-
 use crate::action::{ACTIONS, Action, Scope};
 use crate::features::batch::request::{AskBatch, BatchProgress, ItemChange};
 use crate::features::experiment::ExperimentScreen;
@@ -28,6 +17,16 @@ use crate::tests::asking::server::Server;
 use crate::tests::bench::Bench;
 use crate::tests::everywhere::seen_in_every_theme;
 use crate::tests::experiments::{self, HEAD, open, problem, toasts, write};
+use nearmiss_ask::prompts::Library;
+use nearmiss_formats::EntryLocation;
+use nearmiss_store::{BatchId, ItemState};
+use nearmiss_study::evaluation::PromptConfig;
+use nearmiss_study::evaluation::batch::Spec;
+use nearmiss_workflow::batch::DryRunLine;
+use nearmiss_workflow::{
+    ConfigurationProgress, ExperimentAxis, ExperimentFile, ExperimentProgress, FolderOfExperiments,
+    read_experiment,
+};
 
 const SIZES: [(u16, u16); 5] = [(60, 18), (80, 24), (100, 30), (120, 40), (200, 60)];
 

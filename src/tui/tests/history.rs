@@ -1,10 +1,5 @@
 //! The history of runs, over a store in memory.
 
-use nearmiss_formats::EgoSelection;
-use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::verdict::{ParsedAnswer, Task, Verdict};
-use nearmiss_store::{AnswerPiece, Claim, Consumed, Ending, NewRun, RunId, RunState, Store};
-
 use crate::features::answers::LoadStored;
 use crate::features::history::HistoryScreen;
 use crate::features::history::request::{HistoryCommand, HistoryEvent, Judging, Truths, answer};
@@ -12,6 +7,10 @@ use crate::message::{Effect, Msg};
 use crate::model::{Notice, ShownAnswer};
 use crate::request::Request;
 use crate::tests::bench::Bench;
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::{ParsedAnswer, Task, Verdict};
+use nearmiss_store::{AnswerPiece, Claim, Consumed, Ending, NewRun, RunId, RunState, Store};
 
 #[test]
 fn words_and_filters_narrow_it_down_as_one_types() {

@@ -1,9 +1,5 @@
 //! Scenarios made dangerous by a search.
 
-use nearmiss_drive::generation::{Consequence, Progress};
-use nearmiss_formats::commonroad;
-use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Scenario};
-
 use crate::features::generation::panel::VariantScreen;
 use crate::features::generation::request::{Generate, SaveVariant, write};
 use crate::features::pictures::save;
@@ -14,6 +10,9 @@ use crate::message::{Effect, Msg};
 use crate::model::{Drives, JobId, JobState};
 use crate::services::Drawing;
 use crate::tests::bench::{self, Bench, generated_variant};
+use nearmiss_drive::generation::{Consequence, Progress};
+use nearmiss_formats::commonroad;
+use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Scenario};
 
 /// The searches that were asked for.
 pub fn asked(bench: &Bench) -> Vec<(JobId, VariantRequest)> {

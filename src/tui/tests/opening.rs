@@ -3,10 +3,6 @@
 use std::path::Path;
 use std::time::Duration;
 
-use nearmiss_formats::{EgoSelection, Entry, write_recording};
-use nearmiss_scene::description::Frame;
-use nearmiss_scene::verdict::Task;
-
 use crate::features::answers::Ask;
 use crate::features::batch::BatchScreen;
 use crate::features::batch::request::EstimateBatch;
@@ -18,6 +14,9 @@ use crate::model::{Column, Model, Notice, OpenId, Pane, Update};
 use crate::tests::bench::{Bench, answer};
 use crate::tests::side_by_side::{sized, two};
 use crate::update::Open;
+use nearmiss_formats::{EgoSelection, Entry, write_recording};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::Task;
 
 #[test]
 fn the_first_scenario_opens_with_the_built_in_verdict() {

@@ -3,15 +3,6 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use nearmiss_drive::planner::{self, Bound, Broken, Forecast};
-use nearmiss_drive::simulation::{
-    BeyondVehicle, Clock, ExternalReport, Outcome, PlannerError, PlannerFault, Settings,
-};
-use nearmiss_formats::commonroad::read_solution;
-use nearmiss_formats::{Entry, bundled};
-use nearmiss_scene::scenario::{EgoSource, Prediction};
-use nearmiss_workflow::{MissingEgo, PlanEvent, prepare};
-
 use crate::features::planner::cycle::CycleScreen;
 use crate::features::planner::request::{Plan, SaveDrive};
 use crate::features::values::ReadThresholds;
@@ -20,6 +11,14 @@ use crate::message::{Effect, Msg};
 use crate::model::{Drives, JobId, JobState, Model, OpenId, Pane, Update};
 use crate::tests::bench::{Bench, coarse, planned, request};
 use crate::update::Open;
+use nearmiss_drive::planner::{self, Bound, Broken, Forecast};
+use nearmiss_drive::simulation::{
+    BeyondVehicle, Clock, ExternalReport, Outcome, PlannerError, PlannerFault, Settings,
+};
+use nearmiss_formats::commonroad::read_solution;
+use nearmiss_formats::{Entry, bundled};
+use nearmiss_scene::scenario::{EgoSource, Prediction};
+use nearmiss_workflow::{MissingEgo, PlanEvent, prepare};
 
 /// The drive that was asked for last.
 fn asked(bench: &Bench) -> (JobId, Entry, Forecast) {

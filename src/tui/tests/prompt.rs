@@ -2,11 +2,6 @@
 
 use std::time::Duration;
 
-use nearmiss_ask::llm::{Environment, Registry, ToolLimits};
-use nearmiss_ask::prompts::Library;
-use nearmiss_settings::Keys;
-use nearmiss_study::evaluation::Answer;
-
 use crate::features::answers::Ask;
 use crate::features::batch::request::EstimateBatch;
 use crate::features::picker::PickerScreen;
@@ -20,6 +15,10 @@ use crate::model::{Notice, Pane, Prices, PromptView, RequestTokens};
 use crate::session::{Session, restore};
 use crate::tests::bench::{self, Bench, answer};
 use crate::tests::editing::{kept, said, with};
+use nearmiss_ask::llm::{Environment, Registry, ToolLimits};
+use nearmiss_ask::prompts::Library;
+use nearmiss_settings::Keys;
+use nearmiss_study::evaluation::Answer;
 
 fn rendered(bench: &Bench) -> String {
     let prompt = &bench.model.prompt.question.as_ref().unwrap().prompt;

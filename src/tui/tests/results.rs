@@ -3,13 +3,6 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use nearmiss_formats::EgoSelection;
-use nearmiss_scene::metrics::Thresholds;
-use nearmiss_store::{BatchId, ItemState, NewItem, SplitPart};
-use nearmiss_study::evaluation::Outcome;
-use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Experiment, Spec, Split};
-use nearmiss_workflow::TruthChoice;
-
 use crate::action::Scope;
 use crate::features::history::request::Judging;
 use crate::features::results::ResultsScreen;
@@ -20,6 +13,12 @@ use crate::tests::bench::Bench;
 use crate::tests::counted::{YES, item, labelled, spec};
 use crate::tests::everywhere::seen_in_every_theme;
 use crate::tests::history::{FIRST, Fixture, requests};
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_store::{BatchId, ItemState, NewItem, SplitPart};
+use nearmiss_study::evaluation::Outcome;
+use nearmiss_study::evaluation::batch::{AnswerSet, BatchPart, Experiment, Spec, Split};
+use nearmiss_workflow::TruthChoice;
 
 /// Answers what the screen asked for, until nothing is left.
 pub(super) fn settle(kept: &mut Fixture) {

@@ -3,11 +3,6 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use nearmiss_base::system::activity::{self, Subject};
-use nearmiss_formats::{Entry, EntryLocation, bundled, find};
-use nearmiss_scene::verdict::Task;
-use nearmiss_settings::Keys;
-
 use crate::features::scenarios::request::{Find, Found};
 use crate::message::{Effect, Msg};
 use crate::model::{Grouping, Pane, Sizes};
@@ -15,6 +10,10 @@ use crate::session::restore::{self, KeepSession, KeepSessionLater};
 use crate::session::{SavedLocation, Session};
 use crate::tests::bench::{self, Bench, answer};
 use crate::tests::editing::with;
+use nearmiss_base::system::activity::{self, Subject};
+use nearmiss_formats::{Entry, EntryLocation, bundled, find};
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::Keys;
 
 fn kept(bench: &mut Bench) -> Option<Session> {
     bench.effects.clear();

@@ -1,10 +1,5 @@
 //! Answers side by side, and their ratings.
 
-use nearmiss_ask::llm::Chunk;
-use nearmiss_scene::verdict::Task;
-use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
-use nearmiss_study::evaluation::{Answer, Event};
-
 use crate::features::answers::LoadStored;
 use crate::features::compare::rating::{FindUnrated, Rate, ReadRatings};
 use crate::keymap::Key;
@@ -12,6 +7,10 @@ use crate::message::{Effect, Msg};
 use crate::model::ShownAnswer;
 use crate::tests::answers::{asking, stored_of};
 use crate::tests::bench::{self, Bench, answer};
+use nearmiss_ask::llm::Chunk;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, RunId, Unrated};
+use nearmiss_study::evaluation::{Answer, Event};
 
 const CLAIMS: &str = "### Obstacle 301\n\nObstacle 301 is at a distance of 999 m at step 20. It is **fast**.\n\n\
     Obstacle 302 is behind the ego.";

@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use nearmiss_scene::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
-
 use crate::features::scenarios::request::{Rank, Survey};
 use crate::features::values::{MeasureAll, ReadThresholds, UseThresholds};
 use crate::loaded::Measured;
 use crate::message::{Effect, Msg};
 use crate::model::MeasureId;
 use crate::tests::bench::Bench;
+use nearmiss_scene::metrics::{LIMITS, MEASURES, SCENE_MEASURES, Thresholds};
 
 /// The first scenario shortly before its contact.
 fn looking() -> Bench {

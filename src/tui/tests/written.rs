@@ -3,6 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::features::generation::panel::VariantScreen;
+use crate::features::generation::request::Generate;
+use crate::loaded::{
+    Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
+    VariantRequest,
+};
+use crate::message::{Effect, Msg};
+use crate::model::{JobId, JobState, Model, Update};
+use crate::tests::asking::right_turn;
+use crate::tests::bench::{self, Bench, coarse, generated_variant, in_12_ms};
 use nearmiss_ask::llm::Chunk;
 use nearmiss_drive::generation::attacker::{self, Candidate};
 use nearmiss_drive::generation::{AttackSetup, AttackStyle, Reason, Refusal, admit};
@@ -18,17 +28,6 @@ use nearmiss_study::evaluation::generating::{
     Proposal, Ranking, RefusedAnswer, Source,
 };
 use nearmiss_workflow::{AttackSource, AttackWriter};
-
-use crate::features::generation::panel::VariantScreen;
-use crate::features::generation::request::Generate;
-use crate::loaded::{
-    Authorship, GeneratedVariant, GenerationInputs, GenerationOutcome, GenerationProgress, Opened,
-    VariantRequest,
-};
-use crate::message::{Effect, Msg};
-use crate::model::{JobId, JobState, Model, Update};
-use crate::tests::asking::right_turn;
-use crate::tests::bench::{self, Bench, coarse, generated_variant, in_12_ms};
 
 /// What a model is wanted to say in tests.
 const WORDS: &str = "It is 4 m behind and has \u{1b}[31mno\u{1b}[0m other way.\n\tSo be it.";

@@ -1,7 +1,5 @@
 //! Keys: looked up on the main screen, in menus and on screens that are open.
 
-use nearmiss_settings::Keys;
-
 use crate::action::{Action, Scope};
 use crate::features::{self, Screen, Step};
 use crate::keymap::{Code, Key, KeyMeaning};
@@ -9,6 +7,7 @@ use crate::message::{Effect, Mouse};
 use crate::model::Model;
 use crate::update::pressed::{KeyEffect, pressed};
 use crate::update::{actions, opened, opening};
+use nearmiss_settings::Keys;
 
 /// A key where nothing is typed and no screen is open.
 pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {

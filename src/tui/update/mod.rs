@@ -7,10 +7,6 @@ pub mod opening;
 pub mod pointer;
 pub mod pressed;
 
-use nearmiss_scene::verdict::Task;
-use nearmiss_settings::Config;
-use nearmiss_study::evaluation::default_frame;
-
 use crate::features::answers::{self, Probe, claims};
 use crate::features::scenarios::request::Find;
 use crate::features::scenarios::tags::ScenarioTags;
@@ -19,6 +15,9 @@ use crate::keymap::{Code, Key};
 use crate::message::{Effect, Msg, Reloaded};
 use crate::model::{Glyphs, Model};
 use crate::session::restore;
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::Config;
+use nearmiss_study::evaluation::default_frame;
 
 pub use actions::perform;
 pub use opened::opened;
@@ -52,6 +51,9 @@ pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
 
 /// Does what the workbench itself is to do, and what follows of that.
 fn perform_steps(model: &mut Model, effects: Vec<Effect>) -> Vec<Effect> {
+    if !effects.iter().any(|e| matches!(e, Effect::Step(_))) {
+        return effects;
+    }
     let mut done = Vec::new();
     for effect in effects {
         match effect {

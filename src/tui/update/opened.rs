@@ -1,13 +1,5 @@
 //! A scenario has been opened: what is kept and dropped of the previous one, by a jump, for an earlier run.
 
-use nearmiss_ask::prompts::Techniques;
-use nearmiss_base::geometry::Bounds;
-use nearmiss_formats::EgoSelection;
-use nearmiss_scene::description::Frame;
-use nearmiss_scene::scenario::{Transform, obstacle_taken};
-use nearmiss_store::Run;
-use nearmiss_study::evaluation::Answer;
-
 use crate::action::Action;
 use crate::clock::Clock;
 use crate::features::experiment::ExperimentScreen;
@@ -20,14 +12,23 @@ use crate::request::{Replies, Request};
 use crate::services::Services;
 use crate::session::restore;
 use crate::update::opening::{Open, arrive, open, open_changed};
+use nearmiss_ask::prompts::Techniques;
+use nearmiss_base::geometry::Bounds;
+use nearmiss_formats::EgoSelection;
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::scenario::{Transform, obstacle_taken};
+use nearmiss_store::Run;
+use nearmiss_study::evaluation::Answer;
 
 impl Request for Open {
     /// The scenario, or why it is not open.
     type Reply = (OpenId, Result<Box<Opened>, String>);
 
     fn perform(self, services: &mut Services, replies: Replies<Self>) {
-        let ego = self.obstacle.map(EgoSelection::Obstacle);
-        let ego = ego.unwrap_or_else(|| services.ego.clone());
+        let ego = match self.obstacle {
+            Some(obstacle) => EgoSelection::Obstacle(obstacle),
+            None => services.ego.clone(),
+        };
         let thresholds = services.thresholds.clone();
         services.background(replies, move || {
             let opened = Opened::changed(&self.entry, &ego, &thresholds, self.change);

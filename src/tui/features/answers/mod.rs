@@ -8,14 +8,6 @@ pub mod verdict;
 
 use std::sync::Arc;
 
-use nearmiss_ask::llm::{Chunk, Discovered, ModelOffer, ToolLimits, probe};
-use nearmiss_scene::judge::{self, judge_under};
-use nearmiss_scene::scenario::{EgoSource, Window};
-use nearmiss_scene::verdict::Task;
-use nearmiss_store::Origin;
-use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, Question, RECORDED, RunOptions};
-use nearmiss_workflow::AskRequest;
-
 use crate::action::Action;
 use crate::features::jobs::notes;
 use crate::features::prompt::show_error;
@@ -28,6 +20,13 @@ use crate::model::{
 use crate::request::{Computation, Replies, Request};
 use crate::services::{Canceller, Services};
 use crate::update::opened;
+use nearmiss_ask::llm::{Chunk, Discovered, ModelOffer, ToolLimits, probe};
+use nearmiss_scene::judge::{self, judge_under};
+use nearmiss_scene::scenario::{EgoSource, Window};
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::Origin;
+use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, Question, RECORDED, RunOptions};
+use nearmiss_workflow::AskRequest;
 
 /// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
 pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {

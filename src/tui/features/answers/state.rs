@@ -3,6 +3,9 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::action::Action;
+use crate::model::{JobId, Model};
+use crate::widgets::long_text::ReadingMode;
 use nearmiss_ask::llm::ToolRound;
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::judge::Judgement;
@@ -12,10 +15,6 @@ use nearmiss_scene::verdict::{Task, Verdict};
 use nearmiss_store::RunId;
 use nearmiss_study::evaluation::claims::TimeOrigin;
 use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict};
-
-use crate::action::Action;
-use crate::model::{JobId, Model};
-use crate::widgets::long_text::ReadingMode;
 
 /// Answers side by side.
 #[derive(Debug, Default)]

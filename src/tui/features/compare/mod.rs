@@ -5,6 +5,7 @@ pub mod draw;
 pub mod fields;
 pub mod rating;
 pub mod state;
+
 use crate::action::{Action, Scope};
 use crate::features::answers::{self, claims};
 use crate::features::compare::rating::ReadRatings;

@@ -1,9 +1,5 @@
 //! Ratings of answers side by side: blind mode, marks, kept ratings.
 
-use nearmiss_scene::judge;
-use nearmiss_scene::verdict::Task;
-use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, Unrated};
-
 use crate::action::Action;
 use crate::features::compare::{is_running, open};
 use crate::keymap::{Code, Key, edit_line};
@@ -14,6 +10,9 @@ use crate::model::{
 use crate::request::{Replies, Request};
 use crate::services::Services;
 use crate::update::open_current;
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{Choice, NewRating, RatedAnswer, Rating, Unrated};
 
 /// How the built-in judge is asked: it is not.
 const BUILT_IN: &str = "built in";

@@ -20,7 +20,7 @@ pub struct GenerationState {
     /// The search that is under way.
     pub under_way: Option<Search>,
     /// Variants that were made since the start, the oldest first; one of a scenario and change.
-    kept: Vec<KeptVariant>,
+    kept: Vec<CachedVariant>,
     /// Output of models without a dangerous result, the newest last; one for each scenario and change.
     unwritten: Vec<Unwritten>,
     /// Models that have had their say about a scenario, with the one obstacle that was allowed to attack.
@@ -49,7 +49,7 @@ pub struct Search {
 
 /// A variant that is kept, with its original.
 #[derive(Debug)]
-pub struct KeptVariant {
+pub struct CachedVariant {
     /// The original with its planned ego.
     pub original: Box<Opened>,
     /// The variant.
@@ -70,7 +70,7 @@ impl GenerationState {
     ) {
         let (hash, change) = (original.scenario.hash, original.change);
         self.kept.retain(|kept| !kept.is_of(hash, change));
-        self.kept.push(KeptVariant {
+        self.kept.push(CachedVariant {
             original,
             variant,
             made,
@@ -93,7 +93,7 @@ impl GenerationState {
 
     /// The variant of a scenario.
     #[must_use]
-    pub fn find(&self, hash: ContentHash, change: Option<Transform>) -> Option<&KeptVariant> {
+    pub fn find(&self, hash: ContentHash, change: Option<Transform>) -> Option<&CachedVariant> {
         self.kept.iter().find(|kept| kept.is_of(hash, change))
     }
 
@@ -169,7 +169,7 @@ impl GenerationState {
     }
 }
 
-impl KeptVariant {
+impl CachedVariant {
     /// The planner that was attacked: 0 is the built-in one, then those of the configuration.
     #[must_use]
     pub fn planner(&self) -> usize {

@@ -6,9 +6,6 @@ pub mod state;
 
 use std::time::Duration;
 
-use nearmiss_drive::planner::{Forecast, occupancy_sets};
-use nearmiss_workflow::MissingEgo;
-
 use crate::action::Action;
 use crate::features::generation;
 use crate::loaded::{DriveFiles, DriveKey, Opened};
@@ -17,6 +14,8 @@ use crate::model::{
     Camera, Drives, Job, JobId, JobState, Model, NEIGHBOURHOOD, OpenId, RunningDrive, Update,
     forecast_words,
 };
+use nearmiss_drive::planner::{Forecast, occupancy_sets};
+use nearmiss_workflow::MissingEgo;
 use request::{Plan, PlanUpdate, SaveDrive};
 
 /// Seconds a scenario without an ego stays open before one is planned for it, so that moving through the list does not

@@ -2,14 +2,6 @@
 
 use std::path::Path;
 
-use nearmiss_base::system::shown_path;
-use nearmiss_drive::planner::Forecast;
-use nearmiss_drive::simulation::Settings;
-use nearmiss_formats::commonroad::{ProblemSolution, Solution, save, write_solution};
-use nearmiss_formats::{Entry, write_recording};
-use nearmiss_scene::scenario::{Transform, VehicleModel, VehicleType};
-use nearmiss_workflow::{OpenRequest, PlanRequest};
-
 use crate::features::jobs::notes;
 use crate::features::pictures::file_name;
 use crate::loaded::{DriveFiles, DriveKey, Opened};
@@ -17,6 +9,13 @@ use crate::message::Effect;
 use crate::model::{Job, JobId, JobKind, Model, Update};
 use crate::request::{Replies, Request};
 use crate::services::Services;
+use nearmiss_base::system::shown_path;
+use nearmiss_drive::planner::Forecast;
+use nearmiss_drive::simulation::Settings;
+use nearmiss_formats::commonroad::{ProblemSolution, Solution, save, write_solution};
+use nearmiss_formats::{Entry, write_recording};
+use nearmiss_scene::scenario::{Transform, VehicleModel, VehicleType};
+use nearmiss_workflow::{OpenRequest, PlanRequest};
 
 /// Plans the ego of a scenario.
 #[derive(Debug)]

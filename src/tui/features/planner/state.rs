@@ -1,11 +1,10 @@
 //! The planner in the workbench: its settings, and the drive in progress.
 
-use nearmiss_drive::planner::Forecast;
-use nearmiss_scene::scenario::{ContentHash, Transform};
-
 use crate::action::Action;
 use crate::loaded::{CycleShown, DriveKey, Opened, PlannedEgo};
 use crate::model::{JobId, Model};
+use nearmiss_drive::planner::Forecast;
+use nearmiss_scene::scenario::{ContentHash, Transform};
 
 /// State of planning beside the open scenario.
 #[derive(Debug)]
@@ -123,7 +122,7 @@ const MAX_CYCLE_BYTES: usize = 128 << 20;
 
 /// A drive that is kept.
 #[derive(Debug)]
-pub struct KeptDrive {
+pub struct CachedDrive {
     /// The key of the drive.
     pub key: DriveKey,
     /// The scenario with it.
@@ -138,7 +137,7 @@ pub struct KeptDrive {
 /// Kept drives, oldest first.
 #[derive(Debug, Default)]
 pub struct RolloutCache {
-    drives: Vec<KeptDrive>,
+    drives: Vec<CachedDrive>,
 }
 
 impl RolloutCache {
@@ -148,7 +147,7 @@ impl RolloutCache {
             return;
         };
         self.drives.retain(|drive| drive.key != key);
-        self.drives.push(KeptDrive {
+        self.drives.push(CachedDrive {
             key,
             opened: Box::new(opened.clone()),
             shown: false,
@@ -164,7 +163,7 @@ impl RolloutCache {
 
     /// The drive of this.
     #[must_use]
-    pub fn find(&self, key: DriveKey) -> Option<&KeptDrive> {
+    pub fn find(&self, key: DriveKey) -> Option<&CachedDrive> {
         self.drives.iter().find(|drive| drive.key == key)
     }
 
@@ -173,7 +172,7 @@ impl RolloutCache {
         &self,
         hash: ContentHash,
         change: Option<Transform>,
-    ) -> impl Iterator<Item = &KeptDrive> {
+    ) -> impl Iterator<Item = &CachedDrive> {
         let drives = self.drives.iter();
         drives.filter(move |drive| drive.key.hash == hash && drive.key.change == change)
     }

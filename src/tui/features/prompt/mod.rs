@@ -6,10 +6,6 @@ pub mod request;
 pub mod saving;
 pub mod state;
 
-use edtui::events::KeyInput;
-use nearmiss_scene::description::visible;
-use nearmiss_settings::Keys;
-
 use crate::action::{Action, Scope};
 use crate::features::Step;
 use crate::features::prompt::request::KeepDraft;
@@ -17,6 +13,9 @@ use crate::keymap::{Code, Key, Keymap, editor_input, first_line};
 use crate::message::{Effect, ExternalEdit, Mouse};
 use crate::model::{Change, Editor, HEAVY, Model, Pane, PromptView};
 use crate::update::pressed;
+use edtui::events::KeyInput;
+use nearmiss_scene::description::visible;
+use nearmiss_settings::Keys;
 
 pub use saving::{reread, reset, saved};
 

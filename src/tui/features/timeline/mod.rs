@@ -3,14 +3,13 @@
 pub mod draw;
 pub mod state;
 
-use nearmiss_scene::metrics::Series;
-use nearmiss_scene::verdict::Task;
-
 use crate::action::Action;
 use crate::clock::PlayRange;
 use crate::message::Effect;
 use crate::model::{Disagreement, Heat, Line, Model, OpenId, Seek, ShownAnswer};
 use crate::update::{open, opening};
+use nearmiss_scene::metrics::Series;
+use nearmiss_scene::verdict::Task;
 
 /// Goes to the most dangerous value of the plotted measure: of the picked obstacle, where it has one, else of all.
 pub(super) fn go_to_minimum(model: &mut Model) {

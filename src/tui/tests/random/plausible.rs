@@ -5,21 +5,6 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
-use nearmiss_ask::llm::Chunk;
-use nearmiss_drive::generation::Progress;
-use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_scene::corpus::{
-    CorpusIndex, IndexedWindow, Manoeuvre, RoadType, SEVERITIES, WindowEgo,
-};
-use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::verdict::Task;
-use nearmiss_store::{BatchId, Choice, ItemState, RatedAnswer, Rating, RunId};
-use nearmiss_study::evaluation::batch::Estimate;
-use nearmiss_study::evaluation::generating::Progress as TerminationSignal;
-use nearmiss_study::evaluation::{Answer, Event};
-use nearmiss_workflow::batch::DryRunLine;
-use nearmiss_workflow::{ExperimentFile, FolderOfExperiments};
-
 use crate::features::answers::Ask;
 use crate::features::batch::request::{
     AskBatch, BatchAnswer, BatchProgress, BatchUpdate, EstimateBatch, ItemChange,
@@ -42,6 +27,20 @@ use crate::tests::experiment_screen::{counted, outline};
 use crate::tests::history::FIRST;
 use crate::tests::random::world::{CLAIMS, HOSTILE};
 use crate::tests::written::unwritten;
+use nearmiss_ask::llm::Chunk;
+use nearmiss_drive::generation::Progress;
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::corpus::{
+    CorpusIndex, IndexedWindow, Manoeuvre, RoadType, SEVERITIES, WindowEgo,
+};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{BatchId, Choice, ItemState, RatedAnswer, Rating, RunId};
+use nearmiss_study::evaluation::batch::Estimate;
+use nearmiss_study::evaluation::generating::Progress as TerminationSignal;
+use nearmiss_study::evaluation::{Answer, Event};
+use nearmiss_workflow::batch::DryRunLine;
+use nearmiss_workflow::{ExperimentFile, FolderOfExperiments};
 
 /// The answer of a number.
 pub fn stored(n: usize) -> Answer {

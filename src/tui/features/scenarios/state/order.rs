@@ -3,13 +3,12 @@
 use std::cmp::Ordering;
 use std::sync::Arc;
 
+use crate::features::scenarios::state::{Filter, List};
+use crate::loaded::{Facts, country_code};
 use nearmiss_formats::Entry;
 use nearmiss_scene::corpus::CorpusIndex;
 use nearmiss_scene::metrics::{CriticalMoment, Danger, MEASURES, Measure};
 use nearmiss_workflow::{Agreement, Filterable, HEADLINE, Indexed, Number, Property, nearest};
-
-use crate::features::scenarios::state::{Filter, List};
-use crate::loaded::{Facts, country_code};
 
 /// By what the list is sorted; scenarios of which that is not known come last.
 #[derive(Debug, Clone, Copy, Default)]
