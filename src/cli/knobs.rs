@@ -7,7 +7,7 @@ use nearmiss_ask::prompts::Library;
 use nearmiss_base::system::unknown;
 use nearmiss_record::fields::{Fields, Layers, Row};
 use nearmiss_settings::Config;
-use nearmiss_study::evaluation::batch::Experiment;
+use nearmiss_study::evaluation::batch::{Experiment, TuneSettings};
 use nearmiss_workflow::{complete_experiment, configured_experiment};
 
 /// Settings of an experiment.
@@ -113,6 +113,17 @@ pub fn keys() -> String {
         format!("    {:<17} {about}\n", row.key)
     });
     lines.collect()
+}
+
+/// The names of the keys.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    Experiment::rows().iter().map(|row| row.key)
+}
+
+/// The same for `tune`, those of its search first.
+pub fn names_for_tune() -> impl Iterator<Item = String> {
+    let search = { TuneSettings::rows().iter() }.map(|row| format!("tune.{}", row.key));
+    search.chain(names().map(Into::into))
 }
 
 /// The keys below the options of a command.
