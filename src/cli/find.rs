@@ -35,8 +35,8 @@ const TOKENS: u32 = 4096;
 `nearmiss help finding` lists the terms.\n\
 Exit status: 0 windows were found; 1 none was; 2 an error of input, or a model wrote no terms.")]
 pub struct Find {
-    /// Terms that a window has to fit: \"manoeuvre:cut_in ttc<1.5 road:highway\". With --model a sentence:
-    /// \"cut-ins under 1.5 s TTC on motorways\".
+    /// Terms that a window has to fit: "manoeuvre:cut_in ttc<1.5 road:highway". With --model a sentence:
+    /// "cut-ins under 1.5 s TTC on motorways".
     #[arg(required = true)]
     terms: Vec<String>,
     /// Model that writes the terms of the sentence, as provider/model. They are shown before the search.
@@ -112,6 +112,7 @@ impl json::Output for FindDocument {
 /// Runs `find`.
 pub fn run(arguments: &Find) -> Outcome {
     let words = arguments.terms.join(" ");
+    arguments.format.is_json_in(arguments.output.file())?;
     let (folders, config) = configuration()?;
     let mut document = match &arguments.model {
         Some(model) => written(model, &words, arguments, &folders, &config)?,
@@ -376,7 +377,7 @@ fn table(document: &FindDocument, found: &FoundWindows) -> String {
 }
 
 fn write(arguments: &Find, document: &FindDocument, text: &str) -> Outcome {
-    let text = if arguments.format.is_json() {
+    let text = if arguments.format.is_json_in(arguments.output.file())? {
         let document = json::Output::document(document).map_err(Failure::input)?;
         output::json_line(&document)?
     } else {

@@ -7,8 +7,10 @@ use std::path::Path;
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue};
 
+use super::generate::GenerateSettings;
 use super::open::resolved;
-use super::{Arguments, Failure, Outcome, json, output};
+use super::set::Settable as _;
+use super::{Arguments, Failure, Outcome, json, knobs, output};
 use nearmiss_base::system::{did_you_mean, unknown};
 use nearmiss_docs::{TOPICS, explaining, topic};
 use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
@@ -44,7 +46,7 @@ pub fn run(arguments: &Help) -> Outcome {
         output::text(topic.text)?;
         return match topic.name {
             "json" => output::text(&vocabulary()),
-            "experiments" => output::text(&format!("\n## Keys\n\n{}", super::knobs::keys())),
+            "experiments" => output::text(&format!("\n## Keys\n\n{}", knobs::keys())),
             "planners" => output::text(&planner_messages()),
             "tools" => output::text(&nearmiss_study::tools::table()),
             _ => Ok(()),
@@ -105,22 +107,75 @@ const MOVED: &[(&str, &str)] = &[
     ("prompts", "prompt"),
     ("ratings", "runs ratings"),
     ("sample", "corpus sample"),
+    ("templates", "prompt list"),
     ("themes", "config themes"),
 ];
 
-/// Options of versions before, and what they are now.
+/// Options of versions before that are no key of `--set` by their name, and what they are now.
 const MOVED_OPTIONS: &[(&str, &str)] = &[
+    ("--ablation", "--rows techniques --against base"),
+    ("--add-lead", "--set leads=S"),
+    ("--add-model", "--model MODEL"),
+    ("--add-techniques", "--techniques TECHNIQUES"),
+    ("--add-transform", "--transform CHANGES"),
+    ("--against", "a second --planner"),
+    ("--csv", "--format csv"),
+    ("--frame", "--set frames=FRAME"),
     ("--json", "--format json"),
+    ("--lead", "--set leads=S"),
+    ("--leaks", "--dry-run=leaks"),
+    ("--list", "nearmiss evaluate list"),
+    ("--no-feedback", "--set feedback=off"),
+    ("--no-grades", "--set grades=off"),
+    ("--planning-problem", "--ego FILE#ID"),
+    ("--print", "--format toml"),
     ("--print-config", "nearmiss config print"),
+    ("--questions", "--dry-run=questions"),
+    ("--resume", "nearmiss evaluate BATCH"),
+    ("--split-seed", "--set split.seed=N"),
+    ("--test-share", "--set split.test=SHARE"),
+    ("--to", "--format FORMAT"),
+    ("--toml", "--format toml"),
 ];
 
-/// What an option is now that is not known any more.
-pub fn moved_option(error: &clap::Error) -> Option<String> {
+/// What an option is now that is not known any more, of the command that `words` name.
+pub fn moved_option(error: &clap::Error, words: &[String]) -> Option<String> {
     let Some(ContextValue::String(option)) = error.get(ContextKind::InvalidArg) else {
         return None;
     };
-    let (_, now) = MOVED_OPTIONS.iter().find(|(old, _)| old == option)?;
+    let moved = MOVED_OPTIONS.iter().find(|(old, _)| old == option);
+    let now = match moved {
+        Some((_, now)) => (*now).to_string(),
+        None => format!("--set {}=VALUE", set_by(option, words)?),
+    };
     Some(format!("`{option}` is `{now}` now"))
+}
+
+/// The key of `--set` that has the name of an option, where the command has one.
+fn set_by(option: &str, words: &[String]) -> Option<String> {
+    let program = program();
+    let mut command = &program;
+    for word in words {
+        match command.find_subcommand(word) {
+            Some(next) => command = next,
+            None => break,
+        }
+    }
+    let mut options = command.get_arguments();
+    if !options.any(|option| option.get_long() == Some("set")) {
+        return None;
+    }
+    let key = option.strip_prefix("--")?.replace('-', "_");
+    let keys: Vec<String> = match command.get_name() {
+        "plan" | "generate" => GenerateSettings::keys()
+            .into_iter()
+            .map(Into::into)
+            .collect(),
+        "tune" => knobs::names_for_tune().collect(),
+        _ => knobs::names().map(Into::into).collect(),
+    };
+    keys.into_iter()
+        .find(|known| known.rsplit('.').next() == Some(&key))
 }
 
 /// Prints the JSON schema of an output.
@@ -129,7 +184,8 @@ fn schema(words: &[String], name: &str) -> Outcome {
         [topic] if ["json", "experiments", "planners"].contains(&topic.as_str()) => topic.as_str(),
         _ => {
             return Err(Failure::input(format!(
-                "--schema needs the topic json, experiments or planners: `nearmiss help json --schema {name}`"
+                "--schema needs the topic json, experiments or planners: `nearmiss help {} --schema {name}`",
+                topic_of_schema(name)
             )));
         }
     };
@@ -153,6 +209,18 @@ fn schema(words: &[String], name: &str) -> Outcome {
     };
     let text = serde_json::to_string_pretty(&schema).map_err(Failure::input)?;
     output::text(&format!("{text}\n"))
+}
+
+/// The topic that has this schema.
+fn topic_of_schema(name: &str) -> &'static str {
+    let mut messages = planner_message_names();
+    if name == EXPERIMENT {
+        "experiments"
+    } else if messages.any(|(message, _)| message == name) {
+        "planners"
+    } else {
+        "json"
+    }
 }
 
 /// The schema of the topic experiments.

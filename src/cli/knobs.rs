@@ -7,7 +7,7 @@ use nearmiss_ask::prompts::Library;
 use nearmiss_base::system::unknown;
 use nearmiss_record::fields::{Fields, Layers, Row};
 use nearmiss_settings::Config;
-use nearmiss_study::evaluation::batch::Experiment;
+use nearmiss_study::evaluation::batch::{Experiment, TuneSettings};
 use nearmiss_workflow::{complete_experiment, configured_experiment};
 
 /// Settings of an experiment.
@@ -91,7 +91,9 @@ pub fn of_one_question(config: &Config, set: &[(String, String)]) -> Result<Expe
         layers.word("--set tools", "tools", "on");
     }
     let settings = layers.fields_so_far();
-    for (key, words) in settings.mistakes() {
+    // Secrets of an address are left out where one answer is stored.
+    let mistakes = settings.mistakes().into_iter();
+    for (key, words) in mistakes.filter(|(key, _)| *key != "base_url") {
         layers.mistake(key, &words);
     }
     let checked = layers.checked();
@@ -119,6 +121,17 @@ pub fn keys() -> String {
         format!("    {:<17} {about}\n", row.key)
     });
     lines.collect()
+}
+
+/// The names of the keys.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    Experiment::rows().iter().map(|row| row.key)
+}
+
+/// The same for `tune`, those of its search first.
+pub fn names_for_tune() -> impl Iterator<Item = String> {
+    let search = { TuneSettings::rows().iter() }.map(|row| format!("tune.{}", row.key));
+    search.chain(names().map(Into::into))
 }
 
 /// The keys below the options of a command.

@@ -163,7 +163,9 @@ pub fn arguments() -> Arguments {
                 |()| error.exit_code(),
             ));
         }
-        match help::moved_option(&error) {
+        let words = std::env::args_os().skip(1);
+        let words: Vec<String> = words.map_while(|word| word.into_string().ok()).collect();
+        match help::moved_option(&error, &words) {
             Some(moved) => output::lines(&format!("error: {moved}")),
             None if plain == said => error.exit(),
             None => output::lines(&plain),

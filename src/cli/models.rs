@@ -138,7 +138,7 @@ pub struct ModelLine<'m> {
 
 impl json::Output for ModelLine<'_> {
     const NAME: &'static str = "models";
-    const TITLE: &'static str = "`models --json`: one model a line";
+    const TITLE: &'static str = "`models --format json`: one model a line";
 }
 
 /// The built-in judge.

@@ -43,7 +43,7 @@ pub enum Runs {
     Import(Import),
     /// Summarise ratings of answers compared side by side.
     Ratings(Ratings),
-    /// List, collect and cancel provider batches (those of `evaluate`: `evaluate --list`).
+    /// List, collect and cancel provider batches (those of `evaluate`: `evaluate list`).
     Batches(Batches),
 }
 

@@ -37,9 +37,9 @@ pub struct Sample {
     /// Seed; the same seed draws the same windows from the same index.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Form of the output.
-    #[arg(long, value_enum, default_value = "table")]
-    format: Format,
+    /// Form of the output [default: from the file name, else table].
+    #[arg(long, value_enum)]
+    format: Option<Format>,
     #[command(flatten)]
     output: output::OutputFile,
 }
@@ -51,10 +51,20 @@ enum Format {
     /// Paths of scenarios alone, each once.
     Paths,
     /// JSON lines: one object for each window.
+    #[value(alias = "jsonl")]
     Json,
     /// An experiment file that asks about the drawn scenarios; add its models.
     Toml,
 }
+
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, Format)] = &[
+    ("txt", Format::Table),
+    ("json", Format::Json),
+    ("jsonl", Format::Json),
+    ("ndjson", Format::Json),
+    ("toml", Format::Toml),
+];
 
 /// A drawn window for programs.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -99,6 +109,9 @@ fn axis(word: &str) -> Result<Axis, String> {
 /// Runs `sample`.
 pub fn run(arguments: &Sample) -> Outcome {
     let most = usize::try_from(arguments.number).map_err(Failure::input)?;
+    let (asked, file) = (arguments.format, arguments.output.file());
+    let known = (ENDINGS, ".txt, .json, .jsonl and .toml");
+    let format = output::format_of(asked, file, Format::Table, known)?;
     let mut sampler = Sampler::new(arguments.seed, most);
     for part in index_parts(&arguments.folder).map_err(Failure::input)? {
         let part = Part::open(&part).map_err(Failure::input)?;
@@ -118,7 +131,7 @@ pub fn run(arguments: &Sample) -> Outcome {
             output::counted(lines.len(), "window")
         ));
     }
-    let text = match arguments.format {
+    let text = match format {
         Format::Table => table(&lines),
         Format::Paths => paths(&lines).map(|path| format!("{path}\n")).collect(),
         Format::Json => {

@@ -129,7 +129,7 @@ fn the_added_field_is_in_every_face() {
          A-1␛,goal,40,2.0,,,,,R_G1 R_G3,\n"
     );
     let line = json_line(&drive(Some(3.25))).expect("plain keys");
-    assert!(line.starts_with("{\"schema_version\":1,\"scenario\":\"A-1\\u001b\","));
+    assert!(line.starts_with("{\"schema_version\":2,\"scenario\":\"A-1\\u001b\","));
     assert!(line.ends_with("\"deceleration\":3.25}\n"), "{line}");
     let (first, second) = (drive(Some(3.25)), drive(None));
     let rows = rows([&first, &second]).expect("plain keys");

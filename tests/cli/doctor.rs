@@ -176,7 +176,7 @@ fn every_mistake_of_the_configuration_is_named() {
     let said = [
         "config.toml:1: radius = \"lots\": expected a number",
         "config.toml:3: unknown key `budgett`; did you mean `budget`?",
-        "config.toml:4: history = 0: expected a whole number of at least 1",
+        "config.toml:4: history = 0: expected a whole number from 1 to 100000",
     ];
     home.run(&["config", "print"]).status(2).says(&said);
     let ended = home

@@ -125,6 +125,29 @@ fn what_there_is_not_is_refused_with_what_was_probably_meant() {
     home.run(&["inspect", "--json"])
         .status(2)
         .says(&["`--json` is `--format json` now"]);
+    for (asked, now) in [
+        (
+            "evaluate x --resume b1",
+            "`--resume` is `nearmiss evaluate BATCH` now",
+        ),
+        ("evaluate x --lead 1", "`--lead` is `--set leads=S` now"),
+        (
+            "evaluate x --max-tokens 9",
+            "`--max-tokens` is `--set max_tokens=VALUE` now",
+        ),
+        (
+            "tune x.toml --rounds 2",
+            "`--rounds` is `--set tune.rounds=VALUE` now",
+        ),
+        (
+            "generate x --votes 3",
+            "`--votes` is `--set votes=VALUE` now",
+        ),
+        ("templates", "`templates` is `prompt list` now"),
+    ] {
+        let words: Vec<&str> = asked.split(' ').collect();
+        home.run(&words).status(2).says(&[now]);
+    }
     let ended = home.run(&["help", "generat"]).status(2);
     ended.says(&["did you mean `generate`"]);
     let ended = home.run(&["help", "xyzzy"]).status(2);

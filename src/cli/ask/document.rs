@@ -58,7 +58,7 @@ pub struct AskDocument<'a> {
 
 impl json::Output for AskDocument<'_> {
     const NAME: &'static str = "ask";
-    const TITLE: &'static str = "`ask --json`: one answer";
+    const TITLE: &'static str = "`ask --format json`: one answer";
 }
 
 /// An answer that was in the store before it was asked for.

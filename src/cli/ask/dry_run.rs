@@ -25,7 +25,7 @@ pub struct AskDryRun<'a> {
 
 impl json::Output for AskDryRun<'_> {
     const NAME: &'static str = "ask-dry-run";
-    const TITLE: &'static str = "`ask --dry-run --json`: what a question would take";
+    const TITLE: &'static str = "`ask --dry-run --format json`: what a question would take";
 }
 
 /// Says how long the question is, what it costs at most, and what a budget makes of that.

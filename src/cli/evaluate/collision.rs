@@ -177,7 +177,7 @@ pub struct CollisionDocument {
 
 impl json::Output for CollisionDocument {
     const NAME: &'static str = "evaluate-collision";
-    const TITLE: &'static str = "`evaluate --task collision --json` of the built-in judge";
+    const TITLE: &'static str = "`evaluate --task collision --format json` of the built-in judge";
 }
 
 /// The label of a scenario beside the judge's.

@@ -81,7 +81,7 @@ pub struct DryRunDocument<'a> {
     /// Scenarios without ground truth.
     left_out: &'a [String],
     tokens: u64,
-    most_usd: f64,
+    most_usd: Option<f64>,
     /// Budget in US dollars.
     budget: Option<f64>,
     /// Whether the budget is enough; null if that is unknown.
@@ -136,7 +136,7 @@ pub fn write(
             why: unaskable.collect(),
             left_out: &dry_run.unlabelled,
             tokens: estimate.tokens,
-            most_usd: estimate.usd,
+            most_usd: estimate.most_usd(),
             budget,
             within_budget: budget.and_then(|usd| is_enough(usd, estimate)),
             unbounded: estimate.unbounded,

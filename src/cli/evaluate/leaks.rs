@@ -18,7 +18,7 @@ pub struct LeaksDocument {
 impl json::Output for LeaksDocument {
     const NAME: &'static str = "evaluate-leaks";
     const TITLE: &'static str =
-        "`evaluate --leaks --format json`: what the surface of the questions tells";
+        "`evaluate --dry-run=leaks --format json`: what the surface of the questions tells";
 }
 
 /// Writes how well each part of the surface tells dangerous from safe windows.

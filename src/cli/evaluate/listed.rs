@@ -69,7 +69,7 @@ pub fn list(as_json: bool) -> Outcome {
             text.push_str(&format!(
                 "      {} · truth: {}{}\n",
                 scenarios(progress.scenarios, &spec.experiment.scenarios),
-                spec.truth().summary(),
+                spec.truth_summary(),
                 spec.ego
                     .planner()
                     .map_or(String::new(), |drives| format!(" · egos {}", drives.text()))

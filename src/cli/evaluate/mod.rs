@@ -155,6 +155,7 @@ impl Run {
 pub enum Format {
     Table,
     Csv,
+    #[value(alias = "jsonl")]
     Json,
 }
 

@@ -300,7 +300,7 @@ pub struct SafetyDocument {
 
 impl json::Output for SafetyDocument {
     const NAME: &'static str = "evaluate-safety";
-    const TITLE: &'static str = "`evaluate --json` of the built-in judge, safety task";
+    const TITLE: &'static str = "`evaluate --format json` of the built-in judge, safety task";
 }
 
 /// A judge or predictor at all leads.

@@ -39,7 +39,7 @@ use nearmiss_formats::commonroad::NewFile;
 use nearmiss_settings::Config;
 use nearmiss_study::evaluation::generating::Ranking;
 use resume::EarlierRun;
-use settings::GenerateSettings;
+pub use settings::GenerateSettings;
 use summary::Summary;
 use table::Table;
 use variant::GenerateJob;
@@ -78,8 +78,8 @@ pub struct GenerateArguments {
         allow_negative_numbers = true
     )]
     attacker: Vec<i64>,
-    /// Search only for attacks that these terms describe: who, which manoeuvre, from where. \"actor:car,truck
-    /// manoeuvre:cut-in place:left-lane\"; `nearmiss help wishes` lists them.
+    /// Search only for attacks that these terms describe: who, which manoeuvre, from where. "actor:car,truck
+    /// manoeuvre:cut-in place:left-lane"; `nearmiss help wishes` lists them.
     #[arg(long, value_name = "TERMS", conflicts_with = "check")]
     wish: Option<Wish>,
     /// Maximum number of obstacles that attack together, 1 to 3; further ones are added only where they make the outcome

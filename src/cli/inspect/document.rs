@@ -68,7 +68,7 @@ pub struct ScenarioDocument<'s> {
 
 impl json::Output for ScenarioDocument<'_> {
     const NAME: &'static str = "inspect";
-    const TITLE: &'static str = "`inspect FILE --json`: a scenario";
+    const TITLE: &'static str = "`inspect FILE --format json`: a scenario";
 }
 
 /// An obstacle: type, states, occupancy sets and signals.
@@ -136,7 +136,7 @@ impl<'s> ScenarioDocument<'s> {
             attributes: &header.attributes,
             location: scenario.location.as_ref(),
             tags: &scenario.tags,
-            hash: scenario.hash.to_string(),
+            hash: crate::row_file::short_hash(&scenario.hash),
             lanelets: &network.lanelets,
             traffic_signs: signs.map(|sign| references.to_sign(sign)).collect(),
             traffic_lights: lights.map(|light| references.to_light(light)).collect(),

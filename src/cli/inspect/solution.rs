@@ -134,7 +134,7 @@ pub struct SolutionDocument<'s> {
 
 impl json::Output for SolutionDocument<'_> {
     const NAME: &'static str = "inspect-solution";
-    const TITLE: &'static str = "`inspect SOLUTION --json`: a solution";
+    const TITLE: &'static str = "`inspect SOLUTION --format json`: a solution";
 }
 
 /// What a solution says of a planning problem.

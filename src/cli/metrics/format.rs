@@ -9,6 +9,7 @@ pub(super) enum Format {
     /// CSV with a header.
     Csv,
     /// JSON lines: one object per row.
+    #[value(alias = "jsonl")]
     Json,
     /// Apache Parquet with units and sources as metadata; needs a file.
     Parquet,
@@ -26,17 +27,6 @@ const ENDINGS: &[(&str, Format)] = &[
 impl Format {
     /// The format that was asked for, or that the file's name asks for; both must agree.
     pub fn chosen(asked: Option<Self>, file: Option<&Path>) -> Result<Self, Failure> {
-        let named = file.and_then(|file| Some((file, output::format_of_name(file, ENDINGS)?)));
-        if let (Some(asked), Some((file, named))) = (asked, named)
-            && asked != named
-        {
-            return Err(Failure::input(format!(
-                "--format {} contradicts the file name {} ({}); drop --format or rename the file",
-                asked.of_table().name(),
-                file.display(),
-                named.of_table().name()
-            )));
-        }
         let known = ".csv, .json, .jsonl, .ndjson and .parquet";
         output::format_of(asked, file, Self::Csv, (ENDINGS, known))
     }

@@ -1,11 +1,15 @@
 //! `--format` of commands that print text or JSON.
 
+use std::path::Path;
+
+use crate::Failure;
+
 /// How results are printed.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub struct FormatOption {
-    /// Form of the output.
-    #[arg(long, value_enum, default_value = "table")]
-    format: PrintedFormat,
+    /// Form of the output [default: table].
+    #[arg(long, value_enum)]
+    format: Option<PrintedFormat>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -19,9 +23,27 @@ enum PrintedFormat {
     Json,
 }
 
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, PrintedFormat)] = &[
+    ("txt", PrintedFormat::Table),
+    ("json", PrintedFormat::Json),
+    ("jsonl", PrintedFormat::Json),
+    ("ndjson", PrintedFormat::Json),
+];
+
 impl FormatOption {
     /// Whether JSON is printed.
     pub fn is_json(self) -> bool {
-        self.format == PrintedFormat::Json
+        self.format == Some(PrintedFormat::Json)
+    }
+
+    /// Whether JSON is written to this file, by the option or by the ending of its name.
+    ///
+    /// # Errors
+    /// The ending asks for neither text nor JSON, or for the other one.
+    pub fn is_json_in(self, file: Option<&Path>) -> Result<bool, Failure> {
+        let known = (ENDINGS, ".txt, .json and .jsonl");
+        let format = super::format_of(self.format, file, PrintedFormat::Table, known)?;
+        Ok(format == PrintedFormat::Json)
     }
 }

@@ -39,17 +39,28 @@ pub fn file_of(output: Option<&Path>) -> Option<&Path> {
     output.filter(|path| *path != Path::new("-"))
 }
 
-/// The format that was asked for, or that the ending of the file's name asks for; `known` lists the endings.
-pub fn format_of<F: Copy>(
+/// The format that was asked for, or that the ending of the file's name asks for, which must agree; `known` lists the
+/// endings.
+pub fn format_of<F: Copy + PartialEq>(
     asked: Option<F>,
     file: Option<&Path>,
     default: F,
     (endings, known): (&[(&str, F)], &str),
 ) -> Result<F, Failure> {
+    let named = file.and_then(|file| format_of_name(file, endings));
+    // A form without an ending, such as a list of paths, goes into any file.
+    let own = asked.and_then(|asked| endings.iter().find(|(_, format)| *format == asked));
     match (asked, file) {
-        (Some(format), _) => Ok(format),
+        (Some(format), Some(file)) => match (own, named) {
+            (Some((own, _)), Some(named)) if named != format => Err(Failure::input(format!(
+                "--format {own} contradicts the file name {}; drop --format or rename the file",
+                file.display()
+            ))),
+            _ => Ok(format),
+        },
+        (Some(format), None) => Ok(format),
         (None, None) => Ok(default),
-        (None, Some(file)) => match format_of_name(file, endings) {
+        (None, Some(file)) => match named {
             Some(format) => Ok(format),
             // A folder is refused where the file is begun.
             None if file.is_dir() => Ok(default),

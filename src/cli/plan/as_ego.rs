@@ -40,7 +40,11 @@ pub fn named(said: &str) -> Option<&str> {
 /// There is no such planner, no scenario could be driven, the drives cannot be kept, or the user asked for an end.
 pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoSelection, Failure> {
     let (folders, config) = configuration()?;
-    let planner = PlannerOptions::named(said, &config)?;
+    let planner = PlannerOptions::named(said, &config)
+        // It is an ego here.
+        .map_err(|failure| {
+            Failure::input(failure.message.replacen("--planner ", "--ego planner:", 1))
+        })?;
     let settings = Settings {
         // Egos are shown and asked about in the recorded traffic.
         traffic: TrafficMode::Recorded,

@@ -104,12 +104,14 @@ enum Format {
     /// Markdown tables.
     Md,
     /// LaTeX tables with the rules of booktabs.
+    #[value(alias = "tex")]
     Latex,
     /// CSV: one row a cell, unrounded; --pairs has the comparisons.
     Csv,
     /// Apache Parquet: the rows of CSV, with provenance as metadata; needs a file.
     Parquet,
     /// One JSON object with every number.
+    #[value(alias = "jsonl")]
     Json,
     /// One self-contained file with tables and figures.
     Html,
@@ -123,6 +125,7 @@ const ENDINGS: &[(&str, Format)] = &[
     ("csv", Format::Csv),
     ("parquet", Format::Parquet),
     ("json", Format::Json),
+    ("jsonl", Format::Json),
     ("html", Format::Html),
     ("htm", Format::Html),
 ];

@@ -26,6 +26,7 @@ use progress::Stages;
 
 /// Arguments of `tune`.
 #[derive(Debug, clap::Args)]
+#[command(after_long_help = crate::knobs::help())]
 #[command(after_help = "\
 The test split is never opened. `nearmiss help tuning`: what is shown, how templates are compared.\n\
 Exit status: 0 a better template was found; 1 none was, or the tune ended early without one; 2 an error of input.")]

@@ -145,7 +145,7 @@ pub fn has_answer(
 pub fn not_recorded(question: &Question) -> String {
     let case = &question.case;
     format!(
-        "no recorded answer ({}, {} frame, {}); see `nearmiss runs import` and --protocol paper",
+        "no recorded answer ({}, {} frame, {}); see `nearmiss runs import` and --set protocol=paper",
         case.task.name(),
         case.frame.name(),
         case.techniques,

@@ -264,10 +264,9 @@ impl DryRun {
 /// Whether a budget, US dollars, is enough for everything; `None` if that cost is unknown.
 #[must_use]
 pub fn is_enough(usd: f64, estimate: &Estimate) -> Option<bool> {
-    let known = estimate.unbounded == 0 && estimate.unpriced == 0;
     if estimate.usd > usd {
         Some(false)
     } else {
-        known.then_some(true)
+        estimate.most_usd().map(|_| true)
     }
 }

@@ -285,6 +285,12 @@ pub struct Estimate {
 const ASSUMED_ANSWER: u64 = 1000;
 
 impl Estimate {
+    /// The most that all requests cost, US dollars; nothing where that of one is unknown.
+    #[must_use]
+    pub fn most_usd(&self) -> Option<f64> {
+        (self.unbounded == 0 && self.unpriced == 0).then_some(self.usd)
+    }
+
     /// All questions.
     #[must_use]
     pub fn questions(&self) -> u64 {
