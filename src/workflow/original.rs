@@ -404,7 +404,7 @@ mod tests {
         let file = folder.path().join("v.json");
         let text = std::fs::read_to_string(&file).unwrap();
         let mut manifest: Value = serde_json::from_str(&text).unwrap();
-        manifest["avoidable"] = json!({"0.5": {"avoided": true, "searched": {}}});
+        manifest["avoidable"] = json!({"0.5": {"avoided": true}});
         std::fs::write(&file, manifest.to_string()).unwrap();
         let origin = VariantOrigin::read(&entry).unwrap();
         assert_eq!(Vec::from_iter(origin.certificates()), [("0.5", "")]);

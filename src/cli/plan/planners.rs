@@ -102,15 +102,16 @@ impl PlannerOptions {
     ) -> Result<PlannerChoice, Failure> {
         let name = output::visible(said);
         if said == BUILT_IN {
-            return match self.real_time {
-                true if self.planners.len() == 1 => Err(Failure::input(
+            return if self.real_time && self.planners.len() == 1 {
+                Err(Failure::input(
                     "--real-time needs a planner that is a process; the built-in planner is always waited for",
-                )),
-                _ => Ok(PlannerChoice {
+                ))
+            } else {
+                Ok(PlannerChoice {
                     name,
                     external: None,
                     is_recorded: false,
-                }),
+                })
             };
         }
         let known = config.external_planners();
