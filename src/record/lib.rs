@@ -1,5 +1,5 @@
 //! Nouns and knobs, described once: a noun has every face of a table, text, CSV, JSON lines, Parquet, panel and schema; a
-//! knob ([`fields`]) is read and written in every form.
+//! knob ([`mod@fields`]) is read and written in every form.
 //!
 //! A noun is a struct. What its fields are called, mean and are measured in stands once, at the field:
 //!

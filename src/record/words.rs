@@ -1,7 +1,7 @@
 //! Enumerations of words: strum derives the words, lists, options, files and the store take them from there.
 
 /// Gives an enumeration that derives `strum::IntoStaticStr` and `strum::VariantArray` its list `ALL`, its word `name` and
-/// the way back, `parse`; with a noun, files, schemas and [`fields`](crate::fields) have the same words.
+/// the way back, `parse`; with a noun, files, schemas and [`fields`](mod@crate::fields) have the same words.
 ///
 /// ```
 /// use strum::{IntoStaticStr, VariantArray};

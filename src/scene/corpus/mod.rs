@@ -1,7 +1,8 @@
 //! What a corpus of recordings holds: windows of pairs of road users, their manoeuvre, road and severity.
 //!
 //! [`for_each_window`] measures the windows of one scenario, [`Coverage`] counts them, and [`Sampler`] draws windows so
-//! that they cover what is there. [`windows`] finds what is worth looking at in a long recording. [`Part`] reads a part of an index, and [`CorpusIndex`] all of them.
+//! that they cover what is there. [`for_each_window`] finds what is worth looking at in a long recording. [`Part`] reads a part of
+//! an index, and [`CorpusIndex`] all of them.
 
 mod index;
 mod manoeuvre;

@@ -179,7 +179,7 @@ impl Candidate {
         criterion: Criterion::REFERENCE,
     };
 
-    /// The names that [`Self::named`] knows.
+    /// The names that [`Self::by_name`] knows.
     pub const NAMES: [&str; 3] = [
         judge::MODEL,
         "reference/constant-velocity",
