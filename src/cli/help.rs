@@ -117,7 +117,7 @@ const MOVED_OPTIONS: &[(&str, &str)] = &[
     ("--add-lead", "--set leads=S"),
     ("--add-model", "--model MODEL"),
     ("--add-techniques", "--techniques TECHNIQUES"),
-    ("--add-transform", "--transform CHANGES"),
+    ("--add-transform", "--set transforms=CHANGES"),
     ("--against", "a second --planner"),
     ("--csv", "--format csv"),
     ("--frame", "--set frames=FRAME"),
@@ -135,6 +135,7 @@ const MOVED_OPTIONS: &[(&str, &str)] = &[
     ("--split-seed", "--set split.seed=N"),
     ("--test-share", "--set split.test=SHARE"),
     ("--to", "--format FORMAT"),
+    ("--transform", "--set transforms=CHANGES"),
     ("--toml", "--format toml"),
 ];
 

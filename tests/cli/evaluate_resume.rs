@@ -164,6 +164,19 @@ async fn what_cannot_be_added_is_said() {
     resume(&home, &["--set", "leads=2.5"])
         .status(2)
         .says(&["leads: 2.5", "within = 2 s"]);
+    let pinned = ["--set", "templates=safety-cartesian.md@000000000000"];
+    resume(&home, &pinned)
+        .status(2)
+        .says(&["templates cannot be changed"]);
+    resume(&home, &["--set", "tune.rounds=2"])
+        .status(2)
+        .says(&["tune cannot be changed"]);
+    begin(&home, &["--samples", "2", "--set", "samples=3"])
+        .status(2)
+        .says(&["--set samples", "--samples sets it, too"]);
+    begin(&home, &["--set", "tool_rounds=4"])
+        .status(2)
+        .says(&["--set tool_rounds", "set tools = true"]);
     resume(&home, &["--set", "within=3"]).status(2).says(&[
         "within cannot be changed",
         "models, techniques, leads, transforms and samples",

@@ -435,7 +435,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
-    fn names(folder: &Path) -> Vec<String> {
+    pub fn names(folder: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(folder).unwrap();
         let mut names: Vec<_> = entries
             .map(|e| e.unwrap().file_name().into_string().unwrap())
@@ -554,17 +554,9 @@ mod tests {
 mod temporary_file_tests {
     #![allow(clippy::unwrap_used)]
 
+    use super::tests::names;
     use super::*;
     use std::io::Write;
-
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = std::fs::read_dir(folder).unwrap();
-        let mut names: Vec<_> = entries
-            .map(|e| e.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
-    }
 
     /// A part as it is where the system knows no files without a name.
     fn with_a_name(folder: &Path) -> PartialFile {
