@@ -314,7 +314,7 @@ fn runs_of_the_store_are_counted_once_each() {
     // Who left out much stands first.
     let note = |at: usize| report["notes"][at].as_str().unwrap();
     assert!(
-        note(0).starts_with("No verdict could be read") && note(0).contains("of 2 of 8 (25 %)"),
+        note(0).starts_with("Without a verdict") && note(0).contains(": 2 of 8 (25 %)"),
         "{}",
         note(0)
     );

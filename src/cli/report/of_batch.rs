@@ -335,8 +335,8 @@ fn judged(answers: &mut Answers, items: &[Item], spec: &Spec) -> Option<String> 
         return None;
     }
     let asked = format!(
-        "For κ, the built-in judge was asked about {} without its verdict in the batch.",
-        output::counted(verdicts, "question")
+        "For κ, the built-in judge answered the questions of {}; the batch holds no verdict of it on them.",
+        output::counted(verdicts, "answer")
     );
     Some(match words(&found.unjudged) {
         None => asked,

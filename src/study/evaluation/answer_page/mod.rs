@@ -14,7 +14,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::{AnswerCase, AnswerStatus, PromptConfig, Scored};
-use crate::evaluation::report::{configuration_name, technique};
+use crate::evaluation::report::configuration_name;
 use detail::SentPictures;
 
 pub use detail::{AnswerDetail, ShownClaim};
@@ -308,7 +308,7 @@ impl AnswerPage {
         let configuration = |configuration: &'p PromptConfig| GridConfiguration {
             name: visible(&configuration_name(configuration)).into_owned(),
             frame: configuration.frame.map(|frame| frame.name()),
-            techniques: configuration.techniques.map(technique),
+            techniques: configuration.techniques.map(|used| used.to_string()),
             model: visible(&configuration.model),
             settings: configuration.settings.to_stored(),
             template: configuration.template.as_ref().map(ToString::to_string),

@@ -375,15 +375,12 @@ impl Report {
             let without = cell.asked - cell.confusion.answered();
             let share = 100.0 * f64::from(without) / f64::from(cell.asked);
             let configuration = names::configuration_name(&cell.configuration);
-            format!(
-                "{configuration} of {without} of {} ({share:.0} %)",
-                cell.asked
-            )
+            format!("{configuration}: {without} of {} ({share:.0} %)", cell.asked)
         });
         let who: Vec<String> = who.collect();
         (!who.is_empty()).then(|| {
             format!(
-                "No verdict could be read: {}. That counts as not right; precision, recall, specificity, accuracy and F1 \
+                "Without a verdict, unparsed or failed: {}. That counts as not right; precision, recall, specificity, accuracy and F1 \
                  are of the verdicts alone and flatter who leaves out what is hard.",
                 who.join("; ")
             )

@@ -26,7 +26,7 @@ pub use contents::RuleRow;
 pub(crate) use contents::record_rows;
 pub use document::{Block, Document, FlatRows, InSplit, IntervalMethods, ReportDocument};
 pub(crate) use names::p_value;
-pub use names::{configuration_name, model as model_name, technique};
+pub use names::{configuration_name, model as model_name};
 pub use pivot::{AskedFacts, AxesDocument, Axis, Measure, Pivot, PivotRequest};
 pub use prevalence::{AtPrevalence, at_prevalence};
 pub use published::{ComparisonRow, CountedCounts, Finding, PartRow, PrintedCounts};

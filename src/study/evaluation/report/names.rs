@@ -1,17 +1,6 @@
 //! Names of prompt configurations in reports.
 
 use super::super::{Cluster, PromptConfig};
-use nearmiss_ask::prompts::Techniques;
-
-/// Techniques as reports name them: `base`, `cp`, `cp+cot`, `all`.
-#[must_use]
-pub fn technique(techniques: Techniques) -> String {
-    if techniques == Techniques::ALL {
-        "all".into()
-    } else {
-        techniques.to_string()
-    }
-}
 
 /// The model of a way with the values of its axes: `lab/model · effort low`.
 #[must_use]
@@ -28,7 +17,7 @@ pub fn configuration_name(configuration: &PromptConfig) -> String {
     let frame = configuration.frame.map(|f| f.name().to_string());
     let parts = [
         frame,
-        configuration.techniques.map(technique),
+        configuration.techniques.map(|used| used.to_string()),
         Some(model(configuration)),
         configuration.template.as_ref().map(ToString::to_string),
     ];

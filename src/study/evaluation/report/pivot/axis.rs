@@ -5,7 +5,6 @@ use nearmiss_base::system::unknown;
 use nearmiss_record::NONE;
 
 use super::super::Cell;
-use super::super::names::technique;
 use crate::evaluation::statistics::Interval;
 use crate::evaluation::{AnswerCase, Lead, tools_word};
 
@@ -138,7 +137,7 @@ impl Axis {
             Self::Techniques => configuration.techniques.map_or_else(last, |used| {
                 let names = used.to_string();
                 let count = names.split('+').filter(|name| *name != "base").count();
-                word(i64::try_from(count).unwrap_or(0), technique(used))
+                word(i64::try_from(count).unwrap_or(0), used.to_string())
             }),
             Self::Template => {
                 (configuration.template.as_ref()).map_or_else(last, |t| word(0, t.to_string()))

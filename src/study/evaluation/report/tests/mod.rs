@@ -275,7 +275,7 @@ fn nothing_from_outside_is_obeyed() {
         printed.contains(&"\\par $<$b$>$note$<$/b$>$ \\textbackslash{}input\\{x\\}"),
         "{latex}"
     );
-    let first = |line: &&str| line.starts_with("\\emph{Notes.} No verdict could be read");
+    let first = |line: &&str| line.starts_with("\\emph{Notes.} Without a verdict");
     assert!(printed.iter().any(first), "{latex}");
     assert_eq!(
         latex.matches("\\begin{minipage}").count(),
