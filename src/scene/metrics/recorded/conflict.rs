@@ -19,7 +19,7 @@
 use nearmiss_base::geometry::{Bounds, Vector};
 
 use super::super::{Danger, Encounter, Measure, Mirrored, Reading};
-use super::swept::Swept;
+use super::Swept;
 use crate::metrics::{Context, NoValue};
 
 /// When the two are in their conflict area: first and last time of each, at steps and between them.

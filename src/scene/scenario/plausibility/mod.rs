@@ -6,11 +6,10 @@
 
 mod lanelets;
 pub mod limits;
-mod links;
 mod motion;
+mod network;
 mod obstacles;
 mod problems;
-mod traffic;
 
 use nearmiss_base::geometry::{Bounds, Point};
 
@@ -93,8 +92,8 @@ pub fn check(scenario: &Scenario) -> Vec<Finding> {
     let mut found = Findings::default();
     check_header(scenario, &mut found);
     lanelets::check(&scenario.network, &mut found);
-    links::check(&scenario.network, &mut found);
-    traffic::check(scenario, &mut found);
+    network::check_links(&scenario.network, &mut found);
+    network::check_traffic(scenario, &mut found);
     obstacles::check(scenario, &mut found);
     obstacles::check_overlaps(scenario, &mut found);
     problems::check(scenario, &mut found);
