@@ -9,8 +9,8 @@ use super::messages::{
     self, FileInformation, MapId, ScenarioInformation, ScenarioMetaInformation, TimeStamp,
 };
 use super::report::FieldPath;
+use super::values::{EnvironmentWords, UNDERGROUNDS};
 use super::wire::{benchmark_id, map_name};
-use super::words::{EnvironmentWords, UNDERGROUNDS};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::{SourceLocation, check_benchmark_id};
 use crate::commonroad::elements::{UNKNOWN_DEGREES, UNKNOWN_ID};

@@ -4,8 +4,10 @@ use std::collections::HashSet;
 
 use jiff::civil::{Date, DateTime};
 
-use super::kind::{BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, legal};
-use super::{ProblemSolution, Solution, SolutionState, SolutionTrajectory, TrajectoryKind};
+use super::{
+    BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, ProblemSolution, Solution, SolutionState,
+    SolutionTrajectory, TrajectoryKind, legal,
+};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::refused_step;
 use crate::commonroad::xml::{Element, Xml, decoded, short};

@@ -1,7 +1,6 @@
 //! Argoverse 2 motion forecasting: a Parquet file of tracks and a map in JSON beside it.
 
 mod map;
-mod pages;
 mod table;
 
 use std::collections::HashMap;
