@@ -1,24 +1,30 @@
-//! Checks model providers: keys, servers on this machine, and on request whether others are reachable.
+//! Checks model providers and planners: keys, servers on this machine, others on request, and programs of planners.
 
 use std::path::Path;
 
-use super::Finding;
-use crate::Failure;
 use nearmiss_ask::llm::{
     Environment, KeyState, ProviderStatus, Reachability, Registry, RegistryError, reach,
 };
+use nearmiss_base::system::is_program;
 use nearmiss_scene::judge;
 use nearmiss_settings::{Config, Folders};
 
-const AREA: &str = "models";
+use super::Finding;
+use crate::Failure;
 
-pub fn look(folders: &Folders, config: &Config, online: bool) -> Result<Vec<Finding>, Failure> {
+const MODELS: &str = "models";
+
+pub fn check_models(
+    folders: &Folders,
+    config: &Config,
+    online: bool,
+) -> Result<Vec<Finding>, Failure> {
     let chosen = config.model.as_deref().unwrap_or(judge::MODEL);
     let registry = match Registry::new(&config.providers) {
         Ok(registry) => registry,
         Err(error) => {
             let todo = "fix it; until then built-in providers are not used";
-            return Ok(vec![Finding::problem(AREA, error.to_string(), todo)]);
+            return Ok(vec![Finding::problem(MODELS, error.to_string(), todo)]);
         }
     };
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
@@ -31,19 +37,19 @@ pub fn look(folders: &Folders, config: &Config, online: bool) -> Result<Vec<Find
         registry.clone().lay_prices(&folders.config_file())
     {
         let todo = "write it anew with `nearmiss models --update`, or delete it";
-        found.push(Finding::problem(AREA, message, todo));
+        found.push(Finding::problem(MODELS, message, todo));
     }
     if let Err(error) = registry.resolve(chosen, &environment)
         && chosen != judge::MODEL
     {
         found.push(Finding::problem(
-            AREA,
+            MODELS,
             error.to_string(),
             "change `model` in config.toml",
         ));
     }
     found.push(Finding::ok(
-        AREA,
+        MODELS,
         format!("{}: built in, needs nothing", judge::MODEL),
     ));
     let runtime = tokio::runtime::Builder::new_current_thread()
@@ -68,47 +74,72 @@ fn line(reached: &ProviderStatus, chosen: bool, online: bool) -> Finding {
         KeyState::Missing(names) => {
             let words = format!("{place}: no key in {names}");
             return if wanted {
-                Finding::warning(AREA, words, format!("set {names} to ask it"))
+                Finding::warning(MODELS, words, format!("set {names} to ask it"))
             } else {
-                Finding::ok(AREA, words)
+                Finding::ok(MODELS, words)
             };
         }
     };
     let words = |what: &str| format!("{place}: {key}; {what}");
     match &reached.reach {
         Reachability::Serves(models) => {
-            Finding::ok(AREA, words(&format!("reachable, lists {models} models")))
+            Finding::ok(MODELS, words(&format!("reachable, lists {models} models")))
         }
         Reachability::Refused(status) => Finding::problem(
-            AREA,
+            MODELS,
             words(&format!("rejects the key (status {status})")),
             "get a new key, or remove this one",
         ),
-        Reachability::Answers(None) => Finding::ok(AREA, words("reachable, lists no models")),
+        Reachability::Answers(None) => Finding::ok(MODELS, words("reachable, lists no models")),
         Reachability::Answers(Some(status)) => Finding::warning(
-            AREA,
+            MODELS,
             words(&format!("cannot list its models: status {status}")),
             "check the address and the status of the service",
         ),
         Reachability::Silent(_) if here && !chosen => {
-            Finding::ok(AREA, words("nothing runs there"))
+            Finding::ok(MODELS, words("nothing runs there"))
         }
         Reachability::Silent(why) if here => Finding::warning(
-            AREA,
+            MODELS,
             words(&format!("not running ({why})")),
             "start the server before you ask its models",
         ),
         Reachability::Silent(why) => Finding::warning(
-            AREA,
+            MODELS,
             words(&format!("unreachable: {why}")),
             "check network, address and proxy",
         ),
         Reachability::Wrong(why) => {
-            Finding::problem(AREA, why.clone(), "fix the address or the key")
+            Finding::problem(MODELS, why.clone(), "fix the address or the key")
         }
-        Reachability::NotAsked if online => Finding::ok(AREA, words("not asked")),
-        Reachability::NotAsked => Finding::ok(AREA, words("not checked; use --online")),
+        Reachability::NotAsked if online => Finding::ok(MODELS, words("not asked")),
+        Reachability::NotAsked => Finding::ok(MODELS, words("not checked; use --online")),
     }
+}
+
+const PLANNERS: &str = "planners";
+
+pub fn check_planners(config: &Config) -> Vec<Finding> {
+    let planners = config.external_planners().into_iter();
+    let all = planners.map(|(name, options)| {
+        let program = options.command.first().map_or("", String::as_str);
+        if is_program(program) {
+            Finding::ok(
+                PLANNERS,
+                format!(
+                    "{name}: {}; `nearmiss plan SCENARIO --planner {name}` starts it",
+                    options.command.join(" ")
+                ),
+            )
+        } else {
+            Finding::problem(
+                PLANNERS,
+                format!("{name}: no program {program}"),
+                format!("install it, or set `command` of [planner.{name}] to where it is"),
+            )
+        }
+    });
+    all.collect()
 }
 
 #[cfg(test)]

@@ -8,8 +8,8 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{number, some};
+use crate::files::partition;
 use crate::filters::store_to_read;
-use crate::side_files::partition;
 use crate::{Failure, Outcome, json, output, time};
 use nearmiss_formats::PlannerDrives;
 use nearmiss_record::fields::Fields;

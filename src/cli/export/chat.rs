@@ -10,11 +10,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
+use crate::filters::LockedAnswers;
 use crate::interrupt::interrupted;
-use crate::locked::LockedAnswers;
 use crate::output::refused;
 use crate::progress::Progress;
-use crate::report::{claims, truth};
+use crate::report::truth;
 use crate::{Failure, Outcome, json, output};
 use nearmiss_base::system::{NewFile, unknown};
 use nearmiss_scene::description::{Frame, escaped_json};
@@ -179,7 +179,7 @@ pub fn run(
     } else {
         options.truth.clone()
     };
-    let unchecked = claims::complete(store, &mut runs, claims::files(&sources))?;
+    let unchecked = truth::complete_claims(store, &mut runs, truth::claimed_files(&sources))?;
     let known = truth::truth(&sources, store, &runs)?;
     let mut examples = Examples::default();
     let mut chosen = Vec::new();

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::identity::{GenerationSettings, PROMPTS};
 use super::line::VariantLine;
+use super::settings::{GenerationSettings, PROMPTS};
 use crate::{Failure, output};
 use nearmiss_base::system;
 use nearmiss_drive::generation::{Manifest, OutcomeName, PlannerIdentity, VariantFiles};

@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::line::VariantLine;
-use super::model_figures::{ModelFigures, ModelsReport};
-use super::{note, table};
+use super::model::{ModelFigures, ModelsReport};
+use super::table;
 use crate::json::Output;
 use crate::{Failure, Outcome, output};
 use nearmiss_drive::generation::{MotionQuantity, MotionSamples, OutcomeName};
@@ -252,7 +252,7 @@ impl Summary {
                 ));
             }
         }
-        text.push_str(&note::contacts(self.from_behind, self.between));
+        text.push_str(&table::contacts(self.from_behind, self.between));
         let astray = ASTRAY.iter().filter_map(|(outcome, words)| {
             let n = self.drives.get(*outcome)?;
             Some(format!("{n} {words}"))

@@ -9,9 +9,9 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::catalogue::{CURSOR, EGO, FILTER, NUMBER, SCENARIO};
-use super::progress::Progress;
-use super::ranking::{Ranked, Worst};
+use super::jobs::Progress;
 use super::resources::page;
+use super::scenes::{Ranked, Worst};
 use super::server::{Server, TAKEN_BACK};
 use crate::find::{FindDocument, search};
 use crate::index::{measured, request, usual};

@@ -3,20 +3,14 @@
 //! `rmcp` speaks the protocol. What comes in is bounded before: lines and bodies, connections, and who may send.
 
 mod catalogue;
-mod connections;
 mod http;
 mod jobs;
 mod looks;
 mod places;
-mod progress;
-mod prompts;
-mod purse;
-mod ranking;
 mod resources;
 mod scenes;
 mod server;
 mod stdio;
-mod token;
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -25,10 +19,10 @@ use std::sync::Arc;
 use super::ask::budget;
 use super::open::{configuration, user_thresholds};
 use super::{Failure, Outcome, output};
+use http::Token;
+use jobs::Purse;
 use places::Places;
-use purse::Purse;
 use server::Server;
-use token::Token;
 
 /// Arguments of `mcp`.
 #[derive(Debug, clap::Args)]
@@ -74,7 +68,7 @@ pub fn run(arguments: &Mcp) -> Outcome {
         .build()
         .map_err(Failure::input)?;
     if let Some(address) = arguments.http {
-        let given = std::env::var(token::VARIABLE).ok();
+        let given = std::env::var(http::VARIABLE).ok();
         let token = Token::new(given.as_deref()).map_err(Failure::input)?;
         return runtime.block_on(http::serve(server, address, token));
     }

@@ -18,12 +18,10 @@ use tokio::sync::{Semaphore, watch};
 use tokio::task::spawn_blocking;
 
 use super::catalogue::{self, Does, EGO, Job, JobOption, SCENARIO, Tool};
-use super::jobs;
+use super::jobs::{BUDGET, Progress, Purse};
 use super::places::Places;
-use super::progress::Progress;
-use super::prompts::{self, PROMPT};
-use super::purse::{BUDGET, Purse};
-use super::resources;
+use super::resources::PROMPT;
+use super::{jobs, resources};
 use nearmiss_scene::metrics::Thresholds;
 
 /// Tools that take long which run at once, of all clients.
@@ -128,10 +126,10 @@ impl Server {
         request: &GetPromptRequestParams,
         progress: &Progress,
     ) -> Result<GetPromptResult, String> {
-        let (mut words, arguments) = prompts::words(request)?;
+        let (mut words, arguments) = resources::prompt_command(request)?;
         words.insert(0, self.scenario(&PROMPT, &arguments)?);
-        let given = self.run(&PROMPT, prompts::OPTIONS, &words, progress)?;
-        prompts::filled(&given, &self.places)
+        let given = self.run(&PROMPT, resources::OPTIONS, &words, progress)?;
+        resources::filled_prompt(&given, &self.places)
     }
 
     /// How a command names the scenario of its arguments, which clients may see.
@@ -265,8 +263,9 @@ impl ServerHandler for Handler {
         request: RequestContext<RoleServer>,
     ) -> Result<ListResourcesResult, ErrorData> {
         let cursor = page.and_then(|page| page.cursor);
-        let list =
-            move |server: &Server, _: &Progress| resources::list(&server.places, cursor.as_deref());
+        let list = move |server: &Server, _: &Progress| {
+            resources::list_resources(&server.places, cursor.as_deref())
+        };
         self.soon(request, list).await
     }
 
@@ -284,8 +283,9 @@ impl ServerHandler for Handler {
         resource: ReadResourceRequestParams,
         request: RequestContext<RoleServer>,
     ) -> Result<ReadResourceResponse, ErrorData> {
-        let read =
-            move |server: &Server, _: &Progress| resources::read(&server.places, &resource.uri);
+        let read = move |server: &Server, _: &Progress| {
+            resources::read_resource(&server.places, &resource.uri)
+        };
         self.soon(request, read).await.map(Into::into)
     }
 
@@ -295,7 +295,7 @@ impl ServerHandler for Handler {
         _: RequestContext<RoleServer>,
     ) -> Result<ListPromptsResult, ErrorData> {
         resources::no_cursor(request)?;
-        Ok(ListPromptsResult::with_all_items(prompts::list()))
+        Ok(ListPromptsResult::with_all_items(resources::list_prompts()))
     }
 
     async fn get_prompt(

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::driven::{self, DrivenScenario};
-use super::planners::{BUILT_IN, PlannerChoice};
+use super::options::{BUILT_IN, PlannerChoice};
 use super::{DriveRecord, PlannerOptions};
 use crate::interrupt::interrupted;
 use crate::many_files::{Job, NEXT};
