@@ -9,9 +9,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::filters::store;
-use super::interrupt;
 use super::open::configuration;
-use super::{Failure, Outcome, json, output, time};
+use super::{Failure, Outcome, ending, json, output};
 use nearmiss_ask::llm::{Client, Environment, Error, Parameters, Registry};
 use nearmiss_store::{ProviderBatch, ProviderBatchId, ProviderBatchState, Store};
 use nearmiss_study::evaluation::remote::{self, GivenUp, Progress, RemoteError};
@@ -91,7 +90,7 @@ pub fn run(arguments: &Batches) -> Outcome {
 async fn interruptible(work: impl Future<Output = Outcome>) -> Outcome {
     tokio::select! {
         done = work => done,
-        () = interrupt::signal() => Err(Failure::interrupted(
+        () = ending::signal() => Err(Failure::interrupted(
             "the batches stay with their providers: run `nearmiss runs batches collect` again",
         )),
     }
@@ -324,7 +323,7 @@ fn list(store: &Store, as_json: bool) -> Outcome {
     let rows = all.iter().map(|batch| {
         [
             batch.id.to_string(),
-            time::local(batch.submitted_ms),
+            output::local(batch.submitted_ms),
             batch.state.name().into(),
             format!("{}/{}", batch.done, batch.requests),
             batch.model.clone(),
@@ -381,8 +380,8 @@ impl Document {
             model: batch.model.clone(),
             address: batch.address.clone(),
             provider_id: batch.remote_id.clone(),
-            created_at: time::rfc3339(batch.created_ms),
-            submitted_at: time::rfc3339(batch.submitted_ms),
+            created_at: output::rfc3339(batch.created_ms),
+            submitted_at: output::rfc3339(batch.submitted_ms),
             requests: batch.requests,
             results: batch.done,
             problem: batch.problem.clone(),

@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::filters::{LAST, last_batch, store_to_read};
 use super::open::{configuration, found, user_thresholds};
 use super::output::{self, OutputFile, Target, counted};
-use super::{Failure, Outcome, json, knobs, time};
+use super::{Failure, Outcome, json, knobs};
 
 /// The ending of bundles.
 pub const ENDING: &str = "nearmiss";
@@ -175,7 +175,7 @@ fn bundle_summary(manifest: &Manifest) -> String {
     let included = manifest.scenarios.iter().filter(|one| one.included).count();
     let mut text = format!(
         "packed {}, format {}\n{}\n{}, {}, {}, {} ({included} included)\n\n",
-        time::local(manifest.created_ms),
+        output::local(manifest.created_ms),
         manifest.nearmiss_bundle,
         manifest.provenance.summary(),
         counted(manifest.questions as usize, "question"),

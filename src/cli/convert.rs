@@ -16,7 +16,7 @@ use nearmiss_study::evaluation::default_planning;
 use nearmiss_workflow::{ExportRequest, SimulatedEgo, VariantOrigin, export_to_simulator};
 use serde::{Deserialize, Serialize};
 
-use super::interrupt::interrupted;
+use super::ending::interrupted;
 use super::many_files::{Failed, Job, ManyFiles, NEXT, RunJournal, Unit, holds};
 use super::open::{clash, configuration, found};
 use super::plan::as_ego;

@@ -17,7 +17,7 @@ use nearmiss_workflow::journal::RunSettings;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::interrupt::interrupted;
+use super::ending::interrupted;
 use super::many_files::ManyFiles;
 use super::metrics::rounded;
 use super::open::{found, user_thresholds};

@@ -7,9 +7,9 @@ mod config;
 mod convert;
 mod corpus;
 mod doctor;
+mod ending;
 mod evaluate;
 mod export;
-mod failure;
 mod files;
 mod filters;
 mod find;
@@ -19,7 +19,6 @@ mod help;
 mod import;
 mod index;
 mod inspect;
-mod interrupt;
 mod json;
 mod knobs;
 mod many_files;
@@ -39,12 +38,11 @@ mod report;
 mod runs;
 mod set;
 mod span;
-mod time;
 mod tune;
 mod workbench;
 
 pub use config::Workbench;
-pub use failure::{Failure, Outcome, report_panics};
+pub use ending::{Failure, Outcome, report_panics};
 pub use open::{EgoChoice, use_maps};
 pub use workbench::{chosen_ego, chosen_index, chosen_paths, has_terminal, without_terminal};
 
@@ -173,8 +171,8 @@ const NO_NUMBER: &str = "expected a whole number";
 /// # Errors
 /// See [`Failure`].
 pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
-    let _doing = failure::note_command();
-    interrupt::listen();
+    let _doing = ending::note_command();
+    ending::listen();
     match command {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Render(arguments) => render::run(arguments, workbench.screen),

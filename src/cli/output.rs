@@ -4,10 +4,12 @@ pub use nearmiss_record::{
     Align, Cell, Column, Encoded, Format, Kind, Row, Table, line, lines as table_lines,
 };
 pub use nearmiss_scene::description::escaped_xml;
+pub use nearmiss_study::evaluation::local_time as local;
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use jiff::Timestamp;
 use nearmiss_base::system::{NewFile, SaveError};
 
 use super::{Failure, Outcome, json};
@@ -413,6 +415,13 @@ impl Write for Lines {
         self.write_out(self.waiting.len())?;
         io::stdout().flush()
     }
+}
+
+/// For programs, in UTC.
+pub fn rfc3339(ms: i64) -> String {
+    // Only an edited store holds a moment that no calendar has.
+    let moment = Timestamp::from_millisecond(ms);
+    moment.map_or_else(|_| format!("{ms} ms"), |moment| moment.to_string())
 }
 
 #[cfg(test)]

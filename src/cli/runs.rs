@@ -9,11 +9,11 @@ use nearmiss_store::{AnswerState, Origin, Run, RunId, Store, StoreError, Summary
 use nearmiss_study::evaluation::{Spending, run_summary, tool_rounds};
 
 use super::batches::{self, Batches};
-use super::export::{self, Export};
+use super::export::Export;
 use super::filters::{Filters, Unlock, store};
-use super::import::{self, Import};
-use super::ratings::{self, Ratings};
-use super::{Failure, Outcome, output, time};
+use super::import::Import;
+use super::ratings::Ratings;
+use super::{Failure, Outcome, export, import, output, ratings};
 
 /// Subcommands of `runs`.
 #[derive(Debug, clap::Subcommand)]
@@ -323,7 +323,7 @@ fn table_row(run: &Summary) -> [String; 10] {
     }
     [
         run.run.to_string(),
-        time::local(run.created_ms),
+        output::local(run.created_ms),
         verdict_word(run),
         run.scenario.clone(),
         run.model.clone(),

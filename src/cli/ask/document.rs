@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::CostLimit;
-use crate::{Failure, Outcome, json, output, time};
+use crate::{Failure, Outcome, json, output};
 
 /// The verdict, its cost and where it is stored; the same keys with or without a verdict.
 #[derive(Serialize, JsonSchema)]
@@ -160,7 +160,7 @@ impl<'a> AskDocument<'a> {
             price_source,
             stored: answer.past.zip(answer.run).map(|(past, run)| StoredAnswer {
                 run,
-                asked: time::rfc3339(past.created_ms),
+                asked: output::rfc3339(past.created_ms),
                 asked_as: &answer.model,
                 origin: past.origin,
                 sample: past.sample,

@@ -27,7 +27,7 @@ use nearmiss_workflow::{AskOutcome, AskRequest, Models, Server, ask};
 
 use super::open::{configuration, judge_of};
 use super::prompt::QuestionArguments;
-use super::{Failure, Outcome, interrupt, knobs, output, time};
+use super::{Failure, Outcome, ending, knobs, output};
 
 /// Arguments of `ask`.
 #[derive(Debug, clap::Args)]
@@ -137,7 +137,7 @@ pub fn run(arguments: &Ask) -> Outcome {
             }) => {
                 outcome.map_err(|error| not_asked(error, bound.as_ref()))
             }
-            () = interrupt::signal() => Err(interrupted(number, arguments.no_store)),
+            () = ending::signal() => Err(interrupted(number, arguments.no_store)),
         };
         words.end();
         outcome
@@ -329,7 +329,7 @@ fn verdict_lines(verdict: &Verdict, answer: &Answer, case: &Case, whose: &str) -
 
 /// Describes the origin of a stored answer.
 fn stored(past: &StoredOrigin) -> String {
-    let asked = time::local(past.created_ms);
+    let asked = output::local(past.created_ms);
     match past.origin {
         Origin::Asked => format!("from the store, asked {asked}; --fresh asks again"),
         Origin::Replayed => {

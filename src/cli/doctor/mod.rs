@@ -1,7 +1,6 @@
 //! `nearmiss doctor`: checks everything the program needs, files and store first, and says how to fix what is wrong.
 
-mod models;
-mod terminal;
+mod surroundings;
 
 use std::path::{Path, PathBuf};
 
@@ -107,15 +106,19 @@ impl Finding {
 /// Runs `doctor`.
 pub fn run(arguments: &Doctor, workbench: &Workbench) -> Outcome {
     let mut found = vec![program()];
-    found.extend(terminal::look(&(workbench.terminal)()));
+    found.extend(surroundings::check_terminal(&(workbench.terminal)()));
     match Folders::find() {
         Ok(folders) => {
             let (config, said) = check_config(&folders);
             found.extend(said);
             found.extend(check_files(&folders, &config, workbench));
             found.extend(check_store(&folders));
-            found.extend(models::check_models(&folders, &config, arguments.online)?);
-            found.extend(models::check_planners(&config));
+            found.extend(surroundings::check_models(
+                &folders,
+                &config,
+                arguments.online,
+            )?);
+            found.extend(surroundings::check_planners(&config));
         }
         Err(error) => {
             let todo = "set both variables";

@@ -9,7 +9,7 @@ use super::context::BatchContext;
 use super::table::BatchTable;
 use super::{dry_run, split_table, submit};
 use crate::batches::lost;
-use crate::interrupt::{GRACE, signal};
+use crate::ending::{GRACE, signal};
 use crate::progress::Progress;
 use crate::{Failure, Outcome, output};
 use nearmiss_store::{BatchId, Item, ItemState, SplitPart};

@@ -10,8 +10,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
+use crate::ending::interrupted;
 use crate::filters::LockedAnswers;
-use crate::interrupt::interrupted;
 use crate::output::refused;
 use crate::progress::Progress;
 use crate::report::truth;

@@ -14,8 +14,8 @@ use nearmiss_store::{
 use nearmiss_study::evaluation::Provenance;
 
 use super::bundle::{self, BundleOptions};
+use super::ending::interrupted;
 use super::filters::{Filters, LockedAnswers, Unlock};
-use super::interrupt::interrupted;
 use super::output::{
     self, Encoded, ForSpreadsheet, OutputFile, Table, TableWriter, format_of, written,
 };

@@ -25,7 +25,7 @@ use nearmiss_settings::Config;
 use nearmiss_study::evaluation::generating::Ranking;
 
 use super::ask::budget;
-use super::interrupt::interrupted;
+use super::ending::interrupted;
 use super::many_files::{Job, ShardOption};
 use super::open::{configuration, found};
 use super::plan::{PlannerOptions, ProblemOption, identity};

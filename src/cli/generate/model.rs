@@ -25,7 +25,7 @@ use tokio::runtime::{Builder, Handle, Runtime};
 use super::GenerateArguments;
 use super::settings::{GenerateSettings, WriterSettings};
 use super::variant::GenerateJob;
-use crate::interrupt::interrupted;
+use crate::ending::interrupted;
 use crate::many_files::{Job, NEXT};
 use crate::open::{judge_of, user_thresholds};
 use crate::output::Align::{Left, Right};

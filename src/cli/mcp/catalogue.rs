@@ -4,8 +4,7 @@ use rmcp::model::{JsonObject, Tool as ListedTool, ToolAnnotations};
 use serde_json::{Value, json};
 
 use super::jobs::Progress;
-use super::looks;
-use super::server::Server;
+use super::{Server, looks};
 use crate::span::At;
 
 /// A tool.

@@ -26,9 +26,9 @@ use tokio::net::TcpListener;
 use tokio::task::AbortHandle;
 use tokio::time::timeout;
 
-use super::server::{Handler, Server};
 use super::stdio::{LONGEST, id_of, too_long};
-use crate::{Failure, Outcome, interrupt, output};
+use super::{Handler, Server};
+use crate::{Failure, Outcome, ending, output};
 
 /// The path of the only address.
 const PATH: &str = "/mcp";
@@ -68,7 +68,7 @@ pub async fn serve(server: Arc<Server>, address: SocketAddr, token: Token) -> Ou
                     continue;
                 }
             },
-            () = interrupt::signal() => return Ok(()),
+            () = ending::signal() => return Ok(()),
         };
         let guard = Arc::clone(&guard);
         connections.add(|admitted| {

@@ -15,9 +15,9 @@ use rmcp::service::{Peer, RequestContext, RoleServer};
 use serde_json::Value;
 use tokio::runtime::Handle;
 
+use super::TAKEN_BACK;
 use super::catalogue::{Gives, Job, JobOption, JobValue, is_moment};
 use super::places::Places;
-use super::server::TAKEN_BACK;
 
 /// How often a job is looked at.
 const POLL: Duration = Duration::from_millis(50);

@@ -12,7 +12,7 @@ use super::catalogue::{CURSOR, EGO, FILTER, NUMBER, SCENARIO};
 use super::jobs::Progress;
 use super::resources::page;
 use super::scenes::{Ranked, Worst};
-use super::server::{Server, TAKEN_BACK};
+use super::{Server, TAKEN_BACK};
 use crate::find::{FindDocument, search};
 use crate::index::{measured, request, usual};
 use crate::many_files::ManyFiles;

@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::ending::interrupted;
 use super::files::RowFile;
-use super::interrupt::interrupted;
 use super::many_files::{Failed, Job, ManyFiles};
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
 use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, Target};

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::driven::{self, DrivenScenario};
 use super::options::{BUILT_IN, PlannerChoice};
 use super::{DriveRecord, PlannerOptions};
-use crate::interrupt::interrupted;
+use crate::ending::interrupted;
 use crate::many_files::{Job, NEXT};
 use crate::open::configuration;
 use crate::{Failure, output};

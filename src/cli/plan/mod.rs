@@ -15,8 +15,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::ending::interrupted;
 use super::files::Labels;
-use super::interrupt::interrupted;
 use super::many_files::{Done, Job, RunJournal, Unit};
 use super::open::{configuration, found};
 use super::set::{Assignment, assignment, settings};

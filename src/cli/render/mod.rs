@@ -19,7 +19,7 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::Scene;
 use serde::Serialize;
 
-use super::interrupt::interrupted;
+use super::ending::interrupted;
 use super::many_files::{Failed, Job, NEXT, RunJournal, Unit, holds};
 use super::open::{
     Opened, clash, configuration, found, scene_and_doubts, scene_beside, user_thresholds,

@@ -23,8 +23,8 @@ use nearmiss_workflow::tune::{
 };
 use nearmiss_workflow::{find_scenarios, is_experiment_file};
 
+use super::ending::{GRACE, signal};
 use super::evaluate::{BatchContext, planned, questions_of, runtime};
-use super::interrupt::{GRACE, signal};
 use super::json::Output;
 use super::knobs::{self, Knobs};
 use super::open::with_notes;

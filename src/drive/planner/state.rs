@@ -1,11 +1,9 @@
 //! The state of the planned vehicle, at its rear axle, along and across the path; its limits, and how fast a path can be driven.
 //!
-//! Converts path coordinates to vehicle states without computing angles.
-//!
-//! Source: Werling et al. 2010, appendix I. Angles are kept as sine and cosine, since a plan computes about ten
+//! Source of the conversion from path coordinates: Werling et al. 2010, appendix I. Angles are kept as sine and cosine, since a plan computes about ten
 //! thousand states and shows one in a hundred.
 //!
-//! Source: Althoff and Würsching, CommonRoad: Vehicle Models (2020); values from the package
+//! Source of the limits: Althoff and Würsching, CommonRoad: Vehicle Models (2020); values from the package
 //! `commonroad-vehicle-models` 3.0.2. The model's reference point is the middle of the rear axle.
 
 use nearmiss_base::geometry::{PathFrame, Point, Pose, ReferencePath, normalize_angle};

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
-use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
-use nearmiss_scene::scenario::plausibility::{self, ElementRef};
+use nearmiss_scene::scenario::plausibility;
+use nearmiss_scene::scenario::plausibility::{ElementRef, refused_time_step};
 use nearmiss_scene::scenario::{
     ContentHash, Header, LaneletNetwork, ObstacleRole, Scenario, Severity,
 };

@@ -2,7 +2,7 @@
 
 use nearmiss_base::geometry::{Point, Shape};
 use nearmiss_scene::scenario::ObstacleType;
-use nearmiss_scene::scenario::plausibility::limits::refused_coordinate;
+use nearmiss_scene::scenario::plausibility::refused_coordinate;
 
 use super::actor::Actor;
 use crate::commonroad::WriteError;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
+use nearmiss_scene::scenario::plausibility::refused_time_step;
 use nearmiss_scene::scenario::{Environment, GeoTransformation, Header, Location, Severity};
 
 use super::messages::{

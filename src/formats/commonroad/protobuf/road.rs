@@ -2,8 +2,7 @@
 //!
 //! XML files carry the national number (`274`), protobuf an enumeration value: one enumeration a country in 2020a
 //! (commonroad-io 2024.3), one for all in 2024 (commonroad-io 2026.1), with the German signs at the same values.
-//!
-//! Sign values of 2024: in the map, and updated in the dynamic file.
+//! Values of signs of 2024 are in the map, and updated in the dynamic file.
 
 use nearmiss_scene::scenario::{
     Adjacent, Bound, ContentHash, Incoming, Intersection, Lanelet, LaneletType, LightPhase,

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use nearmiss_base::geometry::Point;
-use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
+use nearmiss_scene::scenario::plausibility::MOST_PARTS;
 use nearmiss_scene::scenario::{
     LaneletType, LineMarking, ObstacleType, Quantity, RoadUser, SignalColor, Steps,
     TrafficDirection,

@@ -7,9 +7,7 @@ pub use reader::read_solution;
 pub use writer::write_solution;
 
 use jiff::civil::DateTime;
-use nearmiss_scene::scenario::plausibility::limits::{
-    LARGEST_COORDINATE, LARGEST_NUMBER, LATEST_STEP,
-};
+use nearmiss_scene::scenario::plausibility::{LARGEST_COORDINATE, LARGEST_NUMBER, LATEST_STEP};
 use nearmiss_scene::scenario::{Diagnostic, VehicleModel, VehicleType};
 use strum::VariantArray;
 

@@ -11,8 +11,7 @@ use super::{
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::refused_step;
 use crate::commonroad::xml::{Element, Xml, decoded, short};
-use nearmiss_scene::scenario::plausibility::limits::doubtful;
-use nearmiss_scene::scenario::plausibility::missing_steps;
+use nearmiss_scene::scenario::plausibility::{doubtful, missing_steps};
 use nearmiss_scene::scenario::{Quantity, Severity, StateField, Steps, VehicleModel, identity};
 
 const ROOT: &str = "CommonRoadSolution";

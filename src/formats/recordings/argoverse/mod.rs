@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use nearmiss_base::system;
-use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
+use nearmiss_scene::scenario::plausibility::LATEST_STEP;
 use nearmiss_scene::scenario::{ContentHash, ObstacleType, Scenario};
 
 use super::assembly::{self, About, Ids, Map, assemble};

@@ -8,7 +8,7 @@ use std::fs::File;
 use std::path::Path;
 
 use nearmiss_base::system;
-use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
+use nearmiss_scene::scenario::plausibility::MOST_PARTS;
 use parquet::basic::Type as PhysicalType;
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use nearmiss_base::system;
-use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
+use nearmiss_scene::scenario::plausibility::refused_time_step;
 use nearmiss_scene::scenario::{
     ContentHash, LaneletNetwork, LightPhase, PlanningProblem, Position, Scenario, SignalColor,
     TrafficLight,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use nearmiss_base::geometry::{Point, Pose};
 use nearmiss_base::system;
-use nearmiss_scene::scenario::plausibility::limits::{refused_coordinate, refused_time_step};
+use nearmiss_scene::scenario::plausibility::{refused_coordinate, refused_time_step};
 
 use super::entities::Entity;
 use super::motion::Motions;

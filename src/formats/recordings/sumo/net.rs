@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nearmiss_base::geometry::Point;
 use nearmiss_base::system::{self, FileCache};
-use nearmiss_scene::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
+use nearmiss_scene::scenario::plausibility::{MOST_PARTS, refused_coordinate};
 use nearmiss_scene::scenario::{
     Adjacent, ContentHash, Lanelet, LaneletType, LightPhase, LineMarking, RoadUser, Sign,
     SignElement, SignalColor, TrafficDirection, TrafficLight,

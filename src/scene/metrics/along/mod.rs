@@ -2,7 +2,6 @@
 
 pub(super) mod exposure;
 pub(super) mod following;
-pub(super) mod required_acceleration;
 pub(super) mod rss;
 
 pub(super) use exposure::Exposure;

@@ -1,11 +1,9 @@
 //! Measures of the recording: what the bodies do from a step on, as it was recorded, and the areas that they sweep.
 
-pub(super) mod closest;
 pub(super) mod conflict;
 pub(super) mod manoeuvre;
 
-pub(super) use closest::Closest;
-pub(super) use conflict::Conflict;
+pub(super) use conflict::{Closest, Conflict};
 pub(super) use manoeuvre::Starts;
 
 use nearmiss_base::geometry::{
