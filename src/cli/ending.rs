@@ -142,7 +142,7 @@ struct SignalFlags {
     woken: Notify,
 }
 
-fn heard() -> &'static SignalFlags {
+fn signal_flags() -> &'static SignalFlags {
     static HEARD: OnceLock<SignalFlags> = OnceLock::new();
     HEARD.get_or_init(|| SignalFlags {
         flag: Arc::default(),
@@ -155,13 +155,13 @@ fn heard() -> &'static SignalFlags {
 ///
 /// With `tidy` false there is nothing to finish, and the first one ends it.
 pub fn interrupted(tidy: bool) -> Arc<AtomicBool> {
-    heard().tidies.fetch_or(tidy, Ordering::SeqCst);
-    Arc::clone(&heard().flag)
+    signal_flags().tidies.fetch_or(tidy, Ordering::SeqCst);
+    Arc::clone(&signal_flags().flag)
 }
 
 /// Waits for the first signal; the program then has [`GRACE`] to finish.
 pub async fn signal() {
-    let heard = heard();
+    let heard = signal_flags();
     heard.tidies.store(true, Ordering::SeqCst);
     loop {
         let woken = heard.woken.notified();
@@ -188,7 +188,7 @@ fn listen_on() {
         return;
     };
     std::thread::spawn(move || {
-        let heard = heard();
+        let heard = signal_flags();
         for _ in signals.forever() {
             if heard.flag.swap(true, Ordering::SeqCst) || !heard.tidies.load(Ordering::SeqCst) {
                 end();
@@ -224,7 +224,7 @@ fn is_ignored(signal: i32) -> bool {
 #[cfg(not(unix))]
 fn listen_on() {
     use signal_hook::consts::{SIGINT, SIGTERM};
-    let heard = heard();
+    let heard = signal_flags();
     for signal in [SIGINT, SIGTERM] {
         // The order matters: the first signal must find the flag unset.
         let flag = || Arc::clone(&heard.flag);

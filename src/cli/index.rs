@@ -57,7 +57,7 @@ pub struct Index {
         long,
         value_name = "MEASURE",
         value_delimiter = ',',
-        default_value = USUAL,
+        default_value = DEFAULT_MEASURES,
         value_parser = named
     )]
     measure: Vec<Named>,
@@ -69,7 +69,7 @@ const LENGTH: f64 = 2.0;
 const STRIDE: f64 = 1.0;
 
 /// The measures of a window unless others are named.
-const USUAL: &str = "distance,risk,ttc,ttc_lane,drac,time_gap,btn,stn,pet,rss_margin";
+const DEFAULT_MEASURES: &str = "distance,risk,ttc,ttc_lane,drac,time_gap,btn,stn,pet,rss_margin";
 
 /// A measure, or all of them.
 #[derive(Debug, Clone, Copy)]
@@ -112,12 +112,12 @@ impl Index {
 }
 
 /// What a window is measured by unless something else is said.
-pub fn usual() -> IndexOptions {
+pub fn default_options() -> IndexOptions {
     IndexOptions {
         length: LENGTH,
         stride: STRIDE,
         radius: INDEX_RADIUS,
-        measures: USUAL.split(',').filter_map(measure).collect(),
+        measures: DEFAULT_MEASURES.split(',').filter_map(measure).collect(),
     }
 }
 

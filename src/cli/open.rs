@@ -134,7 +134,7 @@ pub fn resolved(argument: &Path) -> Result<PathBuf, Failure> {
 }
 
 /// More files that were passed over are not named each.
-const NAMED: usize = 20;
+const MAX_LISTED: usize = 20;
 
 /// Two scenarios of the same name, which would be written to the same file.
 pub fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
@@ -155,7 +155,7 @@ pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
 /// The scenarios that were found. What was passed over is said, and which have the same name.
 pub fn with_notes(found: SearchResults) -> Vec<Entry> {
     let all = &found.passed_over;
-    if (1..=NAMED).contains(&all.len()) {
+    if (1..=MAX_LISTED).contains(&all.len()) {
         let count = found.passed_over_count().unwrap_or_default();
         output::say(&format!("nearmiss: {count} skipped:"));
         all.iter().for_each(|one| output::say(&format!("  {one}")));
@@ -362,7 +362,7 @@ fn left_out(entry: &Entry, scenario: &Scenario) -> Option<String> {
              see `nearmiss inspect`",
             entry.display(),
             ids.len(),
-            ids[..ids.len().min(MOST)].join(", ")
+            ids[..ids.len().min(MAX_IDS_LISTED)].join(", ")
         )
     })
 }
@@ -378,8 +378,8 @@ fn with_gaps(entry: &Entry, scenario: &Scenario) -> Option<String> {
         format!(
             "nearmiss: {}: obstacles with gaps in their tracks, absent in these: {}{}; see `nearmiss inspect`",
             entry.display(),
-            ids[..ids.len().min(MOST)].join(", "),
-            match ids.len().saturating_sub(MOST) {
+            ids[..ids.len().min(MAX_IDS_LISTED)].join(", "),
+            match ids.len().saturating_sub(MAX_IDS_LISTED) {
                 0 => String::new(),
                 more => format!(" and {more} more"),
             }
@@ -410,7 +410,7 @@ fn double(entry: &Entry, scene: &Scene) -> Option<String> {
 const SAME_PLACE: f64 = 0.05;
 
 /// Obstacles named in a warning.
-const MOST: usize = 12;
+const MAX_IDS_LISTED: usize = 12;
 
 fn ids(scenario: &Scenario, of: impl Fn(&&Obstacle) -> bool) -> Vec<String> {
     let obstacles = scenario.obstacles.iter().filter(of);

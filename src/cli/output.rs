@@ -16,11 +16,11 @@ use super::{Failure, Outcome, json};
 
 /// Writes text; a reader that closed the pipe ends the program's output, not the program.
 pub fn text(text: &str) -> Result<(), Failure> {
-    heard(text).map(drop)
+    try_text(text).map(drop)
 }
 
 /// Writes text, and returns whether it is still read: false where the pipe is closed.
-pub fn heard(text: &str) -> Result<bool, Failure> {
+pub fn try_text(text: &str) -> Result<bool, Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(false),

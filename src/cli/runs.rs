@@ -224,7 +224,7 @@ fn show(wanted: &Show) -> Outcome {
         return output::json(&run.to_record(superseded.contains(&id)));
     }
     let most = store.bound_of(id).map_err(Failure::input)?;
-    output::text(&output::visible(&words(&run, most)))
+    output::text(&output::visible(&run_details(&run, most)))
 }
 
 /// Refuses a run of a test split that is not complete.
@@ -239,7 +239,7 @@ fn refuse_locked(store: &Store, id: RunId, unlock: Unlock) -> Outcome {
 }
 
 /// Everything of a run that people want to see; `most` is what it can have cost, US dollars.
-fn words(run: &Run, most: Option<f64>) -> String {
+fn run_details(run: &Run, most: Option<f64>) -> String {
     let mut rows = vec![("run", run.id.to_string())];
     let verdict = run.ending.verdict.as_ref().and_then(|said| said.verdict());
     rows.extend(verdict.map(|verdict| ("verdict", verdict.word().into())));

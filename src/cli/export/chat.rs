@@ -194,7 +194,7 @@ pub fn run(
         return Err(nothing(&examples, unchecked.as_deref()));
     }
     let asides = store.asides().map_err(Failure::input)?;
-    let words = truth::words(&sources, &stored(&runs, &known, &asides), store)?;
+    let words = truth::truth_description(&sources, &stored(&runs, &known, &asides), store)?;
     let is_new = !folder.exists();
     fs::create_dir_all(folder).map_err(|error| Failure::system(folder.display(), &error))?;
     let stop = interrupted(true);

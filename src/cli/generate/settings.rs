@@ -228,12 +228,12 @@ impl GenerationSettings {
         }
         let of = |settings: &Self| RunSettings::new(settings).unwrap_or_default();
         let found = of(self).differences(&of(now));
-        found.iter().filter_map(words).collect()
+        found.iter().filter_map(difference_note).collect()
     }
 }
 
 /// A difference in words; nothing where it makes none.
-fn words(difference: &SettingDifference) -> Option<String> {
+fn difference_note(difference: &SettingDifference) -> Option<String> {
     let key = difference.key.as_str();
     // A planner that does not get ready is found out when it drives.
     let unknown = difference.now.is_none() && IDENTITY.contains(&key);

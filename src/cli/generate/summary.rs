@@ -144,7 +144,7 @@ struct Diversity {
 }
 
 /// How a drive ends that is no collision, and no good either.
-const ASTRAY: [(&str, &str); 3] = [
+const OTHER_FAILURES: [(&str, &str); 3] = [
     ("off_road", "off the road"),
     ("infeasible", "infeasible"),
     ("planner_error", "with an error of the planner"),
@@ -253,7 +253,7 @@ impl Summary {
             }
         }
         text.push_str(&table::contacts(self.from_behind, self.between));
-        let astray = ASTRAY.iter().filter_map(|(outcome, words)| {
+        let astray = OTHER_FAILURES.iter().filter_map(|(outcome, words)| {
             let n = self.drives.get(*outcome)?;
             Some(format!("{n} {words}"))
         });

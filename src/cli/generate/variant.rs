@@ -241,7 +241,7 @@ impl Variants<'_> {
 
     /// After standard output is closed, only files are worth going on for.
     fn show(&self, text: &str) -> Taken {
-        if output::heard(text)? || self.unheard {
+        if output::try_text(text)? || self.unheard {
             NEXT
         } else {
             Ok(ControlFlow::Break(()))

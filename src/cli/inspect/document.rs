@@ -364,7 +364,7 @@ fn routes(scenario: &Scenario) -> Vec<Found<'_>> {
 pub fn summary(scenario: &Scenario) -> String {
     let line = |(problem, route): Found<'_>| {
         let words = match route {
-            Ok(route) => words(&route),
+            Ok(route) => route_note(&route),
             Err(error) => format!("none: {error}"),
         };
         format!("  route       planning problem {}: {words}\n", problem.id)
@@ -372,7 +372,7 @@ pub fn summary(scenario: &Scenario) -> String {
     routes(scenario).into_iter().map(line).collect()
 }
 
-fn words(route: &Route) -> String {
+fn route_note(route: &Route) -> String {
     let leg = |leg: &Leg| {
         let change = match leg.change {
             Some(Side::Left) => "change left to ",

@@ -248,7 +248,7 @@ fn is_host_here(host: &str) -> bool {
 }
 
 /// Connections at once.
-const MOST: usize = 64;
+const MAX_CONNECTIONS: usize = 64;
 
 /// The open ones, the oldest first.
 #[derive(Debug, Default)]
@@ -267,7 +267,7 @@ impl Connections {
     fn add(&self, serve: impl FnOnce(Arc<AtomicBool>) -> AbortHandle) {
         let mut open = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         open.retain(|connection| !connection.task.is_finished());
-        if open.len() >= MOST {
+        if open.len() >= MAX_CONNECTIONS {
             let silent = |one: &Connection| !one.admitted.load(Ordering::SeqCst);
             let Some(oldest) = open.iter().position(silent) else {
                 return;

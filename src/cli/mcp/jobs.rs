@@ -29,13 +29,13 @@ const GRACE: Duration = Duration::from_secs(3);
 const LONGEST_TIME: Duration = Duration::from_secs(3600);
 
 /// Longest result that is given, bytes.
-const LONGEST: u64 = 8 << 20;
+const LONGEST_OUTPUT: u64 = 8 << 20;
 
 /// What arguments are on the command line.
 ///
 /// # Errors
 /// In words: one is unknown, missing, or not of its kind.
-pub fn words(options: &[JobOption], given: &Value) -> Result<Vec<String>, String> {
+pub fn command_line(options: &[JobOption], given: &Value) -> Result<Vec<String>, String> {
     let missing = |option: &&JobOption| option.required && given[option.name].is_null();
     if let Some(missing) = options.iter().find(missing) {
         return Err(format!(
@@ -108,7 +108,7 @@ fn word(option: &JobOption, value: &Value) -> Result<String, String> {
 }
 
 /// An error of a command in the words of its arguments: clients have no options.
-pub fn told(options: &[JobOption], why: &str) -> String {
+pub fn with_argument_names(options: &[JobOption], why: &str) -> String {
     // What clap adds leads to a text that clients do not see.
     let why = why.replace("For more information, try '--help'.", "");
     let options = options.iter().filter(|option| !option.option.is_empty());
@@ -182,8 +182,8 @@ pub fn run(job: &Job, words: &[String], progress: &Progress) -> Result<Vec<u8>, 
             });
         }
     };
-    if given.len() as u64 > LONGEST {
-        Err(format!("the result has more than {LONGEST} bytes"))
+    if given.len() as u64 > LONGEST_OUTPUT {
+        Err(format!("the result has more than {LONGEST_OUTPUT} bytes"))
     } else {
         Ok(given)
     }
@@ -210,7 +210,7 @@ fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Option<JoinHandle<Vec
     let pipe = pipe?;
     Some(std::thread::spawn(move || {
         let mut bytes = Vec::new();
-        let mut pipe = pipe.take(LONGEST + 1);
+        let mut pipe = pipe.take(LONGEST_OUTPUT + 1);
         let _ = pipe.read_to_end(&mut bytes);
         // What is too long is refused above; it is still read, so that the command can end.
         let _ = std::io::copy(&mut pipe.into_inner(), &mut std::io::sink());
@@ -233,7 +233,7 @@ pub fn result(job: &Job, given: &[u8], places: &Places) -> CallToolResult {
 }
 
 /// How often progress is told.
-const TOLD: Duration = Duration::from_secs(1);
+const PROGRESS_INTERVAL: Duration = Duration::from_secs(1);
 
 /// The progress of a request.
 #[derive(Debug)]
@@ -264,10 +264,14 @@ impl Progress {
         self.cancel.load(Ordering::SeqCst)
     }
 
-    /// Tells the progress in words, once in [`TOLD`], to clients that want to know.
+    /// Tells the progress in words, once in [`PROGRESS_INTERVAL`], to clients that want to know.
     pub fn tell(&self, done: usize, total: Option<usize>, words: &str) {
         let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(token) = self.token.as_ref().filter(|_| told.elapsed() >= TOLD) else {
+        let Some(token) = self
+            .token
+            .as_ref()
+            .filter(|_| told.elapsed() >= PROGRESS_INTERVAL)
+        else {
             return;
         };
         *told = Instant::now();
@@ -286,9 +290,9 @@ pub const BUDGET: &str = "budget";
 
 /// Money that is left for a session, US dollars.
 #[derive(Debug)]
-pub struct Purse(Mutex<f64>);
+pub struct SpendingLimit(Mutex<f64>);
 
-impl Purse {
+impl SpendingLimit {
     /// One with so many US dollars.
     pub fn new(usd: f64) -> Self {
         Self(Mutex::new(usd))
@@ -376,7 +380,7 @@ mod tests {
 
     #[test]
     fn a_session_spends_no_more_than_it_has() {
-        let purse = Purse::new(1.0);
+        let purse = SpendingLimit::new(1.0);
         let taken = |asked: Value| purse.reserve(&asked);
         assert_eq!(taken(json!({"budget": 0.6})), Ok(0.6));
         assert!(taken(json!({"budget": 0.6})).is_err());

@@ -36,7 +36,7 @@ use super::open::{configuration, user_thresholds};
 use super::{Failure, Outcome, output};
 use catalogue::{Does, EGO, Job, JobOption, SCENARIO, Tool};
 use http::Token;
-use jobs::{BUDGET, Progress, Purse};
+use jobs::{BUDGET, Progress, SpendingLimit};
 use places::Places;
 use resources::PROMPT;
 
@@ -77,7 +77,11 @@ pub fn run(arguments: &Mcp) -> Outcome {
     let places = Places::new(&arguments.folders, config.maps.as_deref()).map_err(Failure::input)?;
     let words = places.words();
     let purse = arguments.budget.filter(|_| arguments.allow_models);
-    let server = Arc::new(Server::new(places, thresholds, purse.map(Purse::new)));
+    let server = Arc::new(Server::new(
+        places,
+        thresholds,
+        purse.map(SpendingLimit::new),
+    ));
     // When it is dropped, it waits for what still runs.
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .enable_all()
@@ -122,7 +126,7 @@ struct Server {
     /// What moments are measured with.
     thresholds: Thresholds,
     /// What may be spent on models; `None` where none may be asked.
-    purse: Option<Purse>,
+    purse: Option<SpendingLimit>,
     /// The index of the scenarios, once a client searched it.
     index: Mutex<Option<TempDir>>,
     /// Places of tools that take long.
@@ -134,7 +138,7 @@ struct Server {
 
 impl Server {
     /// A server of these places.
-    fn new(places: Places, thresholds: Thresholds, purse: Option<Purse>) -> Self {
+    fn new(places: Places, thresholds: Thresholds, purse: Option<SpendingLimit>) -> Self {
         Self {
             places,
             thresholds,
@@ -163,7 +167,7 @@ impl Server {
         arguments: &Value,
         progress: &Progress,
     ) -> Result<CallToolResult, String> {
-        let mut words = jobs::words(tool.options, arguments)?;
+        let mut words = jobs::command_line(tool.options, arguments)?;
         let job = match &tool.does {
             Does::Look(look) => {
                 let value = look(self, arguments, progress)?;
@@ -219,7 +223,7 @@ impl Server {
         progress: &Progress,
     ) -> Result<Vec<u8>, String> {
         let given = jobs::run(job, words, progress);
-        given.map_err(|why| jobs::told(options, &self.places.told(&why)))
+        given.map_err(|why| jobs::with_argument_names(options, &self.places.told(&why)))
     }
 }
 

@@ -215,7 +215,7 @@ pub fn prompt_command(request: &GetPromptRequestParams) -> Result<(Vec<String>, 
         }
     }
     let arguments = Value::Object(arguments);
-    let mut words = jobs::words(OPTIONS, &arguments)?;
+    let mut words = jobs::command_line(OPTIONS, &arguments)?;
     words.push(format!("--task={}", task.name()));
     words.push(format!("--frame={}", frame.name()));
     Ok((words, arguments))

@@ -15,22 +15,22 @@ use serde::Serialize;
 
 /// Scenarios that are kept, and the bytes of their files; in memory a scenario takes some 15 times as many. One that is
 /// larger is kept alone.
-const MOST: usize = 64;
+const MAX_OPEN: usize = 64;
 
-const MOST_BYTES: u64 = 64 << 20;
+const MAX_OPEN_BYTES: u64 = 64 << 20;
 
 /// A scene is counted as this part of the bytes of its scenario: it has a list of obstacles of its own.
 const SCENE: u64 = 16;
 
 /// What is kept, that used last at the end.
 #[derive(Debug, Default)]
-pub struct Scenes(Mutex<Vec<Kept>>);
+pub struct Scenes(Mutex<Vec<OpenScenario>>);
 
 /// A file with the time of its last change and its length.
 pub type Read = (PathBuf, Option<(SystemTime, u64)>);
 
 #[derive(Debug)]
-struct Kept {
+struct OpenScenario {
     name: String,
     files: Vec<Read>,
     scenario: Arc<Scenario>,
@@ -59,7 +59,7 @@ fn are_current(files: &[Read]) -> bool {
     files.iter().all(|read| as_is(&read.0) == *read)
 }
 
-impl Kept {
+impl OpenScenario {
     fn bytes(&self) -> u64 {
         let lengths = self
             .files
@@ -103,7 +103,7 @@ impl Scenes {
     pub fn keep(&self, name: &str, files: Vec<Read>, scenario: &Arc<Scenario>) {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|kept| kept.name != name);
-        all.push(Kept {
+        all.push(OpenScenario {
             name: name.into(),
             files,
             scenario: Arc::clone(scenario),
@@ -135,8 +135,9 @@ impl Scenes {
 }
 
 /// Lets go of what was not used for the longest time.
-fn shrink(all: &mut Vec<Kept>) {
-    while all.len() > MOST || all.iter().map(Kept::bytes).sum::<u64>() > MOST_BYTES {
+fn shrink(all: &mut Vec<OpenScenario>) {
+    while all.len() > MAX_OPEN || all.iter().map(OpenScenario::bytes).sum::<u64>() > MAX_OPEN_BYTES
+    {
         match &mut all[..] {
             [only] if only.scenes.len() > 1 => drop(only.scenes.remove(0)),
             [] | [_] => return,
@@ -144,7 +145,7 @@ fn shrink(all: &mut Vec<Kept>) {
         }
     }
     for kept in all {
-        let more = kept.scenes.len().saturating_sub(MOST);
+        let more = kept.scenes.len().saturating_sub(MAX_OPEN);
         kept.scenes.drain(..more);
     }
 }

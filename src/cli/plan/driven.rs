@@ -306,14 +306,14 @@ impl ViolationRecord {
 }
 
 /// The rules that a drive broke.
-fn broken(drive: &DriveRecord) -> impl Iterator<Item = Rule> {
+fn broken_rules(drive: &DriveRecord) -> impl Iterator<Item = Rule> {
     let named = drive.rules_broken.iter();
     named.filter_map(|name| Rule::ALL.into_iter().find(|rule| name == rule.name()))
 }
 
 /// The rules that a drive broke, in a few words; nothing where it broke none.
-pub fn words(drive: &DriveRecord) -> Option<String> {
-    let broken: Vec<&str> = broken(drive).map(Rule::text).collect();
+pub fn broken_rules_note(drive: &DriveRecord) -> Option<String> {
+    let broken: Vec<&str> = broken_rules(drive).map(Rule::text).collect();
     (!broken.is_empty()).then(|| format!("breaks {}", broken.join(", ")))
 }
 
@@ -325,7 +325,7 @@ impl RuleCounts {
     /// Counts a drive.
     pub fn add(&mut self, drive: &DriveRecord) {
         for (count, rule) in self.0.iter_mut().zip(Rule::ALL) {
-            *count += usize::from(broken(drive).any(|broken| broken == rule));
+            *count += usize::from(broken_rules(drive).any(|broken| broken == rule));
         }
     }
 

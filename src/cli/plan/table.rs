@@ -172,7 +172,7 @@ impl OutcomeTable {
             remarks.push(format!("{} reacted", drive.reacted));
         }
         self.rules.add(drive);
-        remarks.extend(driven::words(drive));
+        remarks.extend(driven::broken_rules_note(drive));
         let process = drive.external_planner.as_ref();
         let beyond = process.and_then(|process| process.beyond_vehicle());
         self.undrivable += usize::from(beyond.is_some());

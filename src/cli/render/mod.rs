@@ -111,7 +111,7 @@ struct RenderSettings<'a> {
 const MOST_PICTURES: i64 = 20_000;
 
 /// What becomes of an interrupted run.
-const KEPT: &str = "finished pictures are kept";
+const INTERRUPTED: &str = "finished pictures are kept";
 
 /// No ego is planned unless asked for; a note says that a picture has no ego.
 fn without_ego(entry: &Entry) {
@@ -148,7 +148,7 @@ impl Drawing<'_> {
 
     fn render(&self, entry: &Entry, theme: &str) -> Outcome {
         if self.stop.load(Ordering::Relaxed) {
-            return Err(Failure::interrupted(KEPT));
+            return Err(Failure::interrupted(INTERRUPTED));
         }
         if self.arguments.what == RenderContent::Screen {
             return self.screens(entry, theme);
@@ -316,7 +316,9 @@ impl Drawing<'_> {
                 let drawn = animate(out, steps.len(), dt, dpi, |i| draw(steps[i]), self.stop);
                 match drawn {
                     Ok(_) => Ok(()),
-                    Err(_) if self.stop.load(Ordering::Relaxed) => Err(Failure::interrupted(KEPT)),
+                    Err(_) if self.stop.load(Ordering::Relaxed) => {
+                        Err(Failure::interrupted(INTERRUPTED))
+                    }
                     Err(error) => Err(named(&error)),
                 }
             };
@@ -349,7 +351,7 @@ impl Drawing<'_> {
                 NEXT
             },
         );
-        done.end(KEPT)
+        done.end(INTERRUPTED)
     }
 }
 

@@ -345,21 +345,25 @@ fn judged(answers: &mut Answers, items: &[Item], spec: &Spec) -> Option<String> 
         "For κ, the built-in judge was asked about {} without its verdict in the batch.",
         output::counted(verdicts, "question")
     );
-    Some(match words(&found.unjudged) {
+    Some(match unjudged_note(&found.unjudged) {
         None => asked,
         Some(words) => format!("{asked} It could not be asked about {words}."),
     })
 }
 
 /// Scenarios that are named each.
-const NAMED: usize = 3;
+const MAX_LISTED: usize = 3;
 
-fn words(unjudged: &[UnjudgedScenario]) -> Option<String> {
-    let named = unjudged.iter().take(NAMED);
+fn unjudged_note(unjudged: &[UnjudgedScenario]) -> Option<String> {
+    let named = unjudged.iter().take(MAX_LISTED);
     let named: Vec<String> = named
         .map(|one| format!("{} ({})", one.scenario, one.why))
         .collect();
-    let more = if unjudged.len() > NAMED { ", …" } else { "" };
+    let more = if unjudged.len() > MAX_LISTED {
+        ", …"
+    } else {
+        ""
+    };
     let count = match unjudged.len() {
         0 => return None,
         1 => "1 scenario".to_string(),
@@ -374,12 +378,12 @@ fn words(unjudged: &[UnjudgedScenario]) -> Option<String> {
 /// What makes the batch's windows again; nothing where they would be others now.
 fn batch_builder(spec: &Spec) -> Result<QuestionBuilder, String> {
     let words = |failure: Failure| without_folders(&failure.message);
-    let (folders, _) = open::configuration().map_err(words)?;
+    let (folders, _) = open::configuration().map_err(unjudged_note)?;
     let library = validate(Library::load(Some(&folders.prompts())));
-    let thresholds = open::user_thresholds(&folders).map_err(words)?;
+    let thresholds = open::user_thresholds(&folders).map_err(unjudged_note)?;
     let words = |error: SpecError| without_folders(&error.to_string());
     spec.builder_again(&library, Arc::new(thresholds))
-        .map_err(words)
+        .map_err(unjudged_note)
 }
 
 /// The page of these answers; their scenarios are looked for in `files`, in the batches and among the bundled ones.

@@ -95,7 +95,7 @@ pub fn store_report(
     if stored.scored.is_empty() {
         return Err(Failure::finding("none of the runs can be scored"));
     }
-    let words = truth::words(&sources, &stored, &store)?;
+    let words = truth::truth_description(&sources, &stored, &store)?;
     let mut notes = vec![format!(
         "{} of the store. Truth: {words}.",
         output::counted(stored.scored.len(), "run")

@@ -110,7 +110,11 @@ fn score(sources: &[PathBuf]) -> Result<Option<RiskConvention>, Failure> {
 }
 
 /// The same as a description for the report: for batches, how many answers are compared with which ground truth.
-pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<String, Failure> {
+pub fn truth_description(
+    sources: &[PathBuf],
+    stored: &Stored,
+    store: &Store,
+) -> Result<String, Failure> {
     let mut words = Vec::new();
     let named = sources.iter().any(|source| source.as_os_str() == BATCH);
     if !named && let Some(batches) = of_batches(stored, store)? {
@@ -135,14 +139,14 @@ pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<Stri
 }
 
 /// Batches that are named each.
-const NAMED: usize = 5;
+const MAX_LISTED: usize = 5;
 
 fn of_batches(stored: &Stored, store: &Store) -> Result<Option<String>, Failure> {
     if stored.of_batches.is_empty() {
         return Ok(None);
     }
     let mut parts = Vec::new();
-    for (batch, answers) in stored.of_batches.iter().take(NAMED) {
+    for (batch, answers) in stored.of_batches.iter().take(MAX_LISTED) {
         let id = batch.parse().ok();
         let known = id
             .map(|id| store.batch(id))
@@ -156,7 +160,7 @@ fn of_batches(stored: &Stored, store: &Store) -> Result<Option<String>, Failure>
             output::visible(&truth)
         ));
     }
-    if stored.of_batches.len() > NAMED {
+    if stored.of_batches.len() > MAX_LISTED {
         parts.push("…".into());
     }
     Ok(Some(format!(
