@@ -9,7 +9,7 @@ mod obstacles;
 mod protobuf;
 mod road;
 mod solution;
-mod writer;
+pub(super) mod writer;
 pub(super) mod xml;
 mod xml_reader;
 

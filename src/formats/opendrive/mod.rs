@@ -144,7 +144,7 @@ fn write_roads(scenario: &Scenario, roads: &Roads) -> Result<Vec<u8>, WriteError
         let mut written = HashSet::new();
         for road in &roads.roads {
             let signals = signals::of_road(&scenario.network, road, country, &mut written);
-            road(out, scenario, road, &signals, country)?;
+            self::road(out, scenario, road, &signals, country)?;
         }
         for junction in &roads.junctions {
             let attributes = attributes!["id" = junction.id, "name" = junction.name];

@@ -346,7 +346,7 @@ impl<'r> Fields<'r> {
             return Ok(None);
         };
         let shown = || text.chars().take(40).collect::<String>();
-        let value = each_line::number(text, self.separator)
+        let value = rows::number(text, self.separator)
             .ok_or_else(|| self.at(name).fail(format!("`{}` is not a number", shown())));
         self.at(name).number(value?.0).map(Some)
     }
@@ -377,7 +377,7 @@ fn each_line(
     let bytes = system::read_file(path, LARGEST).map_err(|e| ReadError::io(report.file(), &e))?;
     let decoded = String::from_utf8_lossy(&bytes);
     let text = decoded.trim_start_matches('\u{feff}');
-    let (separator, header) = each_line::columns_of(text.as_bytes());
+    let (separator, header) = rows::columns_of(text.as_bytes());
     let mut table = csv::ReaderBuilder::new()
         .delimiter(separator)
         .flexible(true)
@@ -393,7 +393,7 @@ fn each_line(
     let mut count = 0;
     while table.read_record(&mut fields.record).map_err(fail)? {
         let all = fields.record.iter().map(str::as_bytes);
-        if let Some(why) = each_line::too_long(all, fields.header.len()) {
+        if let Some(why) = rows::too_long(all, fields.header.len()) {
             let line = fields.record.position().map_or(0, csv::Position::line);
             return Err(report.row(usize::try_from(line).unwrap_or(0), "").fail(why));
         }
@@ -425,7 +425,7 @@ pub fn recording(path: &Path, leftovers: &mut Leftovers) -> Result<Recording, Re
             }
             let mut numbers = pieces
                 .map(|t| {
-                    let value = each_line::number(t, row.separator).ok_or_else(|| {
+                    let value = rows::number(t, row.separator).ok_or_else(|| {
                         let shown: String = t.chars().take(40).collect();
                         row.at(name).fail(format!("`{shown}` is not a number"))
                     });

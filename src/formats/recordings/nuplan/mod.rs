@@ -335,7 +335,7 @@ fn find_part(
     report: &Report,
 ) -> Result<Part, ReadError> {
     if let Some(scene) = said.strip_prefix("scene=") {
-        return scene(scene, log, report);
+        return self::scene(scene, log, report);
     }
     if let Some(token) = token(said) {
         return around(token, said, log, database, report);

@@ -418,7 +418,7 @@ fn section(node: &Node) -> Result<SectionInFile, ReadError> {
         let side = node.child(name);
         *tells |= side.is_some();
         for lane in side.iter().flat_map(|s| s.all("lane")) {
-            lanes.push(lane(lane, from)?);
+            lanes.push(self::lane(lane, from)?);
         }
     }
     lanes.retain(|lane| lane.id != 0);

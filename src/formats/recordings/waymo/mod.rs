@@ -274,7 +274,7 @@ fn read_tracks(
             report.at(name()).warn("no id; left out");
             continue;
         };
-        let (track, spread) = track(report, recorded, track, id, &name)?;
+        let (track, spread) = self::track(report, recorded, track, id, &name)?;
         if !ids.take(id) {
             report
                 .at(name())
