@@ -47,7 +47,7 @@ pub fn track(
     let car = Car::new(able, dt);
     let first = car.state_of(start);
     let mut run = pursue(&car, first, wanted);
-    let mut cost = cost(&car, &run, wanted);
+    let mut cost = run_cost(&car, &run, wanted);
     let mut damping = 1e-3;
     for _ in 0..ROUNDS {
         let Some(gains) = sweep_backward(&car, &run, wanted, damping) else {
@@ -59,7 +59,7 @@ pub fn track(
         };
         let better = [1.0, 0.5, 0.2, 0.05].into_iter().find_map(|length| {
             let tried = sweep_forward(&car, &run, &gains, length);
-            let costs = cost(&car, &tried, wanted);
+            let costs = run_cost(&car, &tried, wanted);
             (costs < cost).then_some((tried, costs))
         });
         let Some((tried, costs)) = better else {
@@ -228,7 +228,7 @@ fn input_cost(car: &Car, u: &Input) -> f64 {
 }
 
 /// What a motion costs; its first state is given and costs nothing.
-fn cost(car: &Car, run: &[Moment], wanted: &[Option<TrackingTarget>]) -> f64 {
+fn run_cost(car: &Car, run: &[Moment], wanted: &[Option<TrackingTarget>]) -> f64 {
     let states = run.iter().skip(1).zip(wanted);
     let states: f64 = states
         .map(|(m, w)| worth(car, &m.state, w.as_ref()).value)
