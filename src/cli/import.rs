@@ -111,7 +111,7 @@ pub fn run(arguments: &Import) -> Outcome {
 }
 
 /// Counts what was taken in from a file, and says which batches.
-fn merged(path: &Path, merged: MergeCounts, counts: &mut Counts) {
+fn count_merged(path: &Path, merged: MergeCounts, counts: &mut Counts) {
     counts.imported += merged.runs;
     counts.already_there += merged.already_there;
     if merged.batches + merged.united > 0 {
@@ -191,7 +191,7 @@ fn import_lines(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), F
     }
     let intake = intake.finish().map_err(Failure::input)?;
     counts.unreadable += unreadable;
-    merged(path, intake.counts(), counts);
+    count_merged(path, intake.counts(), counts);
     Ok(())
 }
 
@@ -264,6 +264,6 @@ fn import_store(path: &Path, store: &Store, counts: &mut Counts) -> Result<(), F
             output::counted(merged.running, "answer")
         ));
     }
-    merged(path, merged, counts);
+    count_merged(path, merged, counts);
     Ok(())
 }

@@ -241,14 +241,14 @@ pub fn describe(arguments: &Describe) -> Outcome {
         }
         return several(arguments);
     };
-    describe(arguments, one, false)
+    describe_one(arguments, one, false)
 }
 
 /// Describes one scenario after the other; those that cannot be described are said and counted.
 fn several(arguments: &Describe) -> Outcome {
     let mut failed = Failed::of(arguments.files.len());
     for file in &arguments.files {
-        if let Err(failure) = describe(arguments, file, true) {
+        if let Err(failure) = describe_one(arguments, file, true) {
             failed.add(failure);
         }
     }
@@ -256,7 +256,7 @@ fn several(arguments: &Describe) -> Outcome {
 }
 
 /// Describes a scenario, below its name where it is one of several.
-fn describe(arguments: &Describe, file: &Path, named: bool) -> Outcome {
+fn describe_one(arguments: &Describe, file: &Path, named: bool) -> Outcome {
     let (folders, config) = configuration()?;
     let entry = entry(file)?;
     let scene = scene(&entry, &arguments.ego)?;

@@ -77,7 +77,7 @@ pub fn batch_report(
     let page = |parts: &[&Part]| match format {
         ReportFormat::Html => {
             let cases: Vec<_> = parts.iter().flat_map(|part| part.answers.cases()).collect();
-            answer_page(store, &cases, Vec::new())
+            page_of_answers(store, &cases, Vec::new())
         }
         _ => Ok(AnswerPage::default()),
     };
@@ -378,16 +378,16 @@ fn unjudged_note(unjudged: &[UnjudgedScenario]) -> Option<String> {
 /// What makes the batch's windows again; nothing where they would be others now.
 fn batch_builder(spec: &Spec) -> Result<QuestionBuilder, String> {
     let words = |failure: Failure| without_folders(&failure.message);
-    let (folders, _) = open::configuration().map_err(unjudged_note)?;
+    let (folders, _) = open::configuration().map_err(words)?;
     let library = validate(Library::load(Some(&folders.prompts())));
-    let thresholds = open::user_thresholds(&folders).map_err(unjudged_note)?;
+    let thresholds = open::user_thresholds(&folders).map_err(words)?;
     let words = |error: SpecError| without_folders(&error.to_string());
     spec.builder_again(&library, Arc::new(thresholds))
-        .map_err(unjudged_note)
+        .map_err(words)
 }
 
 /// The page of these answers; their scenarios are looked for in `files`, in the batches and among the bundled ones.
-pub fn answer_page(
+pub fn page_of_answers(
     store: &Store,
     cases: &[AnswerCase<'_>],
     mut files: Vec<Entry>,

@@ -135,7 +135,7 @@ pub fn store_report(
         )));
     }
     let page = match format {
-        ReportFormat::Html => of_batch::answer_page(&store, &cases, files)?,
+        ReportFormat::Html => of_batch::page_of_answers(&store, &cases, files)?,
         _ => AnswerPage::default(),
     };
     let report = arguments.compared(&stored.scored, &Comparison::default())?;
@@ -282,7 +282,7 @@ const MAX_PROBLEMS_LISTED: usize = 20;
 
 /// Recorded answers, what they are in words, and how many files could not be read.
 fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
-    if !paper_report::is_laid_out(folder) {
+    if !paper::is_laid_out(folder) {
         let what = if folder.is_dir() {
             "it has no recorded answers"
         } else {
@@ -294,7 +294,7 @@ fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
             folder.display()
         )));
     }
-    let (scored, problems) = paper_report::scored(folder);
+    let (scored, problems) = paper::scored(folder);
     let lost: Vec<&Problem> = problems.iter().filter(|p| p.loss == Loss::Unread).collect();
     lost.iter()
         .take(MAX_PROBLEMS_LISTED)
