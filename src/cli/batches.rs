@@ -9,9 +9,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::filters::store;
-use super::interrupt;
 use super::open::configuration;
-use super::{Failure, Outcome, json, output, time};
+use super::{Failure, Outcome, ending, json, output};
 use nearmiss_ask::llm::{Client, Environment, Error, Parameters, Registry};
 use nearmiss_store::{ProviderBatch, ProviderBatchId, ProviderBatchState, Store};
 use nearmiss_study::evaluation::remote::{self, GivenUp, Progress, RemoteError};
@@ -64,7 +63,7 @@ pub fn run(arguments: &Batches) -> Outcome {
         .build()
         .map_err(Failure::input)?;
     match &arguments.what {
-        None => list(&store, arguments.format.is_json()),
+        None => list_batches(&store, arguments.format.is_json()),
         Some(BatchesCommand::Collect { id, wait }) => {
             let wanted = match id {
                 Some(id) => vec![known(&store, *id)?],
@@ -91,7 +90,7 @@ pub fn run(arguments: &Batches) -> Outcome {
 async fn interruptible(work: impl Future<Output = Outcome>) -> Outcome {
     tokio::select! {
         done = work => done,
-        () = interrupt::signal() => Err(Failure::interrupted(
+        () = ending::signal() => Err(Failure::interrupted(
             "the batches stay with their providers: run `nearmiss runs batches collect` again",
         )),
     }
@@ -139,7 +138,7 @@ async fn collect(store: &Arc<Store>, mut wanted: Vec<ProviderBatch>, wait: bool)
             let model = model(&batch, &client)?;
             match remote::collect(batch.id, &model, store).await {
                 Ok(progress) => {
-                    let words = words(&batch, &progress);
+                    let words = batch_line(&batch, &progress);
                     if said.insert(batch.id, words.clone()) != Some(words.clone()) {
                         output::say(&words);
                     }
@@ -230,7 +229,7 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
         error => Failure::input(error),
     })?;
     output::say(&match done {
-        GivenUp::Collected(progress) => words(&batch, &progress),
+        GivenUp::Collected(progress) => batch_line(&batch, &progress),
         GivenUp::Freed { questions, batches } => {
             let again: Vec<String> = batches
                 .iter()
@@ -250,7 +249,7 @@ async fn give_up(store: &Arc<Store>, batch: ProviderBatch, force: bool) -> Outco
 }
 
 /// Explains how to find a batch whose id did not come back from the provider.
-pub fn lost(batch: &ProviderBatch) -> Option<String> {
+pub fn lost_note(batch: &ProviderBatch) -> Option<String> {
     let is_lost = batch.state == ProviderBatchState::Submitting && batch.remote_id.is_none();
     is_lost.then(|| {
         format!(
@@ -260,7 +259,7 @@ pub fn lost(batch: &ProviderBatch) -> Option<String> {
     })
 }
 
-fn words(batch: &ProviderBatch, progress: &Progress) -> String {
+fn batch_line(batch: &ProviderBatch, progress: &Progress) -> String {
     let id = batch.id;
     match progress {
         Progress::Unknown => format!(
@@ -298,7 +297,7 @@ fn words(batch: &ProviderBatch, progress: &Progress) -> String {
     }
 }
 
-fn list(store: &Store, as_json: bool) -> Outcome {
+fn list_batches(store: &Store, as_json: bool) -> Outcome {
     use output::Align::{Left, Right};
     let all = store.provider_batches().map_err(Failure::input)?;
     if as_json {
@@ -324,7 +323,7 @@ fn list(store: &Store, as_json: bool) -> Outcome {
     let rows = all.iter().map(|batch| {
         [
             batch.id.to_string(),
-            time::local(batch.submitted_ms),
+            output::local(batch.submitted_ms),
             batch.state.name().into(),
             format!("{}/{}", batch.done, batch.requests),
             batch.model.clone(),
@@ -337,7 +336,7 @@ fn list(store: &Store, as_json: bool) -> Outcome {
     let mut table = output::line("  ", &columns, &titles);
     for (batch, row) in all.iter().zip(rows) {
         table += &output::line("  ", &columns, &row);
-        if let Some(problem) = batch.problem.clone().or_else(|| lost(batch)) {
+        if let Some(problem) = batch.problem.clone().or_else(|| lost_note(batch)) {
             table.push_str(&format!("       {problem}\n"));
         }
     }
@@ -381,8 +380,8 @@ impl Document {
             model: batch.model.clone(),
             address: batch.address.clone(),
             provider_id: batch.remote_id.clone(),
-            created_at: time::rfc3339(batch.created_ms),
-            submitted_at: time::rfc3339(batch.submitted_ms),
+            created_at: output::rfc3339(batch.created_ms),
+            submitted_at: output::rfc3339(batch.submitted_ms),
             requests: batch.requests,
             results: batch.done,
             problem: batch.problem.clone(),

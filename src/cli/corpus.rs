@@ -1,7 +1,23 @@
-//! `nearmiss corpus`: an index of many scenarios, searched and drawn from.
+//! `nearmiss corpus`: an index of many scenarios; how many windows it holds, and windows drawn so that they cover that.
 
-use super::Outcome;
-use super::{find, index, sample};
+use std::collections::HashSet;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use nearmiss_base::system::unknown;
+use nearmiss_drive::planner::Cancel;
+use nearmiss_render::{Format, Palette, coverage_picture};
+use nearmiss_scene::corpus::{
+    self, Axis, Candidate, Columns, Coverage, IndexError, Part, PartRow, SEVERITIES, SampledWindow,
+    Sampler,
+};
+use nearmiss_scene::metrics::SEVERITY_NAMES;
+use nearmiss_workflow::{index_parts, read_index};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::output::{self, Target};
+use super::{Failure, Outcome, find, index, json};
 
 /// Subcommands of `corpus`.
 #[derive(Debug, clap::Subcommand)]
@@ -13,7 +29,7 @@ pub enum Corpus {
     /// Find the windows of an index that a sentence means.
     Find(find::Find),
     /// Draw scenarios or windows from an index so that they cover it.
-    Sample(sample::Sample),
+    Sample(Sample),
 }
 
 /// Runs `corpus`.
@@ -22,6 +38,361 @@ pub fn run(command: &Corpus) -> Outcome {
         Corpus::Index(arguments) => index::run(arguments),
         Corpus::Show(arguments) => index::show(arguments),
         Corpus::Find(arguments) => find::run(arguments),
-        Corpus::Sample(arguments) => sample::run(arguments),
+        Corpus::Sample(arguments) => sample(arguments),
     }
+}
+
+/// Arguments of `corpus show`.
+#[derive(Debug, clap::Args)]
+pub struct Show {
+    /// Folder of the index.
+    folder: PathBuf,
+    #[command(flatten)]
+    format: output::FormatOption,
+    /// Also draw the table: a file .svg or .png.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long, requires = "output")]
+    overwrite: bool,
+}
+
+/// The table for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct ShowDocument {
+    /// Number of windows.
+    windows: u64,
+    /// Windows by manoeuvre and road: `manoeuvre`, `road` and `counts`, whose place is the severity from 0 (contact)
+    /// to 5 (none).
+    coverage: Vec<ShowRow>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct ShowRow {
+    manoeuvre: String,
+    road: String,
+    counts: [u64; SEVERITIES],
+}
+
+impl json::Output for ShowDocument {
+    const NAME: &'static str = "corpus-show";
+    const TITLE: &'static str =
+        "`corpus show --format json`: windows by manoeuvre, road and severity";
+}
+
+/// Prints the table.
+pub fn show(arguments: &Show) -> Outcome {
+    let coverage = coverage(&arguments.folder)?;
+    if let Some(path) = &arguments.output {
+        draw(&coverage, path, arguments.overwrite)?;
+    }
+    if arguments.format.is_json() {
+        output::document(&document(&coverage))
+    } else {
+        output::text(&text(&coverage))
+    }
+}
+
+fn coverage(folder: &Path) -> Result<Coverage, Failure> {
+    // Answers do not matter here, and nothing cancels.
+    let read = read_index(folder, &[], &Cancel::default(), &mut |_, _| {});
+    let index = read.map_err(Failure::input)?;
+    Ok(index.map_or_else(Coverage::default, |index| index.coverage()))
+}
+
+fn document(coverage: &Coverage) -> ShowDocument {
+    let row = |(cell, counts): (&corpus::Cell, &[u64; SEVERITIES])| ShowRow {
+        manoeuvre: output::visible(&cell.manoeuvre),
+        road: output::visible(&cell.road),
+        counts: *counts,
+    };
+    ShowDocument {
+        windows: coverage.totals().iter().sum(),
+        coverage: coverage.rows().map(row).collect(),
+    }
+}
+
+fn text(coverage: &Coverage) -> String {
+    let line = |manoeuvre: &str, road: &str, counts: &[u64; SEVERITIES]| {
+        let mut cells: [String; SEVERITIES + 3] = Default::default();
+        cells[0] = manoeuvre.into();
+        cells[1] = road.into();
+        for (cell, count) in cells[2..].iter_mut().zip(counts) {
+            *cell = match count {
+                0 => "·".into(),
+                count => count.to_string(),
+            };
+        }
+        cells[SEVERITIES + 2] = counts.iter().sum::<u64>().to_string();
+        cells
+    };
+    let mut head: [String; SEVERITIES + 3] = Default::default();
+    head[0] = "manoeuvre".into();
+    head[1] = "road".into();
+    for (cell, name) in head[2..].iter_mut().zip(SEVERITY_NAMES) {
+        *cell = name.into();
+    }
+    head[SEVERITIES + 2] = "all".into();
+    let mut rows = vec![head];
+    let of_cell =
+        |(c, counts): (&corpus::Cell, &[u64; SEVERITIES])| line(&c.manoeuvre, &c.road, counts);
+    rows.extend(coverage.rows().map(of_cell));
+    rows.push(line("all", "", &coverage.totals()));
+    let right: Vec<usize> = (2..SEVERITIES + 3).collect();
+    output::table_lines(&rows, &right).collect()
+}
+
+fn draw(coverage: &Coverage, path: &Path, overwrite: bool) -> Outcome {
+    let format = Format::of_file(path)
+        .filter(|format| *format != Format::Gif)
+        .ok_or_else(|| {
+            Failure::input(format!("-o {}: name a file .svg or .png", path.display()))
+        })?;
+    let picture = coverage_picture(coverage, &Palette::paper());
+    let bytes = format
+        .encode(&picture, format.usual_dpi())
+        .map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
+    Target::begin(Some(path), overwrite)?.save(&bytes)?;
+    output::say(&format!("nearmiss: wrote {}", path.display()));
+    Ok(())
+}
+
+/// Arguments of `sample`.
+#[derive(Debug, clap::Args)]
+pub struct Sample {
+    /// Folder of an index, see `nearmiss corpus index`.
+    folder: PathBuf,
+    /// What windows are told apart by, separated by commas: manoeuvre, road, severity. From each combination the same
+    /// number is drawn, as far as it has as many.
+    #[arg(
+        long,
+        value_name = "AXIS",
+        value_delimiter = ',',
+        default_value = "manoeuvre,road,severity",
+        value_parser = axis
+    )]
+    by: Vec<Axis>,
+    /// Number of windows.
+    #[arg(short, long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    number: u32,
+    /// Seed; the same seed draws the same windows from the same index.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Form of the output [default: from the file name, else table].
+    #[arg(long, value_enum)]
+    format: Option<SampleFormat>,
+    #[command(flatten)]
+    output: output::OutputFile,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum SampleFormat {
+    /// A line for each window, with the reason for drawing it.
+    Table,
+    /// Paths of scenarios alone, each once.
+    Paths,
+    /// JSON lines: one object for each window.
+    #[value(alias = "jsonl")]
+    Json,
+    /// An experiment file that asks about the drawn scenarios; add its models.
+    Toml,
+}
+
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, SampleFormat)] = &[
+    ("txt", SampleFormat::Table),
+    ("json", SampleFormat::Json),
+    ("jsonl", SampleFormat::Json),
+    ("ndjson", SampleFormat::Json),
+    ("toml", SampleFormat::Toml),
+];
+
+/// A drawn window for programs.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct SampleLine {
+    scenario: String,
+    file: String,
+    /// Source of the ego: recorded or obstacle.
+    ego_source: String,
+    /// Id of the ego.
+    ego_id: i64,
+    obstacle: i64,
+    /// First and last step of the window.
+    window: [i64; 2],
+    /// What the obstacle does to the ego, such as cut_in, following or crossing.
+    manoeuvre: String,
+    /// Kind of road under the ego.
+    road: String,
+    /// Severity of the most severe step of the window, 0 (contact) to 5 (none).
+    severity: u8,
+    /// Why it was drawn.
+    reason: String,
+}
+
+impl json::Output for SampleLine {
+    const NAME: &'static str = "corpus-sample";
+    const TITLE: &'static str = "`corpus sample --format json`: one drawn window a line";
+}
+
+const TEXTS: [&str; 5] = ["scenario", "file", "ego_source", "manoeuvre", "road"];
+
+const INTEGERS: [&str; 5] = [
+    "ego_id",
+    "obstacle_id",
+    "first_step",
+    "last_step",
+    "severity",
+];
+
+fn axis(word: &str) -> Result<Axis, String> {
+    Axis::parse(word).ok_or_else(|| unknown("axis", word, Axis::ALL.map(Axis::name)))
+}
+
+/// Runs `sample`.
+fn sample(arguments: &Sample) -> Outcome {
+    let most = usize::try_from(arguments.number).map_err(Failure::input)?;
+    let (asked, file) = (arguments.format, arguments.output.file());
+    let known = (ENDINGS, ".txt, .json, .jsonl and .toml");
+    let format = output::format_of(asked, file, SampleFormat::Table, known)?;
+    let mut sampler = Sampler::new(arguments.seed, most);
+    for part in index_parts(&arguments.folder).map_err(Failure::input)? {
+        let part = Part::open(&part).map_err(Failure::input)?;
+        let read = part.read(&Columns::new(&TEXTS, &INTEGERS), &mut |row| {
+            let line = sample_line(row)?;
+            sampler.offer(candidate(&line, &arguments.by), line);
+            Ok(ControlFlow::Continue(()))
+        });
+        let _ = read.map_err(Failure::input)?;
+    }
+    let cells = sampler.cells();
+    let drawn = sampler.draw();
+    let lines: Vec<SampleLine> = drawn.into_iter().map(with_reason).collect();
+    if lines.len() < most {
+        output::say(&format!(
+            "nearmiss: {} drawn from {cells} cells; one window of each scenario a cell, and no more are there",
+            output::counted(lines.len(), "window")
+        ));
+    }
+    let text = match format {
+        SampleFormat::Table => sample_table(&lines),
+        SampleFormat::Paths => paths(&lines).map(|path| format!("{path}\n")).collect(),
+        SampleFormat::Json => {
+            let documents = lines.iter().map(|line| {
+                let document = json::Output::document(line).map_err(Failure::input)?;
+                output::json_line(&document)
+            });
+            documents.collect::<Result<String, Failure>>()?
+        }
+        SampleFormat::Toml => toml(&lines, arguments)?,
+    };
+    match arguments.output.file() {
+        None => output::text(&text),
+        Some(file) => {
+            Target::begin(Some(file), arguments.output.overwrites())?.save(text.as_bytes())
+        }
+    }
+}
+
+/// A row of the index.
+fn sample_line(row: &PartRow<'_>) -> Result<SampleLine, IndexError> {
+    let text = |place: usize| row.text(place).map(output::visible);
+    Ok(SampleLine {
+        scenario: text(0)?,
+        // A bundled scenario is meant by its name.
+        file: text(1)?.trim_end_matches(" (bundled)").to_string(),
+        ego_source: text(2)?,
+        ego_id: row.integer(0),
+        obstacle: row.integer(1),
+        window: [row.integer(2), row.integer(3)],
+        manoeuvre: text(3)?,
+        road: text(4)?,
+        severity: row.severity(4)?,
+        reason: String::new(),
+    })
+}
+
+fn candidate(line: &SampleLine, by: &[Axis]) -> Candidate {
+    let word = |axis: &Axis| match axis {
+        Axis::Manoeuvre => line.manoeuvre.clone(),
+        Axis::Road => line.road.clone(),
+        Axis::Severity => severity_word(line.severity),
+    };
+    let SampleLine {
+        file,
+        ego_source,
+        ego_id,
+        obstacle,
+        window: [first, last],
+        ..
+    } = line;
+    Candidate {
+        path: file.clone(),
+        window: format!("{file}\n{ego_source} {ego_id} {obstacle} {first} {last}"),
+        cell: by.iter().map(word).collect(),
+    }
+}
+
+/// `1 conflict`: in order, and with its name.
+fn severity_word(severity: u8) -> String {
+    format!("{severity} {}", SEVERITY_NAMES[usize::from(severity)])
+}
+
+fn with_reason(drawn: SampledWindow<SampleLine>) -> SampleLine {
+    let SampledWindow {
+        candidate,
+        row,
+        windows,
+        drawn,
+    } = drawn;
+    SampleLine {
+        reason: format!("{drawn} of {windows} in {}", candidate.cell.join(", ")),
+        ..row
+    }
+}
+
+fn sample_table(lines: &[SampleLine]) -> String {
+    let head = ["file", "ego", "obstacle", "steps", "drawn"].map(String::from);
+    let rows = lines.iter().map(|line| {
+        let ego = match line.ego_source.as_str() {
+            "recorded" => "recorded".to_string(),
+            _ => line.ego_id.to_string(),
+        };
+        let steps = format!("{}-{}", line.window[0], line.window[1]);
+        let (obstacle, reason) = (line.obstacle.to_string(), line.reason.clone());
+        [line.file.clone(), ego, obstacle, steps, reason]
+    });
+    let rows: Vec<[String; 5]> = std::iter::once(head).chain(rows).collect();
+    output::table_lines(&rows, &[1, 2, 3]).collect()
+}
+
+/// The scenarios, each once.
+fn paths(lines: &[SampleLine]) -> impl Iterator<Item = &str> {
+    let mut seen = HashSet::new();
+    let paths = lines.iter().map(|line| line.file.as_str());
+    paths.filter(move |path| seen.insert(*path))
+}
+
+fn toml(lines: &[SampleLine], arguments: &Sample) -> Result<String, Failure> {
+    let by: Vec<&str> = arguments.by.iter().map(|axis| axis.name()).collect();
+    let mut text = format!(
+        "# Drawn with `nearmiss corpus sample --by {} -n {} --seed {}`. Add models, and run it with `nearmiss evaluate FILE`.\n",
+        by.join(","),
+        arguments.number,
+        arguments.seed
+    );
+    text.push_str("scenarios = [\n");
+    let scenarios: Vec<&str> = paths(lines).collect();
+    output::say(&format!(
+        "nearmiss: an experiment asks about windows of its own in these {}; --format json has the {} drawn",
+        output::counted(scenarios.len(), "scenario"),
+        output::counted(lines.len(), "window"),
+    ));
+    for file in scenarios {
+        let drawn = lines.iter().filter(|line| line.file == file).count();
+        let path = serde_json::to_string(file).map_err(Failure::input)?;
+        let drawn = output::counted(drawn, "window");
+        text.push_str(&format!("    {path}, # {drawn} drawn\n"));
+    }
+    text.push_str("]\n");
+    Ok(text)
 }

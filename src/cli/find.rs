@@ -7,12 +7,11 @@ use std::sync::atomic::AtomicBool;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::ask;
+use super::ending::interrupted;
 use super::evaluate::runtime;
-use super::interrupt::{self, interrupted};
 use super::open::{configuration, judge_of, user_thresholds};
-use super::output::{self, Target};
-use super::{Failure, Outcome, json};
+use super::output::Target;
+use super::{Failure, Outcome, ask, ending, json, output};
 use nearmiss_ask::llm::Parameters;
 use nearmiss_base::system::{columns, pad_end};
 use nearmiss_drive::planner::Cancel;
@@ -243,7 +242,7 @@ fn written(
             written = write_filter(request) => {
                 written.map_err(|why| Failure::input(output::visible(&why.to_string())))
             }
-            () = interrupt::signal() => Err(Failure::interrupted("")),
+            () = ending::signal() => Err(Failure::interrupted("")),
         }
     })?;
     let left_out = written.left_out.map(|words| output::visible(&words));

@@ -1,20 +1,21 @@
-//! `nearmiss help`: help for a command, or a topic of the manual.
+//! `nearmiss help` and `completions`: help for a command, topics of the manual, and what is generated from arguments.
 
 use std::ffi::OsStr;
 use std::io;
 use std::path::Path;
 
-use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue};
+use clap::{CommandFactory, ValueEnum};
+use clap_complete::Shell;
+use nearmiss_base::system::{did_you_mean, unknown};
+use nearmiss_docs::{TOPICS, explaining, topic};
+use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
+use nearmiss_workflow::experiment_schema;
 
 use super::generate::GenerateSettings;
 use super::open::resolved;
 use super::set::Settable as _;
 use super::{Arguments, Failure, Outcome, json, knobs, output};
-use nearmiss_base::system::{did_you_mean, unknown};
-use nearmiss_docs::{TOPICS, explaining, topic};
-use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
-use nearmiss_workflow::experiment_schema;
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
@@ -324,4 +325,54 @@ fn unknown_word(command: &clap::Command, before: &[String], word: &str) -> Strin
         "unknown topic or command `{word}`{}\n`nearmiss help` lists all",
         did_you_mean(word, all)
     )
+}
+
+/// Arguments of `completions`.
+#[derive(Debug, clap::Args)]
+pub struct Completions {
+    /// Shell whose completions are printed, or man for the manual page.
+    #[arg(value_enum, value_name = "SHELL|man")]
+    kind: Generated,
+}
+
+/// What is generated.
+#[derive(Debug, Clone, Copy)]
+enum Generated {
+    Shell(Shell),
+    Man,
+}
+
+impl ValueEnum for Generated {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[
+            Self::Shell(Shell::Bash),
+            Self::Shell(Shell::Elvish),
+            Self::Shell(Shell::Fish),
+            Self::Shell(Shell::PowerShell),
+            Self::Shell(Shell::Zsh),
+            Self::Man,
+        ]
+    }
+
+    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
+        match self {
+            Self::Shell(shell) => shell.to_possible_value(),
+            Self::Man => Some("man".into()),
+        }
+    }
+}
+
+/// Runs `completions`.
+pub fn completions(arguments: &Completions) -> Outcome {
+    let mut bytes = Vec::new();
+    let mut program = Arguments::command();
+    match arguments.kind {
+        Generated::Shell(shell) => {
+            clap_complete::generate(shell, &mut program, "nearmiss", &mut bytes);
+        }
+        Generated::Man => clap_mangen::Man::new(program)
+            .render(&mut bytes)
+            .map_err(Failure::input)?,
+    }
+    output::text(&String::from_utf8_lossy(&bytes))
 }

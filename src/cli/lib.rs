@@ -1,34 +1,26 @@
 //! The command line, one file for each subcommand. Data goes to standard output, messages to standard error.
 
 mod ask;
-mod at;
 mod batches;
 mod bundle;
-mod chosen;
 mod config;
 mod convert;
 mod corpus;
-mod crash;
-mod declared;
-mod describe;
 mod doctor;
-mod doubts;
+mod ending;
 mod evaluate;
 mod export;
-mod failure;
+mod files;
 mod filters;
 mod find;
 mod gate;
 mod generate;
-mod generated;
 mod help;
 mod import;
 mod index;
 mod inspect;
-mod interrupt;
 mod json;
 mod knobs;
-mod locked;
 mod many_files;
 mod mcp;
 mod metrics;
@@ -37,32 +29,22 @@ mod open;
 mod output;
 mod parts;
 mod plan;
-mod print_config;
 mod progress;
 mod prompt;
 mod prompts;
 mod ratings;
 mod render;
 mod report;
-mod routes;
-mod row_file;
 mod runs;
-mod sample;
 mod set;
-mod side_files;
 mod span;
-mod templates;
-mod themes_and_keys;
-mod time;
 mod tune;
-mod verdicts;
+mod workbench;
 
-pub use chosen::{chosen_ego, chosen_index, chosen_paths};
-pub use crash::report_panics;
-pub use failure::{Failure, Outcome};
+pub use config::Workbench;
+pub use ending::{Failure, Outcome, report_panics};
 pub use open::{EgoChoice, use_maps};
-pub use themes_and_keys::Workbench;
-pub use verdicts::{has_terminal, without_terminal};
+pub use workbench::{chosen_ego, chosen_index, chosen_paths, has_terminal, without_terminal};
 
 use std::path::PathBuf;
 
@@ -129,7 +111,7 @@ pub enum Command {
     #[command(subcommand)]
     Config(config::ConfigCommand),
     /// Print completions for a shell, or the manual page.
-    Completions(generated::Completions),
+    Completions(help::Completions),
     /// Print a topic of the manual, or the help of a command.
     Help(help::Help),
 }
@@ -189,8 +171,8 @@ const NO_NUMBER: &str = "expected a whole number";
 /// # Errors
 /// See [`Failure`].
 pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
-    let _doing = crash::running();
-    interrupt::listen();
+    let _doing = ending::note_command();
+    ending::listen();
     match command {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Render(arguments) => render::run(arguments, workbench.screen),
@@ -209,7 +191,7 @@ pub fn run(command: &Command, workbench: &Workbench) -> Outcome {
         Command::Mcp(arguments) => mcp::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments, workbench),
         Command::Config(command) => config::run(command, workbench),
-        Command::Completions(arguments) => generated::run(arguments),
+        Command::Completions(arguments) => help::completions(arguments),
         Command::Help(arguments) => help::run(arguments),
     }
 }

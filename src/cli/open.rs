@@ -1,28 +1,27 @@
-//! Shared by commands: opening a scenario with its ego, and names of frames, tasks and techniques.
+//! Shared by commands: opening a scenario with its ego and warnings about both, and names of frames, tasks and techniques.
 
 use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::doubts::doubts;
-use super::plan::as_ego;
-use super::row_file::say_shared_names;
-use super::side_files::without_side_files;
-use super::{Failure, output};
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_base::system::unknown;
+use nearmiss_formats as formats;
 use nearmiss_formats::{
-    self as formats, EgoError, EgoSelection, Entry, EntryLocation, SearchResults,
-    not_standard_input, only_part,
+    EgoError, EgoSelection, Entry, EntryLocation, SearchResults, not_standard_input, only_part,
 };
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::scenario::{Scenario, Scene};
+use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity};
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, ConfigError, Folders, TextFile};
 use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::{Models, OpenError, OpenRequest, OpenedScene, find, open};
+
+use super::files::{say_shared_names, without_side_files};
+use super::plan::as_ego;
+use super::{Failure, output};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
@@ -135,7 +134,7 @@ pub fn resolved(argument: &Path) -> Result<PathBuf, Failure> {
 }
 
 /// More files that were passed over are not named each.
-const NAMED: usize = 20;
+const MAX_LISTED: usize = 20;
 
 /// Two scenarios of the same name, which would be written to the same file.
 pub fn clash(entries: &[Entry]) -> Option<(&Entry, &Entry)> {
@@ -156,7 +155,7 @@ pub fn found(paths: &[PathBuf]) -> Result<Vec<Entry>, Failure> {
 /// The scenarios that were found. What was passed over is said, and which have the same name.
 pub fn with_notes(found: SearchResults) -> Vec<Entry> {
     let all = &found.passed_over;
-    if (1..=NAMED).contains(&all.len()) {
+    if (1..=MAX_LISTED).contains(&all.len()) {
         let count = found.passed_over_count().unwrap_or_default();
         output::say(&format!("nearmiss: {count} skipped:"));
         all.iter().for_each(|one| output::say(&format!("  {one}")));
@@ -316,4 +315,153 @@ pub fn frame(word: &str) -> Result<Frame, String> {
 /// `cp,cot,icl`, `base` or `all`.
 pub fn techniques(words: &str) -> Result<Techniques, String> {
     Techniques::parse(words)
+}
+
+/// Warnings about a scenario and its ego.
+pub fn doubts(entry: &Entry, scene: &Scene) -> Vec<String> {
+    let ego = &scene.ego;
+    let doubts = ego
+        .diagnostics
+        .iter()
+        .filter(|doubt| doubt.severity == Severity::Warning)
+        .map(|doubt| {
+            let line = match doubt.line {
+                0 => String::new(),
+                line => format!("line {line}: "),
+            };
+            format!("nearmiss: ego {}: {line}{}", ego.source, doubt.message)
+        });
+    let scenario = &scene.scenario;
+    doubts
+        .chain(without_lanes(entry, scenario))
+        .chain(left_out(entry, scenario))
+        .chain(with_gaps(entry, scenario))
+        .chain(double(entry, scene))
+        .collect()
+}
+
+/// Says that what needs lanes is missing.
+fn without_lanes(entry: &Entry, scenario: &Scenario) -> Option<String> {
+    scenario.network.lanelets.is_empty().then(|| {
+        format!(
+            "nearmiss: {}: no lanes, so measures and rules that need them are missing; see `nearmiss inspect`",
+            entry.display()
+        )
+    })
+}
+
+/// Describes obstacles without a shape: results ignore them, and may be wrong for that.
+fn left_out(entry: &Entry, scenario: &Scenario) -> Option<String> {
+    let solid = |role| matches!(role, ObstacleRole::Static | ObstacleRole::Dynamic);
+    let lost = |o: &&Obstacle| solid(o.role) && o.any_footprint().is_none();
+    let ids = ids(scenario, lost);
+    let count = scenario.obstacles.len();
+    (!ids.is_empty()).then(|| {
+        format!(
+            "nearmiss: {}: {} of {count} obstacles ignored in measures and verdicts, as they have no usable shape: {}; \
+             see `nearmiss inspect`",
+            entry.display(),
+            ids.len(),
+            ids[..ids.len().min(MAX_IDS_LISTED)].join(", ")
+        )
+    })
+}
+
+/// Names obstacles that are not recorded at each step between their first and their last: they count as absent there.
+fn with_gaps(entry: &Entry, scenario: &Scenario) -> Option<String> {
+    let gap = |o: &&Obstacle| {
+        let steps = o.track().steps();
+        !o.is_set_based() && (o.track().iter().count() as i64) < steps.end - steps.start
+    };
+    let ids = ids(scenario, gap);
+    (!ids.is_empty()).then(|| {
+        format!(
+            "nearmiss: {}: obstacles with gaps in their tracks, absent in these: {}{}; see `nearmiss inspect`",
+            entry.display(),
+            ids[..ids.len().min(MAX_IDS_LISTED)].join(", "),
+            match ids.len().saturating_sub(MAX_IDS_LISTED) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            }
+        )
+    })
+}
+
+/// Names an obstacle that is where the ego is at each step: the recording of the ego as one of the others.
+fn double(entry: &Entry, scene: &Scene) -> Option<String> {
+    let is_double = |other: &Participant<'_>| {
+        let pairs = scene.ego.track.iter();
+        let mut apart = pairs.filter_map(|(step, ego)| {
+            Some((other.at(step)?.pose.position - ego.pose.position).norm())
+        });
+        let first = apart.next().is_some_and(|metres| metres < SAME_PLACE);
+        first && apart.all(|metres| metres < SAME_PLACE)
+    };
+    let double = scene.participants().find(is_double)?;
+    let id = double.obstacle.id;
+    Some(format!(
+        "nearmiss: {}: obstacle {id} is where the ego is at each step, so that they touch all the time; if it is the ego, \
+         `--ego {id}` says so",
+        entry.display()
+    ))
+}
+
+/// Nearer to each other at each step two tracks are of one vehicle, metres.
+const SAME_PLACE: f64 = 0.05;
+
+/// Obstacles named in a warning.
+const MAX_IDS_LISTED: usize = 12;
+
+fn ids(scenario: &Scenario, of: impl Fn(&&Obstacle) -> bool) -> Vec<String> {
+    let obstacles = scenario.obstacles.iter().filter(of);
+    obstacles.map(|o| o.id.to_string()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use std::sync::Arc;
+
+    use super::*;
+    use nearmiss_formats::bundled;
+    use nearmiss_scene::scenario::{ObstacleParts, Prediction, State};
+
+    #[test]
+    fn gaps_in_tracks_and_the_ego_among_the_others_are_named() {
+        let entry = &bundled()[0];
+        let mut scenario = (*entry.read().unwrap()).clone();
+        let is_long = |o: &&Obstacle| o.role == ObstacleRole::Dynamic && o.states().count() > 30;
+        let ego = scenario.obstacles.iter().find(is_long).unwrap().clone();
+        let again = |id: i64, states: Vec<State>| {
+            let parts = ObstacleParts {
+                id,
+                role: ego.role,
+                kind: ego.kind,
+                footprint: ego.footprint.clone(),
+                initial: ego.initial.clone(),
+                prediction: Prediction::Trajectory(states),
+                signals: Vec::new(),
+            };
+            Obstacle::new(parts, 0.1)
+        };
+        let states: Vec<State> = ego.states().skip(1).cloned().collect();
+        let of = |scenario: &Scenario| {
+            let scene = Scene::with_obstacle_as_ego(Arc::new(scenario.clone()), ego.id).unwrap();
+            doubts(entry, &scene).join("\n")
+        };
+        assert_eq!(of(&scenario), "");
+        scenario.obstacles.push(again(9001, states.clone()));
+        scenario
+            .obstacles
+            .push(again(9002, [&states[..5], &states[9..]].concat()));
+        let told = of(&scenario);
+        assert!(
+            told.contains("obstacle 9001 is where the ego is at each step"),
+            "{told}"
+        );
+        assert!(
+            told.contains("gaps in their tracks, absent in these: 9002;"),
+            "{told}"
+        );
+    }
 }

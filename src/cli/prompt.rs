@@ -1,24 +1,31 @@
-//! `nearmiss prompt`: prints the messages as they would be sent.
+//! `nearmiss prompt show` and `describe`: the messages as they would be sent, a window in words and where each number is from.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use schemars::JsonSchema;
-use serde::Serialize;
-
-use super::describe::advised;
-use super::knobs;
-use super::open::{ScenarioArguments, configuration, frame, task, techniques, user_thresholds};
-use super::span::Span;
-use super::{Failure, Outcome, json, output};
 use nearmiss_ask::llm::Message;
-use nearmiss_ask::prompts::{Library, Problem, Techniques};
-use nearmiss_scene::description::Frame;
+use nearmiss_ask::prompts::{Defaults, Library, Problem, Techniques, estimate_tokens};
+use nearmiss_base::system;
+use nearmiss_render::svg;
+use nearmiss_scene::description::{self, DescriptionError, Frame};
+use nearmiss_scene::metrics::Context;
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_study::evaluation::batch::Experiment;
 use nearmiss_study::evaluation::{
-    AttackTerms, Case, CaseError, Question, default_frame, prepare, template, validate,
+    AttackTerms, Case, CaseError, Question, ScenePicture, default_frame, prepare, template,
+    validate,
 };
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::many_files::Failed;
+use super::open::{
+    EgoChoice, ScenarioArguments, configuration, entry, frame, scene, task, techniques,
+    user_thresholds,
+};
+use super::span::Span;
+use super::{Failure, Outcome, json, knobs, output};
 
 /// What is asked, about what, and how: shared by `prompt` and `ask`.
 #[derive(Debug, clap::Args)]
@@ -98,7 +105,7 @@ pub struct PromptArguments {
 
 /// The messages for programs.
 #[derive(Serialize, JsonSchema)]
-pub struct Document {
+pub struct PromptDocument {
     scenario: String,
     task: &'static str,
     frame: &'static str,
@@ -112,19 +119,19 @@ pub struct Document {
     messages: Vec<Message>,
 }
 
-impl json::Output for Document {
+impl json::Output for PromptDocument {
     const NAME: &'static str = "prompt-show";
     const TITLE: &'static str = "`prompt show --format json`: the messages to a model";
 }
 
 /// Runs `prompt`.
-pub fn run(arguments: &PromptArguments) -> Outcome {
+pub fn show(arguments: &PromptArguments) -> Outcome {
     let (folders, config) = configuration()?;
     let set = knobs::of_one_question(&config, &arguments.set)?;
     let question = arguments.asked.question(&set, &folders, &config)?;
     if arguments.format.is_json() {
         let case = &question.case;
-        output::document(&Document {
+        output::document(&PromptDocument {
             scenario: case.name.clone(),
             task: case.task.name(),
             frame: case.frame.name(),
@@ -156,4 +163,200 @@ pub fn run(arguments: &PromptArguments) -> Outcome {
         question.tokens()
     ));
     Ok(())
+}
+
+/// Arguments of `describe`.
+#[derive(Debug, clap::Args)]
+pub struct Describe {
+    /// Scenario files or names of bundled scenarios; a unique prefix of a name is enough.
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    ego: EgoChoice,
+    /// Frame of the description: ego, cartesian, metrics, or trajectory (of one --obstacle); picture, ego+picture,
+    /// cartesian+picture, metrics+picture or trajectory+picture for a picture from above, alone or with words.
+    #[arg(long, default_value = "ego", value_parser = frame)]
+    frame: Frame,
+    #[command(flatten)]
+    span: Span,
+    /// Change how the scene is described: stride, radius, precision, form (compact or prose), contact, road, axes, measures.
+    /// See `nearmiss help prompting`.
+    #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::of_description)]
+    set: Vec<(String, String)>,
+    #[command(flatten)]
+    format: output::FormatOption,
+    /// File for the picture of a frame that has one: .png, as models are sent it, or .svg; with another name for the
+    /// text.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long, requires = "output")]
+    overwrite: bool,
+}
+
+/// The picture of a description, for programs.
+#[derive(Serialize, JsonSchema)]
+struct PictureDocument {
+    /// SHA-256 of the PNG.
+    sha256: String,
+    /// Pixels.
+    width: u32,
+    /// Pixels.
+    height: u32,
+    /// Tokens that it is taken for where the provider is not known.
+    tokens: usize,
+}
+
+/// A description for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct DescriptionDocument {
+    scenario: String,
+    frame: &'static str,
+    window: [i64; 2],
+    tokens: usize,
+    /// Wording: prose or compact.
+    form: &'static str,
+    /// The description.
+    text: String,
+    /// The picture of a frame that has one.
+    picture: Option<PictureDocument>,
+    /// Every number of the text: start and end in bytes, step, quantity, value and whose it is.
+    #[schemars(with = "Vec<serde_json::Value>")]
+    spans: Vec<description::Span>,
+}
+
+impl json::Output for DescriptionDocument {
+    const NAME: &'static str = "prompt-describe";
+    const TITLE: &'static str =
+        "`prompt describe --format json`: a description and the source of its numbers";
+}
+
+/// Runs `describe`.
+pub fn describe(arguments: &Describe) -> Outcome {
+    let [one] = arguments.files.as_slice() else {
+        if arguments.output.is_some() {
+            return Err(Failure::input(
+                "-o takes the description of one scenario; leave it out, or describe them one by one",
+            ));
+        }
+        return several(arguments);
+    };
+    describe_one(arguments, one, false)
+}
+
+/// Describes one scenario after the other; those that cannot be described are said and counted.
+fn several(arguments: &Describe) -> Outcome {
+    let mut failed = Failed::of(arguments.files.len());
+    for file in &arguments.files {
+        if let Err(failure) = describe_one(arguments, file, true) {
+            failed.add(failure);
+        }
+    }
+    failed.end("described")
+}
+
+/// Describes a scenario, below its name where it is one of several.
+fn describe_one(arguments: &Describe, file: &Path, named: bool) -> Outcome {
+    let (folders, config) = configuration()?;
+    let entry = entry(file)?;
+    let scene = scene(&entry, &arguments.ego)?;
+    let set = knobs::of_one_question(&config, &arguments.set)?;
+    let decided = arguments
+        .span
+        .settings(&set, None, arguments.frame)?
+        .with(&Defaults::default());
+    let thresholds = user_thresholds(&folders)?;
+    let window = arguments
+        .span
+        .window(&scene, &thresholds, None, decided.history)?;
+    let context = Context::under(&scene, &thresholds);
+    let described = description::describe_in(&context, arguments.frame, &window, &decided.options)
+        .map_err(|error| Failure::input(advised(&error)))?;
+    let picture = ScenePicture::new(&scene, arguments.frame, &window, &decided.options);
+    let tokens =
+        estimate_tokens(&described.text) + picture.as_ref().map_or(0, ScenePicture::tokens);
+    let drawn = arguments.write(picture.as_ref(), &described.text)?;
+    if arguments.format.is_json() {
+        output::document(&DescriptionDocument {
+            scenario: entry.name,
+            frame: arguments.frame.name(),
+            window: [window.first(), window.last()],
+            tokens,
+            form: decided.options.form.name(),
+            text: described.text,
+            picture: picture.map(|picture| {
+                let (image, tokens) = (picture.image(), picture.tokens());
+                PictureDocument {
+                    sha256: image.sha256,
+                    width: image.width,
+                    height: image.height,
+                    tokens,
+                }
+            }),
+            spans: described.spans,
+        })?;
+    } else if drawn != Some(Written::Text) {
+        let heading = if named {
+            format!("# {}\n", output::visible(&entry.display()))
+        } else {
+            String::new()
+        };
+        output::text(&(heading + &described.text))?;
+    }
+    output::say(&format!("about {tokens} tokens (estimated)"));
+    Ok(())
+}
+
+/// What was written to the file of `-o`.
+#[derive(PartialEq)]
+enum Written {
+    Picture,
+    Text,
+}
+
+impl Describe {
+    /// Writes the file that was asked for, if there is one.
+    fn write(
+        &self,
+        picture: Option<&ScenePicture>,
+        text: &str,
+    ) -> Result<Option<Written>, Failure> {
+        let Some(file) = self
+            .output
+            .as_deref()
+            .filter(|path| *path != Path::new("-"))
+        else {
+            return Ok(None);
+        };
+        let ending = file
+            .extension()
+            .and_then(|ending| ending.to_str())
+            .map(str::to_ascii_lowercase);
+        let (bytes, written) = match (ending.as_deref(), picture) {
+            (Some("png"), Some(picture)) => (picture.image().bytes.to_vec(), Written::Picture),
+            (Some("svg"), Some(picture)) => {
+                (svg(&picture.picture()).into_bytes(), Written::Picture)
+            }
+            (Some("png" | "svg"), None) => {
+                return Err(Failure::input(format!(
+                    "{}: the {} frame has no picture; add --frame picture or --frame ego+picture",
+                    file.display(),
+                    self.frame.name()
+                )));
+            }
+            _ => (text.as_bytes().to_vec(), Written::Text),
+        };
+        system::save(file, &bytes, self.overwrite).map_err(|error| output::refused(&error))?;
+        Ok(Some(written))
+    }
+}
+
+/// An error with what to do on the command line.
+fn advised(error: &DescriptionError) -> String {
+    let advice = match error {
+        DescriptionError::NoObstacle => " with --obstacle ID; `nearmiss inspect` lists them",
+        DescriptionError::UnknownObstacle { .. } => "",
+        DescriptionError::NotThere { .. } => "; choose other steps with --at and --history",
+    };
+    format!("{error}{advice}")
 }

@@ -3,19 +3,19 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use schemars::JsonSchema;
-use serde::Serialize;
-use similar::TextDiff;
-
-use super::describe::{self, Describe};
-use super::open::configuration;
-use super::prompt::{self, PromptArguments};
-use super::{Failure, Outcome, json, output};
 use nearmiss_ask::prompts::{
     Library, Origin, Problem, Template, choose_template, renamed, template_file,
 };
 use nearmiss_base::system;
+use nearmiss_settings::Folders;
 use nearmiss_study::evaluation::validate;
+use schemars::JsonSchema;
+use serde::Serialize;
+use similar::TextDiff;
+
+use super::open::configuration;
+use super::prompt::{self, Describe, PromptArguments};
+use super::{Failure, Outcome, json, output};
 
 /// Subcommands of `prompt`.
 #[derive(Debug, clap::Subcommand)]
@@ -60,8 +60,8 @@ pub fn run(command: &Prompt) -> Outcome {
         Ok::<_, Failure>((validate(Library::load(Some(&folder))), folder))
     };
     match command {
-        Prompt::Show(arguments) => prompt::run(arguments),
-        Prompt::Describe(arguments) => describe::run(arguments),
+        Prompt::Show(arguments) => prompt::show(arguments),
+        Prompt::Describe(arguments) => prompt::describe(arguments),
         Prompt::List { format } => {
             let (library, folder) = own()?;
             let listed = list(&library, format.is_json());
@@ -336,4 +336,22 @@ fn write_new(path: &PathBuf, text: &str) -> Result<(), Failure> {
     }
     let mut file = std::fs::File::create_new(path).map_err(failed)?;
     file.write_all(text.as_bytes()).map_err(failed)
+}
+
+/// The templates that questions are made of. Files that are not in use are told.
+///
+/// # Errors
+/// One that is in use is broken: nothing is sent in its place.
+pub fn templates(folders: &Folders) -> Result<Library, Failure> {
+    let library = validate(Library::load(Some(&folders.prompts())));
+    let (stop, told): (Vec<&Problem>, Vec<_>) = library.problems.iter().partition(|p| p.stops());
+    for problem in told {
+        output::say(&format!("nearmiss: {problem}"));
+    }
+    let all: Vec<String> = stop.iter().map(ToString::to_string).collect();
+    if all.is_empty() {
+        Ok(library)
+    } else {
+        Err(Failure::input(all.join("\n")))
+    }
 }

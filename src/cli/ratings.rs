@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::filters::store_to_read;
 use super::output::{self, Encoded, OutputFile, Table, TableWriter};
-use super::{Failure, Outcome, time};
+use super::{Failure, Outcome};
 use nearmiss_record::{columns, row_of, rows, text_table};
 use nearmiss_store::{Choice, Rating, RunId};
 use nearmiss_study::evaluation::{RaterAgreement, Standing, Standings, StandingsBy};
@@ -193,7 +193,7 @@ impl<'r> RatingRow<'r> {
         answers.map(|(place, answer)| Self {
             rating: rating.id,
             created_ms: rating.created_ms,
-            day: time::local(rating.created_ms),
+            day: output::local(rating.created_ms),
             person: &rating.person,
             scenario: &rating.scenario,
             task: rating.task.name(),

@@ -1,19 +1,19 @@
-//! `nearmiss runs list`: stored questions and answers.
+//! `nearmiss runs`: stored questions and answers, listed, shown and changed.
 
-mod list;
-mod picture;
+use std::path::{Path, PathBuf};
 
-use std::path::PathBuf;
+use nearmiss_base::system::{self, columns};
+use nearmiss_scene::judge;
+use nearmiss_scene::verdict::Task;
+use nearmiss_store::{AnswerState, Origin, Run, RunId, Store, StoreError, Summary};
+use nearmiss_study::evaluation::{Spending, run_summary, tool_rounds};
 
 use super::batches::{self, Batches};
-use super::export::{self, Export};
-use super::filters::{Filters, store};
-use super::import::{self, Import};
-use super::locked::Unlock;
-use super::ratings::{self, Ratings};
-use super::{Failure, Outcome, output};
-use nearmiss_store::{Run, RunId, Store, StoreError};
-use nearmiss_study::evaluation::{run_summary, tool_rounds};
+use super::export::Export;
+use super::filters::{Filters, Unlock, store};
+use super::import::Import;
+use super::ratings::Ratings;
+use super::{Failure, Outcome, export, import, output, ratings};
 
 /// Subcommands of `runs`.
 #[derive(Debug, clap::Subcommand)]
@@ -197,10 +197,10 @@ fn list(wanted: &List) -> Outcome {
     if wanted.format.is_json() {
         return found.iter().try_for_each(output::json);
     }
-    output::text(&list::table(&found))?;
+    output::text(&runs_table(&found))?;
     output::say(&match found.len() {
         0 => "no matching runs".into(),
-        _ => list::sum(&found),
+        _ => total(&found),
     });
     if found.len() == wanted.number && wanted.number > 0 {
         output::say(&format!(
@@ -217,14 +217,14 @@ fn show(wanted: &Show) -> Outcome {
     let run = known(&store, id)?;
     refuse_locked(&store, id, wanted.unlock)?;
     if let Some(file) = &wanted.output {
-        return picture::write(&store, &run, file, wanted.overwrite);
+        return write_picture(&store, &run, file, wanted.overwrite);
     }
     if wanted.format.is_json() {
         let superseded = store.superseded().map_err(Failure::input)?;
         return output::json(&run.to_record(superseded.contains(&id)));
     }
     let most = store.bound_of(id).map_err(Failure::input)?;
-    output::text(&output::visible(&words(&run, most)))
+    output::text(&output::visible(&run_details(&run, most)))
 }
 
 /// Refuses a run of a test split that is not complete.
@@ -239,7 +239,7 @@ fn refuse_locked(store: &Store, id: RunId, unlock: Unlock) -> Outcome {
 }
 
 /// Everything of a run that people want to see; `most` is what it can have cost, US dollars.
-fn words(run: &Run, most: Option<f64>) -> String {
+fn run_details(run: &Run, most: Option<f64>) -> String {
     let mut rows = vec![("run", run.id.to_string())];
     let verdict = run.ending.verdict.as_ref().and_then(|said| said.verdict());
     rows.extend(verdict.map(|verdict| ("verdict", verdict.word().into())));
@@ -268,4 +268,229 @@ fn words(run: &Run, most: Option<f64>) -> String {
         }
     }
     text
+}
+
+const TITLES: [&str; 10] = [
+    "run",
+    "asked",
+    "verdict",
+    "scenario",
+    "model",
+    "task",
+    "frame",
+    "techniques",
+    "cost [$]",
+    "",
+];
+
+/// The table, with a line of titles; nothing where there are no runs.
+fn runs_table(runs: &[Summary]) -> String {
+    if runs.is_empty() {
+        return String::new();
+    }
+    let titles = std::iter::once(TITLES.map(String::from));
+    let rows: Vec<[String; 10]> = titles.chain(runs.iter().map(table_row)).collect();
+    let indent = rows.iter().map(|row| columns(&row[0])).max();
+    let indent = " ".repeat(indent.unwrap_or(0));
+    // Numbers end where their column does.
+    let mut lines = output::table_lines(&rows, &[0, 8]);
+    let mut text = lines.next().unwrap_or_default();
+    for (line, run) in lines.zip(runs) {
+        text += &line;
+        if let Some(excerpt) = &run.excerpt {
+            let words: Vec<_> = excerpt.split_whitespace().collect();
+            text += &output::visible(&format!("{indent}  {}\n", words.join(" ")));
+        }
+    }
+    text
+}
+
+fn table_row(run: &Summary) -> [String; 10] {
+    let mut remarks = Vec::new();
+    if run.sample > 0 {
+        remarks.push(format!("sample {}", run.sample));
+    }
+    match run.origin {
+        Origin::Asked => {}
+        Origin::Recorded => remarks.push("recorded, imported".into()),
+        Origin::Replayed => remarks.push(run.origin.name().into()),
+    }
+    if run.superseded {
+        remarks.push(AnswerState::Superseded.name().into());
+    }
+    if run.pinned {
+        remarks.push("pinned".into());
+    }
+    [
+        run.run.to_string(),
+        output::local(run.created_ms),
+        verdict_word(run),
+        run.scenario.clone(),
+        run.model.clone(),
+        run.task.name().into(),
+        run.frame.clone(),
+        run.techniques.clone(),
+        cost(run),
+        remarks.join(", "),
+    ]
+}
+
+/// The verdict in the words of its task, or how far the answer came; in brackets the verdict of an answer that was cut
+/// off, which does not count.
+fn verdict_word(run: &Summary) -> String {
+    let has_verdicts = Task::VERDICTS.contains(&run.task);
+    let verdict = match (run.dangerous, run.task) {
+        (Some(true), Task::Collision) => "collision",
+        (Some(false), Task::Collision) => "no collision",
+        (Some(true), Task::Recording) => "high risk",
+        (Some(false), Task::Recording) => "safe",
+        (Some(true), _) => "critical",
+        (Some(false), _) => "not critical",
+        (None, _) => "",
+    };
+    match (run.own_state(), verdict) {
+        (AnswerState::Answered, verdict) if !verdict.is_empty() => verdict.into(),
+        (AnswerState::Unparsed, _) if has_verdicts => "no verdict".into(),
+        (AnswerState::Answered | AnswerState::Unparsed, _) => run.state.name().into(),
+        (state, "") => state.name().into(),
+        (state, verdict) => format!("{} ({verdict})", state.name()),
+    }
+}
+
+/// What a run cost, US dollars; `<=` before the most that one can have cost that broke off.
+fn cost(run: &Summary) -> String {
+    match (run.cost_usd, run.most_usd) {
+        (Some(usd), _) => format!("{usd:.6}"),
+        (None, Some(0.0)) => "0".into(),
+        (None, Some(most)) => format!("<={most:.6}"),
+        (None, None) if costs_nothing(run) => "-".into(),
+        (None, None) => "unknown".into(),
+    }
+}
+
+/// The built-in judge costs nothing, and what others recorded cost nothing here.
+fn costs_nothing(run: &Summary) -> bool {
+    run.model == judge::MODEL || run.origin == Origin::Recorded
+}
+
+/// How many runs, and what they cost together.
+fn total(runs: &[Summary]) -> String {
+    let mut sum = Spending::default();
+    for run in runs {
+        let free = costs_nothing(run) && run.most_usd.is_none();
+        sum.add(run.cost_usd.or(free.then_some(0.0)), run.most_usd);
+    }
+    let mut text = format!(
+        "{}: {:.6} US dollars",
+        output::counted(runs.len(), "run"),
+        sum.usd
+    );
+    if sum.bounded > 0 {
+        text += &format!(
+            "; {} of unknown cost, at most {:.6} more",
+            sum.bounded, sum.most_usd
+        );
+    }
+    match sum.unknown {
+        0 => {}
+        n => text += &format!("; cost of {n} unknown"),
+    }
+    text
+}
+
+/// Writes it.
+fn write_picture(store: &Store, run: &Run, file: &Path, overwrite: bool) -> Outcome {
+    let id = run.id;
+    let hashes = run.question.image_hashes();
+    let Some(hash) = hashes.first() else {
+        return Err(Failure::input(format!(
+            "run {id} was asked without a picture, in the frame {}",
+            run.question.frame
+        )));
+    };
+    let image = store.image(hash).map_err(Failure::input)?.ok_or_else(|| {
+        Failure::input(format!(
+            "the picture {hash} of run {id} is not in the store; import the export or bundle again that has it"
+        ))
+    })?;
+    system::save(file, &image.bytes, overwrite).map_err(|error| output::refused(&error))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use nearmiss_store::{RunState, StoredTemplate};
+
+    fn summary(run: i64, cost: Option<f64>, most: Option<f64>) -> Summary {
+        Summary {
+            run,
+            created_ms: 0,
+            origin: Origin::Asked,
+            state: RunState::Answered,
+            answer_state: AnswerState::Answered,
+            scenario: "ZAM_A-1".into(),
+            task: Task::Collision,
+            frame: "ego".into(),
+            techniques: "cp".into(),
+            template: StoredTemplate::default(),
+            model: "lab/x".into(),
+            sample: 0,
+            dangerous: None,
+            cost_usd: cost,
+            most_usd: most,
+            output_tokens: None,
+            finish: None,
+            superseded: false,
+            pinned: false,
+            excerpt: None,
+        }
+    }
+
+    #[test]
+    fn costs_are_summed_and_bounds_told_apart() {
+        let mut built_in = summary(4, None, None);
+        built_in.model = judge::MODEL.into();
+        let runs = [
+            summary(1, Some(0.25), Some(1.0)),
+            summary(2, None, Some(0.5)),
+            summary(3, None, None),
+            built_in,
+            summary(5, None, Some(0.0)),
+        ];
+        assert_eq!(
+            total(&runs),
+            "5 runs: 0.250000 US dollars; 1 of unknown cost, at most 0.500000 more; cost of 1 unknown"
+        );
+        assert_eq!(total(&runs[3..4]), "1 run: 0.000000 US dollars");
+        let costs = runs.each_ref().map(cost);
+        assert_eq!(costs, ["0.250000", "<=0.500000", "unknown", "-", "0"]);
+    }
+
+    #[test]
+    fn verdicts_have_the_words_of_their_task() {
+        let mut run = summary(1, None, None);
+        assert_eq!(verdict_word(&run), "no verdict");
+        run.dangerous = Some(false);
+        assert_eq!(verdict_word(&run), "no collision");
+        run.task = Task::Safety;
+        assert_eq!(verdict_word(&run), "not critical");
+        (run.dangerous, run.task) = (None, Task::Attacker);
+        assert_eq!(verdict_word(&run), "answered");
+        // A cut answer says something, and is none.
+        (run.state, run.finish) = (RunState::Truncated, Some("content_filter".into()));
+        (run.task, run.dangerous) = (Task::Safety, Some(true));
+        assert_eq!(verdict_word(&run), "filtered (critical)");
+        assert_eq!(run.own_state(), AnswerState::Filtered);
+        (run.state, run.dangerous) = (RunState::Cancelled, None);
+        assert_eq!(verdict_word(&run), "cancelled");
+        let table = runs_table(&[run]);
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!(lines.len(), 2, "{table}");
+        assert_eq!(
+            lines[0].find("verdict"),
+            lines[1].find("cancelled"),
+            "{table}"
+        );
+    }
 }

@@ -1,9 +1,9 @@
-//! Tables for people that stand in a document: a caption, headings, rows, and notes beneath.
+//! Tables for people that stand in a document, with a caption and notes: as HTML, LaTeX and Markdown.
 
-use nearmiss_base::system::visible;
+use nearmiss_base::system::{columns, pad_end, pad_start, visible};
 
-use crate::table::{Cell, Column, Kind, Row};
-use crate::text::heading;
+use super::table::{Cell, Column, Kind, Row};
+use super::text::heading;
 
 /// A table of a document.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -100,9 +100,264 @@ pub fn with_interval(value: Option<f64>, interval: Option<(f64, f64)>) -> String
 }
 
 /// Text on one line, with what terminals and browsers would obey shown instead.
-pub(crate) fn one_line(text: &str) -> String {
+fn one_line(text: &str) -> String {
     visible(text)
         .split_whitespace()
         .collect::<Vec<_>>()
         .join(" ")
+}
+
+impl CaptionedTable {
+    /// The table as a part of a page. Its caption stands still where a wide table is moved to the side; the keyboard can
+    /// move it, too.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let name = escaped_html(&self.name);
+        let class = |is_number: bool| if is_number { " class=\"n\"" } else { "" };
+        let mut text = format!(
+            "<p class=\"caption\" id=\"{name}\">{}</p>\n<div class=\"wide\" role=\"region\" aria-labelledby=\"{name}\" \
+             tabindex=\"0\">\n<table aria-labelledby=\"{name}\">\n<thead><tr>",
+            escaped_html(&self.caption)
+        );
+        for (title, is_number) in &self.columns {
+            let class = class(*is_number);
+            text += &format!("<th scope=\"col\"{class}>{}</th>", escaped_html(title));
+        }
+        text += "</tr></thead>\n<tbody>\n";
+        for row in &self.rows {
+            text += "<tr>";
+            for (cell, (_, is_number)) in row.iter().zip(&self.columns) {
+                text += &format!("<td{}>{}</td>", class(*is_number), inside_html(cell));
+            }
+            text += "</tr>\n";
+        }
+        text + "</tbody>\n</table>\n</div>\n"
+    }
+}
+
+/// A cell; an interval stands beneath its value, so that more columns fit on a page.
+fn inside_html(cell: &str) -> String {
+    match cell.split_once(" [") {
+        Some((value, interval)) if interval.ends_with(']') => format!(
+            "{} <span class=\"ci\">[{}</span>",
+            escaped_html(value),
+            escaped_html(interval)
+        ),
+        _ => escaped_html(cell),
+    }
+}
+
+/// Text on one line that means nothing to HTML and SVG.
+#[must_use]
+pub fn escaped_html(text: &str) -> String {
+    let mut escaped = String::new();
+    for c in one_line(text).chars() {
+        match c {
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            '"' => escaped += "&quot;",
+            '\'' => escaped += "&#39;",
+            _ => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+impl CaptionedTable {
+    /// The table as a float over the whole page, with its notes beneath; it needs booktabs and graphicx.
+    #[must_use]
+    pub fn latex(&self) -> String {
+        let sides = self
+            .columns
+            .iter()
+            .map(|(_, is_number)| if *is_number { 'r' } else { 'l' });
+        let line = |cells: &mut dyn Iterator<Item = &String>| {
+            let cells: Vec<String> = cells.map(|cell| escaped_latex(cell)).collect();
+            format!("  {} \\\\\n", cells.join(" & "))
+        };
+        let mut text = format!(
+            "\n\\begin{{table*}}[t]\n\\centering\n\\caption{{{}}}\n\\label{{tab:{}}}\n{FITTED}{{%\n\
+             \\begin{{tabular}}{{@{{}}{}@{{}}}}\n  \\toprule\n",
+            escaped_latex(&self.caption),
+            self.name,
+            sides.collect::<String>()
+        );
+        text += &line(&mut self.columns.iter().map(|(title, _)| title));
+        text += "  \\midrule\n";
+        for row in &self.rows {
+            text += &line(&mut row.iter());
+        }
+        text += "  \\bottomrule\n\\end{tabular}}\n";
+        text += &latex_notes(&self.notes);
+        text + "\\end{table*}\n"
+    }
+}
+
+/// Words as comments.
+#[must_use]
+pub fn latex_comment(words: &str) -> String {
+    let words = one_line(words);
+    let lines = textwrap::wrap(&words, 110).into_iter();
+    lines.map(|line| format!("% {line}\n")).collect()
+}
+
+/// Tables that are wider than the page are made smaller, others stay as they are.
+const FITTED: &str = "\\resizebox{\\ifdim\\width>\\textwidth\\textwidth\\else\\width\\fi}{!}";
+
+/// Notes beneath a table, one paragraph each.
+fn latex_notes(notes: &[String]) -> String {
+    if notes.is_empty() {
+        return String::new();
+    }
+    let mut text =
+        String::from("\\par\\medskip\n\\begin{minipage}{\\textwidth}\\footnotesize\\raggedright\n");
+    for (i, note) in notes.iter().enumerate() {
+        let begin = if i == 0 { "\\emph{Notes.} " } else { "\\par " };
+        text += &format!("{begin}{}\n", escaped_latex(note));
+    }
+    text + "\\end{minipage}\n"
+}
+
+/// Text that means nothing to LaTeX; signs that its usual fonts lack are written as mathematics, or by their number.
+fn escaped_latex(text: &str) -> String {
+    let mut escaped = String::new();
+    let text = one_line(text);
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
+        match c {
+            // A sign, not a hyphen.
+            '-' if rest.peek().is_some_and(char::is_ascii_digit)
+                && (escaped.is_empty() || escaped.ends_with([' ', '['])) =>
+            {
+                escaped += "$-$";
+            }
+            // After the end of a row they would be an argument of it.
+            '[' | '*' if escaped.is_empty() => escaped += &format!("{{{c}}}"),
+            // Two of them would be a dash, as in `--truth`.
+            '-' if escaped.ends_with('-') => escaped += "{}-",
+            '\\' => escaped += "\\textbackslash{}",
+            '&' | '%' | '$' | '#' | '_' | '{' | '}' => {
+                escaped.push('\\');
+                escaped.push(c);
+            }
+            '~' => escaped += "\\textasciitilde{}",
+            '^' => escaped += "\\textasciicircum{}",
+            '`' => escaped += "\\textasciigrave{}",
+            '<' => escaped += "$<$",
+            '>' => escaped += "$>$",
+            '|' => escaped += "$|$",
+            '"' => escaped += "''",
+            '–' => escaped += "--",
+            '·' => escaped += "$\\cdot$",
+            'κ' => escaped += "$\\kappa$",
+            'χ' => escaped += "$\\chi$",
+            '²' => escaped += "$^2$",
+            '≤' => escaped += "$\\leq$",
+            '≥' => escaped += "$\\geq$",
+            '−' => escaped += "$-$",
+            '×' => escaped += "$\\times$",
+            '√' => escaped += "$\\surd$",
+            '…' => escaped += "\\ldots{}",
+            // Those of Latin-1 that are letters can be typeset, and stop no compilation.
+            _ if c.is_ascii() || matches!(c, 'À'..='ÿ') => escaped.push(c),
+            _ => escaped += &format!("{{\\ttfamily U+{:04X}}}", u32::from(c)),
+        }
+    }
+    escaped
+}
+
+impl CaptionedTable {
+    /// The table with its caption; notes are left out.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let titles: Vec<String> = self
+            .columns
+            .iter()
+            .map(|(t, _)| escaped_markdown(t))
+            .collect();
+        let rows: Vec<Vec<String>> = self
+            .rows
+            .iter()
+            .map(|row| row.iter().map(|cell| escaped_markdown(cell)).collect())
+            .collect();
+        let width = |column: usize| {
+            let cells = rows.iter().map(|row| &row[column]).chain([&titles[column]]);
+            cells.map(|c| columns(c)).max().unwrap_or(0).max(3)
+        };
+        let widths: Vec<usize> = (0..titles.len()).map(width).collect();
+        let line = |cells: &[String]| {
+            let mut line = String::from("|");
+            for ((cell, width), (_, is_number)) in cells.iter().zip(&widths).zip(&self.columns) {
+                let padded = if *is_number {
+                    pad_start(cell, *width)
+                } else {
+                    pad_end(cell, *width)
+                };
+                line += &format!(" {padded} |");
+            }
+            line + "\n"
+        };
+        let mut text = format!(
+            "\n**{}**\n\n{}|",
+            escaped_markdown(&self.caption),
+            line(&titles)
+        );
+        for (width, (_, is_number)) in widths.iter().zip(&self.columns) {
+            let dashes = "-".repeat(*width);
+            text += &if *is_number {
+                format!(" {dashes}:|")
+            } else {
+                format!(":{dashes} |")
+            };
+        }
+        text.push('\n');
+        rows.iter().for_each(|row| text += &line(row));
+        text
+    }
+}
+
+/// Text on one line that means nothing to Markdown.
+#[must_use]
+pub fn escaped_markdown(text: &str) -> String {
+    let mut escaped = String::new();
+    for c in one_line(text).chars() {
+        if matches!(
+            c,
+            '\\' | '|' | '`' | '*' | '<' | '>' | '#' | '~' | '[' | ']' | '_'
+        ) {
+            // Intervals and names of models stay readable: brackets without a link and single `_` mean nothing.
+            if !matches!(c, '[' | ']' | '_' | '>' | '#') {
+                escaped.push('\\');
+            }
+        }
+        escaped.push(c);
+    }
+    escaped.replace("](", "]\\(").replace("__", "\\_\\_")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::escaped_latex;
+
+    #[test]
+    fn nothing_is_obeyed() {
+        assert_eq!(
+            escaped_latex("a_b & 5% of $x^2$ {\\input{/etc}} ~#"),
+            "a\\_b \\& 5\\% of \\$x\\textasciicircum{}2\\$ \\{\\textbackslash{}input\\{/etc\\}\\} \\textasciitilde{}\\#"
+        );
+        assert_eq!(escaped_latex("[5cm] *"), "{[}5cm] *");
+        assert_eq!(
+            escaped_latex("`--truth` é 中 ␛"),
+            "\\textasciigrave{}-{}-truth\\textasciigrave{} é {\\ttfamily U+4E2D} {\\ttfamily U+241B}"
+        );
+        assert_eq!(
+            escaped_latex("-0.12 [-0.20, −0.03] b-1"),
+            "$-$0.12 [$-$0.20, $-$0.03] b-1"
+        );
+        assert_eq!(
+            escaped_latex("κ ≤ 1 – χ²"),
+            "$\\kappa$ $\\leq$ 1 -- $\\chi$$^2$"
+        );
+    }
 }

@@ -29,10 +29,6 @@
 
 mod captioned;
 pub mod fields;
-mod html;
-mod latex;
-mod markdown;
-mod parquet;
 mod reflect;
 mod table;
 #[cfg(test)]
@@ -41,17 +37,15 @@ mod text;
 mod words;
 mod writer;
 
-pub use captioned::{CaptionedTable, NONE, with_interval};
-pub use html::escaped as escaped_html;
-pub use latex::comment as latex_comment;
-pub use markdown::escaped as escaped_markdown;
-pub use parquet::ParquetFile;
+pub use captioned::{
+    CaptionedTable, NONE, escaped_html, escaped_markdown, latex_comment, with_interval,
+};
 pub use reflect::{Record, columns, columns_of, row, row_of, rows, schema, titled};
 pub use table::{Cell, Column, Kind, Row, Table};
 pub use text::{
     Align, SCHEMA_VERSION, TextTable, begins_formula, csv, json_line, line, lines, text_table,
     versioned,
 };
-pub use writer::{Encoded, Format, TableWriter};
+pub use writer::{Encoded, Format, ParquetFile, TableWriter};
 #[doc(hidden)]
 pub use {schemars, serde, strum};

@@ -18,7 +18,6 @@ mod plot;
 mod raster;
 pub mod scene;
 mod screen;
-mod sixel;
 mod storyboard;
 mod svg;
 #[cfg(test)]
@@ -36,9 +35,8 @@ pub use figure::{
 pub use grid::{FigureGrid, GridError, GridRow, PAGE};
 pub use palette::{Color, Palette};
 pub use plot::{Ticks, runs, steps, value_range};
-pub use raster::{MOST_PIXELS, RasterError, pixels, png};
+pub use raster::{MOST_PIXELS, RasterError, pixels, png, sixel};
 pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
-pub use sixel::sixel;
 pub use storyboard::{Storyboard, StoryboardPanel};
 pub use svg::svg;
 pub use view::{MapExtent, Subject, Variation, Variations};

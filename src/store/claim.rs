@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 use super::database::now_ms;
 use super::list::MOST_SHOWN;
-use super::{NewRun, Run, RunId, RunState, Store, StoreError, rows, write};
+use super::{NewRun, Run, RunId, RunState, Store, StoreError, rows, run};
 
 /// How long a claim holds unless it is renewed. A program that is killed leaves its claims to expire.
 pub const LEASE: Duration = Duration::from_secs(6);
@@ -46,7 +46,7 @@ impl Store {
                     return Ok(there);
                 }
             }
-            let id = write::insert_new(transaction, run, now_ms())?;
+            let id = run::insert_new(transaction, run, now_ms())?;
             hold(transaction, id)?;
             Ok(Claim::Granted(id))
         })
@@ -269,7 +269,7 @@ fn abandoned(connection: &Connection) -> Result<Vec<RunId>, StoreError> {
 pub(super) fn interrupt_abandoned(transaction: &Transaction<'_>) -> Result<(), StoreError> {
     shorten(transaction)?;
     for run in abandoned(transaction)? {
-        write::join_pieces(transaction, run)?;
+        run::join_pieces(transaction, run)?;
         transaction.execute(
             "UPDATE runs SET state = ?2, updated_ms = ?3, error = ?4 WHERE id = ?1",
             params![

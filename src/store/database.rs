@@ -1,4 +1,4 @@
-//! The SQLite database behind the store, and its commits: concurrent waiters share one sync to disk.
+//! The SQLite database behind the store: its version, and its commits, of which concurrent waiters share one sync to disk.
 
 use std::fs::File;
 use std::io;
@@ -12,7 +12,6 @@ use tempfile::TempDir;
 
 use super::filter::KnownModels;
 use super::read_only;
-use super::version::create_tables;
 
 /// The store of all runs, safe for several threads and several processes at once.
 #[derive(Debug)]
@@ -296,7 +295,7 @@ pub(super) fn now_ms() -> i64 {
 
 /// The write-ahead log of a store. Commits are counted while the store is locked, and synced when it is not.
 #[derive(Debug)]
-pub struct Log {
+struct Log {
     file: PathBuf,
     state: Mutex<State>,
     turn: Condvar,
@@ -316,11 +315,11 @@ struct State {
 
 /// A commit that waits to be on the disk.
 #[derive(Debug, Clone, Copy)]
-pub struct Ticket(u64);
+struct Ticket(u64);
 
 impl Log {
     /// The log beside a store's file.
-    pub fn next_to(store: &str) -> Self {
+    fn next_to(store: &str) -> Self {
         Self {
             file: Path::new(&format!("{store}-wal")).to_path_buf(),
             state: Mutex::default(),
@@ -329,7 +328,7 @@ impl Log {
     }
 
     /// Counts a commit. A thread calls it after its commit, before any other can commit.
-    pub fn committed(&self) -> Ticket {
+    fn committed(&self) -> Ticket {
         let mut state = self.lock();
         state.written += 1;
         Ticket(state.written)
@@ -339,7 +338,7 @@ impl Log {
     ///
     /// # Errors
     /// The system cannot sync the file.
-    pub fn sync(&self, ticket: Ticket) -> io::Result<()> {
+    fn sync(&self, ticket: Ticket) -> io::Result<()> {
         let mut state = self.lock();
         while state.synced < ticket.0 {
             if state.busy {
@@ -390,6 +389,47 @@ fn sync_folder(file: &Path) -> io::Result<()> {
 #[cfg(not(unix))]
 fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())
+}
+
+/// Makes the tables of a new file.
+const SCHEMA: &str = include_str!("schema.sql");
+
+/// The version of a file that this program reads and writes.
+pub const VERSION: i64 = 13;
+
+/// Makes the tables of a new file. Several programs may try at once; one does it, the others wait.
+fn create_tables(connection: &mut Connection) -> Result<(), StoreError> {
+    if check_version(connection)? == VERSION {
+        return Ok(());
+    }
+    let transaction = connection.transaction_with_behavior(TransactionBehavior::Immediate)?;
+    if check_version(&transaction)? == 0 {
+        let tables: i64 =
+            transaction.query_row("SELECT count(*) FROM sqlite_master", [], |row| row.get(0))?;
+        if tables > 0 {
+            return Err(StoreError::Foreign);
+        }
+        transaction.execute_batch(SCHEMA)?;
+        transaction.pragma_update(None, "user_version", VERSION)?;
+    }
+    transaction.commit()?;
+    Ok(())
+}
+
+/// The version of a file: [`VERSION`], or 0 of one without tables.
+pub fn check_version(connection: &Connection) -> Result<i64, StoreError> {
+    let found = connection.query_row("PRAGMA user_version", [], |row| row.get(0))?;
+    match found {
+        0 | VERSION => Ok(found),
+        newer if newer > VERSION => Err(StoreError::Newer {
+            found,
+            known: VERSION,
+        }),
+        _ => Err(StoreError::Older {
+            found,
+            known: VERSION,
+        }),
+    }
 }
 
 #[cfg(test)]

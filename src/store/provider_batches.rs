@@ -7,7 +7,7 @@ use strum::{IntoStaticStr, VariantArray};
 use super::claim::{FOR_EVER, hold_until, interrupt_abandoned, there};
 use super::database::now_ms;
 use super::rows::from_row;
-use super::{AnswerPiece, Claim, Ending, Key, NewRun, RunId, Store, StoreError, write};
+use super::{AnswerPiece, Claim, Ending, Key, NewRun, RunId, Store, StoreError, run};
 
 /// Identifies a batch in its store; the provider uses a separate id.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
@@ -158,7 +158,7 @@ impl Store {
                     Some(Claim::Stored(_) | Claim::Taken(_)) => None,
                     Some(Claim::Granted(run)) => Some(run),
                     None => {
-                        let id = write::insert_new(transaction, run, now_ms())?;
+                        let id = run::insert_new(transaction, run, now_ms())?;
                         // No program has to be alive while the provider works.
                         hold_until(transaction, id, FOR_EVER)?;
                         Some(id)
@@ -314,7 +314,7 @@ fn settle(
     if transaction.prepare_cached(sql)?.execute([run.0])? == 0 {
         return Ok(false);
     }
-    write::conclude(transaction, run, pieces, ending)?;
+    run::conclude(transaction, run, pieces, ending)?;
     Ok(true)
 }
 

@@ -8,7 +8,7 @@ use nearmiss_base::system;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
 use tempfile::TempDir;
 
-use super::version::{VERSION, check_version};
+use super::database::{VERSION, check_version};
 use super::{Store, StoreError, database};
 
 /// What SQLite keeps beside a file: its write-ahead log, that log's index, and a journal of other modes.

@@ -34,7 +34,7 @@ const HOMES: [(&str, &[&str]); 25] = [
     ("reqwest", &["ask/llm/"]),
     ("hyper", &["cli/mcp/"]),
     ("http_body_util", &["cli/mcp/"]),
-    ("getrandom", &["cli/mcp/token.rs"]),
+    ("getrandom", &["cli/mcp/http.rs"]),
     ("rmcp", &["cli/mcp/"]),
     ("quick_xml", &["formats/commonroad/"]),
     (

@@ -14,7 +14,7 @@ use rstar::primitives::Line;
 use rstar::{AABB, RTree};
 
 use super::shape::box_frame;
-use super::{Bounds, Placed, Point, Shape, Vector, pose};
+use super::{Bounds, Placed, Point, Shape, Vector};
 
 /// The union of rings, with small gaps between them closed. Never changed, fast to ask.
 #[derive(Debug, Clone)]
@@ -233,9 +233,9 @@ impl Placed<'_> {
     /// Whether `p` is inside the body or on its border.
     #[must_use]
     pub fn holds(&self, p: &Point) -> bool {
-        let at = pose::point(p);
+        let at = super::point(p);
         let body = &self.footprint.collider;
-        body.contains_point(&pose::pose(&self.pose), at)
+        body.contains_point(&super::pose(&self.pose), at)
     }
 
     /// Whether the line from `from` to `to` runs deeper than `slack` metres inside the body.
@@ -260,14 +260,14 @@ impl Placed<'_> {
             }
             Shape::Circle { radius, center } => {
                 let middle = self.pose.to_world(center);
-                super::polyline::distance_to_segment(&middle, from, to) < radius - slack
+                super::curve::distance_to_segment(&middle, from, to) < radius - slack
             }
             _ => {
-                let line = Segment::new(pose::point(from), pose::point(to));
+                let line = Segment::new(super::point(from), super::point(to));
                 let touch = query::contact(
-                    &pose::pose(&self.pose),
+                    &super::pose(&self.pose),
                     &*self.footprint.collider,
-                    &pose::pose(&super::Pose::new(0.0, 0.0, 0.0)),
+                    &super::pose(&super::Pose::new(0.0, 0.0, 0.0)),
                     &line,
                     0.0,
                 );

@@ -8,7 +8,7 @@ use parry2d_f64::shape::{SharedShape, TriMesh};
 use parry2d_f64::transformation::hertel_mehlhorn;
 
 use super::shape::{box_frame, is_flat};
-use super::{Point, Pose, Shape, ShapeError, Vector, pose};
+use super::{Point, Pose, Shape, ShapeError, Vector};
 
 /// A checked [`Shape`], prepared for measuring distances. Cheap to clone.
 #[derive(Clone)]
@@ -134,9 +134,9 @@ impl Placed<'_> {
     pub fn distance(&self, other: &Placed<'_>) -> f64 {
         // Both regions are convex or compounds of convex parts, which parry measures all.
         query::distance(
-            &pose::pose(&self.pose),
+            &super::pose(&self.pose),
             &*self.footprint.collider,
-            &pose::pose(&other.pose),
+            &super::pose(&other.pose),
             &*other.footprint.collider,
         )
         .map_or(f64::MAX, |d| d.distance)
@@ -147,9 +147,9 @@ impl Placed<'_> {
     #[must_use]
     pub fn overlap(&self, other: &Placed<'_>) -> f64 {
         let contact = query::contact(
-            &pose::pose(&self.pose),
+            &super::pose(&self.pose),
             &*self.footprint.collider,
-            &pose::pose(&other.pose),
+            &super::pose(&other.pose),
             &*other.footprint.collider,
             0.0,
         )
@@ -187,11 +187,11 @@ impl Placed<'_> {
             return Contact::Now;
         }
         let hit = query::cast_shapes(
-            &pose::pose(&self.pose),
-            pose::vector(velocity),
+            &super::pose(&self.pose),
+            super::vector(velocity),
             &*self.footprint.collider,
-            &pose::pose(&other.pose),
-            pose::vector(other_velocity),
+            &super::pose(&other.pose),
+            super::vector(other_velocity),
             &*other.footprint.collider,
             ShapeCastOptions::with_max_time_of_impact(horizon),
         );
@@ -267,15 +267,15 @@ fn collect(shape: &Shape, parts: &mut Vec<(math::Pose, SharedShape)>) -> Result<
             orientation,
             origin_x_shift,
         } => {
-            let frame = pose::pose(&box_frame(center, *orientation, *origin_x_shift));
+            let frame = super::pose(&box_frame(center, *orientation, *origin_x_shift));
             parts.push((frame, SharedShape::cuboid(length / 2.0, width / 2.0)));
         }
         Shape::Circle { radius, center } => {
-            let frame = math::Pose::from_translation(pose::point(center));
+            let frame = math::Pose::from_translation(super::point(center));
             parts.push((frame, SharedShape::ball(*radius)));
         }
         Shape::Polygon { vertices } => {
-            let corners: Vec<_> = vertices.iter().map(pose::point).collect();
+            let corners: Vec<_> = vertices.iter().map(super::point).collect();
             let hull = |points: &[math::Vector]| {
                 let corners: Vec<Point> = points.iter().map(|p| Point::new(p.x, p.y)).collect();
                 // Cutting may leave slivers without area.
@@ -347,9 +347,9 @@ impl Gap {
 
     fn of_bodies(a: &Placed<'_>, b: &Placed<'_>) -> Self {
         let found = query::closest_points(
-            &pose::pose(&a.pose),
+            &super::pose(&a.pose),
             &*a.footprint.collider,
-            &pose::pose(&b.pose),
+            &super::pose(&b.pose),
             &*b.footprint.collider,
             f64::MAX,
         );
@@ -375,11 +375,11 @@ impl Gap {
 
 /// The point of a body that is nearest to `p`; `p` itself inside.
 fn nearest(body: &Placed<'_>, p: &Point) -> Point {
-    let pose = pose::pose(&body.pose);
+    let pose = super::pose(&body.pose);
     let found = body
         .footprint
         .collider
-        .project_point(&pose, pose::point(p), true);
+        .project_point(&pose, super::point(p), true);
     Point::new(found.point.x, found.point.y)
 }
 

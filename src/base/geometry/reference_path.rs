@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use super::curve::{SQUARE, Span};
 use super::frenet::{Frenet, FrenetError};
-use super::spline::{SQUARE, Span};
 use super::{Bounds, BoxTree, Point, Polyline, Pose, Vector};
 
 /// A smooth curve along a polyline, continued straight beyond both ends.

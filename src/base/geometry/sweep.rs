@@ -8,7 +8,7 @@ use parry2d_f64::math;
 use parry2d_f64::query::{self, ClosestPoints};
 use parry2d_f64::shape::Shape;
 
-use super::{Footprint, Placed, Point, Pose, Vector, angle_between, pose};
+use super::{Footprint, Placed, Point, Pose, Vector, angle_between};
 
 /// A body on its way from one place to another. Shares of the way are from 0 to 1.
 #[derive(Debug, Clone, Copy)]
@@ -185,7 +185,7 @@ impl<'a> Pair<'a> {
 
     fn pose(&self, which: usize, share: f64) -> math::Pose {
         let start = &self.start[which];
-        pose::pose(&Pose {
+        super::pose(&Pose {
             position: start.position + self.moved[which] * share,
             heading: start.heading + self.turned[which] * share,
         })
@@ -213,7 +213,7 @@ impl<'a> Pair<'a> {
                 slope: (-most, most),
             });
         };
-        let n = pose::vector(&along);
+        let n = super::vector(&along);
         let metres = (b.support_point(&there, -n) - a.support_point(&here, n)).dot(n);
         let slope = moved.dot(&along);
         Some(Gap {

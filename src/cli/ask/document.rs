@@ -1,17 +1,18 @@
-//! The answer of `ask` as one JSON line.
+//! The answer of `ask` as one JSON line; with `--dry-run` what the question would take, and nothing is sent.
 
-use schemars::JsonSchema;
-use serde::Serialize;
-use serde_json::Value;
-
-use super::{past, words};
-use crate::{json, time};
 use nearmiss_ask::llm::ToolRound;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::{ParsedAnswer, Task};
 use nearmiss_store::{Origin, RunId};
+use nearmiss_study::evaluation::batch::{Price, Size};
 use nearmiss_study::evaluation::consumption::unknown;
 use nearmiss_study::evaluation::{Answer, Case, Judge, JudgeOutcome, Question};
+use schemars::JsonSchema;
+use serde::Serialize;
+use serde_json::Value;
+
+use super::CostLimit;
+use crate::{Failure, Outcome, json, output};
 
 /// The verdict, its cost and where it is stored; the same keys with or without a verdict.
 #[derive(Serialize, JsonSchema)]
@@ -110,7 +111,7 @@ impl<'a> AskDocument<'a> {
                 (Some(ParsedAnswer::Verdict(parsed.verdict.clone())), None)
             }
             JudgeOutcome::Other(reading) => (Some(reading.said.clone()), None),
-            JudgeOutcome::Missing(missing) => (None, Some(words::missing(missing))),
+            JudgeOutcome::Missing(missing) => (None, Some(super::missing_verdict(missing))),
         };
         let reading = match (&problem, answer.repairs().is_empty()) {
             (Some(_), _) => None,
@@ -118,7 +119,10 @@ impl<'a> AskDocument<'a> {
             (None, false) => Some("repaired"),
         };
         let consumed = answer.consumed;
-        let (cost_usd, price_source) = match (consumed.cost_usd, past::worked_out(answer, judge)) {
+        let (cost_usd, price_source) = match (
+            consumed.cost_usd,
+            super::cost_at_current_prices(answer, judge),
+        ) {
             (Some(usd), _) => (Some(usd), answer.price_source.clone()),
             (None, _) if answer.model == judge::MODEL => (Some(0.0), Some("built in".into())),
             (None, Some((usd, how))) => (Some(usd), Some(how)),
@@ -156,7 +160,7 @@ impl<'a> AskDocument<'a> {
             price_source,
             stored: answer.past.zip(answer.run).map(|(past, run)| StoredAnswer {
                 run,
-                asked: time::rfc3339(past.created_ms),
+                asked: output::rfc3339(past.created_ms),
                 asked_as: &answer.model,
                 origin: past.origin,
                 sample: past.sample,
@@ -184,5 +188,104 @@ impl Prediction {
             last_step: case.window.last(),
             obstacles: obstacles.collect(),
         }
+    }
+}
+
+/// What a question would take.
+#[derive(Serialize, JsonSchema)]
+pub struct AskDryRun<'a> {
+    model: &'a str,
+    /// The prompt template with its version.
+    template: Option<String>,
+    /// Estimated tokens of the question.
+    input_tokens: u64,
+    most_usd: Option<f64>,
+    /// The price in words.
+    price: String,
+    /// Why a budget forbids the question; null if it does not.
+    forbidden: Option<String>,
+}
+
+impl json::Output for AskDryRun<'_> {
+    const NAME: &'static str = "ask-dry-run";
+    const TITLE: &'static str = "`ask --dry-run --format json`: what a question would take";
+}
+
+/// Says how long the question is, what it costs at most, and what a budget makes of that.
+pub fn dry_run(
+    question: &Question,
+    judge: &Judge,
+    bound: Option<&CostLimit>,
+    as_json: bool,
+) -> Outcome {
+    let size = Size::estimate(question, judge);
+    let forbidden = bound.and_then(|bound| forbidden(&size.price, bound.usd));
+    let (words, usd) = match size.price {
+        Price::Free => ("free: the built-in judge".to_string(), Some(0.0)),
+        Price::AtMost(0.0) if is_here(judge) => {
+            ("free: a server on this machine".into(), Some(0.0))
+        }
+        Price::AtMost(usd) => (format!("at most ${usd:.4}"), Some(usd)),
+        Price::Question { usd, million } => (
+            format!(
+                "${usd:.4} and the answer, ${million:.2} per 1M tokens; --set max_tokens=N bounds it"
+            ),
+            None,
+        ),
+        Price::Unknown => (
+            "unknown; [[provider.NAME.prices]] in config.toml states a price".into(),
+            None,
+        ),
+    };
+    let template = question.version().map(|version| version.to_string());
+    if as_json {
+        let document = AskDryRun {
+            model: judge.id(),
+            template,
+            input_tokens: size.tokens,
+            most_usd: usd,
+            price: words,
+            forbidden,
+        };
+        return output::document(&document).and(refusal(document.forbidden));
+    }
+    let mut rows = vec![
+        ("model", judge.id().to_string()),
+        ("how", question.label(judge.calls_tools())),
+        ("template", template.unwrap_or_default()),
+        ("tokens", format!("about {}", size.tokens)),
+        ("price", words),
+    ];
+    rows.extend(size.bound.map(|bound| ("counted", bound)));
+    let lines = rows
+        .iter()
+        .map(|(name, value)| format!("{name:<9} {}\n", output::visible(value)));
+    output::text(&lines.collect::<String>()).and(refusal(forbidden))
+}
+
+/// Why a budget of so many US dollars would not let the question be asked.
+fn forbidden(price: &Price, budget: f64) -> Option<String> {
+    match price {
+        Price::Free => None,
+        Price::AtMost(usd) => (*usd > budget)
+            .then(|| format!("it may cost ${usd:.4}, more than the budget of ${budget:.4}")),
+        Price::Question { .. } => {
+            Some("a budget needs a limit of the answer's tokens: --set max_tokens=N".into())
+        }
+        Price::Unknown => Some("a budget needs a price, and none is known".into()),
+    }
+}
+
+fn refusal(forbidden: Option<String>) -> Outcome {
+    forbidden.map_or(Ok(()), |why| {
+        Err(Failure::input(format!("would not be asked: {why}")))
+    })
+}
+
+/// Whether the model runs on this machine.
+fn is_here(judge: &Judge) -> bool {
+    match judge {
+        Judge::Reference | Judge::Recorded(_) => true,
+        Judge::Model(model) => model.endpoint.is_here(),
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::open::{configuration, user_thresholds};
-use crate::templates::templates;
+use crate::prompts::templates;
 use crate::{Failure, output};
 use nearmiss_ask::llm::{Budget, Environment};
 use nearmiss_ask::prompts::Library;

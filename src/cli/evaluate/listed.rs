@@ -8,9 +8,9 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{number, some};
+use crate::files::partition;
 use crate::filters::store_to_read;
-use crate::side_files::partition;
-use crate::{Failure, Outcome, json, output, time};
+use crate::{Failure, Outcome, json, output};
 use nearmiss_formats::PlannerDrives;
 use nearmiss_record::fields::Fields;
 use nearmiss_scene::verdict::Task;
@@ -58,7 +58,7 @@ pub fn list(as_json: bool) -> Outcome {
         text.push_str(&format!(
             "{:<5} {}  {} of {} answered{more}  {about}{shard}\n",
             batch.id.to_string(),
-            time::local(batch.created_ms),
+            output::local(batch.created_ms),
             progress.answered,
             progress.all()
         ));
@@ -198,7 +198,7 @@ fn document(batch: &Batch, progress: &Progress) -> ListedDocument {
     let spec = Spec::from_json(&batch.spec);
     ListedDocument {
         batch: batch.id.to_string(),
-        created_at: time::rfc3339(batch.created_ms),
+        created_at: output::rfc3339(batch.created_ms),
         shard: batch.shard.clone(),
         questions: progress.all(),
         answered: progress.answered,

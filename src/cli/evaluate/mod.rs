@@ -27,8 +27,7 @@ pub use safety::SafetyDocument;
 use std::path::{Path, PathBuf};
 pub use table::BatchDocument;
 
-use super::doubts::doubts;
-use super::open::{found, not_opened};
+use super::open::{doubts, found, not_opened};
 use super::output::counted as number;
 use super::plan::as_ego;
 use super::progress::Progress;

@@ -8,8 +8,8 @@ use tokio::runtime::Runtime;
 use super::context::BatchContext;
 use super::table::BatchTable;
 use super::{dry_run, split_table, submit};
-use crate::batches::lost;
-use crate::interrupt::{GRACE, signal};
+use crate::batches::lost_note;
+use crate::ending::{GRACE, signal};
 use crate::progress::Progress;
 use crate::{Failure, Outcome, output};
 use nearmiss_store::{BatchId, Item, ItemState, SplitPart};
@@ -58,7 +58,7 @@ pub fn ask(
         ));
     }
     for batch in context.store.provider_batches().map_err(Failure::input)? {
-        if let Some(words) = lost(&batch) {
+        if let Some(words) = lost_note(&batch) {
             output::say(&format!("nearmiss: batch {}: {words}", batch.id));
         }
     }

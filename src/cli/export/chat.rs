@@ -10,11 +10,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 
-use crate::interrupt::interrupted;
-use crate::locked::LockedAnswers;
+use crate::ending::interrupted;
+use crate::filters::LockedAnswers;
 use crate::output::refused;
 use crate::progress::Progress;
-use crate::report::{claims, truth};
+use crate::report::truth;
 use crate::{Failure, Outcome, json, output};
 use nearmiss_base::system::{NewFile, unknown};
 use nearmiss_scene::description::{Frame, escaped_json};
@@ -179,7 +179,7 @@ pub fn run(
     } else {
         options.truth.clone()
     };
-    let unchecked = claims::complete(store, &mut runs, claims::files(&sources))?;
+    let unchecked = truth::complete_claims(store, &mut runs, truth::claimed_files(&sources))?;
     let known = truth::truth(&sources, store, &runs)?;
     let mut examples = Examples::default();
     let mut chosen = Vec::new();
@@ -194,7 +194,7 @@ pub fn run(
         return Err(nothing(&examples, unchecked.as_deref()));
     }
     let asides = store.asides().map_err(Failure::input)?;
-    let words = truth::words(&sources, &stored(&runs, &known, &asides), store)?;
+    let words = truth::truth_description(&sources, &stored(&runs, &known, &asides), store)?;
     let is_new = !folder.exists();
     fs::create_dir_all(folder).map_err(|error| Failure::system(folder.display(), &error))?;
     let stop = interrupted(true);

@@ -1,6 +1,5 @@
 //! `nearmiss runs export`: writes stored runs, and batches with their questions, to a file.
 
-mod batches;
 mod chat;
 
 pub use chat::ChatManifest;
@@ -8,18 +7,20 @@ pub use chat::ChatManifest;
 use std::collections::BTreeSet;
 use std::sync::atomic::Ordering;
 
+use nearmiss_record::{columns, row_of};
+use nearmiss_store::{
+    Batch, Filter, Item, ItemState, Outcome as StoredAnswer, Run, RunId, RunRecord, Store,
+};
+use nearmiss_study::evaluation::Provenance;
+
 use super::bundle::{self, BundleOptions};
-use super::filters::Filters;
-use super::interrupt::interrupted;
-use super::locked::Unlock;
+use super::ending::interrupted;
+use super::filters::{Filters, LockedAnswers, Unlock};
 use super::output::{
     self, Encoded, ForSpreadsheet, OutputFile, Table, TableWriter, format_of, written,
 };
 use super::progress::Progress;
 use super::{Failure, Outcome};
-use nearmiss_record::{columns, row_of};
-use nearmiss_store::{Filter, Outcome as StoredAnswer, Run, RunRecord, Store};
-use nearmiss_study::evaluation::Provenance;
 
 /// Arguments of `runs export`.
 #[derive(Debug, clap::Args)]
@@ -106,11 +107,11 @@ pub fn run(arguments: &Export) -> Outcome {
     let mut numbers = store.numbers(&filter).map_err(Failure::input)?;
     // Tables hold runs alone.
     let batches = match format {
-        output::Format::Json => batches::chosen(&store, &filter)?,
+        output::Format::Json => chosen_batches(&store, &filter)?,
         _ => Vec::new(),
     };
     if filter.batch.is_some() {
-        batches::add_answers(&store, &batches, &mut numbers)?;
+        add_answers(&store, &batches, &mut numbers)?;
     }
     let locked = arguments.unlock.locked(&store, numbers.iter().copied())?;
     numbers.retain(|run| !locked.has(*run));
@@ -169,7 +170,7 @@ pub fn run(arguments: &Export) -> Outcome {
     drop(progress);
     for batch in &batches {
         for item in store.items(batch.id).map_err(Failure::input)? {
-            let item = batches::without(item, &locked);
+            let item = without_locked(item, &locked);
             let line = output::json_line(&item.to_record(batch.id))?;
             if written(file, writer.write(Encoded::Text(line.into_bytes())))?.is_none() {
                 return Ok(());
@@ -221,8 +222,8 @@ fn chats(arguments: &Export) -> Outcome {
         // With answers that were asked for elsewhere.
         Some(_) => {
             let mut numbers = store.numbers(&filter).map_err(Failure::input)?;
-            let batches = batches::chosen(&store, &filter)?;
-            batches::add_answers(&store, &batches, &mut numbers)?;
+            let batches = chosen_batches(&store, &filter)?;
+            add_answers(&store, &batches, &mut numbers)?;
             numbers.sort_unstable();
             let all = store.outcomes(&Filter::default()).map_err(Failure::input)?;
             let chosen = |run: &StoredAnswer| numbers.binary_search(&run.run).is_ok();
@@ -233,4 +234,53 @@ fn chats(arguments: &Export) -> Outcome {
     let locked = arguments.unlock.locked(&store, numbers)?;
     let place = (arguments.output.file(), arguments.output.overwrites());
     chat::run(&arguments.chat, place, &store, runs, &locked)
+}
+
+/// The batches that are exported with these runs, the oldest first: all without a filter, the one that is chosen where
+/// nothing else is. With other filters there are none, as their answers would be missing.
+fn chosen_batches(store: &Store, filter: &Filter) -> Result<Vec<Batch>, Failure> {
+    let alone = Filter {
+        batch: filter.batch.clone(),
+        ..Filter::default()
+    };
+    if *filter != alone {
+        return Ok(Vec::new());
+    }
+    let wanted = |batch: &Batch| match &filter.batch {
+        None => true,
+        Some(name) => *name == batch.id.to_string(),
+    };
+    let all = store.batches().map_err(Failure::input)?;
+    let batches = all.into_iter().rev().map(|(batch, _)| batch);
+    Ok(batches.filter(wanted).collect())
+}
+
+/// Adds the answers to questions of these batches that were asked for elsewhere, so that each question has its own.
+fn add_answers(store: &Store, batches: &[Batch], numbers: &mut Vec<RunId>) -> Result<(), Failure> {
+    for batch in batches {
+        let runs = store
+            .question_runs(batch.id, 0, None)
+            .map_err(Failure::input)?
+            .into_values()
+            .flatten();
+        numbers.extend(runs.map(|run| run.run));
+    }
+    if !batches.is_empty() {
+        numbers.sort_unstable();
+        numbers.dedup();
+    }
+    Ok(())
+}
+
+/// A question whose answer is left out is open where it is imported.
+fn without_locked(item: Item, locked: &LockedAnswers) -> Item {
+    match item.run {
+        Some(run) if locked.has(run) => Item {
+            run: None,
+            state: ItemState::Waiting,
+            error: None,
+            ..item
+        },
+        _ => item,
+    }
 }

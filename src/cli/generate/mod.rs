@@ -1,48 +1,41 @@
 //! `nearmiss generate`: turns safe scenarios into dangerous variants, all of which have passed the gate.
 
 mod check;
-mod document;
-mod dry_run;
-mod identity;
-mod inputs;
-mod job;
 mod line;
 mod model;
-mod model_figures;
-mod note;
 mod resume;
 mod settings;
 mod summary;
 mod table;
-mod together;
 mod variant;
 
 pub use check::CheckDocument;
 pub use line::VariantLine;
-use std::path::{Path, PathBuf};
+pub use settings::GenerateSettings;
 pub use summary::GenerateReport;
 
-use super::ask::budget;
-use super::interrupt::interrupted;
-use super::many_files::{Job, ShardOption};
-use super::open::{configuration, found};
-use super::plan::{PlannerOptions, ProblemOption, identity};
-use super::set::{self, Assignment, assignment};
-use super::{Failure, Outcome, output};
-use job::Variants;
-use model::Writer;
+use std::path::{Path, PathBuf};
+
 use nearmiss_base::system::unknown;
-use nearmiss_drive::generation::{AttackStyle, DELAYS, Effort, Wish};
+use nearmiss_drive::generation::{AttackStyle, DELAYS, Effort, MOST_ATTACKERS, Wish};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
 use nearmiss_formats::commonroad::NewFile;
 use nearmiss_settings::Config;
 use nearmiss_study::evaluation::generating::Ranking;
+
+use super::ask::budget;
+use super::ending::interrupted;
+use super::many_files::{Job, ShardOption};
+use super::open::{configuration, found};
+use super::plan::{PlannerOptions, ProblemOption, identity};
+use super::set::{self, Assignment, assignment};
+use super::{Failure, Outcome, output};
+use model::Writer;
 use resume::EarlierRun;
-pub use settings::GenerateSettings;
 use summary::Summary;
 use table::Table;
-use variant::GenerateJob;
+use variant::{GenerateJob, Variants};
 
 /// Arguments of `nearmiss generate`.
 #[derive(Debug, clap::Args)]
@@ -85,7 +78,7 @@ pub struct GenerateArguments {
     /// Maximum number of obstacles that attack together, 1 to 3; further ones are added only where they make the outcome
     /// worse. With --check, how many may be changed [default: as many as --attacker names, else `attackers` of the
     /// configuration, else 1; with --check 3].
-    #[arg(long, value_name = "N", value_parser = together::parse)]
+    #[arg(long, value_name = "N", value_parser = attacker_count)]
     attackers: Option<usize>,
     /// Maximum number of motions tried per scenario.
     #[arg(long, value_name = "N", default_value_t = Effort::default().candidates, value_parser = count)]
@@ -196,7 +189,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         candidates: arguments.candidates,
         seed: arguments.seed,
         delay: arguments.survive,
-        together: together::attackers(arguments, &config).map_err(Failure::input)?,
+        together: attackers_asked_for(arguments, &config).map_err(Failure::input)?,
         ..Effort::default()
     };
     let style = style_of(arguments, &config);
@@ -216,7 +209,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     };
     let entries = arguments
         .part
-        .of(inputs::originals(entries, &arguments.paths)?);
+        .of(settings::originals(entries, &arguments.paths)?);
     if entries.is_empty() {
         return Ok(());
     }
@@ -237,12 +230,12 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         identity,
         effort,
         style,
-        only: together::named(&arguments.attacker),
+        only: distinct_attackers(&arguments.attacker),
         wish: arguments.wish.clone(),
         past,
     };
     if arguments.dry_run {
-        return dry_run::run(&entries, &wanted);
+        return model::dry_run(&entries, &wanted);
     }
     let mut job = Variants {
         folder: arguments.output.as_deref(),
@@ -308,4 +301,52 @@ fn prepared(arguments: &GenerateArguments) -> Result<Option<EarlierRun>, Failure
         drop(NewFile::begin(path, arguments.resume).map_err(Failure::input)?);
     }
     Ok(past)
+}
+
+/// A number of attackers.
+fn attacker_count(word: &str) -> Result<usize, String> {
+    match word.parse() {
+        Ok(n) if (1..=MOST_ATTACKERS).contains(&n) => Ok(n),
+        _ => Err(format!("expected a number from 1 to {MOST_ATTACKERS}")),
+    }
+}
+
+/// The obstacles that may attack, each once: their order makes no difference.
+fn distinct_attackers(ids: &[i64]) -> Vec<i64> {
+    let mut ids = ids.to_vec();
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}
+
+/// How many obstacles attack together at most.
+///
+/// # Errors
+/// More than are named, or more than one where a language model writes the attack.
+fn attackers_asked_for(arguments: &GenerateArguments, config: &Config) -> Result<usize, String> {
+    let ids = distinct_attackers(&arguments.attacker).len();
+    if arguments.model != SEARCH {
+        let several = match (arguments.attackers, ids) {
+            (Some(n @ 2..), _) => format!("--attackers {n}"),
+            (_, n @ 2..) => format!("--attacker with {n} ids"),
+            // The configuration is about searches.
+            _ => return Ok(1),
+        };
+        return Err(format!(
+            "{several}: a language model writes the motion of one attacker; several attack with --model {SEARCH}"
+        ));
+    }
+    match (arguments.attackers, ids) {
+        (Some(n), ids) if ids > 0 && n > ids => Err(format!(
+            "--attackers {n}: --attacker names {}; name at least {n}, or none",
+            if ids == 1 {
+                "1 obstacle".into()
+            } else {
+                format!("{ids} obstacles")
+            }
+        )),
+        (Some(n), _) => Ok(n),
+        (None, 0) => Ok(config.attackers.map_or(1, usize::from)),
+        (None, ids) => Ok(ids.min(MOST_ATTACKERS)),
+    }
 }

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::identity::{GenerationSettings, PROMPTS};
 use super::line::VariantLine;
+use super::settings::{GenerationSettings, PROMPTS};
 use crate::{Failure, output};
 use nearmiss_base::system;
 use nearmiss_drive::generation::{Manifest, OutcomeName, PlannerIdentity, VariantFiles};
@@ -103,7 +103,7 @@ impl EarlierRun {
         let all = self.variants.get(&original.to_string())?.iter();
         let all = all.map(|made| (made, made.settings.differences(settings)));
         let (made, differences) = all.min_by_key(|(_, differences)| differences.len())?;
-        let named = &differences[..differences.len().min(NAMED)];
+        let named = &differences[..differences.len().min(MAX_LISTED)];
         let more = match differences.len() - named.len() {
             0 => String::new(),
             n => format!("; and {n} more"),
@@ -124,7 +124,7 @@ impl EarlierRun {
 }
 
 /// Differences that are named.
-const NAMED: usize = 4;
+const MAX_LISTED: usize = 4;
 
 /// Reads a manifest, and compares it with its variant.
 fn read(path: &Path) -> Result<FileKind, String> {

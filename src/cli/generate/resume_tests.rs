@@ -7,7 +7,7 @@ use super::*;
 use nearmiss_drive::generation::RefusalRecord;
 use nearmiss_study::evaluation::generating::AuthoredRecord;
 
-use super::super::identity::SearchSettings;
+use super::super::settings::SearchSettings;
 
 const XML: &[u8] = b"<commonRoad/>";
 

@@ -7,8 +7,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::line::VariantLine;
-use super::model_figures::{ModelFigures, ModelsReport};
-use super::{note, table};
+use super::model::{ModelFigures, ModelsReport};
+use super::table;
 use crate::json::Output;
 use crate::{Failure, Outcome, output};
 use nearmiss_drive::generation::{MotionQuantity, MotionSamples, OutcomeName};
@@ -144,7 +144,7 @@ struct Diversity {
 }
 
 /// How a drive ends that is no collision, and no good either.
-const ASTRAY: [(&str, &str); 3] = [
+const OTHER_FAILURES: [(&str, &str); 3] = [
     ("off_road", "off the road"),
     ("infeasible", "infeasible"),
     ("planner_error", "with an error of the planner"),
@@ -252,8 +252,8 @@ impl Summary {
                 ));
             }
         }
-        text.push_str(&note::contacts(self.from_behind, self.between));
-        let astray = ASTRAY.iter().filter_map(|(outcome, words)| {
+        text.push_str(&table::contacts(self.from_behind, self.between));
+        let astray = OTHER_FAILURES.iter().filter_map(|(outcome, words)| {
             let n = self.drives.get(*outcome)?;
             Some(format!("{n} {words}"))
         });

@@ -1,21 +1,20 @@
 //! A scenario's complete contents as JSON: metres, radians, m/s, time steps, in the format's terms.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
+use nearmiss_base::geometry::{Footprint, Shape};
+use nearmiss_formats::{EgoError, Entry};
+use nearmiss_scene::scenario::{
+    Destination, Diagnostic, Direction, Ego, Goal, Intersection, Lanelet, LaneletNetwork, Leg,
+    Location, Motion, Obstacle, ObstacleRole, ObstacleType, Occupancy, PlanningProblem, Position,
+    Prediction, Quantity, RoadUser, Route, RouteError, Scenario, Side, Sign, SignalState, State,
+    Steps, TrafficLight, identity,
+};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::states::StateDocument;
-use super::traffic::{References, Referred};
 use crate::json;
-use crate::routes::RouteDocument;
-use nearmiss_base::geometry::{Footprint, Shape};
-use nearmiss_formats::{EgoError, Entry};
-use nearmiss_scene::scenario::{
-    Diagnostic, Ego, Goal, Intersection, Lanelet, Location, Obstacle, ObstacleRole, ObstacleType,
-    Occupancy, PlanningProblem, Prediction, Scenario, Sign, SignalState, TrafficLight, identity,
-};
 
 /// A scenario.
 #[derive(Serialize, JsonSchema)]
@@ -136,7 +135,7 @@ impl<'s> ScenarioDocument<'s> {
             attributes: &header.attributes,
             location: scenario.location.as_ref(),
             tags: &scenario.tags,
-            hash: crate::row_file::short_hash(&scenario.hash),
+            hash: crate::files::short_hash(&scenario.hash),
             lanelets: &network.lanelets,
             traffic_signs: signs.map(|sign| references.to_sign(sign)).collect(),
             traffic_lights: lights.map(|light| references.to_light(light)).collect(),
@@ -202,5 +201,256 @@ fn problem(problem: &PlanningProblem) -> ProblemDocument<'_> {
                 lanelets: goal.lanelets(),
             })
             .collect(),
+    }
+}
+
+/// A state with `x` and `y`, or with the `position` in which it is uncertain where it is; `time_step` is the first,
+/// and `time_interval` is there where it is uncertain when.
+#[derive(Default, Serialize)]
+struct StateDocument<'s> {
+    time_step: i64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    x: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    y: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position: Option<&'s Position>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_interval: Option<Steps>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    orientation: Option<Quantity>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    velocity: Option<Quantity>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    acceleration: Option<Quantity>,
+    #[serde(flatten)]
+    more: BTreeMap<&'static str, Quantity>,
+    /// What an initial state does not say and is 0 therefore.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    not_said: Vec<&'static str>,
+}
+
+impl<'s> StateDocument<'s> {
+    fn new(state: &'s State) -> Self {
+        let (time, point) = (state.time, state.point());
+        let velocity = state.point_mass_velocity();
+        let direction = velocity.map(|v| Quantity::Exact(v.y.atan2(v.x)));
+        let more = state.more.iter();
+        Self {
+            time_step: time.from,
+            x: point.map(|p| p.x),
+            y: point.map(|p| p.y),
+            position: state.position.as_ref().filter(|_| point.is_none()),
+            time_interval: (time.to != time.from).then_some(time),
+            orientation: state.orientation.or(direction),
+            velocity: state.velocity,
+            acceleration: state.acceleration,
+            more: more.map(|(field, value)| (field.name(), *value)).collect(),
+            not_said: Vec::new(),
+        }
+    }
+
+    /// An initial state; what it does not say is 0, as the format has it for initial states.
+    fn initial(state: &'s State) -> Self {
+        let mut document = Self::new(state);
+        for (name, value) in [
+            ("orientation", &mut document.orientation),
+            ("velocity", &mut document.velocity),
+        ] {
+            if value.is_none() {
+                *value = Some(Quantity::Exact(0.0));
+                document.not_said.push(name);
+            }
+        }
+        document
+    }
+
+    /// A recorded step.
+    fn recorded(step: i64, motion: &Motion) -> Self {
+        let exact = |value: f64| Some(Quantity::Exact(value));
+        Self {
+            time_step: step,
+            x: Some(motion.pose.position.x),
+            y: Some(motion.pose.position.y),
+            orientation: exact(motion.pose.heading),
+            velocity: exact(motion.velocity),
+            acceleration: exact(motion.acceleration),
+            ..Self::default()
+        }
+    }
+}
+
+/// References to signs and lights: lanelet ids by the id referred to.
+struct References {
+    signs: Referring,
+    lights: Referring,
+}
+
+#[derive(Default)]
+struct Referring {
+    lanelets: HashMap<i64, Vec<i64>>,
+    stop_lines: HashMap<i64, Vec<i64>>,
+}
+
+impl References {
+    fn from_network(network: &LaneletNetwork) -> Self {
+        let mut found = Self {
+            signs: Referring::default(),
+            lights: Referring::default(),
+        };
+        for lanelet in &network.lanelets {
+            note(&mut found.signs.lanelets, lanelet, &lanelet.signs);
+            note(&mut found.lights.lanelets, lanelet, &lanelet.lights);
+            if let Some(line) = &lanelet.stop_line {
+                note(&mut found.signs.stop_lines, lanelet, &line.signs);
+                note(&mut found.lights.stop_lines, lanelet, &line.lights);
+            }
+        }
+        found
+    }
+
+    fn to_sign<'n>(&self, sign: &'n Sign) -> Referred<'n, Sign> {
+        self.signs.with(sign, sign.id)
+    }
+
+    fn to_light<'n>(&self, light: &'n TrafficLight) -> Referred<'n, TrafficLight> {
+        self.lights.with(light, light.id)
+    }
+}
+
+fn note(into: &mut HashMap<i64, Vec<i64>>, lanelet: &Lanelet, ids: &[i64]) {
+    for id in ids {
+        let referring = into.entry(*id).or_default();
+        // A lanelet may refer to the same thing twice.
+        if referring.last() != Some(&lanelet.id) {
+            referring.push(lanelet.id);
+        }
+    }
+}
+
+/// A sign or light with the lanelets that refer to it.
+#[derive(Serialize)]
+struct Referred<'n, T> {
+    #[serde(flatten)]
+    itself: &'n T,
+    lanelets: Vec<i64>,
+    stop_lines: Vec<i64>,
+}
+
+impl Referring {
+    fn with<'n, T>(&self, itself: &'n T, id: i64) -> Referred<'n, T> {
+        let ids = |to: &HashMap<i64, Vec<i64>>| to.get(&id).cloned().unwrap_or_default();
+        Referred {
+            itself,
+            lanelets: ids(&self.lanelets),
+            stop_lines: ids(&self.stop_lines),
+        }
+    }
+}
+
+type Found<'a> = (&'a PlanningProblem, Result<Route, RouteError>);
+
+/// The route of each planning problem for a car.
+fn routes(scenario: &Scenario) -> Vec<Found<'_>> {
+    if scenario.planning_problems.is_empty() {
+        return Vec::new();
+    }
+    let graph = scenario.network.lane_graph(Some(RoadUser::Car));
+    let problems = scenario.planning_problems.iter();
+    problems.map(|p| (p, graph.route(p))).collect()
+}
+
+/// A line for each planning problem.
+pub fn summary(scenario: &Scenario) -> String {
+    let line = |(problem, route): Found<'_>| {
+        let words = match route {
+            Ok(route) => route_note(&route),
+            Err(error) => format!("none: {error}"),
+        };
+        format!("  route       planning problem {}: {words}\n", problem.id)
+    };
+    routes(scenario).into_iter().map(line).collect()
+}
+
+fn route_note(route: &Route) -> String {
+    let leg = |leg: &Leg| {
+        let change = match leg.change {
+            Some(Side::Left) => "change left to ",
+            Some(Side::Right) => "change right to ",
+            None => "",
+        };
+        let direction = match leg.driven.direction {
+            Direction::Along => "",
+            Direction::Against => " against its direction",
+        };
+        format!("{change}{}{direction}", leg.driven.lanelet)
+    };
+    let legs: Vec<String> = route.legs.iter().map(leg).collect();
+    let destination = match route.destination {
+        Destination::RoadAhead => ", the road ahead, as no goal has a position",
+        Destination::Goal(_) | Destination::Recording => "",
+    };
+    format!(
+        "lanelets {}, {:.1} m{destination}",
+        legs.join(", "),
+        route.length()
+    )
+}
+
+/// The route of a planning problem, or why there is none.
+#[derive(Serialize)]
+struct RouteDocument {
+    planning_problem: i64,
+    #[serde(flatten)]
+    found: FoundRoute,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum FoundRoute {
+    Route {
+        destination: Destination,
+        length: f64,
+        legs: Vec<LegDocument>,
+        deviation: f64,
+    },
+    None {
+        no_route: String,
+    },
+}
+
+#[derive(Serialize)]
+struct LegDocument {
+    lanelet: i64,
+    direction: Direction,
+    lane_change: Option<Side>,
+}
+
+impl RouteDocument {
+    /// One for each planning problem.
+    fn all(scenario: &Scenario) -> Vec<Self> {
+        let document = |(problem, route): Found<'_>| Self {
+            planning_problem: problem.id,
+            found: match route {
+                Ok(route) => FoundRoute::Route {
+                    destination: route.destination,
+                    length: route.length(),
+                    legs: route.legs.iter().map(leg).collect(),
+                    deviation: route.path.deviation(),
+                },
+                Err(error) => FoundRoute::None {
+                    no_route: error.to_string(),
+                },
+            },
+        };
+        routes(scenario).into_iter().map(document).collect()
+    }
+}
+
+fn leg(leg: &Leg) -> LegDocument {
+    LegDocument {
+        lanelet: leg.driven.lanelet,
+        direction: leg.driven.direction,
+        lane_change: leg.change,
     }
 }

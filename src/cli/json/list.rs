@@ -2,8 +2,8 @@
 
 use super::derived::{Derived, derived, noun};
 use crate::{
-    ask, batches, bundle, describe, doctor, evaluate, export, find, generate, import, index,
-    inspect, metrics, models, plan, prompt, prompts, sample, themes_and_keys, tune,
+    ask, batches, bundle, config, corpus, doctor, evaluate, export, find, generate, import, index,
+    inspect, metrics, models, plan, prompt, prompts, tune,
 };
 use nearmiss_base::system::KeyBinding;
 use nearmiss_store::{BatchRecord, ImageRecord, QuestionRecord, RatingRecord, RunRecord, Summary};
@@ -19,7 +19,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<generate::CheckDocument>(),
     derived::<generate::GenerateReport>(),
     derived::<generate::VariantLine>(),
-    derived::<describe::Document>(),
+    derived::<prompt::DescriptionDocument>(),
     derived::<doctor::Document>(),
     derived::<evaluate::BatchDocument>(),
     derived::<evaluate::CollisionDocument>(),
@@ -27,7 +27,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<evaluate::LeaksDocument>(),
     derived::<evaluate::DryRunDocument<'static>>(),
     derived::<evaluate::ListedDocument>(),
-    derived::<bundle::Document>(),
+    derived::<bundle::BundleDocument>(),
     derived::<export::ChatManifest>(),
     derived::<find::FindDocument>(),
     derived::<import::Counts>(),
@@ -43,14 +43,14 @@ pub const DERIVED: &[Derived] = &[
     derived::<plan::MonitorDryRun>(),
     derived::<plan::NotDrivenRecord>(),
     derived::<plan::StandardErrorRecord>(),
-    derived::<prompt::Document>(),
+    derived::<prompt::PromptDocument>(),
     derived::<prompts::Document>(),
     derived::<QuestionLine>(),
     derived::<ReportDocument>(),
     derived::<AxesDocument>(),
-    derived::<sample::SampleLine>(),
+    derived::<corpus::SampleLine>(),
     derived::<KeyBinding>(),
-    derived::<themes_and_keys::ThemeDocument>(),
+    derived::<config::ThemeDocument>(),
     derived::<tune::TuneDocument>(),
     derived::<tune::TuneDryRunDocument>(),
     noun::<BatchRecord<'static>>(),

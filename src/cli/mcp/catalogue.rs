@@ -3,10 +3,9 @@
 use rmcp::model::{JsonObject, Tool as ListedTool, ToolAnnotations};
 use serde_json::{Value, json};
 
-use super::looks;
-use super::progress::Progress;
-use super::server::Server;
-use crate::at::At;
+use super::jobs::Progress;
+use super::{Server, looks};
+use crate::span::At;
 
 /// A tool.
 #[derive(Debug)]

@@ -1,11 +1,11 @@
-//! Streamable HTTP on loopback: a guard in front of `rmcp`, which asks for a token and refuses pages of browsers.
+//! Streamable HTTP on loopback: a guard in front of `rmcp`, which asks for a token, refuses pages of browsers and counts connections.
 //!
 //! The server has nothing to say of its own, so that `GET` is refused.
 
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use http_body_util::combinators::BoxBody;
@@ -21,14 +21,14 @@ use rmcp::ErrorData;
 use rmcp::model::{JsonRpcError, RequestId};
 use rmcp::transport::streamable_http_server::session::local::LocalSessionManager;
 use rmcp::transport::{StreamableHttpServerConfig, StreamableHttpService};
+use sha2::{Digest, Sha256};
 use tokio::net::TcpListener;
+use tokio::task::AbortHandle;
 use tokio::time::timeout;
 
-use super::connections::Connections;
-use super::server::{Handler, Server};
 use super::stdio::{LONGEST, id_of, too_long};
-use super::token::Token;
-use crate::{Failure, Outcome, interrupt, output};
+use super::{Handler, Server};
+use crate::{Failure, Outcome, ending, output};
 
 /// The path of the only address.
 const PATH: &str = "/mcp";
@@ -68,7 +68,7 @@ pub async fn serve(server: Arc<Server>, address: SocketAddr, token: Token) -> Ou
                     continue;
                 }
             },
-            () = interrupt::signal() => return Ok(()),
+            () = ending::signal() => return Ok(()),
         };
         let guard = Arc::clone(&guard);
         connections.add(|admitted| {
@@ -247,9 +247,115 @@ fn is_host_here(host: &str) -> bool {
     }
 }
 
+/// Connections at once.
+const MAX_CONNECTIONS: usize = 64;
+
+/// The open ones, the oldest first.
+#[derive(Debug, Default)]
+struct Connections(Mutex<Vec<Connection>>);
+
+#[derive(Debug)]
+struct Connection {
+    task: AbortHandle,
+    /// Whether a request with the token came on it.
+    admitted: Arc<AtomicBool>,
+}
+
+impl Connections {
+    /// Serves a new connection by the task that `serve` starts; it is given the flag for a request with the token. Where
+    /// there are too many, the oldest without such a request is closed; where all have one, the new one is.
+    fn add(&self, serve: impl FnOnce(Arc<AtomicBool>) -> AbortHandle) {
+        let mut open = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        open.retain(|connection| !connection.task.is_finished());
+        if open.len() >= MAX_CONNECTIONS {
+            let silent = |one: &Connection| !one.admitted.load(Ordering::SeqCst);
+            let Some(oldest) = open.iter().position(silent) else {
+                return;
+            };
+            open.remove(oldest).task.abort();
+        }
+        let admitted = Arc::new(AtomicBool::new(false));
+        let task = serve(Arc::clone(&admitted));
+        open.push(Connection { task, admitted });
+    }
+}
+
+/// The variable that may hold it.
+pub const VARIABLE: &str = "NEARMISS_MCP_TOKEN";
+
+/// Fewest characters of a token.
+const SHORTEST: usize = 16;
+
+/// A token: that of the environment, or a random one that is printed.
+pub struct Token {
+    /// Two tokens take equally long to compare, whatever they have in common.
+    hash: [u8; 32],
+    /// The token itself, where it has to be printed.
+    printed: Option<String>,
+}
+
+impl Token {
+    /// The token of the environment, else a new one.
+    ///
+    /// # Errors
+    /// In words: that of the environment is too short, or there are no random numbers.
+    pub fn new(given: Option<&str>) -> Result<Self, String> {
+        match given {
+            Some(token) if token.len() >= SHORTEST => Ok(Self {
+                hash: hash(token),
+                printed: None,
+            }),
+            Some(_) => Err(format!(
+                "{VARIABLE} is too short; use {SHORTEST} characters or more, or leave it out for a random token"
+            )),
+            None => random().map(|token| Self {
+                hash: hash(&token),
+                printed: Some(token),
+            }),
+        }
+    }
+
+    /// Whether a header `Authorization` shows it.
+    pub fn is_in(&self, header: &str) -> bool {
+        let mut words = header.splitn(2, ' ');
+        let bearer = words
+            .next()
+            .is_some_and(|word| word.eq_ignore_ascii_case("bearer"));
+        bearer && hash(words.next().unwrap_or_default().trim()) == self.hash
+    }
+
+    /// What clients have to send.
+    pub fn words(&self) -> String {
+        match &self.printed {
+            Some(token) => {
+                format!("nearmiss: clients send the header `Authorization: Bearer {token}`")
+            }
+            None => format!(
+                "nearmiss: clients send the header `Authorization: Bearer …` with the token of {VARIABLE}"
+            ),
+        }
+    }
+}
+
+fn hash(text: &str) -> [u8; 32] {
+    Sha256::digest(text.as_bytes()).into()
+}
+
+/// 256 random bits in hexadecimal digits.
+///
+/// # Errors
+/// In words: the system gives none.
+fn random() -> Result<String, String> {
+    let mut bytes = [0; 32];
+    getrandom::fill(&mut bytes)
+        .map_err(|why| format!("the system gives no random numbers: {why}"))?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{is_host_here, is_origin_here};
+
+    use super::*;
 
     #[test]
     fn origins_and_hosts_of_this_machine() {
@@ -289,5 +395,26 @@ mod tests {
             assert!(!is_origin_here(&format!("http://{host}")), "{host}");
         }
         assert!(!is_origin_here("file://localhost") && !is_origin_here("null"));
+    }
+
+    #[test]
+    fn only_the_whole_token_is_taken() {
+        let Ok(token) = Token::new(Some("0123456789abcdef")) else {
+            panic!("long enough");
+        };
+        assert!(token.is_in("Bearer 0123456789abcdef") && token.is_in("bearer  0123456789abcdef"));
+        for wrong in [
+            "",
+            "Bearer",
+            "Bearer ",
+            "0123456789abcdef",
+            "Basic 0123456789abcdef",
+            "Bearer 0123456789abcde",
+        ] {
+            assert!(!token.is_in(wrong), "{wrong}");
+        }
+        assert!(Token::new(Some("short")).is_err());
+        assert!(Token::new(None).is_ok_and(|token| token.words().len() > 64));
+        assert_ne!(random(), random());
     }
 }

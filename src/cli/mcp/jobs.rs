@@ -1,20 +1,23 @@
-//! Jobs that take time: commands of this program in processes of their own, with progress, cancelled by ending them.
+//! Jobs: commands of this program in processes of their own, with progress, cancelled by ending them, within a budget.
 
 use std::io::Read;
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use rmcp::model::{CallToolResult, ContentBlock};
+use nearmiss_base::system::ProcessGroup;
+use rmcp::model::{CallToolResult, ContentBlock, ProgressNotificationParam, ProgressToken};
+use rmcp::service::{Peer, RequestContext, RoleServer};
 use serde_json::Value;
+use tokio::runtime::Handle;
 
+use super::TAKEN_BACK;
 use super::catalogue::{Gives, Job, JobOption, JobValue, is_moment};
 use super::places::Places;
-use super::progress::Progress;
-use super::server::TAKEN_BACK;
-use nearmiss_base::system::ProcessGroup;
 
 /// How often a job is looked at.
 const POLL: Duration = Duration::from_millis(50);
@@ -26,13 +29,13 @@ const GRACE: Duration = Duration::from_secs(3);
 const LONGEST_TIME: Duration = Duration::from_secs(3600);
 
 /// Longest result that is given, bytes.
-const LONGEST: u64 = 8 << 20;
+const LONGEST_OUTPUT: u64 = 8 << 20;
 
 /// What arguments are on the command line.
 ///
 /// # Errors
 /// In words: one is unknown, missing, or not of its kind.
-pub fn words(options: &[JobOption], given: &Value) -> Result<Vec<String>, String> {
+pub fn command_line(options: &[JobOption], given: &Value) -> Result<Vec<String>, String> {
     let missing = |option: &&JobOption| option.required && given[option.name].is_null();
     if let Some(missing) = options.iter().find(missing) {
         return Err(format!(
@@ -105,7 +108,7 @@ fn word(option: &JobOption, value: &Value) -> Result<String, String> {
 }
 
 /// An error of a command in the words of its arguments: clients have no options.
-pub fn told(options: &[JobOption], why: &str) -> String {
+pub fn with_argument_names(options: &[JobOption], why: &str) -> String {
     // What clap adds leads to a text that clients do not see.
     let why = why.replace("For more information, try '--help'.", "");
     let options = options.iter().filter(|option| !option.option.is_empty());
@@ -179,8 +182,8 @@ pub fn run(job: &Job, words: &[String], progress: &Progress) -> Result<Vec<u8>, 
             });
         }
     };
-    if given.len() as u64 > LONGEST {
-        Err(format!("the result has more than {LONGEST} bytes"))
+    if given.len() as u64 > LONGEST_OUTPUT {
+        Err(format!("the result has more than {LONGEST_OUTPUT} bytes"))
     } else {
         Ok(given)
     }
@@ -207,7 +210,7 @@ fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Option<JoinHandle<Vec
     let pipe = pipe?;
     Some(std::thread::spawn(move || {
         let mut bytes = Vec::new();
-        let mut pipe = pipe.take(LONGEST + 1);
+        let mut pipe = pipe.take(LONGEST_OUTPUT + 1);
         let _ = pipe.read_to_end(&mut bytes);
         // What is too long is refused above; it is still read, so that the command can end.
         let _ = std::io::copy(&mut pipe.into_inner(), &mut std::io::sink());
@@ -229,9 +232,118 @@ pub fn result(job: &Job, given: &[u8], places: &Places) -> CallToolResult {
     result
 }
 
-#[cfg(all(test, unix))]
+/// How often progress is told.
+const PROGRESS_INTERVAL: Duration = Duration::from_secs(1);
+
+/// The progress of a request.
+#[derive(Debug)]
+pub struct Progress {
+    /// Becomes true when the request is taken back.
+    pub cancel: Arc<AtomicBool>,
+    client: Peer<RoleServer>,
+    /// What the client knows it by, if it wants to know.
+    token: Option<ProgressToken>,
+    told: Mutex<Instant>,
+    runtime: Handle,
+}
+
+impl Progress {
+    /// That of a request, in a task of the server.
+    pub fn new(request: &RequestContext<RoleServer>) -> Self {
+        Self {
+            cancel: Arc::default(),
+            client: request.peer.clone(),
+            token: request.meta.get_progress_token(),
+            told: Mutex::new(Instant::now()),
+            runtime: Handle::current(),
+        }
+    }
+
+    /// Whether the request was taken back.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::SeqCst)
+    }
+
+    /// Tells the progress in words, once in [`PROGRESS_INTERVAL`], to clients that want to know.
+    pub fn tell(&self, done: usize, total: Option<usize>, words: &str) {
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(token) = self
+            .token
+            .as_ref()
+            .filter(|_| told.elapsed() >= PROGRESS_INTERVAL)
+        else {
+            return;
+        };
+        *told = Instant::now();
+        let mut progress =
+            ProgressNotificationParam::new(token.clone(), done as f64).with_message(words);
+        progress.total = total.map(|total| total as f64);
+        let client = self.client.clone();
+        // A client that has gone is not told.
+        self.runtime
+            .spawn(async move { client.notify_progress(progress).await });
+    }
+}
+
+/// The option and argument that limit the cost of one answer.
+pub const BUDGET: &str = "budget";
+
+/// Money that is left for a session, US dollars.
+#[derive(Debug)]
+pub struct SpendingLimit(Mutex<f64>);
+
+impl SpendingLimit {
+    /// One with so many US dollars.
+    pub fn new(usd: f64) -> Self {
+        Self(Mutex::new(usd))
+    }
+
+    /// Takes out what an answer may cost, US dollars: what its arguments say, or all that is left.
+    ///
+    /// # Errors
+    /// In words: nothing is left, or less than the arguments ask for.
+    pub fn reserve(&self, arguments: &Value) -> Result<f64, String> {
+        let mut left = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let asked = arguments[BUDGET].as_f64().unwrap_or(*left);
+        if asked < 0.0 {
+            return Err(format!(
+                "argument `{BUDGET}` is {asked}; it must not be negative"
+            ));
+        }
+        if *left <= 0.0 || asked > *left {
+            return Err(format!(
+                "the session has {:.4} USD left of its --budget, and this answer may cost {asked:.4}",
+                left.max(0.0)
+            ));
+        }
+        *left -= asked;
+        Ok(asked)
+    }
+
+    /// Puts back what an answer did not cost; nothing where the cost is not known.
+    pub fn settle(&self, reserved: f64, given: &[u8]) {
+        let line = given
+            .split(|byte| *byte == b'\n')
+            .next()
+            .unwrap_or_default();
+        let document: Value = serde_json::from_slice(line).unwrap_or_default();
+        if let Some(cost) = document["cost_usd"].as_f64() {
+            self.put_back((reserved - cost).max(0.0));
+        }
+    }
+
+    /// Puts back what nothing was paid of.
+    pub fn put_back(&self, usd: f64) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) += usd;
+    }
+}
+
+#[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+
+    use serde_json::json;
+
     use super::*;
 
     /// A shell that has begun to wait, with what it does when it is asked to end.
@@ -264,5 +376,23 @@ mod tests {
         end(&mut child);
         assert!(begun.elapsed() >= GRACE);
         assert!(child.try_wait().unwrap().is_some());
+    }
+
+    #[test]
+    fn a_session_spends_no_more_than_it_has() {
+        let purse = SpendingLimit::new(1.0);
+        let taken = |asked: Value| purse.reserve(&asked);
+        assert_eq!(taken(json!({"budget": 0.6})), Ok(0.6));
+        assert!(taken(json!({"budget": 0.6})).is_err());
+        // Less than nothing would add to what is left.
+        assert!(taken(json!({"budget": -5.0})).is_err());
+        assert!(taken(json!({"budget": 0.6})).is_err());
+        purse.settle(0.6, br#"{"cost_usd": 0.1}"#);
+        assert_eq!(taken(json!({"budget": 0.6})), Ok(0.6));
+        // An unknown cost may have been all of it.
+        purse.settle(0.6, b"interrupted");
+        let left = taken(json!({})).unwrap_or_default();
+        assert!((left - 0.3).abs() < 1e-9, "{left}");
+        assert!(taken(json!({})).is_err());
     }
 }

@@ -9,12 +9,12 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::catalogue::{CURSOR, EGO, FILTER, NUMBER, SCENARIO};
-use super::progress::Progress;
-use super::ranking::{Ranked, Worst};
+use super::jobs::Progress;
 use super::resources::page;
-use super::server::{Server, TAKEN_BACK};
+use super::scenes::{Ranked, Worst};
+use super::{Server, TAKEN_BACK};
 use crate::find::{FindDocument, search};
-use crate::index::{measured, request, usual};
+use crate::index::{default_options, measured, request};
 use crate::many_files::ManyFiles;
 use crate::parts::{Measured, write};
 use crate::{Failure, output};
@@ -56,7 +56,7 @@ pub fn list(server: &Server, arguments: &Value, progress: &Progress) -> Result<V
         progress.tell(place + 1, Some(all), "scenarios are measured");
     }
     Ranked::sort(&mut ranked);
-    said(&Page {
+    to_json(&Page {
         scenarios: ranked.drain(range).collect(),
         all,
         cursor,
@@ -103,7 +103,7 @@ pub fn inspect(server: &Server, arguments: &Value, _: &Progress) -> Result<Value
         .iter()
         .flat_map(|scene| in_short(&scene.ego.diagnostics));
     let warnings = in_short(&scenario.diagnostics).into_iter().chain(doubts);
-    said(&Inspected {
+    to_json(&Inspected {
         scenario: server.places.name(&entry),
         about: scenario.summary().into_iter().collect(),
         time_step: scenario.dt(),
@@ -128,7 +128,7 @@ struct Found {
 /// The windows that fit terms.
 pub fn find(server: &Server, arguments: &Value, progress: &Progress) -> Result<Value, String> {
     let filter = arguments[FILTER.name].as_str().unwrap_or_default();
-    let mut document = FindDocument::of(filter).map_err(words)?;
+    let mut document = FindDocument::of(filter).map_err(message)?;
     let entries = server.places.entries();
     let mut index = server.index.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = match &mut *index {
@@ -145,13 +145,13 @@ pub fn find(server: &Server, arguments: &Value, progress: &Progress) -> Result<V
         &server.thresholds,
         &progress.cancel,
     );
-    document.take(&found.map_err(words)?);
+    document.take(&found.map_err(message)?);
     let names = entries
         .iter()
         .map(|entry| (output::visible(&entry.display()), entry));
     let names: HashMap<String, &Entry> = names.collect();
     document.rename(|file| names.get(file).map(|entry| server.places.name(entry)));
-    said(&Found { document, left_out })
+    to_json(&Found { document, left_out })
 }
 
 /// Makes the index of what is served, anew where files have changed; how many scenarios it cannot have.
@@ -161,7 +161,7 @@ fn make(
     entries: &[Entry],
     progress: &Progress,
 ) -> Result<usize, String> {
-    let (options, thresholds) = (usual(), &server.thresholds);
+    let (options, thresholds) = (default_options(), &server.thresholds);
     let many = ManyFiles {
         resume: true,
         ..ManyFiles::default()
@@ -182,8 +182,8 @@ fn make(
             rows: Err(Failure::input(why)),
         })
     };
-    let request = request(folder, many, false, &options, thresholds).map_err(words)?;
-    let made = write(request, entries, &progress.cancel, measure).map_err(words)?;
+    let request = request(folder, many, false, &options, thresholds).map_err(message)?;
+    let made = write(request, entries, &progress.cancel, measure).map_err(message)?;
     if made.done.interrupted {
         Err(TAKEN_BACK.into())
     } else {
@@ -191,10 +191,10 @@ fn make(
     }
 }
 
-fn words(failure: Failure) -> String {
+fn message(failure: Failure) -> String {
     failure.message
 }
 
-fn said(document: &impl Serialize) -> Result<Value, String> {
+fn to_json(document: &impl Serialize) -> Result<Value, String> {
     serde_json::to_value(document).map_err(|why| why.to_string())
 }

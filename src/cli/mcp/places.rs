@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::ranking::{Ranks, Worst};
-use super::scenes::{Read, Scenes, as_is};
+use super::scenes::{Ranks, Read, Scenes, Worst, as_is};
 use nearmiss_base::system::{files_opened_by, shown_path};
 use nearmiss_formats::{EgoSelection, Entry, EntryLocation, bundled, find, find_recording};
 use nearmiss_scene::metrics::Thresholds;

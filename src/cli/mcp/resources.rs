@@ -1,14 +1,22 @@
-//! Scenarios as resources: their addresses, the list in pages, their texts.
+//! Resources and prompts: scenarios with their addresses and texts, and the messages a model would be sent about one.
 
 use std::ops::Range;
 
+use nearmiss_ask::llm;
+use nearmiss_formats::{Entry, EntryLocation};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::verdict::Task;
 use rmcp::ErrorData;
 use rmcp::model::{
-    ListResourcesResult, PaginatedRequestParams, ReadResourceResult, Resource, ResourceContents,
+    GetPromptRequestParams, GetPromptResult, ListResourcesResult, PaginatedRequestParams, Prompt,
+    PromptArgument, PromptMessage, ReadResourceResult, Resource, ResourceContents, Role,
 };
+use serde::Deserialize;
+use serde_json::Value;
 
+use super::catalogue::{EGO, Gives, Job, JobOption, JobValue, SCENARIO};
+use super::jobs;
 use super::places::Places;
-use nearmiss_formats::{Entry, EntryLocation};
 
 /// Resources of one page.
 const PAGE: usize = 200;
@@ -83,7 +91,10 @@ pub fn no_cursor(request: Option<PaginatedRequestParams>) -> Result<(), ErrorDat
 ///
 /// # Errors
 /// The cursor is none that was given.
-pub fn list(places: &Places, cursor: Option<&str>) -> Result<ListResourcesResult, ErrorData> {
+pub fn list_resources(
+    places: &Places,
+    cursor: Option<&str>,
+) -> Result<ListResourcesResult, ErrorData> {
     let entries = places.entries();
     let (range, next) =
         page(cursor, PAGE, entries.len()).map_err(|why| ErrorData::invalid_params(why, None))?;
@@ -104,7 +115,7 @@ pub fn list(places: &Places, cursor: Option<&str>) -> Result<ListResourcesResult
 ///
 /// # Errors
 /// There is none at this address, or it is too long, or it cannot be read.
-pub fn read(places: &Places, uri: &str) -> Result<ReadResourceResult, ErrorData> {
+pub fn read_resource(places: &Places, uri: &str) -> Result<ReadResourceResult, ErrorData> {
     let unknown = |why: String| ErrorData::resource_not_found(why, None);
     let entries = places.entries();
     let entry = { entries.iter() }
@@ -126,4 +137,110 @@ pub fn read(places: &Places, uri: &str) -> Result<ReadResourceResult, ErrorData>
     }
     let contents = ResourceContents::text(text, uri).with_mime_type(XML);
     Ok(ReadResourceResult::new(vec![contents]))
+}
+
+/// The command that fills templates.
+pub const PROMPT: Job = Job {
+    command: &["prompt", "show"],
+    gives: Gives::Json,
+    needs_ego: true,
+};
+
+/// Its arguments.
+pub const OPTIONS: &[JobOption] = &[
+    SCENARIO,
+    JobOption {
+        name: "at",
+        option: "--at",
+        value: JobValue::Whole(None, None),
+        about: "Time step at which the window ends.",
+        required: false,
+    },
+    EGO,
+];
+
+/// Frames that a verdict is asked in.
+const FRAMES: [Frame; 3] = [Frame::Ego, Frame::Cartesian, Frame::Metrics];
+
+/// Tasks whose prompts are served.
+const TASKS: [Task; 2] = [Task::Collision, Task::Safety];
+
+/// Task and frame of each prompt.
+fn all() -> impl Iterator<Item = (Task, Frame)> {
+    TASKS
+        .into_iter()
+        .flat_map(|task| FRAMES.map(|frame| (task, frame)))
+}
+
+fn name(task: Task, frame: Frame) -> String {
+    format!("{}-{}", task.name(), frame.name())
+}
+
+/// The list of prompts.
+pub fn list_prompts() -> Vec<Prompt> {
+    let arguments = OPTIONS.iter().map(|option| {
+        PromptArgument::new(option.name)
+            .with_description(option.about)
+            .with_required(option.required)
+    });
+    let arguments: Vec<PromptArgument> = arguments.collect();
+    let prompt = |(task, frame): (Task, Frame)| {
+        let about = format!(
+            "The {} question about a scenario, described in the {} frame.",
+            task.name(),
+            frame.name()
+        );
+        Prompt::new(name(task, frame), Some(about), Some(arguments.clone()))
+    };
+    all().map(prompt).collect()
+}
+
+/// The options of the command for a prompt, and its checked arguments.
+///
+/// # Errors
+/// In words: there is no such prompt, or an argument is unknown or no number.
+pub fn prompt_command(request: &GetPromptRequestParams) -> Result<(Vec<String>, Value), String> {
+    let is_meant = |(task, frame): &(Task, Frame)| name(*task, *frame) == request.name;
+    let (task, frame) = all().find(is_meant).ok_or_else(|| {
+        let name: String = request.name.chars().take(80).collect();
+        format!("no prompt `{name}`; prompts/list has all")
+    })?;
+    let mut arguments = request.arguments.clone().unwrap_or_default();
+    // Arguments of prompts are strings.
+    for (name, value) in &mut arguments {
+        if let Some(Ok(number)) = value.as_str().map(str::parse::<i64>)
+            && name != SCENARIO.name
+        {
+            *value = number.into();
+        }
+    }
+    let arguments = Value::Object(arguments);
+    let mut words = jobs::command_line(OPTIONS, &arguments)?;
+    words.push(format!("--task={}", task.name()));
+    words.push(format!("--frame={}", frame.name()));
+    Ok((words, arguments))
+}
+
+/// What is read of the filled template.
+#[derive(Deserialize)]
+struct Filled {
+    messages: Vec<llm::Message>,
+}
+
+/// The messages of the filled template.
+///
+/// # Errors
+/// In words: the command gave something else.
+pub fn filled_prompt(given: &[u8], places: &Places) -> Result<GetPromptResult, String> {
+    let text = places.told(&String::from_utf8_lossy(given));
+    let filled: Filled = serde_json::from_str(&text).map_err(|why| why.to_string())?;
+    let messages = filled.messages.into_iter().map(|message| {
+        // Prompts of the protocol have no system messages; the first user message carries it.
+        let role = match message.role {
+            llm::Role::Assistant => Role::Assistant,
+            _ => Role::User,
+        };
+        PromptMessage::new_text(role, message.content)
+    });
+    Ok(GetPromptResult::new(messages.collect()).with_description("The question about a scenario."))
 }

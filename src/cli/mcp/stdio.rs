@@ -18,9 +18,8 @@ use serde_json::error::Category;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::spawn_blocking;
 
-use super::server::{Handler, Server};
-use crate::interrupt;
-use crate::{Failure, Outcome};
+use super::{Handler, Server};
+use crate::{Failure, Outcome, ending};
 
 /// Longest message that is read, bytes.
 pub const LONGEST: u64 = 1 << 20;
@@ -46,7 +45,7 @@ pub async fn serve(server: &Arc<Server>) -> Outcome {
     };
     tokio::select! {
         served = served => served,
-        () = interrupt::signal() => Err(Failure::interrupted("")),
+        () = ending::signal() => Err(Failure::interrupted("")),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The table of the exact convention: every measure, between real bodies.
 
+use crate::files::RowFile;
 use crate::output::{Cell, Column, Kind, Row};
-use crate::row_file::RowFile;
 use nearmiss_scene::metrics::{Context, MEASURES, Reading, Thresholds};
 use nearmiss_scene::scenario::Scene;
 

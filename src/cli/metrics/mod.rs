@@ -17,12 +17,12 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::interrupt::interrupted;
+use super::ending::interrupted;
+use super::files::RowFile;
 use super::many_files::{Failed, Job, ManyFiles};
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
 use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, Target};
 use super::parts::is_folder;
-use super::row_file::RowFile;
 use super::{Failure, Outcome};
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::metrics::Thresholds;

@@ -1,7 +1,7 @@
 //! The table of the paper's convention: published columns in their order, the risk score, and identifying columns.
 
+use crate::files::RowFile;
 use crate::output::{self, Cell, Column, Kind};
-use crate::row_file::RowFile;
 use nearmiss_scene::metrics::paper::{Relation, Row, rows as measured};
 use nearmiss_scene::scenario::Scene;
 

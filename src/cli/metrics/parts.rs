@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{Metrics, Plan, measured, measured_rows, table};
-use crate::interrupt::interrupted;
+use crate::ending::interrupted;
 use crate::open::found;
 use crate::output::Format;
 use crate::parts::{Measured, PartsRequest, write};

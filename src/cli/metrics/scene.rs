@@ -1,8 +1,8 @@
 //! The table of whole scenes: the ego against all obstacles together, one row a step.
 
 use super::exact::{WHEN, cell, when};
+use crate::files::RowFile;
 use crate::output::{Column, Kind, Row};
-use crate::row_file::RowFile;
 use nearmiss_scene::metrics::{Context, SCENE_MEASURES, Thresholds};
 use nearmiss_scene::scenario::Scene;
 

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::driven::{self, DrivenScenario};
-use super::planners::{BUILT_IN, PlannerChoice};
+use super::options::{BUILT_IN, PlannerChoice};
 use super::{DriveRecord, PlannerOptions};
-use crate::interrupt::interrupted;
+use crate::ending::interrupted;
 use crate::many_files::{Job, NEXT};
 use crate::open::configuration;
 use crate::{Failure, output};
@@ -50,7 +50,7 @@ pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoS
         traffic: TrafficMode::Recorded,
         ..config.planning(default_planning())
     };
-    let mut kept = Kept::default();
+    let mut kept = CachedDrives::default();
     kept.drive(&planner, problem, entries, &settings)?;
     if kept.files.is_empty() {
         return Err(Failure::input(match entries {
@@ -71,14 +71,14 @@ pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoS
             None => Vec::new(),
         },
         said: kept.said,
-        settings: words(&settings, &planner),
+        settings: setting_values(&settings, &planner),
         sha256,
         folder,
     }))
 }
 
 /// The settings of drives by the names of the configuration; of a process those that it is run with, too.
-fn words(settings: &Settings, planner: &PlannerChoice) -> BTreeMap<String, String> {
+fn setting_values(settings: &Settings, planner: &PlannerChoice) -> BTreeMap<String, String> {
     let word = |value| match value {
         toml::Value::String(word) => word,
         other => other.to_string(),
@@ -103,14 +103,14 @@ fn words(settings: &Settings, planner: &PlannerChoice) -> BTreeMap<String, Strin
 
 /// Drives to keep.
 #[derive(Default)]
-struct Kept {
+struct CachedDrives {
     /// By file name.
     files: BTreeMap<String, Vec<u8>>,
     lines: String,
     said: Option<String>,
 }
 
-impl Kept {
+impl CachedDrives {
     fn drive(
         &mut self,
         planner: &PlannerChoice,

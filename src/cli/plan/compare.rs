@@ -1,24 +1,25 @@
-//! Two planners side by side: every scenario driven by both, and paired differences.
+//! Two planners side by side: every scenario driven by both, and paired differences of their figures.
 
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::{CollisionKind, Outcome as DriveOutcome, Settings};
+use nearmiss_formats::Entry;
+use nearmiss_scene::traffic_rules::Rule;
+use nearmiss_study::evaluation::statistics::PairedTest;
+use nearmiss_workflow::PlanError;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::differences;
 use super::driven::{self, DrivenScenario};
-use super::export::Export;
-use super::planners::PlannerChoice;
+use super::options::PlannerChoice;
+use super::table::{Export, OUTCOMES};
 use super::{DriveRecord, NotDrivenRecord, PlanArguments};
-use crate::interrupt::interrupted;
+use crate::ending::interrupted;
+use crate::files::Labels;
 use crate::json::Output;
 use crate::many_files::{Job, NEXT, RunJournal};
 use crate::output::Align::{Left, Right};
 use crate::output::{self, line};
-use crate::row_file::Labels;
 use crate::{Failure, Outcome};
-use nearmiss_drive::planner::Cancel;
-use nearmiss_drive::simulation::Settings;
-use nearmiss_formats::Entry;
-use nearmiss_workflow::PlanError;
 
 /// Longer names of scenarios push the columns behind them.
 const WIDEST: usize = 48;
@@ -112,7 +113,7 @@ fn widest(labels: &Labels) -> usize {
 }
 
 /// Both drives of a scenario; the second one is missing where it was cut short.
-type Pair = Result<(DrivenScenario, Option<DrivenScenario>), PlanError>;
+type ComparedPair = Result<(DrivenScenario, Option<DrivenScenario>), PlanError>;
 
 struct Comparison {
     json: bool,
@@ -175,7 +176,7 @@ impl Comparison {
         line("  ", &columns, cells)
     }
 
-    fn take(&mut self, entry: &Entry, pair: Pair) -> Result<(), Failure> {
+    fn take(&mut self, entry: &Entry, pair: ComparedPair) -> Result<(), Failure> {
         let (one, two) = match pair {
             Ok((one, Some(two))) => (one, two),
             Ok((_, None)) => return Ok(()),
@@ -235,7 +236,7 @@ impl Comparison {
             "95 % interval",
         ];
         out += &line("  ", &columns, &header);
-        let differences = differences::all(&self.pairs);
+        let differences = differences(&self.pairs);
         for difference in differences {
             let none = [difference.first, difference.second] == [Some(0.0), Some(0.0)];
             if difference.is_rule && none || difference.is_share {
@@ -284,7 +285,7 @@ impl Comparison {
     }
 
     fn record(&self) -> ComparisonRecord {
-        let differences = differences::all(&self.pairs);
+        let differences = differences(&self.pairs);
         let differences = differences.iter().map(|difference| {
             let test = difference.test.as_ref();
             let interval = test.and_then(|test| test.interval);
@@ -366,3 +367,143 @@ fn with(one: &DrivenScenario, two: &DrivenScenario) -> String {
 fn show(value: &impl Serialize) -> Result<(), Failure> {
     output::text(&output::json_line(value)?)
 }
+
+/// Both drives of a scenario.
+type DrivenPair = (DrivenScenario, DrivenScenario);
+
+/// A figure of both planners.
+struct Difference {
+    /// Its name in JSON.
+    key: &'static str,
+    /// In the table.
+    words: &'static str,
+    /// Decimals that are shown.
+    decimals: usize,
+    /// Scenarios in which both drives have it.
+    scenarios: usize,
+    /// Over these a count or a mean.
+    first: Option<f64>,
+    /// See `first`.
+    second: Option<f64>,
+    /// Of the differences in these.
+    test: Option<PairedTest>,
+    /// It counts drives that break a rule.
+    is_rule: bool,
+    /// It is the share that another one counts, in JSON alone.
+    is_share: bool,
+}
+
+/// The differences of all figures.
+fn differences(pairs: &[DrivenPair]) -> Vec<Difference> {
+    let count = |key, words, is: &dyn Fn(&DrivenScenario) -> bool| {
+        let figure = |driven: &DrivenScenario| Some(f64::from(u8::from(is(driven))));
+        of(pairs, (key, words, 0), true, &figure)
+    };
+    let mut all = Vec::new();
+    for name in OUTCOMES {
+        all.push(count(name, name, &|driven| driven.outcome().name() == name));
+        if name != "collision" {
+            continue;
+        }
+        all.extend(KINDS.iter().map(|(words, kind)| {
+            count(kind.name(), words, &|driven| {
+                driven.collision().is_some_and(|c| c.kind() == *kind)
+            })
+        }));
+    }
+    all.extend(Rule::ALL.map(|rule| Difference {
+        is_rule: true,
+        ..count(rule.name(), rule.text(), &|driven| {
+            driven.rules.broken().any(|broken| broken == rule)
+        })
+    }));
+    let beyond = |driven: &DrivenScenario| Some(f64::from(u8::from(driven.is_beyond_vehicle()?)));
+    all.push(of(
+        pairs,
+        ("undrivable_drives", "drives beyond the vehicle", 0),
+        true,
+        &beyond,
+    ));
+    all.extend(FIGURES.iter().map(|(key, words, decimals, figure)| {
+        // What a drive would have come to is not known where its planner failed.
+        let whole = |driven: &DrivenScenario| match driven.outcome() {
+            DriveOutcome::PlannerError(_) => None,
+            _ => figure(driven),
+        };
+        of(pairs, (key, words, *decimals), false, &whole)
+    }));
+    all.push(Difference {
+        is_share: true,
+        ..of(pairs, ("undrivable_share", "", 2), false, &beyond)
+    });
+    all
+}
+
+/// The difference of a figure over the scenarios in which both drives have it; means over these, and sums of counts over
+/// all drives that have them.
+fn of(
+    pairs: &[DrivenPair],
+    (key, words, decimals): (&'static str, &'static str, usize),
+    summed: bool,
+    figure: &dyn Fn(&DrivenScenario) -> Option<f64>,
+) -> Difference {
+    let both = pairs
+        .iter()
+        .filter_map(|(one, two)| Some((figure(one)?, figure(two)?)));
+    let both: Vec<(f64, f64)> = both.collect();
+    let whole = |own: &dyn Fn(&DrivenPair) -> Option<f64>, of_both: &dyn Fn(&(f64, f64)) -> f64| {
+        let counts: Vec<f64> = pairs.iter().filter_map(own).collect();
+        match (summed, both.len()) {
+            (true, _) => (!counts.is_empty()).then(|| counts.iter().sum()),
+            (false, 0) => None,
+            (false, n) => Some(both.iter().map(of_both).sum::<f64>() / n as f64),
+        }
+    };
+    let differences: Vec<f64> = both.iter().map(|(one, two)| one - two).collect();
+    Difference {
+        key,
+        words,
+        decimals,
+        scenarios: both.len(),
+        first: whole(&|pair| figure(&pair.0), &|both| both.0),
+        second: whole(&|pair| figure(&pair.1), &|both| both.1),
+        // One scenario says nothing about how much they differ.
+        test: (differences.len() > 1)
+            .then(|| PairedTest::of_differences(&differences))
+            .flatten(),
+        is_rule: false,
+        is_share: false,
+    }
+}
+
+/// A figure of a drive; nothing where the drive has none.
+type Measured = fn(&DrivenScenario) -> Option<f64>;
+
+/// What is compared beside the outcomes, with the decimals that are shown.
+const FIGURES: [(&str, &str, usize, Measured); 6] = [
+    ("near_misses", "near misses", 2, |d| {
+        d.near_misses.map(|n| n as f64)
+    }),
+    ("largest_deceleration", "strongest braking, m/s²", 2, |d| {
+        Some(d.drive.largest_deceleration())
+    }),
+    ("mean_jerk", "mean jerk, m/s³", 2, |d| {
+        d.drive.jerk().map(|j| j.0)
+    }),
+    ("max_jerk", "largest jerk, m/s³", 2, |d| {
+        d.drive.jerk().map(|j| j.1)
+    }),
+    ("seconds_to_goal", "time to goal, s", 2, |d| {
+        d.drive.seconds_to_goal()
+    }),
+    ("median_cycle_ms", "cycle, ms", 2, |d| {
+        d.milliseconds().map(|(median, _)| median)
+    }),
+];
+
+/// Collisions by kind.
+const KINDS: [(&str, CollisionKind); 3] = [
+    ("  ran into another", CollisionKind::RanInto),
+    ("  rear-ended", CollisionKind::RearEnded),
+    ("  side", CollisionKind::Side),
+];

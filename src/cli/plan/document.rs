@@ -5,12 +5,11 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::driven::DrivenScenario;
-use super::monitor_record::MonitorRecord;
-use super::rules::RuleRecord;
+use super::driven::{DrivenScenario, RuleRecord};
+use super::monitor::MonitorRecord;
+use crate::files::short_hash;
 use crate::json::Output;
 use crate::output;
-use crate::row_file::short_hash;
 use nearmiss_drive::planner::{Emergency, VehicleState};
 use nearmiss_drive::simulation::{BeyondVehicle, Cycle, ExternalReport, Outcome, PlannerFault};
 use nearmiss_formats::Entry;

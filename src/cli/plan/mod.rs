@@ -2,19 +2,11 @@
 
 pub mod as_ego;
 mod compare;
-mod differences;
 mod document;
 mod driven;
-mod export;
-mod figures;
 mod files;
 mod monitor;
-mod monitor_record;
-mod monitor_table;
 mod options;
-mod places;
-mod planners;
-mod rules;
 mod table;
 
 use std::io::{self, Write};
@@ -23,10 +15,10 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::interrupt::interrupted;
+use super::ending::interrupted;
+use super::files::Labels;
 use super::many_files::{Done, Job, RunJournal, Unit};
 use super::open::{configuration, found};
-use super::row_file::Labels;
 use super::set::{Assignment, assignment, settings};
 use super::{Failure, Outcome, output};
 pub use compare::ComparisonRecord;
@@ -35,18 +27,16 @@ pub use document::{
 };
 use driven::DrivenScenario;
 pub use driven::request;
-use export::Export;
 use files::{Files, Targets};
+pub use monitor::MonitorDryRun;
 use monitor::MonitorOptions;
-pub use monitor_record::MonitorDryRun;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::VehicleType;
 use nearmiss_workflow::PlanError;
 use options::RunOptions;
-pub use options::{PlannerSettings, ProblemOption};
-pub use planners::{PlannerOptions, identity};
-use table::Table;
+pub use options::{PlannerOptions, PlannerSettings, ProblemOption, identity};
+use table::{Export, OutcomeTable};
 
 /// Arguments of `plan`.
 #[derive(Debug, clap::Args)]
@@ -123,7 +113,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
     ))?;
     let cancel = Cancel::from_flag(&stop);
     check_earlier_drives(&journal, setup.is_some(), || {
-        planners::identity(&entries, problem, &settings, external?, &cancel)
+        options::identity(&entries, problem, &settings, external?, &cancel)
     })?;
     let unnamed = arguments.files.has_ego() && !arguments.files.names_vehicle();
     if unnamed && settings.planner.vehicle != VehicleType::Bmw320i {
@@ -147,7 +137,7 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
             arguments.files.overwrites(),
             &journal,
         )?,
-        table: Table::new(Labels::new(&entries), monitor.is_some(), planner.is_some()),
+        table: OutcomeTable::new(Labels::new(&entries), monitor.is_some(), planner.is_some()),
         begun: false,
         gone: false,
         kept: 0,
@@ -246,7 +236,7 @@ struct Drives<'a> {
     entries: &'a [Entry],
     journal: &'a RunJournal,
     targets: Targets<'a>,
-    table: Table,
+    table: OutcomeTable,
     /// The table in a file.
     export: Option<Export>,
     /// The table has a header.
@@ -373,9 +363,11 @@ impl Drives<'_> {
     fn end(mut self, done: Done) -> Outcome {
         let (missed, all) = (self.missed.input + self.missed.finding, self.entries.len());
         if !self.arguments.format.is_json() && done.count > 0 && (all > 1 || self.begun) {
-            let sum =
-                std::mem::replace(&mut self.table, Table::new(Labels::default(), false, false))
-                    .sum(missed);
+            let sum = std::mem::replace(
+                &mut self.table,
+                OutcomeTable::new(Labels::default(), false, false),
+            )
+            .sum(missed);
             self.show(&sum)?;
         }
         if self.kept > 0 {

@@ -1,17 +1,9 @@
-//! `plan --monitor`: which judge watches the drives, and what its questions cost.
+//! `plan --monitor`: which judge watches the drives, what it said of them, and what its questions cost.
 
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
-use tokio::runtime::{Builder, Runtime};
-
-use crate::ask::budget;
-use crate::many_files::{Job, NEXT};
-use crate::open::{judge_of, user_thresholds};
-use crate::templates::templates;
-use crate::{Failure, Outcome, output};
 use nearmiss_ask::llm::{Effort, Environment, Parameters, Registry};
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::planner::Cancel;
@@ -21,10 +13,18 @@ use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::Judge;
-use nearmiss_workflow::{Models, Monitor, MonitorCost, Server};
+use nearmiss_workflow::{Models, Monitor, MonitorAnswer, MonitorCost, MonitorReport, Server};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use tokio::runtime::{Builder, Runtime};
 
-use super::driven::request;
-use super::monitor_record::MonitorDryRun;
+use super::driven::{median, request};
+use crate::ask::budget;
+use crate::json::Output;
+use crate::many_files::{Job, NEXT};
+use crate::open::{judge_of, user_thresholds};
+use crate::prompts::templates;
+use crate::{Failure, Outcome, output};
 
 /// A judge beside the planner.
 #[derive(Debug, clap::Args, Serialize)]
@@ -281,5 +281,241 @@ impl MonitorSetup {
             output::counted(cost.questions, "question"),
             cost.tokens,
         )
+    }
+}
+
+/// What the questions of a monitor cost.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct MonitorDryRun {
+    /// The judge.
+    pub model: String,
+    /// Scenarios.
+    pub scenarios: usize,
+    /// Questions at most.
+    pub questions: usize,
+    /// Tokens of all questions, estimated.
+    pub input_tokens: u64,
+    /// Maximum cost, US dollars; null if it is not bounded.
+    pub most_usd: Option<f64>,
+    /// The budget, US dollars.
+    pub budget_usd: Option<f64>,
+}
+
+impl Output for MonitorDryRun {
+    const NAME: &'static str = "plan-dry-run";
+    const TITLE: &'static str = "`plan --monitor --dry-run --format json`: what the questions cost";
+}
+
+/// What a monitor said of a drive.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
+pub struct MonitorRecord {
+    /// The judge.
+    pub model: String,
+    /// It is asked so often.
+    #[schemars(extend("unit" = "s"))]
+    pub every_seconds: f64,
+    /// First and last step of each warning.
+    pub warnings: Vec<[i64; 2]>,
+    /// Time of the first warning.
+    #[schemars(extend("unit" = "s"))]
+    pub first_warning_seconds: Option<f64>,
+    /// contact or near_miss.
+    pub incident: Option<String>,
+    /// Its step.
+    pub incident_step: Option<i64>,
+    /// From the first warning to the incident.
+    #[schemars(extend("unit" = "s"))]
+    pub lead_seconds: Option<f64>,
+    /// Warnings without an incident.
+    pub false_alarms: usize,
+    /// The same per minute of the drive.
+    pub false_alarms_per_minute: Option<f64>,
+    /// Median of the measured latency.
+    #[schemars(extend("unit" = "s"))]
+    pub median_latency_seconds: Option<f64>,
+    /// The latency that the drive counts with.
+    #[schemars(extend("unit" = "s"))]
+    pub latency_in_force_seconds: Option<f64>,
+    /// Questions.
+    pub questions: usize,
+    /// Questions without a verdict.
+    pub without_verdict: usize,
+    /// Steps in which a warning braked.
+    pub braked_steps: usize,
+    /// The same as a time.
+    #[schemars(extend("unit" = "s"))]
+    pub braked_seconds: Option<f64>,
+    /// When it braked first.
+    #[schemars(extend("unit" = "s"))]
+    pub first_braking_seconds: Option<f64>,
+    /// Each answer.
+    pub answers: Vec<MonitorAnswerRecord>,
+}
+
+/// An answer of a monitor.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+pub struct MonitorAnswerRecord {
+    step: i64,
+    dangerous: Option<bool>,
+    latency_seconds: f64,
+    counts_from_step: i64,
+    run: Option<i64>,
+    stored: bool,
+    cost_usd: Option<f64>,
+}
+
+impl From<&MonitorAnswer> for MonitorAnswerRecord {
+    fn from(answer: &MonitorAnswer) -> Self {
+        Self {
+            step: answer.step,
+            dangerous: answer.dangerous,
+            latency_seconds: answer.latency,
+            counts_from_step: answer.from,
+            run: answer.run.map(|run| run.0),
+            stored: answer.stored,
+            cost_usd: answer.usd,
+        }
+    }
+}
+
+impl From<&MonitorReport> for MonitorRecord {
+    fn from(report: &MonitorReport) -> Self {
+        let warnings = report.warnings.iter();
+        Self {
+            model: report.judge.clone(),
+            every_seconds: report.every,
+            warnings: warnings.map(|w| [w.first, w.last]).collect(),
+            first_warning_seconds: report.first_warning(),
+            incident: report.incident.map(|incident| incident.name().into()),
+            incident_step: report.incident.map(|incident| incident.step()),
+            lead_seconds: report.lead,
+            false_alarms: report.false_alarms,
+            false_alarms_per_minute: report.false_alarms_per_minute(),
+            median_latency_seconds: report.latency(),
+            latency_in_force_seconds: report.latency_in_force(),
+            questions: report.answers.len(),
+            without_verdict: report.without_verdict(),
+            braked_steps: report.braked,
+            braked_seconds: Some(report.braking()),
+            first_braking_seconds: report.first_braking(),
+            answers: report
+                .answers
+                .iter()
+                .map(MonitorAnswerRecord::from)
+                .collect(),
+        }
+    }
+}
+
+/// Names of the columns of a monitor in the table.
+pub const HEADER: [&str; 7] = [
+    "warnings",
+    "first s",
+    "lead s",
+    "false/min",
+    "latency s",
+    "brakes s",
+    "braked s",
+];
+
+/// The cells of these columns.
+pub fn cells(report: &MonitorRecord) -> [String; 7] {
+    let number = |value: Option<f64>, decimals: usize| {
+        value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+    };
+    let warnings = match (report.warnings.len(), report.without_verdict) {
+        (warnings, 0) => warnings.to_string(),
+        (warnings, n) => format!("{warnings} ({n} unanswered)"),
+    };
+    [
+        warnings,
+        number(report.first_warning_seconds, 1),
+        number(report.lead_seconds, 1),
+        number(report.false_alarms_per_minute, 1),
+        number(report.latency_in_force_seconds, 3),
+        number(report.first_braking_seconds, 1),
+        number(report.braked_seconds.filter(|s| *s > 0.0), 1),
+    ]
+}
+
+/// What monitors said of all drives.
+#[derive(Debug, Default)]
+pub struct Totals {
+    drives: usize,
+    warnings: usize,
+    false_alarms: usize,
+    incidents: usize,
+    leads: Vec<f64>,
+    braked: usize,
+    seconds: f64,
+}
+
+impl Totals {
+    /// Counts a drive.
+    pub fn add(&mut self, report: &MonitorRecord) {
+        self.drives += 1;
+        self.warnings += report.warnings.len();
+        self.false_alarms += report.false_alarms;
+        self.incidents += usize::from(report.incident.is_some());
+        self.leads.extend(report.lead_seconds);
+        self.braked += usize::from(report.braked_steps > 0);
+        self.seconds += report.braked_seconds.unwrap_or(0.0);
+    }
+
+    /// The line below the table; nothing without a monitor.
+    pub fn line(mut self) -> Option<String> {
+        (self.drives > 0).then(|| {
+            self.leads.sort_by(f64::total_cmp);
+            let lead = median(&self.leads);
+            let lead = lead.map_or(String::new(), |lead| format!(", median lead {lead:.1} s"));
+            let braked = match self.braked {
+                0 => String::new(),
+                n => format!(
+                    "; braked in {} for {:.1} s",
+                    output::counted(n, "drive"),
+                    self.seconds
+                ),
+            };
+            format!(
+                "monitor: {}, {}; warned before {} of {}{lead}{braked}\n",
+                output::counted(self.warnings, "warning"),
+                output::counted(self.false_alarms, "false alarm"),
+                self.leads.len(),
+                output::counted(self.incidents, "incident"),
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_latency_in_force_and_the_braking_are_shown_and_all_drives_are_summed_up() {
+        let one = MonitorRecord {
+            warnings: vec![[3, 9]],
+            first_warning_seconds: Some(0.3),
+            lead_seconds: Some(1.2),
+            false_alarms_per_minute: Some(0.0),
+            median_latency_seconds: Some(0.001),
+            latency_in_force_seconds: Some(0.4),
+            incident: Some("contact".into()),
+            braked_steps: 7,
+            braked_seconds: Some(0.7),
+            first_braking_seconds: Some(0.3),
+            ..MonitorRecord::default()
+        };
+        let wanted = ["1", "0.3", "1.2", "0.0", "0.400", "0.3", "0.7"];
+        assert_eq!(cells(&one), wanted);
+        let quiet = MonitorRecord::default();
+        assert_eq!(cells(&quiet), ["0", "-", "-", "-", "-", "-", "-"]);
+        let mut totals = Totals::default();
+        totals.add(&one);
+        totals.add(&quiet);
+        let line = totals.line().unwrap_or_default();
+        let wanted = "monitor: 1 warning, 0 false alarms; warned before 1 of 1 incident, median lead 1.2 s; braked in 1 drive for 0.7 s\n";
+        assert_eq!(line, wanted);
+        assert_eq!(Totals::default().line(), None);
     }
 }

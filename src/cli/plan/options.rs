@@ -1,17 +1,22 @@
-//! Planner settings: from `--set`, else the configuration, else the defaults.
+//! Which planners drive (`--planner`), and their settings: from `--set`, else the configuration, else the defaults.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
 
+use nearmiss_base::system::{did_you_mean, is_program};
+use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::{Clock, ExternalOptions, ExternalPlanner, Settings, TrafficMode};
+use nearmiss_formats::Entry;
+use nearmiss_settings::{Config, PlannerKey};
+use nearmiss_study::evaluation::default_planning;
 use serde::Serialize;
 use toml::Value;
 
+use super::driven::request;
 use super::monitor::MonitorOptions;
-use super::planners::BUILT_IN;
-use crate::Failure;
 use crate::set::{Settable, number};
-use nearmiss_drive::simulation::{ExternalPlanner, Settings, TrafficMode};
-use nearmiss_settings::{Config, PlannerKey};
-use nearmiss_study::evaluation::default_planning;
+use crate::{Failure, output};
 
 /// Which planning problem is solved.
 #[derive(Debug, clap::Args)]
@@ -125,6 +130,183 @@ impl PlannerSettings {
         }
         Ok(settings)
     }
+}
+
+/// The built-in planner's name.
+pub const BUILT_IN: &str = "nearmiss";
+
+/// The recorded ego in place of a planner, beside one.
+pub const RECORDED: &str = "recorded";
+
+/// Planners that are processes.
+#[derive(Debug, Clone, clap::Args)]
+pub struct PlannerOptions {
+    /// Planner that drives: `nearmiss` (the built-in one), a [planner.NAME] of config.toml, or a command that speaks
+    /// the planner protocol, split into words without a shell (`nearmiss help planners`). `plan` compares two: paired
+    /// differences with intervals; `recorded` beside a planner is the recorded ego.
+    #[arg(long = "planner", value_name = "NAME|COMMAND", action = clap::ArgAction::Append)]
+    planners: Vec<String>,
+    /// Do not wait for the planner: a trajectory counts from the time step at which it is there, until then the one
+    /// before is driven. Measured times differ from run to run, and with them the drive.
+    #[arg(long, requires = "planners")]
+    real_time: bool,
+}
+
+/// A planner that was named.
+#[derive(Debug, Clone)]
+pub struct PlannerChoice {
+    /// Its name: that of the configuration, else its command.
+    pub name: String,
+    /// Its process; `None` for the built-in planner.
+    pub external: Option<Arc<ExternalPlanner>>,
+    /// It is the recorded ego.
+    pub is_recorded: bool,
+}
+
+impl PlannerOptions {
+    /// The planners that were named, in order; none for the built-in one without a word about it.
+    ///
+    /// # Errors
+    /// One of them is neither known nor a program.
+    pub fn chosen(
+        &self,
+        config: &Config,
+        timeout: Option<f64>,
+    ) -> Result<Vec<PlannerChoice>, Failure> {
+        if timeout.is_some() && self.planners.is_empty() {
+            return Err(Failure::input(
+                "--set timeout is for a planner that is a process: --planner NAME",
+            ));
+        }
+        let planners = self.planners.iter();
+        planners
+            .map(|said| self.choice(said, config, timeout))
+            .collect()
+    }
+
+    /// The one planner that was named, for commands that take only one.
+    ///
+    /// # Errors
+    /// See [`Self::chosen`]; several are named.
+    pub fn only(
+        &self,
+        config: &Config,
+        timeout: Option<f64>,
+    ) -> Result<Option<PlannerChoice>, Failure> {
+        let mut chosen = self.chosen(config, timeout)?;
+        match chosen.len() {
+            0 | 1 => Ok(chosen.pop()),
+            count => Err(Failure::input(format!(
+                "{count} planners are named, but only one can drive here"
+            ))),
+        }
+    }
+
+    /// The planner of this name or command, with nothing else said about it.
+    ///
+    /// # Errors
+    /// It is neither known nor a program.
+    pub fn named(said: &str, config: &Config) -> Result<PlannerChoice, Failure> {
+        let alone = Self {
+            planners: vec![said.into()],
+            real_time: false,
+        };
+        alone.choice(said, config, None)
+    }
+
+    fn choice(
+        &self,
+        said: &str,
+        config: &Config,
+        timeout: Option<f64>,
+    ) -> Result<PlannerChoice, Failure> {
+        let name = output::visible(said);
+        if said == BUILT_IN {
+            return if self.real_time && self.planners.len() == 1 {
+                Err(Failure::input(
+                    "--real-time needs a planner that is a process; the built-in planner is always waited for",
+                ))
+            } else {
+                Ok(PlannerChoice {
+                    name,
+                    external: None,
+                    is_recorded: false,
+                })
+            };
+        }
+        let known = config.external_planners();
+        let found = known.iter().find(|(known, _)| known == said);
+        // Only beside a planner: alone there is nothing to drive.
+        if said == RECORDED && found.is_none() && self.planners.len() == 2 {
+            return Ok(PlannerChoice {
+                name,
+                external: None,
+                is_recorded: true,
+            });
+        }
+        let mut options = match found {
+            Some((_, options)) => options.clone(),
+            None => command(said, known.iter().map(|(name, _)| name.as_str()))?,
+        };
+        if let Some(program) = options.command.first().filter(|p| !is_program(p)) {
+            let of = match found {
+                Some(_) => format!("`command` of [planner.{name}] in config.toml"),
+                None => format!("--planner {name}"),
+            };
+            let program = output::visible(program);
+            return Err(Failure::input(format!("{of}: no such program: {program}")));
+        }
+        if let Some(seconds) = timeout {
+            options.cycle = Duration::from_secs_f64(seconds);
+        }
+        if self.real_time {
+            options.clock = Clock::Real;
+        }
+        let external = Some(Arc::new(ExternalPlanner::new(name.clone(), options)));
+        Ok(PlannerChoice {
+            name,
+            external,
+            is_recorded: false,
+        })
+    }
+}
+
+/// Name and version of a planner as its process says them, asked with the first scenario that can be driven; nothing
+/// where it does not get ready.
+pub fn identity(
+    entries: &[Entry],
+    problem: Option<i64>,
+    settings: &Settings,
+    planner: &Arc<ExternalPlanner>,
+    cancel: &Cancel,
+) -> Option<(String, String)> {
+    let mut prepared =
+        { entries.iter() }.filter_map(|entry| request(entry, problem, settings).ok());
+    let prepared = prepared.next()?.driven_by(Some(Arc::clone(planner)));
+    let said = prepared.greet(cancel).ok()??;
+    let shown = |text: &str| output::visible(text);
+    Some((shown(&said.name), shown(&said.version))).filter(|(name, _)| !name.is_empty())
+}
+
+/// The options of a command that is no name of a planner.
+fn command<'a>(
+    said: &str,
+    known: impl Iterator<Item = &'a str>,
+) -> Result<ExternalOptions, Failure> {
+    let words = ExternalOptions::split_command(said)
+        .map_err(|why| Failure::input(format!("--planner {said}: {why}")))?;
+    // A name that is mistyped is no program.
+    if let [program] = &words[..]
+        && !is_program(program)
+    {
+        let all: Vec<&str> = std::iter::once(BUILT_IN).chain(known).collect();
+        return Err(Failure::input(format!(
+            "--planner {program}: no planner of this name and no such program{}; available: {}",
+            did_you_mean(program, all.iter().copied()),
+            all.join(", ")
+        )));
+    }
+    Ok(ExternalOptions::new(words))
 }
 
 #[cfg(test)]

@@ -1,15 +1,23 @@
-//! The table of outcomes: one line a scenario, printed as it finishes, and a summary.
+//! The table of outcomes: one line a scenario, printed as it finishes, and a summary; as a file with `--table`.
 //!
 //! It reads records, so drives that an earlier run has finished are shown like new ones.
 
-use super::document::DriveRecord;
-use super::driven::median;
-use super::monitor_table as monitor;
-use super::rules::{self, RuleCounts};
-use crate::output::Align::{Left, Right};
-use crate::output::{counted, line};
-use crate::row_file::Labels;
+use std::path::{Path, PathBuf};
+
 use nearmiss_drive::simulation::{CollisionKind, ContactSide, HitFromBehind};
+use nearmiss_scene::traffic_rules::Rule;
+
+use super::document::DriveRecord;
+use super::driven::{self, RuleCounts, median};
+use super::monitor;
+use crate::files::Labels;
+use crate::many_files::RunJournal;
+use crate::output::Align::{Left, Right};
+use crate::output::{
+    self, Cell, Column, ForSpreadsheet, Format, Kind, Row, Table, TableWriter, Target, counted,
+    line,
+};
+use crate::{Failure, Outcome};
 
 /// The outcomes, in the order in which they are listed.
 pub const OUTCOMES: [&str; 6] = [
@@ -25,7 +33,7 @@ pub const OUTCOMES: [&str; 6] = [
 const FIGURES: [&str; 4] = ["brake m/s²", "jerk m/s³", "goal s", "near miss"];
 
 /// What the columns behind the scenario's name are called.
-const HEADER: [&str; 7] = [
+const TITLES: [&str; 7] = [
     "outcome",
     "with",
     "sides",
@@ -39,7 +47,7 @@ const HEADER: [&str; 7] = [
 const WIDEST: usize = 48;
 
 /// The table in the making.
-pub struct Table {
+pub struct OutcomeTable {
     /// Columns of the scenarios' names.
     labels: Labels,
     width: usize,
@@ -70,7 +78,7 @@ pub struct Table {
     planner: Option<String>,
 }
 
-impl Table {
+impl OutcomeTable {
     /// A table of scenarios that are called so.
     pub fn new(labels: Labels, monitored: bool, compared: bool) -> Self {
         Self {
@@ -99,7 +107,7 @@ impl Table {
             &[]
         };
         let figures: &[&str] = if self.compared { &FIGURES } else { &[] };
-        self.line("scenario", &HEADER, &[monitor, figures].concat())
+        self.line("scenario", &TITLES, &[monitor, figures].concat())
     }
 
     /// Counts a drive, and shows it as a line.
@@ -164,7 +172,7 @@ impl Table {
             remarks.push(format!("{} reacted", drive.reacted));
         }
         self.rules.add(drive);
-        remarks.extend(rules::words(drive));
+        remarks.extend(driven::broken_rules_note(drive));
         let process = drive.external_planner.as_ref();
         let beyond = process.and_then(|process| process.beyond_vehicle());
         self.undrivable += usize::from(beyond.is_some());
@@ -259,4 +267,106 @@ fn figures(drive: &DriveRecord) -> [String; 4] {
         number(drive.seconds_to_goal),
         { drive.near_misses }.map_or("-".into(), |n| n.to_string()),
     ]
+}
+
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, Format)] = &[
+    ("csv", Format::Csv),
+    ("json", Format::Json),
+    ("jsonl", Format::Json),
+    ("parquet", Format::Parquet),
+];
+
+/// The columns of drives, and behind them one for each rule with what became of it.
+fn columns() -> Vec<Column> {
+    let rules = Rule::ALL.iter().map(|rule| Column {
+        name: format!("rule_{}", rule.name()).into(),
+        ..Column::new("", Kind::Text, "", "what became of the traffic rule").optional()
+    });
+    nearmiss_record::columns::<DriveRecord>()
+        .into_iter()
+        .chain(rules)
+        .collect()
+}
+
+/// The table in the making; none where none is asked for.
+pub struct Export {
+    file: PathBuf,
+    format: Format,
+    spreadsheet: ForSpreadsheet,
+    target: Target,
+    rows: Vec<Row>,
+}
+
+impl Export {
+    /// Begins a table in this file.
+    ///
+    /// # Errors
+    /// Its ending is unknown, or it cannot be written, or it exists and is not that of the run that is continued.
+    pub fn begin(
+        (file, spreadsheet): (Option<&Path>, ForSpreadsheet),
+        overwrite: bool,
+        run: &RunJournal,
+    ) -> Result<Option<Self>, Failure> {
+        let Some(file) = file else {
+            spreadsheet.check(false)?;
+            return Ok(None);
+        };
+        let format = output::format_of_name(file, ENDINGS).ok_or_else(|| {
+            Failure::input(format!(
+                "--table {}: unknown file extension; known are .csv, .json, .jsonl and .parquet",
+                file.display()
+            ))
+        })?;
+        spreadsheet.check(format == Format::Csv)?;
+        let run_folder = run.folder().filter(|_| !overwrite && file.exists());
+        if let Some(folder) = run_folder.filter(|_| !run.wrote_table(file)) {
+            return Err(Failure::input(format!(
+                "--table {}: exists, and is not the table of the run in {} or was changed since; name another file, or replace it with --overwrite",
+                file.display(),
+                folder.display()
+            )));
+        }
+        Ok(Some(Self {
+            file: file.to_path_buf(),
+            format,
+            spreadsheet,
+            target: Target::begin(Some(file), overwrite || run_folder.is_some())?,
+            rows: Vec::new(),
+        }))
+    }
+
+    /// Adds a drive.
+    ///
+    /// # Errors
+    /// Never in practice: a record has a row.
+    pub fn add(&mut self, drive: &DriveRecord) -> Outcome {
+        let mut row = nearmiss_record::row(drive).map_err(Failure::input)?;
+        row.extend(Rule::ALL.iter().map(|rule| {
+            let found = drive.rules.iter().find(|one| one.rule == rule.name());
+            found.map_or(Cell::None(""), |one| one.status.clone().into())
+        }));
+        self.rows.push(row);
+        Ok(())
+    }
+
+    /// Writes the table of a run.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn finish(self, run: &RunJournal) -> Outcome {
+        let mut table = Table::new("drives", columns());
+        table.for_spreadsheet = self.spreadsheet.is_asked();
+        let rows = table.encode(self.format, self.rows);
+        let written =
+            TableWriter::begin(self.target, self.format, &table).and_then(|mut writer| {
+                writer.write(rows)?;
+                writer.finish()
+            });
+        match output::written(Some(&self.file), written)? {
+            Some(target) => target.finish()?,
+            None => return Ok(()),
+        }
+        run.note_table(&self.file)
+    }
 }

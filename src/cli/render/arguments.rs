@@ -6,10 +6,9 @@ use serde::Serialize;
 
 use super::certificate::CertificateOption;
 use crate::Failure;
-use crate::at::{AT, At};
 use crate::many_files::ManyFiles;
 use crate::open::{EgoChoice, task};
-use crate::span::history;
+use crate::span::{AT, At, history};
 use nearmiss_ask::prompts::Defaults;
 use nearmiss_base::system::unknown;
 use nearmiss_render::{FigureContent, FigureOptions, Format, MILLIMETRE, MapExtent, PIXEL};

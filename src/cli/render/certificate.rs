@@ -1,23 +1,24 @@
-//! `--with-certificate`: the drive in a variant and the good driver who survives it, one above the other, as pictures or
-//! as a film.
+//! Variants in pictures: the good driver who survives one (`--with-certificate`), and both motions of each attacker.
 
 use std::ops::Range;
+use std::path::Path;
 use std::sync::Arc;
 
+use nearmiss_drive::generation::{AttackerRecord, DELAYS};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_render::{
+    Figure, FigureGrid, FigureOptions, GridRow, MapExtent, PAGE, Picture, Subject, Variation,
+    Variations,
+};
+use nearmiss_scene::metrics::{Context, Series, Thresholds, measure};
+use nearmiss_scene::scenario::{Scenario, Scene};
+use nearmiss_workflow::VariantOrigin;
 use serde::Serialize;
 
 use super::arguments::RenderContent;
 use super::{Drawing, Timeline};
-use crate::open::{Opened, scene_and_doubts};
+use crate::open::{Opened, entry, scene_and_doubts};
 use crate::{Failure, Outcome, output};
-use nearmiss_drive::generation::DELAYS;
-use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_render::{
-    Figure, FigureGrid, FigureOptions, GridRow, MapExtent, PAGE, Picture, Subject,
-};
-use nearmiss_scene::metrics::{Context, Series, Thresholds, measure};
-use nearmiss_scene::scenario::Scene;
-use nearmiss_workflow::VariantOrigin;
 
 /// The good driver beside the drive in a variant.
 #[derive(Debug, clap::Args, Serialize)]
@@ -215,4 +216,86 @@ fn picture(
         size,
     };
     grid.picture().map_err(|error| error.to_string())
+}
+
+/// A variant's original, and how the two differ.
+pub struct Original {
+    /// Where it is.
+    pub entry: Entry,
+    /// The original.
+    pub scenario: Arc<Scenario>,
+    /// What the manifest says of the variant.
+    pub origin: VariantOrigin,
+}
+
+impl Original {
+    /// The original of an entry; `None` if there is no manifest of `nearmiss generate` beside it.
+    ///
+    /// # Errors
+    /// The original is not available, and why.
+    pub fn find(entry: &Entry) -> Result<Option<Self>, String> {
+        let Some(origin) = VariantOrigin::read(entry) else {
+            return Ok(None);
+        };
+        match origin.original() {
+            Some((entry, scenario)) => Ok(Some(Self {
+                entry,
+                scenario,
+                origin,
+            })),
+            None => Err(format!(
+                "{}; name it with --original FILE",
+                origin.missing()
+            )),
+        }
+    }
+
+    /// The scenario that `--original` names for an entry.
+    ///
+    /// # Errors
+    /// It cannot be read, there is no manifest beside the entry, or it names another original.
+    pub fn named(variant: &Entry, original: &Path) -> Result<Self, Failure> {
+        let origin = VariantOrigin::read(variant).ok_or_else(|| {
+            Failure::input(format!(
+                "--original: {} has no manifest of `nearmiss generate` (NAME.json) beside it",
+                variant.display()
+            ))
+        })?;
+        let entry = entry(original)?;
+        let scenario = entry.read().map_err(Failure::input)?;
+        if origin.is_original(&scenario) {
+            Ok(Self {
+                entry,
+                scenario,
+                origin,
+            })
+        } else {
+            Err(Failure::input(format!(
+                "--original {}: its SHA-256 is {}, but {} was generated from {} with {}",
+                original.display(),
+                scenario.hash,
+                variant.display(),
+                output::visible(&origin.manifest.original.benchmark_id),
+                output::visible(&origin.manifest.original.sha256)
+            )))
+        }
+    }
+
+    /// Both motions of each attacker, in a variant of this.
+    pub fn variations<'a>(&'a self, variant: &'a Scenario) -> Variations<'a> {
+        let both = |attacker: &AttackerRecord| {
+            Some(Variation {
+                recorded: self.scenario.obstacle(attacker.id)?,
+                changed: variant.obstacle(attacker.id)?,
+                from: attacker.from_step,
+                shows_changed: true,
+            })
+        };
+        self.origin
+            .manifest
+            .attackers
+            .iter()
+            .filter_map(both)
+            .collect()
+    }
 }

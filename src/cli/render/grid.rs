@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::arguments::GridShape;
-use super::original::Original;
+use super::certificate::Original;
 use super::{Drawing, Timeline, without_ego};
 use crate::open::{Opened, scene_beside};
 use crate::{Failure, Outcome, output};

@@ -1,31 +1,26 @@
-//! `nearmiss report`: accuracy of stored or recorded answers, as tables for papers.
+//! `nearmiss report`: accuracy of stored or recorded answers, as tables and figures for papers.
 
-mod answers;
-pub mod claims;
-mod figure;
 mod of_batch;
-mod of_folder;
 mod of_store;
-mod parquet;
-mod pivot;
 pub mod truth;
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::declared::Declared;
-use super::evaluate::part_of_split;
-use super::filters::{FilterOption, LAST, last_batch, store_to_read};
-use super::gate::{Gate, both};
-use super::output::{self, Target, file_of};
-use super::{Failure, Outcome};
+use nearmiss_render::{Format as PictureFormat, Palette};
 use nearmiss_store::{Filter, SplitPart};
 use nearmiss_study::evaluation::report::{
     self, AxesDocument, Comparison, Document, FlatRows, Pivot, Report, ReportFigure, SplitReport,
 };
 use nearmiss_study::evaluation::{AnswerPage, Cluster, PromptConfig, Provenance, Scored};
 use nearmiss_study::paper::Paper;
-use pivot::PivotOptions;
+
+use super::evaluate::part_of_split;
+use super::filters::{FilterOption, LAST, last_batch, store_to_read};
+use super::gate::{Declared, Gate, both};
+use super::output::{self, Format, TableWriter, Target, file_of};
+use super::{Failure, Outcome};
+use of_batch::PivotOptions;
 
 /// Arguments of `report`.
 #[derive(Debug, clap::Args)]
@@ -85,7 +80,7 @@ pub struct ReportArguments {
     gate: Gate,
     /// Format of the report [default: from the file name, else md].
     #[arg(long, value_enum)]
-    format: Option<Format>,
+    format: Option<ReportFormat>,
     #[command(flatten)]
     spreadsheet: output::ForSpreadsheet,
     /// File to write; - is standard output, which is the default.
@@ -100,7 +95,7 @@ pub struct ReportArguments {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Format {
+enum ReportFormat {
     /// Markdown tables.
     Md,
     /// LaTeX tables with the rules of booktabs.
@@ -118,16 +113,16 @@ enum Format {
 }
 
 /// What the endings of names ask for.
-const ENDINGS: &[(&str, Format)] = &[
-    ("md", Format::Md),
-    ("markdown", Format::Md),
-    ("tex", Format::Latex),
-    ("csv", Format::Csv),
-    ("parquet", Format::Parquet),
-    ("json", Format::Json),
-    ("jsonl", Format::Json),
-    ("html", Format::Html),
-    ("htm", Format::Html),
+const ENDINGS: &[(&str, ReportFormat)] = &[
+    ("md", ReportFormat::Md),
+    ("markdown", ReportFormat::Md),
+    ("tex", ReportFormat::Latex),
+    ("csv", ReportFormat::Csv),
+    ("parquet", ReportFormat::Parquet),
+    ("json", ReportFormat::Json),
+    ("jsonl", ReportFormat::Json),
+    ("html", ReportFormat::Html),
+    ("htm", ReportFormat::Html),
 ];
 
 /// A report, of the one kind or the other.
@@ -161,23 +156,23 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
     let spreadsheet = arguments.spreadsheet;
     if let Some(figure) = arguments.figure {
         spreadsheet.check(false)?;
-        return figure::write(arguments, figure, file);
+        return write_figure(arguments, figure, file);
     }
     let known = ".md, .tex, .csv, .parquet, .json and .html";
-    let format = output::format_of(arguments.format, file, Format::Md, (ENDINGS, known))?;
-    if format == Format::Parquet {
+    let format = output::format_of(arguments.format, file, ReportFormat::Md, (ENDINGS, known))?;
+    if format == ReportFormat::Parquet {
         output::check_format(output::Format::Parquet, file)?;
     }
-    spreadsheet.check(format == Format::Csv || arguments.pairs.is_some())?;
+    spreadsheet.check(format == ReportFormat::Csv || arguments.pairs.is_some())?;
     if (arguments.pairs.as_deref()).is_some_and(|pairs| file_of(Some(pairs)) == file) {
         return Err(Failure::input(
             "--pairs: the report itself is written there; name another file",
         ));
     }
     let (made, lost) = match (&arguments.paper, &arguments.folder) {
-        (Some(folder), _) => of_folder::paper(folder)?,
-        (None, Some(folder)) => of_folder::made(arguments, folder, format)?,
-        (None, None) => (of_store::made(arguments, format)?, 0),
+        (Some(folder), _) => of_store::paper_report(folder)?,
+        (None, Some(folder)) => of_store::folder_report(arguments, folder, format)?,
+        (None, None) => (of_store::store_report(arguments, format)?, 0),
     };
     let target = Target::begin(file, arguments.overwrite)?;
     // Both can be begun, or neither is written.
@@ -188,11 +183,11 @@ pub fn run(arguments: &ReportArguments) -> Outcome {
         .transpose()?;
     let provenance = made.provenance();
     match format {
-        Format::Parquet => parquet::write((file, target), made.rows(), provenance)?,
-        Format::Csv => target.save(&spreadsheet.applied(made.text(format)?.into_bytes()))?,
+        ReportFormat::Parquet => write_parquet((file, target), made.rows(), provenance)?,
+        ReportFormat::Csv => target.save(&spreadsheet.applied(made.text(format)?.into_bytes()))?,
         _ => target.save(made.text(format)?.as_bytes())?,
     }
-    if let (Format::Csv, Some(provenance)) = (format, provenance) {
+    if let (ReportFormat::Csv, Some(provenance)) = (format, provenance) {
         output::say(&format!("nearmiss: {}", provenance.summary()));
     }
     if is_flat(format) && made.reports().any(|report| !report.varied.is_empty()) {
@@ -257,8 +252,8 @@ fn share(word: &str) -> Result<f64, String> {
 }
 
 /// Whether a format has one row a cell, and nothing else.
-fn is_flat(format: Format) -> bool {
-    matches!(format, Format::Csv | Format::Parquet)
+fn is_flat(format: ReportFormat) -> bool {
+    matches!(format, ReportFormat::Csv | ReportFormat::Parquet)
 }
 
 impl AnyReport {
@@ -303,7 +298,7 @@ impl AnyReport {
     }
 
     /// A table of cells has no place for pairs.
-    fn hint_at_pairs(&self, format: Format) {
+    fn hint_at_pairs(&self, format: ReportFormat) {
         let pairs: usize = self.reports().map(|report| report.pairs.len()).sum();
         if is_flat(format) && pairs > 0 {
             output::say(&format!(
@@ -312,11 +307,11 @@ impl AnyReport {
         }
     }
 
-    fn text(&self, format: Format) -> Result<String, Failure> {
+    fn text(&self, format: ReportFormat) -> Result<String, Failure> {
         Ok(match format {
-            Format::Md => self.document().markdown(),
-            Format::Latex => self.document().latex(),
-            Format::Html => {
+            ReportFormat::Md => self.document().markdown(),
+            ReportFormat::Latex => self.document().latex(),
+            ReportFormat::Html => {
                 let none = AnswerPage::default();
                 self.document().html(match self {
                     Self::Report(report) => &report.answers,
@@ -325,8 +320,8 @@ impl AnyReport {
                     Self::Pivot(_) => &none,
                 })
             }
-            Format::Csv | Format::Parquet => self.rows().csv(),
-            Format::Json => match self {
+            ReportFormat::Csv | ReportFormat::Parquet => self.rows().csv(),
+            ReportFormat::Json => match self {
                 Self::Report(report) => output::document_line(&report.json())?,
                 Self::Split(split) => output::document_line(&split.json())?,
                 Self::Paper(paper) => output::document_line(&paper.json())?,
@@ -343,4 +338,60 @@ impl AnyReport {
             Self::Pivot(pivot) => pivot.document(),
         }
     }
+}
+
+/// Writes the rows of a report.
+fn write_parquet(
+    (file, target): (Option<&Path>, Target),
+    rows: FlatRows,
+    provenance: Option<&Provenance>,
+) -> Outcome {
+    let FlatRows { mut table, rows } = rows;
+    table
+        .metadata
+        .push(("version", env!("CARGO_PKG_VERSION").into()));
+    if let Some(provenance) = provenance {
+        let provenance = serde_json::to_string(provenance).map_err(Failure::input)?;
+        table.metadata.push(("provenance", provenance));
+    }
+    let rows = table.encode(Format::Parquet, rows);
+    let written = TableWriter::begin(target, Format::Parquet, &table).and_then(|mut writer| {
+        writer.write(rows)?;
+        writer.finish()
+    });
+    match output::written(file, written)? {
+        Some(target) => target.finish(),
+        None => Ok(()),
+    }
+}
+
+/// What the endings of names ask for.
+const FIGURE_ENDINGS: &[(&str, PictureFormat)] =
+    &[("svg", PictureFormat::Svg), ("png", PictureFormat::Png)];
+
+/// Writes a figure of the answers that the arguments choose.
+fn write_figure(arguments: &ReportArguments, figure: ReportFigure, file: Option<&Path>) -> Outcome {
+    let format = output::format_of(
+        None,
+        file,
+        PictureFormat::Svg,
+        (FIGURE_ENDINGS, ".svg and .png"),
+    )?;
+    // Its notes go into the file.
+    let made = match &arguments.folder {
+        Some(folder) => of_store::folder_report(arguments, folder, ReportFormat::Md)?.0,
+        None => of_store::store_report(arguments, ReportFormat::Md)?,
+    };
+    let palette = Palette::paper();
+    let picture = match (&made, made.reports().next()) {
+        (AnyReport::Pivot(pivot), _) => pivot.bars(palette),
+        (_, Some(report)) => report.figure(figure, arguments.pivot.measure(), palette),
+        (_, None) => return Err(Failure::input("--figure: nothing to draw")),
+    };
+    let named = |why: String| Failure::input(format!("--figure {}: {why}", figure.name()));
+    let picture = picture.map_err(named)?;
+    let bytes = format
+        .encode(&picture, format.usual_dpi())
+        .map_err(|error| named(error.to_string()))?;
+    Target::begin(file, arguments.overwrite)?.save(&bytes)
 }

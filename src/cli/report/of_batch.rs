@@ -1,31 +1,38 @@
-//! The report of a batch from `evaluate`.
+//! The report of a batch from `evaluate`: tables, also over chosen axes, and a page of its answers.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::{AnyReport, Format, ReportArguments, answers as answers_page, claims, pivot};
-use crate::{Failure, open, output};
 use nearmiss_ask::prompts::Library;
 use nearmiss_base::system::without_folders;
+use nearmiss_formats::Entry;
 use nearmiss_store::{BatchId, Filter, Item, ItemState, RunId, SplitPart, Store};
 use nearmiss_study::evaluation::batch::{
     self, Answers, QuestionBuilder, SceneDescriptions, Spec, SpecError, TestSplit,
     UnjudgedScenario, with_judge_verdicts,
 };
 use nearmiss_study::evaluation::report::{
-    AskedFacts, Pivot, PivotRequest, Report, ReportSubject, SplitReport, TruthSubject, Varied,
+    AskedFacts, Axis, Measure, Pivot, PivotRequest, Report, ReportFigure, ReportSubject,
+    SplitReport, TruthSubject, Varied,
 };
 use nearmiss_study::evaluation::{
-    AnswerPage, AnswerStatus, Lead, Provenance, RuleScore, leaks, note_on_score, rules, validate,
+    AnswerCase, AnswerPage, AnswerStatus, Lead, Provenance, RuleScore, leaks, note_on_score, rules,
+    validate,
 };
+use nearmiss_workflow::answer_page;
+
+use super::truth::{self, known_files};
+use super::{AnyReport, ReportArguments, ReportFormat};
+use crate::progress::LateProgress;
+use crate::{Failure, Outcome, open, output};
 
 /// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with;
 /// of a batch with a split each part alone, and of a locked test split its progress.
-pub fn made(
+pub fn batch_report(
     arguments: &ReportArguments,
     store: &Store,
     id: BatchId,
-    format: Format,
+    format: ReportFormat,
 ) -> Result<AnyReport, Failure> {
     let Some(batch) = store.batch(id).map_err(Failure::input)? else {
         return Err(Failure::input(format!(
@@ -64,13 +71,13 @@ pub fn made(
     };
     if let Some(request) = arguments.pivot.request() {
         let Part { answers, about, .. } = part(one_part()?)?;
-        let table = pivot::made(store, &answers.cases(), request)?;
+        let table = pivot_report(store, &answers.cases(), request)?;
         return Ok(AnyReport::Pivot(Box::new(table.about(about))));
     }
     let page = |parts: &[&Part]| match format {
-        Format::Html => {
+        ReportFormat::Html => {
             let cases: Vec<_> = parts.iter().flat_map(|part| part.answers.cases()).collect();
-            answers_page::page(store, &cases, Vec::new())
+            page_of_answers(store, &cases, Vec::new())
         }
         _ => Ok(AnswerPage::default()),
     };
@@ -300,7 +307,7 @@ fn checked(store: &Store, answers: &mut Answers) -> Result<Option<String>, Failu
     }
     let mut runs = store.outcomes(&Filter::default()).map_err(Failure::input)?;
     runs.retain(|run| counts.contains_key(&run.run));
-    let unchecked = claims::complete(store, &mut runs, Vec::new())?;
+    let unchecked = truth::complete_claims(store, &mut runs, Vec::new())?;
     for run in &runs {
         if let Some(one) = counts
             .get(&run.run)
@@ -338,21 +345,25 @@ fn judged(answers: &mut Answers, items: &[Item], spec: &Spec) -> Option<String> 
         "For κ, the built-in judge answered the questions of {}; the batch holds no verdict of it on them.",
         output::counted(verdicts, "answer")
     );
-    Some(match words(&found.unjudged) {
+    Some(match unjudged_note(&found.unjudged) {
         None => asked,
         Some(words) => format!("{asked} It could not be asked about {words}."),
     })
 }
 
 /// Scenarios that are named each.
-const NAMED: usize = 3;
+const MAX_LISTED: usize = 3;
 
-fn words(unjudged: &[UnjudgedScenario]) -> Option<String> {
-    let named = unjudged.iter().take(NAMED);
+fn unjudged_note(unjudged: &[UnjudgedScenario]) -> Option<String> {
+    let named = unjudged.iter().take(MAX_LISTED);
     let named: Vec<String> = named
         .map(|one| format!("{} ({})", one.scenario, one.why))
         .collect();
-    let more = if unjudged.len() > NAMED { ", …" } else { "" };
+    let more = if unjudged.len() > MAX_LISTED {
+        ", …"
+    } else {
+        ""
+    };
     let count = match unjudged.len() {
         0 => return None,
         1 => "1 scenario".to_string(),
@@ -373,4 +384,114 @@ fn batch_builder(spec: &Spec) -> Result<QuestionBuilder, String> {
     let words = |error: SpecError| without_folders(&error.to_string());
     spec.builder_again(&library, Arc::new(thresholds))
         .map_err(words)
+}
+
+/// The page of these answers; their scenarios are looked for in `files`, in the batches and among the bundled ones.
+pub fn page_of_answers(
+    store: &Store,
+    cases: &[AnswerCase<'_>],
+    mut files: Vec<Entry>,
+) -> Result<AnswerPage, Failure> {
+    files.extend(known_files(store)?);
+    let progress = LateProgress::new("scenes");
+    let shown = |_, of| progress.step(of);
+    let page = answer_page(store, cases, &files, &shown).map_err(Failure::input)?;
+    let left_out = page.pictures_left_out();
+    if left_out > 0 {
+        output::say(&format!(
+            "nearmiss: the page has no pictures of {}: they would make it too large",
+            output::counted(left_out, "question")
+        ));
+    }
+    let left_out = page.sent_left_out();
+    if left_out > 0 {
+        output::say(&format!(
+            "nearmiss: the page has no {} that models were sent: they would make it too large; `runs picture` writes one",
+            output::counted(left_out, "picture")
+        ));
+    }
+    Ok(page)
+}
+
+/// Options of a table over axes.
+#[derive(Debug, clap::Args)]
+pub struct PivotOptions {
+    /// One table with this axis as rows: model, techniques, frame, task, template, lead, transform, effort, temperature,
+    /// form, stride, seed, tools, sample or country; each cell has an interval of 95 % and the number of its answers.
+    #[arg(long, value_name = "AXIS", value_parser = Axis::parse, conflicts_with = "paper")]
+    rows: Option<Axis>,
+    /// The axis of the columns.
+    #[arg(long, value_name = "AXIS", value_parser = Axis::parse, conflicts_with = "paper")]
+    columns: Option<Axis>,
+    /// What the cells measure: right_of_all, f1, precision, recall, specificity, accuracy, naming_recall,
+    /// naming_precision, seconds_median or cost_usd [default: right_of_all].
+    #[arg(long, value_name = "MEASURE", value_parser = Measure::parse)]
+    measure: Option<Measure>,
+    /// Compare every value of the rows with this one: paired differences of the share of right answers, with intervals
+    /// and p values corrected by Holm.
+    #[arg(long, value_name = "VALUE")]
+    against: Option<String>,
+}
+
+impl PivotOptions {
+    /// What is measured.
+    pub fn measure(&self) -> Measure {
+        self.measure.unwrap_or_default()
+    }
+
+    /// The table that is wanted, where one is.
+    pub fn request(&self) -> Option<PivotRequest> {
+        let rows = self.rows?;
+        Some(PivotRequest {
+            rows,
+            columns: self.columns,
+            measure: self.measure(),
+            against: self.against.clone(),
+        })
+    }
+
+    /// Options that do not fit together.
+    pub fn check(&self, arguments: &ReportArguments) -> Outcome {
+        let wrong = |words: &str| Err(Failure::input(words));
+        let Some(request) = self.request() else {
+            let named = [
+                (self.columns.is_some(), "--columns"),
+                (
+                    self.measure.is_some() && arguments.figure.is_none(),
+                    "--measure",
+                ),
+                (self.against.is_some(), "--against"),
+            ];
+            return match named.into_iter().find(|(is_named, _)| *is_named) {
+                Some((_, option)) => wrong(&format!("{option} needs --rows AXIS")),
+                None => Ok(()),
+            };
+        };
+        if let Some(figure) = arguments.figure.filter(|one| *one != ReportFigure::Bars) {
+            return Err(Failure::input(format!(
+                "--rows: only bars are drawn over axes, not {}",
+                figure.name()
+            )));
+        }
+        if let Err((part, words)) = request.check() {
+            return wrong(&format!("--{part}: {words}"));
+        }
+        if arguments.declared.any() || arguments.pairs.is_some() {
+            return wrong(
+                "--baseline, --compare and --pairs belong to the whole report; --against VALUE compares the rows of --rows",
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The table of these answers, with when and whom they were asked from the store.
+pub fn pivot_report(
+    store: &Store,
+    cases: &[AnswerCase<'_>],
+    request: PivotRequest,
+) -> Result<Pivot, Failure> {
+    let runs = store.origins().map_err(Failure::input)?;
+    let asked = AskedFacts::new(cases, &runs);
+    Pivot::new(cases, asked, request).map_err(Failure::input)
 }

@@ -1,22 +1,33 @@
-//! The report of stored runs.
+//! The report of stored runs, or of a folder of recorded answers beside the paper's tables.
 
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::{AnyReport, Format, ReportArguments, answers, claims, of_batch, pivot, truth};
+use nearmiss_scene::verdict::{self, ParsedAnswer};
+use nearmiss_store::{Filter, Outcome as Run, Store};
+use nearmiss_study::evaluation::report::{
+    self, AskedFacts, Comparison, Pivot, ReportSubject, Stored, TruthSubject,
+};
+use nearmiss_study::evaluation::{
+    AnswerCase, AnswerPage, Loss, Problem, Provenance, Scored, note_on_score, tool_rounds,
+    with_token_probability,
+};
+use nearmiss_study::paper::{self, Paper};
+
+use super::{AnyReport, ReportArguments, ReportFormat, of_batch, truth};
 use crate::filters::{LAST, last_batch, store_to_read};
 use crate::progress::Progress;
 use crate::{Failure, output};
-use nearmiss_scene::verdict::{self, ParsedAnswer};
-use nearmiss_store::{Filter, Outcome as Run, Store};
-use nearmiss_study::evaluation::report::{self, Comparison, ReportSubject, Stored, TruthSubject};
-use nearmiss_study::evaluation::{
-    AnswerCase, AnswerPage, Provenance, note_on_score, tool_rounds, with_token_probability,
-};
 
 /// The report of the runs that the filters choose, for a format: tables for programs have no place for notes.
-pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Failure> {
-    let has_notes = !matches!(format, Format::Csv | Format::Parquet | Format::Json);
+pub fn store_report(
+    arguments: &ReportArguments,
+    format: ReportFormat,
+) -> Result<AnyReport, Failure> {
+    let has_notes = !matches!(
+        format,
+        ReportFormat::Csv | ReportFormat::Parquet | ReportFormat::Json
+    );
     let sources = if arguments.truth.is_empty() {
         [truth::BATCH, truth::AUTO].map(PathBuf::from).to_vec()
     } else {
@@ -42,7 +53,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
             ));
         }
         let store = store_to_read()?;
-        return of_batch::made(arguments, &store, id, format);
+        return of_batch::batch_report(arguments, &store, id, format);
     }
     if arguments.unlock {
         return Err(Failure::input(
@@ -64,8 +75,8 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     if arguments.reread {
         reread(&store, &mut runs)?;
     }
-    let files = claims::files(&sources);
-    let unchecked = claims::complete(&store, &mut runs, files.clone())?;
+    let files = truth::claimed_files(&sources);
+    let unchecked = truth::complete_claims(&store, &mut runs, files.clone())?;
     let truth = truth::truth(&sources, &store, &runs)?;
     let asides = store.asides().map_err(Failure::input)?;
     let mut stored = report::stored(&runs, &truth, &asides);
@@ -84,7 +95,7 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     if stored.scored.is_empty() {
         return Err(Failure::finding("none of the runs can be scored"));
     }
-    let words = truth::words(&sources, &stored, &store)?;
+    let words = truth::truth_description(&sources, &stored, &store)?;
     let mut notes = vec![format!(
         "{} of the store. Truth: {words}.",
         output::counted(stored.scored.len(), "run")
@@ -120,11 +131,11 @@ pub fn made(arguments: &ReportArguments, format: Format) -> Result<AnyReport, Fa
     let cases = AnswerCase::all(&stored.scored);
     if let Some(request) = arguments.pivot.request() {
         return Ok(AnyReport::Pivot(Box::new(
-            pivot::made(&store, &cases, request)?.about(about),
+            of_batch::pivot_report(&store, &cases, request)?.about(about),
         )));
     }
     let page = match format {
-        Format::Html => answers::page(&store, &cases, files)?,
+        ReportFormat::Html => of_batch::page_of_answers(&store, &cases, files)?,
         _ => AnswerPage::default(),
     };
     let report = arguments.compared(&stored.scored, &Comparison::default())?;
@@ -230,4 +241,106 @@ fn reread(store: &Store, runs: &mut [Run]) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// The recorded answers beside the paper's tables, and how many files could not be read.
+pub fn paper_report(folder: &Path) -> Result<(AnyReport, usize), Failure> {
+    let (scored, about, lost) = read(folder)?;
+    let paper = Paper::from_scored(&scored).map_err(Failure::input)?;
+    Ok((AnyReport::Paper(Box::new(paper.about(about))), lost))
+}
+
+/// The recorded answers alone, and how many files could not be read.
+pub fn folder_report(
+    arguments: &ReportArguments,
+    folder: &Path,
+    format: ReportFormat,
+) -> Result<(AnyReport, usize), Failure> {
+    let (mut scored, about, lost) = read(folder)?;
+    let cluster = arguments.cluster.unwrap_or_default();
+    scored.iter_mut().for_each(|one| one.cluster = cluster);
+    if let Some(request) = arguments.pivot.request() {
+        let cases = AnswerCase::all(&scored);
+        let pivot = Pivot::new(&cases, AskedFacts::default(), request)
+            .map_err(Failure::input)?
+            .about(about);
+        return Ok((AnyReport::Pivot(Box::new(pivot)), lost));
+    }
+    let page = match format {
+        ReportFormat::Html => AnswerPage::new(&AnswerCase::all(&scored)),
+        _ => AnswerPage::default(),
+    };
+    let report = arguments
+        .compared(&scored, &Comparison::default())?
+        .about(about)
+        .answers(page);
+    Ok((AnyReport::Report(Box::new(report)), lost))
+}
+
+/// Problems that are named one by one.
+const MAX_PROBLEMS_LISTED: usize = 20;
+
+/// Recorded answers, what they are in words, and how many files could not be read.
+fn read(folder: &Path) -> Result<(Vec<Scored>, ReportSubject, usize), Failure> {
+    if !paper::is_laid_out(folder) {
+        let what = if folder.is_dir() {
+            "it has no recorded answers"
+        } else {
+            "no such folder"
+        };
+        return Err(Failure::input(format!(
+            "{}: {what}; a folder of recorded answers has `Results/output_validation` or \
+             `Results/output_validation_normal`, as the repository of \"From Words to Collisions\" does",
+            folder.display()
+        )));
+    }
+    let (scored, problems) = paper::scored(folder);
+    let lost: Vec<&Problem> = problems.iter().filter(|p| p.loss == Loss::Unread).collect();
+    lost.iter()
+        .take(MAX_PROBLEMS_LISTED)
+        .for_each(|p| output::say(&format!("nearmiss: {p}")));
+    let answers = scored
+        .iter()
+        .filter(|s| s.configuration.frame.is_some())
+        .count();
+    if answers == 0 {
+        return Err(Failure::input(format!(
+            "{}: no recorded answers to the collision or safety task",
+            folder.display()
+        )));
+    }
+    let judged = scored.iter().any(|s| s.configuration.frame.is_none());
+    let mut unlabelled: Vec<&str> = scored
+        .iter()
+        .filter(|s| s.truth.is_none())
+        .map(|s| s.scenario.as_str())
+        .collect();
+    unlabelled.sort_unstable();
+    unlabelled.dedup();
+    let without = if unlabelled.is_empty() {
+        String::new()
+    } else {
+        format!(
+            " Without an annotation, so their answers are neither right nor wrong: {}.",
+            unlabelled.join(", ")
+        )
+    };
+    let note = format!(
+        "{answers} recorded answers, compared with the annotations{}. The models are those of the paper's scripts; none was asked now.",
+        if judged {
+            " and with the built-in judge (reference/geometry), which read the scenarios"
+        } else {
+            "; the scenarios are missing, so the built-in judge could not be asked"
+        }
+    ) + &without;
+    let about = ReportSubject {
+        truth: TruthSubject {
+            words: "the annotations of the folder".into(),
+            sources: vec![folder.display().to_string()],
+        },
+        notes: vec![note],
+        provenance: Some(Provenance::of_program()),
+        ..ReportSubject::default()
+    };
+    Ok((scored, about, lost.len()))
 }

@@ -1,12 +1,9 @@
-//! Ground truth for a report: labels, folders, exact geometry, or risk scores.
+//! What answers are held against: labels, folders, exact geometry or risk scores, and claims that were not checked yet.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use crate::open::{configuration, user_thresholds};
-use crate::progress::LateProgress;
-use crate::{Failure, output};
 use nearmiss_base::system;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::metrics::RiskConvention;
@@ -15,7 +12,15 @@ use nearmiss_store::{Outcome as Run, Store};
 use nearmiss_study::evaluation::annotations;
 use nearmiss_study::evaluation::batch::{Spec, TruthSource};
 use nearmiss_study::evaluation::report::{Stored, Truth};
-use nearmiss_workflow::{TruthChoice, TruthSearch, asked_as, batch_labels, find};
+use nearmiss_workflow::{
+    TruthChoice, TruthSearch, asked_as, batch_labels, count_claims, files_of_batches, find,
+    is_unchecked,
+};
+
+use crate::filters::store as store_to_write;
+use crate::open::{configuration, user_thresholds};
+use crate::progress::LateProgress;
+use crate::{Failure, output};
 
 /// The word for the exact geometry.
 pub const AUTO: &str = "auto";
@@ -86,7 +91,7 @@ fn score_of(source: &Path) -> Option<RiskConvention> {
 
 /// The risk score that is the truth, if one is: it says something about every question, so only folders of scenarios
 /// can stand beside it.
-pub fn score(sources: &[PathBuf]) -> Result<Option<RiskConvention>, Failure> {
+fn score(sources: &[PathBuf]) -> Result<Option<RiskConvention>, Failure> {
     let mut scores = sources.iter().filter_map(|source| score_of(source));
     let Some(score) = scores.next() else {
         return Ok(None);
@@ -105,7 +110,11 @@ pub fn score(sources: &[PathBuf]) -> Result<Option<RiskConvention>, Failure> {
 }
 
 /// The same as a description for the report: for batches, how many answers are compared with which ground truth.
-pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<String, Failure> {
+pub fn truth_description(
+    sources: &[PathBuf],
+    stored: &Stored,
+    store: &Store,
+) -> Result<String, Failure> {
     let mut words = Vec::new();
     let named = sources.iter().any(|source| source.as_os_str() == BATCH);
     if !named && let Some(batches) = of_batches(stored, store)? {
@@ -130,14 +139,14 @@ pub fn words(sources: &[PathBuf], stored: &Stored, store: &Store) -> Result<Stri
 }
 
 /// Batches that are named each.
-const NAMED: usize = 5;
+const MAX_LISTED: usize = 5;
 
 fn of_batches(stored: &Stored, store: &Store) -> Result<Option<String>, Failure> {
     if stored.of_batches.is_empty() {
         return Ok(None);
     }
     let mut parts = Vec::new();
-    for (batch, answers) in stored.of_batches.iter().take(NAMED) {
+    for (batch, answers) in stored.of_batches.iter().take(MAX_LISTED) {
         let id = batch.parse().ok();
         let known = id
             .map(|id| store.batch(id))
@@ -151,7 +160,7 @@ fn of_batches(stored: &Stored, store: &Store) -> Result<Option<String>, Failure>
             output::visible(&truth)
         ));
     }
-    if stored.of_batches.len() > NAMED {
+    if stored.of_batches.len() > MAX_LISTED {
         parts.push("…".into());
     }
     Ok(Some(format!(
@@ -190,4 +199,64 @@ fn folder(folder: &Path, truth: &mut Truth) -> Result<Vec<Entry>, Failure> {
         }
     }
     Ok(entries)
+}
+
+/// Counts the claims of answers that have no counts of this version, where their scenario is one of `files`, of the
+/// bundled ones, or of a batch; gives what is to be said of the others.
+pub fn complete_claims(
+    store: &Store,
+    runs: &mut [Run],
+    mut files: Vec<Entry>,
+) -> Result<Option<String>, Failure> {
+    if !runs.iter().any(is_unchecked) {
+        return Ok(None);
+    }
+    files.extend(known_files(store)?);
+    let progress = LateProgress::new("scenarios");
+    let shown = |_, of| progress.step(of);
+    let counted = count_claims(store, runs, &files, &shown).map_err(Failure::input)?;
+    let by_run: HashMap<_, _> = counted.iter().copied().collect();
+    for run in runs.iter_mut() {
+        if let Some(counts) = by_run.get(&run.run) {
+            run.claims = *counts;
+        }
+    }
+    // Where the store can only be read, they are counted again next time.
+    if !counted.is_empty()
+        && let Ok(writable) = store_to_write()
+        && let Err(error) = writable.keep_claims(&counted)
+    {
+        output::say(&format!(
+            "nearmiss: the counts of claims are not stored: {error}"
+        ));
+    }
+    let left = runs
+        .iter()
+        .filter(|run| run.claims.known().is_none())
+        .filter(|run| is_unchecked(run))
+        .count();
+    Ok((left > 0).then(|| {
+        format!(
+            "claims of {} not checked: their scenarios are not at hand; --truth FOLDER names them",
+            output::counted(left, "answer")
+        )
+    }))
+}
+
+/// The scenarios that `--truth` names.
+pub fn claimed_files(sources: &[PathBuf]) -> Vec<Entry> {
+    let folders = sources
+        .iter()
+        .filter(|source| source.as_os_str() != AUTO && source.is_dir());
+    folders
+        .filter_map(|folder| find(std::slice::from_ref(folder)).ok())
+        .flat_map(|found| found.entries)
+        .collect()
+}
+
+/// The scenarios of all batches and the bundled ones.
+pub fn known_files(store: &Store) -> Result<Vec<Entry>, Failure> {
+    let mut files = files_of_batches(store).map_err(Failure::input)?;
+    files.extend(bundled());
+    Ok(files)
 }

@@ -1,14 +1,14 @@
-//! The result of a tune for programs.
+//! The result of a tune for programs, and what one would ask, before anything is sent.
 
+use nearmiss_workflow::tune::{
+    Candidate, DevPart, Refusal, RefusedBecause, TuneEstimate, TuneOutcome, TunePlan, template_diff,
+};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::Tuned;
-use super::words::{can_find_gain, gain, yes_or_no};
-use crate::json;
-use nearmiss_workflow::tune::{
-    Candidate, DevPart, Refusal, RefusedBecause, TuneOutcome, TunePlan, template_diff,
-};
+use super::words::{can_find_gain, gain, parts, yes_or_no};
+use crate::{Outcome, json, output};
 
 /// A tune.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -65,7 +65,7 @@ pub struct TuneDocument {
 
 /// A part of the dev split.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct PartDocument {
+struct PartDocument {
     /// feedback or selection.
     part: &'static str,
     scenarios: usize,
@@ -144,7 +144,7 @@ impl json::Output for TuneDocument {
 }
 
 /// The parts of a plan.
-fn parts(plan: &TunePlan) -> Vec<PartDocument> {
+fn part_documents(plan: &TunePlan) -> Vec<PartDocument> {
     let part = |part: DevPart| {
         let (scenarios, questions, dangerous) = plan.counts(part);
         PartDocument {
@@ -172,7 +172,7 @@ impl TuneDocument {
             template: plan.file.clone(),
             template_hash: plan.hash.clone(),
             seed: tuned.settings.seed,
-            parts: parts(plan),
+            parts: part_documents(plan),
             divided_by_map: plan.division.by_map,
             test_scenarios: tuned.test_scenarios,
             measure: outcome.measure.name(),
@@ -280,7 +280,7 @@ impl TuneDryRunDocument {
             reflect: reflect.to_string(),
             template: plan.file.clone(),
             template_hash: plan.hash.clone(),
-            parts: parts(plan),
+            parts: part_documents(plan),
             can_find_gain: can_find_gain(plan),
             test_scenarios,
             answers: estimate.answers,
@@ -294,4 +294,45 @@ impl TuneDryRunDocument {
 impl json::Output for TuneDryRunDocument {
     const NAME: &'static str = "tune-dry-run";
     const TITLE: &'static str = "`tune --dry-run --format json`: what would be asked";
+}
+
+/// Writes what would be asked at most.
+pub fn write_dry_run(
+    estimate: &TuneEstimate,
+    about: (&TunePlan, usize, &str),
+    budget: f64,
+    as_json: bool,
+) -> Outcome {
+    if as_json {
+        return output::document(&TuneDryRunDocument::new(about, estimate, budget));
+    }
+    let (plan, test_scenarios, reflect) = about;
+    let mut text = format!(
+        "template       {} ({}…)\nmodel          {}\nproposals by   {reflect}\n",
+        plan.file,
+        &plan.hash[..plan.hash.len().min(12)],
+        plan.configuration.model
+    );
+    for line in parts(plan, test_scenarios) {
+        text += &format!("{:15}{line}\n", "");
+    }
+    let base = &estimate.base;
+    text += &format!(
+        "base           {} of both parts not in the store, {}\n",
+        output::counted(base.requests as usize, "answer"),
+        base.price()
+    );
+    text += &format!(
+        "at most        {} and {}\n",
+        output::counted(estimate.answers, "answer"),
+        output::counted(estimate.reflections, "proposal")
+    );
+    text += &match estimate.most_usd {
+        Some(usd) if usd <= budget => format!("cost           at most ${usd:.4}, within the budget of ${budget:.4}\n"),
+        Some(usd) => format!(
+            "cost           at most ${usd:.4}; the tune ends when the budget of ${budget:.4} does not cover the next request\n"
+        ),
+        None => "cost           unknown, so nothing is sent: set a price of the model and `max_tokens`\n".into(),
+    };
+    output::text(&output::visible(&text))
 }

@@ -1,28 +1,36 @@
 //! `nearmiss tune`: a better prompt template from wrong answers of the dev split of an experiment.
 
 mod document;
-mod dry_run;
-mod files;
-mod models;
-mod progress;
 mod words;
 
 pub use document::{TuneDocument, TuneDryRunDocument};
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::evaluate::{BatchContext, planned, questions_of, runtime};
-use super::interrupt::{GRACE, signal};
-use super::knobs::{self, Knobs};
-use super::open::with_notes;
-use super::{Failure, Outcome, output};
+use nearmiss_ask::llm::Budget;
+use nearmiss_ask::prompts::{Library, renamed, template_file};
+use nearmiss_base::system;
 use nearmiss_record::fields::Layers;
+use nearmiss_settings::Folders;
+use nearmiss_store::Store;
+use nearmiss_study::evaluation::batch::Experiment;
+use nearmiss_study::evaluation::{Judge, Judges, ModelJudge, validate};
+use nearmiss_workflow::batch::{BatchControl, BatchPlan, at_once};
 use nearmiss_workflow::tune::{
-    TuneError, TuneModels, TuneOutcome, TunePlan, TuneSettings, can_tune, estimate, tune,
-    tune_request,
+    TuneError, TuneEvent, TuneModels, TuneOutcome, TunePlan, TuneSettings, can_tune, estimate,
+    template_diff, tune, tune_request,
 };
 use nearmiss_workflow::{find_scenarios, is_experiment_file};
-use progress::Stages;
+
+use super::ending::{GRACE, signal};
+use super::evaluate::{BatchContext, planned, questions_of, runtime};
+use super::json::Output;
+use super::knobs::{self, Knobs};
+use super::open::with_notes;
+use super::output::{self, refused};
+use super::progress::Progress;
+use super::{Failure, Outcome};
 
 /// Arguments of `tune`.
 #[derive(Debug, clap::Args)]
@@ -79,7 +87,7 @@ pub fn run(arguments: &Tune) -> Outcome {
         )));
     }
     let mut context = BatchContext::new()?;
-    files::check(arguments, &context.folders)?;
+    check_files(arguments, &context.folders)?;
     let mut layers = Layers::default();
     knobs::add_file(&mut layers, file)?;
     // Nothing is compared with them here, and one way of asking may be left.
@@ -101,7 +109,7 @@ pub fn run(arguments: &Tune) -> Outcome {
     let test_scenarios = request.test_scenarios;
     let batch =
         planned(|cancel, on_event| request.plan(context.of_experiment(), cancel, on_event))?;
-    let found = models::find(&settings, &context, &batch, budget)?;
+    let found = find_models(&settings, &context, &batch, budget)?;
     let dry_run = questions_of(&batch, &found.judges, &context.store)?;
     let plan = TunePlan::new(&batch, &dry_run, &context.library, settings.seed)
         .map_err(|why| Failure::input(format!("{}: {why}", file.display())))?;
@@ -113,7 +121,7 @@ pub fn run(arguments: &Tune) -> Outcome {
     if arguments.dry_run {
         let estimate = estimate(&plan, &models, &settings, &context.store);
         let about = (&plan, test_scenarios, reflect.as_str());
-        return dry_run::write(
+        return document::write_dry_run(
             &estimate.map_err(Failure::input)?,
             about,
             budget,
@@ -136,13 +144,13 @@ pub fn run(arguments: &Tune) -> Outcome {
         spent: spent.spent(),
         pinned: !experiment.templates.is_empty(),
     };
-    files::write(&tuned, &outcome)?;
+    write_files(&tuned, &outcome)?;
     if arguments.format.is_json() {
         output::document(&TuneDocument::new(&tuned, &outcome))?
     } else {
         output::text(&output::visible(&words::result(&tuned, &outcome)))?
     }
-    files::save(&tuned, &outcome, &context.folders)?;
+    save_template(&tuned, &outcome, &context.folders)?;
     words::end(&tuned, &outcome);
     match outcome.winner() {
         Some(_) => Ok(()),
@@ -178,4 +186,230 @@ async fn until_interrupted(
         () = tokio::time::sleep(GRACE) => {}
     }
     Err(interrupted())
+}
+
+/// The files in the folder.
+const FILES: [&str; 3] = ["template.diff", "template.md", "tune.json"];
+
+/// Checks, before anything is paid, that nothing would be replaced.
+fn check_files(arguments: &Tune, folders: &Folders) -> Outcome {
+    if let (Some(folder), false) = (&arguments.output, arguments.overwrite) {
+        if folder.is_file() {
+            return Err(Failure::input(format!(
+                "{}: is a file; name a folder",
+                folder.display()
+            )));
+        }
+        let there = FILES
+            .iter()
+            .map(|name| folder.join(name))
+            .find(|path| path.exists());
+        if let Some(path) = there {
+            return Err(Failure::input(format!(
+                "{} exists; use another folder, or --overwrite",
+                path.display()
+            )));
+        }
+    }
+    if let Some(name) = &arguments.save {
+        template_place(name, folders)?;
+    }
+    Ok(())
+}
+
+/// Where a template of this name is kept.
+fn template_place(name: &str, folders: &Folders) -> Result<(String, PathBuf), Failure> {
+    let file = template_file(name).map_err(|why| Failure::input(format!("--save: {why}")))?;
+    if Library::shipped(&file).is_some() {
+        return Err(Failure::input(format!(
+            "--save: {file} is the name of a shipped template; choose another name"
+        )));
+    }
+    let path = folders.prompts().join(&file);
+    if path.exists() {
+        Err(Failure::input(format!(
+            "--save: {} exists; choose another name",
+            path.display()
+        )))
+    } else {
+        Ok((file, path))
+    }
+}
+
+/// Writes the folder; diff and template only where a better one was found.
+fn write_files(tuned: &Tuned<'_>, outcome: &TuneOutcome) -> Outcome {
+    let Some(folder) = &tuned.arguments.output else {
+        return Ok(());
+    };
+    std::fs::create_dir_all(folder).map_err(|error| Failure::system(folder.display(), &error))?;
+    let plan = tuned.plan;
+    let document = TuneDocument::new(tuned, outcome).document();
+    let document = output::json_line(&document.map_err(Failure::input)?)?;
+    let mut files = vec![(FILES[2], document)];
+    if let Some(winner) = outcome.winner() {
+        let diff = template_diff(&plan.file, &plan.template.source, &winner.source);
+        files.push((FILES[0], diff));
+        files.push((FILES[1], winner.source.clone()));
+    }
+    for (name, text) in &files {
+        save_file(&folder.join(name), text, tuned.arguments.overwrite)?;
+        output::say(&format!("nearmiss: wrote {}", folder.join(name).display()));
+    }
+    Ok(())
+}
+
+fn save_file(path: &Path, text: &str, overwrite: bool) -> Outcome {
+    system::save(path, text.as_bytes(), overwrite).map_err(|error| refused(&error))
+}
+
+/// Keeps a better template in the user's folder, where that is asked for.
+fn save_template(tuned: &Tuned<'_>, outcome: &TuneOutcome, folders: &Folders) -> Outcome {
+    let (Some(name), Some(winner)) = (&tuned.arguments.save, outcome.winner()) else {
+        return Ok(());
+    };
+    let (file, path) = template_place(name, folders)?;
+    let folder = folders.prompts();
+    system::make_folder(&folder).map_err(|error| Failure::system(folder.display(), &error))?;
+    save_file(&path, &renamed(&winner.source, &file), false)?;
+    let library = validate(Library::load(Some(&folder)));
+    let stem = file.trim_end_matches(".md");
+    let front = &tuned.plan.template.front;
+    output::say(&if library.in_use(&file) {
+        format!(
+            "nearmiss: wrote {}; it is used for task {} in frame {} from now on",
+            path.display(),
+            front.task,
+            front.frame
+        )
+    } else {
+        format!(
+            "nearmiss: wrote {}; `nearmiss prompt use {stem}` uses it for task {} in frame {}",
+            path.display(),
+            front.task,
+            front.frame
+        )
+    });
+    Ok(())
+}
+
+/// The models.
+struct FoundModels {
+    /// Who answers, as batches have it.
+    judges: Judges,
+    /// Who proposes.
+    reflect: Box<ModelJudge>,
+    /// What both may cost together.
+    budget: Budget,
+    /// Requests on their way at once.
+    at_once: usize,
+}
+
+/// Finds the models of a tune.
+fn find_models(
+    settings: &TuneSettings,
+    context: &BatchContext,
+    plan: &BatchPlan,
+    budget: f64,
+) -> Result<FoundModels, Failure> {
+    let budget = Budget::new(budget);
+    let asked = plan.models();
+    let id = asked.first().cloned().unwrap_or_default();
+    let judges = context.judges_within(&asked, &plan.spec, Some(budget.clone()))?;
+    let proposes = settings.reflect.clone().unwrap_or_else(|| id.clone());
+    let mut spec = plan.spec.clone();
+    // What answers are to be like is said of answers, not of proposals.
+    spec.experiment = Experiment {
+        base_url: spec.experiment.base_url,
+        dialect: spec.experiment.dialect,
+        key_env: spec.experiment.key_env,
+        max_tokens: Some(settings.proposal_tokens),
+        ..Experiment::default()
+    };
+    let all = [proposes.clone()];
+    let reflects = context.judges_within(&all, &spec, Some(budget.clone()))?;
+    let Some(Judge::Model(reflect)) = reflects.get(&proposes).cloned() else {
+        return Err(Failure::input(format!(
+            "tune.reflect = {proposes}: proposals need a language model"
+        )));
+    };
+    let concurrency = context.concurrency.unwrap_or(context.config.concurrency);
+    Ok(FoundModels {
+        at_once: judges
+            .get(&id)
+            .map_or(1, |judge| at_once(judge, concurrency)),
+        judges,
+        reflect,
+        budget,
+    })
+}
+
+impl FoundModels {
+    /// The same for the workflow.
+    fn into_models(self, store: Arc<Store>) -> TuneModels {
+        let judge = self.judges.into_values().next();
+        TuneModels {
+            judge: Arc::new(judge.unwrap_or(Judge::Reference)),
+            reflect: self.reflect,
+            at_once: self.at_once,
+            store,
+            control: BatchControl::default(),
+        }
+    }
+}
+
+/// The stage that is shown.
+#[derive(Default)]
+struct Stages {
+    bar: Option<Progress>,
+}
+
+impl Stages {
+    /// Shows an event.
+    fn hear(&mut self, event: &TuneEvent<'_>) {
+        match event {
+            TuneEvent::Asking {
+                candidate,
+                part,
+                done: 0,
+                of,
+            } => {
+                let what = match candidate {
+                    0 => format!("answers, base, {} part", part.name()),
+                    n => format!("answers, candidate {n}, {} part", part.name()),
+                };
+                self.bar = Some(Progress::new(*of, &what, true));
+            }
+            TuneEvent::Asking { .. } => {
+                if let Some(bar) = &self.bar {
+                    bar.step();
+                }
+            }
+            TuneEvent::Reflecting { .. } => self.bar = None,
+            TuneEvent::Refused(refusal) => {
+                self.bar = None;
+                output::say(&format!(
+                    "nearmiss: round {}, proposal {}: {}: {}",
+                    refusal.round,
+                    refusal.number,
+                    or_dash(&refusal.change),
+                    refusal.because
+                ));
+            }
+            TuneEvent::Compared(candidate) => {
+                self.bar = None;
+                if candidate.number > 0 {
+                    output::say(&format!(
+                        "nearmiss: round {}, candidate {}: {}",
+                        candidate.round,
+                        candidate.number,
+                        or_dash(&candidate.change)
+                    ));
+                }
+            }
+        }
+    }
+}
+
+fn or_dash(text: &str) -> &str {
+    if text.is_empty() { "–" } else { text }
 }

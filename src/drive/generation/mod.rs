@@ -9,7 +9,6 @@ mod certificate;
 mod change;
 mod closed_loop_screening;
 mod effect;
-mod effort;
 mod evasive_search;
 mod gate;
 mod manifest;
@@ -37,7 +36,6 @@ pub use certificate::{
 pub use change::{Change, ChangeError, JointChange, MOST_ATTACKERS};
 pub use closed_loop_screening::{Baseline, ClosedLoop, NEAR_MISS, StagedDrive};
 pub use effect::{AttackerEffect, Consequence, Effect, RiskCurve, SelectedAttack, choose};
-pub use effort::{Effort, Progress, SearchResult};
 pub use evasive_search::EvasiveManoeuvre;
 pub use gate::{Comparison, Gate, GateEvidence, GateResult, Joint};
 pub use manifest::{
@@ -52,5 +50,7 @@ pub use screening::OpenLoopScreening;
 pub use search::search_until;
 pub use tracking::{TrackingTarget, track};
 pub use variant::{MARK, Variant, VariantError, VariantFiles, attacked_planner};
-pub use variant_generator::{GeneratorError, SearchEvent, Selection, VariantGenerator};
+pub use variant_generator::{
+    Effort, GeneratorError, Progress, SearchEvent, SearchResult, Selection, VariantGenerator,
+};
 pub use wish::{AllowedAttacks, AttackPlace, AttackStyle, Wish};

@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::Planner;
 use super::evaluate::{self, Candidate, Cost, Judge, RULES, Rejection};
 use super::profile::{Lateral, Start};
-use super::samples::Level;
+use super::settings::Level;
 use super::state::{Moved, Station};
 use super::traffic::CloseTraffic;
 

@@ -5,10 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::evaluate::{Allowed, CLEAR, Candidate, Cost, Judge, Rejection};
 use super::lower_bound::LateralChanges;
-use super::obligation::StopMemory;
-use super::pace::{Hold, Pace};
+use super::pace::{Hold, Pace, StopMemory};
 use super::profile::{Lateral, Profile, Start};
-use super::samples::{Level, MAX_SPEED_GAIN, Sampler};
+use super::settings::{Level, MAX_SPEED_GAIN, Sampler};
 use super::state::{Moved, Station, place, state};
 use super::traffic::CloseTraffic;
 use super::{Emergency, Limits, ReferenceTrack, Road, Settings, Traffic, VehicleState};

@@ -5,21 +5,19 @@
 
 mod closed_loop;
 mod collision;
-mod drives;
 mod external;
-mod figures;
 mod rollout;
 mod traffic;
 
-pub use closed_loop::{DriveSpan, Driver, MOST_DRIVEN};
+pub use closed_loop::{Control, DriveSpan, Driver, MOST_DRIVEN, MotionFault};
 pub use collision::{Collision, ContactSide, EndOfDriveCheck};
-pub use drives::{Control, MotionFault};
 pub use external::{
     Clock, ExternalOptions, ExternalPlanner, ExternalReport, OLDEST_PROTOCOL, PROTOCOL,
     PlannerError, PlannerFault, ReferencePoint, planner_message_names, planner_message_schema,
 };
-pub use figures::{BeyondVehicle, CollisionKind};
-pub use rollout::{Cycle, DriveError, Outcome, ResumableRollout, Rollout, Settings};
+pub use rollout::{
+    BeyondVehicle, CollisionKind, Cycle, DriveError, Outcome, ResumableRollout, Rollout, Settings,
+};
 pub use traffic::{DrivenTraffic, HitFromBehind, Reaction, TrafficMode};
 
 #[cfg(test)]

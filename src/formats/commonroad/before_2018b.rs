@@ -1,7 +1,7 @@
 //! What versions before 2018b have in other places: times in seconds, first states, speed limits.
 
 use nearmiss_base::geometry::{Footprint, Pose, Shape};
-use nearmiss_scene::scenario::plausibility::limits::LARGEST_NUMBER;
+use nearmiss_scene::scenario::plausibility::LARGEST_NUMBER;
 use nearmiss_scene::scenario::{
     Lanelet, ObstacleParts, ObstacleRole, Position, Prediction, Quantity, Severity, Sign,
     SignElement, State, Steps, in_frame,

@@ -6,15 +6,12 @@ mod conform;
 mod elements;
 mod encoding;
 mod obstacles;
-mod places;
 mod protobuf;
 mod road;
 mod solution;
-mod states;
-mod writer;
+pub(super) mod writer;
 pub(super) mod xml;
 mod xml_reader;
-pub(super) mod xml_writer;
 
 use std::path::{Path, PathBuf};
 

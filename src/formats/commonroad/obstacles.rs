@@ -8,11 +8,9 @@ use nearmiss_scene::scenario::{
     SignalState, State,
 };
 
-use super::elements::{footprint, shape, truth, word};
-use super::states::{state, steps};
-use super::writer::WriteError;
+use super::elements::{footprint, shape, state, steps, truth, word};
+use super::writer::{WriteError, XmlWriter, number};
 use super::xml::{Element, Xml};
-use super::xml_writer::{XmlWriter, number};
 use super::{ReadError, builder};
 
 /// An obstacle; `role` is what its element's name says, `None` for the 2018b element with a `<role>`.

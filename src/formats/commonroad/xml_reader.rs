@@ -1,19 +1,21 @@
-//! The root of a scenario file: its kind, its attributes, and its elements in any order.
+//! The root of a scenario file: its kind, its attributes, its elements in any order, and their places for diagnostics.
 
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
-use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
-use nearmiss_scene::scenario::{ContentHash, Header, ObstacleRole, Scenario, Severity};
+use nearmiss_scene::scenario::plausibility;
+use nearmiss_scene::scenario::plausibility::{ElementRef, refused_time_step};
+use nearmiss_scene::scenario::{
+    ContentHash, Header, LaneletNetwork, ObstacleRole, Scenario, Severity,
+};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 
-use super::builder::{ScenarioBuilder, TimeScale, check_benchmark_id};
+use super::builder::{ScenarioBuilder, Target, Targets, TimeScale, check_benchmark_id};
 use super::encoding::{BYTE_ORDER_MARK, beginning, foreign_to_xml};
-use super::places::{self, Places};
-use super::xml::{Element, Xml, decoded, short};
-use super::{ReadError, before_2018b, conform, elements, obstacles, road, states};
+use super::xml::{Element, SourceLocation, Xml, decoded, short};
+use super::{ReadError, before_2018b, conform, elements, obstacles, road};
 
 pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> {
     let text = decoded(bytes, file)?;
@@ -68,7 +70,7 @@ pub(super) fn scenario(bytes: &[u8], file: &str) -> Result<Scenario, ReadError> 
         before_2018b::count_unused(&mut xml);
     }
     let mut scenario = builder.finish(header, ContentHash::digest(bytes));
-    places::check(&mut xml, &scenario.network);
+    check_places(&mut xml, &scenario.network);
     places.note_doubts(&mut xml, &scenario);
     scenario.diagnostics = xml.into_diagnostics();
     Ok(scenario)
@@ -115,7 +117,7 @@ fn read_child<'a>(
             builder.intersection(&xml.at(child), intersection);
         }
         "planningProblem" => {
-            let problem = states::problem(xml, child)?;
+            let problem = elements::problem(xml, child)?;
             builder.problem(&xml.at(child), problem);
         }
         "location" => builder.location = Some(elements::location(xml)?),
@@ -341,6 +343,121 @@ fn first_element(head: &str) -> Option<&str> {
     let name = &tag[..end];
     name.starts_with(|c: char| c.is_alphabetic() || c == '_')
         .then_some(name)
+}
+
+/// An element and the states or goals in it.
+type ElementWithParts<'a> = (SourceLocation<'a>, Vec<SourceLocation<'a>>);
+
+/// The elements of a scenario in its own order.
+struct Places<'a> {
+    root: SourceLocation<'a>,
+    location: Option<SourceLocation<'a>>,
+    lanelets: Vec<SourceLocation<'a>>,
+    signs: Vec<SourceLocation<'a>>,
+    lights: Vec<SourceLocation<'a>>,
+    intersections: Vec<SourceLocation<'a>>,
+    obstacles: Vec<ElementWithParts<'a>>,
+    problems: Vec<ElementWithParts<'a>>,
+}
+
+impl<'a> Places<'a> {
+    fn below(xml: &mut Xml<'a>, root: Element<'a>) -> Self {
+        Self {
+            root: xml.place(root),
+            location: None,
+            lanelets: Vec::new(),
+            signs: Vec::new(),
+            lights: Vec::new(),
+            intersections: Vec::new(),
+            obstacles: Vec::new(),
+            problems: Vec::new(),
+        }
+    }
+
+    /// Remembers a child of the root that was just read.
+    fn add(&mut self, xml: &mut Xml<'a>, child: Element<'a>) {
+        let (place, parts) = (xml.place(child), xml.take_marks());
+        match child.name {
+            "location" => self.location = Some(place),
+            "lanelet" => self.lanelets.push(place),
+            "trafficSign" => self.signs.push(place),
+            "trafficLight" => self.lights.push(place),
+            "intersection" => self.intersections.push(place),
+            "planningProblem" => self.problems.push((place, parts)),
+            name if name.ends_with("bstacle") => self.obstacles.push((place, parts)),
+            _ => {}
+        }
+    }
+
+    /// Notes what cannot be true of a scenario, in the order of the file.
+    fn note_doubts(&self, xml: &mut Xml<'a>, scenario: &Scenario) {
+        let found = plausibility::check(scenario).into_iter();
+        let mut placed: Vec<_> = found
+            .map(|finding| (self.location(finding.about), finding))
+            .collect();
+        placed.sort_by_key(|(place, _)| place.element.at);
+        for (place, finding) in placed {
+            xml.note_at(finding.severity, place, finding.message);
+        }
+    }
+
+    /// The place of an element; the root for elements without one, such as signs made from speed limits.
+    fn location(&self, about: ElementRef) -> &SourceLocation<'a> {
+        let found = match about {
+            ElementRef::Scenario => None,
+            ElementRef::Location => self.location.as_ref(),
+            ElementRef::Lanelet(i) => self.lanelets.get(i),
+            ElementRef::Sign(i) => self.signs.get(i),
+            ElementRef::Light(i) => self.lights.get(i),
+            ElementRef::Intersection(i) => self.intersections.get(i),
+            ElementRef::Obstacle(i) => self.obstacles.get(i).map(|(place, _)| place),
+            ElementRef::State { obstacle, state } => inside(
+                self.obstacles.get(obstacle),
+                &["initialState", "state"],
+                state,
+            ),
+            ElementRef::Start(i) => inside(self.problems.get(i), &["initialState"], 0),
+            ElementRef::Goal { problem, goal } => {
+                inside(self.problems.get(problem), &["goalState", "state"], goal)
+            }
+        };
+        found.unwrap_or(&self.root)
+    }
+}
+
+/// The part at this place among those of these names, all of the first before those of the second; the whole where that
+/// is not there.
+fn inside<'p, 'a>(
+    whole: Option<&'p ElementWithParts<'a>>,
+    names: &[&str],
+    place: usize,
+) -> Option<&'p SourceLocation<'a>> {
+    let (whole, parts) = whole?;
+    let named = |name| parts.iter().filter(move |part| part.element.name == name);
+    let mut named = names.iter().copied().flat_map(named);
+    Some(named.nth(place).unwrap_or(whole))
+}
+
+/// The target of an element with a `ref`.
+fn target(name: &str) -> Target {
+    match name {
+        "trafficSignRef" => Target::Sign,
+        "trafficLightRef" => Target::Light,
+        "isLeftOf" => Target::Incoming,
+        _ => Target::Lanelet,
+    }
+}
+
+/// Notes every reference to an element that is not there.
+fn check_places(xml: &mut Xml<'_>, network: &LaneletNetwork) {
+    let known = Targets::new(network);
+    for (place, id) in xml.take_references() {
+        let name = place.element.name;
+        if !known.has(target(name), id) {
+            let message = format!("<{name}> refers to {id}, which is not in the file");
+            xml.note_at(Severity::Warning, &place, message);
+        }
+    }
 }
 
 #[cfg(test)]

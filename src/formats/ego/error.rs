@@ -3,7 +3,7 @@
 use crate::commonroad::ReadError;
 use nearmiss_base::system;
 use nearmiss_scene::scenario::SceneError;
-use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
+use nearmiss_scene::scenario::plausibility::LATEST_STEP;
 
 /// Why an ego could not be read.
 #[derive(Debug, thiserror::Error)]

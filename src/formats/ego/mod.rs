@@ -10,10 +10,10 @@ mod table;
 use std::path::Path;
 
 use nearmiss_base::system;
-use nearmiss_scene::scenario::plausibility::limits::{
-    FASTEST, LARGEST_NUMBER, MOST_TURNS, is_tiny, refused_coordinate,
+use nearmiss_scene::scenario::plausibility::{
+    FASTEST, LARGEST_NUMBER, MOST_TURNS, Row, and_more, doubts, is_tiny, missing_steps,
+    refused_coordinate,
 };
-use nearmiss_scene::scenario::plausibility::{Row, and_more, doubts, missing_steps};
 use nearmiss_scene::scenario::{Diagnostic, Ego, LONGEST_TRACK, Sample, Scenario, Severity};
 
 use super::commonroad::{Root, foreign, read_solution, root_of, without_marks};

@@ -6,7 +6,7 @@ use super::table::{Table, finite, shown};
 use super::{EgoError, Lines, assumed};
 use nearmiss_base::geometry::{Footprint, Point, Shape, angle_between};
 use nearmiss_scene::scenario::EgoSource;
-use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
+use nearmiss_scene::scenario::plausibility::LATEST_STEP;
 use nearmiss_scene::scenario::track::forget_headings_at_standstill;
 use nearmiss_scene::scenario::{Diagnostic, Ego, Sample, Scenario, Severity, Track, VehicleType};
 

@@ -5,8 +5,7 @@ use std::collections::HashSet;
 use nearmiss_base::geometry::{Point, Polyline, Pose, Vector, angle_between};
 use nearmiss_scene::scenario::{Adjacent, Lanelet, LaneletNetwork};
 
-use super::curve::{Curve, Laying, lay};
-use super::profile::{Profile, deviation, profile, samples};
+use super::curve::{Curve, Laying, Profile, deviation, lay, profile, samples};
 
 /// A road with its lanes, from the left to the right.
 #[derive(Debug, Clone)]
@@ -451,7 +450,7 @@ fn crossing(pose: &Pose, a: &Point, b: &Point, expected: f64) -> f64 {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::super::profile::deviation;
+    use super::super::curve::deviation;
     use super::*;
 
     fn line(points: &[(f64, f64)]) -> Polyline {

@@ -1,7 +1,7 @@
 //! What OpenDRIVE has no place for, or says less exactly: the lanelet of a lane, as user data beside it.
 
 use nearmiss_base::geometry::Point;
-use nearmiss_scene::scenario::plausibility::limits::refused_coordinate;
+use nearmiss_scene::scenario::plausibility::refused_coordinate;
 use nearmiss_scene::scenario::{
     Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, StopLine,
 };

@@ -2,11 +2,11 @@
 
 use nearmiss_base::geometry::{Point, Shape};
 use nearmiss_scene::scenario::ObstacleType;
-use nearmiss_scene::scenario::plausibility::limits::refused_coordinate;
+use nearmiss_scene::scenario::plausibility::refused_coordinate;
 
 use super::actor::Actor;
 use crate::commonroad::WriteError;
-use crate::commonroad::xml_writer::{XmlWriter, number};
+use crate::commonroad::writer::{XmlWriter, number};
 
 /// The element of an entity and its category.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,9 +1,8 @@
 //! The storyboard: where entities begin, what they follow, when they appear and vanish.
 
 use super::actor::{Actor, nudged};
-use super::environment;
 use crate::commonroad::WriteError;
-use crate::commonroad::xml_writer::{XmlWriter, number};
+use crate::commonroad::writer::{XmlWriter, number};
 use nearmiss_base::geometry::Pose;
 use nearmiss_scene::scenario::{Motion, Scenario};
 
@@ -54,7 +53,7 @@ pub fn storyboard(
     out.element("Storyboard", &[], |out| {
         out.element("Init", &[], |out| {
             out.element("Actions", &[], |out| {
-                environment::write(out, scenario)?;
+                super::write_environment(out, scenario)?;
                 for actor in actors.iter().filter(|a| is_late(a, clock)) {
                     out.element("GlobalAction", &[], |out| delete(out, &actor.name))?;
                 }

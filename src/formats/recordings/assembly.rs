@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, HashSet};
 
 use nearmiss_base::geometry::{Footprint, Point, Shape};
-use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
-use nearmiss_scene::scenario::plausibility::{self, ElementRef};
+use nearmiss_scene::scenario::plausibility;
+use nearmiss_scene::scenario::plausibility::{ElementRef, refused_time_step};
 use nearmiss_scene::scenario::{
     ContentHash, Goal, Header, Intersection, Lanelet, LaneletNetwork, Location, Obstacle,
     ObstacleParts, ObstacleRole, ObstacleType, PlanningProblem, Position, Prediction, Quantity,

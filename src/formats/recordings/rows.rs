@@ -1,7 +1,7 @@
 //! Rows of a recording: the header of a table, the steps that rows lie on, and rows that say a thing twice.
 
 use nearmiss_base::geometry::Point;
-use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
+use nearmiss_scene::scenario::plausibility::LATEST_STEP;
 
 use super::assembly::median;
 use super::report::Report;

@@ -5,7 +5,6 @@
 //! an index, and [`CorpusIndex`] all of them.
 
 mod index;
-mod manoeuvre;
 mod parts;
 mod sampler;
 
@@ -15,9 +14,9 @@ pub use index::INTEGERS as WINDOW_INTEGERS;
 pub use index::{
     CellCounts, CellWindows, CorpusIndex, InIndex, IndexedScenario, WindowKey, WindowPlace,
 };
-pub use manoeuvre::{Manoeuvre, RoadType};
 pub use parts::{Columns, IndexError, Part, PartRow, part_files};
 pub use sampler::{Axis, Candidate, Cell, Coverage, RowCell, SEVERITIES, SampledWindow, Sampler};
 pub use windows::{
-    IndexOptions, IndexedWindow, WindowEgo, WorstMoment, for_each_window, worst_moments,
+    IndexOptions, IndexedWindow, Manoeuvre, RoadType, WindowEgo, WorstMoment, for_each_window,
+    worst_moments,
 };

@@ -1,4 +1,4 @@
-//! Measures every window of every pair of road users in a scenario, and finds the most severe moment of each.
+//! Measures every window of every pair of road users in a scenario: its most severe moment, its manoeuvre and its road.
 
 use std::cell::OnceCell;
 use std::cmp::Ordering;
@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use nearmiss_base::geometry::angle_between;
 use rayon::prelude::*;
+use strum::{IntoStaticStr, VariantArray};
 
-use super::manoeuvre::PairMotion;
-use super::{Manoeuvre, RoadType};
 use crate::metrics::{Context, CriticalMoment, Grade, Measure, Moments, PairMoments, Thresholds};
 use crate::scenario::{
-    Ego, LaneRelation, LaneRelations, Motion, ObstacleRole, Scenario, Scene, Track,
+    Ego, LaneRelation, LaneRelations, LaneletNetwork, LaneletType, Motion, ObstacleRole, Scenario,
+    Scene, Track,
 };
 
 /// How windows are cut and what is measured in them.
@@ -352,4 +352,191 @@ fn centre_distance(context: &Context<'_>, participant: usize, step: i64) -> Opti
     let ego = context.scene().ego.track.at(step)?;
     let other = context.participants()[participant].at(step)?;
     Some((other.pose.position - ego.pose.position).norm())
+}
+
+/// What the other road user does to the ego.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
+pub enum Manoeuvre {
+    /// It changes into the ego's lane, ahead of the ego.
+    CutIn,
+    /// The ego changes into its lane.
+    LaneChange,
+    /// Its lane joins that of the ego, and it ends up ahead.
+    Merging,
+    /// The ego follows it.
+    Following,
+    /// It follows the ego.
+    Followed,
+    /// It drives in another lane of the same direction.
+    Parallel,
+    /// It comes towards the ego.
+    Oncoming,
+    /// Its way crosses that of the ego.
+    Crossing,
+    /// They come towards each other, and one turns across the way of the other.
+    TurningAcross,
+    /// It is a static obstacle.
+    Standing,
+    /// None of these.
+    Other,
+}
+
+nearmiss_record::named!(Manoeuvre);
+
+/// Both at the ends of a window.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PairMotion<'a> {
+    /// The ego at the first and at the last step.
+    pub ego: [&'a Motion; 2],
+    /// The other at the first and at the last step.
+    pub other: [&'a Motion; 2],
+    /// The lane of the other, seen from that of the ego, at the first and at the last step; nothing without lanes.
+    pub lanes: [Option<LaneRelation>; 2],
+    /// The lane of the other at the last step, seen from that of the ego at the first.
+    pub to_first_lane: Option<LaneRelation>,
+    /// The change of heading of the ego and of the other, around the window too, radians.
+    pub turns: [f64; 2],
+    /// The angle between their headings a little before the window, radians.
+    pub angle_before: f64,
+    /// The other is a static obstacle.
+    pub stands: bool,
+}
+
+/// Directions that differ by less are the same one, radians.
+const SAME_WAY: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Directions that differ by more are opposite, radians.
+const OPPOSITE: f64 = 3.0 * std::f64::consts::FRAC_PI_4;
+
+/// Before a turn across, directions differ by more than this, radians.
+const FACING: f64 = 2.0 * std::f64::consts::FRAC_PI_3;
+
+/// Who changes the heading by more than this turns, radians: 25°.
+const TURN: f64 = 0.436;
+
+/// Half of a lane's width where there are no lanes, metres.
+const HALF_LANE: f64 = 1.75;
+
+impl Manoeuvre {
+    pub(super) fn classify(pair: &PairMotion<'_>) -> Self {
+        if pair.stands {
+            return Self::Standing;
+        }
+        let heading = |m: &Motion| m.pose.heading;
+        let angle = angle_between(heading(pair.ego[1]), heading(pair.other[1])).abs();
+        let turns = pair.turns.iter().any(|turn| turn.abs() > TURN);
+        if pair.angle_before > FACING && turns && angle < OPPOSITE {
+            return Self::TurningAcross;
+        }
+        if angle <= SAME_WAY {
+            return pair.same_way();
+        }
+        if angle >= OPPOSITE {
+            return Self::Oncoming;
+        }
+        Self::Crossing
+    }
+}
+
+impl PairMotion<'_> {
+    /// Of two that end up driving in the same direction.
+    fn same_way(&self) -> Manoeuvre {
+        use LaneRelation as Lane;
+        let at = |i: usize| self.ego[i].pose.to_local(&self.other[i].pose.position);
+        let (before, after) = (at(0), at(1));
+        let [Some(first), Some(last)] = self.lanes else {
+            let inside = |offset: f64| offset.abs() <= HALF_LANE;
+            return match (inside(before.y), inside(after.y), after.x > 0.0) {
+                (false, true, true) => Manoeuvre::CutIn,
+                (_, true, true) => Manoeuvre::Following,
+                (_, true, false) => Manoeuvre::Followed,
+                _ => Manoeuvre::Parallel,
+            };
+        };
+        let in_line = |lane| matches!(lane, Lane::Same | Lane::Ahead | Lane::Behind);
+        match (first, last) {
+            (Lane::Merging, l) if in_line(l) && after.x > 0.0 => Manoeuvre::Merging,
+            (f, l) if !in_line(f) && in_line(l) => {
+                let came = self.to_first_lane.is_some_and(in_line);
+                if came && after.x > 0.0 {
+                    Manoeuvre::CutIn
+                } else {
+                    Manoeuvre::LaneChange
+                }
+            }
+            (_, l) if in_line(l) && after.x > 0.0 => Manoeuvre::Following,
+            (_, l) if in_line(l) => Manoeuvre::Followed,
+            (_, Lane::Left | Lane::Right | Lane::FurtherLeft | Lane::FurtherRight) => {
+                Manoeuvre::Parallel
+            }
+            (_, Lane::Crossing) => Manoeuvre::Crossing,
+            (_, Lane::Merging | Lane::Diverging) => Manoeuvre::Parallel,
+            _ => Manoeuvre::Other,
+        }
+    }
+}
+
+/// The kind of road under the ego.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
+pub enum RoadType {
+    /// Inside an intersection.
+    Intersection,
+    /// A motorway, its carriageways included.
+    Highway,
+    /// A ramp of a motorway.
+    Ramp,
+    /// A street in a town.
+    Urban,
+    /// A road in the country.
+    Country,
+    /// A lanelet without one of these types.
+    Untyped,
+    /// No lanelet.
+    OffRoad,
+}
+
+nearmiss_record::named!(RoadType);
+
+impl RoadType {
+    /// The road that these lanelets are part of.
+    #[must_use]
+    pub fn classify(network: &LaneletNetwork, lanelets: &[i64]) -> Self {
+        let known: Vec<_> = lanelets
+            .iter()
+            .filter_map(|id| network.lanelet(*id))
+            .collect();
+        if known.is_empty() {
+            return Self::OffRoad;
+        }
+        let has = |kinds: &[LaneletType]| {
+            known
+                .iter()
+                .any(|lanelet| lanelet.types.iter().any(|t| kinds.contains(t)))
+        };
+        let turns = |id: &i64| {
+            let incomings = network.intersections.iter().flat_map(|i| &i.incomings);
+            incomings
+                .flat_map(|i| [&i.left, &i.straight, &i.right])
+                .any(|successors| successors.contains(id))
+        };
+        if has(&[LaneletType::Intersection]) || lanelets.iter().any(turns) {
+            Self::Intersection
+        } else if has(&[LaneletType::AccessRamp, LaneletType::ExitRamp]) {
+            Self::Ramp
+        } else if has(&[
+            LaneletType::Highway,
+            LaneletType::Interstate,
+            LaneletType::MainCarriageWay,
+        ]) {
+            Self::Highway
+        } else if has(&[LaneletType::Urban]) {
+            Self::Urban
+        } else if has(&[LaneletType::Country]) {
+            Self::Country
+        } else {
+            Self::Untyped
+        }
+    }
 }

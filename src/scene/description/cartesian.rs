@@ -1,12 +1,12 @@
 //! The Cartesian description: positions of all participants on the map, step by step.
 
 use super::ego_lane::Lanes;
-use super::lanelets;
 use super::options::{Form, Moment, Options, everyone};
 use super::parts::{
-    self, Cell, Column, NO_EGO, column, everyone_there, heading, lane, name, on_the_map, subject,
+    Cell, Column, NO_EGO, column, everyone_there, heading, lane, name, on_the_map, subject,
 };
 use super::writer::{Subject, Writer};
+use super::{parts, road};
 use crate::scenario::{Motion, Scene, Window};
 
 /// Motion in the coordinates of the map.
@@ -43,7 +43,7 @@ pub(super) fn describe(w: &mut Writer, scene: &Scene, window: &Window, options: 
         Form::Compact => compact(w, scene, described),
     }
     if options.road {
-        lanelets::describe(w, scene, &steps, options);
+        road::describe_nearby(w, scene, &steps, options);
     }
 }
 

@@ -3,8 +3,6 @@
 mod cartesian;
 mod ego_centric;
 mod ego_lane;
-mod frame;
-mod lanelets;
 mod nearby;
 mod options;
 mod parts;
@@ -17,10 +15,9 @@ mod writer;
 use crate::metrics::Context;
 use crate::scenario::{Participant, Scene, Window};
 
-pub use frame::Frame;
 pub use nearby::VELOCITY_TOLERANCE;
 pub use nearmiss_base::system::{disguises, escaped_json, escaped_xml, visible};
-pub use options::{EgoAxes, Form, OF_ONE_FRAME, Options, STANDS_FAR};
+pub use options::{EgoAxes, Form, Frame, OF_ONE_FRAME, Options, STANDS_FAR};
 pub use picture::{PictureMoment, picture_moments};
 pub use safety_metrics::measure_column;
 pub use writer::{Description, Span, Subject, Value, has_relative_times};

@@ -7,7 +7,6 @@
 mod along;
 mod contact;
 mod context;
-mod encounter;
 pub mod limits;
 mod measure;
 pub mod paper;
@@ -16,7 +15,6 @@ mod recorded;
 mod registry;
 mod relation;
 mod risk;
-mod risk_levels;
 mod scene_measures;
 mod series;
 mod severity;
@@ -24,15 +22,13 @@ mod thresholds;
 
 pub use along::{LaneBody, LaneSet, Road};
 pub use contact::Contact;
-pub use context::Context;
-pub use encounter::Encounter;
+pub use context::{Context, Encounter};
 pub use limits::{LIMITS, Limit};
 pub use measure::{Danger, Measure, Mirrored};
 pub use plane::HORIZON;
 pub use registry::{MEASURES, MeasureList, NoValue, Reading, measure};
 pub use relation::{Direction, Relation, side_of_centre};
-pub use risk::{RiskConvention, ScoreAt, UNROUNDED_RISK};
-pub use risk_levels::{RISK_LEVELS, RiskLevel, RiskTable};
+pub use risk::{RISK_LEVELS, RiskConvention, RiskLevel, RiskTable, ScoreAt, UNROUNDED_RISK};
 pub use scene_measures::{Headline, Nearest, SCENE_MEASURES, SceneMeasure};
 pub use series::Series;
 pub use severity::{

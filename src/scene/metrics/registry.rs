@@ -2,8 +2,8 @@
 
 use nearmiss_base::system::unknown;
 
-use super::along::{exposure, following, required_acceleration, rss};
-use super::recorded::{closest, conflict, manoeuvre};
+use super::along::{exposure, following, rss};
+use super::recorded::{conflict, manoeuvre};
 use super::{Measure, contact, plane, relation, risk};
 
 /// Every measure, in the order of columns.
@@ -19,20 +19,20 @@ pub const MEASURES: &[Measure] = &[
     relation::V_REL_LAT,
     relation::A_REL_LONG,
     relation::A_REL_LAT,
-    closest::CLOSEST_DISTANCE,
-    closest::TIME_TO_CLOSEST,
-    closest::FIRST_OVERLAP,
+    conflict::CLOSEST_DISTANCE,
+    conflict::TIME_TO_CLOSEST,
+    conflict::FIRST_OVERLAP,
     contact::CONTACT_SPEED,
     plane::WORST_CASE_TTC,
     following::HEADWAY,
     following::TIME_GAP,
     following::TIME_HEADWAY,
     following::LANE_TTC,
-    required_acceleration::LONGITUDINAL_ACCELERATION,
-    required_acceleration::LATERAL_ACCELERATION,
+    following::LONGITUDINAL_ACCELERATION,
+    following::LATERAL_ACCELERATION,
     following::DRAC,
-    required_acceleration::BRAKE_THREAT,
-    required_acceleration::STEER_THREAT,
+    following::BRAKE_THREAT,
+    following::STEER_THREAT,
     exposure::TIME_EXPOSED,
     exposure::TIME_INTEGRATED,
     exposure::CRASH_POTENTIAL,

@@ -1,4 +1,4 @@
-//! The risk score 0 to 5 of one obstacle at one step, from gaps and times to close them, and of a whole scene.
+//! The risk score 0 to 5 of one obstacle at one step and of a whole scene, by levels of gaps and times to close them.
 //!
 //! As in "From Words to Collisions": the longitudinal and lateral scores are weighted by the
 //! direction, for distance and for time, and the mean of the two is rounded (halves up). Gaps are
@@ -6,14 +6,15 @@
 //! no worse than the exact distance of the bodies. Between turned bodies that do not touch, both gaps can be 0:
 //! then there is nothing to weigh, and the exact distance and the planar time to collision are graded instead.
 
+use std::sync::LazyLock;
+
+use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
 use super::measure::RISK;
 use super::paper::{self, TooLarge};
-use super::risk_levels::Bound;
 use super::{
-    Danger, Direction, Encounter, MEASURES, Measure, Mirrored, Reading, RiskTable, Thresholds,
-    plane,
+    Danger, Direction, Encounter, MEASURES, Measure, Mirrored, Reading, Thresholds, plane,
 };
 use crate::scenario::Scene;
 
@@ -192,6 +193,70 @@ fn of_paper(scene: &Scene) -> Result<Vec<ScoreAt>, TooLarge> {
     };
     Ok(near.map(score).collect())
 }
+
+/// One level of the table.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+pub struct RiskLevel {
+    /// 0 (collision) to 5 (negligible).
+    pub score: u8,
+    /// Its name, one word.
+    pub name: String,
+    /// Its meaning.
+    pub meaning: String,
+    /// Largest gap with this score, metres; the last level has none.
+    pub distance: Option<f64>,
+    /// Longest time with this score, seconds; the last level has none.
+    pub time: Option<f64>,
+}
+
+/// The thresholds, as data.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct RiskTable {
+    /// The source of the thresholds.
+    pub source: String,
+    /// From the most to the least dangerous.
+    #[serde(rename = "level")]
+    pub levels: Vec<RiskLevel>,
+}
+
+/// The table that comes with the program.
+pub static RISK_LEVELS: LazyLock<RiskTable> = LazyLock::new(|| {
+    // A program without its own table could only give wrong scores; a test reads the file.
+    toml::from_str(include_str!("thresholds/risk.toml"))
+        .expect("the program's own risk table is right")
+});
+
+impl RiskTable {
+    /// The score of a gap, metres.
+    #[must_use]
+    pub fn of_distance(&self, gap: f64) -> u8 {
+        self.score(gap, |level| level.distance)
+    }
+
+    /// The score of a time to close a gap, seconds; without one the least dangerous.
+    #[must_use]
+    pub fn of_time(&self, time: Option<f64>) -> u8 {
+        time.map_or(5, |time| self.score(time, |level| level.time))
+    }
+
+    /// The score of a gap or a time; beyond all bounds the least dangerous.
+    pub(super) fn score(&self, value: f64, bound: Bound) -> u8 {
+        let found = self
+            .levels
+            .iter()
+            .find(|l| bound(l).is_none_or(|b| value <= b));
+        found.map_or(5, |l| l.score)
+    }
+
+    /// The level with this score.
+    #[must_use]
+    pub fn level(&self, score: u8) -> Option<&RiskLevel> {
+        self.levels.iter().find(|l| l.score == score)
+    }
+}
+
+/// Which bound of a level.
+pub(super) type Bound = fn(&RiskLevel) -> Option<f64>;
 
 #[cfg(test)]
 mod tests {

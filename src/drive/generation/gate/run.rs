@@ -7,7 +7,7 @@ use nearmiss_scene::scenario::{
     Motion, Obstacle, ObstacleRole, Prediction, Scenario, Steps, driven_way,
 };
 
-use super::{Gate, place_checks};
+use super::{Gate, checks};
 use crate::generation::{Capability, Change, Refusal};
 
 /// Continues, or ends at the first refusal.
@@ -109,8 +109,7 @@ impl<'a> Run<'a> {
         contact: Option<i64>,
         found: &mut Findings,
     ) -> Option<Self> {
-        let (obstacle, footprint, can) = match place_checks::who(gate.scenario, gate.style, change)
-        {
+        let (obstacle, footprint, can) = match checks::who(gate.scenario, gate.style, change) {
             Ok(who) => who,
             Err(refusal) => {
                 let _ = found.say(false, refusal);
@@ -118,7 +117,7 @@ impl<'a> Run<'a> {
             }
         };
         let motions = change.motions.as_slice();
-        if place_checks::is_no_motion(motions, found).is_break() || !found.refusals.is_empty() {
+        if checks::is_no_motion(motions, found).is_break() || !found.refusals.is_empty() {
             return None;
         }
         // The first state is the recorded one, whatever acceleration the change continues with.
@@ -215,7 +214,7 @@ pub(super) fn same(a: &Motion, b: &Motion) -> bool {
 
 /// Whether place, heading and speed are the same.
 fn is_placed_alike(a: &Motion, b: &Motion) -> bool {
-    place_checks::differences(a, b).all(|(_, difference)| difference <= NUMBER_TOLERANCE)
+    checks::differences(a, b).all(|(_, difference)| difference <= NUMBER_TOLERANCE)
 }
 
 /// Largest difference between two numbers that should be equal.

@@ -3,7 +3,7 @@
 use super::guide;
 use crate::planner::pace::Pace;
 use crate::planner::profile::{Lateral, Profile};
-use crate::planner::samples::{Level, Sampler, start};
+use crate::planner::settings::{Level, Sampler, start};
 use crate::planner::{Body, Polynomial, Settings, Traffic};
 use nearmiss_base::geometry::{Footprint, Shape};
 

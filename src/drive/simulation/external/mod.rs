@@ -9,7 +9,6 @@ mod process;
 mod protocol;
 mod reading;
 mod session;
-mod trajectory;
 
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};

@@ -6,8 +6,7 @@ use serde_json::Value;
 
 use super::messages::{SceneMessageBuilder, hello};
 use super::protocol::{Message, PlannedState, Ready, ReferencePoint, Trajectory};
-use super::reading::{answer, ready};
-use super::trajectory::{Reader, joined};
+use super::reading::{Reader, answer, joined, ready};
 use super::{PlannerFault, *};
 use crate::planner::{self, Forecast, Limits, VehicleState};
 use crate::simulation::{Driver, Settings};

@@ -1,9 +1,7 @@
 //! Traffic that reacts, worked out by hand: where it stops, who waits, what triggers it, and that it is recorded else.
 
-use super::course::Course;
-use super::leader::{Ahead, ExpectedPath, Neighbour};
-use super::reacting::{Idm, Reacting};
-use super::trigger::Follower;
+use super::course::{Ahead, Course, ExpectedPath, Neighbour};
+use super::reacting::{Follower, Idm, Reacting};
 use super::{HitFromBehind, TrafficMode};
 use crate::planner::{Forecast, Settings as Planning};
 use crate::simulation::{Driver, Outcome, Rollout, Settings};

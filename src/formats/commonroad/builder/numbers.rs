@@ -1,6 +1,6 @@
 //! Checks numbers, and turns them into quantities and time steps.
 
-use nearmiss_scene::scenario::plausibility::limits::{
+use nearmiss_scene::scenario::plausibility::{
     LARGEST_NUMBER, LATEST_STEP, is_tiny, refused_coordinate, refused_size,
 };
 use nearmiss_scene::scenario::{Quantity, Severity, StateField, Steps};

@@ -2,15 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
+use nearmiss_scene::scenario::plausibility::refused_time_step;
 use nearmiss_scene::scenario::{Environment, GeoTransformation, Header, Location, Severity};
 
 use super::messages::{
     self, FileInformation, MapId, ScenarioInformation, ScenarioMetaInformation, TimeStamp,
 };
 use super::report::FieldPath;
+use super::values::{EnvironmentWords, UNDERGROUNDS};
 use super::wire::{benchmark_id, map_name};
-use super::words::{EnvironmentWords, UNDERGROUNDS};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::{SourceLocation, check_benchmark_id};
 use crate::commonroad::elements::{UNKNOWN_DEGREES, UNKNOWN_ID};

@@ -19,10 +19,9 @@ use super::messages::{
 };
 use super::report::{FieldPath, Report};
 use super::shapes::body;
-use super::values::{Elements, ids};
+use super::values::{ENVIRONMENT_2024, Elements, MAP_OBSTACLE_TYPES, ids};
 use super::wire::Field;
-use super::words::{ENVIRONMENT_2024, MAP_OBSTACLE_TYPES};
-use super::{obstacles, road, signs};
+use super::{obstacles, road};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::{ScenarioBuilder, SourceLocation};
 
@@ -272,7 +271,7 @@ pub(super) fn sign(
 ) -> Result<Sign, ReadError> {
     Ok(Sign {
         id: at.need("traffic_sign_id", message.traffic_sign_id)?.into(),
-        elements: signs::elements(at, &message.traffic_sign_elements, country)?,
+        elements: road::sign_elements(at, &message.traffic_sign_elements, country)?,
         position: Some(at.needed_point("position", message.position.as_ref())?),
         is_virtual: message.is_virtual.unwrap_or(false),
     })
@@ -395,7 +394,7 @@ pub(super) fn read_traffic(
     for (i, message) in signs.iter().enumerate() {
         let at = root.nth("traffic_sign_value", i);
         let id = at.need("traffic_sign_id", message.traffic_sign_id)?;
-        let elements = signs::elements(&at, &message.traffic_sign_elements, &map.country)?;
+        let elements = road::sign_elements(&at, &message.traffic_sign_elements, &map.country)?;
         changes.signs.insert(id.into(), (i, elements));
     }
     Ok(Dynamic {

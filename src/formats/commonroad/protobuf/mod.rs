@@ -9,10 +9,8 @@ mod obstacles;
 mod report;
 mod road;
 mod shapes;
-mod signs;
 mod values;
 pub(crate) mod wire;
-mod words;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

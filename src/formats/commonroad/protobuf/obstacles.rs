@@ -12,8 +12,7 @@ use super::messages::{
 };
 use super::report::FieldPath;
 use super::shapes::{Decode, region};
-use super::values::ids;
-use super::words::{OBSTACLE_TYPES, TAGS};
+use super::values::{OBSTACLE_TYPES, TAGS, ids};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::{self, SourceLocation, is_needed, set_quantity};
 

@@ -4,13 +4,14 @@ use std::collections::HashSet;
 
 use jiff::civil::{Date, DateTime};
 
-use super::kind::{BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, legal};
-use super::{ProblemSolution, Solution, SolutionState, SolutionTrajectory, TrajectoryKind};
+use super::{
+    BenchmarkId, COST_FUNCTIONS, POINT_MASS_COSTS, ProblemSolution, Solution, SolutionState,
+    SolutionTrajectory, TrajectoryKind, legal,
+};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::refused_step;
 use crate::commonroad::xml::{Element, Xml, decoded, short};
-use nearmiss_scene::scenario::plausibility::limits::doubtful;
-use nearmiss_scene::scenario::plausibility::missing_steps;
+use nearmiss_scene::scenario::plausibility::{doubtful, missing_steps};
 use nearmiss_scene::scenario::{Quantity, Severity, StateField, Steps, VehicleModel, identity};
 
 const ROOT: &str = "CommonRoadSolution";

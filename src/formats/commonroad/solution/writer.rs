@@ -7,12 +7,12 @@ use nearmiss_scene::scenario::{Header, Motion, Track, VehicleModel, VehicleType}
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 
-use super::kind::{self, is_word, legal};
 use super::{
     ProblemSolution, Solution, SolutionError, SolutionState, SolutionTrajectory, TrajectoryKind,
+    is_word, legal,
 };
 use crate::commonroad::WriteError;
-use crate::commonroad::xml_writer::{XmlWriter, number};
+use crate::commonroad::writer::{XmlWriter, number};
 
 /// The solution as an XML file in UTF-8. The same solution gives the same bytes.
 ///
@@ -34,7 +34,7 @@ fn document(solution: &Solution, order: &[&ProblemSolution]) -> Result<Vec<u8>, 
         xml: Writer::new_with_indent(Vec::new(), b' ', 2),
     };
     out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    let mut root = vec![("benchmark_id", kind::compose(solution, order))];
+    let mut root = vec![("benchmark_id", super::compose_benchmark_id(solution, order))];
     let time = solution.computation_time.map(number);
     root.extend(time.map(|t| ("computation_time", t)));
     let date = solution.date.map(|d| d.strftime("%Y-%m-%dT%H:%M:%S"));

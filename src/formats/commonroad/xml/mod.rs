@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::cell::Cell;
 
 use nearmiss_base::geometry::ShapeError;
-use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
+use nearmiss_scene::scenario::plausibility::MOST_PARTS;
 use nearmiss_scene::scenario::{Diagnostic, Severity};
 use quick_xml::Reader;
 use quick_xml::errors::{Error, SyntaxError};

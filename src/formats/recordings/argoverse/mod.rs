@@ -1,14 +1,13 @@
 //! Argoverse 2 motion forecasting: a Parquet file of tracks and a map in JSON beside it.
 
 mod map;
-mod pages;
 mod table;
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use nearmiss_base::system;
-use nearmiss_scene::scenario::plausibility::limits::LATEST_STEP;
+use nearmiss_scene::scenario::plausibility::LATEST_STEP;
 use nearmiss_scene::scenario::{ContentHash, ObstacleType, Scenario};
 
 use super::assembly::{self, About, Ids, Map, assemble};

@@ -7,7 +7,7 @@ use nearmiss_scene::scenario::{
     Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Sign, SignElement,
 };
 
-use super::meta::Recording;
+use super::tables::Recording;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::assembly::{Ids, Map};

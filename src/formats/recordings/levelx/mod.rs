@@ -4,8 +4,7 @@
 //! minutes and is opened in windows around one track.
 
 mod map;
-mod meta;
-mod rows;
+mod tables;
 
 use std::collections::{BTreeMap, HashMap};
 use std::mem::size_of;
@@ -22,10 +21,9 @@ use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};
 use crate::recordings::report::Leftovers;
-use meta::{Recording, TrackMeta};
-use rows::{Kind, Row};
+use tables::{Kind, Recording, Row, TrackMeta};
 
-pub use rows::missing_columns;
+pub use tables::missing_columns;
 
 /// The format.
 pub struct LevelX;
@@ -332,8 +330,8 @@ fn cached_recording(path: &Path) -> Result<Arc<Recorded>, ReadError> {
     let (about, tracks) = (find("_recordingMeta.csv")?, find("_tracksMeta.csv")?);
     RECORDINGS.get(&[path, &about, &tracks], || {
         let mut leftovers = Leftovers::default();
-        let recording = meta::recording(&about, &mut leftovers)?;
-        let tracks = meta::tracks(&tracks, &recording, &mut leftovers)?;
+        let recording = tables::recording(&about, &mut leftovers)?;
+        let tracks = tables::tracks(&tracks, &recording, &mut leftovers)?;
         let recorded = Recorded::read(path, &report, recording, tracks, leftovers)?;
         let size = recorded.size();
         Ok((recorded, size))
@@ -357,7 +355,7 @@ impl Recorded {
     ) -> Result<Self, ReadError> {
         let mut rows = Vec::new();
         let mut extent: Option<(f64, f64)> = None;
-        let commas = rows::each(path, report, &mut leftovers, &mut |row: &Row| {
+        let commas = tables::each(path, report, &mut leftovers, &mut |row: &Row| {
             if rows.len() == MOST_ROWS {
                 return Err(report.fail(format!("more than {MOST_ROWS} rows")));
             }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use nearmiss_base::geometry::Point;
-use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
+use nearmiss_scene::scenario::plausibility::MOST_PARTS;
 
 use super::sqlite::{Database, Record};
 use crate::commonroad::ReadError;

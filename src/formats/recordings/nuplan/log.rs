@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nearmiss_base::system::FileCache;
 use nearmiss_scene::scenario::ObstacleType;
-use nearmiss_scene::scenario::plausibility::limits::{LATEST_STEP, refused_time_step};
+use nearmiss_scene::scenario::plausibility::{LATEST_STEP, refused_time_step};
 
 use super::motion::SweepRows;
 use super::sqlite::{Database, MAGIC, TableColumns, Token, first_names};

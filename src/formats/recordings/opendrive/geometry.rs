@@ -3,7 +3,7 @@
 use super::tree::Node;
 use crate::commonroad::ReadError;
 use nearmiss_base::geometry::{Point, Pose, Vector};
-use nearmiss_scene::scenario::plausibility::limits::refused_coordinate;
+use nearmiss_scene::scenario::plausibility::refused_coordinate;
 
 /// A cubic from an offset on.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -2,9 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::lane::{Lane, Section};
 use super::links::{Connection, Key, contacts};
-use super::road::{End, Road, Signal};
+use super::road::{End, Lane, Road, Section, Signal};
 use super::{KeptSigns, TOLERANCE};
 use crate::commonroad::builder::SourceLocation;
 use crate::opendrive::signals::marking;

@@ -4,8 +4,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use nearmiss_base::geometry::Point;
 
-use super::lane::Lane;
-use super::road::{End, Road, RoadLink, contact};
+use super::road::{End, Lane, Road, RoadLink, contact};
 use super::tree::Node;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;

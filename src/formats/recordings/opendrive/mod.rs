@@ -1,7 +1,6 @@
 //! OpenDRIVE: roads as lanelets.
 
 mod geometry;
-mod lane;
 mod lanelets;
 mod links;
 mod road;
@@ -19,9 +18,8 @@ use crate::commonroad::ReadError;
 use crate::opendrive::signals::{STOP_LINE, SignalKey};
 use crate::opendrive::user_data::KeptLanelet;
 use geometry::Offset;
-use lane::Lane;
 use links::Key;
-use road::Road;
+use road::{Lane, Road};
 use tree::Node;
 
 /// How far borders of lanelets are from those of the roads at most, metres.

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use crate::commonroad::ReadError;
 use crate::commonroad::xml::{Element, Xml, decoded};
-use nearmiss_scene::scenario::plausibility::limits::refused_coordinate;
+use nearmiss_scene::scenario::plausibility::refused_coordinate;
 
 /// An element with its attributes and children. Whoever asks for one of them reads it: what nobody asked for is
 /// [unused](Node::unused).

@@ -3,7 +3,6 @@
 mod entities;
 mod expression;
 mod motion;
-mod player_log;
 mod storyboard;
 mod tracks;
 mod trajectory;
@@ -12,7 +11,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use nearmiss_base::system;
-use nearmiss_scene::scenario::plausibility::limits::refused_time_step;
+use nearmiss_scene::scenario::plausibility::refused_time_step;
 use nearmiss_scene::scenario::{
     ContentHash, LaneletNetwork, LightPhase, PlanningProblem, Position, Scenario, SignalColor,
     TrafficLight,
@@ -30,8 +29,7 @@ use crate::opendrive::signals::{signal_keys, speed_limit};
 use crate::openscenario::DOCUMENT;
 use crate::recordings::opendrive::KeptSigns;
 use entities::{Entity, entities, is_own_property};
-use player_log::Played;
-use tracks::{Timeline, own_number};
+use tracks::{Played, Timeline, own_number};
 
 /// The format.
 pub struct OpenScenario;

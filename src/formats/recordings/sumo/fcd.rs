@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 
 use nearmiss_base::geometry::{Point, normalize_angle};
-use nearmiss_scene::scenario::plausibility::limits::{MOST_PARTS, refused_coordinate};
+use nearmiss_scene::scenario::plausibility::{MOST_PARTS, refused_coordinate};
 
 use super::geo;
 use crate::commonroad::builder::SourceLocation;

@@ -3,9 +3,7 @@
 mod fcd;
 mod files;
 mod geo;
-mod lanes;
 mod net;
-mod types;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -18,11 +16,11 @@ use super::windows::{self, LongRecording, WindowRequest};
 use crate::commonroad::ReadError;
 use crate::dispatch::{Address, Format, Parts};
 use fcd::{Recorded, Vehicle, VehicleAtStep};
+use files::{Types, VehicleType};
 use geo::Placement;
 use nearmiss_base::geometry::Point;
 use nearmiss_base::system::{self, FileCache};
 use nearmiss_scene::scenario::{ContentHash, HashedBeginning, Scenario};
-use types::{Types, VehicleType};
 
 /// The format.
 pub struct Sumo;
@@ -295,7 +293,7 @@ fn scenario(
     let (map, map_hash) = match net.filter(|_| has_lanes) {
         Some((_, net)) => {
             let start = recorded.start() + steps.0 as f64 * dt;
-            lanes::map(&report, &net, &mut ids.0, (start, dt))
+            net::to_map(&report, &net, &mut ids.0, (start, dt))
         }
         None => (Map::default(), ContentHash::digest(b"")),
     };

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use nearmiss_base::geometry::{Point, Vector};
-use nearmiss_scene::scenario::plausibility::limits::MOST_PARTS;
+use nearmiss_scene::scenario::plausibility::MOST_PARTS;
 use nearmiss_scene::scenario::{
     Lanelet, LightPhase, LineMarking, Sign, SignElement, SignalColor, StopLine, TrafficDirection,
     TrafficLight,

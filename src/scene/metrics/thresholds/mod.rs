@@ -1,6 +1,5 @@
 //! From where on values are dangerous, and the limits behind measures: as shipped, or as a file changes them.
 
-mod entries;
 mod file;
 
 use std::sync::LazyLock;

@@ -3,7 +3,7 @@
 use nearmiss_base::geometry::{Bounds, Point, Shape, convex_hull, convex_overlap};
 
 use super::lanelets::self_crossing;
-use super::{ElementRef, Finding, Findings, Row, and_more, beyond, limits, motion};
+use super::{ElementRef, Finding, Findings, Row, and_more, beyond, motion};
 use crate::scenario::obstacle::sample;
 use crate::scenario::{
     Obstacle, ObstacleRole, ObstacleType, Occupancy, Prediction, Scenario, Severity, State,
@@ -194,7 +194,7 @@ pub(super) fn quantities(states: &[&State]) -> Vec<(usize, String)> {
         .into_iter()
         .filter_map(|(f, q)| Some((f, q?)));
         for (field, quantity) in said.chain(state.more.iter().copied()) {
-            let Some(message) = limits::doubtful(field, quantity) else {
+            let Some(message) = super::doubtful(field, quantity) else {
                 continue;
             };
             match found.iter_mut().find(|(known, ..)| *known == field) {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{ElementRef, Findings, beyond, gap, limits, obstacles};
+use super::{ElementRef, Findings, beyond, gap, obstacles};
 use crate::scenario::{
     Goal, LONGEST_TRACK, LaneletNetwork, Obstacle, ObstacleRole, PlanningProblem, Position,
     Quantity, Scenario, StateField, Steps,
@@ -125,7 +125,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
         ));
     }
     // An open end was said where it was read.
-    if to < limits::LATEST_STEP && to.saturating_sub(begins) > LONGEST_TRACK {
+    if to < super::LATEST_STEP && to.saturating_sub(begins) > LONGEST_TRACK {
         say(format!(
             "a goal from time step {from} to {to}, {:.0} s after the start",
             to.saturating_sub(begins) as f64 * scenario.dt()
@@ -133,7 +133,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
     }
     if let Some(velocity) = goal.velocity {
         let (low, high) = ends(velocity);
-        if high < -limits::FASTEST_BACKWARDS || low > limits::FASTEST {
+        if high < -super::FASTEST_BACKWARDS || low > super::FASTEST {
             say(format!(
                 "a goal speed of {low} to {high} m/s is unreachable for road users"
             ));
@@ -145,7 +145,7 @@ fn goal(scenario: &Scenario, problem: &PlanningProblem, goal: &Goal, say: &mut i
             say(format!(
                 "a goal with headings from {low} to {high}, more than a full turn"
             ));
-        } else if let Some(message) = limits::doubtful(StateField::Orientation, orientation) {
+        } else if let Some(message) = super::doubtful(StateField::Orientation, orientation) {
             say(format!("a goal: {message}"));
         }
     }
@@ -187,7 +187,7 @@ fn too_far(
     let time = until.saturating_sub(problem.initial.time.from) as f64 * dt;
     let metres = beyond(goal, &at);
     let speed = problem.initial.velocity.map_or(0.0, |v| v.middle().abs());
-    let reach = (speed * time + STRONGEST * time * time / 2.0).min(limits::FASTEST * time);
+    let reach = (speed * time + STRONGEST * time * time / 2.0).min(super::FASTEST * time);
     if time > 0.0 && metres > reach {
         say(format!(
             "a goal {metres:.0} m away in {time:.1} s, too far for any vehicle"

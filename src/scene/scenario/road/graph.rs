@@ -4,7 +4,7 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use petgraph::visit::EdgeRef;
 
 use super::Lane;
-use super::index::includes;
+use super::matching::includes;
 use crate::scenario::{Lanelet, LaneletNetwork, RoadUser};
 use nearmiss_base::geometry::{angle_between, normalize_angle};
 

@@ -1,18 +1,16 @@
 //! The lanelet network as a road: what lies where, lanes, the graph, routes, the drivable area.
 
 mod graph;
-mod index;
 mod lane;
 mod lane_relation;
 mod matching;
-mod reference;
 mod route;
 
 pub use graph::{DirectedLanelet, Direction, LaneGraph, Side};
-pub use index::DrivableArea;
-pub(super) use index::Index;
 pub use lane::Lane;
 pub use lane_relation::{LaneRelation, LaneRelations};
+pub use matching::DrivableArea;
+pub(super) use matching::Index;
 pub use route::{Destination, Leg, Route, RouteError};
 
 /// Costs and distances that differ by less are alike, metres: rounding must not choose between them.

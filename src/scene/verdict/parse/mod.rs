@@ -5,11 +5,14 @@ use std::collections::HashSet;
 use serde_json::Value;
 
 use super::answer_schema::{self, CollisionAnswer, RecordingAnswer, SafetyAnswer};
-use super::lenient::{self, End, JsonPiece};
+use super::lenient::{End, JsonPiece};
 use super::parsed_answer::Notes;
 use super::trajectory::TrajectoryAnswer;
-use super::values::{self, Object};
-use super::{AttackerChoice, NewMotion, ParsedAnswer, Task, Verdict, attacker, critical, decision};
+use super::values::Object;
+use super::{
+    AttackerChoice, NewMotion, ParsedAnswer, Task, Verdict, critical, decision, lenient,
+    trajectory, values,
+};
 
 /// How an answer was parsed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -251,13 +254,13 @@ impl<'a> AnswerObjects<'a> {
         // An answer with a yes or no lists obstacles for that, not as attackers.
         let other_task = self.objects.iter().any(|(_, o)| decision::is_stated(o));
         self.objects.iter().rev().find_map(|(piece, object)| {
-            if other_task && !attacker::is_named(object) {
+            if other_task && !trajectory::is_named(object) {
                 return None;
             }
             let mut notes = self.notes(piece);
             let choice = strict::<AttackerChoice>(Task::Attacker, object).or_else(|| {
                 notes.add("read from keys other than those requested");
-                attacker::interpret(object, &mut notes)
+                trajectory::interpret(object, &mut notes)
             })?;
             Some(Reading {
                 said: ParsedAnswer::Attacker(choice),
@@ -272,7 +275,7 @@ impl<'a> AnswerObjects<'a> {
             let answer = match strict::<TrajectoryAnswer>(Task::Trajectory, object) {
                 Some(answer) => Some(answer),
                 None => {
-                    attacker::interpret_motion(object, &mut notes).map_err(NoVerdict::Unusable)?
+                    trajectory::interpret_motion(object, &mut notes).map_err(NoVerdict::Unusable)?
                 }
             };
             if let Some(answer) = answer {
@@ -284,7 +287,7 @@ impl<'a> AnswerObjects<'a> {
         let points: Vec<Value> = match self.pieces.iter().rev().find_map(|p| rows(&p.value)) {
             Some(rows) => rows.to_vec(),
             None => {
-                let points = self.objects.iter().filter(|(_, o)| attacker::is_point(o));
+                let points = self.objects.iter().filter(|(_, o)| trajectory::is_point(o));
                 points.map(|(_, o)| Value::Object((*o).clone())).collect()
             }
         };
@@ -315,8 +318,8 @@ impl<'a> AnswerObjects<'a> {
             notes.note_repairs(piece);
         }
         notes.add("the waypoints were merged from several objects");
-        let waypoints =
-            attacker::waypoints(&Value::Array(points), &mut notes).map_err(NoVerdict::Unusable)?;
+        let waypoints = trajectory::waypoints(&Value::Array(points), &mut notes)
+            .map_err(NoVerdict::Unusable)?;
         let answer = TrajectoryAnswer {
             obstacle,
             waypoints: Some(waypoints),

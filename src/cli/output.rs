@@ -1,0 +1,442 @@
+//! What commands write: data on standard output or into a file, as text or as a table; words on standard error.
+
+pub use nearmiss_record::{
+    Align, Cell, Column, Encoded, Format, Kind, Row, Table, line, lines as table_lines,
+};
+pub use nearmiss_scene::description::escaped_xml;
+pub use nearmiss_study::evaluation::local_time as local;
+
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use jiff::Timestamp;
+use nearmiss_base::system::{NewFile, SaveError};
+
+use super::{Failure, Outcome, json};
+
+/// Writes text; a reader that closed the pipe ends the program's output, not the program.
+pub fn text(text: &str) -> Result<(), Failure> {
+    try_text(text).map(drop)
+}
+
+/// Writes text, and returns whether it is still read: false where the pipe is closed.
+pub fn try_text(text: &str) -> Result<bool, Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+        Err(e) => Err(Failure::system("standard output", &e)),
+        Ok(()) => Ok(true),
+    }
+}
+
+/// Says one line on standard error, with the control characters of file names and messages shown instead of obeyed.
+pub fn say(words: &str) {
+    // Nothing can be done about a standard error that is gone.
+    let _ = writeln!(io::stderr().lock(), "{}", visible(words));
+}
+
+/// Says several lines on standard error, as [`say`] does one.
+pub fn lines(words: &str) {
+    words.trim_end().lines().for_each(say);
+}
+
+/// Writes one JSON object on one line, with the version of its form.
+pub fn json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    text(&json_line(value)?)
+}
+
+/// Writes an output as one JSON object on one line, with the version of its form.
+pub fn document(output: &impl json::Output) -> Result<(), Failure> {
+    text(&document_line(output)?)
+}
+
+/// An output as one JSON object on one line, with the version of its form.
+pub fn document_line(output: &impl json::Output) -> Result<String, Failure> {
+    json_line(&output.document().map_err(Failure::input)?)
+}
+
+/// One JSON object as a line that no terminal obeys, with the version of its form.
+pub fn json_line(value: &impl serde::Serialize) -> Result<String, Failure> {
+    nearmiss_record::json_line(value).map_err(Failure::input)
+}
+
+/// Writes records of CSV.
+pub fn csv<R>(records: impl IntoIterator<Item = R>) -> Outcome
+where
+    R: IntoIterator<Item: AsRef<str>>,
+{
+    text(&String::from_utf8_lossy(&nearmiss_record::csv(records)))
+}
+
+/// A table that goes to a file or to standard output.
+pub type TableWriter = nearmiss_record::TableWriter<Target>;
+
+/// Refuses a format that a terminal or a pipe cannot take.
+pub fn check_format(format: Format, file: Option<&std::path::Path>) -> Outcome {
+    match (format, file) {
+        (Format::Parquet, None) => Err(Failure::input("Parquet needs a file: -o FILE")),
+        _ => Ok(()),
+    }
+}
+
+/// A count with its noun: `1 run`, `2 runs`.
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}
+
+/// So many of all scenarios: `2 of 7 scenarios`, and of a single one `the scenario`.
+#[must_use]
+pub fn of_scenarios(count: usize, all: usize) -> String {
+    match all {
+        1 => "the scenario".into(),
+        _ => format!("{count} of {all} scenarios"),
+    }
+}
+
+/// Text from outside with its control characters shown instead of obeyed.
+#[must_use]
+pub fn visible(text: &str) -> String {
+    nearmiss_scene::description::visible(text).into_owned()
+}
+
+/// How results are printed.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct FormatOption {
+    /// Form of the output [default: table].
+    #[arg(long, value_enum)]
+    format: Option<PrintedFormat>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+enum PrintedFormat {
+    /// Text for people.
+    #[default]
+    #[value(alias = "text")]
+    Table,
+    /// JSON: one object; of several, one a line.
+    #[value(alias = "jsonl")]
+    Json,
+}
+
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, PrintedFormat)] = &[
+    ("txt", PrintedFormat::Table),
+    ("json", PrintedFormat::Json),
+    ("jsonl", PrintedFormat::Json),
+    ("ndjson", PrintedFormat::Json),
+];
+
+impl FormatOption {
+    /// Whether JSON is printed.
+    pub fn is_json(self) -> bool {
+        self.format == Some(PrintedFormat::Json)
+    }
+
+    /// Whether JSON is written to this file, by the option or by the ending of its name.
+    ///
+    /// # Errors
+    /// The ending asks for neither text nor JSON, or for the other one.
+    pub fn is_json_in(self, file: Option<&Path>) -> Result<bool, Failure> {
+        let known = (ENDINGS, ".txt, .json and .jsonl");
+        let format = format_of(self.format, file, PrintedFormat::Table, known)?;
+        Ok(format == PrintedFormat::Json)
+    }
+}
+
+/// The option for it, on the command line.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct ForSpreadsheet {
+    /// For CSV that a spreadsheet opens: put an apostrophe before text that it would run as a formula.
+    #[arg(long)]
+    for_spreadsheet: bool,
+}
+
+impl ForSpreadsheet {
+    /// Refuses it for other formats, and where nothing is written.
+    pub fn check(self, is_csv: bool) -> Outcome {
+        if self.for_spreadsheet && !is_csv {
+            Err(Failure::input(
+                "--for-spreadsheet is for CSV alone; choose it as the format",
+            ))
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Whether it was asked for.
+    pub fn is_asked(self) -> bool {
+        self.for_spreadsheet
+    }
+
+    /// CSV as it was asked for.
+    pub fn applied(self, csv: Vec<u8>) -> Vec<u8> {
+        if self.for_spreadsheet {
+            without_formulas(&csv)
+        } else {
+            csv
+        }
+    }
+}
+
+/// The same CSV, whose cells are no formulas.
+fn without_formulas(csv: &[u8]) -> Vec<u8> {
+    let mut reader = csv::ReaderBuilder::new();
+    let reader = reader.has_headers(false).flexible(true).from_reader(csv);
+    let mut writer = csv::WriterBuilder::new()
+        .flexible(true)
+        .from_writer(Vec::new());
+    for record in reader.into_byte_records().flatten() {
+        let cells = record.iter().map(|cell| {
+            if std::str::from_utf8(cell).is_ok_and(nearmiss_record::begins_formula) {
+                [b"'", cell].concat()
+            } else {
+                cell.to_vec()
+            }
+        });
+        // Writing to memory does not fail.
+        let _ = writer.write_record(cells);
+    }
+    writer.into_inner().unwrap_or_default()
+}
+
+/// The file that a command writes, on the command line.
+#[derive(Debug, clap::Args)]
+pub struct OutputFile {
+    /// File to write; - is standard output, which is the default.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Replace an existing file.
+    #[arg(long, requires = "output")]
+    overwrite: bool,
+}
+
+impl OutputFile {
+    /// The file; `None` for standard output.
+    pub fn file(&self) -> Option<&Path> {
+        file_of(self.output.as_deref())
+    }
+
+    /// Whether existing files are replaced.
+    pub fn overwrites(&self) -> bool {
+        self.overwrite
+    }
+
+    /// Begins to write.
+    pub fn begin(&self) -> Result<Target, Failure> {
+        Target::begin(self.file(), self.overwrite)
+    }
+}
+
+/// The file that `-o` names; `-` is standard output.
+pub fn file_of(output: Option<&Path>) -> Option<&Path> {
+    output.filter(|path| *path != Path::new("-"))
+}
+
+/// The format that was asked for, or that the ending of the file's name asks for, which must agree; `known` lists the
+/// endings.
+pub fn format_of<F: Copy + PartialEq>(
+    asked: Option<F>,
+    file: Option<&Path>,
+    default: F,
+    (endings, known): (&[(&str, F)], &str),
+) -> Result<F, Failure> {
+    let named = file.and_then(|file| format_of_name(file, endings));
+    // A form without an ending, such as a list of paths, goes into any file.
+    let own = asked.and_then(|asked| endings.iter().find(|(_, format)| *format == asked));
+    match (asked, file) {
+        (Some(format), Some(file)) => match (own, named) {
+            (Some((own, _)), Some(named)) if named != format => Err(Failure::input(format!(
+                "--format {own} contradicts the file name {}; drop --format or rename the file",
+                file.display()
+            ))),
+            _ => Ok(format),
+        },
+        (Some(format), None) => Ok(format),
+        (None, None) => Ok(default),
+        (None, Some(file)) => match named {
+            Some(format) => Ok(format),
+            // A folder is refused where the file is begun.
+            None if file.is_dir() => Ok(default),
+            None => Err(Failure::input(format!(
+                "{}: unknown file extension; known are {known}; --format works with any name",
+                file.display()
+            ))),
+        },
+    }
+}
+
+/// The format that a file's name asks for.
+pub fn format_of_name<F: Copy>(file: &Path, endings: &[(&str, F)]) -> Option<F> {
+    let ending = file.extension()?.to_str()?.to_ascii_lowercase();
+    let found = endings.iter().find(|(known, _)| *known == ending);
+    found.map(|(_, format)| *format)
+}
+
+/// Destination of bytes.
+pub struct Target {
+    /// The file; `None` for standard output.
+    file: Option<PathBuf>,
+    out: Out,
+}
+
+enum Out {
+    Stdout(Lines),
+    File(BufWriter<NewFile>),
+}
+
+impl Target {
+    /// Begins a file, or standard output where there is none.
+    pub fn begin(file: Option<&Path>, overwrite: bool) -> Result<Self, Failure> {
+        let Some(path) = file else {
+            return Ok(Self::stdout(AT_ONCE));
+        };
+        if path.is_dir() {
+            return Err(Failure::input(format!(
+                "{}: is a folder; name a file in it",
+                path.display()
+            )));
+        }
+        let file = NewFile::begin(path, overwrite).map_err(|error| refused(&error))?;
+        Ok(Self {
+            file: Some(path.to_path_buf()),
+            out: Out::File(BufWriter::new(file)),
+        })
+    }
+
+    /// The same; standard output, too, gets all or nothing.
+    pub fn begin_whole(file: Option<&Path>, overwrite: bool) -> Result<Self, Failure> {
+        match file {
+            None => Ok(Self::stdout(usize::MAX)),
+            file => Self::begin(file, overwrite),
+        }
+    }
+
+    fn stdout(at_once: usize) -> Self {
+        let waiting = Vec::new();
+        Self {
+            file: None,
+            out: Out::Stdout(Lines { waiting, at_once }),
+        }
+    }
+
+    /// Writes the last of it, and puts a file in its place.
+    pub fn finish(self) -> Outcome {
+        let file = self.file.as_deref();
+        match self.out {
+            Out::Stdout(mut lines) => written(file, lines.flush()).map(drop),
+            Out::File(out) => {
+                let whole = out.into_inner().map_err(io::IntoInnerError::into_error);
+                match written(file, whole)? {
+                    Some(whole) => whole.finish().map_err(Failure::input),
+                    None => Ok(()),
+                }
+            }
+        }
+    }
+
+    /// Writes everything, and puts a file in its place.
+    pub fn save(mut self, bytes: &[u8]) -> Outcome {
+        let done = self.write_all(bytes);
+        match written(self.file.as_deref(), done)? {
+            Some(()) => self.finish(),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What was written to a file or to standard output; `None` where the reader of a pipe has seen enough.
+pub fn written<T>(file: Option<&Path>, result: io::Result<T>) -> Result<Option<T>, Failure> {
+    match (result, file) {
+        (Ok(done), _) => Ok(Some(done)),
+        (Err(error), None) if error.kind() == io::ErrorKind::BrokenPipe => Ok(None),
+        (Err(error), None) => Err(Failure::system("standard output", &error)),
+        (Err(error), Some(path)) => Err(Failure::system(path.display(), &error)),
+    }
+}
+
+/// An error of saving, with what to do on the command line.
+pub fn refused(error: &SaveError) -> Failure {
+    let hint = match error {
+        SaveError::Exists(_) => " (--overwrite)",
+        _ => "",
+    };
+    Failure::input(format!("{error}{hint}"))
+}
+
+impl Write for Target {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.out {
+            Out::Stdout(out) => out.write(bytes),
+            Out::File(out) => out.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.out {
+            Out::Stdout(out) => out.flush(),
+            Out::File(out) => out.flush(),
+        }
+    }
+}
+
+/// Standard output in whole lines: a program that has to end between two writes leaves no part of a row behind.
+struct Lines {
+    waiting: Vec<u8>,
+    at_once: usize,
+}
+
+/// So many bytes of lines are written at once.
+const AT_ONCE: usize = 1 << 16;
+
+impl Lines {
+    fn write_out(&mut self, until: usize) -> io::Result<()> {
+        // What could not be written is not tried again: the reader is gone.
+        let lines: Vec<u8> = self.waiting.drain(..until).collect();
+        io::stdout().lock().write_all(&lines)
+    }
+}
+
+impl Write for Lines {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.waiting.extend_from_slice(bytes);
+        if self.waiting.len() >= self.at_once
+            && let Some(end) = self.waiting.iter().rposition(|byte| *byte == b'\n')
+        {
+            self.write_out(end + 1)?;
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.write_out(self.waiting.len())?;
+        io::stdout().flush()
+    }
+}
+
+/// For programs, in UTC.
+pub fn rfc3339(ms: i64) -> String {
+    // Only an edited store holds a moment that no calendar has.
+    let moment = Timestamp::from_millisecond(ms);
+    moment.map_or_else(|_| format!("{ms} ms"), |moment| moment.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formulas_are_text_and_numbers_stay() {
+        let csv = "name,value,said\n=1+1,-3.5,\"=HYPERLINK(\"\"http://x\"\",\"\"a\"\")\"\n\
+                   @SUM,+2e3,\"a, -b\"\n-,inf,-inf\n\"-a\nb\",,'=x\n";
+        let wanted = "name,value,said\n'=1+1,-3.5,\"'=HYPERLINK(\"\"http://x\"\",\"\"a\"\")\"\n\
+                      '@SUM,+2e3,\"a, -b\"\n'-,inf,-inf\n\"'-a\nb\",,'=x\n";
+        let asked = |for_spreadsheet| ForSpreadsheet { for_spreadsheet };
+        assert_eq!(asked(true).applied(csv.into()), wanted.as_bytes());
+        assert_eq!(asked(false).applied(csv.into()), csv.as_bytes());
+        assert!(asked(true).check(false).is_err() && asked(false).check(false).is_ok());
+    }
+}
