@@ -37,12 +37,11 @@ fn a_table_by_lead_with_everybody_side_by_side() {
         "horizon in seconds",
         "less\nthan 1 s apart",
         "exact geometry",
-        "   end    0.2    0.5      1    1.5      2",
-        "reference/geometry               2.0  0.30",
-        "reference/constant-velocity      1.5",
-        "reference/constant-acceleration  2.0",
-        "precision",
-        "recall",
+        "Lead  n  Recall  Named  Alarms  of  Precision  F1",
+        "reference/geometry                   end",
+        "reference/constant-velocity:1.5      0.2",
+        "reference/constant-acceleration:2    1.5",
+        "reference/geometry                   2.0  0.30",
         "false alarms over all",
     ] {
         assert!(ended.stdout.contains(words), "{words}: {}", ended.stdout);
@@ -70,33 +69,50 @@ fn csv_and_json_hold_the_same_counts() {
     let rows = rows(&run("csv").stdout);
     assert_eq!(rows.len(), 4);
     let document = run("json").json();
-    assert_eq!(document["truth"], "geometry");
+    assert_eq!(
+        document["batch"],
+        serde_json::Value::Null,
+        "nothing is stored"
+    );
+    assert_eq!(document["asked"]["truth"], serde_json::json!(["auto"]));
+    let predictors = document["predictors"].as_array().unwrap();
     for (at, row) in rows.iter().enumerate() {
-        let judge = &document["judges"][at / 2];
-        let lead = &judge["leads"][at % 2];
-        assert_eq!(row["model"], judge["model"].as_str().unwrap());
+        let lead = &document["lead"][at];
+        let is_its = |one: &&serde_json::Value| one["model"] == lead["model"];
+        let predictor = predictors.iter().find(is_its).unwrap();
+        assert_eq!(row["model"], lead["model"].as_str().unwrap());
         assert_eq!(row["lead"], lead["lead"].to_string());
-        for count in ["tp", "fp", "fn", "tn", "collisions", "safe"] {
+        for count in ["n", "yes", "false_alarms", "false_alarms_of"] {
             assert_eq!(row[count], lead[count].to_string(), "{count}");
         }
-        assert_eq!((&*row["collisions"], &*row["safe"]), ("2", "2"));
-        let windows = &judge["all_safe_windows"];
-        assert_eq!(
-            row["all_safe_windows.windows"],
-            windows["windows"].to_string()
-        );
+        assert_eq!((&*row["n"], &*row["false_alarms_of"]), ("2", "2"));
+        for figure in ["horizon", "threshold", "windows", "alarmed", "alarms"] {
+            let (told, known) = (&row[figure], predictor[figure].as_f64());
+            assert_eq!(told.parse().ok(), known, "{figure}");
+        }
     }
     // 0.2 s before, all judges see both collisions; 1.5 s before, a horizon of 1 s cannot.
-    assert_eq!((&*rows[0]["tp"], &*rows[0]["f1"]), ("2", "1.0"));
-    assert_eq!((&*rows[3]["tp"], &*rows[3]["fn"]), ("0", "2"));
-    assert_eq!(rows[3]["precision"], "", "no model said yes");
-    assert_eq!(
-        document["judges"][1]["leads"][1]["missed"]
-            .as_array()
+    let row = |model: &str, lead: &str| {
+        let mut found = rows.iter();
+        found
+            .find(|row| row["model"] == model && row["lead"] == lead)
             .unwrap()
-            .len(),
-        2
-    );
+    };
+    let early = row("reference/constant-velocity:1", "1.5");
+    let late = row("reference/geometry", "0.2");
+    assert_eq!((&*late["yes"], &*late["f1"]), ("2", "1.0"));
+    assert_eq!((&*early["yes"], &*early["n"]), ("0", "2"));
+    assert_eq!(early["precision"], "", "no model said yes");
+    let missed = document["differences"].as_array().unwrap().iter();
+    let missed = missed.filter(|one| {
+        (&one["model"], &one["lead"], &one["label"])
+            == (
+                &"reference/constant-velocity:1".into(),
+                &1.5.into(),
+                &"dangerous".into(),
+            )
+    });
+    assert_eq!(missed.count(), 2);
 }
 
 #[test]
@@ -122,7 +138,7 @@ fn labels_take_the_place_of_the_geometry() {
         .says(&[CUT_IN, "no bodies overlap", "last recorded step"]);
     assert_eq!(ended.json()["collisions"], 1);
     let document = run(&["--task", "collision"]).status(0).json();
-    assert_eq!(document["fn"], 1);
+    assert_eq!(document["cells"][0]["fn"], 1);
     assert_eq!(document["differences"][0]["scenario"], CUT_IN);
     // One of two has no label.
     run(&[RED_LIGHT])
@@ -143,12 +159,18 @@ fn the_collision_task_is_judged_against_labels() {
             .status(0)
     };
     let document = run("json").json();
-    assert_eq!((&document["tp"], &document["tn"]), (&2.into(), &6.into()));
-    assert_eq!(document["f1"], 1.0);
+    let cell = &document["cells"][0];
+    assert_eq!((&cell["tp"], &cell["tn"]), (&2.into(), &6.into()));
+    assert_eq!(cell["f1"], 1.0);
+    assert_eq!(document["differences"], serde_json::json!([]));
     let rows = rows(&run("csv").stdout);
-    assert_eq!(rows.len(), 8);
-    assert!(rows.iter().all(|r| r["agrees"] == "true"), "{rows:?}");
-    assert!(run("table").stdout.contains("F1 1.000"));
+    assert_eq!(rows.len(), 1);
+    assert_eq!((&*rows[0]["tp"], &*rows[0]["tn"]), ("2", "6"));
+    let table = run("table").stdout;
+    assert!(
+        table.contains("2 collisions, 6 safe scenarios\n"),
+        "{table}"
+    );
 }
 
 #[test]

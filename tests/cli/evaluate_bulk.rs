@@ -86,7 +86,7 @@ fn the_layout_of_folders_is_a_truth_of_the_built_in_judge_too() {
     ]
     .concat();
     let document = home.run(&all).status(0).json();
-    assert_eq!(document["truth"], "layout");
+    assert_eq!(document["asked"]["truth"], serde_json::json!(["layout"]));
     assert_eq!(
         (&document["collisions"], &document["safe"]),
         (&1.into(), &1.into())

@@ -120,11 +120,11 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
         ),
         ("doctor", vec!["doctor", "--format=json"]),
         (
-            "evaluate-safety",
+            "evaluate",
             vec!["evaluate", CUT_IN, BRAKING, "--format=json"],
         ),
         (
-            "evaluate-collision",
+            "evaluate",
             [&["evaluate", CUT_IN, BRAKING], &labels[..]].concat(),
         ),
         ("evaluate-questions", with(&["--dry-run=questions"])),

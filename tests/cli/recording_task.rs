@@ -222,10 +222,11 @@ fn the_built_in_judge_is_held_against_the_score_of_the_paper() {
         .status(0)
         .json();
     assert_eq!(
-        (&counts["task"], &counts["truth"]),
-        (&json!("recording"), &json!("score:paper"))
+        (&counts["asked"]["tasks"], &counts["asked"]["truth"]),
+        (&json!(["recording"]), &json!(["score:paper"]))
     );
-    let cells = ["tp", "fp", "fn", "tn"].map(|key| counts[key].as_u64().unwrap());
+    let cell = &counts["cells"][0];
+    let cells = ["tp", "fp", "fn", "tn"].map(|key| cell[key].as_u64().unwrap());
     assert_eq!(cells.iter().sum::<u64>(), 2, "{counts}");
     // Leads count from the first moment of extreme risk, which is before the contact.
     let safety = |truth: &str| {
@@ -242,7 +243,7 @@ fn the_built_in_judge_is_held_against_the_score_of_the_paper() {
             .json()
     };
     let (auto, score) = (safety("auto"), safety("score"));
-    assert_eq!(score["truth"], "score");
+    assert_eq!(score["asked"]["truth"], json!(["score"]));
     // One of them comes near without a contact.
     assert_eq!(
         (&auto["collisions"], &score["collisions"]),

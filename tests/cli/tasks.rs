@@ -118,9 +118,10 @@ fn the_built_in_judge_says_what_it_does_not_answer() {
         .says(&["built-in judge", "collision, safety or recording only"]);
     assert!(home.runs().is_empty());
     let arguments = ["evaluate", CUT_IN, "--task", "attacker"];
-    home.run(&arguments)
-        .status(2)
-        .says(&["--task attacker", "use collision, safety or recording"]);
+    home.run(&arguments).status(2).says(&[
+        "--task: attacker cannot be evaluated",
+        "use collision, safety or recording",
+    ]);
     home.run(&["ask", CUT_IN, "--task", "flight"])
         .status(2)
         .says(&["collision, safety, recording, attacker, trajectory"]);

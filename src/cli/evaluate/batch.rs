@@ -4,28 +4,24 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::options::{DryRunOf, Run};
-use super::{Format, Subject, number, some};
+use super::context::{BatchContext, planned, runtime};
+use super::options::{DryRunOf, Format, Run, Subject};
+use super::running::{self, Table};
+use super::table::BatchDocument;
+use super::{dry_run, number, some};
 use crate::open::{found, with_notes};
 use crate::output::refused;
 use crate::{Failure, Outcome, knobs, output};
 use nearmiss_record::fields::Layers;
 use nearmiss_store::{BatchId, NewItem};
-use nearmiss_study::evaluation::batch::{Experiment, QuestionLine, TruthSource};
+use nearmiss_study::evaluation::batch::{Experiment, TruthSource};
 use nearmiss_workflow::batch::{
-    BatchPlan, BatchRequest, BatchRun, DryRun, Relabelling, ResumeRequest, Selection,
+    BatchPlan, BatchRequest, BatchRun, DryRun, Relabelling, ResumeRequest,
 };
 use nearmiss_workflow::{
     WriteExperimentError, configured_experiment, experiment_from_request, find_scenarios,
     prepare_experiment, selected, write_experiment,
 };
-
-use super::context::BatchContext;
-use super::drawing::planned;
-use super::dry_run;
-use super::leaks;
-use super::running::{self, Table};
-use super::table::BatchTable;
 
 /// Runs what is no evaluation of the built-in judge alone.
 pub fn run(arguments: &Run, subject: Subject<'_>) -> Outcome {
@@ -224,8 +220,8 @@ fn carry_out(arguments: &Run, context: &BatchContext, plan: &mut BatchPlan) -> O
         return empty_part(arguments, context, plan);
     }
     plan.check_labels(&dry_run).map_err(Failure::input)?;
-    let json = arguments.format() == Format::Json;
-    let runtime = running::runtime()?;
+    let json = arguments.format == Format::Json;
+    let runtime = runtime()?;
     if let Some(what) = arguments.dry_run {
         let asked = |item: &&NewItem| plan.part.is_none() || item.split == plan.part;
         let items = || {
@@ -237,8 +233,8 @@ fn carry_out(arguments: &Run, context: &BatchContext, plan: &mut BatchPlan) -> O
                 .collect::<Vec<_>>()
         };
         return match what {
-            DryRunOf::Questions => question_lines(&items()),
-            DryRunOf::Leaks => leaks::write(&items(), json),
+            DryRunOf::Questions => dry_run::write_questions(&items()),
+            DryRunOf::Leaks => dry_run::write_leaks(&items(), json),
             DryRunOf::Cost => {
                 let refused = runtime.block_on(dry_run.refused(&judges));
                 dry_run::write(&dry_run, &refused, context.config.budget, json)
@@ -253,8 +249,7 @@ fn carry_out(arguments: &Run, context: &BatchContext, plan: &mut BatchPlan) -> O
         .write(&context.store, &dry_run)
         .map_err(Failure::input)?;
     let table = Table {
-        json,
-        csv: arguments.format == Format::Csv,
+        format: arguments.format,
         unlock: arguments.unlock,
         part: plan.part,
     };
@@ -291,29 +286,12 @@ fn empty_part(arguments: &Run, context: &BatchContext, plan: &BatchPlan) -> Outc
         let written = plan.write(&context.store, &DryRun::default());
         written.map_err(Failure::input)?;
     }
-    if arguments.format() == Format::Json {
-        output::document(&BatchTable::document(None, Vec::new(), Vec::new()))
+    if arguments.format == Format::Json {
+        output::document(&BatchDocument::default())
     } else {
         Ok(())
     }
 }
 
-fn question_lines(items: &[NewItem]) -> Outcome {
-    let lines = QuestionLine::of_items(items);
-    let lines: Result<String, Failure> = lines.iter().map(output::json_line).collect();
-    output::text(&lines?)
-}
-
 /// A model that every installation knows.
 const ANY_MODEL: &str = "local/default";
-
-impl Run {
-    /// Which questions of a stored batch are asked, or listed.
-    fn selection(&self) -> Selection {
-        match (self.retry_failed, self.dry_run) {
-            (true, _) => Selection::Failed,
-            (false, Some(DryRunOf::Questions | DryRunOf::Leaks)) => Selection::All,
-            (false, _) => Selection::Open,
-        }
-    }
-}

@@ -1,21 +1,25 @@
-//! The context shared by all batches: configuration, templates, thresholds, store and models.
+//! What all batches share: configuration, templates, thresholds, store and models; planning with its progress; the runtime.
 
 use std::num::NonZeroU32;
 use std::path::Path;
 use std::sync::Arc;
 
+use tokio::runtime::Runtime;
+
 use crate::open::{configuration, user_thresholds};
+use crate::progress::LateProgress;
 use crate::prompts::templates;
 use crate::{Failure, output};
 use nearmiss_ask::llm::{Budget, Environment};
 use nearmiss_ask::prompts::Library;
+use nearmiss_drive::planner::Cancel;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_store::Store;
 use nearmiss_study::evaluation::Judges;
 use nearmiss_study::evaluation::batch::{Experiment, Spec};
 use nearmiss_workflow::ExperimentContext;
-use nearmiss_workflow::batch::BatchModels;
+use nearmiss_workflow::batch::{BatchError, BatchModels, BatchPlan, PlanningEvent};
 
 /// The shared context of a batch.
 pub struct BatchContext {
@@ -84,4 +88,56 @@ impl BatchContext {
             store: &self.store,
         }
     }
+}
+
+/// Plans a batch, then says what is doubtful about its truth and which scenarios are left out.
+pub fn planned(
+    plan: impl FnOnce(&Cancel, &mut dyn FnMut(PlanningEvent)) -> Result<Option<BatchPlan>, BatchError>,
+) -> Result<BatchPlan, Failure> {
+    let progress = LateProgress::new("recordings read");
+    let mut shown = 0;
+    let plan = plan(
+        &Cancel::default(),
+        &mut |PlanningEvent::Read { done, of }| {
+            (shown..done).for_each(|_| progress.step(of));
+            shown = done;
+        },
+    );
+    drop(progress);
+    // Nothing cancels it: Ctrl-C ends the program.
+    let plan = plan
+        .map_err(Failure::input)?
+        .ok_or_else(|| Failure::interrupted(""))?;
+    say_each(&plan.doubts);
+    if let Some(words) = &plan.left_out {
+        output::say(&format!("nearmiss: {words}"));
+    }
+    Ok(plan)
+}
+
+/// Prints warnings, as far as there is room.
+pub fn say_each(doubts: &[String]) {
+    for doubt in doubts.iter().take(NAMED) {
+        output::say(&format!("nearmiss: {doubt}"));
+    }
+    if doubts.len() > NAMED {
+        let more = doubts.len() - NAMED;
+        output::say(&format!("nearmiss: {more} more like this"));
+    }
+}
+
+/// Doubts that are named each.
+const NAMED: usize = 10;
+
+/// Threads that wait for the network and the disk. An answer's thread waits until it is on the disk; the more wait at
+/// once, the more share a sync.
+const WAITING: usize = 16;
+
+/// What waits for the network.
+pub fn runtime() -> Result<Runtime, Failure> {
+    tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(WAITING)
+        .enable_all()
+        .build()
+        .map_err(Failure::input)
 }

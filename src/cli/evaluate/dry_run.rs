@@ -1,14 +1,18 @@
-//! Prints a dry run: a batch's questions and their estimated consumption, before anything is sent.
+//! Prints a dry run: a batch's questions, their estimated consumption, and what their surface gives away, before anything
+//! is sent.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::truth::say_each;
+use super::context::say_each;
+use super::{number, some};
 use crate::progress::Progress;
 use crate::{Failure, Outcome, json, output};
 use nearmiss_drive::planner::Cancel;
-use nearmiss_store::Store;
-use nearmiss_study::evaluation::Judges;
+use nearmiss_record::{columns, rows, text_table};
+use nearmiss_store::{NewItem, Store};
+use nearmiss_study::evaluation::batch::QuestionLine;
+use nearmiss_study::evaluation::{Judges, Leak, SURFACE, leaks};
 use nearmiss_workflow::batch::{BatchPlan, DryRun, DryRunEvent, DryRunLine, is_enough};
 
 /// Makes the questions of a batch, and says what is doubtful and which scenarios are left out.
@@ -29,7 +33,7 @@ pub fn make(plan: &BatchPlan, judges: &Judges, store: &Store) -> Result<DryRun, 
     if !dry_run.unlabelled.is_empty() {
         output::say(&format!(
             "nearmiss: skipped, no ground truth: {}",
-            super::some(&dry_run.unlabelled)
+            some(&dry_run.unlabelled)
         ));
     }
     Ok(dry_run)
@@ -42,7 +46,7 @@ pub fn line(dry_run: &DryRun) -> String {
         0 => "no request to a model".to_string(),
         requests => format!(
             "{}, about {} tokens, {}",
-            super::number(count(requests), "request"),
+            number(count(requests), "request"),
             estimate.tokens,
             estimate.price()
         ),
@@ -51,7 +55,7 @@ pub fn line(dry_run: &DryRun) -> String {
         words.push_str(&format!("; {} by the built-in judge", estimate.free));
     }
     if estimate.stored > 0 {
-        let stored = super::number(count(estimate.stored), "answer");
+        let stored = number(count(estimate.stored), "answer");
         let are = if estimate.stored == 1 { "is" } else { "are" };
         words.push_str(&format!("; {stored} {are} in the store"));
     }
@@ -160,4 +164,44 @@ const COLUMN: usize = 17;
 
 fn count(number: u64) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)
+}
+
+/// Writes every question as a JSON line.
+pub fn write_questions(items: &[NewItem]) -> Outcome {
+    let lines = QuestionLine::of_items(items);
+    let lines: Result<String, Failure> = lines.iter().map(output::json_line).collect();
+    output::text(&lines?)
+}
+
+/// What the questions give away, for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct LeaksDocument {
+    /// Areas under the ROC curve by task, frame, techniques and lead.
+    leaks: Vec<Leak>,
+}
+
+impl json::Output for LeaksDocument {
+    const NAME: &'static str = "evaluate-leaks";
+    const TITLE: &'static str =
+        "`evaluate --dry-run=leaks --format json`: what the surface of the questions tells";
+}
+
+/// Writes how well each part of the surface tells dangerous from safe windows.
+pub fn write_leaks(items: &[NewItem], json: bool) -> Outcome {
+    let leaks = leaks(items);
+    if json {
+        return output::document(&LeaksDocument { leaks });
+    }
+    let mut text = String::from(
+        "areas under the ROC curve: 0.5 tells nothing, 0 and 1 tell dangerous from safe without fail; all, by regression: a\n\
+         logistic regression on all five, tested on scenarios that it was not fitted to; below 0.5 it has learned only noise\n",
+    );
+    for (name, words) in SURFACE {
+        text += &format!("{name}: {words}\n");
+    }
+    let rows = rows(&leaks).map_err(Failure::input)?;
+    output::text(&format!(
+        "{text}\n{}",
+        text_table(&columns::<Leak>(), &rows)
+    ))
 }

@@ -32,9 +32,9 @@ pub fn list(as_json: bool) -> Outcome {
         let about = match &spec {
             Ok(spec) => format!(
                 "{} · {} · {} · {} × {}{}",
-                joined(&spec.experiment.tasks, |task| task.name().to_string()),
-                joined(&spec.experiment.frames, |frame| frame.name().to_string()),
-                joined(&spec.experiment.techniques, ToString::to_string),
+                spec.experiment.texts("tasks").join(","),
+                spec.experiment.texts("frames").join(","),
+                spec.experiment.texts("techniques").join(","),
                 spec.experiment.models.join(","),
                 spec.experiment.samples(),
                 varied(&spec.experiment)
@@ -124,9 +124,9 @@ struct Asks {
     /// What it is about, where its experiment file says it.
     title: Option<String>,
     /// Tasks.
-    tasks: Vec<&'static str>,
+    tasks: Vec<String>,
     /// Frames.
-    frames: Vec<&'static str>,
+    frames: Vec<String>,
     /// Prompting techniques of the configurations.
     techniques: Vec<String>,
     /// Models.
@@ -167,27 +167,15 @@ impl Asks {
         let experiment = &spec.experiment;
         Self {
             title: experiment.title.clone(),
-            tasks: experiment.tasks.iter().map(|task| task.name()).collect(),
-            frames: experiment.frames.iter().map(|frame| frame.name()).collect(),
-            techniques: experiment
-                .techniques
-                .iter()
-                .map(ToString::to_string)
-                .collect(),
+            tasks: experiment.texts("tasks"),
+            frames: experiment.texts("frames"),
+            techniques: experiment.texts("techniques"),
             models: experiment.models.clone(),
             samples: experiment.samples(),
-            leads: experiment.leads.iter().map(ToString::to_string).collect(),
-            transforms: experiment
-                .transforms
-                .iter()
-                .map(ToString::to_string)
-                .collect(),
+            leads: experiment.texts("leads"),
+            transforms: experiment.texts("transforms"),
             axes: experiment.axes_as_json(),
-            paths: experiment
-                .scenarios
-                .iter()
-                .map(|path| path.display().to_string())
-                .collect(),
+            paths: experiment.texts("scenarios"),
             truth: spec.truth_summary(),
             planner: spec.ego.planner().map(planner),
         }
@@ -227,10 +215,6 @@ fn varied(experiment: &Experiment) -> String {
         text.push_str(&format!(" · {key} {}", experiment.texts(key).join(",")));
     }
     text
-}
-
-fn joined<T>(values: &[T], word: impl Fn(&T) -> String) -> String {
-    values.iter().map(word).collect::<Vec<_>>().join(",")
 }
 
 #[cfg(test)]

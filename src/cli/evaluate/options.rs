@@ -1,13 +1,17 @@
 //! Options of `evaluate`: what is asked, how it is run, and how the result is written.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::Format;
 use crate::gate::Gate;
 use crate::knobs::Knobs;
 use crate::plan::as_ego;
-use nearmiss_store::SplitPart;
-use nearmiss_study::evaluation::batch::Shard;
+use crate::{Failure, output};
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_record::fields::Layers;
+use nearmiss_store::{BatchId, SplitPart};
+use nearmiss_study::evaluation::batch::{Experiment, Shard};
+use nearmiss_workflow::batch::Selection;
+use nearmiss_workflow::experiment_among;
 
 /// Arguments of a run.
 #[derive(Debug, clap::Args)]
@@ -94,6 +98,100 @@ pub struct Run {
     pub format: Format,
     #[command(flatten)]
     pub gate: Gate,
+}
+
+/// Format of the result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    Table,
+    Csv,
+    #[value(alias = "jsonl")]
+    Json,
+}
+
+/// What is evaluated.
+pub enum Subject<'a> {
+    /// Scenarios.
+    Scenarios,
+    /// The experiment in a file.
+    Experiment(&'a Path),
+    /// A stored batch; `None` for the last one.
+    Batch(Option<BatchId>),
+}
+
+impl Run {
+    /// What is evaluated.
+    pub fn subject(&self) -> Result<Subject<'_>, Failure> {
+        if let Some(file) = experiment_among(&self.paths).map_err(Failure::input)? {
+            return Ok(Subject::Experiment(file));
+        }
+        let batch = |path: &PathBuf| match path.to_str()? {
+            "last" => Some(None),
+            name => name.parse().ok().map(Some),
+        };
+        match (self.paths.iter().find_map(batch), &self.paths[..]) {
+            (None, _) => Ok(Subject::Scenarios),
+            (Some(which), [_]) => Ok(Subject::Batch(which)),
+            (Some(_), _) => Err(Failure::input(
+                "a stored batch keeps its scenarios; give it alone, or start a new batch",
+            )),
+        }
+    }
+
+    /// Adds what is set on the command line.
+    pub fn add_knobs(&self, layers: &mut Layers<Experiment>) {
+        self.knobs.add(
+            layers,
+            &[
+                ("--model", "models", &self.model),
+                ("--task", "tasks", &self.task),
+                ("--techniques", "techniques", &self.techniques),
+                ("--samples", "samples", self.samples.as_slice()),
+                ("--truth", "truth", &self.truth),
+                ("--budget", "budget", self.budget.as_slice()),
+            ],
+        );
+    }
+
+    /// The ego of the scenarios.
+    pub fn ego(&self, entries: &[Entry]) -> Result<EgoSelection, Failure> {
+        let Some(planner) = self.ego.as_deref().and_then(as_ego::named) else {
+            return Ok(EgoSelection::Beside);
+        };
+        let ego = as_ego::drive(planner, None, entries)?;
+        if let Some(drives) = ego.planner() {
+            output::say(&output::visible(&format!(
+                "nearmiss: egos {}",
+                drives.text()
+            )));
+        }
+        Ok(ego)
+    }
+
+    /// Whether an option is given that only a batch understands.
+    pub fn needs_batch(&self) -> bool {
+        let options = [
+            self.shard.is_some(),
+            self.split.is_some(),
+            self.unlock,
+            self.batch,
+            self.dry_run.is_some(),
+            self.write_experiment.is_some(),
+            self.retry_failed,
+            self.retry > 0,
+            self.gate.any(),
+        ];
+        options.contains(&true)
+    }
+
+    /// Which questions of a stored batch are asked, or listed.
+    pub fn selection(&self) -> Selection {
+        match (self.retry_failed, self.dry_run) {
+            (true, _) => Selection::Failed,
+            (false, Some(DryRunOf::Questions | DryRunOf::Leaks)) => Selection::All,
+            (false, _) => Selection::Open,
+        }
+    }
 }
 
 /// Options that hold a requirement against answers.

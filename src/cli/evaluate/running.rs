@@ -1,4 +1,4 @@
-//! A running batch: progress, interruption, and the final table.
+//! A running batch: what is submitted to providers, progress, interruption, and the final table.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -6,39 +6,28 @@ use std::time::Instant;
 use tokio::runtime::Runtime;
 
 use super::context::BatchContext;
-use super::table::BatchTable;
-use super::{dry_run, split_table, submit};
+use super::options::Format;
+use super::table::{BatchTable, write, write_parts};
+use super::{dry_run, number};
 use crate::batches::lost_note;
 use crate::ending::{GRACE, signal};
 use crate::progress::Progress;
 use crate::{Failure, Outcome, output};
 use nearmiss_store::{BatchId, Item, ItemState, SplitPart};
 use nearmiss_study::evaluation::batch::{TestSplit, answers};
-use nearmiss_workflow::batch::{BatchRun, DryRun, PausedModel, QuestionOutcome, Selection};
+use nearmiss_workflow::batch::{
+    BatchRun, DryRun, PausedModel, QuestionOutcome, Selection, SubmittedItems,
+};
 use nearmiss_workflow::count_reasons;
 
 /// Format of a batch's table.
 #[derive(Debug, Clone, Copy)]
 pub struct Table {
-    pub json: bool,
-    pub csv: bool,
+    pub format: Format,
     /// Whether the figures of a test split are shown before it is complete.
     pub unlock: bool,
     /// The part of a split that was asked; `None` for all.
     pub part: Option<SplitPart>,
-}
-
-/// Threads that wait for the network and the disk. An answer's thread waits until it is on the disk; the more wait at
-/// once, the more share a sync.
-const WAITING: usize = 16;
-
-/// What waits for the network.
-pub fn runtime() -> Result<Runtime, Failure> {
-    tokio::runtime::Builder::new_multi_thread()
-        .worker_threads(WAITING)
-        .enable_all()
-        .build()
-        .map_err(Failure::input)
 }
 
 /// Asks what a batch has to ask, or submits it to the providers, then writes its table.
@@ -63,10 +52,11 @@ pub fn ask(
         }
     }
     let items = if submits {
-        match submit::submit(runtime, run, items)? {
-            submit::Left::Nothing => return Ok(()),
-            submit::Left::Own(items) => items,
+        let own = submit(runtime, run, items)?;
+        if own.is_empty() {
+            return Ok(());
         }
+        own
     } else {
         items
     };
@@ -82,7 +72,7 @@ pub fn ask(
         if failed.is_empty() {
             break;
         }
-        let questions = super::number(failed.len(), "question");
+        let questions = number(failed.len(), "question");
         output::say(&format!(
             "nearmiss: {id}: {questions} without a verdict asked again"
         ));
@@ -94,25 +84,74 @@ pub fn ask(
     show(context, id, table)
 }
 
+/// Submits the questions, and prints which provider received them. Those to the built-in judge, which no provider
+/// accepts, are left.
+fn submit(runtime: &Runtime, run: &BatchRun, items: Vec<Item>) -> Result<Vec<Item>, Failure> {
+    let submitted: SubmittedItems = runtime
+        .block_on(run.submit(items))
+        .map_err(Failure::input)?;
+    for (model, taken) in &submitted.submitted {
+        let batches: Vec<String> = taken.batches.iter().map(ToString::to_string).collect();
+        let mut words = format!(
+            "{}: {} with the provider",
+            output::visible(model),
+            number(taken.handed, "question")
+        );
+        if !batches.is_empty() {
+            words.push_str(&format!(" as {}", batches.join(", ")));
+        }
+        if taken.stored > 0 {
+            let stored = number(taken.stored, "answer");
+            words.push_str(&format!("; the store has {stored}"));
+        }
+        if taken.taken > 0 {
+            words.push_str(&format!("; {} already running", taken.taken));
+        }
+        output::say(&format!("nearmiss: {words}"));
+        for note in &taken.notes {
+            output::say(&format!("nearmiss: {}: {note}", output::visible(model)));
+        }
+    }
+    for (item, why) in submitted.unaskable.iter().take(3) {
+        output::say(&format!("nearmiss: {}: {why}", item.asked.scenario));
+    }
+    if submitted.unaskable.len() > 3 {
+        let more = submitted.unaskable.len() - 3;
+        output::say(&format!("nearmiss: {more} more cannot be asked"));
+    }
+    let id = run.id;
+    let on = format!(
+        "`nearmiss runs batches collect --wait` fetches the answers, then `nearmiss evaluate {id}` writes the table"
+    );
+    for (model, error) in &submitted.broken {
+        let words = format!("nearmiss: {model}: {error}");
+        output::say(&output::visible(&words));
+    }
+    if !submitted.broken.is_empty() {
+        let models = number(submitted.broken.len(), "model");
+        return Err(Failure::finding(format!(
+            "not everything could be submitted for {models}; {on}"
+        )));
+    }
+    output::say(&format!("nearmiss: {on}"));
+    Ok(submitted.own)
+}
+
 /// Writes the table of a batch as it stands.
 pub fn show(context: &BatchContext, id: BatchId, table: Table) -> Outcome {
     let store = &context.store;
     let batch = store.batch(id).map_err(Failure::input)?;
     let test = batch.map(|batch| TestSplit::open(store, &batch, table.unlock));
     if let Some(test) = test.transpose().map_err(Failure::input)?.flatten() {
-        split_table::show(store, id, &test, table)?;
+        write_parts(table.format, store, id, &test)?;
         let counted = |item: &Item| !test.is_locked() || item.asked.split != Some(SplitPart::Test);
         return unanswered(context, id, table.part, counted);
     }
     let answers = answers(&context.store, id).map_err(Failure::input)?;
     let counted = BatchTable::new(None, &answers);
-    if table.json {
-        output::document(&BatchTable::document(Some(id), vec![counted], Vec::new()))?;
-    } else if table.csv {
-        BatchTable::write_csv(id, &[counted])?;
-    } else {
-        output::text(&counted.text()?)?;
-    }
+    write(table.format, id, vec![counted], Vec::new(), |parts| {
+        parts.iter().map(BatchTable::text).collect()
+    })?;
     output::say(&format!(
         "nearmiss: `nearmiss report --batch {id}` has intervals and comparisons"
     ));
@@ -154,7 +193,7 @@ fn unanswered(
         .into_iter()
         .partition(|item| item.state == ItemState::Unaskable);
     if !never.is_empty() {
-        let questions = super::number(never.len(), "question");
+        let questions = number(never.len(), "question");
         output::say(&format!("nearmiss: {questions} cannot be asked:"));
         say_reasons(&never);
     }
@@ -174,7 +213,7 @@ fn unanswered(
     };
     Err(Failure::finding(format!(
         "of {}{askable}, {} without a complete answer; {again}",
-        super::number(items.len() - never.len(), "question"),
+        number(items.len() - never.len(), "question"),
         open.len()
     )))
 }

@@ -1,12 +1,15 @@
-//! The tables of a batch: one row for each prompt configuration, counted as in `report`; below, changed scenes and leads.
+//! The tables of a batch, or of each part of its split: one row for each prompt configuration, counted as in `report`;
+//! below, changed scenes and leads. Of a locked test split its progress alone.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use super::built_in::BuiltInDocument;
+use super::options::Format;
 use crate::{Failure, Outcome, json, output};
 use nearmiss_record::{Column, Record, columns, columns_of, rows, text_table};
-use nearmiss_store::{BatchId, SplitPart};
-use nearmiss_study::evaluation::batch::Answers;
+use nearmiss_store::{BatchId, SplitPart, Store};
+use nearmiss_study::evaluation::batch::{Answers, TestSplit, answers_of_part};
 use nearmiss_study::evaluation::report::{
     Cell, DataHalf, FlatRows, InSplit, InvarianceRow, LeadRow, PartProgress, Report, ReportSubject,
     SAME_WORDS, Varied,
@@ -21,9 +24,9 @@ pub struct BatchTable {
 }
 
 /// The tables of a batch for programs.
-#[derive(Serialize, JsonSchema)]
+#[derive(Default, Serialize, JsonSchema)]
 pub struct BatchDocument {
-    /// The batch; null where a part of one has nothing to ask.
+    /// The batch; null of the built-in judge alone, and where a part of a batch has nothing to ask.
     batch: Option<String>,
     /// One prompt configuration each.
     cells: Vec<InSplit<Cell>>,
@@ -36,11 +39,14 @@ pub struct BatchDocument {
     /// Of a batch with a split: the progress of each part, whether it is locked, and looks at it before it was complete.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     splits: Vec<PartProgress>,
+    #[serde(flatten)]
+    built_in: Option<BuiltInDocument>,
 }
 
 impl json::Output for BatchDocument {
     const NAME: &'static str = "evaluate";
-    const TITLE: &'static str = "`evaluate --format json` of a batch: its table";
+    const TITLE: &'static str =
+        "`evaluate --format json`: the table of a batch, or of the built-in judge alone";
 }
 
 impl BatchTable {
@@ -74,13 +80,13 @@ impl BatchTable {
         batch: Option<BatchId>,
         parts: Vec<Self>,
         splits: Vec<PartProgress>,
+        built_in: Option<BuiltInDocument>,
     ) -> BatchDocument {
         let mut document = BatchDocument {
             batch: batch.map(|id| id.to_string()),
-            cells: Vec::new(),
-            invariance: Vec::new(),
-            lead: Vec::new(),
             splits,
+            built_in,
+            ..BatchDocument::default()
         };
         for Self {
             part,
@@ -96,17 +102,22 @@ impl BatchTable {
         document
     }
 
-    /// Writes the rows of all parts as CSV.
-    pub fn write_csv(batch: BatchId, parts: &[Self]) -> Outcome {
+    /// The rows by lead.
+    pub fn by_lead(&self) -> Vec<LeadRow> {
+        self.varied.by_lead()
+    }
+
+    /// The rows of all parts as CSV.
+    pub fn csv(batch: Option<BatchId>, parts: &[Self]) -> String {
         let about = |part: &Self| ReportSubject {
-            batch: Some(batch.to_string()),
+            batch: batch.map(|id| id.to_string()),
             split: part.part.map(SplitPart::name),
             ..ReportSubject::default()
         };
         let abouts: Vec<ReportSubject> = parts.iter().map(about).collect();
         let parts = abouts.iter().zip(parts);
         let parts = parts.map(|(about, part)| (about, part.cells.clone()));
-        output::text(&FlatRows::new(&parts.collect::<Vec<_>>()).csv())
+        FlatRows::new(&parts.collect::<Vec<_>>()).csv()
     }
 
     /// For people.
@@ -143,7 +154,62 @@ impl BatchTable {
     }
 }
 
-fn table<'r, R: Record + 'r>(
+/// Writes the tables of a batch, in parts where it has a split; `text` is what people read.
+pub fn write(
+    format: Format,
+    batch: BatchId,
+    parts: Vec<BatchTable>,
+    splits: Vec<PartProgress>,
+    text: impl FnOnce(&[BatchTable]) -> Result<String, Failure>,
+) -> Outcome {
+    match format {
+        Format::Json => output::document(&BatchTable::document(Some(batch), parts, splits, None)),
+        Format::Csv => output::text(&BatchTable::csv(Some(batch), &parts)),
+        Format::Table => output::text(&text(&parts)?),
+    }
+}
+
+/// Writes the tables of a batch with a split: one for each part that may be shown.
+pub fn write_parts(format: Format, store: &Store, id: BatchId, test: &TestSplit) -> Outcome {
+    let visible = test.visible_parts();
+    let of_part = |part: &SplitPart| {
+        let answers = answers_of_part(store, id, Some(*part)).map_err(Failure::input)?;
+        Ok(BatchTable::new(Some(*part), &answers))
+    };
+    let shown: Result<Vec<BatchTable>, Failure> = visible.iter().map(of_part).collect();
+    let dev = store
+        .split_progress(id, SplitPart::Dev)
+        .map_err(Failure::input)?;
+    let looks = test.looks_note();
+    write(format, id, shown?, test.parts(dev).to_vec(), |shown| {
+        let mut text = format!(
+            "dev split: {} of {} answered\n",
+            dev.answered, dev.questions
+        );
+        for (part, table) in visible.iter().zip(shown) {
+            if *part == SplitPart::Test {
+                text += &format!("\n{}\n", test.summary());
+            }
+            text += &table.text()?;
+        }
+        if test.is_locked() {
+            text += &format!("\n{}\n", test.summary());
+        }
+        text.extend(looks.iter().map(|words| format!("{words}\n")));
+        Ok(text)
+    })?;
+    if format != Format::Table {
+        // Programs have it in their data.
+        output::say(&format!("nearmiss: {}", test.summary()));
+        if let Some(words) = looks {
+            output::say(&format!("nearmiss: {words}"));
+        }
+    }
+    Ok(())
+}
+
+/// Records as a table for people.
+pub fn table<'r, R: Record + 'r>(
     columns: &[Column],
     records: impl IntoIterator<Item = &'r R>,
 ) -> Result<String, Failure> {

@@ -22,8 +22,6 @@ pub const DERIVED: &[Derived] = &[
     derived::<prompt::DescriptionDocument>(),
     derived::<doctor::Document>(),
     derived::<evaluate::BatchDocument>(),
-    derived::<evaluate::CollisionDocument>(),
-    derived::<evaluate::SafetyDocument>(),
     derived::<evaluate::LeaksDocument>(),
     derived::<evaluate::DryRunDocument<'static>>(),
     derived::<evaluate::ListedDocument>(),

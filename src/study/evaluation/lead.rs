@@ -10,7 +10,7 @@ use nearmiss_scene::verdict::Task;
 use toml::Value;
 
 use super::confusion::{Share, Tally};
-use super::{AnswerStatus, CriticalMoments, Label, PromptConfig, Scored};
+use super::{AnswerStatus, Confusion, Label, Naming, PromptConfig, Scored};
 
 /// End of the window before a collision.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,16 +53,6 @@ impl<'a> Labelled<'a> {
                 Label::Safe
             }),
             contact: collision.decisive_step,
-        }
-    }
-
-    /// A scene whose dangerous moments are not contacts: its label is from the first of them.
-    #[must_use]
-    pub fn by_moments(scene: &'a Scene, moments: &CriticalMoments) -> Self {
-        Self {
-            scene,
-            label: moments.of_recording().0,
-            contact: moments.first_step(),
         }
     }
 
@@ -219,6 +209,10 @@ pub struct LeadPoint {
     /// Those that say yes, of those with a verdict about windows that are safe in truth. Of older batches these are the
     /// same at every lead and asked once: with the first lead, or where the batch was begun without one, apart.
     pub false_alarms: Share,
+    /// All verdicts beside the truth, those about safe windows, too.
+    pub counts: Confusion,
+    /// Obstacles that these verdicts name.
+    pub naming: Naming,
     /// Answers in which no verdict could be read.
     pub unparsed: u32,
     /// Questions without a whole answer.
@@ -272,6 +266,10 @@ fn points(answers: &[Timed<'_>]) -> Vec<LeadPoint> {
         let counts = points.entry(milliseconds as i64).or_default();
         let (unit, point) = (timed.scored.unit(), &mut counts.point);
         point.lead = milliseconds / 1000.0;
+        if let (Some(yes), Some(truth)) = (timed.scored.positive(), timed.scored.is_collision()) {
+            point.counts.count(yes, truth);
+        }
+        point.naming.count(timed.scored);
         if timed.scored.is_collision() != Some(true) {
             if let Some(yes) = timed.scored.positive() {
                 counts.false_alarms.count(unit, yes);

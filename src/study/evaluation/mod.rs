@@ -62,7 +62,7 @@ pub use lead::{Labelled, Lead, LeadCurve, LeadPoint, PAPER_STEPS, Timed, lead_cu
 pub use leaks::{Leak, Rule, RuleScore, SURFACE, leaks, rules};
 pub use naming::{Naming, NamingIntervals};
 pub use nearmiss_store::{AnswerState, CountedAs};
-pub use predictors::{Alarms, Candidate, Predictions, Setting};
+pub use predictors::{Alarms, Candidate};
 pub use probability::{ProbabilitySource, probability, token_probability, with_token_probability};
 pub use prompt_summary::{TemplateVersion, motion_lines, prompt_label, run_summary, with_tools};
 pub use protocol::Protocol;

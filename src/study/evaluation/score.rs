@@ -43,12 +43,6 @@ impl CriticalMoments {
         Recording::of_moments(name, scene, moments.collect(), radius)
     }
 
-    /// The first of them.
-    #[must_use]
-    pub fn first_step(&self) -> Option<i64> {
-        self.0.first().map(|at| at.step)
-    }
-
     /// Whether the whole recording is of high risk, and the obstacles that make it so, the first one first.
     #[must_use]
     pub fn of_recording(&self) -> (Label, Vec<i64>) {
@@ -130,7 +124,6 @@ mod tests {
         let found = moments(&[(30, 1, 7), (31, 0, 8), (31, 1, 7), (60, 1, 9)]);
         let hit = |id, critical: &[i64]| (Label::Collision(Some(id)), critical.to_vec());
         assert_eq!(found.of_recording(), hit(7, &[7, 8, 9]));
-        assert_eq!(found.first_step(), Some(30));
         let after = |last| found.after(&Window::within(&(0..100), last, 10), 1.0, 0.1);
         assert_eq!(after(19), (Label::Safe, vec![]), "eleven steps before");
         assert_eq!(after(20), hit(7, &[7]));

@@ -1,37 +1,28 @@
-//! Built-in judges on many scenarios: each is opened, labelled and judged in place. Nothing is sent, so nothing is
-//! stored.
+//! Built-in predictors on the questions of a batch: each scenario is opened, labelled and judged in place. Nothing is
+//! sent, so nothing is stored.
 
 use std::sync::Arc;
 
-use super::parts;
+use super::{BatchError, BatchPlan, parts};
 use crate::{OpenError, OpenRequest, open};
-use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_scene::metrics::Thresholds;
+use nearmiss_formats::Entry;
+use nearmiss_scene::judge::{judge_under, verdict_by};
 use nearmiss_scene::scenario::{Scene, Window};
 use nearmiss_scene::verdict::Task;
-use nearmiss_study::evaluation::batch::Truth;
-use nearmiss_study::evaluation::{CriticalMoments, Label, LabelError, Labelled};
-
-/// Scenarios and what is true about them.
-#[derive(Debug, Clone, Copy)]
-pub struct BuiltInRequest<'a> {
-    /// The scenarios.
-    pub entries: &'a [Entry],
-    /// Their ego.
-    pub ego: &'a EgoSelection,
-    /// What is true about them.
-    pub truth: &'a Truth,
-    /// The task that is judged: what is true of a scenario depends on it.
-    pub task: Task,
-    /// Thresholds of risk scores.
-    pub thresholds: &'a Thresholds,
-}
+use nearmiss_study::evaluation::batch::{Answers, Ask, Variant};
+use nearmiss_study::evaluation::{Alarms, Candidate, Label, LabelError, Labelled, Scored};
 
 /// The answers, and the scenarios without one.
-#[derive(Debug)]
-pub struct BuiltInAnswers<T> {
-    /// Label and answers of each scenario that was judged, in their order.
-    pub judged: Vec<(Label, T)>,
+#[derive(Debug, Default)]
+pub struct BuiltInAnswers {
+    /// Those of all candidates.
+    pub answers: Answers,
+    /// Of each candidate its alarms over every window of the safe scenarios.
+    pub alarms: Vec<Alarms>,
+    /// How many of the judged scenarios are collisions in truth.
+    pub collisions: usize,
+    /// How many of them are not.
+    pub safe: usize,
     /// How many could not be opened.
     pub failed: usize,
     /// Names of those without a recorded ego.
@@ -40,159 +31,159 @@ pub struct BuiltInAnswers<T> {
     pub unlabelled: Vec<String>,
 }
 
-/// What became of one scenario, in the order of the scenarios.
+/// What became of one scenario.
 #[derive(Debug)]
-pub enum BuiltInEvent<'a> {
-    /// It was judged.
+pub enum BuiltInEvent {
+    /// It was judged with its ego.
     Judged {
-        /// The scenario.
-        entry: &'a Entry,
-        /// The same with its ego.
+        /// The scene.
         scene: Arc<Scene>,
         /// Where its label and its bodies do not agree.
         doubt: Option<&'static str>,
     },
-    /// It has no ego or no label.
-    LeftOut,
-    /// The risk score that is the truth cannot be computed.
-    NotScored {
-        /// The scenario.
-        entry: &'a Entry,
-        /// Why.
-        why: String,
-    },
+    /// It has no ego.
+    WithoutEgo,
+    /// It has no label.
+    Unlabelled,
+    /// The risk score that is the truth cannot be computed: why.
+    NotScored(String),
     /// It could not be opened.
     Failed(OpenError),
 }
 
-/// One scenario.
-enum One<T> {
-    Judged(Arc<Scene>, Option<&'static str>, (Label, T)),
-    WithoutEgo,
-    Unlabelled,
-    NotScored(String),
-    Mislabelled(LabelError),
-}
+/// Whether a scenario is a collision, the answers about it, and the alarms of each candidate.
+type Predicted = (Label, Vec<(Variant, Scored)>, Vec<Alarms>);
 
-impl BuiltInRequest<'_> {
-    /// Judges every scenario with `judge`, on all cores.
+impl BatchPlan {
+    /// What the candidates say to its questions about one task, in the order of the scenarios, and on all cores.
+    ///
+    /// Obstacles beyond the radius of the batch are left out, as is a collision that begins later than the window of a
+    /// lead would end.
     ///
     /// # Errors
-    /// A label cannot be of its scenario.
-    pub fn run<T: Send>(
+    /// A label cannot be of its scenario, or there is no template that says how long windows are.
+    pub fn built_in(
         &self,
-        judge: impl Fn(&Entry, &Labelled<'_>) -> T + Sync,
-        mut on_event: impl FnMut(BuiltInEvent<'_>),
-    ) -> Result<BuiltInAnswers<T>, LabelError> {
-        let mut answers = BuiltInAnswers {
-            judged: Vec::new(),
-            failed: 0,
-            without_ego: Vec::new(),
-            unlabelled: Vec::new(),
+        candidates: &[Candidate],
+        mut on_event: impl FnMut(&Entry, BuiltInEvent),
+    ) -> Result<BuiltInAnswers, BatchError> {
+        let mut found = BuiltInAnswers {
+            alarms: vec![Alarms::default(); candidates.len()],
+            ..BuiltInAnswers::default()
         };
-        for (entry, one) in parts(self.entries, |entry| self.one(entry, &judge)).flatten() {
-            on_event(match one {
-                Ok(One::Judged(scene, doubt, answer)) => {
-                    answers.judged.push(answer);
-                    BuiltInEvent::Judged {
-                        entry,
-                        scene,
-                        doubt,
-                    }
+        let experiment = &self.spec.experiment;
+        let Some(configuration) = experiment.configurations().into_iter().next() else {
+            return Ok(found);
+        };
+        let span = self.builder.span(&configuration);
+        let span = span.map_err(BatchError::Question)?;
+        let judge = |(entry, asks): &(Entry, Vec<Ask>)| {
+            self.predicted(entry, asks, (configuration.task, span), candidates)
+        };
+        let mut said = Vec::new();
+        for ((entry, _), judged) in parts(&self.scenarios, judge).flatten() {
+            let (event, predicted) = judged?;
+            match &event {
+                BuiltInEvent::Judged { .. } => {}
+                BuiltInEvent::WithoutEgo => found.without_ego.push(entry.name.clone()),
+                BuiltInEvent::Unlabelled | BuiltInEvent::NotScored(_) => {
+                    found.unlabelled.push(entry.name.clone());
                 }
-                Ok(One::WithoutEgo) => {
-                    answers.without_ego.push(entry.name.clone());
-                    BuiltInEvent::LeftOut
-                }
-                Ok(One::Unlabelled) => {
-                    answers.unlabelled.push(entry.name.clone());
-                    BuiltInEvent::LeftOut
-                }
-                Ok(One::NotScored(why)) => {
-                    answers.unlabelled.push(entry.name.clone());
-                    BuiltInEvent::NotScored { entry, why }
-                }
-                Ok(One::Mislabelled(wrong)) => return Err(wrong),
-                Err(error) => {
-                    answers.failed += 1;
-                    BuiltInEvent::Failed(error)
-                }
-            });
+                BuiltInEvent::Failed(_) => found.failed += 1,
+            }
+            on_event(entry, event);
+            let Some((label, answers, alarms)) = predicted else {
+                continue;
+            };
+            found.collisions += usize::from(label.collides());
+            found.safe += usize::from(!label.collides());
+            said.extend(answers);
+            let all = found.alarms.iter_mut().zip(&alarms);
+            all.for_each(|(all, more)| all.add(more));
         }
-        Ok(answers)
+        // The first lead comes first, also where the first scenario has no window there.
+        said.sort_by_key(|(variant, _): &(Variant, Scored)| {
+            let mut leads = experiment.leads.iter();
+            leads.position(|lead| Some(*lead) == variant.lead)
+        });
+        found.answers = Answers::sorted(said, 0..);
+        Ok(found)
     }
 
-    fn one<T>(
+    fn predicted(
         &self,
         entry: &Entry,
-        judge: impl Fn(&Entry, &Labelled<'_>) -> T,
-    ) -> Result<One<T>, OpenError> {
-        let label = self.truth.label(entry, None);
-        if label.is_none() && self.truth.leaves_out() {
-            return Ok(One::Unlabelled);
+        asks: &[Ask],
+        (task, (history, radius)): (Task, (usize, f64)),
+        candidates: &[Candidate],
+    ) -> Result<(BuiltInEvent, Option<Predicted>), LabelError> {
+        let (truth, thresholds) = (&self.truth, self.builder.thresholds());
+        let label = truth.label(entry, None);
+        if label.is_none() && truth.leaves_out() {
+            return Ok((BuiltInEvent::Unlabelled, None));
         }
         let request = OpenRequest {
             entry,
-            ego: self.ego,
+            ego: &self.spec.ego,
             transform: None,
             strict: true,
         };
-        let Ok(scene) = open(&request)?.scene else {
-            return Ok(One::WithoutEgo);
+        let scene = match open(&request).map(|opened| opened.scene) {
+            Ok(Ok(scene)) => scene,
+            Ok(Err(_)) => return Ok((BuiltInEvent::WithoutEgo, None)),
+            Err(error) => return Ok((BuiltInEvent::Failed(error), None)),
         };
-        if let Err(wrong) = self.truth.fits(entry, Some(&scene)) {
-            return Ok(One::Mislabelled(wrong));
-        }
+        truth.fits(entry, Some(&scene))?;
         // Contact is contact by any score.
-        let scored = self.task != Task::Collision;
-        let not_scored = { self.truth.not_scored(&scene, self.thresholds) }.filter(|_| scored);
-        if let Some(why) = not_scored {
-            return Ok(One::NotScored(why));
+        let scored = task != Task::Collision;
+        if let Some(why) = { truth.not_scored(&scene, thresholds) }.filter(|_| scored) {
+            return Ok((BuiltInEvent::NotScored(why), None));
         }
-        let case = self.labelled(entry, &scene, label);
-        let answer = (case.label, judge(entry, &case));
-        // What is of high risk need not be a collision.
-        let doubt = case.doubt().filter(|_| self.task != Task::Recording);
-        Ok(One::Judged(scene, doubt, answer))
-    }
-
-    /// A scene with what is true about it for the task; `label` says whether it is a collision.
-    fn labelled<'s>(&self, entry: &Entry, scene: &'s Scene, label: Option<Label>) -> Labelled<'s> {
-        match (self.task, self.truth.convention()) {
-            (Task::Safety, Some(convention)) => {
-                // What cannot be scored does not come here.
-                let moments = CriticalMoments::new(convention, scene, self.thresholds);
-                Labelled::by_moments(scene, &moments.unwrap_or_default())
-            }
-            (Task::Recording, _) => {
-                let about = (entry, Some(scene));
-                let window = (&Window::full(scene), 0.0);
-                let told = self
-                    .truth
-                    .of_question(self.task, about, window, self.thresholds);
-                let label = told.map_or(Label::Safe, |(label, _)| label);
-                Labelled {
-                    scene,
-                    label,
-                    contact: None,
+        let whole = Window::full(&scene);
+        // What the whole recording is in truth.
+        let (label_of, doubt) = match (task, truth.convention()) {
+            (Task::Safety, Some(_)) | (Task::Recording, _) => (Task::Recording, None),
+            _ => (Task::Collision, Labelled::new(&scene, label).doubt()),
+        };
+        let (label, critical) = truth
+            .of_question(label_of, (entry, Some(&scene)), (&whole, 0.0), thresholds)
+            .unwrap_or((Label::Safe, Vec::new()));
+        let about = |ask: &Ask, candidate: &Candidate| {
+            let (truth, critical, verdict) = match &ask.truth {
+                Some(asked) => {
+                    let (first, last) = asked.steps;
+                    let steps = usize::try_from(last - first + 1).unwrap_or(1);
+                    let window = Window::ending_at(&scene, last, steps);
+                    let criterion = &candidate.criterion;
+                    let verdict = verdict_by(criterion, &scene, &window, radius, thresholds);
+                    (asked.label, &asked.critical, verdict)
                 }
-            }
-            _ => Labelled::new(scene, label),
-        }
-    }
-}
-
-impl<T> BuiltInAnswers<T> {
-    /// How many of the judged scenarios are collisions in truth.
-    #[must_use]
-    pub fn collisions(&self) -> usize {
-        let labels = self.judged.iter().map(|(label, _)| *label);
-        labels.filter(|label| label.collides()).count()
-    }
-
-    /// How many are not.
-    #[must_use]
-    pub fn safe(&self) -> usize {
-        self.judged.len() - self.collisions()
+                None if task == Task::Safety => return None,
+                None => {
+                    let judged = judge_under(&scene, task, &whole, thresholds);
+                    (label, &critical, judged.verdict)
+                }
+            };
+            let scored = Scored {
+                window: ask.variant.window,
+                critical: critical.clone(),
+                ..Scored::built_in(&entry.name, &candidate.model(), Some(truth), verdict)
+            };
+            Some((ask.variant, scored))
+        };
+        let each = asks
+            .iter()
+            .flat_map(|ask| candidates.iter().map(move |one| (ask, one)));
+        let answers = each.filter_map(|(ask, candidate)| about(ask, candidate));
+        let answers = answers.collect();
+        let watched = candidates
+            .iter()
+            .filter(|_| task == Task::Safety && !label.collides());
+        let alarms = watched.map(|candidate| candidate.alarms(&scene, history, radius));
+        let alarms = alarms.collect();
+        Ok((
+            BuiltInEvent::Judged { scene, doubt },
+            Some((label, answers, alarms)),
+        ))
     }
 }

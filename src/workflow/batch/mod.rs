@@ -2,8 +2,7 @@
 //!
 //! [`BatchRequest::plan`] starts a batch and [`ResumeRequest::plan`] resumes one. On either plan,
 //! [`BatchPlan::dry_run`] builds the questions, [`BatchPlan::write`] stores them and [`BatchRun::ask`] asks them.
-//! [`BuiltInRequest::run`] compares the built-in judge with simpler predictors, which answer no questions and are not
-//! stored.
+//! [`BatchPlan::built_in`] has the built-in judge and simpler predictors answer them at once, and stores nothing.
 
 mod built_in;
 mod control;
@@ -13,18 +12,16 @@ mod judges;
 mod plan;
 mod resume;
 mod run;
-mod selection;
 mod submit;
 
-pub use built_in::{BuiltInAnswers, BuiltInEvent, BuiltInRequest};
+pub use built_in::{BuiltInAnswers, BuiltInEvent};
 pub use control::{BatchControl, ProviderSlots};
 pub use dry_run::{DryRun, DryRunEvent, DryRunLine, is_enough};
 pub use error::BatchError;
 pub use judges::{BatchModels, PausedModel};
-pub use plan::{BatchPlan, BatchRequest, PlanningEvent};
+pub use plan::{BatchPlan, BatchRequest, PlanningEvent, Selection};
 pub use resume::{Relabelling, ResumeRequest};
 pub use run::{BatchRun, QuestionOutcome, at_once};
-pub use selection::Selection;
 pub use submit::SubmittedItems;
 
 use rayon::prelude::*;

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
-use std::path::Path;
 use std::sync::Arc;
 
 use tokio::sync::Semaphore;
@@ -13,11 +12,8 @@ use super::judges::Watch;
 use super::{BatchControl, BatchPlan, DryRun, PausedModel, ProviderSlots, Selection};
 use crate::{AskOutcome, AskRequest, ask};
 use nearmiss_ask::llm::ProviderOutage;
-use nearmiss_formats::Entry;
 use nearmiss_store::{BatchId, Item, ItemState, Key, RunId, SplitPart, Store, StoreError};
-use nearmiss_study::evaluation::batch::{
-    QuestionBuilder, Variant, configuration_of_item, label_of_item, question_key,
-};
+use nearmiss_study::evaluation::batch::{QuestionBuilder, configuration_of_item, question_key};
 use nearmiss_study::evaluation::{
     Answer, AskError, Event, Judge, JudgeOutcome, Judges, MissingVerdict, Question, RunOptions,
 };
@@ -300,20 +296,10 @@ impl BatchRun {
 
     /// Makes the question where it does not keep others waiting.
     async fn question(&self, item: &Item) -> Result<Arc<Question>, String> {
-        let builder = Arc::clone(&self.builder);
-        let asked = item.asked.clone();
-        let made = tokio::task::spawn_blocking(move || {
-            let entry = Entry::of_argument(Path::new(&asked.path));
-            let configuration = configuration_of_item(&asked)?;
-            builder.question(
-                &entry,
-                &configuration,
-                &Variant::from_item(&asked)?,
-                label_of_item(&asked),
-            )
-        })
-        .await;
-        made.map_err(|error| format!("cannot be computed: {error}"))?
+        let (builder, asked) = (Arc::clone(&self.builder), item.asked.clone());
+        let made = tokio::task::spawn_blocking(move || builder.question_of_item(&asked)).await;
+        let made = made.map_err(|error| format!("cannot be computed: {error}"))?;
+        made.map(|(_, question)| question)
     }
 
     fn answered(

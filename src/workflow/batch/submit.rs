@@ -1,14 +1,11 @@
 //! Submits a batch's questions to their providers' batch APIs at half the price, instead of asking one by one.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use rayon::prelude::*;
 
 use super::BatchRun;
-use nearmiss_formats::Entry;
 use nearmiss_store::{Item, StoreError};
-use nearmiss_study::evaluation::batch::{Variant, configuration_of_item, label_of_item};
 use nearmiss_study::evaluation::remote::{RemoteError, SubmissionOutcome, submit};
 use nearmiss_study::evaluation::{AxisValues, Judge, Question, RunOptions};
 
@@ -47,19 +44,20 @@ impl BatchRun {
             .into_iter()
             .partition(|item| !matches!(self.judges.get(&item.asked.model), Some(Judge::Model(_))));
         done.own = own;
-        let made: Vec<Result<(AxisValues, Question), String>> = asked
+        let made: Vec<_> = asked
             .par_iter()
-            .map(|item| self.build_question(item))
+            .map(|item| self.builder.question_of_item(&item.asked))
             .collect();
-        for (item, question) in asked.iter().zip(made) {
-            match question {
+        for (item, made) in asked.iter().zip(made) {
+            let made = made.map(|(configuration, question)| (configuration.settings, question));
+            match made {
                 Ok((settings, _)) if self.calls_tools(&item.asked.model, &settings) => {
                     let why = "tools need several requests; ask without --submit";
                     done.unaskable.push((item.clone(), why.into()));
                 }
                 Ok((settings, question)) => {
                     let questions = by_model.entry((&item.asked.model, settings)).or_default();
-                    questions.push((question, self.options(item)));
+                    questions.push((Question::clone(&question), self.options(item)));
                 }
                 Err(why) => done.unaskable.push((item.clone(), why)),
             }
@@ -103,15 +101,5 @@ impl BatchRun {
         }
         let gone = all - left.len();
         Ok((left, gone))
-    }
-
-    fn build_question(&self, item: &Item) -> Result<(AxisValues, Question), String> {
-        let entry = Entry::of_argument(Path::new(&item.asked.path));
-        let configuration = configuration_of_item(&item.asked)?;
-        let (variant, label) = (Variant::from_item(&item.asked)?, label_of_item(&item.asked));
-        let question = self
-            .builder
-            .question(&entry, &configuration, &variant, label)?;
-        Ok((configuration.settings, Question::clone(&question)))
     }
 }

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-use nearmiss::evaluation::windows::{Recording, SampledWindow};
-use nearmiss::evaluation::{Alarms, Candidate, Confusion, Labelled, Lead, Naming, Scored, Setting};
+use nearmiss::evaluation::windows::{Moment, Recording, SampledWindow, Sampling};
+use nearmiss::evaluation::{Alarms, Candidate, Confusion, Labelled, Lead, Naming, Scored};
 use nearmiss::formats::find;
-use nearmiss::judge::Criterion;
+use nearmiss::judge::{Criterion, verdict_by};
 use nearmiss::metrics::Thresholds;
 use nearmiss::scenario::prediction::ObservedHistory;
 use nearmiss::scenario::{Scene, Window};
@@ -49,45 +49,62 @@ fn labelled(scenes: &[Scene]) -> Vec<Labelled<'_>> {
     scenes.iter().map(|s| Labelled::new(s, None)).collect()
 }
 
-/// The matched windows of `evaluate` at these leads.
-fn setting(leads: Vec<Lead>, candidates: &[Candidate]) -> Setting {
-    Setting {
-        leads,
-        history: 10,
-        within: 2.0,
-        radius: 30.0,
-        candidates: candidates.to_vec(),
-        thresholds: Arc::new(Thresholds::shipped().clone()),
-        every_window: false,
-    }
-}
-
 fn name(case: &Labelled<'_>) -> String {
     case.scene.scenario.header.benchmark_id.clone()
 }
 
-/// The windows of each case, by lead.
-fn windows(setting: &Setting, cases: &[Labelled<'_>]) -> Vec<Vec<Vec<SampledWindow>>> {
-    let recording = |case| Recording::new(&name(case), case, setting.radius);
+/// Only obstacles this near to the ego are looked at, metres.
+const RADIUS: f64 = 30.0;
+
+/// The matched windows of `evaluate` at these leads, each with the place of its case.
+fn windows(leads: &[Lead], cases: &[Labelled<'_>]) -> Vec<Vec<SampledWindow>> {
+    let recording = |case| Recording::new(&name(case), case, RADIUS);
     let recordings: Vec<Recording> = cases.iter().map(recording).collect();
-    setting.windows(&recordings)
+    let at = |lead: &Lead| {
+        let sampling = Sampling {
+            moment: Moment::Before(*lead),
+            history: 10,
+            horizon: 2.0,
+            every_recording: false,
+        };
+        sampling.draw(&recordings)
+    };
+    leads.iter().map(at).collect()
 }
 
 /// Counts of each candidate at each lead, and of the obstacles that it names.
 fn counts(cases: &[Labelled<'_>], candidates: &[Candidate]) -> Vec<Vec<(Confusion, Naming)>> {
     let leads = LEADS.map(Lead::Seconds);
     let leads: Vec<Lead> = [Lead::Paper].into_iter().chain(leads).collect();
-    let setting = setting(leads, candidates);
-    let windows = windows(&setting, cases);
-    let ask = |(case, windows): (&Labelled<'_>, &Vec<_>)| setting.ask(&name(case), case, windows);
-    let answers = setting.join(cases.iter().zip(&windows).map(ask));
-    let of = |answers: &Vec<Scored>| {
+    let windows = windows(&leads, cases);
+    let of = |candidate: &Candidate, windows: &Vec<SampledWindow>| {
+        let answer = |one: &SampledWindow| {
+            let case = &cases[one.recording];
+            let criterion = &candidate.criterion;
+            let verdict = verdict_by(
+                criterion,
+                case.scene,
+                &one.window,
+                RADIUS,
+                Thresholds::shipped(),
+            );
+            Scored {
+                critical: one.critical.clone(),
+                ..Scored::built_in(&name(case), candidate.name, Some(one.label), verdict)
+            }
+        };
+        let answers: Vec<Scored> = windows.iter().map(answer).collect();
         let mut naming = Naming::default();
         answers.iter().for_each(|one| naming.count(one));
-        (Confusion::from_scored(answers, Scored::positive), naming)
+        (Confusion::from_scored(&answers, Scored::positive), naming)
     };
-    let row = answers.iter().map(|of_each| &of_each.leads);
-    row.map(|leads| leads.iter().map(of).collect()).collect()
+    let row = |candidate| {
+        windows
+            .iter()
+            .map(|windows| of(candidate, windows))
+            .collect()
+    };
+    candidates.iter().map(row).collect()
 }
 
 fn f1(c: &Confusion) -> f64 {
@@ -181,24 +198,23 @@ fn greatest(scene: &Scene, window: &Window, horizon: f64) -> f64 {
 }
 
 fn asked(cases: &[Labelled<'_>]) -> Vec<Asked> {
-    let setting = setting(LEADS.map(Lead::Seconds).to_vec(), &[]);
-    let mut found = Vec::new();
-    for (place, (case, by_lead)) in cases.iter().zip(windows(&setting, cases)).enumerate() {
-        for (lead, windows) in by_lead.iter().enumerate() {
-            found.extend(windows.iter().map(|one| {
-                Asked {
-                    place,
-                    country: country(case),
-                    lead,
-                    dangerous: one.label.collides(),
-                    probability: HORIZONS
-                        .map(|horizon| greatest(case.scene, &one.window, horizon))
-                        .to_vec(),
-                }
-            }));
-        }
-    }
-    found
+    let windows = windows(&LEADS.map(Lead::Seconds), cases);
+    let at = |(lead, windows): (usize, Vec<SampledWindow>)| {
+        let one = move |one: SampledWindow| {
+            let case = &cases[one.recording];
+            Asked {
+                place: one.recording,
+                country: country(case),
+                lead,
+                dangerous: one.label.collides(),
+                probability: HORIZONS
+                    .map(|horizon| greatest(case.scene, &one.window, horizon))
+                    .to_vec(),
+            }
+        };
+        windows.into_iter().map(one)
+    };
+    windows.into_iter().enumerate().flat_map(at).collect()
 }
 
 /// Counts at each lead with one choice.

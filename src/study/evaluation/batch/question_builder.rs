@@ -1,6 +1,7 @@
 //! Builds a batch's questions: from an entry, its settings and variant to the request and the store's record, or a line.
 
 use std::collections::{BTreeSet, VecDeque};
+use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use nearmiss_ask::prompts::{Library, Techniques};
@@ -14,6 +15,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::experiment::Experiment;
+use super::scored::{configuration_of_item, label_of_item};
 use super::windows::{default_window, too_short};
 use crate::evaluation::ask_model::record;
 use crate::evaluation::windows::{Moment, Recording};
@@ -139,6 +141,20 @@ impl QuestionBuilder {
                 self.build(entry, scene, configuration, variant, label)
                     .map(Arc::new)
             })
+    }
+
+    /// The question of a stored item, and how it is asked.
+    ///
+    /// # Errors
+    /// As [`Self::question`], or a word that this version does not know.
+    pub fn question_of_item(
+        &self,
+        asked: &NewItem,
+    ) -> Result<(PromptConfig, Arc<Question>), String> {
+        let entry = Entry::of_argument(Path::new(&asked.path));
+        let (configuration, variant) = (configuration_of_item(asked)?, Variant::from_item(asked)?);
+        let question = self.question(&entry, &configuration, &variant, label_of_item(asked))?;
+        Ok((configuration, question))
     }
 
     fn build(

@@ -50,6 +50,51 @@ impl Answers {
         all.for_each(|one| one.cluster = cluster);
     }
 
+    /// Sorts answers to the questions at these `places` of a batch by what each is about.
+    pub fn sorted(all: Vec<(Variant, Scored)>, places: impl IntoIterator<Item = u64>) -> Self {
+        // Of every scenario the first lead stands before the others. Where leads were added to a batch without one, what
+        // it was begun with comes first.
+        let without = |(variant, scored): &(Variant, Scored)| {
+            scored.configuration.task == Task::Safety && *variant == Variant::default()
+        };
+        let first = if all.iter().any(without) {
+            None
+        } else {
+            all.iter().find_map(|(variant, _)| variant.lead)
+        };
+        let several = all
+            .iter()
+            .any(|(variant, _)| variant.lead.is_some() && variant.lead != first);
+        let questions = all.len();
+        let mut sorted = Self::default();
+        for ((variant, scored), place) in all.into_iter().zip(places) {
+            if variant.transform.is_some() {
+                sorted.changed.push(scored);
+                continue;
+            }
+            if let Some(lead) = variant.lead.filter(|_| several) {
+                sorted.leads.push((lead, scored.clone()));
+            }
+            if variant.lead.is_none() || variant.lead == first {
+                sorted.plain.push(scored);
+                sorted.places.push(place);
+                sorted.plain_leads.push(variant.lead);
+            }
+        }
+        sorted.others = questions - sorted.plain.len();
+        let scored = &mut sorted.plain;
+        let question = |one: &Scored| (one.scenario.clone(), one.configuration.task, one.window);
+        let reference: HashMap<_, Verdict> = scored
+            .iter()
+            .filter(|one| one.configuration.model == judge::MODEL)
+            .filter_map(|one| Some((question(one), one.status.verdict()?.clone())))
+            .collect();
+        for one in scored {
+            one.reference = reference.get(&question(one)).cloned();
+        }
+        sorted
+    }
+
     /// Every answer once, with its lead and its transform.
     #[must_use]
     pub fn cases(&self) -> Vec<AnswerCase<'_>> {
@@ -108,47 +153,7 @@ pub fn answers_of_part(
     all.iter_mut()
         .for_each(|(_, scored)| templates.name(&mut scored.configuration));
     let places = found.iter().map(|(item, _)| item.place);
-    // Of every scenario the first lead stands before the others. Where leads were added to a batch without one, what it
-    // was begun with comes first.
-    let without = |(variant, scored): &(Variant, Scored)| {
-        scored.configuration.task == Task::Safety && *variant == Variant::default()
-    };
-    let first = if all.iter().any(without) {
-        None
-    } else {
-        all.iter().find_map(|(variant, _)| variant.lead)
-    };
-    let several = all
-        .iter()
-        .any(|(variant, _)| variant.lead.is_some() && variant.lead != first);
-    let questions = all.len();
-    let mut sorted = Answers::default();
-    for ((variant, scored), place) in all.into_iter().zip(places) {
-        if variant.transform.is_some() {
-            sorted.changed.push(scored);
-            continue;
-        }
-        if let Some(lead) = variant.lead.filter(|_| several) {
-            sorted.leads.push((lead, scored.clone()));
-        }
-        if variant.lead.is_none() || variant.lead == first {
-            sorted.plain.push(scored);
-            sorted.places.push(place);
-            sorted.plain_leads.push(variant.lead);
-        }
-    }
-    sorted.others = questions - sorted.plain.len();
-    let scored = &mut sorted.plain;
-    let question = |one: &Scored| (one.scenario.clone(), one.configuration.task, one.window);
-    let reference: HashMap<_, Verdict> = scored
-        .iter()
-        .filter(|one| one.configuration.model == judge::MODEL)
-        .filter_map(|one| Some((question(one), one.status.verdict()?.clone())))
-        .collect();
-    for one in scored {
-        one.reference = reference.get(&question(one)).cloned();
-    }
-    Ok(sorted)
+    Ok(Answers::sorted(all, places))
 }
 
 /// The rules by which the answers of a batch count.

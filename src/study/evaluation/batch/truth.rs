@@ -92,13 +92,6 @@ impl TruthSource {
         found.map(|(_, convention)| *convention)
     }
 
-    /// The word of `--truth` for a risk score.
-    #[must_use]
-    pub fn word_of_score(convention: RiskConvention) -> &'static str {
-        let found = SCORES.iter().find(|(_, known)| *known == convention);
-        found.map_or("score", |(word, _)| word)
-    }
-
     /// What such a truth is, in words for people.
     #[must_use]
     pub fn score_summary(convention: RiskConvention) -> String {
@@ -128,7 +121,10 @@ impl TruthSource {
         match self {
             Self::Geometry => vec!["auto".into()],
             Self::Layout => vec!["layout".into()],
-            Self::Score(convention) => vec![Self::word_of_score(*convention).into()],
+            Self::Score(convention) => {
+                let words = SCORES.iter().filter(|(_, known)| known == convention);
+                words.map(|(word, _)| (*word).into()).collect()
+            }
             Self::Files(files) => files.iter().map(|f| f.display().to_string()).collect(),
         }
     }

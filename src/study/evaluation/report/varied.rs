@@ -231,6 +231,15 @@ pub struct LeadRow {
     pub false_alarm_rate: Option<f64>,
     /// Its interval of 95 %.
     pub false_alarm_rate_ci: Option<Interval>,
+    /// The share of those that say yes that is dangerous in truth; null without dangerous or safe windows, as is F1.
+    #[schemars(extend("decimals" = 2))]
+    pub precision: Option<f64>,
+    /// Harmonic mean of precision and recall.
+    #[schemars(extend("decimals" = 2))]
+    pub f1: Option<f64>,
+    /// The share of the named obstacles that is truly critical; on a safe window none is.
+    #[schemars(extend("decimals" = 2))]
+    pub naming_precision: Option<f64>,
     /// Answers in which no verdict could be read.
     #[schemars(title = "Unparsed")]
     pub unparsed: u32,
@@ -268,6 +277,7 @@ impl Record for LeadRow {
 
 impl From<&(Lead, PromptConfig, LeadPoint)> for LeadRow {
     fn from((lead, configuration, point): &(Lead, PromptConfig, LeadPoint)) -> Self {
+        let whole = point.counts.positives() > 0 && point.counts.negatives() > 0;
         Self {
             configuration: configuration.clone(),
             lead: (*lead).into(),
@@ -284,6 +294,9 @@ impl From<&(Lead, PromptConfig, LeadPoint)> for LeadRow {
             false_alarms_of: point.false_alarms.of,
             false_alarm_rate: point.false_alarms.value(),
             false_alarm_rate_ci: point.false_alarms.interval,
+            precision: point.counts.precision().filter(|_| whole),
+            f1: point.counts.f1().filter(|_| whole),
+            naming_precision: point.naming.precision(),
             unparsed: point.unparsed,
             failed: point.failed,
             unasked: point.unasked,
