@@ -1,6 +1,6 @@
 //! JSON schemas reduced to the subset every provider supports, the rest moved to descriptions.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
 /// Keywords that mean the same everywhere.
 const PORTABLE_KEYWORDS: [&str; 12] = [
@@ -105,15 +105,13 @@ fn reduced(schema: &Value, longest: Option<u64>) -> Value {
             .and_then(Value::as_str)
             .map(|d| format!("{d} "))
             .unwrap_or_default();
-        kept.insert(
-            "description".into(),
-            json!(format!("{told}({})", bounds.join(", "))),
-        );
+        let described = format!("{told}({})", bounds.join(", "));
+        kept.insert("description".into(), described.into());
     }
     if let Some(Value::Object(properties)) = kept.get("properties") {
         let names: Vec<_> = properties.keys().cloned().collect();
-        kept.insert("required".into(), json!(names));
-        kept.insert("additionalProperties".into(), json!(false));
+        kept.insert("required".into(), names.into());
+        kept.insert("additionalProperties".into(), false.into());
     }
     Value::Object(kept)
 }
@@ -131,7 +129,7 @@ fn bound(schema: &mut Map<String, Value>, longest: u64) {
         Some("array") => ("maxItems", ids.unwrap_or(MAX_ELEMENTS).min(MAX_ELEMENTS)),
         _ => return,
     };
-    schema.entry(key).or_insert_with(|| json!(most));
+    schema.entry(key).or_insert_with(|| most.into());
 }
 
 /// Numbers that are listed at most.
@@ -158,6 +156,8 @@ pub(super) fn name(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     #[test]

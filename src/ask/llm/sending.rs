@@ -6,12 +6,12 @@ use std::sync::Arc;
 use backon::ExponentialBackoff;
 use reqwest::Url;
 use reqwest::header::{CONTENT_TYPE, HeaderMap, HeaderName, HeaderValue};
-use serde_json::Value;
 use tokio::sync::OwnedSemaphorePermit;
 
 use super::attempt::waits;
 use super::body_text::Deadlines;
 use super::client::Client;
+use super::dialect::Notes;
 use super::endpoint::Endpoint;
 use super::error::Error;
 use super::limits::{Gate, Reservation};
@@ -56,7 +56,11 @@ impl Ready {
         check_tools(endpoint, request)?;
         let (url, headers) = addressed(client, endpoint, request).await?;
         let endpoint = &*endpoint;
-        let body = endpoint.dialect.protocol().body(endpoint, request);
+        let mut notes = Notes::default();
+        let body = endpoint
+            .dialect
+            .protocol()
+            .body(endpoint, request, &mut notes);
         let connect = endpoint.timeouts.connect;
         let http = client
             .http(endpoint, connect)
@@ -68,7 +72,7 @@ impl Ready {
             http,
             url,
             headers,
-            body: Value::Object(body.fields).to_string().into_bytes(),
+            body: body.to_string().into_bytes(),
             gate,
             tokens: endpoint.tokens(request).saturating_add(limit.unwrap_or(0)),
             patience: Deadlines::starting_now(endpoint.timeouts),
@@ -77,7 +81,7 @@ impl Ready {
         };
         Ok(Self {
             sending,
-            notes: body.notes,
+            notes: notes.0,
             place,
             reserved: reserve(endpoint, request)?,
         })

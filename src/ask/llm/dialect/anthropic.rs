@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::{
-    AnswerReader, Auth, Body, WireProtocol, count, is_anthropic_model, names_in, protocol, string,
+    AnswerReader, Auth, Notes, WireProtocol, count, given, is_anthropic_model, names_in, protocol,
+    string,
 };
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{AnthropicBatches, BatchApi};
@@ -24,6 +26,35 @@ const MOST_TOKENS: u32 = 8192;
 /// The smallest thinking budget that the API accepts, in tokens.
 const LEAST_BUDGET: u32 = 1024;
 
+/// The body of a question.
+#[derive(Serialize)]
+struct Question<'a> {
+    model: &'a str,
+    max_tokens: u32,
+    stream: bool,
+    system: Option<Value>,
+    tools: Option<Value>,
+    tool_choice: Option<Value>,
+    messages: Vec<Value>,
+    thinking: Option<Thinking>,
+    temperature: Option<f64>,
+    output_config: Value,
+}
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+enum Thinking {
+    Disabled,
+    Adaptive { display: &'static str },
+    Enabled { budget_tokens: u32 },
+}
+
+#[derive(Serialize)]
+struct OutputConfig {
+    effort: Option<&'static str>,
+    format: Option<Value>,
+}
+
 /// Anthropic's messages.
 pub(super) struct Protocol;
 
@@ -40,67 +71,65 @@ impl WireProtocol for Protocol {
         "/messages"
     }
 
-    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
+    fn body(&self, endpoint: &Endpoint, request: &Request, notes: &mut Notes) -> Value {
         let parameters = &request.parameters;
-        out.put("model", json!(request.model));
         let limit = endpoint.answer_limit(parameters).unwrap_or_else(|| {
-            out.note(&format!(
+            notes.note(&format!(
                 "max_tokens: this API requires a limit; {MOST_TOKENS} is sent"
             ));
             MOST_TOKENS
         });
-        out.put("max_tokens", json!(limit));
-        out.put("stream", json!(true));
-        let system = request.messages.iter().filter(|m| m.role == Role::System);
-        let system: Vec<_> = system.map(|m| m.content.as_str()).collect();
-        if !system.is_empty() {
-            out.put("system", system_prompt(endpoint, system.join("\n\n")));
-        }
-        let turns = request.messages.iter().filter(|m| m.role != Role::System);
-        let mut messages: Vec<Value> = turns.map(protocol::anthropic).collect();
-        if let Some(tools) = request.offered() {
-            messages.extend(tools.rounds.iter().flat_map(round));
-            let tool = |spec: &ToolSpec| {
-                json!({
-                    "name": spec.name, "description": spec.about, "input_schema": spec.schema,
-                })
-            };
-            out.put("tools", tools.specs.iter().map(tool).collect());
-            if !tools.may_call {
-                out.put("tool_choice", json!({"type": "none"}));
-            }
-        }
-        out.put("messages", json!(messages));
-
-        let mut output = Map::new();
-        let thinks = thinking(endpoint, parameters.effort, limit, &mut output, out);
-        if thinks && parameters.temperature.is_some_and(|t| t != 1.0) {
-            out.untaken("temperature", "with thinking on, this API accepts only 1");
+        let of = |system: bool| {
+            let messages = request.messages.iter();
+            messages.filter(move |m| (m.role == Role::System) == system)
+        };
+        let system: Vec<_> = of(true).map(|m| m.content.as_str()).collect();
+        let tools = request.offered();
+        let tool = |spec: &ToolSpec| json!({"name": spec.name, "description": spec.about, "input_schema": spec.schema});
+        let rounds = tools.into_iter().flat_map(|tools| &tools.rounds);
+        let thinking = thinking(endpoint, parameters.effort, limit, notes);
+        let is_adaptive = matches!(thinking, Some(Thinking::Adaptive { .. }));
+        let thinks = !matches!(thinking, None | Some(Thinking::Disabled));
+        let temperature = if thinks && parameters.temperature.is_some_and(|t| t != 1.0) {
+            notes.untaken("temperature", "with thinking on, this API accepts only 1");
+            None
         } else {
-            out.temperature(endpoint, request, 1.0, |out, t| out.put("temperature", t));
-        }
+            notes.temperature(endpoint, request, 1.0)
+        };
         if parameters.log_probabilities {
-            out.untaken("log_probabilities", "this API gives none");
+            notes.untaken("log_probabilities", "this API gives none");
         }
         if parameters.seed.is_some() {
-            out.untaken("seed", "not supported by this API");
+            notes.untaken("seed", "not supported by this API");
         }
-        if let Some(schema) = &request.schema {
-            match endpoint.response_format {
-                ResponseFormat::Off => {}
-                ResponseFormat::JsonSchema => {
-                    let format = json!({"type": "json_schema", "schema": schema.sent()});
-                    output.insert("format".into(), format);
-                }
-                ResponseFormat::JsonObject => out.untaken(
-                    "response_format json_object",
-                    "this API supports only json_schema",
-                ),
-            }
+        let schema = request.schema.as_ref();
+        if schema.is_some() && endpoint.response_format == ResponseFormat::JsonObject {
+            notes.untaken(
+                "response_format json_object",
+                "this API supports only json_schema",
+            );
         }
-        if !output.is_empty() {
-            out.put("output_config", Value::Object(output));
-        }
+        let schema = schema.filter(|_| endpoint.response_format == ResponseFormat::JsonSchema);
+        given(Question {
+            model: &request.model,
+            max_tokens: limit,
+            stream: true,
+            system: (!system.is_empty()).then(|| system_prompt(endpoint, system.join("\n\n"))),
+            tools: tools.map(|tools| tools.specs.iter().map(tool).collect()),
+            tool_choice: tools
+                .filter(|t| !t.may_call)
+                .map(|_| json!({"type": "none"})),
+            messages: of(false)
+                .map(protocol::anthropic)
+                .chain(rounds.flat_map(round))
+                .collect(),
+            thinking,
+            temperature,
+            output_config: given(OutputConfig {
+                effort: parameters.effort.filter(|_| is_adaptive).map(Effort::name),
+                format: schema.map(|s| json!({"type": "json_schema", "schema": s.sent()})),
+            }),
+        })
     }
 
     fn reader(&self) -> Box<dyn AnswerReader> {
@@ -128,58 +157,45 @@ fn system_prompt(endpoint: &Endpoint, text: String) -> Value {
     }
 }
 
-/// Asks for thinking; whether it is on.
+/// How the model is to think, where that is asked for.
 fn thinking(
     endpoint: &Endpoint,
     effort: Option<Effort>,
     limit: u32,
-    output: &mut Map<String, Value>,
-    out: &mut Body,
-) -> bool {
-    let Some(effort) = effort else { return false };
+    notes: &mut Notes,
+) -> Option<Thinking> {
+    let effort = effort?;
     match (endpoint.quirks.efforts.unwrap_or(Efforts::Levels), effort) {
         // Newer models think unless told not to.
-        (_, Effort::Off) => {
-            out.put("thinking", json!({"type": "disabled"}));
-            false
-        }
-        (Efforts::Levels, _) => {
-            out.put(
-                "thinking",
-                json!({"type": "adaptive", "display": "summarized"}),
-            );
-            output.insert("effort".into(), json!(effort.name()));
-            true
-        }
+        (_, Effort::Off) => Some(Thinking::Disabled),
+        (Efforts::Levels, _) => Some(Thinking::Adaptive {
+            display: "summarized",
+        }),
         (Efforts::Budget, _) => {
             let wanted = match effort {
                 Effort::High | Effort::XHigh | Effort::Max => 16 * LEAST_BUDGET,
                 Effort::Medium => 4 * LEAST_BUDGET,
                 Effort::Low | Effort::Minimal | Effort::Off => LEAST_BUDGET,
             };
-            let budget = wanted.min(limit.saturating_sub(1));
-            if budget < LEAST_BUDGET {
-                out.untaken(
+            let budget_tokens = wanted.min(limit.saturating_sub(1));
+            if budget_tokens < LEAST_BUDGET {
+                notes.untaken(
                     "effort",
                     "thinking needs max_tokens above 1024, which it shares",
                 );
-                return false;
+                return None;
             }
-            if budget < wanted {
-                out.note(&format!(
-                    "effort {}: the thinking budget is limited to {budget}, below max_tokens",
+            if budget_tokens < wanted {
+                notes.note(&format!(
+                    "effort {}: the thinking budget is limited to {budget_tokens}, below max_tokens",
                     effort.name()
                 ));
             }
-            out.put(
-                "thinking",
-                json!({"type": "enabled", "budget_tokens": budget}),
-            );
-            true
+            Some(Thinking::Enabled { budget_tokens })
         }
         _ => {
-            out.untaken("effort", "not supported by this model");
-            false
+            notes.untaken("effort", "not supported by this model");
+            None
         }
     }
 }
@@ -213,8 +229,9 @@ impl AnswerReader for MessagesReader {
             }
             // Deltas name their kind, so that blocks which overlap are not mixed up.
             Some("content_block_start") => {
-                block(value.get("content_block"), answer);
-                self.blocks.start(value, answer);
+                let begun = value.get("content_block");
+                block(begun, answer);
+                self.blocks.start(index(value), begun, answer);
             }
             Some("content_block_delta") => {
                 block(value.get("delta"), answer);
@@ -242,8 +259,7 @@ impl AnswerReader for MessagesReader {
         self.usage(value, answer);
         for (index, whole) in blocks.iter().enumerate() {
             block(Some(whole), answer);
-            let begun = json!({"index": index, "content_block": whole});
-            self.blocks.start(&begun, answer);
+            self.blocks.start(index as u64, Some(whole), answer);
         }
         self.blocks.stop(value, answer);
         stopped(value, answer);
@@ -322,8 +338,8 @@ fn index(event: &Value) -> u64 {
 
 impl Blocks {
     /// A block begins; outside of streams it is whole.
-    pub fn start(&mut self, event: &Value, answer: &mut ResponseAccumulator) {
-        let Some(block) = event.get("content_block").filter(|b| b.is_object()) else {
+    pub fn start(&mut self, at: u64, block: Option<&Value>, answer: &mut ResponseAccumulator) {
+        let Some(block) = block.filter(|b| b.is_object()) else {
             return;
         };
         if self.blocks.len() == MAX_BLOCKS {
@@ -342,13 +358,13 @@ impl Blocks {
                 return;
             }
             // In streams the input begins empty, and comes in fragments.
-            let whole = block.get("input").and_then(Value::as_object);
-            if let Some(whole) = whole.filter(|input| !input.is_empty()) {
-                answer.complete_call(number, &json!(whole).to_string());
+            let is_whole = |input: &Value| input.as_object().is_some_and(|all| !all.is_empty());
+            if let Some(input) = block.get("input").filter(|input| is_whole(input)) {
+                answer.complete_call(number, &input.to_string());
             }
             kept.call = Some(number);
         }
-        self.blocks.insert(index(event), kept);
+        self.blocks.insert(at, kept);
     }
 
     /// A block grows. Texts are bounded by the answer, which has taken them already.
@@ -405,8 +421,8 @@ impl Block {
             }
             Some("tool_use") => {
                 if !self.added.is_empty() {
-                    let read = serde_json::from_str::<Value>(&self.added).ok();
-                    block["input"] = read.filter(Value::is_object).unwrap_or_else(|| json!({}));
+                    let read: Map<_, _> = serde_json::from_str(&self.added).unwrap_or_default();
+                    block["input"] = read.into();
                 }
                 Some(block)
             }

@@ -1,16 +1,57 @@
 //! Google's Gemini: `streamGenerateContent`, where thoughts are ordinary parts and the stream has no end marker.
 
 use reqwest::Url;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::{AnswerReader, Auth, Body, WireProtocol, count, names_in, protocol, string};
+use super::{AnswerReader, Auth, Notes, WireProtocol, count, given, names_in, protocol, string};
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, GeminiBatches};
 use crate::llm::chunk::{ALTERNATIVES, Finish, Token, Usage};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::quirks::{Effort, Efforts};
-use crate::llm::request::{Request, Role, ToolRound, ToolSpec, Toolbox};
+use crate::llm::request::{Request, Role, Schema, ToolRound, ToolSpec, Toolbox};
+
+/// The body of a question.
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Question {
+    system_instruction: Option<Value>,
+    tools: Option<Value>,
+    tool_config: Option<Value>,
+    contents: Vec<Value>,
+    generation_config: Value,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+struct GenerationConfig {
+    temperature: Option<f64>,
+    max_output_tokens: Option<u32>,
+    seed: Option<u64>,
+    response_logprobs: Option<bool>,
+    logprobs: Option<u32>,
+    thinking_config: Value,
+    response_mime_type: Option<&'static str>,
+    response_json_schema: Option<Value>,
+}
+
+#[derive(Default, Serialize)]
+#[serde(rename_all = "camelCase")]
+struct Thinking {
+    include_thoughts: Option<bool>,
+    thinking_level: Option<String>,
+    thinking_budget: Option<i32>,
+}
+
+/// The result of a call; ids are those that the server gave.
+#[derive(Serialize)]
+struct Returned<'a> {
+    name: &'a str,
+    response: Value,
+    id: Option<&'a str>,
+}
 
 /// Google's Gemini.
 pub(super) struct Protocol;
@@ -37,63 +78,50 @@ impl WireProtocol for Protocol {
         url
     }
 
-    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
-        let quirks = &endpoint.quirks;
-        let part = |text: &String| json!({"text": text});
+    fn body(&self, endpoint: &Endpoint, request: &Request, notes: &mut Notes) -> Value {
         let of = |role| request.messages.iter().filter(move |m| m.role == role);
+        let part = |text: &String| json!({"text": text});
         let system: Vec<_> = of(Role::System).map(|m| part(&m.content)).collect();
-        if !system.is_empty() {
-            out.put("systemInstruction", json!({"parts": system}));
-        }
-        let turns = request
-            .messages
-            .iter()
-            .filter(|m| m.role != Role::System)
-            .map(|m| {
-                let role = match m.role {
-                    Role::Assistant => "model",
-                    Role::System | Role::User => "user",
-                };
-                json!({"role": role, "parts": protocol::gemini(m)})
-            });
-        let mut contents: Vec<Value> = turns.collect();
-        if let Some(tools) = request.offered() {
-            contents.extend(tools.rounds.iter().flat_map(round));
-            let form = endpoint.response_format != ResponseFormat::Off;
-            match (tools.may_call, form && request.schema.is_some()) {
-                (true, _) => out.put("tools", declarations(tools)),
-                // Functions are refused beside a form, even where none may be called.
-                (false, true) => {}
-                (false, false) => {
-                    out.put("tools", declarations(tools));
-                    let none = json!({"functionCallingConfig": {"mode": "NONE"}});
-                    out.put("toolConfig", none);
-                }
-            }
-        }
-        out.put("contents", json!(contents));
-
-        let mut config = Body::default();
-        config.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
-        if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
-            config.put("maxOutputTokens", json!(limit));
-        }
-        config.seed(endpoint, request, |out, seed| out.put("seed", seed));
-        config.log_probabilities(endpoint, request, |config| {
-            config.put("responseLogprobs", json!(true));
-            config.put("logprobs", json!(ALTERNATIVES));
+        let others = request.messages.iter().filter(|m| m.role != Role::System);
+        let turns = others.map(|m| {
+            let role = match m.role {
+                Role::Assistant => "model",
+                Role::System | Role::User => "user",
+            };
+            json!({"role": role, "parts": protocol::gemini(m)})
         });
-        thinking(endpoint, request.parameters.effort, &mut config);
+        let tools = request.offered();
+        let rounds = tools.into_iter().flat_map(|tools| &tools.rounds);
+        let form = endpoint.response_format != ResponseFormat::Off && request.schema.is_some();
+        // Functions are refused beside a form, even where none may be called.
+        let declared = tools.filter(|tools| tools.may_call || !form);
+        let forbidden = declared.filter(|tools| !tools.may_call);
+        let temperature = notes.temperature(endpoint, request, 2.0);
+        let seed = notes.seed(endpoint, request);
+        let weighs = notes.log_probabilities(endpoint, request);
         // Models before Gemini 3 refuse a form for the answer beside tools.
-        if let Some(schema) = request.schema_to_send(false) {
-            if endpoint.response_format != ResponseFormat::Off {
-                config.put("responseMimeType", json!("application/json"));
-            }
-            if endpoint.response_format == ResponseFormat::JsonSchema {
-                config.put("responseJsonSchema", schema.sent());
-            }
-        }
-        out.put_inner("generationConfig", config);
+        let schema = request.schema_to_send(false);
+        let (asked, exact) = match endpoint.response_format {
+            ResponseFormat::Off => (None, None),
+            ResponseFormat::JsonObject => (schema, None),
+            ResponseFormat::JsonSchema => (schema, schema),
+        };
+        given(Question {
+            system_instruction: (!system.is_empty()).then(|| json!({"parts": system})),
+            tools: declared.map(declarations),
+            tool_config: forbidden.map(|_| json!({"functionCallingConfig": {"mode": "NONE"}})),
+            contents: turns.chain(rounds.flat_map(round)).collect(),
+            generation_config: given(GenerationConfig {
+                temperature,
+                max_output_tokens: request.parameters.max_tokens.or(endpoint.quirks.max_tokens),
+                seed,
+                response_logprobs: weighs.then_some(true),
+                logprobs: weighs.then_some(ALTERNATIVES),
+                thinking_config: given(thinking(endpoint, request.parameters.effort, notes)),
+                response_mime_type: asked.map(|_| "application/json"),
+                response_json_schema: exact.map(Schema::sent),
+            }),
+        })
     }
 
     fn reader(&self) -> Box<dyn AnswerReader> {
@@ -109,7 +137,6 @@ impl WireProtocol for Protocol {
     }
 }
 
-/// The tools.
 fn declarations(tools: &Toolbox) -> Value {
     let one = |spec: &ToolSpec| {
         json!({
@@ -134,22 +161,19 @@ fn round(round: &ToolRound) -> [Value; 2] {
         parts.push(json!({"text": text}));
     }
     parts.extend(echo.iter().cloned());
-    if echo.iter().any(|part| part.get("functionCall").is_some()) {
-    } else {
+    if !echo.iter().any(|part| part.get("functionCall").is_some()) {
+        let calls = round.turn.calls.iter();
         parts.extend(
-            round
-                .turn
-                .calls
-                .iter()
-                .map(|call| json!({"functionCall": {"name": call.name, "args": call.object()}})),
-        )
+            calls.map(|call| json!({"functionCall": {"name": call.name, "args": call.object()}})),
+        );
     }
     let results = round.pairs().map(|(call, result)| {
-        let result: Value = serde_json::from_str(result).unwrap_or_else(|_| json!(result));
-        let mut response = json!({"name": call.name, "response": {"result": result}});
-        if !call.id.starts_with("call_") {
-            response["id"] = json!(call.id);
-        }
+        let result = serde_json::from_str(result).unwrap_or_else(|_| Value::from(result));
+        let response = given(Returned {
+            name: &call.name,
+            response: json!({"result": result}),
+            id: (!call.id.starts_with("call_")).then_some(&call.id),
+        });
         json!({"functionResponse": response})
     });
     let results: Vec<Value> = results.collect();
@@ -168,38 +192,33 @@ fn call(function: &Value, answer: &mut ResponseAccumulator) {
     answer.complete_call(number, &arguments.map_or("{}".into(), Value::to_string));
 }
 
-fn thinking(endpoint: &Endpoint, effort: Option<Effort>, config: &mut Body) {
-    let mut thinking = Map::new();
+fn thinking(endpoint: &Endpoint, effort: Option<Effort>, notes: &mut Notes) -> Thinking {
     let style = endpoint.quirks.efforts.unwrap_or(Efforts::Levels);
     let wanted = effort.map_or(endpoint.quirks.reasoning, |effort| effort != Effort::Off);
-    if wanted && style != Efforts::Untaken {
-        thinking.insert("includeThoughts".into(), json!(true));
-    }
+    let mut thinking = Thinking {
+        include_thoughts: (wanted && style != Efforts::Untaken).then_some(true),
+        ..Thinking::default()
+    };
     match (style, effort) {
         (_, None) => {}
         (Efforts::Levels, Some(Effort::Off)) => {
-            thinking.insert("thinkingLevel".into(), json!("MINIMAL"));
-            config.note("effort off: this model's lowest level is minimal, which is sent");
+            thinking.thinking_level = Some("MINIMAL".into());
+            notes.note("effort off: this model's lowest level is minimal, which is sent");
         }
         (Efforts::Levels, Some(effort)) => {
-            let level = effort.name().to_uppercase();
-            thinking.insert("thinkingLevel".into(), json!(level));
+            thinking.thinking_level = Some(effort.name().to_uppercase());
         }
-        (Efforts::Budget, Some(Effort::Off)) => {
-            thinking.insert("thinkingBudget".into(), json!(0));
-        }
+        (Efforts::Budget, Some(Effort::Off)) => thinking.thinking_budget = Some(0),
         (Efforts::Budget, Some(effort)) => {
-            thinking.insert("thinkingBudget".into(), json!(-1));
-            config.note(&format!(
+            thinking.thinking_budget = Some(-1);
+            notes.note(&format!(
                 "effort {}: this model has no levels and chooses its own effort",
                 effort.name()
             ));
         }
-        (_, Some(_)) => config.untaken("effort", "not supported by this model"),
+        (_, Some(_)) => notes.untaken("effort", "not supported by this model"),
     }
-    if !thinking.is_empty() {
-        config.put("thinkingConfig", Value::Object(thinking));
-    }
+    thinking
 }
 
 /// The reader of its answers.

@@ -28,11 +28,12 @@ mod openai_responses;
 mod protocol;
 
 use protocol::{
-    count, function_tools, is_anthropic_model, names_in, openai_models, openai_version, string,
+    count, function_tools, given, is_anthropic_model, names_in, openai_models,
+    openai_version, string,
 };
 
 pub use kind::{Auth, Dialect};
-pub(super) use protocol::{AnswerReader, Body, Framing, WireProtocol};
+pub(super) use protocol::{AnswerReader, Framing, Notes, WireProtocol};
 pub use protocol::{body, gives_log_probabilities, notes, sends_form};
 
 macro_rules! protocols {

@@ -1,22 +1,58 @@
 //! Ollama's native chat API: one JSON object a line.
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{
-    AnswerReader, Body, Framing, WireProtocol, count, function_tools, names_in, protocol, string,
+    AnswerReader, Framing, Notes, WireProtocol, count, function_tools, given, names_in, string,
 };
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::chunk::{ALTERNATIVES, Finish, Usage, tokens};
 use crate::llm::endpoint::{Endpoint, ResponseFormat};
 use crate::llm::error::Error;
 use crate::llm::quirks::{Effort, Efforts};
-use crate::llm::request::Request;
+use crate::llm::request::{Image, Request, Role, Schema};
 
 /// Tokens kept free for the answer where no limit is set.
 const ANSWER_RESERVE: u32 = 4096;
 
 /// Context windows are asked for in steps of this, so that the model is not loaded anew for every question.
 const STEP: u32 = 8192;
+
+/// The body of a question.
+#[derive(Serialize)]
+struct Question<'a> {
+    model: &'a str,
+    messages: Vec<Value>,
+    tools: Option<Value>,
+    stream: bool,
+    think: Option<Value>,
+    logprobs: Option<bool>,
+    top_logprobs: Option<u32>,
+    format: Option<Value>,
+    options: Value,
+}
+
+#[derive(Serialize)]
+struct Options {
+    temperature: Option<f64>,
+    seed: Option<u64>,
+    num_predict: Option<u32>,
+    num_ctx: u32,
+}
+
+/// A turn of the conversation.
+#[derive(Serialize)]
+struct Said<'a> {
+    role: Role,
+    content: &'a str,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    images: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tool_calls: Option<Vec<Value>>,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    thinking: &'a str,
+}
 
 /// Ollama's own chat.
 pub(super) struct Protocol;
@@ -59,51 +95,50 @@ impl WireProtocol for Protocol {
         format!("{}{}", root.unwrap_or(base), self.method())
     }
 
-    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
+    fn body(&self, endpoint: &Endpoint, request: &Request, notes: &mut Notes) -> Value {
         let quirks = &endpoint.quirks;
-        out.put("model", json!(request.model));
-        out.put("messages", messages(request));
         // It has no way to forbid calls but to offer no tools.
-        if let Some(tools) = request.offered().filter(|tools| tools.may_call) {
-            out.put("tools", function_tools(tools));
-        }
-        out.put("stream", json!(true));
+        let tools = request.offered().filter(|tools| tools.may_call);
         let style = quirks.efforts.unwrap_or(Efforts::Levels);
-        match request.parameters.effort {
-            None => {}
+        let think = match request.parameters.effort {
+            None => None,
             Some(_) if style == Efforts::Untaken => {
-                out.untaken("effort", "not supported by this model")
+                notes.untaken("effort", "not supported by this model");
+                None
             }
-            Some(Effort::Off) => out.put("think", json!(false)),
-            Some(_) if style == Efforts::Template => out.put("think", json!(true)),
-            Some(effort) => out.put("think", json!(effort.name())),
-        }
-        out.log_probabilities(endpoint, request, |out| {
-            out.put("logprobs", json!(true));
-            out.put("top_logprobs", json!(ALTERNATIVES));
-        });
+            Some(Effort::Off) => Some(false.into()),
+            Some(_) if style == Efforts::Template => Some(true.into()),
+            Some(effort) => Some(effort.name().into()),
+        };
+        let weighs = notes.log_probabilities(endpoint, request);
         // A form for the answer keeps the model from calling tools.
-        if let Some(schema) = request.schema_to_send(false) {
-            match endpoint.response_format {
-                ResponseFormat::Off => {}
-                ResponseFormat::JsonObject => out.put("format", json!("json")),
-                ResponseFormat::JsonSchema => out.put("format", schema.sent()),
-            }
-        }
-        let mut options = Body::default();
-        options.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
-        options.seed(endpoint, request, |out, seed| out.put("seed", seed));
+        let schema = request.schema_to_send(false);
         let limit = endpoint.answer_limit(&request.parameters);
-        if let Some(limit) = limit {
-            options.put("num_predict", json!(limit));
-        }
         // A question longer than the window is cut without a word, so the window is made to fit.
         let needed = endpoint
             .tokens(request)
             .saturating_add(limit.unwrap_or(ANSWER_RESERVE));
         let window = needed.div_ceil(STEP).saturating_mul(STEP);
-        options.put("num_ctx", json!(quirks.context.unwrap_or(window)));
-        out.put_inner("options", options);
+        given(Question {
+            model: &request.model,
+            messages: messages(request),
+            tools: tools.map(function_tools),
+            stream: true,
+            think,
+            logprobs: weighs.then_some(true),
+            top_logprobs: weighs.then_some(ALTERNATIVES),
+            format: match endpoint.response_format {
+                ResponseFormat::Off => None,
+                ResponseFormat::JsonObject => schema.map(|_| "json".into()),
+                ResponseFormat::JsonSchema => schema.map(Schema::sent),
+            },
+            options: given(Options {
+                temperature: notes.temperature(endpoint, request, 2.0),
+                seed: notes.seed(endpoint, request),
+                num_predict: limit,
+                num_ctx: quirks.context.unwrap_or(window),
+            }),
+        })
     }
 
     fn reader(&self) -> Box<dyn AnswerReader> {
@@ -119,28 +154,34 @@ impl WireProtocol for Protocol {
     }
 }
 
-/// The conversation with the rounds of calls so far.
-fn messages(request: &Request) -> Value {
-    let mut all: Vec<Value> = request.messages.iter().map(protocol::ollama).collect();
+/// The conversation with the rounds of calls so far; images are a list beside the text.
+fn messages(request: &Request) -> Vec<Value> {
+    let messages = request.messages.iter().map(|message| {
+        json!(Said {
+            role: message.role,
+            content: &message.content,
+            images: message.images.iter().map(Image::base64).collect(),
+            tool_calls: None,
+            thinking: "",
+        })
+    });
+    let mut all: Vec<Value> = messages.collect();
     let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
     for round in rounds {
-        let calls = round
-            .turn
-            .calls
-            .iter()
+        let calls = { round.turn.calls.iter() }
             .map(|call| json!({"function": {"name": call.name, "arguments": call.object()}}));
-        let mut said = json!({
-            "role": "assistant", "content": round.turn.text, "tool_calls": calls.collect::<Vec<_>>(),
-        });
-        if !round.turn.thought.is_empty() {
-            said["thinking"] = json!(round.turn.thought);
-        }
-        all.push(said);
+        all.push(json!(Said {
+            role: Role::Assistant,
+            content: &round.turn.text,
+            images: Vec::new(),
+            tool_calls: Some(calls.collect()),
+            thinking: &round.turn.thought,
+        }));
         all.extend(round.pairs().map(
             |(call, result)| json!({"role": "tool", "tool_name": call.name, "content": result}),
         ));
     }
-    json!(all)
+    all
 }
 
 /// Calls, which come whole.

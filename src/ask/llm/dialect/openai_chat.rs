@@ -1,9 +1,10 @@
 //! OpenAI's Chat Completions, as also spoken by DeepSeek, OpenRouter, llama.cpp, vLLM, LM Studio and most others.
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{
-    AnswerReader, Body, WireProtocol, count, function_tools, openai_models, openai_version,
+    AnswerReader, Notes, WireProtocol, count, function_tools, given, openai_models, openai_version,
     protocol, string,
 };
 use crate::llm::accumulator::ResponseAccumulator;
@@ -15,6 +16,42 @@ use crate::llm::error_body::ErrorBody;
 use crate::llm::portable_schema::name;
 use crate::llm::quirks::{Effort, Efforts};
 use crate::llm::request::{Request, Schema};
+
+/// The body of a question.
+#[derive(Default, Serialize)]
+struct Question<'a> {
+    model: &'a str,
+    messages: Value,
+    tools: Option<Value>,
+    tool_choice: Option<&'static str>,
+    stream: bool,
+    stream_options: Option<Value>,
+    temperature: Option<f64>,
+    max_completion_tokens: Option<u32>,
+    max_tokens: Option<u32>,
+    seed: Option<u64>,
+    logprobs: Option<bool>,
+    top_logprobs: Option<u32>,
+    thinking: Option<Value>,
+    reasoning_effort: Option<&'static str>,
+    reasoning: Option<Value>,
+    enable_thinking: Option<bool>,
+    chat_template_kwargs: Option<Value>,
+    response_format: Option<Value>,
+    provider: Option<Value>,
+}
+
+/// A turn that called tools.
+#[derive(Serialize)]
+#[serde(tag = "role", rename = "assistant")]
+struct Called<'a> {
+    content: Option<&'a str>,
+    tool_calls: Vec<Value>,
+    #[serde(skip_serializing_if = "str::is_empty")]
+    reasoning_content: &'a str,
+    #[serde(skip_serializing_if = "<[Value]>::is_empty")]
+    reasoning_details: &'a [Value],
+}
 
 /// OpenAI's chat completions.
 pub(super) struct Protocol;
@@ -28,43 +65,44 @@ impl WireProtocol for Protocol {
         openai_version(root)
     }
 
-    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
+    fn body(&self, endpoint: &Endpoint, request: &Request, notes: &mut Notes) -> Value {
         let quirks = &endpoint.quirks;
-        out.put("model", json!(request.model));
-        out.put("messages", messages(endpoint, request));
-        if let Some(tools) = request.offered() {
-            out.put("tools", function_tools(tools));
-            if !tools.may_call {
-                out.put("tool_choice", json!("none"));
-            }
-        }
-        out.put("stream", json!(true));
-        if quirks.stream_options {
-            out.put("stream_options", json!({"include_usage": true}));
-        }
-        out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
-        if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
+        let tools = request.offered();
+        let limit = request.parameters.max_tokens.or(quirks.max_tokens);
+        let temperature = notes.temperature(endpoint, request, 2.0);
+        let seed = notes.seed(endpoint, request);
+        let weighs = notes.log_probabilities(endpoint, request);
+        let mut body = Question {
+            model: &request.model,
+            messages: messages(endpoint, request),
+            tools: tools.map(function_tools),
+            tool_choice: tools.filter(|tools| !tools.may_call).map(|_| "none"),
+            stream: true,
+            stream_options: quirks
+                .stream_options
+                .then(|| json!({"include_usage": true})),
+            temperature,
             // OpenAI's reasoning models refuse the old name; most other servers know no other.
-            let name = if quirks.max_completion_tokens {
-                "max_completion_tokens"
-            } else {
-                "max_tokens"
-            };
-            out.put(name, json!(limit));
-        }
-        out.seed(endpoint, request, |out, seed| out.put("seed", seed));
-        out.log_probabilities(endpoint, request, |out| {
-            out.put("logprobs", json!(true));
-            out.put("top_logprobs", json!(ALTERNATIVES));
-        });
+            max_completion_tokens: limit.filter(|_| quirks.max_completion_tokens),
+            max_tokens: limit.filter(|_| !quirks.max_completion_tokens),
+            seed,
+            logprobs: weighs.then_some(true),
+            top_logprobs: weighs.then_some(ALTERNATIVES),
+            ..Question::default()
+        };
         if let Some(effort) = request.parameters.effort {
-            self::effort(quirks.efforts.unwrap_or(Efforts::Levels), effort, out);
+            let style = quirks.efforts.unwrap_or(Efforts::Levels);
+            self::effort(style, effort, &mut body, notes);
         }
         // Servers on this machine refuse a grammar for the answer beside tools.
-        let schema = request.schema_to_send(!endpoint.is_here());
-        if let Some(schema) = schema {
-            response_format(endpoint, request, schema, out);
+        if let Some(schema) = request.schema_to_send(!endpoint.is_here()) {
+            body.response_format = response_format(endpoint, request, schema, notes);
+            // Without this some of the hosts behind OpenRouter drop the schema.
+            let is_exact = endpoint.response_format == ResponseFormat::JsonSchema;
+            let must = is_exact && quirks.require_parameters;
+            body.provider = must.then(|| json!({"require_parameters": true}));
         }
+        given(body)
     }
 
     fn reader(&self) -> Box<dyn AnswerReader> {
@@ -93,22 +131,20 @@ fn messages(endpoint: &Endpoint, request: &Request) -> Value {
                 "function": {"name": call.name, "arguments": call.arguments},
             })
         });
-        let text = &round.turn.text;
-        let mut said = json!({
-            "role": "assistant",
-            "content": (!text.is_empty()).then_some(text),
-            "tool_calls": calls.collect::<Vec<_>>(),
-        });
-        // DeepSeek wants to see what it thought before its calls; others refuse the field.
-        if endpoint.quirks.efforts == Some(Efforts::DeepSeek) && !round.turn.thought.is_empty() {
-            said["reasoning_content"] = json!(round.turn.thought);
-        }
-        // OpenRouter gives them to the model's own server, which signs some.
-        let details = &round.turn.echo;
-        if endpoint.quirks.efforts == Some(Efforts::OpenRouter) && !details.is_empty() {
-            said["reasoning_details"] = json!(details);
-        }
-        all.push(said);
+        let text = Some(round.turn.text.as_str());
+        // DeepSeek wants to see what it thought before its calls, OpenRouter gives the details to the model's own server,
+        // which signs some; others refuse the fields.
+        let (reasoning_content, reasoning_details) = match endpoint.quirks.efforts {
+            Some(Efforts::DeepSeek) => (round.turn.thought.as_str(), &[][..]),
+            Some(Efforts::OpenRouter) => ("", &round.turn.echo[..]),
+            _ => ("", &[][..]),
+        };
+        all.push(json!(Called {
+            content: text.filter(|text| !text.is_empty()),
+            tool_calls: calls.collect(),
+            reasoning_content,
+            reasoning_details,
+        }));
         all.extend(round.pairs().map(
             |(call, result)| json!({"role": "tool", "tool_call_id": call.id, "content": result}),
         ));
@@ -137,65 +173,53 @@ fn calls(list: Option<&Value>, answer: &mut ResponseAccumulator) {
     }
 }
 
-fn effort(style: Efforts, effort: Effort, out: &mut Body) {
-    let word = if effort == Effort::Off {
-        "none"
-    } else {
-        effort.name()
-    };
-    match (style, effort) {
-        (Efforts::Levels, _) => out.put("reasoning_effort", json!(word)),
-        (Efforts::DeepSeek, Effort::Off) => out.put("thinking", json!({"type": "disabled"})),
-        (Efforts::DeepSeek, _) => {
-            out.put("thinking", json!({"type": "enabled"}));
-            out.put("reasoning_effort", json!(word));
+fn effort(style: Efforts, effort: Effort, body: &mut Question<'_>, notes: &mut Notes) {
+    let on = effort != Effort::Off;
+    let word = if on { effort.name() } else { "none" };
+    match style {
+        Efforts::Levels => body.reasoning_effort = Some(word),
+        Efforts::DeepSeek if on => {
+            body.thinking = Some(json!({"type": "enabled"}));
+            body.reasoning_effort = Some(word);
         }
-        (Efforts::OpenRouter, Effort::Off) => out.put("reasoning", json!({"enabled": false})),
-        (Efforts::OpenRouter, _) => out.put("reasoning", json!({"effort": word})),
-        (Efforts::Template | Efforts::Switch, _) => {
-            let on = effort != Effort::Off;
-            match style {
-                Efforts::Switch => out.put("enable_thinking", json!(on)),
-                _ => out.put("chat_template_kwargs", json!({"enable_thinking": on})),
-            }
-            if on {
-                out.note(&format!(
-                    "effort {word}: this server can only switch reasoning on or off; it is switched on"
-                ));
-            }
+        Efforts::DeepSeek => body.thinking = Some(json!({"type": "disabled"})),
+        Efforts::OpenRouter if on => body.reasoning = Some(json!({"effort": word})),
+        Efforts::OpenRouter => body.reasoning = Some(json!({"enabled": false})),
+        Efforts::Switch => body.enable_thinking = Some(on),
+        Efforts::Template => body.chat_template_kwargs = Some(json!({"enable_thinking": on})),
+        Efforts::Budget | Efforts::Untaken => {
+            notes.untaken("effort", "not supported by this model");
         }
-        (Efforts::Budget | Efforts::Untaken, _) => {
-            out.untaken("effort", "not supported by this model")
-        }
+    }
+    if on && matches!(style, Efforts::Switch | Efforts::Template) {
+        notes.note(&format!(
+            "effort {word}: this server can only switch reasoning on or off; it is switched on"
+        ));
     }
 }
 
-fn response_format(endpoint: &Endpoint, request: &Request, schema: &Schema, out: &mut Body) {
+fn response_format(
+    endpoint: &Endpoint,
+    request: &Request,
+    schema: &Schema,
+    notes: &mut Notes,
+) -> Option<Value> {
     match endpoint.response_format {
-        ResponseFormat::Off => {}
+        ResponseFormat::Off => None,
         ResponseFormat::JsonObject => {
             let says_json = |text: &str| text.to_ascii_lowercase().contains("json");
             if request.messages.iter().any(|m| says_json(&m.content)) {
-                out.put("response_format", json!({"type": "json_object"}));
-            } else {
-                out.untaken(
-                    "response_format json_object",
-                    "servers require the word JSON in the prompt, which lacks it",
-                );
+                return Some(json!({"type": "json_object"}));
             }
-        }
-        ResponseFormat::JsonSchema => {
-            out.put(
-                "response_format",
-                json!({"type": "json_schema", "json_schema": {
-                    "name": name(&schema.name), "strict": true, "schema": schema.sent(),
-                }}),
+            notes.untaken(
+                "response_format json_object",
+                "servers require the word JSON in the prompt, which lacks it",
             );
-            if endpoint.quirks.require_parameters {
-                // Without this some of the hosts behind OpenRouter drop the schema.
-                out.put("provider", json!({"require_parameters": true}));
-            }
+            None
         }
+        ResponseFormat::JsonSchema => Some(json!({"type": "json_schema", "json_schema": {
+            "name": name(&schema.name), "strict": true, "schema": schema.sent(),
+        }})),
     }
 }
 

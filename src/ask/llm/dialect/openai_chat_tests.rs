@@ -1,6 +1,8 @@
 //! Tests of the OpenAI chat protocol without a network.
 #![allow(clippy::unwrap_used)]
 
+use serde_json::json;
+
 use super::*;
 use crate::llm::decoder::Decoder;
 use crate::llm::dialect::{Dialect, body};

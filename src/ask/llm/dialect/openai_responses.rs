@@ -1,9 +1,11 @@
 //! OpenAI's Responses API: items instead of choices, named events, reasoning summaries, calls of tools.
 
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::{
-    AnswerReader, Body, WireProtocol, count, openai_models, openai_version, protocol, string,
+    AnswerReader, Notes, WireProtocol, count, given, openai_models, openai_version, protocol,
+    string,
 };
 use crate::llm::accumulator::ResponseAccumulator;
 use crate::llm::batch::{BatchApi, OpenAiBatches};
@@ -14,6 +16,29 @@ use crate::llm::error_body::ErrorBody;
 use crate::llm::portable_schema::name;
 use crate::llm::quirks::{Effort, Efforts};
 use crate::llm::request::{Request, ToolCall, ToolSpec, Toolbox};
+
+/// The body of a question.
+#[derive(Serialize)]
+struct Question<'a> {
+    model: &'a str,
+    input: Value,
+    tools: Option<Value>,
+    tool_choice: Option<&'static str>,
+    stream: bool,
+    store: bool,
+    temperature: Option<f64>,
+    max_output_tokens: Option<u32>,
+    top_logprobs: Option<u32>,
+    include: Option<Vec<&'static str>>,
+    reasoning: Value,
+    text: Option<Value>,
+}
+
+#[derive(Serialize)]
+struct Reasoning {
+    effort: Option<&'static str>,
+    summary: Option<&'static str>,
+}
 
 /// OpenAI's Responses API.
 pub(super) struct Protocol;
@@ -27,74 +52,59 @@ impl WireProtocol for Protocol {
         openai_version(root)
     }
 
-    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body) {
-        let quirks = &endpoint.quirks;
-        out.put("model", json!(request.model));
-        out.put("input", input(request));
+    fn body(&self, endpoint: &Endpoint, request: &Request, notes: &mut Notes) -> Value {
+        let (quirks, parameters) = (&endpoint.quirks, &request.parameters);
         // A model that does not reason refuses the questions for a summary and for its thoughts.
-        let effort =
-            { request.parameters.effort }.filter(|_| quirks.efforts != Some(Efforts::Untaken));
+        let effort = parameters
+            .effort
+            .filter(|_| quirks.efforts != Some(Efforts::Untaken));
         let thinks = effort != Some(Effort::Off) && (quirks.reasoning || effort.is_some());
-        let mut include: Vec<&str> = Vec::new();
-        if let Some(tools) = request.offered() {
-            out.put("tools", flat_tools(tools));
-            if !tools.may_call {
-                out.put("tool_choice", json!("none"));
-            }
-            // Nothing is kept by the server, so its thoughts come along and go back.
-            if thinks {
-                include.push("reasoning.encrypted_content");
-            }
+        let tools = request.offered();
+        let temperature = notes.temperature(endpoint, request, 2.0);
+        if parameters.seed.is_some() {
+            notes.untaken("seed", "not supported by the Responses API");
         }
-        out.put("stream", json!(true));
-        // The server need not keep what the local store keeps anyway.
-        out.put("store", json!(false));
-        out.temperature(endpoint, request, 2.0, |out, t| out.put("temperature", t));
-        if let Some(limit) = request.parameters.max_tokens.or(quirks.max_tokens) {
-            out.put("max_output_tokens", json!(limit));
+        let weighs = notes.log_probabilities(endpoint, request);
+        if parameters.effort != effort {
+            notes.untaken("effort", "not supported by this model");
         }
-        if request.parameters.seed.is_some() {
-            out.untaken("seed", "not supported by the Responses API");
-        }
-        out.log_probabilities(endpoint, request, |out| {
-            out.put("top_logprobs", json!(ALTERNATIVES));
-        });
-        if out.fields.contains_key("top_logprobs") {
-            include.push("message.output_text.logprobs");
-        }
-        if !include.is_empty() {
-            out.put("include", json!(include));
-        }
-        let mut reasoning = Map::new();
-        match (request.parameters.effort, quirks.efforts) {
-            (Some(_), Some(Efforts::Untaken)) => {
-                out.untaken("effort", "not supported by this model")
-            }
-            (Some(Effort::Off), _) => drop(reasoning.insert("effort".into(), json!("none"))),
-            (Some(effort), _) => drop(reasoning.insert("effort".into(), json!(effort.name()))),
-            (None, _) => {}
-        }
-        if thinks {
-            reasoning.insert("summary".into(), json!("auto"));
-        }
-        if !reasoning.is_empty() {
-            out.put("reasoning", Value::Object(reasoning));
-        }
-        if let Some(schema) = request.schema_to_send(true) {
-            match endpoint.response_format {
-                ResponseFormat::Off => {}
-                ResponseFormat::JsonObject => {
-                    out.put("text", json!({"format": {"type": "json_object"}}));
-                }
-                ResponseFormat::JsonSchema => out.put(
-                    "text",
-                    json!({"format": {
-                        "type": "json_schema", "name": name(&schema.name), "strict": true,
-                        "schema": schema.sent(),
-                    }}),
-                ),
-            }
-        }
+        // Nothing is kept by the server, so its thoughts come along and go back.
+        let thoughts = (thinks && tools.is_some()).then_some("reasoning.encrypted_content");
+        let weights = weighs.then_some("message.output_text.logprobs");
+        let include: Vec<_> = thoughts.into_iter().chain(weights).collect();
+        let word = |effort| match effort {
+            Effort::Off => "none",
+            effort => effort.name(),
+        };
+        let schema = request.schema_to_send(true);
+        let format = match endpoint.response_format {
+            ResponseFormat::Off => None,
+            ResponseFormat::JsonObject => schema.map(|_| json!({"type": "json_object"})),
+            ResponseFormat::JsonSchema => schema.map(|schema| {
+                json!({
+                    "type": "json_schema", "name": name(&schema.name), "strict": true,
+                    "schema": schema.sent(),
+                })
+            }),
+        };
+        given(Question {
+            model: &request.model,
+            input: input(request),
+            tools: tools.map(flat_tools),
+            tool_choice: tools.filter(|tools| !tools.may_call).map(|_| "none"),
+            stream: true,
+            // The server need not keep what the local store keeps anyway.
+            store: false,
+            temperature,
+            max_output_tokens: parameters.max_tokens.or(quirks.max_tokens),
+            top_logprobs: weighs.then_some(ALTERNATIVES),
+            include: (!include.is_empty()).then_some(include),
+            reasoning: given(Reasoning {
+                effort: effort.map(word),
+                summary: thinks.then_some("auto"),
+            }),
+            text: format.map(|format| json!({"format": format})),
+        })
     }
 
     fn reader(&self) -> Box<dyn AnswerReader> {
@@ -258,8 +268,7 @@ fn usage_of(usage: &Value) -> Usage {
     }
 }
 
-/// The tools.
-pub(super) fn flat_tools(tools: &Toolbox) -> Value {
+fn flat_tools(tools: &Toolbox) -> Value {
     let one = |spec: &ToolSpec| {
         json!({
             "type": "function", "name": spec.name, "description": spec.about,
@@ -270,7 +279,7 @@ pub(super) fn flat_tools(tools: &Toolbox) -> Value {
 }
 
 /// The conversation with the rounds of calls so far.
-pub(super) fn input(request: &Request) -> Value {
+fn input(request: &Request) -> Value {
     let mut all: Vec<Value> = request.messages.iter().map(protocol::responses).collect();
     let rounds = request.offered().map_or(&[][..], |tools| &tools.rounds);
     for round in rounds {

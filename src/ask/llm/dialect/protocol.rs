@@ -3,7 +3,8 @@
 use std::fmt::Debug;
 
 use reqwest::Url;
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::super::accumulator::ResponseAccumulator;
 use super::super::batch::BatchApi;
@@ -65,15 +66,8 @@ pub(in crate::llm) trait WireProtocol: Sync {
         url
     }
 
-    /// Writes the body of a request.
-    fn write(&self, endpoint: &Endpoint, request: &Request, out: &mut Body);
-
-    /// The body of a request, with notes on what could not go in.
-    fn body(&self, endpoint: &Endpoint, request: &Request) -> Body {
-        let mut body = Body::default();
-        self.write(endpoint, request, &mut body);
-        body
-    }
+    /// The body of a request; notes say what could not go in.
+    fn body(&self, endpoint: &Endpoint, request: &Request, notes: &mut Notes) -> Value;
 
     /// A reader for one answer.
     fn reader(&self) -> Box<dyn AnswerReader>;
@@ -167,33 +161,30 @@ pub(super) fn count(value: &Value, pointer: &str) -> Option<u64> {
     value.as_u64().or_else(float)
 }
 
-/// A JSON object being written, with what people should know about it.
-#[derive(Debug, Default)]
-pub(in crate::llm) struct Body {
-    pub fields: Map<String, Value>,
-    pub notes: Vec<String>,
+/// A JSON object of the fields that have a value; null where none has.
+pub(super) fn given(fields: impl Serialize) -> Value {
+    let mut json = serde_json::to_value(fields).unwrap_or_default();
+    if let Value::Object(all) = &mut json {
+        all.retain(|_, value| !value.is_null());
+        if all.is_empty() {
+            return Value::Null;
+        }
+    }
+    json
 }
 
-impl Body {
-    pub fn put(&mut self, name: &str, value: Value) {
-        self.fields.insert(name.to_owned(), value);
-    }
+/// What people should know about a body.
+#[derive(Debug, Default)]
+pub(in crate::llm) struct Notes(pub Vec<String>);
 
-    /// Puts an object into this one, unless it is empty, and takes over its notes.
-    pub fn put_inner(&mut self, name: &str, inner: Self) {
-        if !inner.fields.is_empty() {
-            self.put(name, Value::Object(inner.fields));
-        }
-        self.notes.extend(inner.notes);
-    }
-
+impl Notes {
     pub fn note(&mut self, text: &str) {
-        self.notes.push(text.to_owned());
+        self.0.push(text.to_owned());
     }
 
     /// Something that was asked for and cannot be sent.
     pub fn untaken(&mut self, what: &str, why: &str) {
-        self.notes.push(format!("{what} is not sent: {why}"));
+        self.0.push(format!("{what} is not sent: {why}"));
     }
 
     /// The temperature, if one is asked for and the model takes it; `most` is the highest the API takes.
@@ -202,11 +193,8 @@ impl Body {
         endpoint: &Endpoint,
         request: &Request,
         most: f64,
-        put: fn(&mut Self, Value),
-    ) {
-        let Some(temperature) = request.parameters.temperature else {
-            return;
-        };
+    ) -> Option<f64> {
+        let temperature = request.parameters.temperature?;
         let thinks = request.parameters.effort != Some(Effort::Off);
         match endpoint.quirks.temperature {
             Temperature::Fixed if temperature != 1.0 => {
@@ -219,22 +207,20 @@ impl Body {
             _ if temperature > most => {
                 self.untaken("temperature", &format!("this API accepts 0 to {most}"));
             }
-            _ => put(self, json!(temperature)),
+            _ => return Some(temperature),
         }
+        None
     }
 
-    /// The log probabilities, if they are asked for and the model gives them.
-    pub fn log_probabilities(
-        &mut self,
-        endpoint: &Endpoint,
-        request: &Request,
-        put: fn(&mut Self),
-    ) {
+    /// Whether log probabilities are asked for and the model gives them.
+    pub fn log_probabilities(&mut self, endpoint: &Endpoint, request: &Request) -> bool {
+        if !request.parameters.log_probabilities {
+            return false;
+        }
         let thinks = request.parameters.effort != Some(Effort::Off);
         match endpoint.quirks.log_probabilities {
-            _ if !request.parameters.log_probabilities => {}
-            LogProbabilities::Given => put(self),
-            LogProbabilities::NotThinking if !thinks => put(self),
+            LogProbabilities::Given => return true,
+            LogProbabilities::NotThinking if !thinks => return true,
             LogProbabilities::NotThinking => self.untaken(
                 "log_probabilities",
                 "this model gives them only with effort off",
@@ -243,15 +229,16 @@ impl Body {
                 self.untaken("log_probabilities", "this model gives none");
             }
         }
+        false
     }
 
     /// The seed, if one is asked for and the model takes it.
-    pub fn seed(&mut self, endpoint: &Endpoint, request: &Request, put: fn(&mut Self, Value)) {
-        match request.parameters.seed {
-            Some(seed) if endpoint.quirks.seed => put(self, json!(seed)),
-            Some(_) => self.untaken("seed", "not documented by this provider"),
-            None => {}
+    pub fn seed(&mut self, endpoint: &Endpoint, request: &Request) -> Option<u64> {
+        let seed = request.parameters.seed?;
+        if !endpoint.quirks.seed {
+            self.untaken("seed", "not documented by this provider");
         }
+        endpoint.quirks.seed.then_some(seed)
     }
 }
 
@@ -259,7 +246,8 @@ impl Body {
 #[must_use]
 pub fn body(endpoint: &Endpoint, request: &Request) -> Value {
     let endpoint = &*endpoint.for_request(request);
-    Value::Object(endpoint.dialect.protocol().body(endpoint, request).fields)
+    let protocol = endpoint.dialect.protocol();
+    protocol.body(endpoint, request, &mut Notes::default())
 }
 
 /// Whether a request carries the form of its answer: some servers take none while tools may be called.
@@ -280,19 +268,19 @@ pub fn sends_form(endpoint: &Endpoint, request: &Request) -> bool {
 #[must_use]
 pub fn gives_log_probabilities(endpoint: &Endpoint, request: &Request) -> bool {
     let endpoint = &*endpoint.for_request(request);
-    let wanted = request.parameters.log_probabilities;
-    wanted && endpoint.dialect != Dialect::Anthropic && {
-        let mut asked = Body::default();
-        asked.log_probabilities(endpoint, request, |out| out.put("asked", Value::Null));
-        !asked.fields.is_empty()
-    }
+    endpoint.dialect != Dialect::Anthropic && Notes::default().log_probabilities(endpoint, request)
 }
 
 /// Parts of a request the endpoint's model does not accept, and parameters sent unrequested; one sentence each.
 #[must_use]
 pub fn notes(endpoint: &Endpoint, request: &Request) -> Vec<String> {
     let endpoint = &*endpoint.for_request(request);
-    endpoint.dialect.protocol().body(endpoint, request).notes
+    let mut notes = Notes::default();
+    endpoint
+        .dialect
+        .protocol()
+        .body(endpoint, request, &mut notes);
+    notes.0
 }
 
 /// OpenAI's chat: the content is a list of parts, images as data addresses.
@@ -324,15 +312,6 @@ pub(super) fn anthropic(message: &Message) -> Value {
             }})
         },
     )
-}
-
-/// Ollama's own chat: a list of base64 beside the text.
-pub(super) fn ollama(message: &Message) -> Value {
-    let mut sent = text(message);
-    if !message.images.is_empty() {
-        sent["images"] = message.images.iter().map(|i| i.base64()).collect();
-    }
-    sent
 }
 
 /// The parts of a message in Gemini's form.
