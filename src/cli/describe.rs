@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::knobs;
-use super::open::{EgoChoice, configuration, entry, frame, scene, user_thresholds};
+use super::open::{EgoChoice, configuration, entry, scene, user_thresholds};
 use super::span::Span;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -27,7 +27,7 @@ pub struct Describe {
     ego: EgoChoice,
     /// Frame of the description: ego, cartesian, metrics, or trajectory (of one --obstacle); picture, ego+picture,
     /// cartesian+picture, metrics+picture or trajectory+picture for a picture from above, alone or with words.
-    #[arg(long, default_value = "ego", value_parser = frame)]
+    #[arg(long, default_value = "ego")]
     frame: Frame,
     #[command(flatten)]
     span: Span,

@@ -9,7 +9,6 @@ use serde::Serialize;
 
 use super::output::{self, Target};
 use super::{Failure, Outcome, json};
-use nearmiss_base::system::unknown;
 use nearmiss_scene::corpus::{
     Axis, Candidate, Columns, IndexError, Part, PartRow, SampledWindow, Sampler,
 };
@@ -27,8 +26,7 @@ pub struct Sample {
         long,
         value_name = "AXIS",
         value_delimiter = ',',
-        default_value = "manoeuvre,road,severity",
-        value_parser = axis
+        default_value = "manoeuvre,road,severity"
     )]
     by: Vec<Axis>,
     /// Number of windows.
@@ -101,10 +99,6 @@ const INTEGERS: [&str; 5] = [
     "last_step",
     "severity",
 ];
-
-fn axis(word: &str) -> Result<Axis, String> {
-    Axis::parse(word).ok_or_else(|| unknown("axis", word, Axis::ALL.map(Axis::name)))
-}
 
 /// Runs `sample`.
 pub fn run(arguments: &Sample) -> Outcome {

@@ -21,7 +21,6 @@ pub use drawing::planned;
 pub use dry_run::{DryRunDocument, make as questions_of};
 pub use leaks::LeaksDocument;
 pub use listed::ListedDocument;
-pub use options::part_of_split;
 pub use running::runtime;
 pub use safety::SafetyDocument;
 use std::path::{Path, PathBuf};
