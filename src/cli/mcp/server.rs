@@ -159,7 +159,7 @@ impl Server {
 #[derive(Debug, Clone)]
 pub struct Handler(pub Arc<Server>);
 
-/// Takes a request back when nobody waits for its answer any more.
+/// Takes a request back when its client no longer waits for the answer.
 struct Unwanted(Arc<AtomicBool>);
 
 impl Drop for Unwanted {
