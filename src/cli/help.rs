@@ -7,10 +7,8 @@ use std::path::Path;
 use clap::CommandFactory;
 use clap::error::{ContextKind, ContextValue};
 
-use super::generate::GenerateSettings;
 use super::open::resolved;
-use super::set::Settable as _;
-use super::{Arguments, Failure, Outcome, json, knobs, output};
+use super::{Arguments, Failure, Outcome, generate, json, knobs, output};
 use nearmiss_base::system::{did_you_mean, unknown};
 use nearmiss_docs::{TOPICS, explaining, topic};
 use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
@@ -168,10 +166,7 @@ fn set_by(option: &str, words: &[String]) -> Option<String> {
     }
     let key = option.strip_prefix("--")?.replace('-', "_");
     let keys: Vec<String> = match command.get_name() {
-        "plan" | "generate" => GenerateSettings::keys()
-            .into_iter()
-            .map(Into::into)
-            .collect(),
+        "plan" | "generate" => generate::keys().collect(),
         "tune" => knobs::names_for_tune().collect(),
         _ => knobs::names().map(Into::into).collect(),
     };

@@ -48,7 +48,6 @@ mod routes;
 mod row_file;
 mod runs;
 mod sample;
-mod set;
 mod side_files;
 mod span;
 mod templates;

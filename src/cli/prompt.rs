@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::describe::advised;
 use super::knobs;
-use super::open::{ScenarioArguments, configuration, frame, task, techniques, user_thresholds};
+use super::open::{ScenarioArguments, configuration, techniques, user_thresholds};
 use super::span::Span;
 use super::{Failure, Outcome, json, output};
 use nearmiss_ask::llm::Message;
@@ -26,12 +26,12 @@ pub struct QuestionArguments {
     #[command(flatten)]
     which: ScenarioArguments,
     /// Task: collision, safety, recording, attacker or trajectory.
-    #[arg(long, default_value = "collision", value_parser = task)]
+    #[arg(long, default_value = "collision")]
     pub task: Task,
     /// Frame of the description: ego, cartesian, metrics or trajectory; picture for a picture from above in place of
     /// words, ego+picture, cartesian+picture, metrics+picture or trajectory+picture for both [default: ego; metrics for
     /// attacker; trajectory for trajectory].
-    #[arg(long, value_parser = frame)]
+    #[arg(long)]
     frame: Option<Frame>,
     /// Prompting techniques: cp, cot and icl, joined by commas; base for none, all for all [default: from the template,
     /// else all].
@@ -74,7 +74,7 @@ impl QuestionArguments {
             thresholds: Arc::new(thresholds),
             scene,
             horizon: Case::HORIZON,
-            attack: AttackTerms::of_style(config.attack_style.as_deref()),
+            attack: AttackTerms::of_style(config.attack_style),
         };
         prepare(case, &library, None).map_err(|error| match &error {
             CaseError::Text(text) => Failure::input(advised(text)),

@@ -1,107 +1,81 @@
 //! `config.toml`: what it may say, and clear words for what it may not.
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
-
-use serde::Deserialize;
 
 use super::Keys;
 use super::text_file::text_if_there;
 use super::validation::mistakes;
 use nearmiss_base::system::Mistake;
+use nearmiss_drive::generation::AttackStyle;
 
-/// The configuration.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    /// Name of the theme; `auto` for dark or light, as the terminal's background is, where it is not set.
-    pub theme: Option<String>,
-    /// Which signs are drawn: `unicode`, `ascii`, or `auto` for what the locale says, where it is not set.
-    pub glyphs: Option<String>,
-    /// How the map is drawn: `pixels`, `cells`, `braille`, `ascii`, or `auto` for the best that the terminal can do,
-    /// where it is not set.
-    pub map: Option<String>,
-    /// Block characters of the map as cells: `quadrants`, `sextants`, `octants`, or `auto` for those that the terminal
-    /// is known to draw, where it is not set.
-    pub map_blocks: Option<String>,
-    /// Whether the mouse is used.
-    pub mouse: bool,
-    /// Whether the workbench comes back as it was left.
-    pub session: bool,
-    /// Keys of the template editor: `plain`, `vim` or `emacs`.
-    pub editor: Keys,
-    /// The model asked first, as `provider/model`.
-    pub model: Option<String>,
-    /// Steps of history in a window; the template's default where it is not set.
-    pub history: Option<usize>,
-    /// Obstacles farther from the ego than this are not described, metres; the template's default where it is not set.
-    pub radius: Option<f64>,
-    /// Sampling temperature sent to models; the server's default where it is not set.
-    pub temperature: Option<f64>,
-    /// Most tokens an answer may have; the server's default where it is not set.
-    pub max_tokens: Option<u32>,
-    /// How much models are to reason: `off`, `minimal`, `low`, `medium`, `high`, `xhigh` or `max`; the server's default
-    /// where it is not set.
-    pub effort: Option<String>,
-    /// Whether the log probabilities of answers are asked for, where a model gives them.
-    pub log_probabilities: bool,
-    /// Whether models may call tools that compute.
-    pub tools: bool,
-    /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
-    pub concurrency: std::num::NonZeroU32,
-    /// How attackers of variants move: `human` or `limit`; `human` where it is not set.
-    pub attack_style: Option<String>,
-    /// A model chooses attackers among obstacles this near ahead of the ego or beside it, metres.
-    pub attack_within: f64,
-    /// At most so many obstacles of a variant attack together, 1 to 3; 1 where it is not set.
-    pub attackers: Option<u8>,
-    /// Most US dollars that one session of the workbench, or one `ask`, may cost; without it there is no bound.
-    pub budget: Option<f64>,
-    /// Who rates answers; the user's name where it is not set.
-    pub person: Option<String>,
-    /// Where pictures are saved; the current folder where it is not set.
-    pub pictures: Option<PathBuf>,
-    /// Folder of the index that the workbench opens with; none where it is not set.
-    pub index: Option<PathBuf>,
-    /// A map (Lanelet2 of drone recordings, GeoPackage of nuPlan), or a folder of them, for recordings whose map does not lie
-    /// with them; none where it is not set.
-    pub maps: Option<PathBuf>,
-    /// Providers of language models, beside and over the built-in ones.
-    #[serde(rename = "provider")]
-    pub providers: toml::Table,
-    /// How motions are planned, as the file says it; see [`Config::planning`].
-    pub planner: toml::Table,
+nearmiss_record::fields! {
+    /// The configuration.
+    pub struct Config {
+        "config" {
+            /// Name of the theme; by default auto: dark or light, as the terminal's background is.
+            theme: Option<String>;
+            /// Which signs are drawn; by default auto: what the locale says.
+            glyphs: Option<String>, Takes::OneOf(&["auto", "unicode", "ascii"]);
+            /// How the map is drawn; by default auto: the best that the terminal can do.
+            map: Option<String>, Takes::OneOf(&["auto", "pixels", "cells", "braille", "ascii"]);
+            /// Block characters of the map as cells; by default auto: those that the terminal is known to draw.
+            map_blocks: Option<String>, Takes::OneOf(&["auto", "quadrants", "sextants", "octants"]);
+            /// Whether the mouse is used.
+            mouse: bool = true;
+            /// Whether the workbench comes back as it was left.
+            session: bool = true;
+            /// Keys of the template editor.
+            editor: Keys;
+            /// The model asked first, as provider/model; by default the built-in judge, reference/geometry.
+            model: Option<String>, Takes::Checked(provider_and_model);
+            /// Steps of history in a window; by default the template's.
+            history: Option<usize>, Takes::Whole(1, 100_000);
+            /// Obstacles farther from the ego than this are not described; by default the template's.
+            radius: Option<f64>, Takes::Above(0.0, 1e6), "m";
+            /// Sampling temperature sent to models; by default the template's, else it is not sent.
+            temperature: Option<f64>, Takes::Number(0.0, 2.0);
+            /// Most tokens an answer may have; by default it is not sent.
+            max_tokens: Option<u32>, Takes::Whole(1, 4_294_967_295);
+            /// How much models are to reason; by default it is not sent.
+            effort: Option<String>, Takes::OneOf(&["off", "minimal", "low", "medium", "high", "xhigh", "max"]);
+            /// Whether models may call tools that compute.
+            tools: bool;
+            /// Whether the log probabilities of answers are asked for, where a model gives them.
+            log_probabilities: bool;
+            /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
+            concurrency: u32 = 4, Takes::Whole(1, 4_294_967_295);
+            /// How attackers of variants move; by default human: within what people do.
+            attack_style: Option<AttackStyle>;
+            /// A model chooses attackers among obstacles this near ahead of the ego or beside it.
+            attack_within: f64 = 30.0, Takes::Above(0.0, 1e6), "m";
+            /// At most so many obstacles of a variant attack together; by default 1.
+            attackers: Option<usize>, Takes::Whole(1, 3);
+            /// Most US dollars that one session of the workbench, or one `ask`, may cost; by default there is no bound.
+            budget: Option<f64>, Takes::Above(0.0, 1e12);
+            /// Who rates answers; by default the user's name.
+            person: Option<String>;
+            /// Where pictures are saved; by default the current folder.
+            pictures: Option<PathBuf>;
+            /// Folder of the index that the workbench opens with; by default none.
+            index: Option<PathBuf>;
+            /// A map (Lanelet2 of drone recordings, GeoPackage of nuPlan), or a folder of them, for recordings whose map
+            /// does not lie with them; by default none.
+            maps: Option<PathBuf>;
+        }
+        "tables" {
+            /// Providers of language models, beside and over the built-in ones.
+            provider: toml::Table;
+            /// How motions are planned, as the file says it; see [`Config::planning`].
+            planner: toml::Table;
+        }
+    }
 }
 
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            theme: None,
-            glyphs: None,
-            map: None,
-            map_blocks: None,
-            mouse: true,
-            session: true,
-            editor: Keys::Plain,
-            model: None,
-            history: None,
-            radius: None,
-            temperature: None,
-            max_tokens: None,
-            effort: None,
-            log_probabilities: false,
-            tools: false,
-            concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
-            attack_style: None,
-            attack_within: 30.0,
-            attackers: None,
-            budget: None,
-            person: None,
-            pictures: None,
-            index: None,
-            maps: None,
-            providers: toml::Table::new(),
-            planner: toml::Table::new(),
-        }
+fn provider_and_model(id: &str) -> Result<(), String> {
+    match id.split_once('/') {
+        Some((provider, model)) if !provider.is_empty() && !model.is_empty() => Ok(()),
+        _ => Err("expected provider/model, such as \"openai/gpt-6-luna\"".into()),
     }
 }
 
@@ -181,6 +155,12 @@ impl Config {
             let words = error.message().trim().replace('\n', " ");
             ConfigError::one(file, None, words)
         })
+    }
+
+    /// Requests of a batch to one provider at once.
+    #[must_use]
+    pub fn at_once(&self) -> NonZeroU32 {
+        NonZeroU32::new(self.concurrency).unwrap_or(NonZeroU32::MIN)
     }
 
     /// Who rates answers: as configured, else the user's name of the system, else `unknown`.

@@ -1,12 +1,10 @@
 //! Which keys the template editor understands.
 
-use serde::Deserialize;
 use strum::{IntoStaticStr, VariantArray};
 
 /// Keys of the template editor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, IntoStaticStr, VariantArray)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "lowercase")]
-#[serde(rename_all = "lowercase")]
 pub enum Keys {
     /// Those of most programs: Ctrl-Z, Ctrl-X, Ctrl-V, selecting with Shift.
     #[default]
@@ -17,4 +15,4 @@ pub enum Keys {
     Emacs,
 }
 
-nearmiss_record::named!(Keys);
+nearmiss_record::named!(Keys, "editor");

@@ -1,30 +1,67 @@
 //! `[planner.NAME]` of `config.toml`: planners that are processes of their own.
 
-use std::ops::RangeInclusive;
 use std::time::Duration;
 
+use nearmiss_base::system::nearest;
+use nearmiss_drive::simulation::ExternalOptions;
+use nearmiss_record::fields::{FieldValue, Fields, JsonSchema, Takes, Wrong};
 use toml::{Table, Value};
 
 use super::Config;
-use super::planner::{PlannerKey, TABLES};
-use super::validation::{near, shown};
-use nearmiss_drive::simulation::ExternalOptions;
+use super::planner::Planning;
+use super::validation::wrong;
 
-/// The keys of a table, and what is needed behind each.
-const KEYS: [(&str, &str); 5] = [
-    (
-        "command",
-        "expected a command as text or as a list of words",
-    ),
-    ("start_timeout", "expected a number from 0.1 to 3600 s"),
-    ("timeout", "expected a number from 0.001 to 3600 s"),
-    ("predictions", "expected true or false"),
-    ("history", "expected a whole number from 0 to 1000 steps"),
-];
+nearmiss_record::fields! {
+    /// A planner that is a process.
+    pub struct Process {
+        "process" {
+            /// Its program and arguments.
+            command [required]: Command;
+            /// Seconds until it has to be ready.
+            start_timeout: Option<f64>, Takes::Number(0.1, 3600.0), "s";
+            /// Seconds that it may take for a cycle.
+            timeout: Option<f64>, Takes::Number(0.001, 3600.0), "s";
+            /// Whether it is told predictions.
+            predictions: bool;
+            /// Steps of the past that it is told.
+            history: usize, Takes::Whole(0, 1000), "steps";
+        }
+    }
+}
 
-const START: RangeInclusive<f64> = 0.1..=3600.0;
-const CYCLE: RangeInclusive<f64> = 0.001..=3600.0;
-const HISTORY: RangeInclusive<i64> = 0..=1000;
+/// A command: a line for a shell, or its words.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Command(Vec<String>);
+
+impl FieldValue for Command {
+    fn read(value: &Value, takes: &Takes) -> Result<Self, Wrong> {
+        let words = match value {
+            Value::String(line) => {
+                ExternalOptions::split_command(line).map_err(|_| Wrong::kind())?
+            }
+            // Words may be the same.
+            list => {
+                let words = list.as_array().ok_or(Wrong::kind())?.iter();
+                words
+                    .map(|word| String::read(word, takes))
+                    .collect::<Result<_, _>>()?
+            }
+        };
+        match words.first() {
+            Some(program) if !program.is_empty() => Ok(Self(words)),
+            _ => Err(Wrong::kind()),
+        }
+    }
+
+    fn write(&self) -> Option<Value> {
+        Some(self.0.clone().into())
+    }
+
+    fn describe(_: &Takes) -> (String, JsonSchema) {
+        let words = "a command as text or as a list of words";
+        (words.into(), JsonSchema::default())
+    }
+}
 
 impl Config {
     /// The planners of the file that are processes, by name, in the order of names.
@@ -32,7 +69,7 @@ impl Config {
     pub fn external_planners(&self) -> Vec<(String, ExternalOptions)> {
         let tables = self.planner.iter().filter_map(|(name, value)| {
             let table = value.as_table().filter(|_| is_name(name))?;
-            Some((name.clone(), options(table)?))
+            Some((name.clone(), options(Process::from_table(table).ok()?)))
         });
         tables.collect()
     }
@@ -40,88 +77,42 @@ impl Config {
 
 /// Whether a table of this name in the section is a planner's: it is none of the built-in planner's keys.
 pub(super) fn is_name(name: &str) -> bool {
-    !TABLES.contains(&name) && PlannerKey::named(name).is_none()
+    !Planning::row(name).is_ok_and(|row| !row.is("run"))
 }
 
-/// The options that a table says; nothing where it is wrong.
-fn options(table: &Table) -> Option<ExternalOptions> {
-    if wrong("", table).next().is_some() {
-        return None;
-    }
-    let mut options = ExternalOptions::new(command(table.get("command")?)?);
-    let seconds = |name: &str| {
-        table
-            .get(name)
-            .and_then(number)
-            .map(Duration::from_secs_f64)
-    };
-    options.start = seconds("start_timeout").unwrap_or(options.start);
-    options.cycle = seconds("timeout").unwrap_or(options.cycle);
-    let predictions = table.get("predictions").and_then(Value::as_bool);
-    options.predictions = predictions.unwrap_or_default();
-    let history = table.get("history").and_then(Value::as_integer);
-    options.history = history.and_then(|n| usize::try_from(n).ok()).unwrap_or(0);
-    Some(options)
+fn options(process: Process) -> ExternalOptions {
+    let mut options = ExternalOptions::new(process.command.0);
+    let seconds = |seconds: Option<f64>| seconds.map(Duration::from_secs_f64);
+    options.start = seconds(process.start_timeout).unwrap_or(options.start);
+    options.cycle = seconds(process.timeout).unwrap_or(options.cycle);
+    options.predictions = process.predictions;
+    options.history = process.history;
+    options
 }
 
-fn number(value: &Value) -> Option<f64> {
-    let whole = value.as_integer().map(|n| n as f64);
-    whole.or(value.as_float())
-}
-
-fn command(value: &Value) -> Option<Vec<String>> {
-    let words = match value {
-        Value::String(line) => ExternalOptions::split_command(line).ok()?,
-        Value::Array(words) => {
-            let words = words.iter().map(|word| word.as_str().map(String::from));
-            words.collect::<Option<Vec<String>>>()?
-        }
-        _ => return None,
-    };
-    let named = words.first().is_some_and(|program| !program.is_empty());
-    named.then_some(words)
-}
-
-/// What is wrong with the table of planner `name`: the key, and words.
-pub(super) fn wrong(name: &str, table: &Table) -> impl Iterator<Item = (Option<String>, String)> {
+/// What is wrong with the table of planner `name`: the key, and a message.
+pub(super) fn mistakes(
+    name: &str,
+    table: &Table,
+) -> impl Iterator<Item = (Option<String>, String)> {
     let missing = (!table.contains_key("command")).then(|| {
-        let keys = PlannerKey::ALL.iter().map(|key| key.id).chain(TABLES);
-        let meant = nearmiss_base::system::nearest(name, keys);
-        let words = match meant {
+        let keys = Planning::rows().iter().map(|row| row.key);
+        let message = match nearest(name, keys) {
             Some(known) => format!("unknown key `planner.{name}`; did you mean `{known}`?"),
             None => format!("planner.{name}: command is missing"),
         };
-        (None, words)
+        (None, message)
     });
     let values = table.iter().filter_map(move |(key, value)| {
-        let words = wrong_value(name, key, value)?;
-        Some((Some(key.clone()), words))
+        let message = wrong::<Process>(&format!("planner.{name}."), key, value)?;
+        Some((Some(key.clone()), message))
     });
     let taken = (name == "nearmiss").then(|| {
-        let words = "planner.nearmiss: this is the name of the built-in planner".to_string();
-        (None, words)
+        let message = "planner.nearmiss: this is the name of the built-in planner".to_string();
+        (None, message)
     });
     let missing = missing.into_iter().chain(taken);
     missing.chain(values.collect::<Vec<_>>())
-}
-
-fn wrong_value(name: &str, key: &str, value: &Value) -> Option<String> {
-    let Some((_, needed)) = KEYS.iter().find(|(known, _)| *known == key) else {
-        let all = KEYS.map(|(known, _)| known);
-        return Some(format!(
-            "unknown key `planner.{name}.{key}`{}",
-            near(key, &all)
-        ));
-    };
-    let within = |range: RangeInclusive<f64>| number(value).is_some_and(|n| range.contains(&n));
-    let right = match key {
-        "command" => command(value).is_some(),
-        "start_timeout" => within(START),
-        "timeout" => within(CYCLE),
-        "predictions" => value.is_bool(),
-        _ => value.as_integer().is_some_and(|n| HISTORY.contains(&n)),
-    };
-    (!right).then(|| format!("planner.{name}.{key} = {}: {needed}", shown(value)))
 }
 
 #[cfg(test)]

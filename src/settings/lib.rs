@@ -9,15 +9,13 @@ mod tags;
 mod text_file;
 mod theme;
 mod validation;
-mod values;
 mod views;
 
 pub use config::{Config, ConfigError};
 pub use editor_keys::Keys;
 pub use folders::Folders;
-pub use planner::PlannerKey;
+pub use planner::Planning;
 pub use tags::Tags;
 pub use text_file::TextFile;
 pub use theme::{AUTO, NamedTheme, ROLES, Theme, ThemeColor, ThemeFile};
-pub use values::Setting;
 pub use views::{SavedView, SavedViews};

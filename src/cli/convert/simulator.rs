@@ -12,7 +12,6 @@ use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
 use nearmiss_formats::{EgoSelection, Entry, not_standard_input};
 use nearmiss_scene::scenario::in_short;
-use nearmiss_study::evaluation::default_planning;
 use nearmiss_workflow::{ExportRequest, SimulatedEgo, export_to_simulator};
 
 /// The ending of scenarios for simulators.
@@ -138,7 +137,7 @@ pub fn target(folder: &Path, entry: &Entry) -> PathBuf {
 /// How egos are planned.
 fn planning() -> Result<Settings, Failure> {
     let (_, config) = configuration()?;
-    Ok(config.planning(default_planning()))
+    Ok((&config.planning()).into())
 }
 
 /// One scenario, and what the formats cannot say of it.

@@ -14,7 +14,7 @@ const AREA: &str = "models";
 
 pub fn look(folders: &Folders, config: &Config, online: bool) -> Result<Vec<Finding>, Failure> {
     let chosen = config.model.as_deref().unwrap_or(judge::MODEL);
-    let registry = match Registry::new(&config.providers) {
+    let registry = match Registry::new(&config.provider) {
         Ok(registry) => registry,
         Err(error) => {
             let todo = "fix it; until then built-in providers are not used";

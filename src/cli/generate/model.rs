@@ -8,7 +8,7 @@ use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
 use super::identity::WriterSettings;
-use super::settings::GenerateSettings;
+use super::settings::AskSettings;
 use crate::Failure;
 use crate::open::{judge_of, user_thresholds};
 use crate::templates::templates;
@@ -32,7 +32,7 @@ impl Writer {
     /// The model that the arguments name.
     pub fn new(
         arguments: &GenerateArguments,
-        set: &GenerateSettings,
+        asking: &AskSettings,
         folders: &Folders,
         config: &Config,
     ) -> Result<Self, Failure> {
@@ -42,7 +42,7 @@ impl Writer {
                 "{model} cannot answer attack questions; --model search needs no model"
             )));
         }
-        let mut providers = config.providers.clone();
+        let mut providers = config.provider.clone();
         if let Some(url) = &arguments.base_url {
             let server = Server {
                 url,
@@ -75,10 +75,10 @@ impl Writer {
             thresholds: Arc::new(user_thresholds(folders)?),
             settings: Settings::default(),
             frame: None,
-            method: set.method(config),
-            at_once: config.concurrency.get() as usize,
+            method: asking.method(config),
+            at_once: config.concurrency as usize,
             attacker: arguments.attacker.first().copied(),
-            obey: set.obey,
+            obey: asking.obey,
             fresh: arguments.fresh,
             batch: None,
         };

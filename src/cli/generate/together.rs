@@ -47,7 +47,7 @@ pub fn attackers(arguments: &GenerateArguments, config: &Config) -> Result<usize
             }
         )),
         (Some(n), _) => Ok(n),
-        (None, 0) => Ok(config.attackers.map_or(1, usize::from)),
+        (None, 0) => Ok(config.attackers.unwrap_or(1)),
         (None, ids) => Ok(ids.min(MOST_ATTACKERS)),
     }
 }

@@ -51,7 +51,7 @@ pub fn find(
             "tune.reflect = {proposes}: proposals need a language model"
         )));
     };
-    let concurrency = context.concurrency.unwrap_or(context.config.concurrency);
+    let concurrency = context.concurrency.unwrap_or(context.config.at_once());
     Ok(Found {
         at_once: judges
             .get(&id)

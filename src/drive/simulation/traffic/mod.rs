@@ -33,4 +33,4 @@ pub enum TrafficMode {
     Reactive,
 }
 
-nearmiss_record::named!(TrafficMode);
+nearmiss_record::named!(TrafficMode, "traffic");
