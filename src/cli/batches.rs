@@ -114,7 +114,7 @@ fn open(store: &Store) -> Result<Vec<ProviderBatch>, Failure> {
 fn model(batch: &ProviderBatch, client: &Client) -> Result<Box<ModelJudge>, Failure> {
     let (folders, config) = configuration()?;
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
-    let registry = Registry::lenient(&config.providers, &folders.config_file());
+    let registry = Registry::lenient(&config.provider, &folders.config_file());
     let parameters = Parameters::default();
     match Judge::resolve(&batch.model, &registry, client, parameters, &environment) {
         Ok(Judge::Model(model)) => Ok(model),

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use nearmiss_ask::llm::{Address, Environment, Registry};
 use nearmiss_base::system::{KeyBinding, KeyLines, Terminal, unknown};
-use nearmiss_drive::simulation::{ExternalOptions, Settings};
+use nearmiss_drive::simulation::ExternalOptions;
+use nearmiss_record::fields::{Fields as _, Row};
 use nearmiss_render::ScreenPainter;
-use nearmiss_settings::{Config, Folders, PlannerKey, Setting, TextFile, ThemeFile};
-use nearmiss_study::evaluation::default_planning;
+use nearmiss_settings::{Config, Folders, Planning, TextFile, ThemeFile};
 use schemars::JsonSchema;
 use serde::Serialize;
 use toml::Value;
@@ -44,11 +44,11 @@ pub fn run(command: &ConfigCommand, workbench: &Workbench) -> Outcome {
 fn print_config() -> Outcome {
     let folders = Folders::find().map_err(Failure::input)?;
     let path = folders.config_file();
-    let said = TextFile::read_if_there(&path).map_err(Failure::input)?;
+    let file = TextFile::read_if_there(&path).map_err(Failure::input)?;
     let config = Config::read(&path).map_err(unusable)?;
-    let registry = Registry::new(&config.providers).map_err(Failure::input)?;
+    let registry = Registry::new(&config.provider).map_err(Failure::input)?;
     let environment = Environment::with_files(&[Path::new("."), &folders.config]);
-    let text = said.as_ref().map_or("", |said| &said.text);
+    let text = file.as_ref().map_or("", |file| &file.text);
     let page = Page {
         lines: KeyLines::new(text),
         file: path.display().to_string(),
@@ -67,7 +67,7 @@ fn print_config() -> Outcome {
     }
     out += "\n";
     out += &page.settings(&config);
-    out += &page.planner(&config.planning(default_planning()));
+    out += &page.planner(&config.planning());
     out += &page.planners(&config);
     out += &page.providers(&config, &registry.addresses(&environment));
     output::text(&output::visible(&out))
@@ -88,31 +88,52 @@ impl Page<'_> {
     }
 
     fn settings(&self, config: &Config) -> String {
-        let line = |setting: Setting| {
-            let (key, source) = (setting.key, self.source(&[setting.key]));
-            match (setting.value, user_variable()) {
-                (Some(value), _) => format!("{key} = {value}  # {source}\n"),
+        let line = |row: &Row| {
+            let (key, source) = (row.key, self.source(&[row.key]));
+            match (config.value(key), user_variable()) {
+                (Some(value), _) => format!(
+                    "{key} = {value}  # {source}\n"
+                ),
                 (None, Some(variable)) if key == "person" => {
-                    format!("{key} = {}  # {variable}\n", Value::String(config.person()))
+                    format!(
+                        "{key} = {}  # {variable}\n",
+                        Value::String(config.person())
+                    )
                 }
-                (None, _) => format!("# {key} is not set: {}  # {source}\n", setting.unset),
+                (None, _) => format!(
+                    "# {key} is not set. {}  # {source}\n",
+                    row.doc()
+                ),
             }
         };
-        config.settings().into_iter().map(line).collect()
+        let rows = Config::rows().iter();
+        rows.filter(|row| row.section != "tables")
+            .map(line)
+            .collect()
     }
 
-    fn planner(&self, settings: &Settings) -> String {
-        let (mut out, mut table) = (String::from("\n[planner]\n"), None);
-        for key in PlannerKey::ALL {
-            let mut path = key.path();
-            if path.len() > 1 && table != Some(path[0]) {
-                table = Some(path[0]);
-                out += &format!("\n[planner.{}]\n", path[0]);
+    fn planner(&self, planning: &Planning) -> String {
+        let (mut out, mut table) = (
+            String::from(
+                "\n[planner]\n",
+            ),
+            String::new(),
+        );
+        for (key, value) in Planning::values(&planning.into()) {
+            let path: Vec<&str> = ["planner"].into_iter().chain(key.split('.')).collect();
+            if let [_, inner, _] = path[..]
+                && table != inner
+            {
+                table = inner.into();
+                out += &format!(
+                    "\n[planner.{inner}]\n"
+                );
             }
-            path.insert(0, "planner");
             let name = path.last().copied().unwrap_or_default();
-            let (value, source) = (key.value(settings), self.source(&path));
-            out += &format!("{name} = {value}  # {source}\n");
+            out += &format!(
+                "{name} = {value}  # {}\n",
+                self.source(&path)
+            );
         }
         out
     }
@@ -143,17 +164,17 @@ impl Page<'_> {
     fn providers(&self, config: &Config, addresses: &[Address]) -> String {
         let with_address = addresses.iter().map(|address| address.provider.as_str());
         let names: BTreeSet<&str> = with_address
-            .chain(config.providers.keys().map(String::as_str))
+            .chain(config.provider.keys().map(String::as_str))
             .collect();
         let of = |name: &str| addresses.iter().find(|address| address.provider == name);
         let one = |name: &str| {
-            let said = config.providers.get(name).and_then(Value::as_table);
-            self.provider(name, of(name), said.unwrap_or(&toml::Table::new()))
+            let table = config.provider.get(name).and_then(Value::as_table);
+            self.provider(name, of(name), table.unwrap_or(&toml::Table::new()))
         };
         names.into_iter().map(one).collect()
     }
 
-    fn provider(&self, name: &str, address: Option<&Address>, said: &toml::Table) -> String {
+    fn provider(&self, name: &str, address: Option<&Address>, table: &toml::Table) -> String {
         let mut out = format!("\n[provider.{}]\n", quoted(name));
         if let Some(address) = address {
             let url = Value::String(address.url.clone());
@@ -164,7 +185,7 @@ impl Page<'_> {
             let source = self.source(&["provider", name, "key_env"]);
             out += &format!("key_env = {}  # {source}\n", Value::Array(keys));
         }
-        for (key, value) in said {
+        for (key, value) in table {
             let source = self.source(&["provider", name, key]);
             match key.as_str() {
                 "base_url" | "key_env" if address.is_some() => {}

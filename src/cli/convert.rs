@@ -12,7 +12,6 @@ use nearmiss_formats::{
     not_standard_input, write_recording, write_sized_recording,
 };
 use nearmiss_scene::scenario::{Ego, EgoSource, Scenario, alike, in_short};
-use nearmiss_study::evaluation::default_planning;
 use nearmiss_workflow::{ExportRequest, SimulatedEgo, VariantOrigin, export_to_simulator};
 use serde::{Deserialize, Serialize};
 
@@ -449,7 +448,7 @@ fn simulator_file(folder: &Path, entry: &Entry) -> PathBuf {
 /// How egos are planned.
 fn planning() -> Result<Settings, Failure> {
     let (_, config) = configuration()?;
-    Ok(config.planning(default_planning()))
+    Ok((&config.planning()).into())
 }
 
 /// One scenario, and what the formats cannot say of it.

@@ -4,7 +4,6 @@ use std::collections::HashSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use nearmiss_base::system::unknown;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_render::{Format, Palette, coverage_picture};
 use nearmiss_scene::corpus::{
@@ -168,8 +167,7 @@ pub struct Sample {
         long,
         value_name = "AXIS",
         value_delimiter = ',',
-        default_value = "manoeuvre,road,severity",
-        value_parser = axis
+        default_value = "manoeuvre,road,severity"
     )]
     by: Vec<Axis>,
     /// Number of windows.
@@ -243,10 +241,6 @@ const INTEGERS: [&str; 5] = [
     "last_step",
     "severity",
 ];
-
-fn axis(word: &str) -> Result<Axis, String> {
-    Axis::parse(word).ok_or_else(|| unknown("axis", word, Axis::ALL.map(Axis::name)))
-}
 
 /// Runs `sample`.
 fn sample(arguments: &Sample) -> Outcome {

@@ -224,7 +224,7 @@ fn written(
         tools: None,
         ..configured_experiment(config).parameters()
     };
-    let models = ask::models(model, &config.providers, folders, parameters, config.budget);
+    let models = ask::models(model, &config.provider, folders, parameters, config.budget);
     let Judge::Model(judge) = judge_of(&models, model)? else {
         return Err(Failure::input(format!(
             "--model {model}: terms are written by a language model; give provider/model"

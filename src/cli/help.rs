@@ -12,10 +12,8 @@ use nearmiss_docs::{TOPICS, explaining, topic};
 use nearmiss_drive::simulation::{planner_message_names, planner_message_schema};
 use nearmiss_workflow::experiment_schema;
 
-use super::generate::GenerateSettings;
 use super::open::resolved;
-use super::set::Settable as _;
-use super::{Arguments, Failure, Outcome, json, knobs, output};
+use super::{Arguments, Failure, Outcome, generate, json, knobs, output};
 
 /// Arguments of `help`.
 #[derive(Debug, clap::Args)]
@@ -169,10 +167,7 @@ fn set_by(option: &str, words: &[String]) -> Option<String> {
     }
     let key = option.strip_prefix("--")?.replace('-', "_");
     let keys: Vec<String> = match command.get_name() {
-        "plan" | "generate" => GenerateSettings::keys()
-            .into_iter()
-            .map(Into::into)
-            .collect(),
+        "plan" | "generate" => generate::keys().collect(),
         "tune" => knobs::names_for_tune().collect(),
         _ => knobs::names().map(Into::into).collect(),
     };

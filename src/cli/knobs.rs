@@ -19,7 +19,8 @@ pub struct Knobs {
     set: Vec<(String, String)>,
 }
 
-fn setting(text: &str) -> Result<(String, String), String> {
+/// Reads `KEY=VALUE`.
+pub fn setting(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, value)) => Ok((key.trim().into(), value.trim().into())),
         None => Err("expected KEY=VALUE, such as radius=50".into()),
@@ -83,9 +84,7 @@ fn one(text: &str, is_taken: impl Fn(&Row) -> bool) -> Result<(String, String), 
 pub fn of_one_question(config: &Config, set: &[(String, String)]) -> Result<Experiment, Failure> {
     let mut layers = Layers::<Experiment>::default();
     layers.fields("config.toml: ", &configured_experiment(config));
-    for (key, value) in set {
-        layers.word(&format!("--set {key}"), key, value);
-    }
+    add(&mut layers, set);
     let is_set = |key: &str| set.iter().any(|(set, _)| set == key);
     if !is_set("tools") && (is_set("tool_rounds") || is_set("tool_calls")) {
         layers.word("--set tools", "tools", "on");
@@ -99,6 +98,19 @@ pub fn of_one_question(config: &Config, set: &[(String, String)]) -> Result<Expe
     let checked = layers.checked();
     checked.map_err(|mistakes| Failure::input(output::visible(&mistakes)))?;
     Ok(settings)
+}
+
+fn add<F: Fields>(layers: &mut Layers<F>, set: &[(String, String)]) {
+    for (key, value) in set {
+        layers.word(&format!("--set {key}"), key, value);
+    }
+}
+
+/// The settings of layers, and over them what is set.
+pub fn read<F: Fields>(mut layers: Layers<F>, set: &[(String, String)]) -> Result<F, Failure> {
+    add(&mut layers, set);
+    let settings = layers.read();
+    settings.map_err(|mistakes| Failure::input(output::visible(&mistakes)))
 }
 
 /// The experiment that layers make, or all that is wrong with it.

@@ -36,7 +36,6 @@ mod ratings;
 mod render;
 mod report;
 mod runs;
-mod set;
 mod span;
 mod tune;
 mod workbench;

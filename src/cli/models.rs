@@ -39,7 +39,7 @@ pub fn run(arguments: &Models) -> Outcome {
     if let Some(source) = &arguments.update {
         return update(source, &folders.config_file());
     }
-    let registry = Registry::lenient(&config.providers, &folders.config_file());
+    let registry = Registry::lenient(&config.provider, &folders.config_file());
     for (_, broken) in registry.broken() {
         output::say(&format!("nearmiss: {broken}"));
     }

@@ -6,15 +6,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nearmiss_ask::prompts::Techniques;
-use nearmiss_base::system::unknown;
 use nearmiss_formats as formats;
 use nearmiss_formats::{
     EgoError, EgoSelection, Entry, EntryLocation, SearchResults, not_standard_input, only_part,
 };
-use nearmiss_scene::description::Frame;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity};
-use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, ConfigError, Folders, TextFile};
 use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::{Models, OpenError, OpenRequest, OpenedScene, find, open};
@@ -300,16 +297,6 @@ pub fn judge_of(models: &Models, model: &str) -> Result<Judge, Failure> {
         output::say(&format!("nearmiss: {key}"));
     }
     models.judge(model).map_err(Failure::input)
-}
-
-/// The name of a task.
-pub fn task(word: &str) -> Result<Task, String> {
-    Task::parse(word).ok_or_else(|| unknown("task", word, Task::ALL.map(Task::name)))
-}
-
-/// The name of a frame.
-pub fn frame(word: &str) -> Result<Frame, String> {
-    Frame::parse(word).ok_or_else(|| unknown("frame", word, Frame::ALL.map(Frame::name)))
 }
 
 /// `cp,cot,icl`, `base` or `all`.

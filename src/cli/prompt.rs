@@ -21,8 +21,7 @@ use serde::Serialize;
 
 use super::many_files::Failed;
 use super::open::{
-    EgoChoice, ScenarioArguments, configuration, entry, frame, scene, task, techniques,
-    user_thresholds,
+    EgoChoice, ScenarioArguments, configuration, entry, scene, techniques, user_thresholds,
 };
 use super::span::Span;
 use super::{Failure, Outcome, json, knobs, output};
@@ -33,12 +32,12 @@ pub struct QuestionArguments {
     #[command(flatten)]
     which: ScenarioArguments,
     /// Task: collision, safety, recording, attacker or trajectory.
-    #[arg(long, default_value = "collision", value_parser = task)]
+    #[arg(long, default_value = "collision")]
     pub task: Task,
     /// Frame of the description: ego, cartesian, metrics or trajectory; picture for a picture from above in place of
     /// words, ego+picture, cartesian+picture, metrics+picture or trajectory+picture for both [default: ego; metrics for
     /// attacker; trajectory for trajectory].
-    #[arg(long, value_parser = frame)]
+    #[arg(long)]
     frame: Option<Frame>,
     /// Prompting techniques: cp, cot and icl, joined by commas; base for none, all for all [default: from the template,
     /// else all].
@@ -81,7 +80,7 @@ impl QuestionArguments {
             thresholds: Arc::new(thresholds),
             scene,
             horizon: Case::HORIZON,
-            attack: AttackTerms::of_style(config.attack_style.as_deref()),
+            attack: AttackTerms::of_style(config.attack_style),
         };
         prepare(case, &library, None).map_err(|error| match &error {
             CaseError::Text(text) => Failure::input(advised(text)),
@@ -175,7 +174,7 @@ pub struct Describe {
     ego: EgoChoice,
     /// Frame of the description: ego, cartesian, metrics, or trajectory (of one --obstacle); picture, ego+picture,
     /// cartesian+picture, metrics+picture or trajectory+picture for a picture from above, alone or with words.
-    #[arg(long, default_value = "ego", value_parser = frame)]
+    #[arg(long, default_value = "ego")]
     frame: Frame,
     #[command(flatten)]
     span: Span,

@@ -12,6 +12,8 @@ use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::Settings;
 use nearmiss_study::evaluation::batch::Experiment;
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::Failure;
 
 /// Which steps are looked at, and which obstacle.
@@ -117,7 +119,8 @@ pub enum At {
 }
 
 /// What the worst moment is the worst by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum WorstBy {
     /// See [`Headline::worst`].
     Severity,
@@ -129,14 +132,7 @@ pub enum WorstBy {
     Distance,
 }
 
-impl WorstBy {
-    const ALL: [(Self, &'static str); 4] = [
-        (Self::Severity, "severity"),
-        (Self::Risk, "risk"),
-        (Self::Ttc, "ttc"),
-        (Self::Distance, "distance"),
-    ];
-}
+nearmiss_record::named!(WorstBy);
 
 /// What can be written after `--at`.
 pub const AT: &str = "STEP|SECONDS|worst[:risk|ttc|distance]";
@@ -149,13 +145,9 @@ impl FromStr for At {
             return Ok(Self::Worst(WorstBy::Severity));
         }
         if let Some(by) = word.strip_prefix("worst:") {
-            let known = WorstBy::ALL.iter().find(|(_, name)| *name == by);
-            return match known {
-                Some((by, _)) => Ok(Self::Worst(*by)),
-                None => {
-                    Err("expected worst:severity, worst:risk, worst:ttc or worst:distance".into())
-                }
-            };
+            return WorstBy::parse(by).map(Self::Worst).ok_or_else(|| {
+                "expected worst:severity, worst:risk, worst:ttc or worst:distance".into()
+            });
         }
         if let Ok(step) = word.parse() {
             return Ok(Self::Step(step));
@@ -182,10 +174,7 @@ impl fmt::Display for At {
             Self::Step(step) => write!(f, "{step}"),
             Self::Seconds(seconds) => write!(f, "{seconds}s"),
             Self::Worst(WorstBy::Severity) => f.write_str("worst"),
-            Self::Worst(by) => {
-                let name = WorstBy::ALL.iter().find(|(one, _)| one == by);
-                write!(f, "worst:{}", name.map_or("", |(_, name)| name))
-            }
+            Self::Worst(by) => write!(f, "worst:{}", by.name()),
         }
     }
 }

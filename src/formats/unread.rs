@@ -190,7 +190,7 @@ fn binary_kind(name: &str, head: &[u8]) -> Option<Kind> {
     None
 }
 
-/// How someone's own tracks come in.
+/// How the user's own tracks come in.
 const OWN_TRACKS: &str = "tracks of your own open in the form of highD or of SUMO's floating car data: `nearmiss help scenarios` has the columns";
 
 /// What XML is, if its root is known to be no scenario.

@@ -45,6 +45,10 @@ pub enum Takes {
     Above(f64, f64),
     /// Numbers between these, without them.
     Between(f64, f64),
+    /// Odd numbers between these.
+    Odd(i64, i64),
+    /// One of these texts.
+    OneOf(&'static [&'static str]),
     /// Texts in which this finds nothing wrong.
     Checked(fn(&str) -> Result<(), String>),
 }
@@ -85,7 +89,7 @@ impl Row {
         format!("expected {}", (self.describe)(&self.takes).0)
     }
 
-    /// Reads what somebody typed.
+    /// Reads a value from a command line.
     #[must_use]
     pub fn parse(&self, text: &str) -> Value {
         (self.parse)(text)
@@ -134,14 +138,20 @@ pub trait Fields: Sized + Clone + PartialEq + Default {
     /// The table, in the order in which files are written.
     fn rows() -> &'static [Row];
 
-    /// The value of a field; nothing where it is the default, unless it is required.
-    fn get(&self, key: &str) -> Option<Value>;
+    /// The value of a field; nothing where there is none.
+    fn value(&self, key: &str) -> Option<Value>;
 
     /// Sets a field.
     ///
     /// # Errors
     /// It does not take the value.
     fn set(&mut self, key: &str, value: &Value) -> Result<(), Wrong>;
+
+    /// The value of a field; nothing where it is the default, unless it is required.
+    fn get(&self, key: &str) -> Option<Value> {
+        let (row, value) = (Self::row(key).ok()?, self.value(key)?);
+        (row.is("required") || Self::default().value(key).as_ref() != Some(&value)).then_some(value)
+    }
 
     /// A row by its key.
     ///
@@ -305,13 +315,9 @@ macro_rules! fields {
                 ROWS
             }
 
-            fn get(&self, key: &str) -> Option<$crate::fields::Toml> {
-                let usual = Self::default();
-                let is_required = Self::row(key).is_ok_and(|row| row.is("required"));
+            fn value(&self, key: &str) -> Option<$crate::fields::Toml> {
                 match key {
-                    $($(stringify!($key) if is_required || self.$key != usual.$key => {
-                        $crate::fields::FieldValue::write(&self.$key)
-                    })*)*
+                    $($(stringify!($key) => $crate::fields::FieldValue::write(&self.$key),)*)*
                     _ => None,
                 }
             }

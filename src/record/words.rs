@@ -1,7 +1,7 @@
 //! Enumerations of words: strum derives the words, lists, options, files and the store take them from there.
 
 /// Gives an enumeration that derives `strum::IntoStaticStr` and `strum::VariantArray` its list `ALL`, its word `name` and
-/// the way back, `parse`; with a noun, files, schemas and [`fields`](mod@crate::fields) have the same words.
+/// the way back, `parse`; with a noun, options, files, schemas and [`fields`](mod@crate::fields) have the same words.
 ///
 /// ```
 /// use strum::{IntoStaticStr, VariantArray};
@@ -36,6 +36,12 @@ macro_rules! named {
                 self.into()
             }
 
+            /// The one after it; after the last one the first.
+            #[must_use]
+            pub fn next(self) -> Self {
+                Self::ALL[(self as usize + 1) % Self::ALL.len()]
+            }
+
             /// The one that this word is for.
             #[must_use]
             pub fn parse(word: &str) -> Option<Self> {
@@ -46,6 +52,14 @@ macro_rules! named {
     ($type:ident, $noun:literal) => {
         $crate::named!($type);
         $crate::word!($type, $noun);
+
+        impl std::str::FromStr for $type {
+            type Err = String;
+
+            fn from_str(word: &str) -> Result<Self, String> {
+                <Self as $crate::fields::Word>::of_word(word)
+            }
+        }
 
         impl $crate::serde::Serialize for $type {
             fn serialize<S: $crate::serde::Serializer>(
@@ -61,7 +75,7 @@ macro_rules! named {
                 deserializer: D,
             ) -> Result<Self, D::Error> {
                 let word = <String as $crate::serde::Deserialize>::deserialize(deserializer)?;
-                <Self as $crate::fields::Word>::of_word(&word).map_err($crate::serde::de::Error::custom)
+                word.parse().map_err($crate::serde::de::Error::custom)
             }
         }
 

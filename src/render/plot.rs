@@ -80,7 +80,7 @@ impl Plot<'_> {
         (from, ((steps.end - 1) as f64 * self.dt).max(from + self.dt))
     }
 
-    /// Everybody together in a fine line, and those who are pointed out.
+    /// All obstacles together in a fine line, and those who are pointed out.
     fn curves(&self, measure: &Measure) -> Vec<Curve> {
         let runs = |value: &dyn Fn(i64) -> Option<f64>| runs(self.series, self.dt, value);
         let all = Curve {

@@ -1,109 +1,81 @@
 //! `config.toml`: what it may say, and clear words for what it may not.
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
-use nearmiss_base::system::{KeyLines, Mistake, nearest, toml_mistake};
-use serde::Deserialize;
-use strum::{IntoStaticStr, VariantArray};
-use toml::{Table, Value};
+use super::Keys;
+use super::text_file::text_if_there;
+use super::validation::mistakes;
+use nearmiss_base::system::Mistake;
+use nearmiss_drive::generation::AttackStyle;
 
-use super::planner;
-use super::user_files::text_if_there;
-use super::values::KEYS;
-
-/// The configuration.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Config {
-    /// Name of the theme; `auto` for dark or light, as the terminal's background is, where it is not set.
-    pub theme: Option<String>,
-    /// Which signs are drawn: `unicode`, `ascii`, or `auto` for what the locale says, where it is not set.
-    pub glyphs: Option<String>,
-    /// How the map is drawn: `pixels`, `cells`, `braille`, `ascii`, or `auto` for the best that the terminal can do,
-    /// where it is not set.
-    pub map: Option<String>,
-    /// Block characters of the map as cells: `quadrants`, `sextants`, `octants`, or `auto` for those that the terminal
-    /// is known to draw, where it is not set.
-    pub map_blocks: Option<String>,
-    /// Whether the mouse is used.
-    pub mouse: bool,
-    /// Whether the workbench comes back as it was left.
-    pub session: bool,
-    /// Keys of the template editor: `plain`, `vim` or `emacs`.
-    pub editor: Keys,
-    /// The model asked first, as `provider/model`.
-    pub model: Option<String>,
-    /// Steps of history in a window; the template's default where it is not set.
-    pub history: Option<usize>,
-    /// Obstacles farther from the ego than this are not described, metres; the template's default where it is not set.
-    pub radius: Option<f64>,
-    /// Sampling temperature sent to models; the server's default where it is not set.
-    pub temperature: Option<f64>,
-    /// Most tokens an answer may have; the server's default where it is not set.
-    pub max_tokens: Option<u32>,
-    /// How much models are to reason: `off`, `minimal`, `low`, `medium`, `high`, `xhigh` or `max`; the server's default
-    /// where it is not set.
-    pub effort: Option<String>,
-    /// Whether the log probabilities of answers are asked for, where a model gives them.
-    pub log_probabilities: bool,
-    /// Whether models may call tools that compute.
-    pub tools: bool,
-    /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
-    pub concurrency: std::num::NonZeroU32,
-    /// How attackers of variants move: `human` or `limit`; `human` where it is not set.
-    pub attack_style: Option<String>,
-    /// A model chooses attackers among obstacles this near ahead of the ego or beside it, metres.
-    pub attack_within: f64,
-    /// At most so many obstacles of a variant attack together, 1 to 3; 1 where it is not set.
-    pub attackers: Option<u8>,
-    /// Most US dollars that one session of the workbench, or one `ask`, may cost; without it there is no bound.
-    pub budget: Option<f64>,
-    /// Who rates answers; the user's name where it is not set.
-    pub person: Option<String>,
-    /// Where pictures are saved; the current folder where it is not set.
-    pub pictures: Option<PathBuf>,
-    /// Folder of the index that the workbench opens with; none where it is not set.
-    pub index: Option<PathBuf>,
-    /// A map (Lanelet2 of drone recordings, GeoPackage of nuPlan), or a folder of them, for recordings whose map does not lie
-    /// with them; none where it is not set.
-    pub maps: Option<PathBuf>,
-    /// Providers of language models, beside and over the built-in ones.
-    #[serde(rename = "provider")]
-    pub providers: toml::Table,
-    /// How motions are planned, as the file says it; see [`Config::planning`].
-    pub planner: toml::Table,
+nearmiss_record::fields! {
+    /// The configuration.
+    pub struct Config {
+        "config" {
+            /// Name of the theme; by default auto: dark or light, as the terminal's background is.
+            theme: Option<String>;
+            /// Which signs are drawn; by default auto: what the locale says.
+            glyphs: Option<String>, Takes::OneOf(&["auto", "unicode", "ascii"]);
+            /// How the map is drawn; by default auto: the best that the terminal can do.
+            map: Option<String>, Takes::OneOf(&["auto", "pixels", "cells", "braille", "ascii"]);
+            /// Block characters of the map as cells; by default auto: those that the terminal is known to draw.
+            map_blocks: Option<String>, Takes::OneOf(&["auto", "quadrants", "sextants", "octants"]);
+            /// Whether the mouse is used.
+            mouse: bool = true;
+            /// Whether the workbench comes back as it was left.
+            session: bool = true;
+            /// Keys of the template editor.
+            editor: Keys;
+            /// The model asked first, as provider/model; by default the built-in judge, reference/geometry.
+            model: Option<String>, Takes::Checked(provider_and_model);
+            /// Steps of history in a window; by default the template's.
+            history: Option<usize>, Takes::Whole(1, 100_000);
+            /// Obstacles farther from the ego than this are not described; by default the template's.
+            radius: Option<f64>, Takes::Above(0.0, 1e6), "m";
+            /// Sampling temperature sent to models; by default the template's, else it is not sent.
+            temperature: Option<f64>, Takes::Number(0.0, 2.0);
+            /// Most tokens an answer may have; by default it is not sent.
+            max_tokens: Option<u32>, Takes::Whole(1, 4_294_967_295);
+            /// How much models are to reason; by default it is not sent.
+            effort: Option<String>, Takes::OneOf(&["off", "minimal", "low", "medium", "high", "xhigh", "max"]);
+            /// Whether models may call tools that compute.
+            tools: bool;
+            /// Whether the log probabilities of answers are asked for, where a model gives them.
+            log_probabilities: bool;
+            /// Requests of a batch that may be on their way to one provider at once; its own `concurrency` holds too.
+            concurrency: u32 = 4, Takes::Whole(1, 4_294_967_295);
+            /// How attackers of variants move; by default human: within what people do.
+            attack_style: Option<AttackStyle>;
+            /// A model chooses attackers among obstacles this near ahead of the ego or beside it.
+            attack_within: f64 = 30.0, Takes::Above(0.0, 1e6), "m";
+            /// At most so many obstacles of a variant attack together; by default 1.
+            attackers: Option<usize>, Takes::Whole(1, 3);
+            /// Most US dollars that one session of the workbench, or one `ask`, may cost; by default there is no bound.
+            budget: Option<f64>, Takes::Above(0.0, 1e12);
+            /// Who rates answers; by default the user's name.
+            person: Option<String>;
+            /// Where pictures are saved; by default the current folder.
+            pictures: Option<PathBuf>;
+            /// Folder of the index that the workbench opens with; by default none.
+            index: Option<PathBuf>;
+            /// A map (Lanelet2 of drone recordings, GeoPackage of nuPlan), or a folder of them, for recordings whose map
+            /// does not lie with them; by default none.
+            maps: Option<PathBuf>;
+        }
+        "tables" {
+            /// Providers of language models, beside and over the built-in ones.
+            provider: toml::Table;
+            /// How motions are planned, as the file says it; see [`Config::planning`].
+            planner: toml::Table;
+        }
+    }
 }
 
-impl Default for Config {
-    fn default() -> Self {
-        Self {
-            theme: None,
-            glyphs: None,
-            map: None,
-            map_blocks: None,
-            mouse: true,
-            session: true,
-            editor: Keys::Plain,
-            model: None,
-            history: None,
-            radius: None,
-            temperature: None,
-            max_tokens: None,
-            effort: None,
-            log_probabilities: false,
-            tools: false,
-            concurrency: std::num::NonZeroU32::new(4).unwrap_or(std::num::NonZeroU32::MIN),
-            attack_style: None,
-            attack_within: 30.0,
-            attackers: None,
-            budget: None,
-            person: None,
-            pictures: None,
-            index: None,
-            maps: None,
-            providers: toml::Table::new(),
-            planner: toml::Table::new(),
-        }
+fn provider_and_model(id: &str) -> Result<(), String> {
+    match id.split_once('/') {
+        Some((provider, model)) if !provider.is_empty() && !model.is_empty() => Ok(()),
+        _ => Err("expected provider/model, such as \"openai/gpt-6-luna\"".into()),
     }
 }
 
@@ -185,6 +157,12 @@ impl Config {
         })
     }
 
+    /// Requests of a batch to one provider at once.
+    #[must_use]
+    pub fn at_once(&self) -> NonZeroU32 {
+        NonZeroU32::new(self.concurrency).unwrap_or(NonZeroU32::MIN)
+    }
+
     /// Who rates answers: as configured, else the user's name of the system, else `unknown`.
     #[must_use]
     pub fn person(&self) -> String {
@@ -198,134 +176,9 @@ impl Config {
     }
 }
 
-/// Keys of the template editor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "lowercase")]
-#[serde(rename_all = "lowercase")]
-pub enum Keys {
-    /// Those of most programs: Ctrl-Z, Ctrl-X, Ctrl-V, selecting with Shift.
-    #[default]
-    Plain,
-    /// Modes, as in vim.
-    Vim,
-    /// Ctrl-A, Ctrl-E, Ctrl-K, as in Emacs and shells.
-    Emacs,
-}
-
-nearmiss_record::named!(Keys);
-
-/// Everything that is wrong with a text, in its order; of a text that is no TOML, where it stops being one.
-fn mistakes(text: &str) -> Vec<Mistake> {
-    let table: Table = match toml::from_str(text) {
-        Ok(table) => table,
-        Err(error) => return vec![no_toml(text, &error)],
-    };
-    let lines = KeyLines::new(text);
-    let section = table.get("planner").and_then(Value::as_table);
-    let inner = section
-        .map_or_else(Vec::new, planner::wrong)
-        .into_iter()
-        .map(|(path, words)| {
-            let path = std::iter::once("planner").chain(path.iter().map(String::as_str));
-            let line = lines.line(&path.collect::<Vec<_>>());
-            Mistake { line, words }
-        });
-    let mut found: Vec<Mistake> = inner.collect();
-    found.extend(table.into_iter().filter_map(|(key, value)| {
-        let words = wrong(&key, value)?;
-        let line = lines.line(&[&key]);
-        Some(Mistake { line, words })
-    }));
-    found.sort_by_key(|mistake| mistake.line);
-    found
-}
-
-/// What is wrong with a key and its value, if anything is.
-fn wrong(key: &str, value: Value) -> Option<String> {
-    let Some(known) = KEYS.iter().find(|known| known.name == key) else {
-        let all: Vec<&str> = KEYS.iter().map(|known| known.name).collect();
-        return Some(format!("unknown key `{key}`{}", near(key, &all)));
-    };
-    let shown = shown(&value);
-    let alone = Table::from_iter([(key.to_string(), value)]);
-    match Config::deserialize(alone) {
-        Ok(config) if can_be_meant(&config) => None,
-        _ => Some(format!("{key} = {shown}: {}", known.needed)),
-    }
-}
-
-/// The words for how much models are to reason.
-const EFFORTS: [&str; 7] = ["off", "minimal", "low", "medium", "high", "xhigh", "max"];
-
-/// Whether values of the right kind are in their bounds, too.
-fn can_be_meant(config: &Config) -> bool {
-    let positive = |number: Option<f64>| number.is_none_or(|x| x.is_finite() && x > 0.0);
-    let one_of = |word: &Option<String>, all: &[&str]| {
-        let word = word.as_deref();
-        word.is_none_or(|word| all.contains(&word))
-    };
-    let model = |id: &str| {
-        let parts = id.split_once('/');
-        parts.is_some_and(|(provider, model)| !provider.is_empty() && !model.is_empty())
-    };
-    config
-        .radius
-        .is_none_or(|metres| metres > 0.0 && metres <= 1e6)
-        && positive(Some(config.attack_within))
-        && positive(config.budget)
-        && config
-            .history
-            .is_none_or(|steps| (1..=100_000).contains(&steps))
-        && config.max_tokens != Some(0)
-        && config.temperature.is_none_or(|t| (0.0..=2.0).contains(&t))
-        && one_of(&config.effort, &EFFORTS)
-        && one_of(&config.glyphs, &["auto", "unicode", "ascii"])
-        && one_of(
-            &config.map,
-            &["auto", "pixels", "cells", "braille", "ascii"],
-        )
-        && one_of(
-            &config.map_blocks,
-            &["auto", "quadrants", "sextants", "octants"],
-        )
-        && one_of(&config.attack_style, &["human", "limit"])
-        && config.attackers.is_none_or(|n| (1..=3).contains(&n))
-        && config.model.as_deref().is_none_or(model)
-}
-
-/// The one of all keys that was probably meant, or all of them.
-pub(super) fn near(key: &str, all: &[&str]) -> String {
-    match nearest(key, all.iter().copied()) {
-        Some(known) => format!("; did you mean `{known}`?"),
-        None => format!("; available: {}", all.join(", ")),
-    }
-}
-
-/// A value as the file has it.
-pub(super) fn shown(value: &Value) -> String {
-    match value {
-        Value::Array(_) => "a list".into(),
-        Value::Table(_) => "a table".into(),
-        other => other.to_string(),
-    }
-}
-
-/// Where a text stops being TOML; of its line only the key is told: the value may be a secret in the wrong place.
-fn no_toml(text: &str, error: &toml::de::Error) -> Mistake {
-    let Mistake { line, words } = toml_mistake(text, error);
-    let written = line.and_then(|line| text.lines().nth(line - 1));
-    let key = written.and_then(|written| Some(written.split_once('=')?.0.trim()));
-    let words = match key.filter(|key| !key.is_empty()) {
-        Some(key) => format!("{key}: invalid TOML: {words}"),
-        None => format!("invalid TOML: {words}"),
-    };
-    Mistake { line, words }
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
-
     use super::*;
 
     #[test]
@@ -375,45 +228,5 @@ mod tests {
         )
         .unwrap();
         assert!(!Config::read(&path).unwrap().mouse);
-    }
-
-    fn said(text: &str) -> Vec<String> {
-        let found = mistakes(text).into_iter();
-        found
-            .map(|m| format!("{}: {}", m.line.unwrap_or_default(), m.words))
-            .collect()
-    }
-
-    #[test]
-    fn all_are_named_in_plain_words() {
-        let text = "radius = \"lots\"\nmouse = 1\nmodell = \"a/b\"\n\nhistory = 3\nmax_tokens = 5_000_000_000\n\
-            temperature = 3\neditor = \"ed\"\nqwrtz = 1\nprovider = [1]\n";
-        let found = said(text);
-        let starts = [
-            "1: radius = \"lots\": expected a number",
-            "2: mouse = 1: expected true or false",
-            "3: unknown key `modell`; did you mean `model`?",
-            "6: max_tokens = 5000000000: expected a whole number",
-            "7: temperature = 3: expected a number from 0 to 2",
-            "8: editor = \"ed\": expected \"plain\", \"vim\"",
-            "9: unknown key `qwrtz`; available: theme, glyphs,",
-            "10: provider = a list: expected a table for each",
-        ];
-        assert_eq!(found.len(), starts.len(), "{found:#?}");
-        for (found, start) in found.iter().zip(starts) {
-            assert!(found.starts_with(start), "{found}");
-        }
-        assert_eq!(said("# nothing\n"), [""; 0]);
-    }
-
-    #[test]
-    fn what_is_no_toml_is_named_without_its_value() {
-        let found = said("mouse = true\napi_key = sk-secret\n");
-        assert!(
-            found[0].starts_with("2: api_key: invalid TOML: "),
-            "{found:?}"
-        );
-        assert!(!found[0].contains("secret"), "{found:?}");
-        assert!(said("mouse = true\nmouse = true\n")[0].starts_with("2: mouse: "));
     }
 }

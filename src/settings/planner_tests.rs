@@ -4,7 +4,7 @@ use super::*;
 
 fn words(text: &str) -> Vec<String> {
     let section: Table = toml::from_str(text).unwrap();
-    wrong(&section)
+    mistakes(&section)
         .into_iter()
         .map(|(_, words)| words)
         .collect()
@@ -15,11 +15,16 @@ fn what_may_be_is_taken() {
     let text = "horizon = 3\nprediction = \"lane\"\nvehicle = 4\nshare = 1\n[sampling]\noffsets = 11\n\
         [weights]\nspeed = 0\nrisk = 2.5\n";
     assert_eq!(words(text), [""; 0]);
-    let section: Table = toml::from_str(text).unwrap();
-    let risk = PlannerKey::named("weights.risk").unwrap();
-    assert_eq!(stated_value(&section, risk), Some(&Value::Float(2.5)));
-    let jerk = PlannerKey::named("weights.lateral_jerk").unwrap();
-    assert_eq!(stated_value(&section, jerk), None);
+    let config = Config {
+        planner: toml::from_str(text).unwrap(),
+        ..Config::default()
+    };
+    let weights = config.planning().weights;
+    let usual = Weights::default();
+    assert_eq!(
+        (weights.risk, weights.lateral_jerk),
+        (2.5, usual.lateral_jerk)
+    );
 }
 
 #[test]
@@ -27,7 +32,7 @@ fn what_may_not_be_is_named_with_what_is_needed() {
     for (text, said) in [
         (
             "horizon = 0",
-            "planner.horizon = 0: expected a number from 0.5 to 20 s",
+            "planner.horizon = 0: expected a number from 0.5 to 20",
         ),
         ("horizon = nan", "planner.horizon = nan: expected a number"),
         (
@@ -36,7 +41,7 @@ fn what_may_not_be_is_named_with_what_is_needed() {
         ),
         (
             "replan = 1.5",
-            "planner.replan = 1.5: expected a whole number from 1 to 1000 steps",
+            "planner.replan = 1.5: expected a whole number from 1 to 1000",
         ),
         (
             "vehicle = 5",
@@ -44,7 +49,7 @@ fn what_may_not_be_is_named_with_what_is_needed() {
         ),
         (
             "prediction = \"oracle\"",
-            "planner.prediction = \"oracle\": expected \"recorded\", \"constant-velocity\" or \"lane\"",
+            "planner.prediction: unknown prediction `oracle`; available: recorded, constant-velocity, lane",
         ),
         (
             "horizn = 3",
@@ -52,7 +57,7 @@ fn what_may_not_be_is_named_with_what_is_needed() {
         ),
         (
             "sampling = 3",
-            "planner.sampling = 3: expected a table: [planner.sampling]",
+            "planner.sampling = 3: expected a table of durations",
         ),
         (
             "[sampling]\noffsets = 4",
@@ -64,7 +69,7 @@ fn what_may_not_be_is_named_with_what_is_needed() {
         ),
         (
             "[weights]\nrisks = 1",
-            "unknown key `planner.weights.risks`; did you mean `weights.risk`?",
+            "unknown key `planner.weights.risks`; did you mean `risk`?",
         ),
     ] {
         let found = words(text);
@@ -73,43 +78,22 @@ fn what_may_not_be_is_named_with_what_is_needed() {
 }
 
 #[test]
-fn every_key_is_a_setting_of_its_own() {
-    let mut settings = nearmiss_study::evaluation::default_planning();
-    let number = |value: Value| value.as_float().or(value.as_integer().map(|n| n as f64));
-    let knobs = || {
-        PlannerKey::ALL
-            .iter()
-            .filter(|key| !["prediction", "traffic", "rules", "vehicle"].contains(&key.id))
-    };
-    for key in PlannerKey::ALL {
-        assert!(key.allows(&key.value(&settings)), "{}", key.id);
-    }
-    for (place, key) in knobs().enumerate() {
-        (key.set)(&mut settings, &Value::Integer(1000 + place as i64));
-    }
-    for (place, key) in knobs().enumerate() {
-        assert_eq!(
-            number(key.value(&settings)),
-            Some(1000.0 + place as f64),
-            "{}",
-            key.id
-        );
-    }
-    let mut set =
-        |id: &str, value: Value| PlannerKey::named(id).unwrap().set(&mut settings, &value);
-    assert_eq!(set("vehicle", Value::Integer(4)), Ok(()));
-    assert_eq!(set("prediction", "recorded".into()), Ok(()));
-    assert_eq!(set("traffic", "reactive".into()), Ok(()));
-    assert_eq!(set("rules", "off".into()), Ok(()));
-    for (id, value) in [
-        ("vehicle", Value::Integer(7)),
-        ("prediction", "oracle".into()),
-        ("horizon", "4".into()),
-    ] {
-        assert!(set(id, value).is_err(), "{id}");
-    }
+fn settings_of_drives_are_the_same_by_key_and_back() {
+    let usual = Settings::from(&Planning::default());
+    assert_eq!(usual, nearmiss_study::evaluation::default_planning());
+    let text = "horizon = 1.5\nreplan = 7\nprediction = \"recorded\"\ntraffic = \"reactive\"\nrules = \"off\"\n\
+        vehicle = 4\nshare = 0.5\nlow_speed = 1\nmargin = 0.25\nbraking = 2\nreaction = 0.75\n\
+        [sampling]\ndurations = 5\nspeeds = 6\noffsets = 7\nchanges = 3\nwidest = 2\nrefinements = 1\n\
+        [weights]\nlongitudinal_jerk = 11\nlateral_jerk = 12\nacceleration = 13\nspeed = 14\noffset = 15\n\
+        clearance = 16\nfollowing = 17\nrisk = 18\n";
+    let planning = Planning::from_table(&toml::from_str(text).unwrap()).unwrap();
+    let settings = Settings::from(&planning);
+    assert_eq!(Planning::from(&settings), planning);
     assert_eq!(settings.planner.vehicle, VehicleType::Truck);
-    assert_eq!(settings.forecast, Forecast::Recorded);
     assert_eq!(settings.traffic, TrafficMode::Reactive);
-    assert_eq!(settings.planner.rules, RuleMode::Off);
+    let (values, before) = (Planning::values(&settings), Planning::values(&usual));
+    assert_eq!(values.len(), 25);
+    for (value, before) in values.iter().zip(before) {
+        assert!(value.0 == before.0 && value.1 != before.1, "{value:?}");
+    }
 }

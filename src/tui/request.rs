@@ -21,7 +21,7 @@ pub trait Request: Any + Debug + Send + Sized {
     /// Begins the work; what takes time runs in the background.
     fn perform(self, services: &mut Services, replies: Replies<Self>);
 
-    /// Applies a reply to the model; one that nobody waits for any longer is dropped. Nothing comes of a request without
+    /// Applies a reply to the model; one that is no longer awaited is dropped. Nothing comes of a request without
     /// a reply.
     fn reply(_model: &mut Model, _reply: Self::Reply) -> Vec<Effect> {
         Vec::new()

@@ -77,7 +77,7 @@ pub struct BatchLabels {
     /// Of all runs.
     pub all: BatchTruths,
     /// Those of them that are not worked out by geometry.
-    pub told: BatchTruths,
+    pub declared: BatchTruths,
 }
 
 /// What batches say is true about their runs.
@@ -112,7 +112,7 @@ pub fn batch_labels(store: &Store) -> Result<BatchLabels, StoreError> {
             labels.windows.insert(one.run, truth.clone());
         }
         if !computed {
-            labels.told.insert(one.run, truth.clone());
+            labels.declared.insert(one.run, truth.clone());
         }
         labels.all.insert(one.run, truth);
     }
@@ -125,16 +125,23 @@ impl TruthSearch<'_> {
     ///
     /// # Errors
     /// The store cannot be read.
-    pub fn known(
+    pub fn stored(
         &self,
         store: &Store,
         choice: TruthChoice,
     ) -> Result<(Truth, Vec<TruthChoice>), StoreError> {
         use TruthChoice::{Judge, Labels, Recorded, Score, Usual};
-        let BatchLabels { windows, all, told } = batch_labels(store)?;
+        let BatchLabels {
+            windows,
+            all,
+            declared,
+        } = batch_labels(store)?;
         let layout = self.layout();
-        let labelled =
-            !layout.is_empty() || self.outcomes.iter().any(|one| told.contains_key(&one.run));
+        let labelled = !layout.is_empty()
+            || self
+                .outcomes
+                .iter()
+                .any(|one| declared.contains_key(&one.run));
         let mut choices = if labelled {
             vec![Usual, Labels, Recorded]
         } else {
@@ -148,7 +155,7 @@ impl TruthSearch<'_> {
         };
         match choice {
             Usual => (truth.of_batches, truth.layout) = (all, layout),
-            Labels => (truth.of_batches, truth.layout) = (told, layout),
+            Labels => (truth.of_batches, truth.layout) = (declared, layout),
             Recorded => {}
             Judge => truth.judge = Some(self.judged()),
             Score(_) => truth.scores = Some(HashMap::new()),

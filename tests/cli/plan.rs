@@ -491,7 +491,7 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
         "[planner]\nhorizon = 0\nhorizn = 2\nsampling = { offsets = 4 }\n",
     );
     home.run(&["plan", TURN]).status(2).says(&[
-        "config.toml:2: planner.horizon = 0: expected a number from 0.5 to 20 s",
+        "config.toml:2: planner.horizon = 0: expected a number from 0.5 to 20",
         "config.toml:3: unknown key `planner.horizn`; did you mean `horizon`?",
         "config.toml:4: planner.sampling.offsets = 4: expected an odd number",
     ]);
@@ -501,8 +501,8 @@ fn the_configuration_holds_unless_the_arguments_say_otherwise() {
 fn bad_values_are_refused_with_what_is_allowed() {
     let home = Home::new();
     for (flag, said) in [
-        ("--set=horizon=0", "a number from 0.5 to 20 s"),
-        ("--set=horizon=nan", "a number from 0.5 to 20 s"),
+        ("--set=horizon=0", "a number from 0.5 to 20"),
+        ("--set=horizon=nan", "a number from 0.5 to 20"),
         ("--set=replan=0", "a whole number from 1 to 1000"),
         ("--set=replan=-3", "a whole number from 1 to 1000"),
         ("--set=vehicle=5", "a whole number from 1 to 4"),

@@ -1,6 +1,7 @@
 //! Differences between servers and models of one dialect, as registry data, such as the levels of reasoning effort.
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Deserializer};
+use strum::{IntoStaticStr, VariantArray};
 
 use super::dialect::Dialect;
 use super::endpoint::Endpoint;
@@ -217,8 +218,8 @@ impl StatedQuirks {
 }
 
 /// Reasoning effort, in the words of the providers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Effort {
     /// Not at all; `none` in OpenAI's words.
     Off,
@@ -236,38 +237,9 @@ pub enum Effort {
     Max,
 }
 
+nearmiss_record::named!(Effort, "effort");
+
 impl Effort {
-    /// Every effort, the least first.
-    pub const ALL: [Self; 7] = [
-        Self::Off,
-        Self::Minimal,
-        Self::Low,
-        Self::Medium,
-        Self::High,
-        Self::XHigh,
-        Self::Max,
-    ];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Minimal => "minimal",
-            Self::Low => "low",
-            Self::Medium => "medium",
-            Self::High => "high",
-            Self::XHigh => "xhigh",
-            Self::Max => "max",
-        }
-    }
-
-    /// The effort with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|effort| effort.name() == name)
-    }
-
     /// All names, for people: `off, minimal, … or max`.
     #[must_use]
     pub fn names() -> String {
@@ -359,8 +331,6 @@ pub(super) fn check(endpoint: &Endpoint, request: &Request) -> Result<(), Error>
         ),
     })
 }
-
-nearmiss_record::word!(Effort, "effort");
 
 #[cfg(test)]
 mod tests {

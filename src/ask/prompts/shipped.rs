@@ -1,6 +1,6 @@
 //! The templates and fragments that come with the program, and packs: sets that ask the same tasks in different ways.
 
-use serde::Deserialize;
+use strum::{IntoStaticStr, VariantArray};
 
 /// A file that comes with the program.
 #[derive(Debug, Clone, Copy)]
@@ -56,8 +56,8 @@ pub(super) const SHIPPED: &[Shipped] = shipped![
 ];
 
 /// A set of templates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Pack {
     /// The program's own way of asking.
     #[default]
@@ -66,24 +66,4 @@ pub enum Pack {
     Paper,
 }
 
-impl Pack {
-    /// Every pack.
-    pub const ALL: [Self; 2] = [Self::Standard, Self::Paper];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Standard => "standard",
-            Self::Paper => "paper",
-        }
-    }
-
-    /// The pack with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|pack| pack.name() == name)
-    }
-}
-
-nearmiss_record::word!(Pack, "pack");
+nearmiss_record::named!(Pack, "pack");

@@ -51,7 +51,7 @@ pub fn others_may(file: &Path) -> OthersMay {
     let Some((folder, above)) = folders.as_deref().and_then(|all| all.split_first()) else {
         return none;
     };
-    // The group, then everybody.
+    // The group, then all other users.
     [3, 0].into_iter().fold(none, |may, shift| {
         let allows = |mode: &u32, what: u32| mode >> shift & what == what;
         let replaced = allows(folder, 3) && folder & STICKY == 0;

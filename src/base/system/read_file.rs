@@ -341,7 +341,7 @@ mod tests {
         assert!(error_text(&error).contains("folder"));
     }
 
-    /// Of `/proc/PID/maps` and the like nobody knows how long they are.
+    /// The length of `/proc/PID/maps` and the like is unknown.
     #[cfg(target_os = "linux")]
     #[test]
     fn what_has_no_size_is_read_in_bounds() {

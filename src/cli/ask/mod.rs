@@ -179,7 +179,7 @@ fn judge(
     config: &Config,
     bound: Option<&CostLimit>,
 ) -> Result<Judge, Failure> {
-    let mut providers = config.providers.clone();
+    let mut providers = config.provider.clone();
     if let Some(url) = &arguments.base_url {
         let Some((name, _)) = model
             .split_once('/')

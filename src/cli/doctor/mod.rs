@@ -10,6 +10,7 @@ use nearmiss_settings::{Config, Folders, Tags};
 use nearmiss_store::Health;
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::open::user_thresholds;
 use super::{Failure, Outcome, Workbench, json, output};
@@ -25,23 +26,16 @@ pub struct Doctor {
 }
 
 /// How something is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, IntoStaticStr, VariantArray)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 enum State {
     Ok,
     Warning,
     Problem,
 }
 
-impl State {
-    fn word(self) -> &'static str {
-        match self {
-            Self::Ok => "ok",
-            Self::Warning => "warning",
-            Self::Problem => "problem",
-        }
-    }
-}
+nearmiss_record::named!(State);
 
 /// A line: what was looked at, how it is, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
@@ -98,7 +92,7 @@ impl Finding {
     fn line(&self) -> String {
         let todo = self.todo.iter().map(|todo| format!("; {todo}"));
         let todo: String = todo.collect();
-        let state = self.state.word();
+        let state = self.state.name();
         format!("{state:<8} {:<11} {}{todo}\n", self.area, self.what)
     }
 }

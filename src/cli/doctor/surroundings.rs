@@ -127,7 +127,7 @@ pub fn check_models(
     online: bool,
 ) -> Result<Vec<Finding>, Failure> {
     let chosen = config.model.as_deref().unwrap_or(judge::MODEL);
-    let registry = match Registry::new(&config.providers) {
+    let registry = match Registry::new(&config.provider) {
         Ok(registry) => registry,
         Err(error) => {
             let todo = "fix it; until then built-in providers are not used";

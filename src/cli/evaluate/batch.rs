@@ -262,7 +262,7 @@ fn carry_out(arguments: &Run, context: &BatchContext, plan: &mut BatchPlan) -> O
         (id, plan),
         Arc::clone(&context.store),
         judges,
-        context.concurrency.unwrap_or(context.config.concurrency),
+        context.concurrency.unwrap_or(context.config.at_once()),
         Arc::default(),
     ));
     let asked = running::ask(

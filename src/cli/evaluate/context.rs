@@ -68,7 +68,7 @@ impl BatchContext {
         budget: Option<Budget>,
     ) -> Result<Judges, Failure> {
         let models_of_batch = BatchModels {
-            providers: &self.config.providers,
+            providers: &self.config.provider,
             config_file: &self.folders.config_file(),
             environment: Environment::with_files(&[Path::new("."), &self.folders.config]),
             budget,

@@ -60,7 +60,7 @@ pub struct Run {
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
     /// Ask only this part of a split: dev or test.
-    #[arg(long, value_name = "PART", value_parser = part_of_split)]
+    #[arg(long, value_name = "PART")]
     pub split: Option<SplitPart>,
     /// Show the figures of a test split before it is complete; later reports say that it was looked at.
     #[arg(long)]
@@ -222,9 +222,4 @@ fn horizon(text: &str) -> Result<f64, String> {
         Ok(value) if value > 0.0 && value <= 10.0 => Ok(value),
         _ => Err("expected a number above 0, at most 10".into()),
     }
-}
-
-/// A part of a split by its word.
-pub fn part_of_split(text: &str) -> Result<SplitPart, String> {
-    SplitPart::parse(text).ok_or_else(|| "expected dev or test".into())
 }

@@ -16,7 +16,7 @@ use crate::output::refused;
 use crate::progress::Progress;
 use crate::report::truth;
 use crate::{Failure, Outcome, json, output};
-use nearmiss_base::system::{NewFile, unknown};
+use nearmiss_base::system::NewFile;
 use nearmiss_scene::description::{Frame, escaped_json};
 use nearmiss_store::{Outcome as Run, RunId, SplitPart, Store};
 use nearmiss_study::evaluation::batch::Split;
@@ -47,7 +47,7 @@ pub struct ChatOptions {
     split_seed: Option<u64>,
     /// Chat: where the reasoning of models stands: in <think> before the answer, in the field reasoning_content, or
     /// nowhere [default: think].
-    #[arg(long, value_name = "think|field|none", value_parser = form)]
+    #[arg(long, value_name = "think|field|none")]
     reasoning: Option<ReasoningForm>,
     /// Chat: leave out answers to pictures, which only models that see can be trained on.
     #[arg(long)]
@@ -59,12 +59,6 @@ fn share(text: &str) -> Result<f64, String> {
         Ok(share) if (0.0..1.0).contains(&share) => Ok(share),
         _ => Err("expected a share from 0 to below 1".into()),
     }
-}
-
-fn form(word: &str) -> Result<ReasoningForm, String> {
-    let all = ReasoningForm::ALL;
-    let found = all.into_iter().find(|form| form.name() == word);
-    found.ok_or_else(|| unknown("form", word, all.map(ReasoningForm::name)))
 }
 
 impl ChatOptions {

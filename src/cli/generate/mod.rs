@@ -11,12 +11,11 @@ mod variant;
 
 pub use check::CheckDocument;
 pub use line::VariantLine;
-pub use settings::GenerateSettings;
+pub use settings::keys;
 pub use summary::GenerateReport;
 
 use std::path::{Path, PathBuf};
 
-use nearmiss_base::system::unknown;
 use nearmiss_drive::generation::{AttackStyle, DELAYS, Effort, MOST_ATTACKERS, Wish};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Settings, TrafficMode};
@@ -29,8 +28,7 @@ use super::ending::interrupted;
 use super::many_files::{Job, ShardOption};
 use super::open::{configuration, found};
 use super::plan::{PlannerOptions, ProblemOption, identity};
-use super::set::{self, Assignment, assignment};
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome, knobs, output};
 use model::Writer;
 use resume::EarlierRun;
 use summary::Summary;
@@ -91,15 +89,15 @@ pub struct GenerateArguments {
     survive: f64,
     /// How attackers move: as people do in an emergency, or as far as their vehicles can [default: `attack_style` of
     /// the configuration, else human; with --check that of the manifest beside the variant, else limit].
-    #[arg(long, value_name = "STYLE", value_parser = style)]
+    #[arg(long, value_name = "STYLE")]
     style: Option<AttackStyle>,
     #[command(flatten)]
     how: ProblemOption,
     /// Change a setting of the planner (those of `plan`), or how a model is asked: votes (for the attacker), within
     /// (metres, in which it chooses it), samples (motions), retries, feedback (on, off), grades (on, off), rank (exact,
     /// model), obey (on, off). See `nearmiss help model-attacks`.
-    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<GenerateSettings>)]
-    set: Vec<Assignment>,
+    #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::setting)]
+    set: Vec<(String, String)>,
     #[command(flatten)]
     planner: PlannerOptions,
     #[command(flatten)]
@@ -136,11 +134,6 @@ fn reaction_time(word: &str) -> Result<f64, String> {
     })
 }
 
-fn style(word: &str) -> Result<AttackStyle, String> {
-    AttackStyle::parse(word)
-        .ok_or_else(|| unknown("style", word, AttackStyle::ALL.map(AttackStyle::name)))
-}
-
 fn count(word: &str) -> Result<usize, String> {
     match word.parse() {
         Ok(n) if (1..=100_000).contains(&n) => Ok(n),
@@ -157,15 +150,16 @@ impl GenerateArguments {
 
 /// The style that is asked for, else that of the configuration.
 fn style_of(arguments: &GenerateArguments, config: &Config) -> AttackStyle {
-    let usual = config.attack_style.as_deref().and_then(AttackStyle::parse);
-    arguments.style.or(usual).unwrap_or_default()
+    arguments.style.or(config.attack_style).unwrap_or_default()
 }
 
 /// Runs it.
 pub fn run(arguments: &GenerateArguments) -> Outcome {
     let (folders, config) = configuration()?;
-    let set: GenerateSettings = set::settings(&arguments.set).map_err(Failure::input)?;
-    if set.planner.asks_for_reactions() {
+    let (planning, asking) = settings::read(&arguments.set, &config)?;
+    let reacts =
+        |(key, value): &(String, String)| key == "traffic" && value == TrafficMode::Reactive.name();
+    if arguments.set.iter().any(reacts) {
         return Err(Failure::input(
             "--set traffic=reactive is not for `generate`: variants are recordings, in which only the attackers move otherwise; \
              leave it out. `nearmiss plan VARIANT --set traffic=reactive` shows whether the attack succeeds where others react",
@@ -173,14 +167,14 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
     }
     let settings = Settings {
         traffic: TrafficMode::Recorded,
-        ..set.planner.over(&config)?
+        ..Settings::from(&planning)
     };
     let entries = found(&arguments.paths)?;
     if let Some(variant) = &arguments.check {
         let gate = (arguments.style, arguments.attackers);
         return check::run(&entries, variant, gate, arguments.format.is_json());
     }
-    if set.rank == Ranking::Model && !set.grades {
+    if asking.rank == Ranking::Model && !asking.grades {
         return Err(Failure::input(
             "rank=model ranks by the grades of the model; leave out grades=off",
         ));
@@ -200,7 +194,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         ));
     }
     let writer = (!searching)
-        .then(|| Writer::new(arguments, &set, &folders, &config))
+        .then(|| Writer::new(arguments, &asking, &folders, &config))
         .transpose()?;
     let by = match (&writer, &arguments.wish) {
         (Some(writer), _) => writer.id().to_owned(),
@@ -214,7 +208,7 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         return Ok(());
     }
     let past = prepared(arguments)?;
-    let planner = arguments.planner.only(&config, set.planner.timeout)?;
+    let planner = arguments.planner.only(&config, planning.timeout)?;
     let planner = planner.and_then(|planner| planner.external);
     let problem = arguments.how.planning_problem;
     let stop = interrupted(true);
@@ -346,7 +340,7 @@ fn attackers_asked_for(arguments: &GenerateArguments, config: &Config) -> Result
             }
         )),
         (Some(n), _) => Ok(n),
-        (None, 0) => Ok(config.attackers.map_or(1, usize::from)),
+        (None, 0) => Ok(config.attackers.unwrap_or(1)),
         (None, ids) => Ok(ids.min(MOST_ATTACKERS)),
     }
 }

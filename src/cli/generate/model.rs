@@ -23,7 +23,7 @@ use serde_json::json;
 use tokio::runtime::{Builder, Handle, Runtime};
 
 use super::GenerateArguments;
-use super::settings::{GenerateSettings, WriterSettings};
+use super::settings::{AskSettings, WriterSettings};
 use super::variant::GenerateJob;
 use crate::ending::interrupted;
 use crate::many_files::{Job, NEXT};
@@ -45,7 +45,7 @@ impl Writer {
     /// The model that the arguments name.
     pub fn new(
         arguments: &GenerateArguments,
-        set: &GenerateSettings,
+        asking: &AskSettings,
         folders: &Folders,
         config: &Config,
     ) -> Result<Self, Failure> {
@@ -55,7 +55,7 @@ impl Writer {
                 "{model} cannot answer attack questions; --model search needs no model"
             )));
         }
-        let mut providers = config.providers.clone();
+        let mut providers = config.provider.clone();
         if let Some(url) = &arguments.base_url {
             let server = Server {
                 url,
@@ -88,10 +88,10 @@ impl Writer {
             thresholds: Arc::new(user_thresholds(folders)?),
             settings: Settings::default(),
             frame: None,
-            method: set.method(config),
-            at_once: config.concurrency.get() as usize,
+            method: asking.method(config),
+            at_once: config.concurrency as usize,
             attacker: arguments.attacker.first().copied(),
-            obey: set.obey,
+            obey: asking.obey,
             fresh: arguments.fresh,
             batch: None,
         };

@@ -8,76 +8,58 @@ use nearmiss_base::system::{self, unknown};
 use nearmiss_drive::generation::MARK;
 use nearmiss_drive::simulation::ExternalPlanner;
 use nearmiss_formats::{Entry, EntryLocation};
-use nearmiss_settings::Config;
+use nearmiss_record::fields::{Fields, Layers};
+use nearmiss_settings::{Config, Planning};
 use nearmiss_study::evaluation::generating::{Method, RETRIES, Ranking, SAMPLES, VOTES};
 use nearmiss_workflow::journal::{RunSettings, SettingDifference};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::plan::PlannerSettings;
-use crate::set::{Settable, number, on_or_off};
-use crate::{Failure, output};
+use crate::{Failure, knobs, output, plan};
 
-/// What `--set` changes.
-#[derive(Debug, Clone)]
-pub struct GenerateSettings {
-    /// The planner.
-    pub planner: PlannerSettings,
-    votes: u32,
-    /// Metres within which the model chooses the attacker.
-    within: Option<f64>,
-    samples: u32,
-    retries: u32,
-    feedback: bool,
-    /// Whether the model grades its motions.
-    pub grades: bool,
-    /// What decides between its motions.
-    pub rank: Ranking,
-    /// Whether nothing is generated where the model names no possible attacker.
-    pub obey: bool,
-}
-
-impl Default for GenerateSettings {
-    fn default() -> Self {
-        Self {
-            planner: PlannerSettings::default(),
-            votes: VOTES,
-            within: None,
-            samples: SAMPLES,
-            retries: RETRIES,
-            feedback: true,
-            grades: true,
-            rank: Ranking::default(),
-            obey: false,
+nearmiss_record::fields! {
+    /// How a model is asked.
+    pub struct AskSettings {
+        "model" {
+            /// Votes for the attacker.
+            votes: u32 = VOTES, Takes::Whole(1, 1000);
+            /// The model chooses the attacker within this distance; by default as the configuration says.
+            within: Option<f64>, Takes::Above(0.0, 1e6), "m";
+            /// Motions.
+            samples: u32 = SAMPLES, Takes::Whole(1, 1000);
+            /// How often a motion goes back to the model.
+            retries: u32 = RETRIES, Takes::Whole(0, 100);
+            /// Whether what came of the drive goes back to the model.
+            feedback: bool = true;
+            /// Whether the model grades its motions.
+            grades: bool = true;
+            /// What decides between its motions.
+            rank: Ranking;
+            /// Whether nothing is generated where the model names no possible attacker.
+            obey: bool;
         }
     }
 }
 
-impl Settable for GenerateSettings {
-    fn keys() -> Vec<&'static str> {
-        let asked = vec![
-            "votes", "within", "samples", "retries", "feedback", "grades", "rank", "obey",
-        ];
-        [PlannerSettings::keys(), asked].concat()
-    }
-
-    fn set(&mut self, key: &str, value: &str) -> Result<(), String> {
-        match key {
-            "votes" => self.votes = number(value, 1, 1000)?,
-            "within" => self.within = Some(metres(value)?),
-            "samples" => self.samples = number(value, 1, 1000)?,
-            "retries" => self.retries = number(value, 0, 100)?,
-            "feedback" => self.feedback = on_or_off(value)?,
-            "grades" => self.grades = on_or_off(value)?,
-            "rank" => self.rank = ranking(value)?,
-            "obey" => self.obey = on_or_off(value)?,
-            _ => self.planner.set(key, value)?,
-        }
-        Ok(())
-    }
+/// Every key.
+pub fn keys() -> impl Iterator<Item = String> {
+    Planning::keys().chain(AskSettings::rows().iter().map(|row| row.key.into()))
 }
 
-impl GenerateSettings {
+/// What is set.
+pub fn read(set: &[(String, String)], config: &Config) -> Result<(Planning, AskSettings), Failure> {
+    let keys: Vec<String> = keys().collect();
+    if let Some((key, _)) = set.iter().find(|(key, _)| !keys.contains(key)) {
+        let keys = keys.iter().map(String::as_str);
+        return Err(Failure::input(unknown("key", key, keys)));
+    }
+    let (asking, planning): (Vec<_>, Vec<_>) =
+        { set.iter().cloned() }.partition(|(key, _)| AskSettings::row(key).is_ok());
+    let asking = knobs::read(Layers::default(), &asking)?;
+    Ok((plan::planning(&planning, config)?, asking))
+}
+
+impl AskSettings {
     /// How a model is asked.
     pub fn method(&self, config: &Config) -> Method {
         Method {
@@ -89,17 +71,6 @@ impl GenerateSettings {
             grades: self.grades,
             rank: self.rank,
         }
-    }
-}
-
-fn ranking(word: &str) -> Result<Ranking, String> {
-    Ranking::parse(word).ok_or_else(|| unknown("ranking", word, Ranking::ALL.map(Ranking::name)))
-}
-
-fn metres(word: &str) -> Result<f64, String> {
-    match word.parse::<f64>() {
-        Ok(metres) if metres.is_finite() && metres > 0.0 => Ok(metres),
-        _ => Err("expected a number of metres above 0".into()),
     }
 }
 

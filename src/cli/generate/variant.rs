@@ -11,7 +11,7 @@ use nearmiss_drive::generation::{
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{ExternalPlanner, Settings};
 use nearmiss_formats::Entry;
-use nearmiss_settings::PlannerKey;
+use nearmiss_settings::Planning;
 use nearmiss_study::evaluation::generating::{Authored, AuthoredRecord};
 use nearmiss_workflow::{AttackSource, GenerateRequest, ModelWriter, PlanError, generate};
 use serde_json::json;
@@ -51,10 +51,10 @@ impl GenerateJob {
     pub fn settings(&self, problem: i64) -> GenerationSettings {
         let effort = &self.effort;
         // Attacks are always judged in recorded traffic.
-        let planning = PlannerKey::values(&self.settings)
+        let planning = Planning::values(&self.settings)
             .into_iter()
-            .filter(|(key, _)| *key != "traffic")
-            .map(|(key, value)| (key.to_string(), json!(value)));
+            .filter(|(key, _)| key != "traffic")
+            .map(|(key, value)| (key, json!(value)));
         GenerationSettings {
             problem,
             planning: planning.collect(),

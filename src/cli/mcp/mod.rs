@@ -231,7 +231,7 @@ impl Server {
 #[derive(Debug, Clone)]
 struct Handler(Arc<Server>);
 
-/// Takes a request back when nobody waits for its answer any more.
+/// Takes a request back when its client no longer waits for the answer.
 struct Unwanted(Arc<AtomicBool>);
 
 impl Drop for Unwanted {

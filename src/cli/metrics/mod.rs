@@ -78,23 +78,15 @@ pub struct Metrics {
     many: ManyFiles,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, strum::IntoStaticStr, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 enum Convention {
     /// Real bodies, exact geometry, every measure.
     Exact,
     /// The published tables of the paper with their defects: boxes of one size that never turn, headings of 0 at
     /// standstill, accelerations along the axes of the map.
     Paper,
-}
-
-impl Convention {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Paper => "paper",
-        }
-    }
 }
 
 /// Contents of the rows.
@@ -188,7 +180,7 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
         .map(|c| json!({ "name": c.name, "unit": c.unit, "source": c.source }));
     table.metadata = vec![
         ("version", env!("CARGO_PKG_VERSION").into()),
-        ("convention", arguments.convention.name().into()),
+        ("convention", <&str>::from(arguments.convention).into()),
         ("columns", columns.collect::<Value>().to_string()),
     ];
     if !matches!(rows, Rows::Paper) {

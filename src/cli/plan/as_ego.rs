@@ -15,8 +15,7 @@ use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Outcome, Settings, TrafficMode};
 use nearmiss_formats::{EgoSelection, Entry, PlannerDrives, write_recording};
 use nearmiss_scene::scenario::ContentHash;
-use nearmiss_settings::PlannerKey;
-use nearmiss_study::evaluation::default_planning;
+use nearmiss_settings::Planning;
 use nearmiss_workflow::PlannerFailure;
 
 /// How a planner is named as the ego: `planner` for the built-in one, else a name or command after it.
@@ -48,7 +47,7 @@ pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoS
     let settings = Settings {
         // Egos are shown and asked about in the recorded traffic.
         traffic: TrafficMode::Recorded,
-        ..config.planning(default_planning())
+        ..Settings::from(&config.planning())
     };
     let mut kept = CachedDrives::default();
     kept.drive(&planner, problem, entries, &settings)?;
@@ -83,10 +82,9 @@ fn setting_values(settings: &Settings, planner: &PlannerChoice) -> BTreeMap<Stri
         toml::Value::String(word) => word,
         other => other.to_string(),
     };
-    let values = PlannerKey::values(settings).into_iter();
-    let mut words: BTreeMap<String, String> = values
-        .map(|(key, value)| (key.to_string(), word(value)))
-        .collect();
+    let values = Planning::values(settings).into_iter();
+    let mut words: BTreeMap<String, String> =
+        values.map(|(key, value)| (key, word(value))).collect();
     if let Some(external) = &planner.external {
         let options = external.options();
         for (name, value) in [

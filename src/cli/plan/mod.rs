@@ -19,8 +19,7 @@ use super::ending::interrupted;
 use super::files::Labels;
 use super::many_files::{Done, Job, RunJournal, Unit};
 use super::open::{configuration, found};
-use super::set::{Assignment, assignment, settings};
-use super::{Failure, Outcome, output};
+use super::{Failure, Outcome, knobs, output};
 pub use compare::ComparisonRecord;
 pub use document::{
     CycleRecord, DriveRecord, NotDrivenRecord, PlannerFailure, StandardErrorRecord,
@@ -31,11 +30,12 @@ use files::{Files, Targets};
 pub use monitor::MonitorDryRun;
 use monitor::MonitorOptions;
 use nearmiss_drive::planner::Cancel;
+use nearmiss_drive::simulation::Settings;
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::VehicleType;
 use nearmiss_workflow::PlanError;
 use options::RunOptions;
-pub use options::{PlannerOptions, PlannerSettings, ProblemOption, identity};
+pub use options::{PlannerOptions, ProblemOption, identity, planning};
 use table::{Export, OutcomeTable};
 
 /// Arguments of `plan`.
@@ -54,8 +54,8 @@ pub struct PlanArguments {
     /// Change a setting of the planner, with the keys of [planner] in config.toml: prediction (recorded,
     /// constant-velocity, lane), traffic (recorded, reactive), rules (obey, off), replan (steps), horizon (seconds),
     /// vehicle (1 to 4) and others, and timeout (seconds a cycle) of a process. See `nearmiss help configuration`.
-    #[arg(long, value_name = "KEY=VALUE", value_parser = assignment::<PlannerSettings>)]
-    set: Vec<Assignment>,
+    #[arg(long, value_name = "KEY=VALUE", value_parser = knobs::setting)]
+    set: Vec<(String, String)>,
     #[command(flatten)]
     planners: PlannerOptions,
     #[command(flatten)]
@@ -80,14 +80,14 @@ pub fn run(arguments: &PlanArguments) -> Outcome {
         ));
     }
     let (folders, config) = configuration()?;
-    let set: PlannerSettings = settings(&arguments.set).map_err(Failure::input)?;
-    let settings = set.over(&config)?;
+    let planning = planning(&arguments.set, &config)?;
+    let settings = Settings::from(&planning);
     let entries = arguments.files.part_of(found(&arguments.paths)?);
     if entries.is_empty() {
         return Ok(());
     }
     let problem = arguments.how.planning_problem;
-    let planners = arguments.planners.chosen(&config, set.timeout)?;
+    let planners = arguments.planners.chosen(&config, planning.timeout)?;
     if planners.len() > 1 {
         return compare::run(arguments, &entries, &planners, &settings);
     }

@@ -107,7 +107,7 @@ impl MonitorOptions {
         let Some(model) = &self.monitor else {
             return Ok(None);
         };
-        let mut providers = config.providers.clone();
+        let mut providers = config.provider.clone();
         if let Some(url) = &self.base_url {
             let named = model
                 .split_once('/')

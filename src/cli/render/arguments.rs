@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::certificate::CertificateOption;
 use crate::Failure;
 use crate::many_files::ManyFiles;
-use crate::open::{EgoChoice, task};
+use crate::open::EgoChoice;
 use crate::span::{AT, At, history};
 use nearmiss_ask::prompts::Defaults;
 use nearmiss_base::system::unknown;
@@ -83,7 +83,7 @@ pub struct Render {
     pub plot: Vec<&'static Measure>,
     /// Question whose window plots shade: collision (the end of the recording), or safety (up to the moment drawn)
     /// [default: collision].
-    #[arg(long, value_name = "TASK", value_parser = task)]
+    #[arg(long, value_name = "TASK")]
     pub task: Option<Task>,
     /// Steps in that window [default: from the configuration, else 10].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = history)]

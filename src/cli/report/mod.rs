@@ -53,7 +53,7 @@ pub struct ReportArguments {
     #[arg(long, conflicts_with_all = ["folder", "paper"])]
     unlock: bool,
     /// Only this part of the split of a batch: dev or test. Tables over axes and figures are of one part.
-    #[arg(long, value_name = "PART", value_parser = part_of_split, conflicts_with_all = ["folder", "paper"])]
+    #[arg(long, value_name = "PART", conflicts_with_all = ["folder", "paper"])]
     split: Option<SplitPart>,
     /// What intervals and comparisons take as one: scenario or map, all scenarios cut from one recording [default: map
     /// for a batch with a split, which has whole maps in its parts, else scenario].
@@ -72,7 +72,6 @@ pub struct ReportArguments {
     #[arg(
         long,
         value_name = "FIGURE",
-        value_parser = ReportFigure::parse,
         conflicts_with_all = ["paper", "against", "format", "pairs"]
     )]
     figure: Option<ReportFigure>,

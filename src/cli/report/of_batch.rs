@@ -418,14 +418,14 @@ pub fn page_of_answers(
 pub struct PivotOptions {
     /// One table with this axis as rows: model, techniques, frame, task, template, lead, transform, effort, temperature,
     /// form, stride, seed, tools, sample or country; each cell has an interval of 95 % and the number of its answers.
-    #[arg(long, value_name = "AXIS", value_parser = Axis::parse, conflicts_with = "paper")]
+    #[arg(long, value_name = "AXIS", conflicts_with = "paper")]
     rows: Option<Axis>,
     /// The axis of the columns.
-    #[arg(long, value_name = "AXIS", value_parser = Axis::parse, conflicts_with = "paper")]
+    #[arg(long, value_name = "AXIS", conflicts_with = "paper")]
     columns: Option<Axis>,
     /// What the cells measure: right_of_all, f1, precision, recall, specificity, accuracy, naming_recall,
     /// naming_precision, seconds_median or cost_usd [default: right_of_all].
-    #[arg(long, value_name = "MEASURE", value_parser = Measure::parse)]
+    #[arg(long, value_name = "MEASURE")]
     measure: Option<Measure>,
     /// Compare every value of the rows with this one: paired differences of the share of right answers, with intervals
     /// and p values corrected by Holm.

@@ -332,7 +332,7 @@ fn find_models(
             "tune.reflect = {proposes}: proposals need a language model"
         )));
     };
-    let concurrency = context.concurrency.unwrap_or(context.config.concurrency);
+    let concurrency = context.concurrency.unwrap_or(context.config.at_once());
     Ok(FoundModels {
         at_once: judges
             .get(&id)

@@ -272,7 +272,7 @@ pub enum AttackStyle {
     Limit,
 }
 
-nearmiss_record::named!(AttackStyle);
+nearmiss_record::named!(AttackStyle, "style");
 
 /// What squared jerks of people cost: 2 m/s³ as much as 0.2 m off the way.
 const JERK_COST: f64 = 1e-2;

@@ -24,7 +24,7 @@ pub enum Forecast {
     Lane,
 }
 
-nearmiss_record::named!(Forecast);
+nearmiss_record::named!(Forecast, "prediction");
 
 impl Forecast {
     /// The model that predicts; `None` for the recorded future.

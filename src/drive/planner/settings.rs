@@ -43,23 +43,27 @@ pub enum RuleMode {
     Off,
 }
 
-nearmiss_record::named!(RuleMode);
+nearmiss_record::named!(RuleMode, "rules");
 
-/// Density of the samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sampling {
-    /// Durations of manoeuvres, evenly spread up to the horizon.
-    pub durations: usize,
-    /// Final speeds for each duration.
-    pub speeds: usize,
-    /// Final offsets, an odd number: the path itself is one of them.
-    pub offsets: usize,
-    /// Times in which the offset is changed, evenly spread up to the horizon.
-    pub changes: usize,
-    /// The largest offset to either side, metres.
-    pub widest: f64,
-    /// Refinements of all samples if no candidate is left.
-    pub refinements: usize,
+nearmiss_record::fields! {
+    /// Density of the samples.
+    #[derive(Copy)]
+    pub struct Sampling {
+        "sampling" {
+            /// Durations of manoeuvres, evenly spread up to the horizon.
+            durations: usize = 4, Takes::Whole(1, 12);
+            /// Final speeds for each duration.
+            speeds: usize = 9, Takes::Whole(2, 30);
+            /// Final offsets, an odd number: the path itself is one of them.
+            offsets: usize = 9, Takes::Odd(3, 31);
+            /// Times in which the offset is changed, evenly spread up to the horizon.
+            changes: usize = 2, Takes::Whole(1, 6);
+            /// The largest offset to either side, metres.
+            widest: f64 = 3.5, Takes::Number(0.1, 20.0), "m";
+            /// Refinements of all samples if no candidate is left.
+            refinements: usize = 2, Takes::Whole(0, 3);
+        }
+    }
 }
 
 impl Sampling {
@@ -76,25 +80,29 @@ impl Sampling {
     }
 }
 
-/// Weights of the terms of the cost; each term is a mean over the horizon.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weights {
-    /// Squared jerk along the path, (m/s³)².
-    pub longitudinal_jerk: f64,
-    /// Squared jerk across the path, (m/s³)².
-    pub lateral_jerk: f64,
-    /// Squared acceleration, along and across, (m/s²)².
-    pub acceleration: f64,
-    /// Squared difference from the wanted speed, (m/s)².
-    pub speed: f64,
-    /// Squared offset from the path, m².
-    pub offset: f64,
-    /// Closeness to predicted bodies, 0 to 1 squared.
-    pub clearance: f64,
-    /// What is missing to a stopping distance behind an obstacle that is in front, 0 to 1 squared.
-    pub following: f64,
-    /// Likelihood of contact times the squared speed at it, (m/s)².
-    pub risk: f64,
+nearmiss_record::fields! {
+    /// Weights of the terms of the cost; each term is a mean over the horizon.
+    #[derive(Copy)]
+    pub struct Weights {
+        "weights" {
+            /// Squared jerk along the path, (m/s³)².
+            longitudinal_jerk: f64 = 0.02, Takes::Number(0.0, 1e6);
+            /// Squared jerk across the path, (m/s³)².
+            lateral_jerk: f64 = 0.05, Takes::Number(0.0, 1e6);
+            /// Squared acceleration, along and across, (m/s²)².
+            acceleration: f64 = 0.1, Takes::Number(0.0, 1e6);
+            /// Squared difference from the wanted speed, (m/s)².
+            speed: f64 = 1.0, Takes::Number(0.0, 1e6);
+            /// Squared offset from the path, m².
+            offset: f64 = 2.0, Takes::Number(0.0, 1e6);
+            /// Closeness to predicted bodies, 0 to 1 squared.
+            clearance: f64 = 40.0, Takes::Number(0.0, 1e6);
+            /// What is missing to a stopping distance behind an obstacle that is in front, 0 to 1 squared.
+            following: f64 = 60.0, Takes::Number(0.0, 1e6);
+            /// Likelihood of contact times the squared speed at it, (m/s)².
+            risk: f64 = 1.0, Takes::Number(0.0, 1e6);
+        }
+    }
 }
 
 /// Steps that a plan has at most: memory and time grow with them.
@@ -105,24 +113,8 @@ impl Default for Settings {
         Self {
             vehicle: VehicleType::Bmw320i,
             horizon: 4.0,
-            sampling: Sampling {
-                durations: 4,
-                speeds: 9,
-                offsets: 9,
-                changes: 2,
-                widest: 3.5,
-                refinements: 2,
-            },
-            weights: Weights {
-                longitudinal_jerk: 0.02,
-                lateral_jerk: 0.05,
-                acceleration: 0.1,
-                speed: 1.0,
-                offset: 2.0,
-                clearance: 40.0,
-                following: 60.0,
-                risk: 1.0,
-            },
+            sampling: Sampling::default(),
+            weights: Weights::default(),
             share: 0.95,
             low_speed: 4.0,
             margin: 0.1,

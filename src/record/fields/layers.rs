@@ -96,7 +96,7 @@ impl<F: Fields> Layers<F> {
         }
     }
 
-    /// Adds what somebody typed for a key, or for a key of a table below it (`split.test`); messages name it as `name`.
+    /// Adds what the user typed for a key, or for a key of a table below it (`split.test`); messages name it as `name`.
     pub fn word(&mut self, name: &str, key: &str, text: &str) {
         let (top, below) = key.split_once('.').unwrap_or((key, ""));
         let row = match F::row(top) {

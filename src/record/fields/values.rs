@@ -17,7 +17,7 @@ pub trait FieldValue: Sized {
     /// Members of a list, at most: more are no choice of a person.
     const MAX_MEMBERS: usize = MAX_CHOSEN;
 
-    /// What separates the members of a list where somebody types one.
+    /// What separates the members of a list on a command line.
     const SEPARATORS: &'static [char] = &[','];
 
     /// From a value.
@@ -32,7 +32,7 @@ pub trait FieldValue: Sized {
     /// What is expected, as messages say it, and as JSON schema.
     fn describe(takes: &Takes) -> (String, Json);
 
-    /// What somebody typed, as a value; what cannot be one stays a text, which is no mistake yet.
+    /// What the user typed, as a value; what cannot be one stays a text, which is no mistake yet.
     #[must_use]
     fn parse(text: &str) -> Value {
         typed(text)
@@ -74,8 +74,9 @@ impl Wrong {
         })
     }
 
-    /// The first mistake in words.
-    pub(super) fn first(&self, value: &Value, expected: &str) -> String {
+    /// The first mistake, to be said behind its key.
+    #[must_use]
+    pub fn first(&self, value: &Value, expected: &str) -> String {
         let first = self.messages(value, expected).next();
         first.map_or(String::new(), |(_, words)| words)
     }
@@ -128,7 +129,7 @@ pub(super) fn toml_value(text: &str) -> Option<Value> {
 
 /// A type whose values are words, often a few known ones.
 pub trait Word: Sized + Clone + PartialEq {
-    /// What separates several where somebody types them.
+    /// What separates several on a command line.
     const SEPARATORS: &'static [char] = &[','];
 
     /// All words, where they are few.
@@ -193,8 +194,10 @@ impl<T: Word> FieldValue for T {
 impl FieldValue for String {
     fn read(value: &Value, takes: &Takes) -> Result<Self, Wrong> {
         let text = value.as_str().ok_or(Wrong::kind())?;
-        if let Takes::Checked(check) = takes {
-            check(text).map_err(Wrong::because)?;
+        match takes {
+            Takes::Checked(check) => check(text).map_err(Wrong::because)?,
+            Takes::OneOf(words) if !words.contains(&text) => return Err(Wrong::kind()),
+            _ => {}
         }
         Ok(text.into())
     }
@@ -203,8 +206,14 @@ impl FieldValue for String {
         Some(self.clone().into())
     }
 
-    fn describe(_: &Takes) -> (String, Json) {
-        ("a text".into(), json!({ "type": "string" }))
+    fn describe(takes: &Takes) -> (String, Json) {
+        match takes {
+            Takes::OneOf(words) => (
+                format!("one of {}", words.join(", ")),
+                json!({ "enum": words }),
+            ),
+            _ => ("a text".into(), json!({ "type": "string" })),
+        }
     }
 
     fn parse(text: &str) -> Value {
@@ -252,7 +261,7 @@ impl FieldValue for bool {
 
 fn bounds(takes: &Takes) -> (i64, i64) {
     match takes {
-        Takes::Whole(least, most) => (*least, *most),
+        Takes::Whole(least, most) | Takes::Odd(least, most) => (*least, *most),
         _ => (0, i64::MAX),
     }
 }
@@ -262,7 +271,8 @@ macro_rules! whole {
         impl FieldValue for $type {
             fn read(value: &Value, takes: &Takes) -> Result<Self, Wrong> {
                 let (least, most) = bounds(takes);
-                let whole = value.as_integer().filter(|whole| (least..=most).contains(whole));
+                let fits = |whole: &i64| (least..=most).contains(whole) && (*whole % 2 != 0 || !matches!(takes, Takes::Odd(..)));
+                let whole = value.as_integer().filter(fits);
                 whole.and_then(|whole| whole.try_into().ok()).ok_or(Wrong::kind())
             }
 
@@ -272,9 +282,10 @@ macro_rules! whole {
 
             fn describe(takes: &Takes) -> (String, Json) {
                 let (least, most) = bounds(takes);
-                let words = match most {
-                    i64::MAX => format!("a whole number from {least}"),
-                    most => format!("a whole number from {least} to {most}"),
+                let words = match (takes, most) {
+                    (Takes::Odd(..), _) => format!("an odd number from {least} to {most}"),
+                    (_, i64::MAX) => format!("a whole number from {least}"),
+                    _ => format!("a whole number from {least} to {most}"),
                 };
                 (words, json!({ "type": "integer", "minimum": least, "maximum": most }))
             }
@@ -516,6 +527,21 @@ impl FieldValue for (String, String) {
 
     fn parse(text: &str) -> Value {
         <Vec<String>>::parse(text)
+    }
+}
+
+/// A table that others read.
+impl FieldValue for Table {
+    fn read(value: &Value, _: &Takes) -> Result<Self, Wrong> {
+        value.as_table().cloned().ok_or(Wrong::kind())
+    }
+
+    fn write(&self) -> Option<Value> {
+        Some(self.clone().into())
+    }
+
+    fn describe(_: &Takes) -> (String, Json) {
+        ("a table".into(), json!({ "type": "object" }))
     }
 }
 

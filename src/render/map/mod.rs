@@ -121,7 +121,7 @@ impl Map<'_> {
 /// Seconds between two marks on the way that the ego is going to take.
 const MARKS: f64 = 0.5;
 
-/// Where everybody has been lately, the ego always, and where the ego and those pointed out go.
+/// Where all participants have been lately, the ego always, and where the ego and those pointed out go.
 fn trails(map: &Map<'_>, picture: &mut Picture) {
     for trail in &map.scene.trails {
         match (trail.owner, trail.highlighted) {

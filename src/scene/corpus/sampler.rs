@@ -27,7 +27,7 @@ pub enum Axis {
     Severity,
 }
 
-nearmiss_record::named!(Axis);
+nearmiss_record::named!(Axis, "axis");
 
 /// A window that may be drawn.
 #[derive(Debug, Clone, PartialEq)]

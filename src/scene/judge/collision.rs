@@ -27,7 +27,7 @@ const MOST_LISTED: usize = 5;
 /// Judges the collision task: whether bodies touch at any recorded step of the ego or between two.
 ///
 /// A region of an occupancy set counts as a body: only who keeps out of all of it is safe. A contact with it is called
-/// possible, and has no probability: how likely the obstacle is where in its region nobody says.
+/// possible, and has no probability: how likely each place of its region is, is unknown.
 #[must_use]
 pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
     let context = Context::under(scene, thresholds);

@@ -141,7 +141,7 @@ pub enum Reading {
 pub enum NoValue {
     /// One of the two is absent at this step.
     Absent,
-    /// The other is a region that an obstacle may cover, of an occupancy set, whose velocity nobody knows.
+    /// The other is a region that an obstacle may cover, of an occupancy set, whose velocity is unknown.
     Occupancy,
     /// They do not come closer along this direction.
     NotApproaching,

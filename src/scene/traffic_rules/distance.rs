@@ -87,7 +87,7 @@ fn cuts_in(ego: &EgoAlong<'_>, id: i64, moment: &Moment) -> bool {
 
 fn leader(ego: &EgoAlong<'_>, moment: &Moment) -> Option<Leader> {
     let others = ego.scene.participants();
-    // No rule is broken towards a region that somebody may cover: its speed is not known.
+    // No rule is broken towards a region that an obstacle may cover: its speed is not known.
     let bodies = others.filter(|o| {
         o.obstacle.kind != ObstacleType::Pedestrian && !o.obstacle.is_occupancy_at(moment.step)
     });

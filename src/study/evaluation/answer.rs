@@ -461,7 +461,7 @@ const DECLINED: [&str; 2] = ["refusal", THINKING];
 
 const THINKING: &str = "thinking";
 
-/// Words of servers for an answer that they broke off, in lower case; those that nobody knows say that it is whole.
+/// Words of servers for an answer that they broke off, in lower case; unknown ones say that it is whole.
 fn is_broken(word: &str) -> bool {
     const BEGINNINGS: [&str; 8] = [
         "abort",

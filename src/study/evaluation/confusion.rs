@@ -1,12 +1,11 @@
 //! Confusion matrices and proportions of yes-or-no answers, with intervals over scenarios or maps.
 
 use std::collections::BTreeMap;
-use std::fmt;
-use std::str::FromStr;
 
 use nearmiss_scene::scenario::identity;
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::statistics::{Interval, scenario_interval};
 
@@ -187,7 +186,10 @@ impl Share {
 }
 
 /// What is drawn, and what differs, as a whole: answers about one are not independent.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, strum::Display, IntoStaticStr, VariantArray,
+)]
+#[strum(serialize_all = "lowercase")]
 pub enum Cluster {
     /// A scenario with all its windows and samples.
     #[default]
@@ -207,27 +209,7 @@ impl Cluster {
     }
 }
 
-/// `scenario` or `map`.
-impl FromStr for Cluster {
-    type Err = String;
-
-    fn from_str(word: &str) -> Result<Self, String> {
-        let found = [Self::Scenario, Self::Map]
-            .into_iter()
-            .find(|one| one.to_string() == word);
-        found.ok_or_else(|| "expected scenario or map".into())
-    }
-}
-
-/// The same words.
-impl fmt::Display for Cluster {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Scenario => "scenario",
-            Self::Map => "map",
-        })
-    }
-}
+nearmiss_record::named!(Cluster, "unit");
 
 #[cfg(test)]
 mod tests {

@@ -1,4 +1,4 @@
-//! What would be right without a look at how anybody moves: by the surface of questions, and by trivial rules.
+//! What would be right without a look at any motion: by the surface of questions, and by trivial rules.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -20,17 +20,6 @@ pub enum ProbabilitySource {
     Decision,
 }
 
-impl ProbabilitySource {
-    /// Every source, in order.
-    pub const ALL: [Self; 5] = [
-        Self::Stated,
-        Self::Critical,
-        Self::Token,
-        Self::Score,
-        Self::Decision,
-    ];
-}
-
 /// The probability of a yes that a verdict stands for: every verdict has one.
 ///
 /// The paper gives its scores 0 (collision) to 5 (negligible) no probabilities; the straight line between both ends is a

@@ -1,9 +1,12 @@
 //! Which windows are asked about, and what counts as a yes: the program's own rules, or those of the paper.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::Scored;
 
 /// The rules of an evaluation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Protocol {
     /// Dangerous windows at a lead before the contact, and safe windows like them.
     #[default]
@@ -17,30 +20,12 @@ pub enum Protocol {
 }
 
 impl Protocol {
-    /// Every one.
-    pub const ALL: [Self; 2] = [Self::Matched, Self::Paper];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Matched => "matched",
-            Self::Paper => "paper",
-        }
-    }
-
     /// Makes an answer what counts as one.
     pub fn count(self, answer: &mut Scored) {
         if self == Self::Paper {
             answer.require_naming();
         }
     }
-
-    /// The protocol of this name.
-    #[must_use]
-    pub fn parse(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == word)
-    }
 }
 
-nearmiss_record::word!(Protocol, "protocol");
+nearmiss_record::named!(Protocol, "protocol");

@@ -52,11 +52,11 @@ pub struct AttackTerms {
 }
 
 impl AttackTerms {
-    /// Those of a style by its name; the usual ones where there is no such style.
+    /// Those of a style; the usual ones without one.
     #[must_use]
-    pub fn of_style(name: Option<&str>) -> Self {
+    pub fn of_style(style: Option<AttackStyle>) -> Self {
         Self {
-            style: name.and_then(AttackStyle::parse).unwrap_or_default(),
+            style: style.unwrap_or_default(),
             ..Self::default()
         }
     }

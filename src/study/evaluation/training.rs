@@ -6,6 +6,7 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use strum::{IntoStaticStr, VariantArray};
 
 use super::batch::Split;
 use super::report::Truth;
@@ -16,7 +17,8 @@ use nearmiss_scene::verdict::{Task, Verdict};
 use nearmiss_store::{Outcome, Run, RunState, SplitPart, StoredImage};
 
 /// Why an answer is no example.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum NoExample {
     /// It answers a task without a yes or no: there is no truth to compare it with.
     OtherTask,
@@ -37,10 +39,12 @@ pub enum NoExample {
     /// Nothing is known to compare it with.
     NoTruth,
     /// Its verdict is wrong.
+    #[strum(to_string = "wrong_verdict")]
     Wrong,
     /// It says yes, and names none of the obstacles that are truly critical.
     WrongObstacle,
     /// Its claims were not checked.
+    #[strum(to_string = "unchecked_claims")]
     Unchecked,
     /// It makes more wrong claims than are allowed.
     WrongClaims,
@@ -69,31 +73,13 @@ impl NoExample {
             Self::Duplicate => "that repeat another one",
         }
     }
-
-    /// The word for it in a manifest.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::OtherTask => "other_task",
-            Self::BuiltIn => "built_in",
-            Self::NoVerdict => "no_verdict",
-            Self::NoMessages => "no_messages",
-            Self::Tools => "tools",
-            Self::Picture => "picture",
-            Self::NoPicture => "no_picture",
-            Self::PictureForm => "picture_form",
-            Self::NoTruth => "no_truth",
-            Self::Wrong => "wrong_verdict",
-            Self::WrongObstacle => "wrong_obstacle",
-            Self::Unchecked => "unchecked_claims",
-            Self::WrongClaims => "wrong_claims",
-            Self::Duplicate => "duplicate",
-        }
-    }
 }
 
+nearmiss_record::named!(NoExample);
+
 /// Where the reasoning of a model stands in an example.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum ReasoningForm {
     /// Between `<think>` and `</think>` before the answer.
     #[default]
@@ -104,20 +90,7 @@ pub enum ReasoningForm {
     None,
 }
 
-impl ReasoningForm {
-    /// Every form.
-    pub const ALL: [Self; 3] = [Self::Think, Self::Field, Self::None];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Think => "think",
-            Self::Field => "field",
-            Self::None => "none",
-        }
-    }
-}
+nearmiss_record::named!(ReasoningForm, "form");
 
 /// What makes an answer an example, and how it is written.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -202,7 +175,7 @@ impl ExampleRules {
         let Some(verdict) = verdict.filter(|_| outcome.state == RunState::Answered) else {
             return Some(NoExample::NoVerdict);
         };
-        let Some((label, critical)) = truth.known(outcome) else {
+        let Some((label, critical)) = truth.lookup(outcome) else {
             return Some(NoExample::NoTruth);
         };
         if verdict.dangerous != label.collides() {

@@ -232,9 +232,9 @@ pub fn save(job: &PictureJob, held: &DrawGuard) -> Result<String, String> {
     } else {
         format!("_step{}", job.step)
     };
-    let stem = format!("{}{step}_{}", file_name(&job.name), job.kind.word());
+    let stem = format!("{}{step}_{}", file_name(&job.name), job.kind.name());
     if let (PictureKind::Question, Some(shown)) = (job.kind, &job.shown) {
-        let stem = format!("{}_{}", file_name(&job.name), job.kind.word());
+        let stem = format!("{}_{}", file_name(&job.name), job.kind.name());
         return save_new(folder, &stem, job.format.name(), &shown.image().bytes);
     }
     let still = match job.kind {

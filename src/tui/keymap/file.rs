@@ -25,7 +25,7 @@ pub fn vim(map: &mut Keymap) {
         change(&mut file, map, &table);
     }
     for binding in &mut map.bindings {
-        binding.said = None;
+        binding.span = None;
     }
 }
 
@@ -37,7 +37,7 @@ impl Keymap {
     pub fn load(path: &Path) -> Result<Self, Vec<String>> {
         match TextFile::read_if_there(path).map_err(|error| all_visible(vec![error]))? {
             None => Ok(Self::from_preset(Preset::Default)),
-            Some(said) => Self::parse(&said.file, &said.text),
+            Some(own) => Self::parse(&own.file, &own.text),
         }
     }
 
@@ -53,8 +53,8 @@ impl Keymap {
         give_way(&mut map);
         map.notes.extend(skipped(&map, &table));
         for collision in collisions(&map) {
-            let words = collision.words(&file);
-            file.mistake(&collision.said.unwrap_or_default(), words);
+            let message = collision.message(&file);
+            file.mistake(&collision.span.unwrap_or_default(), message);
         }
         file.checked(name).map_err(all_visible)?;
         Ok(map)
@@ -64,12 +64,12 @@ impl Keymap {
 /// Bindings of the preset give way to those of the file that they cannot stand beside; a note says which menus that
 /// hides.
 fn give_way(map: &mut Keymap) {
-    let theirs = map.bindings.iter().filter(|b| b.said.is_some());
+    let theirs = map.bindings.iter().filter(|b| b.span.is_some());
     let theirs: Vec<Binding> = theirs.cloned().collect();
     let hidden_by = |binding: &Binding| {
         let mut theirs = theirs.iter();
         let hides = |b: &&Binding| conflict(b, binding);
-        (binding.said.is_none())
+        (binding.span.is_none())
             .then(|| theirs.find(hides))
             .flatten()
     };
@@ -100,17 +100,17 @@ fn preset(file: &mut TomlText<'_>, table: &DeTable<'_>) -> Preset {
     let Some(value) = table.get("preset") else {
         return Preset::Default;
     };
-    let said = value.get_ref().as_str().and_then(Preset::parse);
-    if said.is_none() {
-        let names = Preset::ALL.map(|(name, _)| format!("{name:?}"));
-        let words = format!(
+    let preset = value.get_ref().as_str().and_then(Preset::parse);
+    if preset.is_none() {
+        let names = Preset::ALL.map(|preset| format!("{:?}", preset.name()));
+        let message = format!(
             "unknown preset {}; available: {}",
             shown_value(value.get_ref()),
             names.join(", ")
         );
-        file.mistake(&value.span(), words);
+        file.mistake(&value.span(), message);
     }
-    said.unwrap_or(Preset::Default)
+    preset.unwrap_or(Preset::Default)
 }
 
 fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
@@ -121,11 +121,11 @@ fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
         }
         let Some((scope, ..)) = Scope::ALL.iter().find(|(_, scope, _)| *scope == name) else {
             let names = Scope::ALL.map(|(_, name, _)| format!("[{name}]"));
-            let words = format!(
+            let message = format!(
                 "unknown table `{name}`; available: preset, {}",
                 names.join(", ")
             );
-            file.mistake(&key.span(), words);
+            file.mistake(&key.span(), message);
             continue;
         };
         let Some(actions) = file.below(name, value) else {
@@ -136,12 +136,12 @@ fn change(file: &mut TomlText<'_>, map: &mut Keymap, table: &DeTable<'_>) {
                 continue;
             }
             let Some(place) = place(*scope, id.get_ref()) else {
-                let words = format!(
+                let message = format!(
                     "unknown action `{name}.{}`{}",
                     id.get_ref(),
                     near(*scope, id.get_ref())
                 );
-                file.mistake(&id.span(), words);
+                file.mistake(&id.span(), message);
                 continue;
             };
             let key = format!("{name}.{}", id.get_ref());
@@ -205,11 +205,11 @@ fn bindings(
     let mut found: Vec<Binding> = Vec::new();
     for value in values {
         let Some(names) = value.get_ref().as_str() else {
-            let words = format!(
+            let message = format!(
                 "{key} = {} is not a key; keys are texts such as \"x\", \"g g\" or [\"x\", \"ctrl-x\"]",
                 shown_value(value.get_ref())
             );
-            file.mistake(&value.span(), words);
+            file.mistake(&value.span(), message);
             continue;
         };
         match Chord::parse(names) {
@@ -219,7 +219,7 @@ fn bindings(
             Ok(keys) => found.push(Binding {
                 place,
                 keys,
-                said: Some(value.span()),
+                span: Some(value.span()),
             }),
             Err(why) => file.mistake(&value.span(), format!("{key}: {why}")),
         }
@@ -245,18 +245,18 @@ fn near(scope: Scope, id: &str) -> String {
 #[derive(Debug)]
 pub struct Collision {
     /// Where the file says one of them.
-    pub said: Option<std::ops::Range<usize>>,
+    pub span: Option<std::ops::Range<usize>>,
     binding: Binding,
     other: Binding,
 }
 
 impl Collision {
-    fn words(&self, file: &TomlText<'_>) -> String {
+    fn message(&self, file: &TomlText<'_>) -> String {
         let entry = self.binding.entry();
         let other = self.other.entry();
         let (keys, theirs) = (self.binding.keys.name(), self.other.keys.name());
         // Bindings of the preset have given way.
-        let line = self.other.said.as_ref().map_or(0, |span| file.line(span));
+        let line = self.other.span.as_ref().map_or(0, |span| file.line(span));
         let whose = format!("{}.{} in line {line}", other.scope.name(), other.id);
         let what = if keys == theirs {
             format!("is also the key of {whose}")
@@ -284,10 +284,10 @@ pub fn collisions(map: &Keymap) -> Vec<Collision> {
                 continue;
             }
             // Told where the file says it; of two lines of the file, at the later one.
-            let start = |binding: &Binding| binding.said.as_ref().map(|span| span.start);
+            let start = |binding: &Binding| binding.span.as_ref().map(|span| span.start);
             let (binding, other) = if start(a) > start(b) { (a, b) } else { (b, a) };
             found.push(Collision {
-                said: binding.said.clone(),
+                span: binding.span.clone(),
                 binding: binding.clone(),
                 other: other.clone(),
             });

@@ -1,11 +1,14 @@
 //! Looks keys and actions up, and prints the keymap.
 
+use strum::{IntoStaticStr, VariantArray};
+
 use crate::action::{ACTIONS, Action, Entry, Scope, menu_label, order_of, title_of};
 use crate::keymap::{Chord, Key, file};
 use nearmiss_base::system::{KeyBinding, columns, pad_end};
 
 /// A set of keys to begin with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Preset {
     /// The keys of the table of actions.
     Default,
@@ -13,24 +16,7 @@ pub enum Preset {
     Vim,
 }
 
-impl Preset {
-    /// Every preset with its name.
-    pub const ALL: [(&'static str, Self); 2] = [("default", Self::Default), ("vim", Self::Vim)];
-
-    /// The preset with this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        let found = Self::ALL.iter().find(|(n, _)| *n == name);
-        found.map(|(_, preset)| *preset)
-    }
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        let found = Self::ALL.iter().find(|(_, preset)| *preset == self);
-        found.map_or("", |(name, _)| name)
-    }
-}
+nearmiss_record::named!(Preset);
 
 /// Keys that do something.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +26,7 @@ pub struct Binding {
     /// The keys.
     pub keys: Chord,
     /// Byte range in the user's file; `None` for a binding of a preset.
-    pub said: Option<std::ops::Range<usize>>,
+    pub span: Option<std::ops::Range<usize>>,
 }
 
 /// The active key bindings.
@@ -71,7 +57,7 @@ pub struct NextKey {
     /// The key.
     pub key: Key,
     /// Its effect, in a word or two, or the title of the menu behind it.
-    pub words: &'static str,
+    pub label: &'static str,
     /// Whether more keys follow.
     pub leads_on: bool,
     /// The action, where no more keys follow.
@@ -100,7 +86,7 @@ impl Keymap {
             map.bindings.extend(keys.map(|keys| Binding {
                 place,
                 keys,
-                said: None,
+                span: None,
             }));
         }
         if preset == Preset::Vim {
@@ -166,7 +152,7 @@ impl Keymap {
             let title = title_of(&binding.keys.0[..=keys.len()]);
             all.push(NextKey {
                 key: rest[0],
-                words: if ends {
+                label: if ends {
                     menu_label(binding.entry())
                 } else {
                     title.unwrap_or("more")
@@ -340,10 +326,10 @@ mod tests {
 
     #[test]
     fn no_preset_gives_a_key_two_meanings() {
-        for (name, preset) in Preset::ALL {
+        for preset in Preset::ALL {
             let map = Keymap::from_preset(preset);
             let found = file::collisions(&map);
-            assert!(found.is_empty(), "{name}: {found:#?}");
+            assert!(found.is_empty(), "{}: {found:#?}", preset.name());
             // Indispensable actions.
             for action in [Action::Quit, Action::Help, Action::Palette, Action::Cancel] {
                 assert!(map.bindings.iter().any(|b| b.entry().action == action));
@@ -366,12 +352,12 @@ mod tests {
             KeyMeaning::Nothing
         );
         let after = map.following(&g, Scope::Scenarios, |_| true);
-        assert!(after.iter().any(|f| f.key == g[0] && f.words == "top"));
+        assert!(after.iter().any(|f| f.key == g[0] && f.label == "top"));
         let there = map.following(&g, Scope::Map, |_| true);
-        assert!(there.iter().all(|f| f.words != "top"));
+        assert!(there.iter().all(|f| f.label != "top"));
         let menu = map.following(&keys("space"), Scope::Map, |_| true);
         let open = menu.iter().find(|f| f.key.name() == "o").unwrap();
-        assert_eq!((open.words, open.leads_on), ("open", true));
+        assert_eq!((open.label, open.leads_on), ("open", true));
         let none = map.following(&keys("space"), Scope::Map, |_| false);
         assert!(none.is_empty(), "{none:?}");
     }
@@ -386,7 +372,7 @@ mod tests {
 
     #[test]
     fn what_is_printed_is_read_as_the_same() {
-        for (name, preset) in Preset::ALL {
+        for preset in Preset::ALL {
             let map = Keymap::from_preset(preset);
             let again = Keymap::parse("keymap.toml", &as_file(&map)).unwrap();
             for entry in ACTIONS {
@@ -394,7 +380,7 @@ mod tests {
                     let names = map.keys(entry).map(super::super::Chord::name);
                     names.filter(|name| name != "ctrl-c").collect()
                 };
-                assert_eq!(keys(&map), keys(&again), "{name}: {}", entry.id);
+                assert_eq!(keys(&map), keys(&again), "{}: {}", preset.name(), entry.id);
                 assert!(as_table(&map).contains(entry.doc));
             }
         }

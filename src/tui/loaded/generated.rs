@@ -524,7 +524,7 @@ pub struct AuthoringProgress {
     /// Answers that were refused.
     pub refused: u32,
     /// Motions that went back to the model with what came of the drive.
-    pub told: u32,
+    pub sent_back: u32,
     /// Whether the ego is driven against a motion now.
     pub driving: bool,
     /// Grades that were asked for, and motions in all that are to be graded.
@@ -554,7 +554,7 @@ impl AuthoringProgress {
             nearmiss_study::evaluation::generating::Progress::Made(_) => self.passed += 1,
             nearmiss_study::evaluation::generating::Progress::Refused(_) => self.refused += 1,
             nearmiss_study::evaluation::generating::Progress::Driving(_) => self.driving = true,
-            nearmiss_study::evaluation::generating::Progress::ToldOfDrive(_) => self.told += 1,
+            nearmiss_study::evaluation::generating::Progress::ToldOfDrive(_) => self.sent_back += 1,
             nearmiss_study::evaluation::generating::Progress::Grading { motion, of } => {
                 self.driving = false;
                 self.grades = (self.grades.0.max(motion + 1), *of);

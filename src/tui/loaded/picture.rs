@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use strum::{IntoStaticStr, VariantArray};
+
 use super::{GeneratedVariant, VariantShown};
 use nearmiss_drive::generation::AttackerEffect;
 use nearmiss_render::{FigureOptions, Format, Screen, Variation, Variations};
@@ -11,13 +13,15 @@ use nearmiss_scene::scenario::{Scenario, Scene};
 use nearmiss_study::evaluation::ScenePicture;
 
 /// Subject of a picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum PictureKind {
     /// The map.
     Map,
     /// The plot.
     Plot,
     /// The map, and the plot below it.
+    #[strum(to_string = "map_plot")]
     Both,
     /// The whole screen.
     Screen,
@@ -27,20 +31,7 @@ pub enum PictureKind {
     Question,
 }
 
-impl PictureKind {
-    /// A word for it, for the names of files.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Map => "map",
-            Self::Plot => "plot",
-            Self::Both => "map_plot",
-            Self::Screen => "screen",
-            Self::Animation => "animation",
-            Self::Question => "question",
-        }
-    }
-}
+nearmiss_record::named!(PictureKind);
 
 /// A picture to be drawn and saved.
 #[derive(Debug)]

@@ -2,11 +2,13 @@
 
 use ratatui::layout::{Position, Rect};
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 
 use crate::action::{Action, Scope};
 
 /// The panes of the main screen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Pane {
     /// The list of scenarios.
     Scenarios,
@@ -38,15 +40,7 @@ impl Pane {
     /// Its name in session files.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Scenarios => "scenarios",
-            Self::Map => "map",
-            Self::Timeline => "timeline",
-            Self::Prompt => "prompt",
-            Self::Verdict => "verdict",
-            Self::Reasoning => "reasoning",
-            Self::Plot => "plot",
-        }
+        self.into()
     }
 
     /// The actions everywhere that belong to it.

@@ -205,7 +205,7 @@ impl Model {
             options: decided.options,
             thresholds: self.thresholds.clone(),
             horizon: Case::HORIZON,
-            attack: AttackTerms::of_style(self.config.attack_style.as_deref()),
+            attack: AttackTerms::of_style(self.config.attack_style),
         })
     }
 }

@@ -18,7 +18,6 @@ use nearmiss_base::system::shown_path;
 use nearmiss_formats::EgoSelection;
 use nearmiss_render::cells::Blocks;
 use nearmiss_settings::{Config, Folders, TextFile, ThemeFile};
-use nearmiss_study::evaluation::default_planning;
 use nearmiss_workflow::{experiment_among, read_experiment};
 
 /// The model at the start; errors in the user's files are reported, and defaults are used.
@@ -38,7 +37,7 @@ pub fn prepare(
     // The terminal takes its time to answer; meanwhile the rest is read.
     let asks = ThemeFile::pairs().any(|pair| pair == chosen);
     let asked = asks.then(|| std::thread::spawn(move || background::ask(terminal::answers, env)));
-    let registry = Registry::lenient(&config.providers, &folders.config_file());
+    let registry = Registry::lenient(&config.provider, &folders.config_file());
     complaints.extend(registry.broken().map(|(_, why)| why.to_string()));
     let keymap = Keymap::load(&folders.keymap()).unwrap_or_else(|mistakes| {
         complaints.push(format!(
@@ -93,7 +92,7 @@ pub fn prepare(
         model.tell(note);
     }
     model.compare.person = model.config.person();
-    model.driver.forecast = model.config.planning(default_planning()).forecast;
+    model.driver.forecast = model.config.planning().prediction;
     let planners = model.config.external_planners().into_iter();
     model.driver.planners = planners.map(|(name, _)| name).collect();
     // The seed need not be secret: no one has to predict the order of answers.

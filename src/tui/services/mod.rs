@@ -17,7 +17,7 @@ use nearmiss_formats::EgoSelection;
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_settings::{Config, Folders, TextFile};
 use nearmiss_store::Store;
-use nearmiss_study::evaluation::{Judge, default_planning};
+use nearmiss_study::evaluation::Judge;
 use nearmiss_workflow::Models;
 use nearmiss_workflow::batch::BatchControl;
 use tokio::sync::mpsc::UnboundedSender;
@@ -83,12 +83,12 @@ impl Services {
             ego,
             jobs: RunningJobs::default(),
             drawing: Drawing::default(),
-            planning: config.planning(default_planning()),
+            planning: (&config.planning()).into(),
             planners: { config.external_planners().into_iter() }
                 .map(|(name, options)| Arc::new(ExternalPlanner::new(name, options)))
                 .collect(),
-            providers: config.providers.clone(),
-            concurrency: config.concurrency,
+            providers: config.provider.clone(),
+            concurrency: config.at_once(),
             state: HashMap::new(),
         }
     }

@@ -67,7 +67,7 @@ impl Whole {
         let file = folders.config_file();
         Folders::write(&file, &text).unwrap();
         let config = Config::read(&file).unwrap();
-        let registry = Registry::new(&config.providers).unwrap();
+        let registry = Registry::new(&config.provider).unwrap();
         let environment = Environment::with_files(&[]);
         let thresholds = Arc::new(Thresholds::shipped().clone());
         let store = Arc::new(Store::open(&folders.store()).unwrap());

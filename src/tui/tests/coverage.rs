@@ -155,7 +155,7 @@ fn scenarios_are_known_by_their_contents_and_changed_ones_are_said() {
     let all = bundled().len();
     assert_eq!(filtered(&mut bench, "has:index").len(), 2);
     assert_eq!(filtered(&mut bench, "no:index").len(), all - 2);
-    let words = bench.model.list.index_share().words();
+    let words = bench.model.list.index_share().summary();
     assert_eq!(
         words,
         format!("1 changed since, {} not in the index", all - 3)

@@ -344,7 +344,7 @@ fn what_arrives_is_sorted_once_a_frame() {
     });
     // Sorting at every message would take as long as sorting two thousand times.
     assert!(arriving < settling * 60, "{arriving:?} {settling:?}");
-    assert_eq!(bench.model.list.known, MANY);
+    assert_eq!(bench.model.list.facts_read, MANY);
 }
 
 #[test]
@@ -580,7 +580,7 @@ fn a_saved_variant_has_its_original_beside_it_and_opens_it() {
     assert!(words.contains(&used), "{used}: {words}");
     bench.press("space g v");
     bench.press("space m s");
-    let second = bench.model.second_moment().unwrap().words();
+    let second = bench.model.second_moment().unwrap().title();
     assert!(second.starts_with("original"), "{second}");
     bench.press("space g o");
     let original = bundled()

@@ -403,42 +403,14 @@ fn the_workbench_drives_as_the_command_line_does() {
 
 /// The last drive that was asked for ends.
 fn arrive_planned(bench: &mut Bench) {
-    let last = bench
-        .effects
-        .iter()
-        .rev()
-        .find_map(|effect| match effect.request() {
-            Some(Plan {
-                id,
-                entry,
-                forecast,
-                planner: 0,
-                ..
-            }) => Some((*id, entry.clone(), *forecast)),
-            _ => None,
-        });
-    let (id, entry, forecast) = last.expect("planning was asked for");
+    let (id, entry, forecast) = asked(bench);
     let ended = planned(&entry, forecast).map(Box::new);
     bench.send(Msg::reply::<Plan>((id, Update::Ended(ended))));
 }
 
 /// The last drive that was asked for ends as that of a process that died, with steps that no vehicle can do.
 fn arrive_failed(bench: &mut Bench) {
-    let last = bench
-        .effects
-        .iter()
-        .rev()
-        .find_map(|effect| match effect.request() {
-            Some(Plan {
-                id,
-                entry,
-                forecast,
-                planner: 0,
-                ..
-            }) => Some((*id, entry.clone(), *forecast)),
-            _ => None,
-        });
-    let (id, entry, forecast) = last.expect("planning was asked for");
+    let (id, entry, forecast) = asked(bench);
     let mut opened = planned(&entry, forecast).unwrap();
     let mut of = PlannedEgo::clone(opened.planned.as_deref().unwrap());
     let broken = Broken {

@@ -81,7 +81,7 @@ fn choice(attacker: i64, ranked: Vec<Candidate>, words: &str) -> Choice {
     let vote = |attacker| Proposal {
         run: None,
         window: (1, 40),
-        said: Some(AttackerChoice {
+        choice: Some(AttackerChoice {
             attacker: Some(attacker),
             obstacles: vec![risk(attacker, 1), risk(301, 3)],
             justification: words.into(),
@@ -123,7 +123,7 @@ fn declined(sample: u32, retry: u32, refusals: Vec<Refusal>) -> RefusedAnswer {
     RefusedAnswer {
         arrived: true,
         source: source(sample, retry),
-        said: None,
+        motion: None,
         refusals,
     }
 }
@@ -137,7 +137,7 @@ fn authored(ground: &AttackSetup<'_>) -> Authored {
         source: source(3, 0),
         justification: WORDS.into(),
         reasoning: String::new(),
-        told: Some(WORDS.into()),
+        feedback: Some(WORDS.into()),
         grade: grade(Some(4)),
     };
     Authored {
@@ -148,7 +148,7 @@ fn authored(ground: &AttackSetup<'_>) -> Authored {
                 source: source(1, 1),
                 justification: WORDS.into(),
                 reasoning: WORDS.repeat(3),
-                told: None,
+                feedback: None,
                 grade: grade(Some(1)),
             },
             told,

@@ -89,7 +89,7 @@ fn take(model: &mut Model, msg: Msg) -> Vec<Effect> {
         Msg::Mouse(mouse) => pointer::on_mouse(model, mouse),
         Msg::Resize(columns, rows) => {
             model.size = (columns, rows);
-            model.map.second.told = false;
+            model.map.second.warned = false;
             Vec::new()
         }
         Msg::Passed(elapsed) => passed(model, elapsed),

@@ -276,7 +276,7 @@ pub fn draw_keys(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             .action
             .and_then(|action| model.state_of(action))
             .map_or(String::new(), |state| format!(" ({})", fit(state, STATE)));
-        (next.key.to_string(), format!("{}{more}{state}", next.words))
+        (next.key.to_string(), format!("{}{more}{state}", next.label))
     });
     let rows: Vec<(String, String)> = rows.collect();
     let keys = rows.iter().map(|(key, _)| key.width()).max().unwrap_or(0);

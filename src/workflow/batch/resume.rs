@@ -120,7 +120,7 @@ impl ResumeRequest {
             // Files with labels may be gone; then what the questions say is what is known.
             let truth = match Truth::open(spec.truth(), &entries) {
                 Ok((truth, _)) => truth,
-                Err(_) => Truth::known(&items),
+                Err(_) => Truth::of_items(&items),
             };
             let source = WindowSource {
                 experiment: &spec.experiment,
@@ -148,7 +148,7 @@ impl ResumeRequest {
                 // Of files that could not be read before.
                 TruthSource::Geometry => Truth::Geometry,
                 TruthSource::Score(convention) => Truth::Score(*convention),
-                TruthSource::Layout | TruthSource::Files(_) => Truth::known(&items),
+                TruthSource::Layout | TruthSource::Files(_) => Truth::of_items(&items),
             },
             scenarios,
             spec,

@@ -494,7 +494,7 @@ impl Placed {
 
     /// As if nothing had been placed.
     fn remove(&self) {
-        // What cannot be removed was changed by somebody else meanwhile.
+        // What cannot be removed was changed by another program meanwhile.
         for file in &self.files {
             let _ = std::fs::remove_file(file);
         }

@@ -35,7 +35,7 @@ pub fn configured_experiment(config: &Config) -> Experiment {
 }
 
 /// Reads an experiment; what it leaves open is as without options on the command line, whatever the user's
-/// configuration says: it means the same for everybody.
+/// configuration says: it means the same for every user.
 ///
 /// # Errors
 /// Every mistake in the text, each with `file` and line.

@@ -41,7 +41,7 @@ impl From<StoreError> for TuneAbort {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Graded {
     /// Whether it counts as a yes; of an answer that cannot be read, what is wrong.
-    pub said: bool,
+    pub yes: bool,
     /// Whether it is right.
     pub right: bool,
     /// Why no verdict could be read; `None` where one was.
@@ -224,7 +224,7 @@ fn grade(plan: &TunePlan, asked: &TuneQuestion, answer: &Answer) -> Result<Grade
     };
     let consumed = &answer.consumed;
     Ok(Graded {
-        said: *said.as_ref().unwrap_or(&!truth),
+        yes: *said.as_ref().unwrap_or(&!truth),
         right: said == Ok(truth),
         unreadable: said.err(),
         usd: consumed.cost_usd,

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use similar::TextDiff;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::ask::{Graded, Replies};
 use super::outcome::Measure;
@@ -61,7 +62,8 @@ pub struct Score {
 }
 
 /// What the front holds against the measure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum CostMeasure {
     /// Mean US dollars of an answer.
     Usd,
@@ -71,6 +73,8 @@ pub enum CostMeasure {
     Unknown,
 }
 
+nearmiss_record::named!(CostMeasure);
+
 impl CostMeasure {
     /// What is known of the base and not 0.
     #[must_use]
@@ -79,16 +83,6 @@ impl CostMeasure {
             (Some(usd), _) if usd > 0.0 => Self::Usd,
             (_, Some(_)) => Self::Tokens,
             (_, None) => Self::Unknown,
-        }
-    }
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Usd => "usd",
-            Self::Tokens => "tokens",
-            Self::Unknown => "unknown",
         }
     }
 
@@ -116,7 +110,7 @@ impl Score {
             match replies.get(place) {
                 Some(Ok(one)) => {
                     let truth = plan.questions[*place].truth.collides();
-                    score.counts.count(one.said, truth);
+                    score.counts.count(one.yes, truth);
                     score.unreadable += usize::from(one.unreadable.is_some());
                     graded.push(one);
                 }

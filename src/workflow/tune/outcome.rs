@@ -8,6 +8,7 @@ use nearmiss_store::{Store, StoreError};
 use nearmiss_study::evaluation::batch::{Estimate, Price, Size, question_key};
 use nearmiss_study::evaluation::statistics::{FEWEST, Gain, PairedCounts, gains};
 use nearmiss_study::evaluation::{Cluster, Confusion, Judge, ModelJudge, can_ask};
+use strum::{IntoStaticStr, VariantArray};
 
 use super::TuneSettings;
 use super::candidate::{Candidate, CostMeasure, Refusal};
@@ -17,7 +18,8 @@ use super::rounds::{MINIBATCH, Replied};
 use crate::batch::BatchControl;
 
 /// By what templates are compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Measure {
     /// F1.
     F1,
@@ -25,16 +27,9 @@ pub enum Measure {
     Accuracy,
 }
 
-impl Measure {
-    /// Its key in documents.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::F1 => "f1",
-            Self::Accuracy => "accuracy",
-        }
-    }
+nearmiss_record::named!(Measure);
 
+impl Measure {
     /// Its name for people.
     #[must_use]
     pub fn title(self) -> &'static str {
@@ -166,8 +161,8 @@ fn paired(
         };
         let truth = asked.truth.collides();
         let [before, after] = counts.entry(unit(at)).or_default();
-        before.count(base.said, truth);
-        after.count(other.said, truth);
+        before.count(base.yes, truth);
+        after.count(other.yes, truth);
     }
     counts.into_values().collect()
 }

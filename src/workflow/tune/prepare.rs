@@ -16,6 +16,7 @@ use nearmiss_study::evaluation::batch::{
 use nearmiss_study::evaluation::statistics::SplitMix;
 use nearmiss_study::evaluation::{Cluster, Label, PromptConfig, Protocol, Question};
 use rayon::prelude::*;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::candidate::Traces;
 use crate::batch::{BatchError, BatchPlan, BatchRequest, DryRun, PlanningEvent};
@@ -280,7 +281,8 @@ fn build_question(plan: &BatchPlan, item: &NewItem) -> Result<(PromptConfig, Que
 }
 
 /// A part of the dev split.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum DevPart {
     /// Wrong answers of it are shown to the reflecting model.
     Feedback,
@@ -288,16 +290,7 @@ pub enum DevPart {
     Selection,
 }
 
-impl DevPart {
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Feedback => "feedback",
-            Self::Selection => "selection",
-        }
-    }
-}
+nearmiss_record::named!(DevPart);
 
 /// The part of each scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -36,7 +36,7 @@ pub enum TrafficMode {
     Reactive,
 }
 
-nearmiss_record::named!(TrafficMode);
+nearmiss_record::named!(TrafficMode, "traffic");
 
 /// The others in one drive; what they did is in the drive.
 #[derive(Debug)]

@@ -36,7 +36,7 @@ pub struct Sweep {
     pub scene: Option<Token>,
 }
 
-/// Someone who is tracked.
+/// A tracked object.
 #[derive(Debug, Clone)]
 pub struct Track {
     pub token: Token,

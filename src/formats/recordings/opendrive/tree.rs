@@ -7,7 +7,7 @@ use crate::commonroad::ReadError;
 use crate::commonroad::xml::{Element, Xml, decoded};
 use nearmiss_scene::scenario::plausibility::refused_coordinate;
 
-/// An element with its attributes and children. Whoever asks for one of them reads it: what nobody asked for is
+/// An element with its attributes and children. Asking for one of them reads it: what was not asked for is
 /// [unused](Node::unused).
 #[derive(Debug, Clone, Default)]
 pub struct Node {
@@ -176,7 +176,7 @@ impl Node {
         self.children.iter().for_each(Node::skip);
     }
 
-    /// Elements and attributes within it that nobody asked for, as `lane@direction` and `lane/userData`, with their lines; of
+    /// Elements and attributes within it that were not asked for, as `lane@direction` and `lane/userData`, with their lines; of
     /// an element that was not read, only the element. `groups` are names of elements that only hold others. Attributes
     /// that tell no more than their absence would are left out.
     pub fn unused(&self, groups: &[&str]) -> Vec<(String, usize)> {

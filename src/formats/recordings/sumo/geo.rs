@@ -157,7 +157,7 @@ fn extent(recorded: &Recorded) -> [f64; 4] {
 const BOUNDARY_TOLERANCE: f64 = 0.001;
 
 impl Location {
-    /// Whether a recording is where the net is in degrees: a few thousandths of a degree, where hardly anyone is by chance.
+    /// Whether a recording is where the net is in degrees: a few thousandths of a degree, where hardly a vehicle is by chance.
     fn is_around_in_degrees(&self, recorded: &Recorded) -> bool {
         let of = extent(recorded);
         self.projection != "!"

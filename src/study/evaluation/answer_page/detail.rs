@@ -165,7 +165,7 @@ pub(super) struct SentPictures {
 
 impl SentPictures {
     /// The picture with this hash, if it was looked for before.
-    pub(super) fn known(&self, sha256: &str) -> Option<&Sent> {
+    pub(super) fn get(&self, sha256: &str) -> Option<&Sent> {
         self.known.get(sha256)
     }
 
@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(all.take("c", Some(&picture(1))), shown(1));
         assert_eq!((all.left_out, all.all.len()), (1, 2));
         assert_eq!(all.all[1], "data:image/png;base64,AA==");
-        assert_eq!(all.known("a"), Some(&shown(0)));
+        assert_eq!(all.get("a"), Some(&shown(0)));
     }
 
     #[test]

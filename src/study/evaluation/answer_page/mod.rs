@@ -168,13 +168,13 @@ impl AnswerPage {
     /// Whether a picture that a question was sent with was looked for before.
     #[must_use]
     pub fn knows_sent(&self, sha256: &str) -> bool {
-        self.sent.known(sha256).is_some()
+        self.sent.get(sha256).is_some()
     }
 
     /// Adds a picture that the question of an answer was sent with: as the store has it, if it has it. One that is known
     /// is kept once.
     pub fn add_sent(&mut self, place: usize, sha256: &str, found: Option<&StoredImage>) {
-        let known = self.sent.known(sha256).cloned();
+        let known = self.sent.get(sha256).cloned();
         let sent = known.unwrap_or_else(|| self.sent.take(sha256, found));
         if let Some(detail) = self.details.get_mut(place) {
             detail.sent.push(sent);

@@ -264,7 +264,7 @@ impl Truth {
 
     /// The truth as the questions of a batch have it: a scenario with a dangerous window is a collision.
     #[must_use]
-    pub fn known(items: &[Item]) -> Self {
+    pub fn of_items(items: &[Item]) -> Self {
         let mut known: BTreeMap<(bool, String), Option<Label>> = BTreeMap::new();
         for item in items {
             let label = label_of_item(&item.asked);

@@ -2,6 +2,7 @@
 
 use futures_util::future::BoxFuture;
 use futures_util::{FutureExt, StreamExt, stream};
+use strum::{IntoStaticStr, VariantArray};
 
 use super::super::answer::{Answer, JudgeOutcome};
 use super::super::question::{CaseError, Question};
@@ -68,7 +69,8 @@ fn tally(votes: &[Proposal], ranked: &[Candidate]) -> Vec<(i64, usize)> {
 }
 
 /// The origin of the choice of attacker.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum ChosenBy {
     /// The user named it.
     User,
@@ -77,21 +79,11 @@ pub enum ChosenBy {
     /// It is the first of the reference's ranking: the model's choice cannot be taken, or it had none to choose from.
     Reference,
     /// No attacker: no obstacle can attack, or only the model may choose and it did not.
+    #[strum(to_string = "none")]
     NoAttacker,
 }
 
-impl ChosenBy {
-    /// Its name in documents.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::User => "user",
-            Self::Model => "model",
-            Self::Reference => "reference",
-            Self::NoAttacker => "none",
-        }
-    }
-}
+nearmiss_record::named!(ChosenBy);
 
 /// A model's answer to the attacker task.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,7 +93,7 @@ pub struct Proposal {
     /// First and last time step that were described.
     pub window: (i64, i64),
     /// Its choice, its ranking and its justification, where they could be read.
-    pub said: Option<AttackerChoice>,
+    pub choice: Option<AttackerChoice>,
     /// Its reasoning, where that came apart from the answer.
     pub reasoning: String,
     /// Why its choice cannot be taken, where that is so.
@@ -112,8 +104,8 @@ impl Proposal {
     /// The obstacle that it names, where that can be taken.
     #[must_use]
     pub fn taken(&self) -> Option<i64> {
-        let said = self.said.as_ref().filter(|_| self.refused.is_none());
-        said.and_then(|said| said.attacker)
+        let choice = self.choice.as_ref().filter(|_| self.refused.is_none());
+        choice.and_then(|choice| choice.attacker)
     }
 }
 
@@ -271,7 +263,7 @@ impl AuthorSession<'_> {
     }
 
     fn read(&self, answer: &Answer, field: &Field, ranked: &[Candidate]) -> Proposal {
-        let (said, refused) = match &answer.judged {
+        let (stated, refused) = match &answer.judged {
             JudgeOutcome::Other(reading) => match &reading.said {
                 ParsedAnswer::Attacker(choice) => {
                     let refused = match choice.attacker {
@@ -287,7 +279,7 @@ impl AuthorSession<'_> {
             JudgeOutcome::Verdict(parsed) => (None, Some(other_task(parsed.verdict.task))),
             JudgeOutcome::Missing(missing) => (None, Some(Refusal::answer(missing.to_string()))),
         };
-        let proposed = said.as_ref().and_then(|said| said.attacker);
+        let proposed = stated.as_ref().and_then(|choice| choice.attacker);
         let refused = match proposed {
             Some(id) => refused.map(|refusal: Refusal| refusal.about(id, None)),
             None => refused,
@@ -295,7 +287,7 @@ impl AuthorSession<'_> {
         Proposal {
             run: answer.run,
             window: (field.window.first(), field.window.last()),
-            said,
+            choice: stated,
             reasoning: answer.reasoning.clone(),
             refused,
         }

@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use nearmiss_drive::generation::{AttackSetup, attacker};
 use nearmiss_scene::scenario::Scene;
 use serde::{Deserialize, Serialize};
+use strum::{IntoStaticStr, VariantArray};
 
 use super::super::ask_model::most_usd;
 use super::super::judges::Judge;
@@ -43,8 +44,8 @@ pub const SAMPLES: u32 = 5;
 pub const RETRIES: u32 = 2;
 
 /// What decides between motions that passed the gate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum Ranking {
     /// The closed loop, exact risk scores, and whether a good driver survives.
     #[default]
@@ -53,25 +54,7 @@ pub enum Ranking {
     Model,
 }
 
-impl Ranking {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Exact, Self::Model];
-
-    /// Its name in options and documents.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Model => "model",
-        }
-    }
-
-    /// The ranking of this name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|ranking| ranking.name() == name)
-    }
-}
+nearmiss_record::named!(Ranking, "ranking");
 
 impl Default for Method {
     fn default() -> Self {

@@ -45,7 +45,7 @@ pub struct AuthoredAttack {
     /// The model's reasoning, where that came apart from the answer.
     pub reasoning: String,
     /// What was told to the model about the drive against it, where it went back.
-    pub told: Option<String>,
+    pub feedback: Option<String>,
     /// How the model grades it, where it was asked.
     pub grade: Option<Grade>,
 }
@@ -69,7 +69,7 @@ pub struct RefusedAnswer {
     /// Whether there is an answer: where the server failed, no motion was tried.
     pub arrived: bool,
     /// The parsed motion, if it could be read.
-    pub said: Option<NewMotion>,
+    pub motion: Option<NewMotion>,
     /// All that is wrong with it, never nothing; see [`nearmiss_drive::generation::summarize`] for few words.
     pub refusals: Vec<Refusal>,
 }
@@ -371,7 +371,7 @@ impl Authored {
                 .map(|(attacker, votes)| Tally { attacker, votes })
                 .collect(),
             tied_with: choice.tied.clone(),
-            proposal: proposal.and_then(|p| p.said.clone()),
+            proposal: proposal.and_then(|p| p.choice.clone()),
             proposal_refused: { proposal.and_then(|p| p.refused.as_ref()) }
                 .map(RefusalRecord::from),
             proposal_reasoning: proposal.map(|p| text(&p.reasoning)),
@@ -411,7 +411,7 @@ impl From<&Proposal> for Vote {
     fn from(vote: &Proposal) -> Self {
         Self {
             run: vote.run.map(|run| run.to_string()),
-            attacker: vote.said.as_ref().and_then(|said| said.attacker),
+            attacker: vote.choice.as_ref().and_then(|choice| choice.attacker),
             rejected: vote.refused.as_ref().map(RefusalRecord::from),
         }
     }
@@ -441,7 +441,7 @@ impl WrittenMotion {
             min_distance: effect.and_then(Effect::distance),
             min_distance_step: near.map(|near| near.step),
             min_risk: effect.and_then(|effect| effect.lowest_after()),
-            sent_back: one.told.is_some(),
+            sent_back: one.feedback.is_some(),
             grade: grade.and_then(|grade| grade.score),
             grade_run: grade.and_then(|grade| grade.run).map(|run| run.to_string()),
             grade_problem: { grade.and_then(|grade| grade.problem.as_deref()) }

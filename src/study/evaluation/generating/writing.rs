@@ -118,35 +118,35 @@ impl AuthorSession<'_> {
                 retry,
                 run: answer.run,
             };
-            let said = read_motion(&answer);
-            let admitted = match &said {
+            let motion = read_motion(&answer);
+            let admitted = match &motion {
                 Ok(motion) => self.admitted(attacker, motion),
                 Err(refusal) => Err(vec![refusal.clone()]),
             };
             match admitted {
                 Ok(admitted) => {
                     (self.listener)(Progress::Made(source));
-                    let justification = said.map(|said| said.justification);
+                    let justification = motion.map(|motion| motion.justification);
                     let mut made = AuthoredAttack {
                         admitted,
                         source,
                         justification: justification.unwrap_or_default(),
                         reasoning: answer.reasoning,
-                        told: None,
+                        feedback: None,
                         grade: None,
                     };
                     let better = self
                         .better(&mut made, attacker, &question, retry < retries)
                         .await;
-                    made.told.clone_from(&better);
+                    made.feedback.clone_from(&better);
                     talk.attacks.push(made);
                     let Some(words) = better else { break };
                     question = question.after(&feedback::shortened(&answer.text), &words);
                 }
                 Err(refusals) => {
                     let mut about = (attacker, None);
-                    if let Ok(said) = &said {
-                        about = (said.obstacle, Some(said.motion.name()));
+                    if let Ok(stated) = &motion {
+                        about = (stated.obstacle, Some(stated.motion.name()));
                     }
                     let refusals = refusals.into_iter();
                     let refusals: Vec<_> = refusals.map(|r| r.about(about.0, about.1)).collect();
@@ -155,7 +155,7 @@ impl AuthorSession<'_> {
                     let declined = RefusedAnswer {
                         source,
                         arrived: answer.arrived(),
-                        said: said.ok(),
+                        motion: motion.ok(),
                         refusals,
                     };
                     (self.listener)(Progress::Refused(Box::new(declined.clone())));

@@ -8,6 +8,7 @@ use nearmiss_scene::verdict::Verdict;
 use nearmiss_store::Consumed;
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::super::statistics::{
     Bin, Calibration, Interval, Kappa, if_enough, quantile, ratio_interval,
@@ -19,8 +20,9 @@ use super::super::{
 use super::comparison::{Ballot, Samples};
 
 /// The half of the data that a cell counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema, IntoStaticStr, VariantArray)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum DataHalf {
     /// Those about scenarios that collide.
     Collision,
@@ -32,21 +34,9 @@ pub enum DataHalf {
     All,
 }
 
+nearmiss_record::named!(DataHalf);
+
 impl DataHalf {
-    /// Every one, in the order of reports.
-    pub const ALL: [Self; 4] = [Self::Collision, Self::Normal, Self::Unknown, Self::All];
-
-    /// The word for it in reports: the label.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Collision => "collision",
-            Self::Normal => "normal",
-            Self::Unknown => "unknown",
-            Self::All => "all",
-        }
-    }
-
     /// Whether an answer is counted.
     #[must_use]
     pub fn holds(self, scored: &Scored) -> bool {

@@ -2,19 +2,20 @@
 
 use std::fmt::Write;
 
-use nearmiss_base::system::unknown;
 use nearmiss_record::escaped_html as escaped;
 use nearmiss_render::{
     BarChart, ChartAxis, ChartPoint, ChartSeries, Palette, Picture, PointChart, Provenance,
 };
 use nearmiss_scene::judge;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::super::statistics::{Bin, Interval, wilson};
 use super::super::{Confusion, Share};
 use super::{Cell, Measure, Pivot, Report, ReportSubject, names};
 
 /// A figure of a report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum ReportFigure {
     /// A measure of every way, with its interval.
     Bars,
@@ -26,30 +27,7 @@ pub enum ReportFigure {
     Cost,
 }
 
-impl ReportFigure {
-    /// Every one.
-    pub const ALL: [Self; 4] = [Self::Bars, Self::Leads, Self::Reliability, Self::Cost];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Bars => "bars",
-            Self::Leads => "leads",
-            Self::Reliability => "reliability",
-            Self::Cost => "cost",
-        }
-    }
-
-    /// The one that this word is for.
-    ///
-    /// # Errors
-    /// There is none: with those that it may mean.
-    pub fn parse(word: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|one| one.name() == word);
-        found.ok_or_else(|| unknown("figure", word, Self::ALL.map(Self::name)))
-    }
-}
+nearmiss_record::named!(ReportFigure, "figure");
 
 impl Report {
     /// A figure of the report; `measure` is that of bars.

@@ -9,6 +9,7 @@ use nearmiss_scene::verdict::Task;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::super::statistics::{
     AllRight, AnswerAgreement, Interval, McNemar, PairedTest, ShareIntervals, holm, if_enough,
@@ -29,8 +30,11 @@ pub struct Comparison {
 }
 
 /// Comparisons that are corrected together.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, JsonSchema, IntoStaticStr, VariantArray,
+)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Family {
     /// The declared one; several where two models were declared that were asked in several ways.
     Declared,
@@ -40,20 +44,7 @@ pub enum Family {
     Pairs,
 }
 
-impl Family {
-    /// Every one, in the order of tables.
-    pub const ALL: [Self; 3] = [Self::Declared, Self::Baseline, Self::Pairs];
-
-    /// The word for it in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Declared => "declared",
-            Self::Baseline => "baseline",
-            Self::Pairs => "pairs",
-        }
-    }
-}
+nearmiss_record::named!(Family);
 
 /// A pair to be compared, in its order.
 pub(super) struct Compared {

@@ -168,7 +168,7 @@ impl Truth {
 
     /// What is true about an answer, and which obstacles are truly critical; `None` where it is not known.
     #[must_use]
-    pub fn known(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>)> {
+    pub fn lookup(&self, outcome: &Outcome) -> Option<(Label, Vec<i64>)> {
         match (&self.judge, &self.scores) {
             (Some(verdicts), _) => Some(judged(verdicts.get(&QuestionKey::from(outcome))?)),
             (None, Some(scores)) => scores.get(&self.score_key(outcome)?).cloned(),
@@ -200,7 +200,7 @@ impl Truth {
     pub fn is_score(&self, outcome: &Outcome) -> bool {
         match (&self.judge, &self.scores) {
             (Some(_), _) => false,
-            (None, Some(_)) => outcome.task != Task::Collision && self.known(outcome).is_some(),
+            (None, Some(_)) => outcome.task != Task::Collision && self.lookup(outcome).is_some(),
             (None, None) => self
                 .recorded_truth(outcome)
                 .is_some_and(|(.., by_score)| by_score),
@@ -210,7 +210,7 @@ impl Truth {
     /// What is true about an answer; `None` where it is not known.
     #[must_use]
     pub fn label(&self, outcome: &Outcome) -> Option<Label> {
-        self.known(outcome).map(|(label, _)| label)
+        self.lookup(outcome).map(|(label, _)| label)
     }
 
     /// What labels and recordings say is true about an answer, which obstacles are truly critical, and whether a risk score

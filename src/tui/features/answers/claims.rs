@@ -28,7 +28,7 @@ pub fn request(model: &mut Model) -> Vec<CheckClaims> {
         let Some(document) = model.document(shown) else {
             continue;
         };
-        if !document.whole {
+        if !document.complete {
             continue;
         }
         let scene = model.opened.as_ref().and_then(|o| o.scene.clone());
@@ -76,7 +76,7 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize>
     let document = model.document(shown)?;
     let claims = model.claims.get(document.key);
     if claims.is_empty() {
-        model.say(if !document.whole {
+        model.say(if !document.complete {
             "the answer is still streaming"
         } else if model.claims.is_known(document.key) {
             "no claims about obstacles were found in this answer"

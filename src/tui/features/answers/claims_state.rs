@@ -26,7 +26,7 @@ struct Parts<'a> {
     text: &'a str,
     window: Option<(i64, i64)>,
     times: TimeOrigin,
-    whole: bool,
+    complete: bool,
     /// As it was sent, its reasons inside its JSON.
     raw: bool,
 }
@@ -38,15 +38,15 @@ struct Source {
     text: String,
     window: Option<(i64, i64)>,
     times: TimeOrigin,
-    whole: bool,
+    complete: bool,
     raw: bool,
     scene: Option<(String, String)>,
 }
 
 impl Source {
     fn is(&self, parts: &Parts<'_>, scene: &Option<(String, String)>) -> bool {
-        (self.window, self.times, self.whole, self.raw)
-            == (parts.window, parts.times, parts.whole, parts.raw)
+        (self.window, self.times, self.complete, self.raw)
+            == (parts.window, parts.times, parts.complete, parts.raw)
             && self.text == parts.text
             && self.reasoning == parts.reasoning
             && self.scene == *scene
@@ -63,7 +63,7 @@ pub struct Document {
     /// What the times in it count from.
     pub times: TimeOrigin,
     /// Whether all of it is here.
-    pub whole: bool,
+    pub complete: bool,
     /// Identifies text, window and scene.
     pub key: u64,
 }
@@ -134,7 +134,7 @@ impl Model {
                 text: &self.answers.reference.as_ref()?.reasoning,
                 window: self.window().map(|w| (w.first(), w.last())),
                 times: TimeOrigin::Recording,
-                whole: true,
+                complete: true,
                 raw: true,
             },
             ShownAnswer::Column(place) => {
@@ -146,7 +146,7 @@ impl Model {
                     text: &column.text,
                     window: column.steps,
                     times: column.times,
-                    whole: !column.is_running(),
+                    complete: !column.is_running(),
                     raw: self.reading.raw,
                 }
             }
@@ -167,12 +167,12 @@ impl Model {
             text: parts.text.into(),
             window: parts.window,
             times: parts.times,
-            whole: parts.whole,
+            complete: parts.complete,
             raw: parts.raw,
             scene,
         };
         // Of one that arrives the latest state is enough.
-        kept.retain(|(s, _)| s.whole || !source.text.starts_with(&s.text));
+        kept.retain(|(s, _)| s.complete || !source.text.starts_with(&s.text));
         kept.push((source, document.clone()));
         Some(document)
     }
@@ -184,7 +184,7 @@ fn document(parts: &Parts<'_>, scene: Option<&(String, String)>) -> Document {
         text,
         window,
         times,
-        whole,
+        complete,
         raw,
     } = *parts;
     let text = shown_text(reasoning, text, raw);
@@ -198,7 +198,7 @@ fn document(parts: &Parts<'_>, scene: Option<&(String, String)>) -> Document {
         text,
         window,
         times,
-        whole,
+        complete,
         key: hasher.finish(),
     }
 }

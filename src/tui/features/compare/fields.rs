@@ -101,7 +101,7 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
     }
     let claims = model.document(shown).map_or(String::new(), |document| {
         let claims = model.claims.get(document.key);
-        match (document.whole, claims.is_empty()) {
+        match (document.complete, claims.is_empty()) {
             _ if hides => "hidden until rated".into(),
             (false, _) => "when complete".into(),
             (true, true) => "none found".into(),

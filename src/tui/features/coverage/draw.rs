@@ -253,7 +253,7 @@ fn draw_cell(
         Style::new().add_modifier(Modifier::BOLD),
     )];
     let height = usize::from(area.height);
-    let share = model.list.index_share().words();
+    let share = model.list.index_share().summary();
     if !share.is_empty() && height >= 3 {
         let words = format!("of the list: {share}");
         lines.push(Line::styled(fit(&words, width), dim));

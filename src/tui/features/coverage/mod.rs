@@ -189,7 +189,7 @@ impl CoverageScreen {
                 model.list.set_filter(filter.clone());
                 model.focus = Pane::Scenarios;
                 let listed = model.list.visible.len();
-                let words = model.list.index_share().words();
+                let words = model.list.index_share().summary();
                 let words = if words.is_empty() {
                     String::new()
                 } else {
@@ -315,7 +315,7 @@ impl CellDetail {
         let mut detail = Self {
             index: Arc::clone(index),
             choice,
-            known: (list.rows.len(), list.known),
+            known: (list.rows.len(), list.facts_read),
             windows,
             asked,
             scenarios: 0,
@@ -356,6 +356,6 @@ impl CellDetail {
     pub fn is_of(&self, index: &Arc<CorpusIndex>, choice: CellChoice, list: &List) -> bool {
         Arc::ptr_eq(&self.index, index)
             && self.choice == choice
-            && self.known == (list.rows.len(), list.known)
+            && self.known == (list.rows.len(), list.facts_read)
     }
 }

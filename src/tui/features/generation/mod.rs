@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use nearmiss_drive::generation::{AttackStyle, Consequence, Wish};
+use nearmiss_drive::generation::{Consequence, Wish};
 use nearmiss_formats::{Entry, EntryLocation};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::{ContentHash, ObstacleRole, Transform};
@@ -167,12 +167,11 @@ fn variant_request(
     writer: Option<Box<Writer>>,
 ) -> Option<(usize, Box<VariantRequest>)> {
     let place = model.list.opened?;
-    let style = model.config.attack_style.as_deref();
     let request = VariantRequest {
-        style: style.and_then(AttackStyle::parse).unwrap_or_default(),
+        style: model.config.attack_style.unwrap_or_default(),
         attackers: match only {
             Some(_) => 1,
-            None => model.config.attackers.map_or(1, usize::from),
+            None => model.config.attackers.unwrap_or(1),
         },
         entry: model.list.rows[place].entry.clone(),
         change,

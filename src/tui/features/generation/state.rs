@@ -257,8 +257,8 @@ fn writing_words(at: &AuthoringProgress, whole: bool) -> String {
             words.push_str(&format!(", try {}", at.retry + 1));
         }
         words.push_str(&format!(", {} passed, {} refused", at.passed, at.refused));
-        if at.told > 0 {
-            words.push_str(&format!(", {} told what came of it", at.told));
+        if at.sent_back > 0 {
+            words.push_str(&format!(", {} told what came of it", at.sent_back));
         }
     }
     words

@@ -356,7 +356,7 @@ fn turn(model: &mut Model) {
     let fits = fits(model);
     let second = &mut model.map.second;
     second.on = !second.on;
-    second.told = false;
+    second.warned = false;
     // Where maps choose their zoom, each does so for itself.
     let widens = second.on && fits && !model.camera.auto;
     if std::mem::replace(&mut second.widened, widens) && !model.camera.auto {
@@ -409,12 +409,12 @@ fn step(model: &mut Model, by: i64) {
 fn moment_words(model: &Model) -> String {
     model
         .second_moment()
-        .map_or(String::new(), |then| then.words())
+        .map_or(String::new(), |then| then.title())
 }
 
 /// A frame was drawn: where it had no room for the second map, that is said once.
 pub fn drawn(model: &mut Model) {
-    if !model.drawn.is_cramped() || std::mem::replace(&mut model.map.second.told, true) {
+    if !model.drawn.is_cramped() || std::mem::replace(&mut model.map.second.warned, true) {
         return;
     }
     let words = if model.zoomed && model.focus == Pane::Map {

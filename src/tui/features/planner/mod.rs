@@ -285,7 +285,7 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         .map_or(0.0, |planned| planned.reach());
     let effects = crate::update::opened(model, id, Ok(opened));
     if without {
-        // The map showed everyone, from far away.
+        // The map showed all participants, from far away.
         model.camera.cell = Camera::default().cell;
     }
     show_reach(model, reach);

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeSet, HashMap};
 
+use strum::{IntoStaticStr, VariantArray};
+
 use crate::features::prompt::editor::{Editor, Find};
 use crate::model::Pane;
 use crate::model::question::Prices;
@@ -12,7 +14,8 @@ use nearmiss_settings::Keys;
 use nearmiss_study::evaluation::Question;
 
 /// Views of the prompt pane.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum PromptView {
     /// The messages as they would be sent.
     #[default]
@@ -25,37 +28,7 @@ pub enum PromptView {
     Diff,
 }
 
-impl PromptView {
-    /// Every view, in the order of `v`.
-    pub const ALL: [Self; 4] = [
-        Self::Rendered,
-        Self::Template,
-        Self::Description,
-        Self::Diff,
-    ];
-
-    /// The next one.
-    #[must_use]
-    pub fn next(self) -> Self {
-        match self {
-            Self::Rendered => Self::Template,
-            Self::Template => Self::Description,
-            Self::Description => Self::Diff,
-            Self::Diff => Self::Rendered,
-        }
-    }
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Rendered => "rendered",
-            Self::Template => "template",
-            Self::Description => "description",
-            Self::Diff => "diff",
-        }
-    }
-}
+nearmiss_record::named!(PromptView);
 
 /// A line below the editor that is typed into.
 #[derive(Debug, Clone, PartialEq, Eq)]

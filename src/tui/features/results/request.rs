@@ -178,14 +178,14 @@ fn read(
         ego: &judging.ego,
         thresholds: &judging.thresholds,
     };
-    let (mut truth, truths) = search.known(store, query.truth)?;
+    let (mut truth, truths) = search.stored(store, query.truth)?;
     let choice = if truths.contains(&query.truth) {
         query.truth
     } else {
         TruthChoice::Usual
     };
     if choice != query.truth {
-        (truth, _) = search.known(store, choice)?;
+        (truth, _) = search.stored(store, choice)?;
     }
     let show = |found: BatchResults, judging: Option<(usize, usize)>| {
         let read = CountedAnswers {
@@ -210,7 +210,7 @@ fn read(
             };
             let other = |scored: &Scored| {
                 let outcome = by_run.get(&scored.run?)?;
-                truth.known(outcome)
+                truth.lookup(outcome)
             };
             let other = (!is_own).then_some(&other as batch::OtherTruth<'_>);
             batch::counted(store, batch, part, other, stop)

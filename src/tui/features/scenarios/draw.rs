@@ -134,8 +134,8 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     if list.grouping != Grouping::None {
         add(format!(" · {} groups", list.grouping.name()));
     }
-    if list.known > 0 && list.known < all {
-        add(format!(" · {} read", list.known));
+    if list.facts_read > 0 && list.facts_read < all {
+        add(format!(" · {} read", list.facts_read));
     }
     Line::from(title)
 }
@@ -307,7 +307,10 @@ fn nothing(model: &Model) -> Option<String> {
         Some("looking for scenarios…".into())
     } else if list.rows.is_empty() {
         Some("no scenarios".into())
-    } else if list.visible.is_empty() && list.known < list.rows.len() && list.read.needs_facts() {
+    } else if list.visible.is_empty()
+        && list.facts_read < list.rows.len()
+        && list.read.needs_facts()
+    {
         let open = model
             .opened
             .as_ref()

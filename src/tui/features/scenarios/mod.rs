@@ -84,7 +84,7 @@ fn nothing_found(model: &mut Model, message: String) -> Vec<Effect> {
 pub fn drawing(model: &mut Model) -> Vec<Effect> {
     model.list.settle();
     let list = &model.list;
-    if list.known >= list.rows.len() {
+    if list.facts_read >= list.rows.len() {
         return Vec::new();
     }
     let extent = model.drawn.extent(Pane::Scenarios);

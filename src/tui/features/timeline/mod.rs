@@ -121,7 +121,7 @@ pub fn next_disagreement(model: &mut Model) -> Vec<Effect> {
                 Vec::new()
             }
             None => {
-                let unread = model.list.rows.len().saturating_sub(model.list.known);
+                let unread = model.list.rows.len().saturating_sub(model.list.facts_read);
                 let words = "no answer to this task differs from the built-in judge";
                 model.say(match unread {
                     0 => words.to_string(),

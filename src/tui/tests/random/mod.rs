@@ -66,7 +66,7 @@ pub enum Input {
 }
 
 fn key_of_the_table() -> impl Strategy<Value = Vec<Key>> {
-    let presets = Preset::ALL.map(|(_, preset)| crate::keymap::Keymap::from_preset(preset));
+    let presets = Preset::ALL.map(crate::keymap::Keymap::from_preset);
     let mut all = Vec::new();
     for keymap in &presets {
         for entry in ACTIONS {
@@ -177,7 +177,7 @@ fn world(seed: u64) -> (World, Vec<Input>) {
     let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &bytes);
     let mut runner = TestRunner::new_with_rng(ProptestConfig::default(), rng);
     let keys = select(vec![Keys::Plain, Keys::Vim, Keys::Emacs]);
-    let preset = select(Preset::ALL.map(|(_, preset)| preset).to_vec());
+    let preset = select(Preset::ALL.to_vec());
     let length = from_environment("NEARMISS_RANDOM_LENGTH", LENGTH);
     let inputs = vec(input(), usize::try_from(length).unwrap());
     let tree = (keys, preset, size(), inputs).new_tree(&mut runner);
@@ -272,7 +272,7 @@ fn list(model: &Model) {
         }
     }
     assert!(list.opened.is_none_or(|place| place < list.rows.len()));
-    assert!(list.known <= list.rows.len());
+    assert!(list.facts_read <= list.rows.len());
     let source = model.source.as_ref();
     assert!(source.is_none_or(|(place, _)| *place < list.rows.len()));
 }

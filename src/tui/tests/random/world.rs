@@ -56,7 +56,7 @@ pub enum News {
 
 pub fn news() -> impl Strategy<Value = News> {
     use News::*;
-    let presets = Preset::ALL.map(|(_, preset)| Keymap(preset));
+    let presets = Preset::ALL.map(Keymap);
     let mut all = vec![
         Complaint, Changed, Discovered, Searched, Listed, Themes, Config, Thresholds, Unreadable,
         Ratings, Reread, Terminate,

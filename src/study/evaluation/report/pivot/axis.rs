@@ -1,15 +1,16 @@
 //! What tells answers apart, the axes of tables and their values, and what the cells measure.
 
 use nearmiss_ask::llm::Parameters;
-use nearmiss_base::system::unknown;
 use nearmiss_record::NONE;
+use strum::{IntoStaticStr, VariantArray};
 
 use super::super::Cell;
 use crate::evaluation::statistics::Interval;
 use crate::evaluation::{AnswerCase, Lead, tools_word};
 
 /// An axis of a table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Axis {
     /// The model, `provider/model`.
     Model,
@@ -52,25 +53,6 @@ pub struct AxisValue {
 }
 
 impl Axis {
-    /// Every one.
-    pub const ALL: [Self; 15] = [
-        Self::Model,
-        Self::Techniques,
-        Self::Frame,
-        Self::Task,
-        Self::Template,
-        Self::Lead,
-        Self::Transform,
-        Self::Effort,
-        Self::Temperature,
-        Self::Form,
-        Self::Stride,
-        Self::Seed,
-        Self::Tools,
-        Self::Sample,
-        Self::Country,
-    ];
-
     /// Those in which two ways of asking can differ.
     pub(super) const OF_QUESTIONS: [Self; 12] = [
         Self::Model,
@@ -86,37 +68,6 @@ impl Axis {
         Self::Seed,
         Self::Tools,
     ];
-
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Model => "model",
-            Self::Techniques => "techniques",
-            Self::Frame => "frame",
-            Self::Task => "task",
-            Self::Template => "template",
-            Self::Lead => "lead",
-            Self::Transform => "transform",
-            Self::Effort => "effort",
-            Self::Temperature => "temperature",
-            Self::Form => "form",
-            Self::Stride => "stride",
-            Self::Seed => "seed",
-            Self::Tools => "tools",
-            Self::Sample => "sample",
-            Self::Country => "country",
-        }
-    }
-
-    /// The one that this word is for.
-    ///
-    /// # Errors
-    /// There is none: with those that it may mean.
-    pub fn parse(word: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|axis| axis.name() == word);
-        found.ok_or_else(|| unknown("axis", word, Self::ALL.map(Self::name)))
-    }
 
     /// The value of an answer; `parameters` are those that were sent, where they are known.
     #[must_use]
@@ -209,22 +160,11 @@ impl Axis {
     }
 }
 
-impl nearmiss_record::fields::Word for Axis {
-    fn known() -> Vec<&'static str> {
-        Self::ALL.map(Self::name).to_vec()
-    }
-
-    fn of_word(word: &str) -> Result<Self, String> {
-        Self::parse(word)
-    }
-
-    fn word(&self) -> String {
-        self.name().into()
-    }
-}
+nearmiss_record::named!(Axis, "axis");
 
 /// A measure of answers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "snake_case")]
 pub enum Measure {
     /// The share of the questions asked that it is right about: no verdict is not right.
     #[default]
@@ -244,43 +184,16 @@ pub enum Measure {
     /// Of the obstacles named, the share that is critical.
     NamingPrecision,
     /// Median time of an answer, seconds.
+    #[strum(to_string = "seconds_median")]
     Seconds,
     /// What all answers cost, US dollars.
+    #[strum(to_string = "cost_usd")]
     Cost,
 }
 
+nearmiss_record::named!(Measure, "measure");
+
 impl Measure {
-    /// Every one.
-    pub const ALL: [Self; 10] = [
-        Self::RightOfAll,
-        Self::F1,
-        Self::Precision,
-        Self::Recall,
-        Self::Specificity,
-        Self::Accuracy,
-        Self::NamingRecall,
-        Self::NamingPrecision,
-        Self::Seconds,
-        Self::Cost,
-    ];
-
-    /// The word for it, as JSON and CSV of reports name it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::RightOfAll => "right_of_all",
-            Self::F1 => "f1",
-            Self::Precision => "precision",
-            Self::Recall => "recall",
-            Self::Specificity => "specificity",
-            Self::Accuracy => "accuracy",
-            Self::NamingRecall => "naming_recall",
-            Self::NamingPrecision => "naming_precision",
-            Self::Seconds => "seconds_median",
-            Self::Cost => "cost_usd",
-        }
-    }
-
     /// How captions name it.
     #[must_use]
     pub fn title(self) -> &'static str {
@@ -302,15 +215,6 @@ impl Measure {
     #[must_use]
     pub fn is_of_all(self) -> bool {
         matches!(self, Self::RightOfAll | Self::Seconds | Self::Cost)
-    }
-
-    /// The one that this word is for.
-    ///
-    /// # Errors
-    /// There is none: with those that it may mean.
-    pub fn parse(word: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|measure| measure.name() == word);
-        found.ok_or_else(|| unknown("measure", word, Self::ALL.map(Self::name)))
     }
 
     /// Its value of counted answers.
@@ -344,19 +248,5 @@ impl Measure {
             Self::NamingPrecision => cell.naming_precision_ci,
             Self::Seconds | Self::Cost => None,
         }
-    }
-}
-
-impl nearmiss_record::fields::Word for Measure {
-    fn known() -> Vec<&'static str> {
-        Self::ALL.map(Self::name).to_vec()
-    }
-
-    fn of_word(word: &str) -> Result<Self, String> {
-        Self::parse(word)
-    }
-
-    fn word(&self) -> String {
-        self.name().into()
     }
 }

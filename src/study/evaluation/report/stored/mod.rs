@@ -134,7 +134,7 @@ pub fn stored(outcomes: &[Outcome], truth: &Truth, asides: &SecondaryRuns) -> St
     }
     let truths: Vec<Option<(Label, Vec<i64>)>> = counted
         .iter()
-        .map(|(outcome, _)| truth.known(outcome))
+        .map(|(outcome, _)| truth.lookup(outcome))
         .collect();
     stored.of_batches = of_batches;
     let mut unlabelled: Vec<String> = counted

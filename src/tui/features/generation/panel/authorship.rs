@@ -60,7 +60,7 @@ pub fn ranking(lines: &mut Lines, made: &GeneratedVariant) {
 /// Possible attackers by the model and by the reference.
 fn both(lines: &mut Lines, wrote: &Authorship, attacker: Option<i64>) {
     let choice = &wrote.authored.choice;
-    let said = choice.proposal.as_ref().and_then(|p| p.said.as_ref());
+    let said = choice.proposal.as_ref().and_then(|p| p.choice.as_ref());
     let its: &[ObstacleRisk] = said.map_or(&[], |said| &said.obstacles);
     lines.title("possible attackers");
     let named = match its {
@@ -178,7 +178,7 @@ pub fn written(lines: &mut Lines, model: &Model, wrote: &Authorship, attacker: O
         };
         words.push_str(&format!(": {}", effect(&attack.admitted.attack)));
         words.push_str(&graded(attack));
-        if attack.told.is_some() {
+        if attack.feedback.is_some() {
             words.push_str("; sent back with what came of it");
         }
         let mut style = Style::new().fg(theme.safe);
@@ -301,7 +301,7 @@ fn spent(lines: &mut Lines, spent: &AuthoringUsage) {
 /// Why this attacker and this motion, in the model's own words.
 pub fn reasons(lines: &mut Lines, wrote: &Authorship) {
     if let Some(proposal) = &wrote.authored.choice.proposal {
-        if let Some(said) = &proposal.said {
+        if let Some(said) = &proposal.choice {
             lines.title("why this attacker (the model)");
             lines.prose(&said.justification);
             for risk in said.obstacles.iter().take(PLACES) {
@@ -350,7 +350,7 @@ mod tests {
         let proposal = |refused: &str| Proposal {
             run: None,
             window: (0, 9),
-            said: None,
+            choice: None,
             reasoning: String::new(),
             refused: Some(Refusal::answer(refused)),
         };

@@ -296,7 +296,7 @@ fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {
 /// Of the second map: its moment, in as many words as there is room for.
 fn second_title(moment: &Moment<'_>, half: Rect) -> Line<'static> {
     let driven = |brief| Some(moment.driven_words(moment.driven?, brief));
-    let mut words = [Some(moment.words()), driven(false), driven(true)]
+    let mut words = [Some(moment.title()), driven(false), driven(true)]
         .into_iter()
         .flatten();
     let fits = words.find(|words| words.width() <= room(half));

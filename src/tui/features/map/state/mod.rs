@@ -9,6 +9,7 @@ use nearmiss_scene::metrics::{Encounter, Relation};
 use nearmiss_scene::scenario::{Motion, Obstacle, ObstacleRole, Prediction, Scene, State};
 use ratatui::layout::Position;
 use serde::{Deserialize, Serialize};
+use strum::{IntoStaticStr, VariantArray};
 
 use crate::loaded::Opened;
 use crate::model::Model;
@@ -461,50 +462,40 @@ impl Images {
 }
 
 /// Selects the obstacles whose predicted paths are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, IntoStaticStr, VariantArray,
+)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum Foreseen {
     /// No paths.
     #[default]
     Off,
     /// The picked obstacle's.
+    #[strum(to_string = "of the picked one")]
     Picked,
-    /// Those of everyone near the ego, and the ego's own.
+    /// Those of all near the ego, and the ego's own.
+    #[strum(to_string = "of all near the ego")]
     Near,
 }
 
-impl Foreseen {
-    /// The one after it.
-    #[must_use]
-    pub fn next(self) -> Self {
-        match self {
-            Self::Off => Self::Picked,
-            Self::Picked => Self::Near,
-            Self::Near => Self::Off,
-        }
-    }
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Picked => "of the picked one",
-            Self::Near => "of all near the ego",
-        }
-    }
-}
+nearmiss_record::named!(Foreseen);
 
 /// Selects whose trails are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, IntoStaticStr, VariantArray,
+)]
 #[serde(rename_all = "lowercase", from = "SavedTrails")]
+#[strum(serialize_all = "lowercase")]
 pub enum Trails {
     /// Of no obstacle.
     Off,
     /// The ego's and the picked obstacle's.
     #[default]
+    #[strum(to_string = "of the ego and the picked one")]
     Picked,
-    /// Everyone's.
+    /// All of them.
+    #[strum(to_string = "of all")]
     All,
 }
 
@@ -534,27 +525,7 @@ impl From<SavedTrails> for Trails {
     }
 }
 
-impl Trails {
-    /// The one after it.
-    #[must_use]
-    pub fn next(self) -> Self {
-        match self {
-            Self::Off => Self::Picked,
-            Self::Picked => Self::All,
-            Self::All => Self::Off,
-        }
-    }
-
-    /// Its name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Picked => "of the ego and the picked one",
-            Self::All => "of all",
-        }
-    }
-}
+nearmiss_record::named!(Trails);
 
 /// The layers of the map.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -25,7 +25,7 @@ pub struct SecondMap {
     /// Whether the map was zoomed out when it was split.
     pub widened: bool,
     /// Whether it was said that there is no room for it.
-    pub told: bool,
+    pub warned: bool,
 }
 
 /// Why the second map shows its step.
@@ -105,7 +105,7 @@ impl<'a> Moment<'a> {
 
     /// What it is and when.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn title(&self) -> String {
         match self.driven {
             Some(driven) => format!("{} · {}", self.driven_words(driven, false), self.when()),
             None => format!("{} · {}", self.name(), self.when()),

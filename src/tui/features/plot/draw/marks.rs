@@ -32,7 +32,7 @@ pub struct Event {
     /// Its sign.
     pub sign: char,
     /// What it is, where there is room.
-    pub words: String,
+    pub label: String,
     /// How it looks.
     pub style: Style,
 }
@@ -62,7 +62,7 @@ pub fn events(f: &mut Frame<'_>, axes: &Axes, area: Rect, events: &[Event], now:
             .filter(|event| row.sign(at(event), event.sign, event.style))
             .collect();
         for event in placed {
-            row.words_beside(at(event), &event.words, event.style);
+            row.words_beside(at(event), &event.label, event.style);
         }
         let above = Rect {
             y: axes.plot.y - 1,

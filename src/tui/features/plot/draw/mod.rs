@@ -95,7 +95,7 @@ fn events(model: &Model, opened: &Opened, series: &Series) -> Vec<Event> {
     let event = |step: i64, sign, words: &str, color| Event {
         time: step as f64 * opened.scenario.dt(),
         sign,
-        words: words.into(),
+        label: words.into(),
         style: Style::new().fg(color).add_modifier(Modifier::BOLD),
     };
     let contact = opened

@@ -11,6 +11,7 @@ use nearmiss_formats::{Entry, PassedOver, SearchResults};
 use nearmiss_scene::metrics::Measure;
 use nearmiss_settings::{SavedView, SavedViews, Tags};
 use nearmiss_workflow::{Agreement, Filterable};
+use strum::{IntoStaticStr, VariantArray};
 use unicode_width::UnicodeWidthStr;
 
 use crate::loaded::Facts;
@@ -67,7 +68,7 @@ pub struct List {
     /// Whether what arrived changes what is shown.
     stale: bool,
     /// How many were read.
-    pub known: usize,
+    pub facts_read: usize,
     /// Columns of the longest name.
     pub longest: usize,
     /// Places on the screen that were last asked for before the others.
@@ -89,7 +90,7 @@ impl List {
     /// The list of these scenarios, which are all there are.
     pub fn fill(&mut self, found: SearchResults) {
         self.rows.clear();
-        self.known = 0;
+        self.facts_read = 0;
         self.longest = 0;
         self.passed_over = found.passed_over;
         self.add(found.entries);
@@ -113,7 +114,7 @@ impl List {
         let Some(row) = self.rows.get_mut(place) else {
             return;
         };
-        self.known += usize::from(row.facts.is_none());
+        self.facts_read += usize::from(row.facts.is_none());
         self.answered |= facts.as_ref().is_ok_and(|f| f.tally().count() > 0);
         // Words match tags, too.
         self.stale |= self.read.has_words() && facts.as_ref().is_ok_and(|f| !f.tags.is_empty());
@@ -418,10 +419,12 @@ impl List {
 }
 
 /// By what the list is grouped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Grouping {
     /// By nothing.
     #[default]
+    #[strum(to_string = "nothing")]
     None,
     /// By country.
     Country,
@@ -433,46 +436,9 @@ pub enum Grouping {
     Verdict,
 }
 
+nearmiss_record::named!(Grouping);
+
 impl Grouping {
-    /// Every one.
-    pub const ALL: [Self; 5] = [
-        Self::None,
-        Self::Country,
-        Self::Folder,
-        Self::Tag,
-        Self::Verdict,
-    ];
-
-    /// The one after it; after the last one, none.
-    #[must_use]
-    pub fn next(self) -> Self {
-        match self {
-            Self::None => Self::Country,
-            Self::Country => Self::Folder,
-            Self::Folder => Self::Tag,
-            Self::Tag => Self::Verdict,
-            Self::Verdict => Self::None,
-        }
-    }
-
-    /// A word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "nothing",
-            Self::Country => "country",
-            Self::Folder => "folder",
-            Self::Tag => "tag",
-            Self::Verdict => "verdict",
-        }
-    }
-
-    /// The one with a name.
-    #[must_use]
-    pub fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|one| one.name() == name)
-    }
-
     /// Whether it needs facts known only after a scenario was read.
     #[must_use]
     pub fn needs_facts(self) -> bool {

@@ -316,7 +316,7 @@ pub struct IndexShare {
 impl IndexShare {
     /// What is missing, in words; nothing where the index has every scenario.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn summary(&self) -> String {
         let counts = [
             (self.changed, "changed since"),
             (self.missing, "not in the index"),
