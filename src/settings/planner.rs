@@ -424,7 +424,7 @@ fn wrong_external_value(name: &str, key: &str, value: &Value) -> Option<String> 
 
 #[cfg(test)]
 #[path = "planner_tests.rs"]
-mod tests;
+mod planner_tests;
 
 #[cfg(test)]
 mod tests {
