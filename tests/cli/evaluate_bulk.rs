@@ -31,7 +31,7 @@ fn a_yes_is_a_yes_and_whom_it_names_is_counted_apart() {
         let alone = home
             .run(&[&all[..], &["--format", "json"]].concat())
             .status(0)
-            .json()["judges"][0]["leads"][0]
+            .json()["cells"][0]
             .clone();
         let batch = home
             .run(&[&all[..], &["--samples", "1", "--format=json"]].concat())

@@ -75,8 +75,7 @@ impl BatchPlan {
         let Some(configuration) = experiment.configurations().into_iter().next() else {
             return Ok(found);
         };
-        let span = self.builder.span(&configuration);
-        let span = span.map_err(BatchError::Question)?;
+        let span = { self.builder.span(&configuration) }.map_err(BatchError::Question)?;
         let judge = |(entry, asks): &(Entry, Vec<Ask>)| {
             self.predicted(entry, asks, (configuration.task, span), candidates)
         };
@@ -174,13 +173,14 @@ impl BatchPlan {
         let each = asks
             .iter()
             .flat_map(|ask| candidates.iter().map(move |one| (ask, one)));
-        let answers = each.filter_map(|(ask, candidate)| about(ask, candidate));
-        let answers = answers.collect();
-        let watched = candidates
+        let answers = each
+            .filter_map(|(ask, candidate)| about(ask, candidate))
+            .collect();
+        let alarms = candidates
             .iter()
-            .filter(|_| task == Task::Safety && !label.collides());
-        let alarms = watched.map(|candidate| candidate.alarms(&scene, history, radius));
-        let alarms = alarms.collect();
+            .filter(|_| task == Task::Safety && !label.collides())
+            .map(|candidate| candidate.alarms(&scene, history, radius))
+            .collect();
         Ok((
             BuiltInEvent::Judged { scene, doubt },
             Some((label, answers, alarms)),
