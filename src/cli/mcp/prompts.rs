@@ -15,7 +15,7 @@ use nearmiss_scene::verdict::Task;
 
 /// The command that fills templates.
 pub const PROMPT: Job = Job {
-    command: &["prompt", "show"],
+    command: "prompt show",
     gives: Gives::Json,
     needs_ego: true,
 };
