@@ -1,5 +1,9 @@
 //! The JSON schemas of what commands print: one for each output, with keys from one vocabulary.
 
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::SCHEMA_VERSION;
@@ -12,20 +16,49 @@ const OUTPUTS: &str = include_str!("outputs.json");
 /// Keys that mean the same wherever they stand.
 const VOCABULARY: &str = include_str!("vocabulary.json");
 
+/// An output in the table.
+#[derive(Deserialize)]
+struct Output {
+    title: String,
+    required: Vec<String>,
+    optional: Vec<String>,
+    /// Keys with another meaning than in the vocabulary.
+    keys: Map<String, Value>,
+    /// The schema of all other keys.
+    more: Value,
+}
+
+/// The schema of a type as far as it is used.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Fields {
+    properties: Map<String, Value>,
+    required: Vec<String>,
+}
+
 /// The program's own files are right; a test reads them.
-fn read(text: &str) -> Map<String, Value> {
-    match serde_json::from_str(text) {
-        Ok(Value::Object(object)) => object,
-        _ => Map::new(),
-    }
+fn read<T: DeserializeOwned + Default>(text: &str) -> T {
+    serde_json::from_str(text).unwrap_or_default()
+}
+
+fn outputs() -> BTreeMap<String, Output> {
+    read(OUTPUTS)
+}
+
+fn vocabulary() -> Map<String, Value> {
+    read(VOCABULARY)
+}
+
+/// What a key of the vocabulary means.
+fn meaning(key: &Value) -> &str {
+    let words = key.get("description").and_then(Value::as_str);
+    words.unwrap_or_default()
 }
 
 /// The outputs that have a schema, with what they are.
 pub fn names() -> Vec<(String, String)> {
-    let title = |schema: &Value| schema["title"].as_str().unwrap_or_default().to_string();
-    let outputs = read(OUTPUTS)
-        .into_iter()
-        .map(|(name, schema)| (name, title(&schema)));
+    let written = outputs().into_iter();
+    let outputs = written.map(|(name, output)| (name, output.title));
     let derived = DERIVED.iter().map(|d| (d.name.into(), d.title.into()));
     let mut all: Vec<(String, String)> = outputs.chain(derived).collect();
     all.sort();
@@ -34,67 +67,48 @@ pub fn names() -> Vec<(String, String)> {
 
 /// The keys of the vocabulary, with what they mean.
 pub fn keys() -> Vec<(String, String)> {
-    let about = |key: &Value| key["description"].as_str().unwrap_or_default().to_string();
-    let keys = read(VOCABULARY).into_iter();
-    keys.map(|(name, key)| (name, about(&key))).collect()
+    let keys = vocabulary().into_iter();
+    keys.map(|(name, key)| (name, meaning(&key).to_string()))
+        .collect()
 }
 
 /// The JSON schema of an output, complete.
 pub fn document(name: &str) -> Option<Value> {
     match DERIVED.iter().find(|derived| derived.name == name) {
         Some(derived) => Some(of_type(derived)),
-        None => written(name),
+        None => outputs().remove(name).map(written),
     }
 }
 
 /// The schema of an output that is one type.
 fn of_type(derived: &Derived) -> Value {
-    let vocabulary = read(VOCABULARY);
-    let mut schema = (derived.schema)();
+    let vocabulary = vocabulary();
+    let fields: Fields = serde_json::from_value((derived.schema)()).unwrap_or_default();
     let mut properties = first_properties();
-    for (key, meaning) in schema["properties"].as_object().into_iter().flatten() {
-        let mut meaning = match meaning {
+    for (key, field) in fields.properties {
+        let mut field = match field {
+            Value::Object(field) => field,
             // What a value of any kind may be.
-            Value::Bool(_) => Map::new(),
-            other => other.as_object().cloned().unwrap_or_default(),
+            _ => Map::new(),
         };
-        let known = vocabulary.get(key).map(|known| &known["description"]);
-        let own_words = !derived.common_words && meaning.contains_key("description");
-        if let (false, Some(known)) = (own_words, known) {
-            meaning.insert("description".into(), known.clone());
+        let own_words = !derived.common_words && field.contains_key("description");
+        if let (false, Some(known)) = (own_words, vocabulary.get(&key)) {
+            field.insert("description".into(), meaning(known).into());
         }
-        properties.insert(key.clone(), meaning.into());
+        properties.insert(key, field.into());
     }
-    let required = schema["required"]
-        .take()
-        .as_array()
-        .cloned()
-        .unwrap_or_default();
-    complete(derived.title.into(), properties, required, false.into())
+    complete(derived.title, properties, fields.required, false.into())
 }
 
 /// The schema of an output in the table.
-fn written(name: &str) -> Option<Value> {
-    let output = read(OUTPUTS).remove(name)?;
-    let vocabulary = read(VOCABULARY);
+fn written(mut output: Output) -> Value {
+    let mut vocabulary = vocabulary();
     let mut properties = first_properties();
-    let mut required = Vec::new();
-    for (list, needed) in [("required", true), ("optional", false)] {
-        for key in output[list].as_array().into_iter().flatten() {
-            let name = key.as_str().unwrap_or_default();
-            let meaning = output["keys"].get(name).or_else(|| vocabulary.get(name));
-            properties.insert(name.into(), meaning.cloned().unwrap_or(true.into()));
-            if needed {
-                required.push(key.clone());
-            }
-        }
+    for name in output.required.iter().chain(&output.optional) {
+        let meaning = output.keys.remove(name).or_else(|| vocabulary.remove(name));
+        properties.insert(name.clone(), meaning.unwrap_or(true.into()));
     }
-    Some(complete(
-        output["title"].clone(),
-        properties,
-        required,
-        output.get("more").cloned().unwrap_or(false.into()),
-    ))
+    complete(&output.title, properties, output.required, output.more)
 }
 
 /// The property that every object begins with.
@@ -106,18 +120,18 @@ fn first_properties() -> Map<String, Value> {
 
 /// A schema of an object.
 fn complete(
-    title: Value,
+    title: &str,
     properties: Map<String, Value>,
-    required: Vec<Value>,
+    mut required: Vec<String>,
     more: Value,
 ) -> Value {
-    let first = std::iter::once(Value::from("schema_version"));
+    required.insert(0, "schema_version".into());
     serde_json::json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": title,
         "type": "object",
         "properties": properties,
-        "required": first.chain(required).collect::<Vec<_>>(),
+        "required": required,
         "additionalProperties": more,
     })
 }
@@ -143,7 +157,7 @@ mod tests {
     #[test]
     fn the_vocabulary_has_no_key_that_no_output_has() {
         let all: Vec<Value> = names().iter().map(|(n, _)| document(n).unwrap()).collect();
-        for key in read(VOCABULARY).keys() {
+        for key in vocabulary().keys() {
             let used = |schema: &Value| schema["properties"].get(key).is_some();
             assert!(all.iter().any(used), "{key}");
         }

@@ -36,8 +36,8 @@ pub enum Does {
 /// A command of this program, about a scenario.
 #[derive(Debug)]
 pub struct Job {
-    /// The command, with what is always said to it.
-    pub command: &'static [&'static str],
+    /// The command, with what is always said to it behind spaces.
+    pub command: &'static str,
     /// What it gives.
     pub gives: Gives,
     /// Whether it is about the ego, the recorded one where the arguments choose none.
@@ -250,7 +250,7 @@ const TOOLS: &[Tool] = &[
         takes_long: false,
         paid: false,
         does: Does::Run(Job {
-            command: &["prompt", "describe", "--set=contact=on"],
+            command: "prompt describe --set=contact=on",
             gives: Gives::Text,
             needs_ego: true,
         }),
@@ -272,7 +272,7 @@ const TOOLS: &[Tool] = &[
         takes_long: false,
         paid: false,
         does: Does::Run(Job {
-            command: &["render"],
+            command: "render",
             gives: Gives::Picture,
             needs_ego: false,
         }),
@@ -285,7 +285,7 @@ const TOOLS: &[Tool] = &[
         takes_long: true,
         paid: false,
         does: Does::Run(Job {
-            command: &["plan"],
+            command: "plan",
             gives: Gives::Json,
             needs_ego: false,
         }),
@@ -312,7 +312,7 @@ const TOOLS: &[Tool] = &[
         takes_long: true,
         paid: false,
         does: Does::Run(Job {
-            command: &["generate"],
+            command: "generate",
             gives: Gives::Json,
             needs_ego: false,
         }),
@@ -346,7 +346,7 @@ const TOOLS: &[Tool] = &[
         takes_long: true,
         paid: true,
         does: Does::Run(Job {
-            command: &["ask"],
+            command: "ask",
             gives: Gives::Json,
             needs_ego: true,
         }),

@@ -136,7 +136,7 @@ pub fn run(job: &Job, words: &[String], progress: &Progress) -> Result<Vec<u8>, 
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command
-        .args(job.command)
+        .args(job.command.split(' '))
         .args(words.iter().chain(&output))
         .current_dir(folder.path())
         .stdin(Stdio::null())
@@ -162,7 +162,8 @@ pub fn run(job: &Job, words: &[String], progress: &Progress) -> Result<Vec<u8>, 
             return Err(format!("it took longer than {most} minutes"));
         }
         let seconds = begun.elapsed().as_secs();
-        let words = format!("{} runs for {seconds} s", job.command[0]);
+        let (name, _) = job.command.split_once(' ').unwrap_or((job.command, ""));
+        let words = format!("{name} runs for {seconds} s");
         progress.tell(usize::try_from(seconds).unwrap_or(usize::MAX), None, &words);
     };
     drop(group);

@@ -141,7 +141,7 @@ pub fn read_resource(places: &Places, uri: &str) -> Result<ReadResourceResult, E
 
 /// The command that fills templates.
 pub const PROMPT: Job = Job {
-    command: &["prompt", "show"],
+    command: "prompt show",
     gives: Gives::Json,
     needs_ego: true,
 };

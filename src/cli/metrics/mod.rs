@@ -184,13 +184,14 @@ fn table(arguments: &Metrics, rows: Rows, thresholds: &Thresholds) -> Table {
         ("columns", columns.collect::<Value>().to_string()),
     ];
     if !matches!(rows, Rows::Paper) {
-        let changes = json!(thresholds.change_words()).to_string();
-        table.metadata.push(("thresholds_changed", changes));
+        let changes = Value::from(thresholds.change_words());
+        table
+            .metadata
+            .push(("thresholds_changed", changes.to_string()));
     }
     let provenance = provenance(rows, thresholds);
-    table
-        .metadata
-        .push(("provenance", json!(provenance).to_string()));
+    let whole = serde_json::to_string(&provenance).unwrap_or_default();
+    table.metadata.push(("provenance", whole));
     table
         .json_values
         .push(("provenance", in_a_line(&provenance)));

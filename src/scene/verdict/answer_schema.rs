@@ -1,5 +1,6 @@
 //! Structured answers requested from models, their JSON schemas, and whether an answer holds to one.
 
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use schemars::JsonSchema;
@@ -156,21 +157,40 @@ pub fn schema(task: Task) -> serde_json::Value {
 /// Keys that are asked for and that older answers do not have.
 const OPTIONAL_KEYS: [&str; 2] = ["critical_obstacles", "probability"];
 
+/// The keywords of JSON Schema that say what is valid.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Validity {
+    r#type: Option<Types>,
+    r#enum: Option<Vec<Value>>,
+    minimum: Option<f64>,
+    maximum: Option<f64>,
+    required: Vec<String>,
+    properties: BTreeMap<String, Self>,
+    additional_properties: Option<bool>,
+    items: Option<Box<Self>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum Types {
+    One(String),
+    Several(Vec<String>),
+}
+
 /// The schema of a task, as answers are held against it.
-fn kept_schema(task: Task) -> &'static serde_json::Value {
-    static ALL: OnceLock<Vec<(Task, serde_json::Value)>> = OnceLock::new();
+fn kept_schema(task: Task) -> &'static Validity {
+    static ALL: OnceLock<BTreeMap<Task, Validity>> = OnceLock::new();
     let all = ALL.get_or_init(|| {
         let make = |task| {
-            let mut schema = schema(task);
-            if let Some(required) = schema["required"].as_array_mut() {
-                required.retain(|key| !OPTIONAL_KEYS.iter().any(|later| key == later));
-            }
-            (task, schema)
+            let mut kept: Validity = serde_json::from_value(schema(task)).unwrap_or_default();
+            kept.required
+                .retain(|key| !OPTIONAL_KEYS.contains(&key.as_str()));
+            (task, kept)
         };
         Task::ALL.map(make).into()
     });
-    let found = all.iter().find(|(t, _)| *t == task);
-    found.map_or(&serde_json::Value::Null, |(_, schema)| schema)
+    &all[&task]
 }
 
 /// Whether an answer keeps to the schema of its task.
@@ -232,7 +252,10 @@ fn list_words(value: &mut serde_json::Value) {
                     .unwrap_or_default();
                 let description = format!("{meant} {}", explained.collect::<Vec<_>>().join(" "));
                 map.insert("type".into(), "string".into());
-                let words: Vec<_> = choices.iter().map(|c| c["const"].clone()).collect();
+                let words: Vec<_> = choices
+                    .iter()
+                    .filter_map(|c| c.get("const").cloned())
+                    .collect();
                 map.insert("enum".into(), words.into());
                 map.insert("description".into(), description.trim().into());
             }
@@ -245,51 +268,50 @@ fn list_words(value: &mut serde_json::Value) {
 
 /// Where a value departs from a schema: places as JSON pointers, and what is wrong there, without the values, which may
 /// be long.
-pub(super) fn departures(schema: &Value, value: &Value) -> Vec<(String, String)> {
+fn departures(schema: &Validity, value: &Value) -> Vec<(String, String)> {
     let mut found = Vec::new();
     check(schema, value, "", &mut found);
     found
 }
 
-fn check(schema: &Value, value: &Value, place: &str, found: &mut Vec<(String, String)>) {
+fn check(schema: &Validity, value: &Value, place: &str, found: &mut Vec<(String, String)>) {
     let mut wrong = |what: String| found.push((place.to_string(), what));
-    let types = match &schema["type"] {
-        Value::Array(several) => several.iter().filter_map(Value::as_str).collect(),
-        one => one.as_str().into_iter().collect::<Vec<_>>(),
+    let types = match &schema.r#type {
+        None => &[][..],
+        Some(Types::One(one)) => std::slice::from_ref(one),
+        Some(Types::Several(several)) => several,
     };
     if !types.is_empty() && !types.iter().any(|name| is_of_type(value, name)) {
         return wrong(format!("is not of type {}", types.join(" or ")));
     }
-    if schema["enum"]
-        .as_array()
+    if schema
+        .r#enum
+        .as_ref()
         .is_some_and(|all| !all.contains(value))
     {
         wrong("is none of the values of the schema".into());
     }
     if let Some(number) = value.as_f64() {
-        if let Some(least) = schema["minimum"].as_f64().filter(|least| number < *least) {
+        if let Some(least) = schema.minimum.filter(|least| number < *least) {
             wrong(format!("is less than {least}"));
         }
-        if let Some(most) = schema["maximum"].as_f64().filter(|most| number > *most) {
+        if let Some(most) = schema.maximum.filter(|most| number > *most) {
             wrong(format!("is more than {most}"));
         }
     }
     match value {
         Value::Object(object) => {
-            for key in schema["required"]
-                .as_array()
-                .into_iter()
-                .flatten()
-                .filter_map(Value::as_str)
+            for key in schema
+                .required
+                .iter()
+                .filter(|key| !object.contains_key(*key))
             {
-                if !object.contains_key(key) {
-                    wrong(format!("has no `{key}`"));
-                }
+                wrong(format!("has no `{key}`"));
             }
             for (key, value) in object {
-                match schema["properties"].get(key) {
+                match schema.properties.get(key) {
                     Some(schema) => check(schema, value, &format!("{place}/{key}"), found),
-                    None if schema["additionalProperties"] == false => {
+                    None if schema.additional_properties == Some(false) => {
                         found.push((place.into(), "has keys that the schema has not".into()));
                     }
                     None => {}
@@ -297,8 +319,9 @@ fn check(schema: &Value, value: &Value, place: &str, found: &mut Vec<(String, St
             }
         }
         Value::Array(items) => {
+            let Some(schema) = &schema.items else { return };
             for (number, item) in items.iter().enumerate() {
-                check(&schema["items"], item, &format!("{place}/{number}"), found);
+                check(schema, item, &format!("{place}/{number}"), found);
             }
         }
         _ => {}
@@ -416,6 +439,7 @@ mod tests {
         for task in Task::ALL {
             let mut found = Vec::new();
             keywords(&schema(task), &mut found);
+            assert!(serde_json::from_value::<Validity>(schema(task)).is_ok());
             assert!(found.len() > 10, "{task:?}");
             for key in found {
                 assert!(KNOWN.contains(&key.as_str()), "{task:?}: {key}");
@@ -425,7 +449,7 @@ mod tests {
 
     #[test]
     fn departures_are_named_with_their_places() {
-        let schema = json!({
+        let schema = serde_json::from_value(json!({
             "type": "object",
             "properties": {
                 "a": {"type": "integer", "minimum": 0, "maximum": 5, "enum": [0, 1, 2, 6]},
@@ -433,7 +457,8 @@ mod tests {
             },
             "required": ["a", "b"],
             "additionalProperties": false,
-        });
+        }))
+        .unwrap_or_default();
         let found = |value: Value| -> Vec<String> {
             let all = departures(&schema, &value).into_iter();
             all.map(|(place, what)| format!("{place}: {what}"))

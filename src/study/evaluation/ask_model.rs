@@ -10,6 +10,7 @@ use nearmiss_ask::llm::{
 use nearmiss_ask::prompts::Pack;
 use nearmiss_scene::verdict::{self, Task};
 use nearmiss_store::{NewRun, StoreError, StoredImage};
+use serde::Serialize;
 
 use super::answer::{
     MissingVerdict, finish_name, read_from, stopped_short, too_long, unless_cut, weighed,
@@ -375,21 +376,29 @@ pub fn record(
             max_tokens: model.endpoint.answer_limit(&request.parameters),
             ..request.parameters
         };
-        let mut sent = serde_json::to_value(parameters)?;
-        if parameters.tools.is_some() {
-            // The tools are part of what is sent, so changed ones are another question.
-            sent["tool_table"] = tool_rounds::table_hash().into();
-            let form = shape(model.endpoint.response_format, request.schema.as_ref());
-            if form.is_some() && !sends_form(&model.endpoint, &request) {
-                sent["answer_form"] = AT_THE_LIMIT.into();
-            }
-        }
-        run.parameters = sent.to_string();
-        run.answer_schema = shape(model.endpoint.response_format, request.schema.as_ref())
-            .map(|shape| serde_json::to_string(&shape))
-            .transpose()?;
+        let form = shape(model.endpoint.response_format, request.schema.as_ref());
+        let calls = parameters.tools.is_some();
+        let is_later = calls && form.is_some() && !sends_form(&model.endpoint, &request);
+        run.parameters = serde_json::to_string(&Sent {
+            parameters,
+            tool_table: calls.then(tool_rounds::table_hash),
+            answer_form: is_later.then_some(AT_THE_LIMIT),
+        })?;
+        run.answer_schema = form.as_ref().map(serde_json::to_string).transpose()?;
     }
     Ok(run)
+}
+
+/// What is sent beside the messages, as the store keeps it.
+#[derive(Serialize)]
+struct Sent {
+    #[serde(flatten)]
+    parameters: Parameters,
+    /// Changed tools are another question.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tool_table: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    answer_form: Option<&'static str>,
 }
 
 /// When the form of the answer is sent where a server takes none beside tools: a model that answers before the limit was
@@ -418,10 +427,13 @@ fn shape(format: ResponseFormat, schema: Option<&Schema>) -> Option<serde_json::
 
 /// The changes to the thresholds that the built-in judge grades with.
 fn thresholds(case: &Case) -> Result<String, serde_json::Error> {
-    let changes = case.thresholds.changes();
-    let words: Vec<_> = changes.iter().map(ToString::to_string).collect();
-    serde_json::to_string(&match words.as_slice() {
-        [] => serde_json::json!({}),
-        words => serde_json::json!({ "thresholds": words }),
+    serde_json::to_string(&Judging {
+        thresholds: case.thresholds.change_words(),
     })
+}
+
+#[derive(Serialize)]
+struct Judging {
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    thresholds: Vec<String>,
 }

@@ -2,7 +2,8 @@
 
 use std::sync::OnceLock;
 
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use super::question::Question;
 use crate::tools::{self, TOOLS, WindowView};
@@ -20,7 +21,7 @@ pub fn offered() -> Vec<ToolSpec> {
     all.map(|tool| ToolSpec {
         name: tool.name.into(),
         about: tool.about.into(),
-        schema: tool.arguments_schema(),
+        schema: (tool.arguments_schema)(),
     })
     .collect()
 }
@@ -37,11 +38,9 @@ pub(super) fn toolbox() -> Toolbox {
 /// What the store knows the offered tools by: changed tools are another question.
 #[must_use]
 pub(super) fn table_hash() -> String {
-    let all = offered().into_iter();
-    let all: Vec<Value> = all
-        .map(|spec| json!([spec.name, spec.about, spec.schema]))
-        .collect();
-    let key = nearmiss_store::Key::digest(&json!(all));
+    let tools = offered().into_iter();
+    let all = tools.map(|spec| json!([spec.name, spec.about, spec.schema]));
+    let key = nearmiss_store::Key::digest(&all.collect());
     key.as_str().chars().take(16).collect()
 }
 
@@ -68,7 +67,7 @@ pub fn answered(question: &Question, turn: ToolTurn, made: u32, limits: &ToolLim
 /// The result of a call beyond the limit.
 fn over_limit(limits: &ToolLimits) -> String {
     let most = limits.calls;
-    error(&format!("{BEFORE_LIMIT}{most}{AFTER_LIMIT}"))
+    error(format!("{BEFORE_LIMIT}{most}{AFTER_LIMIT}"))
 }
 
 /// The error of a call beyond the limit, around the number.
@@ -79,9 +78,11 @@ const AFTER_LIMIT: &str = " tool calls is reached; answer now";
 
 /// Whether a result is that of [`over_limit`].
 fn is_over_limit(result: &str) -> bool {
-    let document: Value = serde_json::from_str(result).unwrap_or_default();
-    let message = document["error"].as_str().unwrap_or_default();
-    { message.strip_prefix(BEFORE_LIMIT) }.is_some_and(|rest| rest.ends_with(AFTER_LIMIT))
+    let failed = serde_json::from_str::<Failed>(result);
+    failed.is_ok_and(|failed| {
+        let rest = failed.error.strip_prefix(BEFORE_LIMIT);
+        rest.is_some_and(|rest| rest.ends_with(AFTER_LIMIT))
+    })
 }
 
 /// How many calls were answered in how many rounds: `4 calls in 2 rounds, 2 more refused`, with `noun` for calls.
@@ -114,12 +115,19 @@ fn result(view: &WindowView<'_>, call: &ToolCall) -> String {
                 text
             }
         }
-        Err(why) => error(&why.to_string()),
+        Err(why) => error(why.to_string()),
     }
 }
 
-fn error(message: &str) -> String {
-    json!({ "error": message }).to_string()
+/// A call without a result.
+#[derive(Serialize, Deserialize)]
+struct Failed {
+    error: String,
+}
+
+fn error(error: impl Into<String>) -> String {
+    let error = error.into();
+    serde_json::to_string(&Failed { error }).unwrap_or_default()
 }
 
 /// How many calls these rounds have.

@@ -2,98 +2,75 @@
 
 use nearmiss_scene::metrics::{Direction, side_of_centre};
 use nearmiss_scene::scenario::{LaneRelation, LaneRelations, LaneletNetwork, Motion};
-use serde_json::{Value, json};
+use schemars::JsonSchema;
+use serde::Serialize;
 
+use super::arguments::{ObstacleId, ParticipantId};
 use super::view::{Who, number, time};
-use super::{Argument, ArgumentKind, Arguments, Field, Tool, ToolError, WindowView};
+use super::{Tool, ToolError, WindowView, answer, tool};
 
-/// The moment that a tool computes at.
-pub(super) const T: Argument = Argument {
-    name: "t",
-    kind: ArgumentKind::Number(-1e5, 1e5),
-    unit: "s",
-    required: false,
-    about: "Time relative to the end of the described window, 0 or negative; 0 where it is left out.",
-};
+/// Arguments of a tool that computes at a moment; its time stands between the first and the last of them.
+macro_rules! at_a_moment {
+    ($name:ident { $($first:tt)* } $($last:tt)*) => {
+        nearmiss_record::fields! {
+            /// Arguments of a tool.
+            pub struct $name {
+                "arguments" {
+                    $($first)*
+                    /// Time relative to the end of the described window, 0 or negative; 0 where it is left out.
+                    t: Option<f64>, Takes::Number(-1e5, 1e5), "s";
+                    $($last)*
+                }
+            }
+        }
+    };
+}
+pub(super) use at_a_moment;
 
-/// An obstacle by its id.
-pub(super) const OBSTACLE: Argument = Argument {
-    name: "obstacle",
-    kind: ArgumentKind::Obstacle,
-    unit: "",
-    required: true,
-    about: "Id of the obstacle.",
-};
+at_a_moment! {
+    Around {}
+    /// Obstacles whose body is farther from the ego's are left out; 100 where it is left out.
+    radius: f64 = 100.0, Takes::Number(0.0, 1e4), "m";
+}
 
-/// The ego or an obstacle.
-pub(super) const PARTICIPANT: Argument = Argument {
-    name: "participant",
-    kind: ArgumentKind::Participant,
-    unit: "",
-    required: true,
-    about: "Id of the obstacle, or 0 for the ego.",
-};
+#[derive(Serialize, JsonSchema)]
+struct Obstacles {
+    /// Time relative to the end of the described window.
+    #[schemars(extend("unit" = "s"))]
+    t: f64,
+    /// At most 40, the nearest first.
+    obstacles: Vec<Near>,
+    /// How many within the radius are left out of the list.
+    more: usize,
+}
 
-/// The time that a result holds at.
-pub(super) const AT: Field = Field::new(
-    "t",
-    "number",
-    "s",
-    "Time relative to the end of the described window.",
+#[derive(Serialize, JsonSchema)]
+struct Near {
+    /// Its id.
+    id: i64,
+    /// Its type, such as car or pedestrian.
+    r#type: &'static str,
+    /// Shortest distance of the two bodies.
+    #[schemars(extend("unit" = "m"))]
+    distance: f64,
+    /// The side of the ego that it is on.
+    side: &'static str,
+    /// What its lane is to the ego's; missing on maps without lanes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lane: Option<&'static str>,
+}
+
+pub(super) const LIST_OBSTACLES: Tool = tool::<Around, Obstacles>(
+    "list_obstacles",
+    "Lists the obstacles near the ego at a moment, the nearest first: type, distance of the bodies, side, lane.",
+    |view, text| answer(view, text, list_obstacles),
 );
-
-pub(super) const LIST_OBSTACLES: Tool = Tool {
-    name: "list_obstacles",
-    about: "Lists the obstacles near the ego at a moment, the nearest first: type, distance of the bodies, side, lane.",
-    arguments: &[
-        T,
-        Argument {
-            name: "radius",
-            kind: ArgumentKind::Number(0.0, 1e4),
-            unit: "m",
-            required: false,
-            about: "Obstacles whose body is farther from the ego's are left out; 100 where it is left out.",
-        },
-    ],
-    result: &[
-        AT,
-        Field::list(
-            "obstacles",
-            "At most 40, the nearest first.",
-            &[
-                Field::new("id", "integer", "", "Its id."),
-                Field::new("type", "string", "", "Its type, such as car or pedestrian."),
-                Field::new(
-                    "distance",
-                    "number",
-                    "m",
-                    "Shortest distance of the two bodies.",
-                ),
-                Field::new("side", "string", "", "The side of the ego that it is on."),
-                Field::new(
-                    "lane",
-                    "string",
-                    "",
-                    "What its lane is to the ego's; missing on maps without lanes.",
-                ),
-            ],
-        ),
-        Field::new(
-            "more",
-            "integer",
-            "",
-            "How many within the radius are left out of the list.",
-        ),
-    ],
-    call: list_obstacles,
-};
 
 /// Most obstacles of a list: more no model follows.
 const MAX_ROWS: usize = 40;
 
-fn list_obstacles(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
-    let step = view.step(arguments.number("t"))?;
-    let radius = arguments.number("radius").unwrap_or(100.0);
+fn list_obstacles(view: &WindowView<'_>, arguments: &Around) -> Result<Obstacles, ToolError> {
+    let step = view.step(arguments.t)?;
     let (ego, _) = view.at(&Who::Ego, step)?;
     let lanes = LaneWords::new(view, ego);
     let mut near: Vec<_> = view
@@ -103,7 +80,7 @@ fn list_obstacles(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value,
             view.at(&Who::Other(*place, *p), step).ok()?;
             let encounter = view.context().encounter(*place, step)?;
             let apart = encounter.ego_placed().distance(&encounter.other_placed());
-            (apart <= radius).then_some((apart, p, encounter))
+            (apart <= arguments.radius).then_some((apart, p, encounter))
         })
         .collect();
     near.sort_by(|a, b| {
@@ -117,110 +94,118 @@ fn list_obstacles(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value,
             Direction::Contact => side_of_centre(encounter),
             side => side,
         };
-        let mut entry = json!({
-            "id": p.obstacle.id,
-            "type": p.obstacle.kind.name(),
-            "distance": number(*apart),
-            "side": side.name(),
-        });
-        if let Some(words) = lanes.name(encounter.other) {
-            entry["lane"] = words.into();
+        Near {
+            id: p.obstacle.id,
+            r#type: p.obstacle.kind.name(),
+            distance: number(*apart),
+            side: side.name(),
+            lane: lanes.name(encounter.other),
         }
-        entry
     });
-    let obstacles: Vec<Value> = obstacles.collect();
-    Ok(json!({"t": time(view.seconds(step)), "obstacles": obstacles, "more": more}))
+    Ok(Obstacles {
+        t: time(view.seconds(step)),
+        obstacles: obstacles.collect(),
+        more,
+    })
 }
 
-pub(super) const GET_STATE: Tool = Tool {
-    name: "get_state",
-    about: "State of the ego or of an obstacle at a moment: position and heading on the map, speed, acceleration, size.",
-    arguments: &[PARTICIPANT, T],
-    result: &[
-        AT,
-        Field::new("x", "number", "m", "Position of the centre on the map."),
-        Field::new("y", "number", "m", "Position of the centre on the map."),
-        Field::new(
-            "heading",
-            "number",
-            "°",
-            "Counter-clockwise from the x axis of the map.",
-        ),
-        Field::new(
-            "speed",
-            "number",
-            "m/s",
-            "Along the heading; negative in reverse.",
-        ),
-        Field::new(
-            "acceleration",
-            "number",
-            "m/s²",
-            "Along the heading; missing where the described window does not tell it.",
-        ),
-        Field::new("length", "number", "m", "Length of the body."),
-        Field::new("width", "number", "m", "Width of the body."),
-    ],
-    call: get_state,
-};
+at_a_moment! {
+    OfOne {
+        /// Id of the obstacle, or 0 for the ego.
+        participant [required]: ParticipantId;
+    }
+}
 
-fn get_state(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
-    let step = view.step(arguments.number("t"))?;
-    let who = view.participant(arguments.id("participant").unwrap_or(0))?;
+#[derive(Serialize, JsonSchema)]
+struct State {
+    /// Time relative to the end of the described window.
+    #[schemars(extend("unit" = "s"))]
+    t: f64,
+    /// Position of the centre on the map.
+    #[schemars(extend("unit" = "m"))]
+    x: f64,
+    /// Position of the centre on the map.
+    #[schemars(extend("unit" = "m"))]
+    y: f64,
+    /// Counter-clockwise from the x axis of the map.
+    #[schemars(extend("unit" = "°"))]
+    heading: f64,
+    /// Along the heading; negative in reverse.
+    #[schemars(extend("unit" = "m/s"))]
+    speed: f64,
+    /// Length of the body.
+    #[schemars(extend("unit" = "m"))]
+    length: f64,
+    /// Width of the body.
+    #[schemars(extend("unit" = "m"))]
+    width: f64,
+    /// Along the heading; missing where the described window does not tell it.
+    #[schemars(extend("unit" = "m/s²"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    acceleration: Option<f64>,
+}
+
+pub(super) const GET_STATE: Tool = tool::<OfOne, State>(
+    "get_state",
+    "State of the ego or of an obstacle at a moment: position and heading on the map, speed, acceleration, size.",
+    |view, text| answer(view, text, get_state),
+);
+
+fn get_state(view: &WindowView<'_>, arguments: &OfOne) -> Result<State, ToolError> {
+    let step = view.step(arguments.t)?;
+    let who = view.participant(arguments.participant.0)?;
     let (motion, body) = view.at(&who, step)?;
     let (length, width) = body.shape().size();
-    let mut state = json!({
-        "t": time(view.seconds(step)),
-        "x": number(motion.pose.position.x),
-        "y": number(motion.pose.position.y),
-        "heading": number(motion.pose.heading.to_degrees()),
-        "speed": number(motion.velocity),
-        "length": number(length),
-        "width": number(width),
-    });
-    if view.knows_acceleration(&who, step) {
-        state["acceleration"] = number(motion.acceleration);
-    }
-    Ok(state)
+    let is_known = view.knows_acceleration(&who, step);
+    Ok(State {
+        t: time(view.seconds(step)),
+        x: number(motion.pose.position.x),
+        y: number(motion.pose.position.y),
+        heading: number(motion.pose.heading.to_degrees()),
+        speed: number(motion.velocity),
+        length: number(length),
+        width: number(width),
+        acceleration: is_known.then(|| number(motion.acceleration)),
+    })
 }
 
-pub(super) const LANE_RELATION: Tool = Tool {
-    name: "lane_relation",
-    about: "What the lane under an obstacle is to the ego's lane at a moment, and how far each is from the middle of its lane.",
-    arguments: &[OBSTACLE, T],
-    result: &[
-        AT,
-        Field::new(
-            "lane",
-            "string",
-            "",
-            "Same lane, same lane ahead, left neighbour lane, oncoming lane, crossing lane, …",
-        ),
-        Field::new(
-            "ego_offset",
-            "number",
-            "m",
-            "The ego left of the middle of its lane; missing off the road.",
-        ),
-        Field::new(
-            "obstacle_offset",
-            "number",
-            "m",
-            "The obstacle left of the middle of its lane; missing off the road.",
-        ),
-        Field::new(
-            "none",
-            "string",
-            "",
-            "Why there is no relation; missing where there is one.",
-        ),
-    ],
-    call: lane_relation,
-};
+at_a_moment! {
+    OfObstacle {
+        /// Id of the obstacle.
+        obstacle [required]: ObstacleId;
+    }
+}
 
-fn lane_relation(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
-    let step = view.step(arguments.number("t"))?;
-    let who = view.participant(arguments.id("obstacle").unwrap_or(0))?;
+#[derive(Serialize, JsonSchema)]
+struct Related {
+    /// Time relative to the end of the described window.
+    #[schemars(extend("unit" = "s"))]
+    t: f64,
+    /// Same lane, same lane ahead, left neighbour lane, oncoming lane, crossing lane, …
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lane: Option<&'static str>,
+    /// The ego left of the middle of its lane; missing off the road.
+    #[schemars(extend("unit" = "m"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ego_offset: Option<f64>,
+    /// The obstacle left of the middle of its lane; missing off the road.
+    #[schemars(extend("unit" = "m"))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    obstacle_offset: Option<f64>,
+    /// Why there is no relation; missing where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    none: Option<&'static str>,
+}
+
+pub(super) const LANE_RELATION: Tool = tool::<OfObstacle, Related>(
+    "lane_relation",
+    "What the lane under an obstacle is to the ego's lane at a moment, and how far each is from the middle of its lane.",
+    |view, text| answer(view, text, lane_relation),
+);
+
+fn lane_relation(view: &WindowView<'_>, arguments: &OfObstacle) -> Result<Related, ToolError> {
+    let step = view.step(arguments.t)?;
+    let who = view.participant(arguments.obstacle.0)?;
     if matches!(who, Who::Ego) {
         return Err(ToolError::new(
             "name an obstacle; its lane is related to the ego's",
@@ -229,17 +214,14 @@ fn lane_relation(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, 
     let (ego, _) = view.at(&Who::Ego, step)?;
     let (other, _) = view.at(&who, step)?;
     let network = &view.context().scene().scenario.network;
-    let mut said = json!({"t": time(view.seconds(step))});
-    match LaneWords::new(view, ego).name(other) {
-        Some(words) => said["lane"] = words.into(),
-        None => said["none"] = "the map has no lanes".into(),
-    }
-    for (key, motion) in [("ego_offset", ego), ("obstacle_offset", other)] {
-        if let Some(offset) = network.lane_offset(&motion.pose) {
-            said[key] = number(offset);
-        }
-    }
-    Ok(said)
+    let lane = LaneWords::new(view, ego).name(other);
+    Ok(Related {
+        t: time(view.seconds(step)),
+        lane,
+        ego_offset: network.lane_offset(&ego.pose).map(number),
+        obstacle_offset: network.lane_offset(&other.pose).map(number),
+        none: lane.is_none().then_some("the map has no lanes"),
+    })
 }
 
 /// What lanes are to the one under the ego at a moment, in the words of descriptions.
@@ -276,69 +258,73 @@ impl<'s> LaneWords<'s> {
     }
 }
 
-pub(super) const POSITIONS_AHEAD: Tool = Tool {
-    name: "positions_ahead",
-    about: "Points of the middle of the lane ahead of the ego or of an obstacle, straight on where it forks, at equal \
-            distances along the lane.",
-    arguments: &[
-        PARTICIPANT,
-        T,
-        Argument {
-            name: "distance",
-            kind: ArgumentKind::Number(1.0, 200.0),
-            unit: "m",
-            required: false,
-            about: "How far ahead; 50 where it is left out.",
-        },
-        Argument {
-            name: "spacing",
-            kind: ArgumentKind::Number(1.0, 100.0),
-            unit: "m",
-            required: false,
-            about: "Between two points; 10 where it is left out.",
-        },
-    ],
-    result: &[
-        AT,
-        Field::list(
-            "points",
-            "From the participant on.",
-            &[
-                Field::new("s", "number", "m", "Distance along the lane."),
-                Field::new("x", "number", "m", "Position on the map."),
-                Field::new("y", "number", "m", "Position on the map."),
-                Field::new(
-                    "heading",
-                    "number",
-                    "°",
-                    "Of the lane, counter-clockwise from the x axis.",
-                ),
-            ],
-        ),
-        Field::new(
-            "none",
-            "string",
-            "",
-            "Why there are no points; missing where there are some.",
-        ),
-    ],
-    call: positions_ahead,
-};
+at_a_moment! {
+    Ahead {
+        /// Id of the obstacle, or 0 for the ego.
+        participant [required]: ParticipantId;
+    }
+    /// How far ahead; 50 where it is left out.
+    distance: f64 = 50.0, Takes::Number(1.0, 200.0), "m";
+    /// Between two points; 10 where it is left out.
+    spacing: f64 = 10.0, Takes::Number(1.0, 100.0), "m";
+}
+
+#[derive(Serialize, JsonSchema)]
+struct Points {
+    /// Time relative to the end of the described window.
+    #[schemars(extend("unit" = "s"))]
+    t: f64,
+    /// From the participant on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    points: Vec<LanePoint>,
+    /// Why there are no points; missing where there are some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    none: Option<String>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct LanePoint {
+    /// Distance along the lane.
+    #[schemars(extend("unit" = "m"))]
+    s: f64,
+    /// Position on the map.
+    #[schemars(extend("unit" = "m"))]
+    x: f64,
+    /// Position on the map.
+    #[schemars(extend("unit" = "m"))]
+    y: f64,
+    /// Of the lane, counter-clockwise from the x axis.
+    #[schemars(extend("unit" = "°"))]
+    heading: f64,
+}
+
+pub(super) const POSITIONS_AHEAD: Tool = tool::<Ahead, Points>(
+    "positions_ahead",
+    "Points of the middle of the lane ahead of the ego or of an obstacle, straight on where it forks, at equal distances \
+     along the lane.",
+    |view, text| answer(view, text, positions_ahead),
+);
 
 /// Most points of one result.
 const MOST_POINTS: usize = 60;
 
-fn positions_ahead(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value, ToolError> {
-    let step = view.step(arguments.number("t"))?;
-    let who = view.participant(arguments.id("participant").unwrap_or(0))?;
+fn positions_ahead(view: &WindowView<'_>, arguments: &Ahead) -> Result<Points, ToolError> {
+    let step = view.step(arguments.t)?;
+    let who = view.participant(arguments.participant.0)?;
     let (motion, _) = view.at(&who, step)?;
-    let distance = arguments.number("distance").unwrap_or(50.0);
-    let spacing = arguments.number("spacing").unwrap_or(10.0);
+    let (distance, spacing) = (arguments.distance, arguments.spacing);
     let graph = view.context().scene().scenario.network.lane_graph(None);
-    let t = time(view.seconds(step));
+    let mut found = Points {
+        t: time(view.seconds(step)),
+        points: Vec::new(),
+        none: None,
+    };
     let route = match graph.road_ahead(&motion.pose, distance) {
         Ok(route) => route,
-        Err(why) => return Ok(json!({"t": t, "none": why.to_string()})),
+        Err(why) => {
+            found.none = Some(why.to_string());
+            return Ok(found);
+        }
     };
     let reach = route.length().min(distance);
     let count = (reach / spacing).floor() as usize;
@@ -350,13 +336,13 @@ fn positions_ahead(view: &WindowView<'_>, arguments: &Arguments) -> Result<Value
     let point = |i: usize| {
         let s = i as f64 * spacing;
         let pose = route.path.pose_at(route.start + s);
-        json!({
-            "s": number(s),
-            "x": number(pose.position.x),
-            "y": number(pose.position.y),
-            "heading": number(pose.heading.to_degrees()),
-        })
+        LanePoint {
+            s: number(s),
+            x: number(pose.position.x),
+            y: number(pose.position.y),
+            heading: number(pose.heading.to_degrees()),
+        }
     };
-    let points: Vec<Value> = (0..=count).map(point).collect();
-    Ok(json!({"t": t, "points": points}))
+    found.points = (0..=count).map(point).collect();
+    Ok(found)
 }

@@ -8,9 +8,12 @@ mod instruments;
 mod pair;
 mod view;
 
-pub use arguments::{Argument, ArgumentKind, Arguments, Field, ToolError};
+pub use arguments::ToolError;
 pub use view::WindowView;
 
+use nearmiss_record::fields::{Fields, Row};
+use schemars::JsonSchema;
+use serde::Serialize;
 use serde_json::Value;
 
 /// A function that a model may call.
@@ -21,11 +24,39 @@ pub struct Tool {
     /// What it computes, for the model and for people.
     pub about: &'static str,
     /// Its arguments.
-    pub arguments: &'static [Argument],
-    /// The fields of its result.
-    pub result: &'static [Field],
-    /// Computes the result, a JSON object.
-    pub call: fn(&WindowView<'_>, &Arguments) -> Result<Value, ToolError>,
+    pub arguments: fn() -> &'static [Row],
+    /// The JSON schema of its arguments.
+    pub arguments_schema: fn() -> Value,
+    /// The JSON schema of its result.
+    pub result_schema: fn() -> Value,
+    /// Computes the result, a JSON object, from arguments as a model wrote them.
+    pub call: fn(&WindowView<'_>, &str) -> Result<Value, ToolError>,
+}
+
+/// A tool with arguments `A` and result `R`.
+const fn tool<A: Fields, R: Serialize + JsonSchema>(
+    name: &'static str,
+    about: &'static str,
+    call: fn(&WindowView<'_>, &str) -> Result<Value, ToolError>,
+) -> Tool {
+    Tool {
+        name,
+        about,
+        arguments: A::rows,
+        arguments_schema: arguments::schema::<A>,
+        result_schema: nearmiss_record::schema::<R>,
+        call,
+    }
+}
+
+/// What a tool computes from arguments as a model wrote them.
+fn answer<A: Fields, R: Serialize>(
+    view: &WindowView<'_>,
+    text: &str,
+    compute: fn(&WindowView<'_>, &A) -> Result<R, ToolError>,
+) -> Result<Value, ToolError> {
+    let result = compute(view, &arguments::parse(text)?)?;
+    serde_json::to_value(result).map_err(|why| ToolError::new(why.to_string()))
 }
 
 /// Every tool.
@@ -50,8 +81,7 @@ pub fn call(view: &WindowView<'_>, name: &str, arguments: &str) -> Result<Value,
         let unknown = nearmiss_base::system::unknown("tool", &short(name), names);
         return Err(ToolError::new(unknown));
     };
-    let arguments = Arguments::parse(arguments, tool.arguments)?;
-    (tool.call)(view, &arguments)
+    (tool.call)(view, arguments)
 }
 
 /// A name that a model made up, no longer than names are.

@@ -34,14 +34,10 @@ fn calls(view: &WindowView<'_>) -> Vec<(&'static str, Value)> {
     let mut calls = Vec::new();
     let ids: Vec<i64> = view.there().iter().map(|(_, p)| p.obstacle.id).collect();
     let with = |name: &'static str, mut arguments: Value, id: i64, t: f64| {
-        let expected = TOOLS
-            .iter()
-            .find(|tool| tool.name == name)
-            .unwrap()
-            .arguments;
-        for argument in expected {
-            match argument.name {
-                "obstacle" | "participant" => arguments[argument.name] = id.into(),
+        let tool = TOOLS.iter().find(|tool| tool.name == name).unwrap();
+        for argument in (tool.arguments)() {
+            match argument.key {
+                "obstacle" | "participant" => arguments[argument.key] = id.into(),
                 "t" => arguments["t"] = t.into(),
                 _ => {}
             }
@@ -230,9 +226,9 @@ fn results_agree_with_the_measures_and_their_schemas() {
             continue;
         };
         let tool = TOOLS.iter().find(|tool| tool.name == name).unwrap();
-        let valid = jsonschema::validator_for(&tool.result_schema()).unwrap();
+        let valid = jsonschema::validator_for(&(tool.result_schema)()).unwrap();
         assert!(valid.is_valid(&said), "{name} {arguments}: {said}");
-        let valid = jsonschema::validator_for(&tool.arguments_schema()).unwrap();
+        let valid = jsonschema::validator_for(&(tool.arguments_schema)()).unwrap();
         assert!(
             name == "measure" || valid.is_valid(&arguments),
             "{name} {arguments}"

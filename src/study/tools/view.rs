@@ -1,7 +1,5 @@
 //! What tools see of a scene: the steps of one window, with times that count from its end.
 
-use serde_json::{Value, json};
-
 use super::ToolError;
 use nearmiss_base::geometry::Footprint;
 use nearmiss_scene::metrics::{Context, Thresholds};
@@ -162,20 +160,16 @@ impl<'s> WindowView<'s> {
 }
 
 /// A number as results have it, rounded to thousandths; only a true 0 becomes 0, since a distance of 0 is a contact.
-pub(super) fn number(value: f64) -> Value {
-    let rounded = (value * 1e3).round() / 1e3;
-    if rounded != 0.0 {
-        json!(rounded)
-    } else if value > 0.0 {
-        json!(0.001)
-    } else if value < 0.0 {
-        json!(-0.001)
+pub(super) fn number(value: f64) -> f64 {
+    let rounded = time(value);
+    if rounded == 0.0 && value != 0.0 {
+        0.001_f64.copysign(value)
     } else {
-        json!(0.0)
+        rounded
     }
 }
 
 /// A time as results have it, seconds.
-pub(super) fn time(seconds: f64) -> Value {
-    json!((seconds * 1e3).round() / 1e3 + 0.0)
+pub(super) fn time(seconds: f64) -> f64 {
+    (seconds * 1e3).round() / 1e3 + 0.0
 }

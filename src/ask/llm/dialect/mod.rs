@@ -28,8 +28,8 @@ mod openai_responses;
 mod protocol;
 
 use protocol::{
-    count, function_tools, given, is_anthropic_model, names_in, openai_models,
-    openai_version, string,
+    count, function_tools, given, is_anthropic_model, names_in, openai_models, openai_version,
+    string,
 };
 
 pub use kind::{Auth, Dialect};
