@@ -91,19 +91,11 @@ impl Page<'_> {
         let line = |row: &Row| {
             let (key, source) = (row.key, self.source(&[row.key]));
             match (config.value(key), user_variable()) {
-                (Some(value), _) => format!(
-                    "{key} = {value}  # {source}\n"
-                ),
+                (Some(value), _) => format!("{key} = {value}  # {source}\n"),
                 (None, Some(variable)) if key == "person" => {
-                    format!(
-                        "{key} = {}  # {variable}\n",
-                        Value::String(config.person())
-                    )
+                    format!("{key} = {}  # {variable}\n", Value::String(config.person()))
                 }
-                (None, _) => format!(
-                    "# {key} is not set. {}  # {source}\n",
-                    row.doc()
-                ),
+                (None, _) => format!("# {key} is not set. {}  # {source}\n", row.doc()),
             }
         };
         let rows = Config::rows().iter();
@@ -113,27 +105,17 @@ impl Page<'_> {
     }
 
     fn planner(&self, planning: &Planning) -> String {
-        let (mut out, mut table) = (
-            String::from(
-                "\n[planner]\n",
-            ),
-            String::new(),
-        );
+        let (mut out, mut table) = (String::from("\n[planner]\n"), String::new());
         for (key, value) in Planning::values(&planning.into()) {
             let path: Vec<&str> = ["planner"].into_iter().chain(key.split('.')).collect();
             if let [_, inner, _] = path[..]
                 && table != inner
             {
                 table = inner.into();
-                out += &format!(
-                    "\n[planner.{inner}]\n"
-                );
+                out += &format!("\n[planner.{inner}]\n");
             }
             let name = path.last().copied().unwrap_or_default();
-            out += &format!(
-                "{name} = {value}  # {}\n",
-                self.source(&path)
-            );
+            out += &format!("{name} = {value}  # {}\n", self.source(&path));
         }
         out
     }

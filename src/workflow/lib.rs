@@ -36,7 +36,6 @@ mod monitor;
 mod open;
 mod original;
 mod plan;
-mod planner_failure;
 mod scenario_filter;
 mod simulator_export;
 mod truth;
@@ -70,8 +69,9 @@ pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_with
 pub use original::{
     VariantOrigin, VariantProofs, VerifiedCertificate, is_unchanged, verify_variant,
 };
-pub use plan::{PlanError, PlanEvent, PlanOutcome, PlanRequest, PreparedPlan, prepare};
-pub use planner_failure::PlannerFailure;
+pub use plan::{
+    PlanError, PlanEvent, PlanOutcome, PlanRequest, PlannerFailure, PreparedPlan, prepare,
+};
 pub use scenario_filter::selector::{FilterError, FilterRequest, WrittenFilter, write_filter};
 pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,

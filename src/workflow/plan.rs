@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use super::{MissingEgo, OpenError, OpenRequest, PlannerFailure, open};
 use nearmiss_drive::planner::{Cancel, Forecaster, Limits, Planner, Traffic};
 use nearmiss_drive::simulation::{
-    Cycle, DriveError, Driver, ExternalPlanner, ExternalReport, Rollout, Settings, TrafficMode,
+    Cycle, DriveError, Driver, ExternalPlanner, ExternalReport, PlannerFault, Rollout, Settings,
+    TrafficMode,
 };
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::{Ego, PlanningProblem, Scenario, Scene};
+
+use super::{MissingEgo, OpenError, OpenRequest, open};
 
 /// Whose ego is planned, and how.
 #[derive(Debug, Clone, Copy)]
@@ -380,5 +382,38 @@ impl PreparedPlan {
                 of,
             });
         }
+    }
+}
+
+/// How a planner's process failed in a scenario.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{scenario}: not driven by `{planner}`: {words}")]
+pub struct PlannerFailure {
+    /// The scenario, as errors name it.
+    pub scenario: String,
+    /// The planner as the user names it.
+    pub planner: String,
+    /// The fault with its time step, its details, and the last line of standard error.
+    pub words: String,
+    /// What kind of fault it is.
+    pub fault: PlannerFault,
+    /// The time step at which there was no trajectory.
+    pub step: Option<i64>,
+    /// The last lines of standard error.
+    pub stderr: Vec<String>,
+}
+
+impl PlannerFailure {
+    /// The failure of a drive; nothing where its planner did not fail.
+    #[must_use]
+    pub fn from_report(scenario: String, report: &ExternalReport) -> Option<Self> {
+        Some(Self {
+            scenario,
+            planner: report.planner.clone(),
+            words: report.failure()?,
+            fault: report.fault?,
+            step: report.fault_step,
+            stderr: report.stderr.clone(),
+        })
     }
 }

@@ -4,15 +4,13 @@ mod answer_form;
 mod guard;
 mod library;
 mod render;
-mod shipped;
 mod techniques;
 mod template;
 
 pub use answer_form::{answer_form, answer_keys};
 pub use library::{Fallback, Library, Origin, Problem, choose_template};
 pub use render::{Prompt, RenderError, estimate_tokens, render};
-pub use shipped::{Pack, Shipped};
-pub use techniques::Techniques;
+pub use techniques::{Pack, Shipped, Techniques};
 pub use template::{
     AxesOfEgo, Defaults, FrontMatter, MAX_DECIMALS, Template, TemplateError, Wording, hash,
     renamed, template_file,

@@ -6,9 +6,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-use super::SCHEMA_VERSION;
-use super::derived::Derived;
-use super::list::DERIVED;
+use super::{DERIVED, Derived, SCHEMA_VERSION};
 
 /// Schemas of outputs that are not one type, as JSON: their keys refer to the vocabulary.
 const OUTPUTS: &str = include_str!("outputs.json");

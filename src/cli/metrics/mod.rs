@@ -1,19 +1,23 @@
-//! `nearmiss metrics`: every measure of every obstacle or whole scene, at every step, as a table.
+//! `nearmiss metrics`: every safety measure of every obstacle at every step, as table, CSV, JSON or Parquet.
 
 mod exact;
-mod format;
 mod list;
 mod paper;
 mod parts;
-mod scene;
 
 pub use exact::rounded;
-use format::Format;
 pub use list::ListDocument;
+
 use std::io;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_scene::metrics::{Context, SCENE_MEASURES, Thresholds};
+use nearmiss_scene::scenario::Scene;
+use nearmiss_settings::Folders;
+use nearmiss_study::evaluation::Provenance;
+use nearmiss_study::evaluation::batch::Spec;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -21,15 +25,10 @@ use super::ending::interrupted;
 use super::files::RowFile;
 use super::many_files::{Failed, Job, ManyFiles};
 use super::open::{EgoChoice, found, scene_and_doubts, thresholds_of, user_thresholds};
-use super::output::{self, Column, Encoded, OutputFile, Row, Table, TableWriter, Target};
+use super::output::{self, Column, Encoded, Kind, OutputFile, Row, Table, TableWriter, Target};
 use super::parts::is_folder;
 use super::{Failure, Outcome};
-use nearmiss_formats::{EgoSelection, Entry};
-use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::scenario::Scene;
-use nearmiss_settings::Folders;
-use nearmiss_study::evaluation::Provenance;
-use nearmiss_study::evaluation::batch::Spec;
+use exact::{WHEN, cell, when};
 
 /// Arguments of `metrics`.
 #[derive(Debug, clap::Args, Serialize)]
@@ -101,7 +100,7 @@ impl Rows {
     fn columns(self) -> Vec<Column> {
         match self {
             Self::Exact => exact::columns(),
-            Self::Scene => scene::columns(),
+            Self::Scene => columns(),
             Self::Paper => paper::columns(),
         }
     }
@@ -122,7 +121,7 @@ impl Plan<'_> {
         let radius = self.arguments.radius;
         match self.rows {
             Rows::Exact => Ok(exact::rows(file, scene, radius, &self.thresholds)),
-            Rows::Scene => Ok(scene::rows(file, scene, &self.thresholds)),
+            Rows::Scene => Ok(rows(file, scene, &self.thresholds)),
             Rows::Paper => paper::rows(file, scene, radius),
         }
     }
@@ -358,5 +357,64 @@ impl Measures<'_> {
     /// Everything written, but not yet in its place.
     fn finish(&mut self) -> io::Result<Option<Target>> {
         self.writer.take().map(TableWriter::finish).transpose()
+    }
+}
+
+fn columns() -> Vec<Column> {
+    let measures = SCENE_MEASURES
+        .iter()
+        .map(|m| Column::new(m.id, Kind::Number, m.unit, m.source).optional());
+    let head = RowFile::COLUMNS.into_iter().chain(WHEN);
+    head.chain(measures).collect()
+}
+
+/// Every measure of the scene at every step at which the ego is recorded.
+fn rows(file: &RowFile, scene: &Scene, thresholds: &Thresholds) -> Vec<Row> {
+    let context = Context::under(scene, thresholds);
+    let steps = context.steps();
+    let recorded = steps.filter(|step| scene.ego.track.at(*step).is_some());
+    let row = |step| {
+        let measures = SCENE_MEASURES
+            .iter()
+            .map(|m| cell((m.compute)(&context, step)));
+        let head = file.cells().into_iter().chain(when(scene, step));
+        head.chain(measures).collect()
+    };
+    recorded.map(row).collect()
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// CSV with a header.
+    Csv,
+    /// JSON lines: one object per row.
+    #[value(alias = "jsonl")]
+    Json,
+    /// Apache Parquet with units and sources as metadata; needs a file.
+    Parquet,
+}
+
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, Format)] = &[
+    ("csv", Format::Csv),
+    ("json", Format::Json),
+    ("jsonl", Format::Json),
+    ("ndjson", Format::Json),
+    ("parquet", Format::Parquet),
+];
+
+impl Format {
+    /// The format that was asked for, or that the file's name asks for; both must agree.
+    fn chosen(asked: Option<Self>, file: Option<&Path>) -> Result<Self, Failure> {
+        let known = ".csv, .json, .jsonl, .ndjson and .parquet";
+        output::format_of(asked, file, Self::Csv, (ENDINGS, known))
+    }
+
+    fn of_table(self) -> output::Format {
+        match self {
+            Self::Csv => output::Format::Csv,
+            Self::Json => output::Format::Json,
+            Self::Parquet => output::Format::Parquet,
+        }
     }
 }

@@ -23,7 +23,6 @@ mod naming;
 mod predictors;
 mod probability;
 mod prompt_summary;
-mod protocol;
 mod provenance;
 mod question;
 /// Questions that are handed to a provider as a batch.
@@ -65,7 +64,6 @@ pub use nearmiss_store::{AnswerState, CountedAs};
 pub use predictors::{Alarms, Candidate};
 pub use probability::{ProbabilitySource, probability, token_probability, with_token_probability};
 pub use prompt_summary::{TemplateVersion, motion_lines, prompt_label, run_summary, with_tools};
-pub use protocol::Protocol;
 pub use provenance::Provenance;
 pub use question::{
     AttackTerms, Case, CaseError, Question, ScenePicture, prepare, template, window_end,
@@ -73,7 +71,7 @@ pub use question::{
 pub use requirement::{Check, Regression, Requirement, regressions};
 pub use results::{AnswerOutcome, Outcome, Results, ResultsRow, results, with_intervals};
 pub use run_case::{AskError, Event, RunOptions, can_ask, run};
-pub use score::{CriticalMoments, note_on_score, says_the_score};
+pub use score::{CriticalMoments, Protocol, note_on_score, says_the_score};
 pub use scored::{AnswerCase, AnswerStatus, PromptConfig, Scored};
 pub use settings::{
     AxisValues, EffectiveSettings, Settings, default_frame, default_planning, tools_word,

@@ -1,6 +1,6 @@
 //! Screens and windows that open over the main screen: one file each, behind the trait [`Screen`].
 //!
-//! A new one is a file here, its `mod`, its line in `opening.rs`, an action and the action's line in the table.
+//! A new one is a file here, its `mod` and its line in [`open`], and its action's row in `action/default_keys.rs`.
 
 pub mod about;
 pub mod answers;
@@ -16,7 +16,6 @@ pub mod index;
 pub mod jobs;
 pub mod map;
 pub mod models;
-pub mod opening;
 pub mod palette;
 pub mod picker;
 pub mod pictures;
@@ -33,17 +32,23 @@ pub mod values;
 use std::any::Any;
 use std::fmt::Debug;
 
+use nearmiss_store::Run;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 
-use crate::action::{Action, Scope};
-use crate::keymap::Key;
-use crate::message::{Effect, Mouse};
-use crate::model::{Model, Place};
-use crate::widgets::hints::Hint;
-use nearmiss_store::Run;
-
-pub use opening::open;
+use super::action::{Action, Scope};
+use super::features::generation::panel;
+use super::features::planner::cycle;
+use super::features::prompt::saving;
+use super::features::scenarios::{self, tags};
+use super::features::{
+    about, coverage, details, help, history, jobs, map, models, palette, picker, pictures, plot,
+    results, source, themes, values,
+};
+use super::keymap::Key;
+use super::message::{Effect, Mouse};
+use super::model::{Model, Place};
+use super::widgets::hints::Hint;
 
 /// A screen or window over the main screen, which takes the keys: state, keys, drawing and footer.
 pub trait Screen: Any + Debug + Send {
@@ -261,4 +266,55 @@ fn moves_scene(action: Action) -> bool {
             | NextObstacle
             | PreviousObstacle
     )
+}
+
+/// Opens the screen of an action, or says why it stays closed; `None` for other actions. An action of a screen opens
+/// the screen where it is not on top, and does nothing else.
+pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
+    use Action::*;
+    match action {
+        Help => model.screens.open(help::HelpScreen::default()),
+        About => model.screens.open(about::AboutScreen::default()),
+        Values => model.screens.open(values::ValuesScreen::default()),
+        Details => details::open(model),
+        PlannerCycle => cycle::open(model),
+        VariantPanel => panel::open(model),
+        Layers => model.screens.open(map::LayersScreen::default()),
+        Palette => picker::open(model, palette::Palette),
+        PickTheme => themes::open(model),
+        ChooseModel => picker::open(model, models::Models { ask: false }),
+        Compare => picker::open(model, models::Models { ask: true }),
+        PlotMeasure => picker::open(model, plot::Measures),
+        SortScenarios => picker::open(model, scenarios::Orders),
+        SavePicture => pictures::open(model),
+        ChooseTemplate => picker::open(model, saving::Templates),
+        EditTags => tags::open(model),
+        Source => return Some(source::open(model)),
+        History => return Some(history::open(model)),
+        ReopenRun | SearchRuns | PinRun | DeleteRun | UndoDelete | NoteRun | CopyRun
+        | ExportRuns | OtherHalf
+            if !model.screens.is_top::<history::HistoryScreen>() =>
+        {
+            return Some(history::open(model));
+        }
+        TaskList => jobs::open(model),
+        CancelJob | CancelAllJobs | ShowJob if !model.screens.is_top::<jobs::JobsScreen>() => {
+            jobs::open(model);
+        }
+        Coverage => coverage::open(model),
+        CoverageLeft | CoverageRight | OpenCoverage | NextSeverity | CoverageWindows
+            if !model.screens.is_top::<coverage::CoverageScreen>() =>
+        {
+            coverage::open(model);
+        }
+        Results => return Some(results::open(model)),
+        CellLeft | CellRight | OpenCell | ChooseCounted | ChangeTruth | SortResults
+        | ExportResults
+            if !model.screens.is_top::<results::ResultsScreen>() =>
+        {
+            return Some(results::open(model));
+        }
+        _ => return None,
+    }
+    Some(Vec::new())
 }

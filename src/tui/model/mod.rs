@@ -1,34 +1,11 @@
 //! The complete state of the workbench: changed by `update` alone, read by the views.
 
 pub mod camera;
-pub mod ids;
-pub mod jump_list;
 pub mod last_frame;
 pub mod look;
 pub mod pane;
 pub mod picker;
 pub mod question;
-
-use std::path::PathBuf;
-use std::sync::Arc;
-use std::time::Duration;
-
-use crate::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope, opens};
-use crate::clock::Clock;
-use crate::features::{Screen, Screens};
-use crate::loaded::{Opened, Source};
-use crate::session::SessionState;
-use crate::theme::Theme;
-use nearmiss_ask::llm::ModelOffer;
-use nearmiss_ask::prompts::{Library, Techniques};
-use nearmiss_scene::description::Frame;
-use nearmiss_scene::judge;
-use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::scenario::{Scene, Window, WindowRule};
-use nearmiss_scene::verdict::Task;
-use nearmiss_settings::Config;
-use nearmiss_store::{Run, RunId};
-use nearmiss_study::evaluation::{EffectiveSettings, Settings, window_end};
 
 pub use super::features::answers::claims_state::{Claims, Document};
 pub use super::features::answers::state::{
@@ -47,7 +24,7 @@ pub use super::features::generation::state::{
     GenerationState, Search, consequence_words, listed, working_words,
 };
 pub use super::features::history::state::{COUNTED, History, InputPurpose, PAGE};
-pub use super::features::index::state::IndexChoice;
+pub use super::features::index::IndexChoice;
 pub use super::features::jobs::state::{Job, JobKind, JobState, Jobs};
 pub use super::features::map::state::{
     Detail, End, Foreseen, Foresight, Future, Halves, Layers, Measurement, Moment, On, PathRequest,
@@ -65,10 +42,8 @@ pub use super::features::scenarios::state::{
     WordMatch, nearest,
 };
 pub use super::features::timeline::state::{Disagreement, Heat, Seek, heat};
-pub use super::features::values::state::Values;
+pub use super::features::values::Values;
 pub use camera::{Camera, NEIGHBOURHOOD};
-pub use ids::{JobId, MeasureId, OpenId, PageId, SeriesId, Update};
-pub use jump_list::{JumpList, Place};
 pub use last_frame::{Extent, HistoryDrawn, LastFrame, MapDrawn, MapPicture, Readings};
 pub use look::{DisplaySettings, Glyphs, MapChoice, themes_shown};
 pub use nearmiss_study::evaluation::claims::counted;
@@ -77,6 +52,28 @@ pub use picker::{
     Picker, matching, measures_shown, models_shown, orders_shown, palette_shown, templates_shown,
 };
 pub use question::{Prices, RequestTokens};
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use nearmiss_ask::llm::ModelOffer;
+use nearmiss_ask::prompts::{Library, Techniques};
+use nearmiss_scene::description::Frame;
+use nearmiss_scene::judge;
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Scene, Window, WindowRule};
+use nearmiss_scene::verdict::Task;
+use nearmiss_settings::Config;
+use nearmiss_store::{Run, RunId};
+use nearmiss_study::evaluation::{EffectiveSettings, Settings, window_end};
+
+use super::action::{Action, EVEN_THERE, MOVES_FOCUS, Scope, opens};
+use super::clock::Clock;
+use super::features::{Screen, Screens};
+use super::loaded::{Opened, Source};
+use super::session::SessionState;
+use super::theme::Theme;
 
 /// The state of the workbench.
 #[derive(Debug)]
@@ -433,5 +430,122 @@ impl Model {
     pub fn read_notices(&mut self) {
         let unread = |toast: &Toast| toast.kind == Notice::News && toast.shown < READ;
         self.toasts.retain(unread);
+    }
+}
+
+/// Numbers the jobs; an event of one that has ended is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct JobId(pub u64);
+
+/// Numbers the openings; a message of an old one is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct OpenId(pub u64);
+
+/// Numbers the lists of runs that are asked for; what an old one gives is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct PageId(pub u64);
+
+/// Numbers the requests for every measure; what an old one gives is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct MeasureId(pub u64);
+
+/// Numbers the requests for what is plotted; what an old one gives is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct SeriesId(pub u64);
+
+/// How far a job is; the last one tells its outcome.
+#[derive(Debug)]
+pub enum Update<P, T> {
+    /// It goes on.
+    Progress(P),
+    /// It has ended: what came of it, or why it failed.
+    Ended(Result<T, String>),
+    /// It was cancelled, and has ended.
+    Cancelled,
+}
+
+/// A place: a scenario, a step and the picked obstacle.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The scenario, by its place in the list.
+    pub scenario: usize,
+    /// The obstacle that was taken as the ego.
+    pub taken: Option<i64>,
+    /// The time step.
+    pub step: i64,
+    /// The picked obstacle.
+    pub picked: Option<i64>,
+}
+
+/// Places to go back to and forward to, the next one last.
+#[derive(Debug, Clone, Default)]
+pub struct JumpList {
+    back: Vec<Place>,
+    forward: Vec<Place>,
+    /// The place to go to when its scenario has been opened.
+    pub arriving: Option<(OpenId, Place)>,
+}
+
+/// Places that are kept.
+const KEPT: usize = 100;
+
+impl JumpList {
+    /// A jump leaves this place: what lay ahead is forgotten.
+    pub fn leave(&mut self, place: Place) {
+        self.forward.clear();
+        if self.back.last() != Some(&place) {
+            self.back.push(place);
+        }
+        let over = self.back.len().saturating_sub(KEPT);
+        self.back.drain(..over);
+    }
+
+    /// The place before the last jump, or after it, in exchange for the present one.
+    pub fn turn(&mut self, back: bool, now: Option<Place>) -> Option<Place> {
+        let (from, to) = if back {
+            (&mut self.back, &mut self.forward)
+        } else {
+            (&mut self.forward, &mut self.back)
+        };
+        // A jump that led nowhere is none.
+        while from.last().is_some_and(|place| Some(place) == now.as_ref()) {
+            from.pop();
+        }
+        let place = from.pop()?;
+        to.extend(now);
+        Some(place)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(step: i64) -> Place {
+        Place {
+            scenario: 0,
+            taken: None,
+            step,
+            picked: None,
+        }
+    }
+
+    #[test]
+    fn back_and_forward_and_a_jump_forgets_what_lay_ahead() {
+        let mut jumps = JumpList::default();
+        jumps.leave(at(1));
+        jumps.leave(at(2));
+        assert_eq!(jumps.turn(true, Some(at(3))), Some(at(2)));
+        assert_eq!(jumps.turn(true, Some(at(2))), Some(at(1)));
+        assert_eq!(jumps.turn(true, Some(at(1))), None);
+        assert_eq!(jumps.turn(false, Some(at(1))), Some(at(2)));
+        assert_eq!(jumps.turn(false, Some(at(2))), Some(at(3)));
+        assert_eq!(jumps.turn(true, Some(at(3))), Some(at(2)));
+        jumps.leave(at(2));
+        assert_eq!(jumps.turn(false, Some(at(9))), None);
+        for step in 0..500 {
+            jumps.leave(at(step));
+        }
+        assert_eq!(jumps.back.len(), KEPT);
     }
 }

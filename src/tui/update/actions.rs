@@ -10,7 +10,7 @@ use crate::features::{
 use crate::message::Effect;
 use crate::model::{Model, Notice, Pane, PromptView, ShownAnswer, Toast};
 use crate::session::restore;
-use crate::update::pressed::scroll;
+use crate::update::keys::scroll;
 use crate::update::{keys as on_screen, open_current, opening, pointer};
 
 /// Does it.

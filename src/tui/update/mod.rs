@@ -5,7 +5,6 @@ pub mod keys;
 pub mod opened;
 pub mod opening;
 pub mod pointer;
-pub mod pressed;
 
 use crate::features::answers::{self, Probe, claims};
 use crate::features::scenarios::request::Find;
@@ -131,7 +130,7 @@ fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
             ..Key::plain(Code::Char('c'))
         })
     {
-        if pressed::cancel_chord(model) {
+        if keys::cancel_chord(model) {
             return Vec::new();
         }
         return actions::interrupt(model);

@@ -120,7 +120,7 @@ fn wheel(model: &mut Model, pane: Pane, at: Position, direction: Action) -> Vec<
         }
         _ => {
             for _ in 0..3 {
-                super::pressed::scroll(model, pane, direction);
+                super::keys::scroll(model, pane, direction);
             }
             Vec::new()
         }

@@ -5,9 +5,7 @@
 //! [`BatchPlan::built_in`] has the built-in judge and simpler predictors answer them at once, and stores nothing.
 
 mod built_in;
-mod control;
 mod dry_run;
-mod error;
 mod judges;
 mod plan;
 mod resume;
@@ -15,14 +13,12 @@ mod run;
 mod submit;
 
 pub use built_in::{BuiltInAnswers, BuiltInEvent};
-pub use control::{BatchControl, ProviderSlots};
 pub use dry_run::{DryRun, DryRunEvent, DryRunLine, is_enough};
-pub use error::BatchError;
 pub use judges::{BatchModels, PausedModel};
 pub use plan::{BatchPlan, BatchRequest, PlanningEvent, Selection};
 pub use resume::{Relabelling, ResumeRequest};
-pub use run::{BatchRun, QuestionOutcome, at_once};
-pub use submit::SubmittedItems;
+pub use run::{BatchControl, BatchRun, ProviderSlots, QuestionOutcome, at_once};
+pub use submit::{BatchError, SubmittedItems};
 
 use rayon::prelude::*;
 

@@ -1,22 +1,22 @@
-//! Runs a batch: asks several questions at once of every provider, and stores each outcome as it arrives.
+//! Runs a batch: every question that is open is asked, stored and counted, until it is done or stopped.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::num::NonZeroU32;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use tokio::sync::Semaphore;
-use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
-use tokio::task::JoinSet;
-
-use super::judges::Watch;
-use super::{BatchControl, BatchPlan, DryRun, PausedModel, ProviderSlots, Selection};
-use crate::{AskOutcome, AskRequest, ask};
 use nearmiss_ask::llm::ProviderOutage;
 use nearmiss_store::{BatchId, Item, ItemState, Key, RunId, SplitPart, Store, StoreError};
 use nearmiss_study::evaluation::batch::{QuestionBuilder, configuration_of_item, question_key};
 use nearmiss_study::evaluation::{
     Answer, AskError, Event, Judge, JudgeOutcome, Judges, MissingVerdict, Question, RunOptions,
 };
+use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
+use tokio::sync::{Semaphore, watch};
+use tokio::task::JoinSet;
+
+use super::judges::Watch;
+use super::{BatchPlan, DryRun, PausedModel, Selection};
+use crate::{AskOutcome, AskRequest, ask};
 
 /// Outcome of one question.
 #[derive(Debug, Clone)]
@@ -363,5 +363,73 @@ impl BatchRun {
         }
         self.store
             .set_item(self.id, item.place, key, state, run, error)
+    }
+}
+
+/// Stops or cancels a batch; its clones are the same control.
+#[derive(Debug, Clone)]
+pub struct BatchControl(Arc<watch::Sender<Phase>>);
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
+enum Phase {
+    Asking,
+    Stopped,
+    Cancelled,
+}
+
+impl Default for BatchControl {
+    fn default() -> Self {
+        Self(Arc::new(watch::Sender::new(Phase::Asking)))
+    }
+}
+
+impl BatchControl {
+    /// Begins no further question; what was sent is waited for.
+    pub fn stop(&self) {
+        self.advance(Phase::Stopped);
+    }
+
+    /// Cancels also requests already sent, and records that in the store.
+    pub fn cancel(&self) {
+        self.advance(Phase::Cancelled);
+    }
+
+    /// Whether no further question is begun.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        *self.0.borrow() >= Phase::Stopped
+    }
+
+    /// Waits until the batch is cancelled.
+    pub(super) async fn cancelled(&self) {
+        // This holds the sender, so the channel stays open.
+        let _ = self
+            .0
+            .subscribe()
+            .wait_for(|phase| *phase == Phase::Cancelled)
+            .await;
+    }
+
+    fn advance(&self, phase: Phase) {
+        self.0.send_if_modified(|now| {
+            let further = *now < phase;
+            if further {
+                *now = phase;
+            }
+            further
+        });
+    }
+}
+
+/// Requests to each provider that are on their way at once, over all batches of the program.
+#[derive(Debug, Default)]
+pub struct ProviderSlots(Mutex<HashMap<String, Arc<Semaphore>>>);
+
+impl ProviderSlots {
+    /// The slots of a provider, `most` where it has none yet.
+    pub(super) fn of_provider(&self, provider: &str, most: usize) -> Arc<Semaphore> {
+        let mut slots = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let slots = slots.entry(provider.to_string());
+        Arc::clone(slots.or_insert_with(|| Arc::new(Semaphore::new(most))))
     }
 }

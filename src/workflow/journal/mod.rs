@@ -1,29 +1,21 @@
-//! The journal of a long job over many files: what is finished, so that a run that was killed continues.
+//! The journal of a job over many files: what it was begun with, what is done, and whether it can go on.
 //!
 //! It lies in the folder that the job writes to, in [`FOLDER`]: JSON lines, the first one with the job, then one for
 //! each finished unit (a scenario, or a part of a table), added after the unit's files are in their places. A unit
 //! whose line is missing, whose input has changed, or whose files were changed or removed is done again.
 
-mod error;
-mod lines;
-mod settings;
-#[cfg(test)]
-mod tests;
-
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::fmt;
 use std::fs::File;
+use std::io::{BufRead, BufReader, Result, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use nearmiss_base::system;
 use nearmiss_scene::scenario::ContentHash;
 use nearmiss_study::evaluation::batch::Shard;
-
-pub use error::JournalError;
-pub use settings::{RunSettings, SettingDifference};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// The folder of journals inside an output folder. Spark, DuckDB and Polars pass over names that begin so.
 pub const FOLDER: &str = "_nearmiss";
@@ -135,17 +127,17 @@ impl Journal {
         if file.try_lock().is_err() {
             return Err(JournalError::Busy(path));
         }
-        lines::check_others(&journals, &path, job)?;
+        check_others(&journals, &path, job)?;
         if earlier == EarlierRun::Replace {
             file.set_len(0).map_err(|e| io(&path, e))?;
         }
-        let (found, finished) = lines::read(&mut file, &path)?;
+        let (found, finished) = read(&mut file, &path)?;
         match found {
             Some(_) if earlier == EarlierRun::Refuse => {
                 return Err(JournalError::EarlierRun(folder.to_path_buf()));
             }
             Some(found) => job.check(&path, &found)?,
-            None => lines::append(&mut file, &job.header()).map_err(|e| io(&path, e))?,
+            None => append(&mut file, &job.header()).map_err(|e| io(&path, e))?,
         }
         let mut journal = Self {
             folder: folder.to_path_buf(),
@@ -196,7 +188,7 @@ impl Journal {
             notes,
         };
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        lines::append(&mut file, &line).map_err(|e| io(&self.path, e))
+        append(&mut file, &line).map_err(|e| io(&self.path, e))
     }
 
     /// Forgets units whose files were changed or removed.
@@ -264,3 +256,229 @@ fn hash_of(path: &Path) -> std::io::Result<String> {
     let bytes = system::read_file(path, system::LARGEST)?;
     Ok(ContentHash::digest(&bytes).to_string())
 }
+
+/// Why a journal cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// It cannot be read or written, or a file of a finished unit cannot.
+    #[error("{path}: {}", system::error_text(source))]
+    Io {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Another program is writing it.
+    #[error("{0}: another nearmiss is working on the same part in this folder")]
+    Busy(PathBuf),
+    /// The folder has the output of an earlier run.
+    #[error("{0}: holds an earlier run; --resume continues it, --overwrite starts again")]
+    EarlierRun(PathBuf),
+    /// The earlier run had other settings, or was made by another version.
+    #[error(
+        "{path}: the run in this folder has other settings or comes from another version of nearmiss ({differences}); \
+         choose another folder, give the settings of then, or leave out --resume and start again with --overwrite"
+    )]
+    OtherSettings {
+        /// The journal.
+        path: PathBuf,
+        /// What differs.
+        differences: String,
+    },
+    /// The folder has another division into parts.
+    #[error(
+        "{0}: the folder holds a run divided otherwise, so scenarios would be there twice; use the same number of \
+         parts, or another folder"
+    )]
+    OtherDivision(PathBuf),
+    /// It is not a journal.
+    #[error("{path}: line {line} is not a line of a journal of nearmiss; choose another folder")]
+    NotAJournal {
+        /// Which file.
+        path: PathBuf,
+        /// Which line, from 1.
+        line: usize,
+    },
+}
+
+/// The settings of a run by their keys, those of a table by the keys on the way to them: `search.seed`. What is not
+/// given is left out.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunSettings(BTreeMap<String, Value>);
+
+/// A setting that two runs do not share.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SettingDifference {
+    /// Its key.
+    pub key: String,
+    /// Its value in the earlier run; `None` where it was not given.
+    pub then: Option<Value>,
+    /// Its value now.
+    pub now: Option<Value>,
+}
+
+impl RunSettings {
+    /// Those that a value has when it is written to a file and read again: digits that no file keeps make no
+    /// difference.
+    ///
+    /// # Errors
+    /// It cannot be written as JSON.
+    pub fn new(settings: &impl Serialize) -> serde_json::Result<Self> {
+        let mut all = BTreeMap::new();
+        let written = serde_json::to_string(settings)?;
+        flatten(String::new(), serde_json::from_str(&written)?, &mut all);
+        Ok(Self(all))
+    }
+
+    /// Settings of which only words are known.
+    fn of_words(words: impl IntoIterator<Item = (String, String)>) -> Self {
+        let value = |word: String| word.parse::<f64>().map_or(Value::String(word), Value::from);
+        let all = words.into_iter().map(|(key, word)| (key, value(word)));
+        Self(all.collect())
+    }
+
+    /// The same, with no more known than words.
+    fn in_words(&self) -> Self {
+        let word = |value: &Value| value.as_str().map_or(value.to_string(), String::from);
+        Self::of_words(self.0.iter().map(|(key, value)| (key.clone(), word(value))))
+    }
+
+    /// Where these of an earlier run are others than those of now.
+    #[must_use]
+    pub fn differences(&self, now: &Self) -> Vec<SettingDifference> {
+        let keys: BTreeSet<&String> = self.0.keys().chain(now.0.keys()).collect();
+        let differ = keys
+            .into_iter()
+            .filter(|key| self.0.get(*key) != now.0.get(*key));
+        differ
+            .map(|key| SettingDifference {
+                key: key.clone(),
+                then: self.0.get(key).cloned(),
+                now: now.0.get(key).cloned(),
+            })
+            .collect()
+    }
+}
+
+impl fmt::Display for SettingDifference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let word = |value: &Option<Value>| match value {
+            Some(value) => value.to_string(),
+            None => "not given".into(),
+        };
+        write!(
+            f,
+            "{} {}, now {}",
+            self.key,
+            word(&self.then),
+            word(&self.now)
+        )
+    }
+}
+
+fn flatten(path: String, value: Value, all: &mut BTreeMap<String, Value>) {
+    match value {
+        Value::Null => {}
+        Value::Object(table) => {
+            for (key, value) in table {
+                let dot = if path.is_empty() { "" } else { "." };
+                flatten(format!("{path}{dot}{key}"), value, all);
+            }
+        }
+        value => {
+            all.insert(path, value);
+        }
+    }
+}
+
+type Contents = (Option<Header>, HashMap<String, FinishedUnit>);
+
+/// Reads a journal. A last line without an end is cut off: its program was killed. Of a unit that was done again, the
+/// last line counts.
+fn read(file: &mut File, path: &Path) -> std::result::Result<Contents, JournalError> {
+    let io = |source| JournalError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    let mut reader = BufReader::new(&*file);
+    let (mut header, mut finished) = (None, HashMap::new());
+    let (mut whole, mut line, mut text) = (0_u64, 0, String::new());
+    loop {
+        text.clear();
+        let length = reader.read_line(&mut text).map_err(io)?;
+        if !text.ends_with('\n') {
+            break;
+        }
+        whole += length as u64;
+        line += 1;
+        let wrong = |_| JournalError::NotAJournal {
+            path: path.to_path_buf(),
+            line,
+        };
+        if line == 1 {
+            header = Some(serde_json::from_str(&text).map_err(wrong)?);
+            continue;
+        }
+        let unit: FinishedUnit = serde_json::from_str(&text).map_err(wrong)?;
+        finished.insert(unit.unit.clone(), unit);
+    }
+    file.set_len(whole).map_err(io)?;
+    Ok((header, finished))
+}
+
+/// Adds a line, in one piece.
+fn append(file: &mut File, line: &impl serde::Serialize) -> Result<()> {
+    let mut text = serde_json::to_string(line)?;
+    text.push('\n');
+    file.write_all(text.as_bytes())
+}
+
+/// Refuses journals of the same command beside it that have other settings, or divide the scenarios otherwise.
+fn check_others(
+    folder: &Path,
+    own: &Path,
+    job: &JobIdentity,
+) -> std::result::Result<(), JournalError> {
+    let entries = std::fs::read_dir(folder).map_err(|source| JournalError::Io {
+        path: folder.to_path_buf(),
+        source,
+    })?;
+    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.sort();
+    for path in paths {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let same = name
+            .strip_prefix(job.command)
+            .is_some_and(|rest| rest == ".jsonl" || rest.starts_with('-'));
+        if path == own || !same {
+            continue;
+        }
+        let mut first = String::new();
+        let opened = system::open_file(&path);
+        let read = opened.and_then(|file| BufReader::new(file).read_line(&mut first));
+        read.map_err(|source| JournalError::Io {
+            path: path.clone(),
+            source,
+        })?;
+        // One that is just being begun has no whole line yet.
+        let Ok(found) = serde_json::from_str::<Header>(&first) else {
+            continue;
+        };
+        let own = job.shard.map(|shard| shard.to_string());
+        if parts(found.shard.as_deref()) != parts(own.as_deref()) {
+            return Err(JournalError::OtherDivision(path));
+        }
+        job.check(&path, &found)?;
+    }
+    Ok(())
+}
+
+/// The number of parts, as text.
+fn parts(shard: Option<&str>) -> Option<&str> {
+    shard
+        .and_then(|shard| shard.split_once('/'))
+        .map(|(_, of)| of)
+}
+
+#[cfg(test)]
+mod tests;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use nearmiss_base::system::{self, SaveError};
 
 use super::render::syntax;
-use super::shipped::SHIPPED;
+use super::techniques::SHIPPED;
 use super::{Pack, Template, TemplateError, template};
 
 /// Source of a template.

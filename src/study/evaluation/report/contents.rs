@@ -375,7 +375,10 @@ impl Report {
             let without = cell.asked - cell.confusion.answered();
             let share = 100.0 * f64::from(without) / f64::from(cell.asked);
             let configuration = names::configuration_name(&cell.configuration);
-            format!("{configuration}: {without} of {} ({share:.0} %)", cell.asked)
+            format!(
+                "{configuration}: {without} of {} ({share:.0} %)",
+                cell.asked
+            )
         });
         let who: Vec<String> = who.collect();
         (!who.is_empty()).then(|| {

@@ -9,9 +9,7 @@ mod names;
 mod pivot;
 mod prevalence;
 mod published;
-mod split;
 mod stored;
-mod subject;
 mod truth;
 mod varied;
 
@@ -26,13 +24,13 @@ pub use contents::RuleRow;
 pub(crate) use contents::record_rows;
 pub use document::{Block, Document, FlatRows, InSplit, IntervalMethods, ReportDocument};
 pub(crate) use names::p_value;
-pub use names::{configuration_name, model as model_name};
+pub use names::{ReportSubject, TruthSubject, configuration_name, model as model_name};
 pub use pivot::{AskedFacts, AxesDocument, Axis, Measure, Pivot, PivotRequest};
 pub use prevalence::{AtPrevalence, at_prevalence};
-pub use published::{ComparisonRow, CountedCounts, Finding, PartRow, PrintedCounts};
-pub use split::{PartProgress, SplitReport};
+pub use published::{
+    ComparisonRow, CountedCounts, Finding, PartProgress, PartRow, PrintedCounts, SplitReport,
+};
 pub use stored::{Stored, stored};
-pub use subject::{ReportSubject, TruthSubject};
 pub use truth::{AskedAs, BatchTruth, QuestionKey, RecordedScene, ScoreKey, Truth};
 pub use varied::{InvarianceRow, LeadRow, LeadWord, SAME_WORDS, Varied};
 

@@ -13,7 +13,7 @@ use crate::features::{Step, timeline};
 use crate::keymap::Key;
 use crate::message::Effect;
 use crate::model::{Column, MAX_COMPARED, Model, ShownAnswer};
-use crate::update::pressed::{KeyEffect, pressed};
+use crate::update::keys::{KeyEffect, pressed};
 use nearmiss_store::Choice;
 
 /// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.

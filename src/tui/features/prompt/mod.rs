@@ -12,7 +12,7 @@ use crate::features::prompt::request::KeepDraft;
 use crate::keymap::{Code, Key, Keymap, editor_input, first_line};
 use crate::message::{Effect, ExternalEdit, Mouse};
 use crate::model::{Change, Editor, HEAVY, Model, Pane, PromptView};
-use crate::update::pressed;
+use crate::update::keys;
 use edtui::events::KeyInput;
 use nearmiss_scene::description::visible;
 use nearmiss_settings::Keys;
@@ -124,7 +124,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
             _ => None,
         };
         if let Some(action) = moves {
-            pressed::scroll(model, Pane::Prompt, action);
+            keys::scroll(model, Pane::Prompt, action);
             return Vec::new();
         }
         model.prompt.turned = false;

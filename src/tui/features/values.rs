@@ -2,8 +2,6 @@
 //!
 //! The thresholds in use, and the source of each.
 
-pub mod state;
-
 use std::sync::Arc;
 
 use nearmiss_scene::description::visible;
@@ -21,7 +19,7 @@ use crate::features::scenarios::request::{Survey, ranking};
 use crate::features::{Screen, Step, moves_scene, planner};
 use crate::loaded::Measured;
 use crate::message::Effect;
-use crate::model::{MeasureId, Model, Values};
+use crate::model::{MeasureId, Model};
 use crate::request::{Computation, Replies, Request};
 use crate::services::{self, Services};
 use crate::update::open_again;
@@ -34,8 +32,10 @@ const COLUMNS: u16 = 132;
 
 /// Columns of the sign and of the name of a measure.
 const NAME: usize = 18;
+
 /// Columns of a value with its unit.
 const VALUE: usize = 13;
+
 /// Columns of thresholds.
 const LIMIT: usize = 22;
 
@@ -256,6 +256,7 @@ impl Computation for MeasureAll {
 
 /// Columns of what is limited, in a narrow window and in a wide one.
 const THRESHOLD_NAME: [usize; 2] = [28, 40];
+
 /// Columns of a value with its unit.
 const THRESHOLD_VALUE: usize = 18;
 
@@ -402,5 +403,24 @@ impl Request for UseThresholds {
 
     fn perform(self, services: &mut Services, _: Replies<Self>) {
         services.thresholds = self.0;
+    }
+}
+
+/// The last request and its result.
+#[derive(Debug, Default)]
+pub struct Values {
+    /// The last request, and about whom; `None` before the first one for a scene.
+    pub asked: Option<(MeasureId, Option<i64>)>,
+    /// The last result; it may be about the obstacle that was picked before.
+    pub found: Option<Box<Measured>>,
+}
+
+impl Values {
+    /// The values of this obstacle, if they are known.
+    #[must_use]
+    pub fn for_obstacle(&self, obstacle: Option<i64>) -> Option<&Measured> {
+        self.found
+            .as_deref()
+            .filter(|found| found.obstacle == obstacle)
     }
 }

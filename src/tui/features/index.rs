@@ -1,8 +1,6 @@
 //! The index of a corpus: chosen, read in the background, and given to the list.
 
-pub mod state;
-
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -19,7 +17,7 @@ use crate::features::jobs::notes;
 use crate::features::{Screen, Step};
 use crate::keymap::{Code, Key, edit_line, first_line};
 use crate::message::Effect;
-use crate::model::{IndexChoice, Job, JobId, JobKind, JobState, ListIndex, Model, Picker, Update};
+use crate::model::{Job, JobId, JobKind, JobState, ListIndex, Model, Picker, Update};
 use crate::request::{Replies, Request};
 use crate::services::Services;
 use crate::widgets::hints::{Hint, fixed};
@@ -281,5 +279,45 @@ impl Request for ReadIndex {
             on_update(model, id, update);
         }
         Vec::new()
+    }
+}
+
+/// The chosen index; what was read of it belongs to the list.
+#[derive(Debug, Clone, Default)]
+pub struct IndexChoice {
+    /// Its folder; `None` where there is no index.
+    pub folder: Option<PathBuf>,
+    /// The folder of the configuration, `None` where it names none.
+    pub configured: Option<PathBuf>,
+    /// The folder that was typed behind the action's name in the palette.
+    pub typed: Option<String>,
+    /// The job that reads it.
+    pub job: Option<JobId>,
+    /// Rows that were read, and rows in all.
+    pub read: (u64, u64),
+    /// Why it cannot be read.
+    pub error: Option<String>,
+}
+
+impl IndexChoice {
+    /// The folder as text; empty where there is none.
+    #[must_use]
+    pub fn text(folder: Option<&Path>) -> String {
+        folder.map_or_else(String::new, |folder| folder.display().to_string())
+    }
+
+    /// The folder that a typed text means, of a program that was started in the folder `here`; nothing for an empty
+    /// text.
+    #[must_use]
+    pub fn meant(text: &str, here: &Path) -> Option<PathBuf> {
+        let text = text.trim();
+        if text.is_empty() {
+            return None;
+        }
+        let home = text.strip_prefix("~/").zip(std::env::home_dir());
+        Some(match home {
+            Some((rest, home)) => home.join(rest),
+            None => here.join(text),
+        })
     }
 }
