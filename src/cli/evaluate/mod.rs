@@ -12,7 +12,6 @@ mod table;
 pub use context::{BatchContext, planned, runtime};
 pub use dry_run::{DryRunDocument, LeaksDocument, make as questions_of};
 pub use listed::ListedDocument;
-pub use options::part_of_split;
 pub use table::BatchDocument;
 
 use super::Outcome;

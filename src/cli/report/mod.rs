@@ -15,7 +15,6 @@ use nearmiss_study::evaluation::report::{
 use nearmiss_study::evaluation::{AnswerPage, Cluster, PromptConfig, Provenance, Scored};
 use nearmiss_study::paper::Paper;
 
-use super::evaluate::part_of_split;
 use super::filters::{FilterOption, LAST, last_batch, store_to_read};
 use super::gate::{Declared, Gate, both};
 use super::output::{self, Format, TableWriter, Target, file_of};

@@ -1,4 +1,4 @@
-//! Safety measures: one file each, a registry, and series over steps and obstacles.
+//! Safety measures: a file and a row of [`MEASURES`] each, and series over steps and obstacles.
 //!
 //! Everything here but [`crate::metrics::paper`] uses the real shapes, and the ego's own frame or its route. A
 //! measure without a value says why; no NaN and no infinity leaves this module. Turning, moving or mirroring a
@@ -26,7 +26,7 @@ pub use context::{Context, Encounter};
 pub use limits::{LIMITS, Limit};
 pub use measure::{Danger, Measure, Mirrored};
 pub use plane::HORIZON;
-pub use registry::{MEASURES, MeasureList, NoValue, Reading, measure};
+pub use registry::{MeasureList, NoValue, Reading, measure};
 pub use relation::{Direction, Relation, side_of_centre};
 pub use risk::{RISK_LEVELS, RiskConvention, RiskLevel, RiskTable, ScoreAt, UNROUNDED_RISK};
 pub use scene_measures::{Headline, Nearest, SCENE_MEASURES, SceneMeasure};
@@ -35,3 +35,49 @@ pub use severity::{
     CriticalMoment, Grade, Hazard, Moments, PairMoments, SEVERITY_NAMES, critical_moments,
 };
 pub use thresholds::{Change, Threshold, ThresholdError, Thresholds};
+
+use along::{exposure, following, rss};
+use recorded::{conflict, manoeuvre};
+
+/// Every measure, in the order of columns.
+pub const MEASURES: &[Measure] = &[
+    plane::DISTANCE,
+    plane::TIME_TO_COLLISION,
+    risk::MEASURE,
+    relation::GAP_LONG,
+    relation::GAP_LAT,
+    relation::TTC_LONG,
+    relation::TTC_LAT,
+    relation::V_REL_LONG,
+    relation::V_REL_LAT,
+    relation::A_REL_LONG,
+    relation::A_REL_LAT,
+    conflict::CLOSEST_DISTANCE,
+    conflict::TIME_TO_CLOSEST,
+    conflict::FIRST_OVERLAP,
+    contact::CONTACT_SPEED,
+    plane::WORST_CASE_TTC,
+    following::HEADWAY,
+    following::TIME_GAP,
+    following::TIME_HEADWAY,
+    following::LANE_TTC,
+    following::LONGITUDINAL_ACCELERATION,
+    following::LATERAL_ACCELERATION,
+    following::DRAC,
+    following::BRAKE_THREAT,
+    following::STEER_THREAT,
+    exposure::TIME_EXPOSED,
+    exposure::TIME_INTEGRATED,
+    exposure::CRASH_POTENTIAL,
+    conflict::ENCROACHMENT_TIME,
+    conflict::POST_ENCROACHMENT_TIME,
+    manoeuvre::BRAKE,
+    manoeuvre::KICK_DOWN,
+    manoeuvre::STEER,
+    manoeuvre::REACT,
+    rss::LONGITUDINAL_DISTANCE,
+    rss::LONGITUDINAL_MARGIN,
+    rss::LATERAL_DISTANCE,
+    rss::LATERAL_MARGIN,
+    rss::RSS_MARGIN,
+];

@@ -1,53 +1,8 @@
-//! The table of measures; values and lists of them.
+//! Measures by name; values and lists of them.
 
 use nearmiss_base::system::unknown;
 
-use super::along::{exposure, following, rss};
-use super::recorded::{conflict, manoeuvre};
-use super::{Measure, contact, plane, relation, risk};
-
-/// Every measure, in the order of columns.
-pub const MEASURES: &[Measure] = &[
-    plane::DISTANCE,
-    plane::TIME_TO_COLLISION,
-    risk::MEASURE,
-    relation::GAP_LONG,
-    relation::GAP_LAT,
-    relation::TTC_LONG,
-    relation::TTC_LAT,
-    relation::V_REL_LONG,
-    relation::V_REL_LAT,
-    relation::A_REL_LONG,
-    relation::A_REL_LAT,
-    conflict::CLOSEST_DISTANCE,
-    conflict::TIME_TO_CLOSEST,
-    conflict::FIRST_OVERLAP,
-    contact::CONTACT_SPEED,
-    plane::WORST_CASE_TTC,
-    following::HEADWAY,
-    following::TIME_GAP,
-    following::TIME_HEADWAY,
-    following::LANE_TTC,
-    following::LONGITUDINAL_ACCELERATION,
-    following::LATERAL_ACCELERATION,
-    following::DRAC,
-    following::BRAKE_THREAT,
-    following::STEER_THREAT,
-    exposure::TIME_EXPOSED,
-    exposure::TIME_INTEGRATED,
-    exposure::CRASH_POTENTIAL,
-    conflict::ENCROACHMENT_TIME,
-    conflict::POST_ENCROACHMENT_TIME,
-    manoeuvre::BRAKE,
-    manoeuvre::KICK_DOWN,
-    manoeuvre::STEER,
-    manoeuvre::REACT,
-    rss::LONGITUDINAL_DISTANCE,
-    rss::LONGITUDINAL_MARGIN,
-    rss::LATERAL_DISTANCE,
-    rss::LATERAL_MARGIN,
-    rss::RSS_MARGIN,
-];
+use super::{MEASURES, Measure};
 
 /// The measure with this id.
 #[must_use]

@@ -37,18 +37,14 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 
 use super::action::{Action, Scope};
-use super::features::generation::panel;
-use super::features::planner::cycle;
-use super::features::prompt::saving;
-use super::features::scenarios::{self, tags};
-use super::features::{
-    about, coverage, details, help, history, jobs, map, models, palette, picker, pictures, plot,
-    results, source, themes, values,
-};
 use super::keymap::Key;
 use super::message::{Effect, Mouse};
 use super::model::{Model, Place};
 use super::widgets::hints::Hint;
+use generation::panel;
+use planner::cycle;
+use prompt::saving;
+use scenarios::tags;
 
 /// A screen or window over the main screen, which takes the keys: state, keys, drawing and footer.
 pub trait Screen: Any + Debug + Send {

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Result, Write};
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -252,7 +252,7 @@ pub fn input_hash(place: &str, content: &ContentHash) -> String {
     both.to_string()[..16].to_string()
 }
 
-fn hash_of(path: &Path) -> std::io::Result<String> {
+fn hash_of(path: &Path) -> io::Result<String> {
     let bytes = system::read_file(path, system::LARGEST)?;
     Ok(ContentHash::digest(&bytes).to_string())
 }
@@ -395,7 +395,7 @@ type Contents = (Option<Header>, HashMap<String, FinishedUnit>);
 
 /// Reads a journal. A last line without an end is cut off: its program was killed. Of a unit that was done again, the
 /// last line counts.
-fn read(file: &mut File, path: &Path) -> std::result::Result<Contents, JournalError> {
+fn read(file: &mut File, path: &Path) -> Result<Contents, JournalError> {
     let io = |source| JournalError::Io {
         path: path.to_path_buf(),
         source,
@@ -427,18 +427,14 @@ fn read(file: &mut File, path: &Path) -> std::result::Result<Contents, JournalEr
 }
 
 /// Adds a line, in one piece.
-fn append(file: &mut File, line: &impl serde::Serialize) -> Result<()> {
+fn append(file: &mut File, line: &impl serde::Serialize) -> io::Result<()> {
     let mut text = serde_json::to_string(line)?;
     text.push('\n');
     file.write_all(text.as_bytes())
 }
 
 /// Refuses journals of the same command beside it that have other settings, or divide the scenarios otherwise.
-fn check_others(
-    folder: &Path,
-    own: &Path,
-    job: &JobIdentity,
-) -> std::result::Result<(), JournalError> {
+fn check_others(folder: &Path, own: &Path, job: &JobIdentity) -> Result<(), JournalError> {
     let entries = std::fs::read_dir(folder).map_err(|source| JournalError::Io {
         path: folder.to_path_buf(),
         source,

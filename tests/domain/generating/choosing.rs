@@ -49,7 +49,7 @@ async fn the_models_choice_stands_beside_the_references() {
     assert_eq!((choice.by, choice.attacker), (ChosenBy::Model, Some(OTHER)));
     assert_eq!(choice.ranked[0].obstacle, ATTACKER);
     let proposal = choice.proposal.as_ref().unwrap();
-    let said = proposal.said.as_ref().unwrap();
+    let said = proposal.choice.as_ref().unwrap();
     assert_eq!(said.obstacles[0].id, ATTACKER);
     assert_eq!(said.justification, "It is the nearest.");
     assert!(proposal.run.is_some() && proposal.refused.is_none());

@@ -68,7 +68,7 @@ async fn what_came_of_the_drive_goes_back_until_it_has_an_effect() {
     assert_eq!(told.requests.len(), 3, "{:?}", told.authored().declined);
     let attacks = &told.authored().attacks;
     assert_eq!(attacks.len(), 2);
-    assert!(attacks[0].told.is_some() && attacks[1].told.is_none());
+    assert!(attacks[0].feedback.is_some() && attacks[1].feedback.is_none());
     assert!(!attacks[0].admitted.attack.has_effect());
     assert!(attacks[1].admitted.attack.has_effect());
     assert_eq!(attacks[1].admitted.attack.survivable, Some(true));
@@ -138,7 +138,7 @@ async fn retries_end_the_news_of_drives() {
     .await;
     let attacks = &told.authored().attacks;
     assert_eq!((told.requests.len(), attacks.len()), (2, 2));
-    assert!(attacks[0].told.is_some() && attacks[1].told.is_none());
+    assert!(attacks[0].feedback.is_some() && attacks[1].feedback.is_none());
 }
 
 #[tokio::test]
