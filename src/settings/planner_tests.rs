@@ -97,3 +97,69 @@ fn settings_of_drives_are_the_same_by_key_and_back() {
         assert!(value.0 == before.0 && value.1 != before.1, "{value:?}");
     }
 }
+
+fn read(text: &str) -> Result<Config, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("config.toml");
+    std::fs::write(&file, text).unwrap();
+    Config::read(&file).map_err(|error| error.to_string())
+}
+
+#[test]
+fn planners_stand_beside_the_keys_of_the_built_in_one() {
+    let config = read(
+        "[planner]\nhorizon = 3\n[planner.weights]\nspeed = 2\n\
+         [planner.lab]\ncommand = \"python3 'my planner.py' --fast\"\ntimeout = 0.5\nhistory = 10\n\
+         [planner.other]\ncommand = [\"./other\", \"a b\"]\nstart_timeout = 120\npredictions = true\n",
+    );
+    let planners = config.unwrap().external_planners();
+    let names: Vec<&str> = planners.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["lab", "other"]);
+    let (lab, other) = (&planners[0].1, &planners[1].1);
+    assert_eq!(lab.command, ["python3", "my planner.py", "--fast"]);
+    assert_eq!((lab.cycle, lab.history), (Duration::from_millis(500), 10));
+    assert_eq!(lab.start, ExternalOptions::START);
+    assert_eq!(other.command, ["./other", "a b"]);
+    assert_eq!(
+        (other.start, other.predictions),
+        (Duration::from_secs(120), true)
+    );
+}
+
+#[test]
+fn what_a_planner_may_not_be_is_named_with_its_line() {
+    for (text, said) in [
+        ("timeout = 1", ":1: planner.lab: command is missing"),
+        (
+            "command = \"\"",
+            ":2: planner.lab.command = \"\": expected a command",
+        ),
+        ("command = \"a 'b\"", ":2: planner.lab.command"),
+        (
+            "command = \"a\"\ntimeout = 0",
+            ":3: planner.lab.timeout = 0: expected a number from 0.001",
+        ),
+        (
+            "command = \"a\"\ntimout = 1",
+            ":3: unknown key `planner.lab.timout`; did you mean `timeout`?",
+        ),
+        (
+            "command = \"a\"\nhistory = 1.5",
+            ":3: planner.lab.history = 1.5: expected a whole number",
+        ),
+        (
+            "command = \"a\"\npredictions = 1",
+            ":3: planner.lab.predictions = 1: expected true",
+        ),
+    ] {
+        let error = read(&format!("[planner.lab]\n{text}\n")).unwrap_err();
+        assert!(error.contains(said), "{error}");
+    }
+    let error = read("[planner.wieghts]\nspeed = 1\n").unwrap_err();
+    assert!(error.contains("did you mean `weights`?"), "{error}");
+    let error = read("[planner.horizon]\ncommand = \"a\"\n").unwrap_err();
+    assert!(
+        error.contains("planner.horizon = a table: expected a number"),
+        "{error}"
+    );
+}

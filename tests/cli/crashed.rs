@@ -36,7 +36,7 @@ fn a_panic_in_any_thread_leaves_a_report_and_one_sentence() {
             "models --format=json",
             "doing: running `models`",
             "a test asked for this panic, with [key]",
-            "crash.rs",
+            "ending.rs",
         ] {
             assert!(report.contains(words), "{place}: {words}: {report}");
         }

@@ -79,12 +79,12 @@ pub fn run(arguments: &Run) -> Outcome {
     let thresholds = Arc::new(user_thresholds(&folders)?);
     let plan = planned(|cancel, on_event| request.plan(&library, &thresholds, cancel, on_event))?;
     let progress = Progress::new(plan.scenarios(), "scenarios", true);
-    let answers = plan.built_in(&candidates, |entry, event| {
+    let answered = plan.built_in(&candidates, |entry, event| {
         progress.step();
         progress.suspend(|| say(entry, event));
     });
     drop(progress);
-    let answers = answers.map_err(Failure::input)?;
+    let answers = answered.map_err(Failure::input)?;
     if !answers.without_ego.is_empty() {
         output::say(&format!(
             "nearmiss: {} without a recorded ego: {}; put NAME.ego_trajectory.csv beside NAME.xml",

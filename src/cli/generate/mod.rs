@@ -208,8 +208,8 @@ pub fn run(arguments: &GenerateArguments) -> Outcome {
         return Ok(());
     }
     let past = prepared(arguments)?;
-    let planner = arguments.planner.only(&config, planning.timeout)?;
-    let planner = planner.and_then(|planner| planner.external);
+    let chosen = arguments.planner.only(&config, planning.timeout)?;
+    let planner = chosen.and_then(|planner| planner.external);
     let problem = arguments.how.planning_problem;
     let stop = interrupted(true);
     let cancel = Cancel::from_flag(&stop);

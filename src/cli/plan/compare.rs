@@ -286,7 +286,7 @@ impl Comparison {
 
     fn record(&self) -> ComparisonRecord {
         let differences = differences(&self.pairs);
-        let differences = differences.iter().map(|difference| {
+        let rows = differences.iter().map(|difference| {
             let test = difference.test.as_ref();
             let interval = test.and_then(|test| test.interval);
             DifferenceRecord {
@@ -304,7 +304,7 @@ impl Comparison {
             second: self.names[1].clone(),
             scenarios: self.pairs.len(),
             missed: self.missed,
-            differences: differences.collect(),
+            differences: rows.collect(),
         }
     }
 }

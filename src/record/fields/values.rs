@@ -183,12 +183,16 @@ impl<T: Word> FieldValue for T {
     fn describe(takes: &Takes) -> (String, Json) {
         match T::known() {
             none if none.is_empty() => String::describe(takes),
-            known => (
-                format!("one of {}", known.join(", ")),
-                json!({ "enum": known }),
-            ),
+            known => one_of(&known),
         }
     }
+}
+
+fn one_of(words: &[&str]) -> (String, Json) {
+    (
+        format!("one of {}", words.join(", ")),
+        json!({ "enum": words }),
+    )
 }
 
 impl FieldValue for String {
@@ -208,10 +212,7 @@ impl FieldValue for String {
 
     fn describe(takes: &Takes) -> (String, Json) {
         match takes {
-            Takes::OneOf(words) => (
-                format!("one of {}", words.join(", ")),
-                json!({ "enum": words }),
-            ),
+            Takes::OneOf(words) => one_of(words),
             _ => ("a text".into(), json!({ "type": "string" })),
         }
     }
@@ -541,7 +542,7 @@ impl FieldValue for Table {
     }
 
     fn describe(_: &Takes) -> (String, Json) {
-        ("a table".into(), json!({ "type": "object" }))
+        ("a table".into(), Json::from_iter([("type", "object")]))
     }
 }
 

@@ -298,8 +298,8 @@ impl BatchRun {
     async fn question(&self, item: &Item) -> Result<Arc<Question>, String> {
         let (builder, asked) = (Arc::clone(&self.builder), item.asked.clone());
         let made = tokio::task::spawn_blocking(move || builder.question_of_item(&asked)).await;
-        let made = made.map_err(|error| format!("cannot be computed: {error}"))?;
-        made.map(|(_, question)| question)
+        let (_, question) = made.map_err(|error| format!("cannot be computed: {error}"))??;
+        Ok(question)
     }
 
     fn answered(

@@ -52,8 +52,7 @@ impl BatchRun {
             .map(|item| self.builder.question_of_item(&item.asked))
             .collect();
         for (item, made) in asked.iter().zip(made) {
-            let made = made.map(|(configuration, question)| (configuration.settings, question));
-            match made {
+            match made.map(|(configuration, question)| (configuration.settings, question)) {
                 Ok((settings, _)) if self.calls_tools(&item.asked.model, &settings) => {
                     let why = "tools need several requests; ask without --submit";
                     done.unaskable.push((item.clone(), why.into()));

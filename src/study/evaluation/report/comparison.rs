@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use nearmiss_ask::prompts::Techniques;
 use nearmiss_record::Record;
 use nearmiss_record::fields::Fields;
 use nearmiss_scene::judge;
@@ -125,14 +126,16 @@ impl Comparison {
 }
 
 /// Whether tables call a way by this name: its model, or the whole way, with the version of the template or without.
+/// Batches of before call all techniques `all`.
 pub(crate) fn is_called(configuration: &PromptConfig, name: &str) -> bool {
+    let called = name.replace(" · all · ", &format!(" · {} · ", Techniques::ALL));
     let bare = PromptConfig {
         template: None,
         ..configuration.clone()
     };
     configuration.model == name
-        || names::configuration_name(configuration) == name
-        || names::configuration_name(&bare) == name
+        || names::configuration_name(configuration) == called
+        || names::configuration_name(&bare) == called
 }
 
 /// The one thing in which two ways differ. The built-in judge, which has no prompt, differs from all others in the

@@ -27,7 +27,7 @@ const NAME: usize = 16;
 const REASONS: usize = 3;
 
 /// Columns of each number of the table of ways.
-const NUMBER: usize = 9;
+const NUMBER: usize = 8;
 
 /// Columns of the window that asks for a yes.
 const CONFIRM: u16 = 84;

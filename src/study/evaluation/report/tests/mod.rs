@@ -256,7 +256,7 @@ fn nothing_from_outside_is_obeyed() {
         ..ReportSubject::default()
     });
     let first = report.json().about.notes[0].clone();
-    assert!(first.contains("of 2 of 6 (33 %)"), "{first}");
+    assert!(first.contains(": 2 of 6 (33 %)"), "{first}");
     let document = report.document("A & B");
     let html = document.html(&AnswerPage::default());
     assert!(
