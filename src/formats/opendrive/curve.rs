@@ -462,6 +462,7 @@ pub fn deviation(curve: &Curve, told: &Profile, border: &Polyline) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
 
     use super::*;
 
