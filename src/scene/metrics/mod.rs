@@ -7,6 +7,7 @@
 mod along;
 mod contact;
 mod context;
+mod distance_squared;
 pub mod limits;
 mod measure;
 pub mod paper;
@@ -42,6 +43,7 @@ use recorded::{conflict, manoeuvre};
 /// Every measure, in the order of columns.
 pub const MEASURES: &[Measure] = &[
     plane::DISTANCE,
+    distance_squared::MEASURE,
     plane::TIME_TO_COLLISION,
     risk::MEASURE,
     relation::GAP_LONG,
