@@ -7,7 +7,6 @@
 mod along;
 mod contact;
 mod context;
-mod distance_squared;
 pub mod limits;
 mod measure;
 pub mod paper;
@@ -43,7 +42,6 @@ use recorded::{conflict, manoeuvre};
 /// Every measure, in the order of columns.
 pub const MEASURES: &[Measure] = &[
     plane::DISTANCE,
-    distance_squared::MEASURE,
     plane::TIME_TO_COLLISION,
     risk::MEASURE,
     relation::GAP_LONG,
