@@ -305,9 +305,7 @@ fn levels(endpoint: &Endpoint) -> Option<EffortLevels> {
         (_, Dialect::Anthropic) => EffortLevels::new(&[Off, Low, Medium, High, XHigh, Max]),
         (_, Dialect::Gemini) => EffortLevels::new(&[Off, Minimal, Low, Medium, High]),
         (_, Dialect::Ollama) => EffortLevels::new(&[Off, Low, Medium, High, Max]),
-        (_, Dialect::OpenAiChat | Dialect::OpenAiResponses | Dialect::Cohere) => {
-            EffortLevels::new(&Effort::ALL)
-        }
+        (_, Dialect::OpenAiChat | Dialect::OpenAiResponses) => EffortLevels::new(&Effort::ALL),
     };
     Some(endpoint.quirks.effort_levels.unwrap_or(usual))
 }

@@ -1,7 +1,6 @@
 //! The wire protocols: each is a file with its [`WireProtocol`] and a row of the table of [`Dialect`].
 
 mod anthropic;
-mod cohere;
 mod gemini;
 mod ollama;
 mod openai_chat;
@@ -31,8 +30,6 @@ macro_rules! dialects {
                 Gemini = "gemini": gemini::Protocol;
                 /// Anthropic's messages.
                 Anthropic = "anthropic": anthropic::Protocol;
-                /// Cohere's chat.
-                Cohere = "cohere": cohere::Protocol;
                 /// Ollama's own `/api/chat`.
                 Ollama = "ollama": ollama::Protocol;
         }
