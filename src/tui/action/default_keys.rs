@@ -73,7 +73,6 @@ pub enum Action {
     Layers,
     Details,
     PlotMeasure,
-    Clock,
     Values,
     ReadThresholds,
     SortScenarios,
@@ -270,7 +269,6 @@ table! {
     PreviousObstacle, Global, "previous-obstacle", "shift-n", 0, "obstacle back", "Pick the previous obstacle.";
     Mark, Global, "mark", "space p o", 0, "mark", "Plot the picked obstacle beside the others; again removes it.";
     PlotMeasure, Global, "plot", "space p m", 0, "plot", "Choose the measure that is plotted over time.";
-    Clock, Global, "clock", "space o k", 0, "clock", "The time at the cursor.";
     Values, Global, "values", "space o v", 0, "values", "Every measure of the picked obstacle and of the scene at this step, and the thresholds.";
     ReadThresholds, Global, "read-thresholds", "space s r", 0, "thresholds", "Read thresholds.toml again and recompute the measures.";
     SortScenarios, Global, "sort", "space l s", 0, "sort", "Sort the list of scenarios; the same order again reverses it.";

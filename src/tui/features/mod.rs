@@ -5,7 +5,6 @@
 pub mod about;
 pub mod answers;
 pub mod batch;
-pub mod clock;
 pub mod compare;
 pub mod coverage;
 pub mod details;
@@ -272,7 +271,6 @@ pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
     match action {
         Help => model.screens.open(help::HelpScreen::default()),
         About => model.screens.open(about::AboutScreen::default()),
-        Clock => model.screens.open(clock::ClockScreen::default()),
         Values => model.screens.open(values::ValuesScreen::default()),
         Details => details::open(model),
         PlannerCycle => cycle::open(model),
