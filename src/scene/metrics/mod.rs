@@ -1,4 +1,4 @@
-//! Safety measures: a file and a row of [`MEASURES`] each, and series over steps and obstacles.
+//! Safety measures: a file and a row of [`crate::metrics::MEASURES`] each, and series over steps and obstacles.
 //!
 //! Everything here but [`crate::metrics::paper`] uses the real shapes, and the ego's own frame or its route. A
 //! measure without a value says why; no NaN and no infinity leaves this module. Turning, moving or mirroring a

@@ -1,6 +1,6 @@
 //! Plausibility checks of a scenario, the same for all formats, and the bounds beyond which quantities are reported or errors.
 //!
-//! Readers refuse meaningless values (see [`limits`]). Values that are readable and yet implausible are
+//! Readers refuse meaningless values (see the bounds below). Values that are readable and yet implausible are
 //! found here once the scenario is built. A [`Finding`] says which element it is about; only the reader knows
 //! where in the file that element is.
 
