@@ -62,18 +62,18 @@
 //! | limits of vehicles, the single-track model | [`planner::Limits`], [`planner::Feasibility`] |
 //! | is a motion drivable | candidates while planning: `drive/planner/evaluate.rs`; whole motions of anyone: `drive/planner/feasibility.rs` |
 //! | planners that are processes: protocol, process, faults | `drive/simulation/external/`; the loop is that of the built-in one |
-//! | traffic that reacts to the ego | `drive/simulation/traffic/`: when (`trigger.rs`), how (`reacting.rs`, `leader.rs`), step by step (`world.rs`) |
+//! | traffic that reacts to the ego | `drive/simulation/traffic/`: step by step in `mod.rs`, when and how in `reacting.rs` |
 //! | limits of people | [`scenario::HumanLimits`] |
-//! | lights, signs, right of way | what holds along a way: [`traffic_rules::Regulations`]; how the planner obeys: `drive/planner/obligation.rs`; reports: [`traffic_rules::RuleReport`] |
+//! | lights, signs, right of way | what holds along a way: [`traffic_rules::Regulations`]; how the planner obeys: `drive/planner/pace.rs`; reports: [`traffic_rules::RuleReport`] |
 //! | what a key does | `tui/action/default_keys.rs`, then `tui/update/actions.rs` |
-//! | exit statuses of commands | `cli/failure.rs` |
-//! | centre motion of a changed body | `drive/generation/gate/motion_checks.rs` |
+//! | exit statuses of commands | `cli/ending.rs` |
+//! | centre motion of a changed body | `drive/generation/gate/checks.rs` |
 //! | prices of tokens | `ask/llm/price.rs`, with the table in `ask/llm/providers.toml` |
 //! | estimates of cost before asking | `study/evaluation/batch/prepared.rs`; for a whole batch [`workflow::batch`] |
 //! | drafts of templates | `tui/features/prompt/state.rs`; on disk `tui/session/file.rs` |
 //! | pickers: lists filtered by typing | `tui/features/picker.rs` (keys, state), `tui/widgets/picker.rs` (drawing) |
 //! | axes of a batch: effort, temperature, form, … | `study/evaluation/settings.rs` |
-//! | dev and test: which scenario is where, what is locked | `study/evaluation/batch/matrix.rs`, `test_split.rs`; looks: `store/split.rs`; single answers: `cli/locked.rs` |
+//! | dev and test: which scenario is where, what is locked | `study/evaluation/batch/matrix.rs`, `test_split.rs`; looks: `store/split.rs`; single answers: `cli/filters.rs` |
 //! | parts of a batch become one | `store/intake.rs`; of bundles `workflow/bundle/unpack.rs` |
 //! | filter of the scenario list | `workflow/scenario_filter/`; as it is typed: `tui/features/scenarios/mod.rs` |
 //! | pictures for models | what is on them and how they are read: `scene/description/picture.rs`; drawn by `render/storyboard.rs`, on demand: `study/evaluation/question.rs`; sent: `ask/llm/dialect/`, each its own way; kept: `store/images.rs` |
@@ -81,12 +81,13 @@
 //! | page of answers in HTML reports | `study/evaluation/answer_page/`; its texts and pictures: `workflow/answer_page.rs` |
 //! | tables over axes | `study/evaluation/report/pivot/` |
 //! | figures of reports | `study/evaluation/report/charts.rs`, drawn by `render/chart/` |
-//! | whole recordings: safe or of high risk | `scene/judge/recording.rs`; truth by risk score: `study/evaluation/score.rs` |
+//! | whole recordings: safe or of high risk | `scene/judge/mod.rs`; truth by risk score: `study/evaluation/score.rs` |
 //! | chats for fine-tuning | which answers: `study/evaluation/training.rs`; files: `cli/export/chat.rs` |
 //! | better templates from wrong answers | `workflow/tune/`: rounds in `rounds.rs`, what a proposal must keep in `candidate.rs`; gains: `study/evaluation/statistics/best_of.rs` |
 //! | from an experiment file to its batch | `workflow/experiment/prepare.rs`; its screen: `tui/features/experiment/` |
-//! | runs over many files that continue | `workflow/journal/`; tables in parts: `cli/parts/` |
-//! | gate: may a changed motion be written | [`generation::Gate`] |
+//! | runs over many files that continue | `workflow/journal/`; tables in parts: `cli/parts.rs` |
+//! | gate: may a changed motion be written | [`generation::Gate`]; a variant in a file against its original: `workflow/original.rs` |
+//! | risk score of TTC and MDC | the table `scene/metrics/thresholds/risk.toml`, read by `scene/metrics/risk.rs`; the paper's: `scene/metrics/paper/` |
 //! | several attackers | `drive/generation/staging.rs`: one after the other, and when another one is taken |
 //! | certificate: how a driver avoids an attack | `drive/generation/certificate.rs`, searched in `drive/generation/evasive_search.rs` |
 //! | nouns in tables, CSV, JSON, Parquet, panels and schemas | the struct of the noun, through `record/`: columns from its fields in `reflect.rs` |

@@ -12,7 +12,7 @@ use std::sync::{Arc, Once, OnceLock};
 use std::time::Duration;
 
 use nearmiss_ask::llm::without_secrets;
-use nearmiss_base::system::activity::{ActivityGuard, doing};
+use nearmiss_base::system::crash::{ActivityGuard, doing};
 use nearmiss_base::system::{self, crash, end_process_groups, remove_unfinished};
 use nearmiss_settings::Folders;
 use tokio::sync::Notify;

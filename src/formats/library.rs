@@ -136,7 +136,7 @@ impl Entry {
     /// The file cannot be read, or is not a scenario: with file, line and element.
     pub fn read(&self) -> Result<Arc<Scenario>, ReadError> {
         if let EntryLocation::File(path) = &self.place {
-            system::activity::reading(path);
+            system::crash::reading(path);
         }
         match &self.place {
             EntryLocation::File(path) => dispatch::open(path),

@@ -84,7 +84,7 @@ fn run(command: &[String], path: &Path) -> Result<String, String> {
     let shown = command.join(" ");
     let mut editor = Command::new(&command[0]);
     editor.args(&command[1..]).arg(path);
-    let started = system::job_control::with_default(|| editor.spawn());
+    let started = system::processes::with_default(|| editor.spawn());
     match started.and_then(|mut editor| editor.wait()) {
         Err(error) => Err(format!(
             "`{shown}` cannot be started: {}; set VISUAL or EDITOR to your editor",

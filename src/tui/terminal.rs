@@ -33,7 +33,7 @@ use crate::keymap::Key;
 use crate::message::{Mouse, Msg};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use nearmiss_base::system::job_control;
+use nearmiss_base::system::processes;
 
 /// Whether the terminal is ours at the moment.
 static TAKEN: AtomicBool = AtomicBool::new(false);
@@ -127,7 +127,7 @@ impl Screen {
     /// The terminal is gone.
     pub fn suspend(&mut self) -> io::Result<()> {
         give_back();
-        job_control::stop()?;
+        processes::stop()?;
         self.take_again()
     }
 
@@ -137,7 +137,7 @@ impl Screen {
     /// The terminal is gone.
     pub fn take_again(&mut self) -> io::Result<()> {
         // A continuation from here on counts as another one.
-        let _ = job_control::was_continued();
+        let _ = processes::was_continued();
         give_back();
         enter(self.mouse)?;
         // A new terminal draws everything again; clearing the old one would wait for the cursor's position.

@@ -234,7 +234,7 @@ impl KeyCommand {
         // Keeps its output off the terminal and out of logs.
         command.stdin(Stdio::null()).stderr(Stdio::null());
         command.stdout(Stdio::piped()).kill_on_drop(true);
-        let mut child = system::job_control::with_default(|| command.spawn())
+        let mut child = system::processes::with_default(|| command.spawn())
             .map_err(|e| format!("the key command {self} cannot be run: {e}"))?;
         let mut printed = Vec::new();
         let whole = async {

@@ -1,4 +1,4 @@
-//! A response body as text: bytes under two deadlines, in arbitrary pieces, joined to whole characters.
+//! A response body as text: bytes under two deadlines, joined to whole characters; and whether its JSON is of bounded size.
 
 use std::io::Write;
 use std::pin::Pin;
@@ -31,7 +31,7 @@ pub(super) enum BodyError {
 }
 
 /// The texts of a body as they arrive. Ends after the first fault; half a character at the end is dropped.
-pub(super) fn texts<S, B, E>(
+fn texts<S, B, E>(
     bytes: S,
     patience: Deadlines,
 ) -> impl Stream<Item = Result<String, BodyError>> + Send
@@ -254,9 +254,31 @@ impl Deadlines {
     }
 }
 
+/// Most values in the document of one answer.
+pub(super) const MAX_VALUES: usize = 1_000_000;
+
+/// Whether a document has at most `most` values; each follows a comma or the start of a list or object.
+pub(super) fn is_bounded(document: &[u8], most: usize) -> bool {
+    if document.len() <= most {
+        return true;
+    }
+    let (mut values, mut quoted, mut escaped) = (1_usize, false, false);
+    for byte in document {
+        match byte {
+            _ if escaped => escaped = false,
+            b'\\' => escaped = quoted,
+            b'"' => quoted = !quoted,
+            b',' | b'[' | b'{' if !quoted => values += 1,
+            _ => {}
+        }
+    }
+    values <= most
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     fn join(bytes: &[u8], size: usize) -> Result<String, BodyError> {
@@ -335,5 +357,13 @@ mod tests {
         );
         assert!(whole.left() > 30_000 * MS);
         assert!(patience(10 * MS).at_most(60_000 * MS).left() <= 10 * MS);
+    }
+
+    #[test]
+    fn values_are_counted_and_texts_are_not_looked_into() {
+        assert!(is_bounded(b"[1,2,{\"a\":3}]", 5));
+        assert!(!is_bounded(b"[1,2,{\"a\":3}]", 4));
+        assert!(is_bounded(br#"{"a":"[,,\"[,,,,"}"#, 2));
+        assert!(!is_bounded(&b"[],".repeat(100), 99));
     }
 }

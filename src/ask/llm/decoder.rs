@@ -3,12 +3,12 @@
 use serde_json::Value;
 
 use super::accumulator::ResponseAccumulator;
+use super::body_text::{MAX_VALUES, is_bounded};
 use super::chunk::Chunk;
 use super::dialect::{AnswerReader, Dialect};
 use super::error::{Error, ProviderAddress};
 use super::error_body::ErrorBody;
 use super::events::HalfCharacter;
-use super::json::{MAX_VALUES, is_bounded};
 
 /// Turns the events of one answer into chunks.
 #[derive(Debug)]

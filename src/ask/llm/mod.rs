@@ -36,7 +36,6 @@ mod endpoint;
 mod error;
 mod error_body;
 mod events;
-mod json;
 mod limits;
 mod portable_schema;
 mod price;

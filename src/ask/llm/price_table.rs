@@ -19,7 +19,7 @@ use super::price::Price;
 use super::provider::{PriceLine, RegistryError, date};
 use super::redaction::is_loopback;
 use super::registry::Registry;
-use crate::llm::json::{MAX_VALUES, is_bounded};
+use crate::llm::body_text::{MAX_VALUES, is_bounded};
 
 /// The file's name, beside `config.toml`.
 pub(super) const FILE: &str = "prices.toml";

@@ -1,11 +1,9 @@
 //! The operating system: what it says, in plain words, and files that users name or that are theirs alone.
 
-pub mod activity;
 pub mod crash;
-pub mod job_control;
 mod new_file;
 mod private;
-mod processes;
+pub mod processes;
 mod read_file;
 mod text;
 mod toml_text;

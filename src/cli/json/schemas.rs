@@ -6,7 +6,9 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
-use super::{DERIVED, Derived, SCHEMA_VERSION};
+use super::SCHEMA_VERSION;
+use super::derived::Derived;
+use super::list::DERIVED;
 
 /// Schemas of outputs that are not one type, as JSON: their keys refer to the vocabulary.
 const OUTPUTS: &str = include_str!("outputs.json");

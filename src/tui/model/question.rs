@@ -8,7 +8,7 @@ use crate::action::Action;
 use crate::model::{Model, PromptView};
 use nearmiss_ask::llm::{Pricing, Registry, ToolLimits};
 use nearmiss_ask::prompts::{Library, TemplateError};
-use nearmiss_base::system::activity::{self, Subject, trying};
+use nearmiss_base::system::crash::{self, Subject, trying};
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Task;
@@ -68,7 +68,7 @@ impl Model {
         self.prompt.fill_in = None;
         self.prompt.load(&self.library, self.task, self.frame);
         let draft = self.prompt.draft();
-        self.prompt.held = activity::is_held(&self.subject());
+        self.prompt.held = crash::is_held(&self.subject());
         if self.prompt.held {
             self.hold();
             return;
@@ -114,7 +114,7 @@ impl Model {
     pub fn fill_held(&mut self) -> bool {
         let held = self.prompt.held;
         if held {
-            activity::release(&self.subject());
+            crash::release(&self.subject());
             self.refill();
         }
         held

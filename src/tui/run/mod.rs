@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use nearmiss_base::system;
-use nearmiss_base::system::activity::{ActivityGuard, trying};
-use nearmiss_base::system::job_control::{self, JobSignal, Signals};
+use nearmiss_base::system::crash::{ActivityGuard, trying};
+use nearmiss_base::system::processes::{self, JobSignal, Signals};
 use nearmiss_formats::{EgoSelection, Entry, not_standard_input};
 use nearmiss_settings::Folders;
 use nearmiss_store::{Filter, Store};
@@ -45,7 +45,7 @@ pub fn run(paths: Vec<PathBuf>, ego: EgoSelection, index: Option<PathBuf>) -> Ru
     }
     let (paths, experiment) = prepare::split_off(paths)?;
     // Before the first thread is started.
-    job_control::take_over().map_err(|e| the_terminal(&e))?;
+    processes::take_over().map_err(|e| the_terminal(&e))?;
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
         .enable_all()
@@ -84,7 +84,7 @@ async fn workbench(
     let folders = Folders::find()?;
     folders.close();
     // Without marks a scenario that ends the program is opened again; everything else continues.
-    let unmarked = system::activity::keep_marks(&folders.marks()).err();
+    let unmarked = system::crash::keep_marks(&folders.marks()).err();
     let stamps = Stamps::read(&folders);
     let (mut model, models, background) = prepare(paths, &ego, index, &folders);
     if let Some(error) = unmarked {
@@ -146,7 +146,7 @@ async fn workbench(
     }
     let ended = looping.until_quit(ending).await;
     looping.services.finish().await;
-    system::activity::close_marks();
+    system::crash::close_marks();
     ended.map_err(|e| the_terminal(&e))
 }
 
@@ -196,7 +196,7 @@ impl Loop {
                     TerminationSignal::Job(JobSignal::Stop) => Some(Msg::Stop),
                     // The shell has had the terminal, unless that was seen to.
                     TerminationSignal::Job(JobSignal::Continue) => {
-                        if job_control::was_continued() {
+                        if processes::was_continued() {
                             self.screen.take_again()?;
                             self.model.map.images.forget();
                             self.model.size = self.screen.size()?;
@@ -228,7 +228,7 @@ impl Loop {
                     Step::Quit => return Ok(()),
                     Step::Suspend => {
                         if asked {
-                            job_control::ask_to_stop();
+                            processes::ask_to_stop();
                         }
                         // The event stream would read the shell's keys.
                         events.close().await;
@@ -330,9 +330,9 @@ impl Loop {
                 edited = &mut editing => break edited,
                 heard = signals.wait() => match heard {
                     // The shell waits until both have stopped.
-                    TerminationSignal::Job(JobSignal::Stop) => job_control::stop()?,
+                    TerminationSignal::Job(JobSignal::Stop) => processes::stop()?,
                     TerminationSignal::Job(JobSignal::Continue) => {
-                        let _ = job_control::was_continued();
+                        let _ = processes::was_continued();
                     }
                     // The user's text is not discarded.
                     TerminationSignal::End => ends = true,

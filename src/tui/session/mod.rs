@@ -8,7 +8,7 @@ pub mod restore;
 use std::collections::HashSet;
 use std::path::{Component, Path, PathBuf};
 
-use nearmiss_base::system::activity::Subject;
+use nearmiss_base::system::crash::Subject;
 use nearmiss_formats::{Entry, EntryLocation};
 use nearmiss_scene::scenario::ContentHash;
 use serde::{Deserialize, Serialize};

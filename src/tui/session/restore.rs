@@ -12,7 +12,7 @@ use crate::session::{Override, SavedLocation, SavedScenario, Session, View};
 use crate::update::{open, open_current};
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_base::geometry::{Point, Vector};
-use nearmiss_base::system::activity;
+use nearmiss_base::system::crash;
 use nearmiss_formats::Entry;
 use nearmiss_scene::description::Frame;
 use nearmiss_scene::judge;
@@ -217,7 +217,7 @@ fn find_again(model: &mut Model) -> Option<usize> {
 /// says so, and focuses the list. Returns whether it did.
 pub fn held_back(model: &mut Model, place: usize) -> bool {
     let entry = model.list.rows[place].entry.clone();
-    if model.list.opened == Some(place) || !activity::is_held(&lies(model, &entry).subject()) {
+    if model.list.opened == Some(place) || !crash::is_held(&lies(model, &entry).subject()) {
         return false;
     }
     let key = model.look.key(Action::Choose);
@@ -236,7 +236,7 @@ pub fn held_back(model: &mut Model, place: usize) -> bool {
 /// The user opens the selected scenario, whatever it did before.
 pub fn released(model: &mut Model) {
     if let Some(place) = model.list.current() {
-        activity::release(&lies(model, &model.list.rows[place].entry).subject());
+        crash::release(&lies(model, &model.list.rows[place].entry).subject());
     }
 }
 

@@ -10,7 +10,7 @@ use crate::session::restore::{self, KeepSession, KeepSessionLater};
 use crate::session::{SavedLocation, Session};
 use crate::tests::bench::{self, Bench, answer};
 use crate::tests::editing::with;
-use nearmiss_base::system::activity::{self, Subject};
+use nearmiss_base::system::crash::{self, Subject};
 use nearmiss_formats::{Entry, EntryLocation, bundled, find};
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::Keys;
@@ -307,7 +307,7 @@ fn a_draft_and_a_scenario_that_ended_the_program_wait_for_the_user() {
     std::fs::create_dir(&marks).unwrap();
     let left = format!("{}\n{}\n", draft.name(), second.name());
     std::fs::write(marks.join("running-1"), left).unwrap();
-    activity::keep_marks(&marks).unwrap();
+    crash::keep_marks(&marks).unwrap();
 
     // The draft is text, with a sentence and a key, until that is pressed.
     editing.press("esc");
@@ -323,7 +323,7 @@ fn a_draft_and_a_scenario_that_ended_the_program_wait_for_the_user() {
     let question = editing.model.prompt.question.as_ref().unwrap();
     let prompt = format!("{}{}", question.prompt.system, question.prompt.user);
     assert!(prompt.contains("This one ends the program."));
-    assert!(!activity::is_held(&draft) && editing.model.prompt.error.is_none());
+    assert!(!crash::is_held(&draft) && editing.model.prompt.error.is_none());
 
     // The scenario is passed over by the arrow keys, and opened by Enter.
     let mut bench = Bench::empty();
@@ -336,8 +336,8 @@ fn a_draft_and_a_scenario_that_ended_the_program_wait_for_the_user() {
     assert!(said.contains("crashed while opening or showing"), "{said}");
     bench.press("enter");
     assert_ne!(opened(&bench), first);
-    assert!(!activity::is_held(&second));
-    activity::close_marks();
+    assert!(!crash::is_held(&second));
+    crash::close_marks();
 }
 
 #[test]
@@ -349,10 +349,10 @@ fn what_fails_in_a_panic_is_held_and_nothing_else() {
         Subject::template("a.md", "x"),
         Subject::template("a.md", "y")
     );
-    let doing = activity::trying("opening", subject.clone());
+    let doing = crash::trying("opening", subject.clone());
     doing.settle();
     drop(doing);
-    assert!(!activity::is_held(&subject));
+    assert!(!crash::is_held(&subject));
 }
 
 /// Floating car data of 40 s: `late` comes up behind `8`, which stands, and stops short of it; `9` drives far from both.

@@ -16,12 +16,11 @@ use nearmiss_study::evaluation::batch::{
     Experiment, Spec, TruthSource, answers, with_judge_verdicts,
 };
 
-use super::BundleError;
 use super::manifest::{
-    self, EXPERIMENT, FORMAT, Manifest, Member, PackedScenario, RATINGS, SCENARIOS, TEMPLATES,
+    EXPERIMENT, FORMAT, Manifest, Member, PackedScenario, RATINGS, SCENARIOS, TEMPLATES,
     THRESHOLDS, TRUTH, hash,
 };
-use super::runs::{BatchLines, numbers, portable_paths};
+use super::{BatchLines, BundleError, manifest, numbers, portable_paths};
 use crate::{experiment_toml, hashes_in, template_pins};
 
 /// What is packed.

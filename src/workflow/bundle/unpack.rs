@@ -11,12 +11,11 @@ use nearmiss_store::{Batch, BatchId, MergeCounts, Rating, Record, RecordIntake, 
 use nearmiss_study::evaluation::batch::{Spec, TruthSource};
 use tempfile::TempDir;
 
-use super::BundleError;
 use super::manifest::{
-    self, BATCH, Manifest, Member, RATINGS, SCENARIOS, TEMPLATES, TRUTH, hash, is_file,
+    BATCH, Manifest, Member, RATINGS, SCENARIOS, TEMPLATES, TRUTH, hash, is_file,
 };
 use super::pack::is_bundled;
-use super::runs::portable_paths;
+use super::{BundleError, manifest, portable_paths};
 
 /// Bytes of the longest line; an answer has some ten thousand.
 const MAX_LINE_BYTES: u64 = 64 << 20;

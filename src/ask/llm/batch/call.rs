@@ -9,11 +9,10 @@ use reqwest::{Method, Response, Url, Version};
 use serde_json::Value;
 
 use super::super::attempt::waits;
-use super::super::body_text::Deadlines;
+use super::super::body_text::{Deadlines, MAX_VALUES, is_bounded};
 use super::super::client::{Client, deepest};
 use super::super::endpoint::Endpoint;
 use super::super::error::Error;
-use super::super::json::{MAX_VALUES, is_bounded};
 use super::super::limits::Gate;
 use super::super::redaction::Secrets;
 use super::super::sending::authorised;

@@ -74,7 +74,7 @@ impl Process {
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        let mut child = system::job_control::with_default(|| command.spawn())
+        let mut child = system::processes::with_default(|| command.spawn())
             .map_err(|error| not_started(format!("{program}: {}", system::error_text(&error))))?;
         let group = ProcessGroup::led_by(child.id());
         let (to, written) = channel::<Vec<u8>>();

@@ -10,7 +10,7 @@ use crate::model::{JobKind, Model};
 use crate::request::{Replies, Request};
 use crate::services::{Queue, Services};
 use crate::session::SavedLocation;
-use nearmiss_base::system::activity::{self, ActivityGuard, trying};
+use nearmiss_base::system::crash::{self, ActivityGuard, trying};
 use nearmiss_formats::{Entry, PassedOver, SearchResults, bundled};
 use nearmiss_scene::judge;
 use nearmiss_store::Store;
@@ -65,7 +65,7 @@ const SKIPPED: &str =
 /// is held against the scenario; that the program is killed is not, as many are read at once.
 fn guarded(entry: &Entry, here: &Path) -> Option<ActivityGuard> {
     let subject = SavedLocation::from_entry(entry, here).subject();
-    if activity::is_held(&subject) {
+    if crash::is_held(&subject) {
         return None;
     }
     let guard = trying(format!("reading {} for the list", entry.name), subject);

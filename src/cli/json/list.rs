@@ -1,0 +1,63 @@
+//! The outputs of all commands that are one type each.
+
+use nearmiss_base::system::KeyBinding;
+use nearmiss_store::{BatchRecord, ImageRecord, QuestionRecord, RatingRecord, RunRecord, Summary};
+use nearmiss_study::evaluation::batch::QuestionLine;
+use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
+use nearmiss_study::evaluation::{RaterAgreement, Standing};
+
+use super::derived::{Derived, derived, noun};
+use crate::{
+    ask, batches, bundle, config, corpus, doctor, evaluate, export, find, generate, import, index,
+    inspect, metrics, models, plan, prompt, prompts, tune,
+};
+
+/// Every output that is one type.
+pub const DERIVED: &[Derived] = &[
+    derived::<ask::AskDocument<'static>>(),
+    derived::<ask::AskDryRun<'static>>(),
+    derived::<batches::Document>(),
+    derived::<generate::CheckDocument>(),
+    derived::<generate::GenerateReport>(),
+    derived::<generate::VariantLine>(),
+    derived::<prompt::DescriptionDocument>(),
+    derived::<doctor::Document>(),
+    derived::<evaluate::BatchDocument>(),
+    derived::<evaluate::LeaksDocument>(),
+    derived::<evaluate::DryRunDocument<'static>>(),
+    derived::<evaluate::ListedDocument>(),
+    derived::<bundle::BundleDocument>(),
+    derived::<export::ChatManifest>(),
+    derived::<find::FindDocument>(),
+    derived::<import::Counts>(),
+    derived::<index::ShowDocument>(),
+    derived::<inspect::FolderLine>(),
+    derived::<inspect::ScenarioDocument<'static>>(),
+    derived::<inspect::SolutionDocument<'static>>(),
+    derived::<metrics::ListDocument>(),
+    derived::<models::ModelLine<'static>>(),
+    derived::<plan::ComparisonRecord>(),
+    derived::<plan::CycleRecord>(),
+    derived::<plan::DriveRecord>(),
+    derived::<plan::MonitorDryRun>(),
+    derived::<plan::NotDrivenRecord>(),
+    derived::<plan::StandardErrorRecord>(),
+    derived::<prompt::PromptDocument>(),
+    derived::<prompts::Document>(),
+    derived::<QuestionLine>(),
+    derived::<ReportDocument>(),
+    derived::<AxesDocument>(),
+    derived::<corpus::SampleLine>(),
+    derived::<KeyBinding>(),
+    derived::<config::ThemeDocument>(),
+    derived::<tune::TuneDocument>(),
+    derived::<tune::TuneDryRunDocument>(),
+    noun::<BatchRecord<'static>>(),
+    noun::<ImageRecord<'static>>(),
+    noun::<QuestionRecord<'static>>(),
+    noun::<RatingRecord<'static>>(),
+    noun::<RaterAgreement>(),
+    noun::<RunRecord<'static>>(),
+    noun::<Standing>(),
+    noun::<Summary>(),
+];
