@@ -202,7 +202,7 @@ fn listen_on() {
     });
 }
 
-/// Whether whoever started the program wants it to go on when this signal comes, as `nohup` does. Where the system does
+/// Whether the parent process wants this one to go on when this signal comes, as `nohup` does. Where the system does
 /// not tell, that may be so for SIGHUP.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {

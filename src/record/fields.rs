@@ -83,10 +83,12 @@ impl Row {
         self.flags.contains(&flag)
     }
 
-    /// What it takes, as messages say it.
+    /// What it takes, as messages say it, with its unit.
     #[must_use]
     pub fn expected(&self) -> String {
-        format!("expected {}", (self.describe)(&self.takes).0)
+        let (words, _) = (self.describe)(&self.takes);
+        let unit = self.unit;
+        format!("expected {words} {unit}").trim_end().into()
     }
 
     /// Reads a value from a command line.

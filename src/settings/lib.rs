@@ -6,8 +6,8 @@ mod planner;
 mod tags;
 mod theme;
 
-pub use config::{Config, ConfigError, Keys, TextFile};
-pub use folders::Folders;
+pub use config::{Config, ConfigError, Keys};
+pub use folders::{Folders, TextFile};
 pub use planner::Planning;
 pub use tags::{SavedView, SavedViews, Tags};
 pub use theme::{AUTO, NamedTheme, ROLES, Theme, ThemeColor, ThemeFile};

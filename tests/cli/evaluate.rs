@@ -37,7 +37,7 @@ fn a_table_by_lead_with_everybody_side_by_side() {
         "horizon in seconds",
         "less\nthan 1 s apart",
         "exact geometry",
-        "Lead  n  Recall  Named  Alarms  of  Precision    F1  Names right",
+        "Lead  n  Recall  Named  False alarms  Safe  Precision    F1  Names right",
         "reference/geometry                   end",
         "reference/constant-velocity:1.5      0.2",
         "reference/constant-acceleration:2    1.5",

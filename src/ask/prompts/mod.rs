@@ -8,9 +8,9 @@ mod techniques;
 mod template;
 
 pub use answer_form::{answer_form, answer_keys};
-pub use library::{Fallback, Library, Origin, Problem, choose_template};
+pub use library::{Fallback, Library, Origin, Pack, Problem, Shipped, choose_template};
 pub use render::{Prompt, RenderError, estimate_tokens, render};
-pub use techniques::{Pack, Shipped, Techniques};
+pub use techniques::Techniques;
 pub use template::{
     AxesOfEgo, Defaults, FrontMatter, MAX_DECIMALS, Template, TemplateError, Wording, hash,
     renamed, template_file,

@@ -12,8 +12,7 @@ use super::context::planned;
 use super::options::{Format, Run};
 use super::table::{BatchTable, table};
 use super::{number, some};
-use crate::open::doubts;
-use crate::open::{configuration, found, not_opened, user_thresholds};
+use crate::open::{configuration, doubts, found, not_opened, user_thresholds};
 use crate::progress::Progress;
 use crate::{Failure, Outcome, knobs, output};
 use nearmiss_ask::prompts::Library;
@@ -313,8 +312,8 @@ const SHOWN: [(&str, &str); 10] = [
     ("n", "n"),
     ("yes_rate", "Recall"),
     ("named_rate", "Named"),
-    ("false_alarms", "Alarms"),
-    ("false_alarms_of", "of"),
+    ("false_alarms", "False alarms"),
+    ("false_alarms_of", "Safe"),
     ("precision", "Precision"),
     ("f1", "F1"),
     ("naming_precision", "Names right"),
@@ -408,7 +407,7 @@ impl BuiltInDocument {
                 column.title = known.map_or("", |(_, title)| title).into();
             }
             text += &table(&shown, &leads)?;
-            text += "n, of: dangerous and safe windows; Named: share of dangerous windows whose obstacle is named\n";
+            text += "n: dangerous windows; Safe: safe ones; Named: share of dangerous windows whose obstacle is named\n";
         }
         text += &format!(
             "\nfalse alarms over all {} of the safe scenarios ({:.1} min)\nshare: fraction of windows called critical; per min: \

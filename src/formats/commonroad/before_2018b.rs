@@ -3,8 +3,8 @@
 use nearmiss_base::geometry::{Footprint, Pose, Shape};
 use nearmiss_scene::scenario::plausibility::LARGEST_NUMBER;
 use nearmiss_scene::scenario::{
-    Lanelet, ObstacleParts, ObstacleRole, Position, Prediction, Quantity, Severity, Sign,
-    SignElement, State, Steps, in_frame,
+    Lanelet, ObstacleParts, ObstacleRole, Position, Prediction, Quantity, Severity, Sign, State,
+    Steps, in_frame,
 };
 
 use super::builder::SourceLocation;
@@ -112,15 +112,8 @@ pub(super) fn signs(xml: &mut Xml<'_>, lanelets: &mut [Lanelet], used: i64) -> V
         }
         last = last.saturating_add(1 + ID_OFFSET);
         lanelet.signs.push(last);
-        signs.push(Sign {
-            id: last,
-            elements: vec![SignElement {
-                id: MAXIMUM_SPEED.into(),
-                values: vec![limit.to_string()],
-            }],
-            position: lanelet.right.points.first().copied(),
-            is_virtual: true,
-        });
+        let position = lanelet.right.points.first().copied();
+        signs.push(Sign::speed_limit(last, MAXIMUM_SPEED, limit, position));
         let message = format!("speed limit {limit} m/s taken as sign {last}");
         xml.note_at(Severity::Note, &place, message);
     }

@@ -8,7 +8,7 @@ use nearmiss_base::geometry::Point;
 use nearmiss_base::system::{self, FileCache};
 use nearmiss_scene::scenario::plausibility::{MOST_PARTS, refused_coordinate};
 use nearmiss_scene::scenario::{
-    Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Severity, Sign, SignElement,
+    Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Severity, Sign,
 };
 
 use super::assembly::{Ids, Map};
@@ -134,15 +134,9 @@ fn map(
         if let Some(limit) = limit(text("speed_limit")) {
             let id = *limits.entry(limit.to_string()).or_insert_with(|| {
                 let id = ids.fresh();
-                map.signs.push(Sign {
-                    id,
-                    position: lanelet.right.points.first().copied(),
-                    is_virtual: true,
-                    elements: vec![SignElement {
-                        id: "274".into(),
-                        values: vec![limit.to_string()],
-                    }],
-                });
+                let position = lanelet.right.points.first().copied();
+                map.signs
+                    .push(Sign::speed_limit(id, "274", limit, position));
                 id
             });
             lanelet.signs.push(id);

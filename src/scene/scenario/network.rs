@@ -151,6 +151,22 @@ pub struct Sign {
     pub elements: Vec<SignElement>,
 }
 
+impl Sign {
+    /// A maximum speed, m/s, that files have of lanes and no sign: one with this number of the country, in the map alone.
+    #[must_use]
+    pub fn speed_limit(id: i64, number: &str, limit: f64, position: Option<Point>) -> Self {
+        Self {
+            id,
+            position,
+            is_virtual: true,
+            elements: vec![SignElement {
+                id: number.into(),
+                values: vec![limit.to_string()],
+            }],
+        }
+    }
+}
+
 /// One sign on a post.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct SignElement {

@@ -71,7 +71,7 @@ pub use question::{
 pub use requirement::{Check, Regression, Requirement, regressions};
 pub use results::{AnswerOutcome, Outcome, Results, ResultsRow, results, with_intervals};
 pub use run_case::{AskError, Event, RunOptions, can_ask, run};
-pub use score::{CriticalMoments, Protocol, note_on_score, says_the_score};
+pub use score::{CriticalMoments, note_on_score, says_the_score};
 pub use scored::{AnswerCase, AnswerStatus, PromptConfig, Scored};
 pub use settings::{
     AxisValues, EffectiveSettings, Settings, default_frame, default_planning, tools_word,
@@ -79,3 +79,4 @@ pub use settings::{
 pub use standings::{PersonPair, RaterAgreement, Standing, Standings, StandingsBy};
 pub use training::{Example, ExampleRules, Examples, NoExample, Pictures, ReasoningForm};
 pub use validate::{dry_render, validate};
+pub use windows::Protocol;

@@ -121,11 +121,10 @@ pub(super) fn parse<A: Fields>(text: &str) -> Result<A, ToolError> {
         let read = Toml::try_from(value).ok();
         if read.is_none_or(|value| arguments.set(row.key, &value).is_err()) {
             let got: String = value.to_string().chars().take(80).collect();
-            let expected = format!("{} {}", row.expected(), row.unit);
             return Err(ToolError::new(format!(
                 "argument `{}` is {got}; {}",
                 row.key,
-                expected.trim_end()
+                row.expected()
             )));
         }
     }

@@ -75,9 +75,11 @@ impl BatchPlan {
         let Some(configuration) = experiment.configurations().into_iter().next() else {
             return Ok(found);
         };
-        let span = { self.builder.span(&configuration) }.map_err(BatchError::Question)?;
+        let (history, radius) =
+            { self.builder.span(&configuration) }.map_err(BatchError::Question)?;
+        let task = configuration.task;
         let judge = |(entry, asks): &(Entry, Vec<Ask>)| {
-            self.predicted(entry, asks, (configuration.task, span), candidates)
+            self.predicted(entry, asks, task, history, radius, candidates)
         };
         let mut said = Vec::new();
         for ((entry, _), judged) in parts(&self.scenarios, judge).flatten() {
@@ -113,7 +115,9 @@ impl BatchPlan {
         &self,
         entry: &Entry,
         asks: &[Ask],
-        (task, (history, radius)): (Task, (usize, f64)),
+        task: Task,
+        history: usize,
+        radius: f64,
         candidates: &[Candidate],
     ) -> Result<(BuiltInEvent, Option<Predicted>), LabelError> {
         let (truth, thresholds) = (&self.truth, self.builder.thresholds());

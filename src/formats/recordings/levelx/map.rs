@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use nearmiss_base::geometry::Point;
 use nearmiss_scene::scenario::{
-    Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Sign, SignElement,
+    Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Sign,
 };
 
 use super::tables::Recording;
@@ -173,18 +173,11 @@ pub fn map(
     if let Some(limit) = recording.speed_limit {
         let id = ids.fresh();
         map.lanelets.iter_mut().for_each(|l| l.signs.push(id));
-        map.signs.push(Sign {
-            id,
-            position: map
-                .lanelets
-                .first()
-                .and_then(|l| l.right.points.first().copied()),
-            is_virtual: true,
-            elements: vec![SignElement {
-                id: SPEED_LIMIT.into(),
-                values: vec![((limit * 1e4).round() / 1e4).to_string()],
-            }],
-        });
+        let first = map.lanelets.first();
+        let position = first.and_then(|l| l.right.points.first().copied());
+        let limit = (limit * 1e4).round() / 1e4;
+        map.signs
+            .push(Sign::speed_limit(id, SPEED_LIMIT, limit, position));
     }
     Ok(map)
 }

@@ -281,14 +281,10 @@ pub fn speed_limits(cut: &mut LaneSection<'_>, signs: &Signs, ids: &mut Ids) -> 
         let Some(limit) = placed.lane.limit.filter(|limit| *limit > 0.0) else {
             continue;
         };
-        let sign = limits.entry(limit.to_bits()).or_insert_with(|| Sign {
-            id: ids.fresh(),
-            position: placed.lanelet.right.points.first().copied(),
-            is_virtual: true,
-            elements: vec![SignElement {
-                id: signs.limit.into(),
-                values: vec![((limit * 1e6).round() / 1e6).to_string()],
-            }],
+        let sign = limits.entry(limit.to_bits()).or_insert_with(|| {
+            let position = placed.lanelet.right.points.first().copied();
+            let limit = (limit * 1e6).round() / 1e6;
+            Sign::speed_limit(ids.fresh(), signs.limit, limit, position)
         });
         placed.lanelet.signs.push(sign.id);
     }

@@ -102,7 +102,8 @@ pub fn lanelets(
                 if let Some(limit) = limit.filter(|_| lane.kind == "driving") {
                     let at = lanelet.right.points.first().copied();
                     let sign = limits.entry(limit.to_bits()).or_insert_with(|| {
-                        map.signs.push(limit_sign(ids.fresh(), limit, at));
+                        map.signs
+                            .push(Sign::speed_limit(ids.fresh(), LIMIT, limit, at));
                         map.signs.last().map_or(0, |s| s.id)
                     });
                     lanelet.signs.push(*sign);
@@ -120,18 +121,6 @@ pub fn lanelets(
         report.note("the roads have no lanes");
     }
     Lanes { map, lights, kept }
-}
-
-fn limit_sign(id: i64, limit: f64, position: Option<Point>) -> Sign {
-    Sign {
-        id,
-        position,
-        is_virtual: true,
-        elements: vec![SignElement {
-            id: LIMIT.into(),
-            values: vec![limit.to_string()],
-        }],
-    }
 }
 
 /// The points of all borders of a section, from the left to the right, along the road, and whether they are enough.

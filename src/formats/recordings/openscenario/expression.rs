@@ -264,7 +264,7 @@ fn declared(of: &Node) -> Result<Values, ReadError> {
         // A value may be told by parameters before it.
         let value = replaced(value, &values).unwrap_or_else(|| value.to_string());
         values.insert(name.to_string(), value);
-        // Its type says nothing more; limits were checked by whoever chose the value.
+        // Its type says nothing more; limits were checked where the value was chosen.
         parameter.skip();
     }
     Ok(values)

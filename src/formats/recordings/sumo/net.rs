@@ -9,7 +9,7 @@ use nearmiss_base::system::{self, FileCache};
 use nearmiss_scene::scenario::plausibility::{MOST_PARTS, refused_coordinate};
 use nearmiss_scene::scenario::{
     Adjacent, ContentHash, Lanelet, LaneletType, LightPhase, LineMarking, RoadUser, Sign,
-    SignElement, SignalColor, TrafficDirection, TrafficLight,
+    SignalColor, TrafficDirection, TrafficLight,
 };
 
 use super::geo::Location;
@@ -379,15 +379,9 @@ fn lanelets(lanes: &[NetLane], connections: &[Connection], ids: &mut Ids) -> Nam
         if let Some(limit) = limit {
             let id = *limits.entry(limit.to_bits()).or_insert_with(|| {
                 let id = ids.fresh();
-                map.signs.push(Sign {
-                    id,
-                    position: lanelet.right.points.first().copied(),
-                    is_virtual: true,
-                    elements: vec![SignElement {
-                        id: "274".into(),
-                        values: vec![limit.to_string()],
-                    }],
-                });
+                let position = lanelet.right.points.first().copied();
+                map.signs
+                    .push(Sign::speed_limit(id, "274", limit, position));
                 id
             });
             lanelet.signs.push(id);

@@ -132,16 +132,8 @@ fn speed_limits(lanes: &[Lane<'_>], ids: &mut Ids, map: &mut Map) {
         let (id, _) = limits.entry(limit.to_bits()).or_insert_with(|| {
             let id = ids.fresh();
             let metres = (limit * MILE_AN_HOUR * 1e6).round() / 1e6;
-            let sign = Sign {
-                id,
-                position: lanelet.right.points.first().copied(),
-                is_virtual: true,
-                elements: vec![SignElement {
-                    id: SPEED_LIMIT.into(),
-                    values: vec![metres.to_string()],
-                }],
-            };
-            (id, sign)
+            let position = lanelet.right.points.first().copied();
+            (id, Sign::speed_limit(id, SPEED_LIMIT, metres, position))
         });
         lanelet.signs.push(*id);
     }

@@ -20,16 +20,14 @@ pub use cell::{
 pub use charts::ReportFigure;
 pub(crate) use comparison::is_called;
 pub use comparison::{Comparison, Family, Pair, Samples};
-pub use contents::RuleRow;
 pub(crate) use contents::record_rows;
+pub use contents::{PartProgress, RuleRow, SplitReport};
 pub use document::{Block, Document, FlatRows, InSplit, IntervalMethods, ReportDocument};
 pub(crate) use names::p_value;
 pub use names::{ReportSubject, TruthSubject, configuration_name, model as model_name};
 pub use pivot::{AskedFacts, AxesDocument, Axis, Measure, Pivot, PivotRequest};
 pub use prevalence::{AtPrevalence, at_prevalence};
-pub use published::{
-    ComparisonRow, CountedCounts, Finding, PartProgress, PartRow, PrintedCounts, SplitReport,
-};
+pub use published::{ComparisonRow, CountedCounts, Finding, PartRow, PrintedCounts};
 pub use stored::{Stored, stored};
 pub use truth::{AskedAs, BatchTruth, QuestionKey, RecordedScene, ScoreKey, Truth};
 pub use varied::{InvarianceRow, LeadRow, LeadWord, SAME_WORDS, Varied};

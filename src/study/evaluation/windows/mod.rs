@@ -15,9 +15,10 @@ pub use recording::{CLEAR, Recording, Traffic};
 
 use std::collections::BTreeSet;
 
-use super::{Case, Label, Lead};
+use super::{Case, Label, Lead, Scored};
 use matching::{Candidate, Source};
 use nearmiss_scene::scenario::Window;
+use strum::{IntoStaticStr, VariantArray};
 
 /// The lead of batches that name none: late enough to be seen, early enough to brake.
 pub const LEAD: Lead = Lead::Seconds(1.0);
@@ -25,6 +26,32 @@ pub const LEAD: Lead = Lead::Seconds(1.0);
 /// How far after its last step the truth of a window looks in batches that say nothing else, seconds: as far as the
 /// built-in judge.
 pub const WITHIN: f64 = Case::HORIZON;
+
+/// The rules of an evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
+pub enum Protocol {
+    /// Dangerous windows at a lead before the contact, and safe windows like them.
+    #[default]
+    Matched,
+    /// Those of "From Words to Collisions": one window of each recording ([`Labelled::paper_window`]), and a yes of the
+    /// safety task counts only if it names the obstacle that collides ([`Scored::require_naming`]).
+    ///
+    /// [`Labelled::paper_window`]: crate::evaluation::Labelled::paper_window
+    /// [`Scored::require_naming`]: crate::evaluation::Scored::require_naming
+    Paper,
+}
+
+impl Protocol {
+    /// Makes an answer what counts as one.
+    pub fn count(self, answer: &mut Scored) {
+        if self == Self::Paper {
+            answer.require_naming();
+        }
+    }
+}
+
+nearmiss_record::named!(Protocol, "protocol");
 
 /// What windows are drawn for.
 #[derive(Debug, Clone, Copy, PartialEq)]
