@@ -197,7 +197,7 @@ fn end(child: &mut Child) {
         .ok()
         .and_then(rustix::process::Pid::from_raw)
     {
-        let _ = rustix::process::kill_process(process, rustix::process::Signal::INT);
+        let _ = rustix::process::kill_process(process, rustix::process::Signal::TERM);
         let until = Instant::now() + GRACE;
         while Instant::now() < until && matches!(child.try_wait(), Ok(None)) {
             std::thread::sleep(POLL);
@@ -349,7 +349,7 @@ mod tests {
 
     /// A shell that has begun to wait, with what it does when it is asked to end.
     fn waiting(folder: &std::path::Path, when_asked: &str) -> Child {
-        let script = format!("trap '{when_asked}' INT; touch begun; while :; do sleep 0.05; done");
+        let script = format!("trap '{when_asked}' TERM; touch begun; while :; do sleep 0.05; done");
         let child = Command::new("sh")
             .args(["-c", &script])
             .current_dir(folder)

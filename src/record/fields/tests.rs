@@ -108,7 +108,7 @@ fn every_mistake_has_its_line_and_says_what_is_allowed() {
             "k.toml:4: heat: 3: expected a number from 0 to 2, or a list of them",
             "k.toml:5: samples = 0: expected a whole number from 1 to 9",
             "k.toml:6: unknown key `lenght`; did you mean `length`?",
-            "k.toml:7: length = 0: expected a number above 0, at most 10",
+            "k.toml:7: length = 0: expected a number above 0, at most 10 m",
             "k.toml:8: whether = 1: expected true or false",
             "k.toml:9: part: share is missing: Its share.",
         ]
