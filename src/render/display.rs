@@ -297,8 +297,7 @@ impl Picture {
 
     /// Fills a ring of points.
     pub fn polygon(&mut self, ring: &[Spot], fill: Option<Color>, stroke: Option<Stroke>) {
-        let mut path = line(ring);
-        path.push(Segment::Close);
+        let path = closed(ring);
         self.items.push(Item::Path { path, fill, stroke });
     }
 
@@ -361,6 +360,13 @@ fn line(points: &[Spot]) -> Vec<Segment> {
     if let Some(first) = points.first() {
         path[0] = Segment::Move(*first);
     }
+    path
+}
+
+/// The outline of a ring of points.
+pub(super) fn closed(ring: &[Spot]) -> Vec<Segment> {
+    let mut path = line(ring);
+    path.push(Segment::Close);
     path
 }
 

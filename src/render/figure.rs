@@ -5,7 +5,7 @@ use nearmiss_scene::metrics::{Context, Headline, MEASURES, Measure, Series, Thre
 use nearmiss_scene::scenario::{Scene, Window, WindowRule};
 
 use super::display::{Area, Picture, Provenance};
-use super::map::Map;
+use super::map::{Map, WorkbenchMap};
 use super::palette::Palette;
 use super::plot::Plot;
 use super::scene::{Basemap, MapRequest, MapScene, TrailSpan, Viewport};
@@ -277,11 +277,12 @@ impl<'a> Figure<'a> {
         let attackers = self.variations.iter().map(|both| both.changed.id);
         let place = |id: i64| emphasised.iter().position(|&e| e == id);
         let map = Map {
-            scene: MapScene::new(&request),
+            scene: &MapScene::new(&request),
             seconds: step as f64 * dt,
             dt,
             attackers: attackers.map(place).collect(),
             palette: &self.look.palette,
+            workbench: None,
             view,
             letters,
             scale_bar,
@@ -417,25 +418,25 @@ impl MapPage {
     pub fn draw(
         &self,
         request: &MapRequest<'_>,
-        scene: MapScene<'_>,
+        scene: &MapScene<'_>,
         palette: &Palette,
+        look: WorkbenchMap<'_>,
     ) -> Picture {
         let view = self.view();
-        let dt = request.subject.scenario.dt();
-        let attackers = request.variations.iter().map(|both| both.changed.id);
-        let place = |id: i64| request.highlighted.iter().position(|&e| e == id);
         let map = Map {
             scene,
-            seconds: request.step as f64 * dt,
-            dt,
-            attackers: attackers.map(place).collect(),
+            seconds: request.step as f64 * request.subject.scenario.dt(),
+            dt: request.subject.scenario.dt(),
+            attackers: Vec::new(),
             palette,
+            workbench: Some(look),
             view,
             letters: LETTERS,
             scale_bar: true,
             title: None,
         };
-        let mut picture = Picture::new((view.area.width, view.area.height), palette.background);
+        let size = (view.area.width, view.area.height);
+        let mut picture = Picture::new(size, look.theme.map_ground);
         map.draw(&mut picture);
         picture
     }

@@ -33,6 +33,7 @@ pub use figure::{
     COLUMN, Figure, FigureContent, FigureError, FigureOptions, MILLIMETRE, MapPage, PIXEL,
 };
 pub use grid::{FigureGrid, GridError, GridRow, PAGE};
+pub use map::WorkbenchMap;
 pub use palette::{Color, Palette};
 pub use plot::{Ticks, runs, steps, value_range};
 pub use raster::{MOST_PIXELS, RasterError, pixels, png, sixel};
@@ -40,3 +41,7 @@ pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
 pub use storyboard::{Storyboard, StoryboardPanel};
 pub use svg::svg;
 pub use view::{MapExtent, Subject, Variation, Variations};
+
+#[cfg(test)]
+#[allow(warnings)]
+mod cells_old;

@@ -47,18 +47,37 @@ pub fn pixels(picture: &Picture, dpi: f64) -> Result<Pixmap, RasterError> {
     let (Ok(w), Ok(h), true) = (u32::try_from(width), u32::try_from(height), fits) else {
         return Err(size);
     };
-    let mut pixmap = Pixmap::new(w, h).ok_or(size)?;
+    let transform = Transform::from_scale(scale as f32, scale as f32);
+    painted(picture, w, h, transform).ok_or(size)
+}
+
+/// The whole picture in so many pixels, whatever their proportions; `None` for none.
+pub fn stretched(picture: &Picture, width: u32, height: u32) -> Option<Pixmap> {
+    let (x, y) = (
+        f64::from(width) / picture.size.0,
+        f64::from(height) / picture.size.1,
+    );
+    painted(
+        picture,
+        width,
+        height,
+        Transform::from_scale(x as f32, y as f32),
+    )
+}
+
+fn painted(picture: &Picture, width: u32, height: u32, transform: Transform) -> Option<Pixmap> {
+    let mut pixmap = Pixmap::new(width, height)?;
     let Color {
         red, green, blue, ..
     } = picture.background;
     pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
     let mut canvas = Canvas {
         pixmap,
-        transform: Transform::from_scale(scale as f32, scale as f32),
+        transform,
         clips: vec![None],
     };
     clip::each(picture, |item| canvas.item(item));
-    Ok(canvas.pixmap)
+    Some(canvas.pixmap)
 }
 
 struct Canvas {
@@ -120,22 +139,7 @@ impl Canvas {
 
     fn stroke(&mut self, path: &Path, stroke: &Stroke, transform: Transform) {
         let mask = self.clips.last().and_then(Option::as_ref);
-        let dashes: Vec<f32> = stroke.dashes.iter().map(|d| *d as f32).collect();
-        let line = Line {
-            width: stroke.width as f32,
-            line_cap: if stroke.round {
-                LineCap::Round
-            } else {
-                LineCap::Butt
-            },
-            line_join: if stroke.round {
-                LineJoin::Round
-            } else {
-                LineJoin::Miter
-            },
-            dash: StrokeDash::new(dashes, stroke.phase as f32),
-            ..Line::default()
-        };
+        let line = line(stroke);
         self.pixmap
             .stroke_path(path, &paint(stroke.color), &line, transform, mask);
     }
@@ -164,14 +168,36 @@ impl Canvas {
     }
 }
 
-fn paint(color: Color) -> Paint<'static> {
+/// A line as the painter takes it.
+pub fn line(stroke: &Stroke) -> Line {
+    let dashes: Vec<f32> = stroke.dashes.iter().map(|d| *d as f32).collect();
+    Line {
+        width: stroke.width as f32,
+        line_cap: if stroke.round {
+            LineCap::Round
+        } else {
+            LineCap::Butt
+        },
+        line_join: if stroke.round {
+            LineJoin::Round
+        } else {
+            LineJoin::Miter
+        },
+        dash: StrokeDash::new(dashes, stroke.phase as f32),
+        ..Line::default()
+    }
+}
+
+/// A colour as the painter takes it.
+pub fn paint(color: Color) -> Paint<'static> {
     let mut paint = Paint::default();
     let opacity = (color.opacity * 255.0).round().clamp(0.0, 255.0) as u8;
     paint.set_color_rgba8(color.red, color.green, color.blue, opacity);
     paint
 }
 
-fn outline(path: &[Segment]) -> Option<Path> {
+/// An outline as the painter takes it; `None` for nothing.
+pub fn outline(path: &[Segment]) -> Option<Path> {
     let mut builder = PathBuilder::new();
     for segment in path {
         match *segment {

@@ -241,10 +241,11 @@ impl Storyboard<'_> {
         let everyone = seen.bodies.iter().chain(&seen.ego);
         seen.overlays = everyone.filter_map(arrow).collect();
         let map = Map {
-            scene: seen,
+            scene: &seen,
             seconds: 0.0,
             dt: self.scene.scenario.dt(),
             attackers: Vec::new(),
+            workbench: None,
             palette,
             view,
             letters: 9.0,

@@ -1,33 +1,31 @@
-//! The map in character cells: filled areas with background colours, fine lines of Braille dots over them.
+//! The map in character cells: the same picture as an image of it, sampled finely, and for every cell the character and
+//! the two colours that come nearest to it.
 //!
-//! Terminals with few colours get Braille lines with solid bodies; those without Unicode get ASCII.
+//! Terminals with few colours get lines of Braille dots with solid bodies; those without Unicode get ASCII.
 
-mod bodies;
-mod canvas;
-pub mod compose;
-mod road;
-mod silhouette;
+mod blocks;
+pub mod choice;
+pub mod colors;
+mod dots;
 
 use std::ops::Deref;
 
-use nearmiss_base::geometry::{Bounds, Point, Pose, Vector, part_within};
+use nearmiss_base::geometry::{Pose, Vector};
 use nearmiss_settings::Theme;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 
-use self::canvas::Canvas;
-use super::scene::{MapScene, Role};
-use crate::scene::Viewport;
+use super::display::Picture;
+use super::raster;
+use super::scene::{Role, Viewport};
 
-pub use bodies::{Heading, heading_arrow};
-pub use canvas::CROSSES;
-pub use compose::Blocks;
+pub use blocks::Blocks;
 
 /// How the map is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapStyle {
-    /// Areas with background colours, of these characters.
+    /// Block characters of two colours.
     Cells(Blocks),
     /// Lines of Braille dots, bodies of blocks, no backgrounds.
     Braille,
@@ -36,29 +34,29 @@ pub enum MapStyle {
 }
 
 impl MapStyle {
-    /// Whether the road has a colour of its own behind what is on it.
+    /// Whether surfaces have colours, and not lines alone.
     #[must_use]
     pub fn has_backgrounds(self) -> bool {
         matches!(self, Self::Cells(_))
     }
 
-    fn blocks(self) -> Blocks {
+    /// Samples of a cell, columns and rows, that a picture is drawn with.
+    #[must_use]
+    pub fn samples(self) -> (usize, usize) {
         match self {
-            Self::Cells(blocks) => blocks,
-            Self::Braille | Self::Ascii => Blocks::Quadrants,
+            Self::Cells(_) => choice::SAMPLES,
+            Self::Braille | Self::Ascii => dots::DOTS,
         }
     }
 }
 
-/// How the painters draw: the style, its colours, and whether lanes have their markings.
+/// How the map is drawn: the style and its colours.
 #[derive(Debug, Clone, Copy)]
 pub struct Appearance<'a> {
     /// The style.
     pub style: MapStyle,
     /// The colours.
     pub theme: &'a Theme<Color>,
-    /// Whether lane markings are drawn, or borders alone.
-    pub markings: bool,
 }
 
 impl Appearance<'_> {
@@ -71,59 +69,69 @@ impl Appearance<'_> {
     /// The colour of a role.
     #[must_use]
     pub fn color(&self, role: Role) -> Color {
-        let theme = self.theme;
-        match role {
-            Role::Ego => theme.ego,
-            Role::Obstacle => theme.obstacle,
-            Role::Truck => theme.truck,
-            Role::Cycle => theme.cycle,
-            Role::Pedestrian => theme.pedestrian,
-            Role::StaticObstacle => theme.static_obstacle,
-            Role::Highlighted(_) => theme.picked,
-            Role::Danger => theme.danger,
-            Role::Warning => theme.danger_medium,
-            Role::Attacker(place) => attacker_color(theme, place),
-            Role::Recorded | Role::Rejected => theme.dim,
-            Role::RecordedEgo | Role::ConstantVelocity => theme.text,
-            Role::Prediction | Role::Tape => theme.accent,
-            Role::PredictedBody => theme.predicted,
-            Role::Feasible => theme.safe,
+        role.color(self.theme)
+    }
+}
+
+impl Role {
+    /// Its colour in a theme.
+    #[must_use]
+    pub fn color<C: Copy>(self, theme: &Theme<C>) -> C {
+        match self {
+            Self::Ego => theme.ego,
+            Self::Obstacle => theme.obstacle,
+            Self::Truck => theme.truck,
+            Self::Cycle => theme.cycle,
+            Self::Pedestrian => theme.pedestrian,
+            Self::StaticObstacle => theme.static_obstacle,
+            Self::Highlighted(_) => theme.picked,
+            Self::Danger => theme.danger,
+            Self::Warning => theme.danger_medium,
+            Self::Attacker(place) => attacker_color(theme, place),
+            Self::Recorded | Self::Rejected => theme.dim,
+            Self::RecordedEgo | Self::ConstantVelocity => theme.text,
+            Self::Prediction | Self::Tape => theme.accent,
+            Self::PredictedBody => theme.predicted,
+            Self::Feasible => theme.safe,
         }
     }
 }
 
 /// The colour of an attacker at this place among those of a variant: each is unlike the first in every theme.
 #[must_use]
-pub fn attacker_color(theme: &Theme<Color>, place: usize) -> Color {
+pub fn attacker_color<C: Copy>(theme: &Theme<C>, place: usize) -> C {
     let colors = [theme.attacker, theme.text, theme.accent];
     colors[place % colors.len()]
 }
 
-/// Draws a scene into an area of the buffer.
-pub fn draw(
-    buffer: &mut Buffer,
-    area: Rect,
-    scene: &MapScene<'_>,
-    view: &CellView,
-    look: &Appearance<'_>,
-) {
-    let mut canvas = Canvas::new(view, area, look.style, look.theme.map_ground);
-    let c = &mut canvas;
-    road::surfaces(c, look, scene, view);
-    road::fixed(c, look, scene, view);
-    road::markings(c, look, scene, view);
-    road::draw_overlays(c, look, &scene.underlays, view);
-    c.layer();
-    road::occupancies(c, look, scene, view);
-    bodies::draw_trails(c, look, scene, view);
-    bodies::velocities(c, look, scene, view);
-    road::draw_overlays(c, look, &scene.overlays, view);
-    road::draw_overlays(c, look, &scene.variation, view);
-    c.layer();
-    bodies::draw(c, look, scene, view);
-    c.layer();
-    road::draw_overlays(c, look, &scene.top, view);
-    canvas.paint(buffer, area);
+/// Draws a picture into an area of the buffer, as large as that.
+pub fn draw(buffer: &mut Buffer, area: Rect, picture: &Picture, look: &Appearance<'_>) {
+    let (across, down) = look.style.samples();
+    let columns = u32::from(area.width) * across as u32;
+    let rows = u32::from(area.height) * down as u32;
+    match look.style {
+        MapStyle::Cells(blocks) => {
+            if let Some(pixmap) = raster::stretched(picture, columns, rows) {
+                let inks = colors::Inks::of(look.theme.map_road);
+                choice::write(buffer, area, &pixmap, blocks, inks);
+            }
+        }
+        MapStyle::Braille | MapStyle::Ascii => {
+            if let Some(pixmap) = dots::dots(picture, columns, rows) {
+                dots::write(buffer, area, &pixmap, look);
+            }
+        }
+    }
+}
+
+/// Arrows by eighths of a turn, from the right to the left.
+const ARROWS: [&str; 8] = ["→", "↗", "↑", "↖", "←", "↙", "↓", "↘"];
+
+/// The arrow along a direction of the canvas.
+#[must_use]
+pub fn heading_arrow(direction: &Vector) -> &'static str {
+    let eighths = direction.y.atan2(direction.x) / std::f64::consts::FRAC_PI_4;
+    ARROWS[(eighths.round() as i64).rem_euclid(8).unsigned_abs() as usize % 8]
 }
 
 /// What is seen, in character cells; lengths are metres.
@@ -133,8 +141,6 @@ pub struct CellView {
     pub seen: Viewport,
     /// A column and a row.
     pub cell: (f64, f64),
-    /// From one Braille dot to the next, where they are farther apart.
-    pub dot: f64,
 }
 
 impl Deref for CellView {
@@ -152,30 +158,7 @@ impl CellView {
         Self {
             seen: Viewport::new(frame, half),
             cell,
-            dot: (cell.0 / 2.0).max(cell.1 / 4.0),
         }
-    }
-
-    /// Metres of a part of a block character, the longer way.
-    #[must_use]
-    pub fn block(&self, style: MapStyle) -> f64 {
-        let (across, down) = style.blocks().per_cell();
-        (self.cell.0 / across as f64).max(self.cell.1 / down as f64)
-    }
-
-    /// The part of a line on the canvas that may be seen, from 0 (its beginning) to 1; with some dots around the map.
-    #[must_use]
-    pub fn part_seen(&self, from: (f64, f64), to: (f64, f64)) -> Option<(f64, f64)> {
-        let half = Vector::new(self.half.0 + 2.0 * self.dot, self.half.1 + 2.0 * self.dot);
-        let bounds = Bounds {
-            min: Point::from(-half),
-            max: Point::from(half),
-        };
-        part_within(
-            &Point::new(from.0, from.1),
-            &Point::new(to.0, to.1),
-            &bounds,
-        )
     }
 }
 

@@ -1,142 +1,459 @@
-//! Cells of small scenes, worked out by hand.
+//! Cells of small pictures, worked out by hand, and of bundled scenes: they come as near to their picture as characters can.
+#![allow(clippy::unwrap_used)]
 
+use std::time::Instant;
+
+use nearmiss_base::geometry::Pose;
+use nearmiss_formats::{EgoSelection, Entry, bundled};
+use nearmiss_scene::scenario::Scene;
+use nearmiss_settings::{Theme, ThemeColor, ThemeFile};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::style::{Color, Modifier};
+use ratatui::style::{Color as Ink, Modifier};
 
-use super::canvas::Canvas;
-use super::{Blocks, CellView, MapStyle};
-use nearmiss_base::geometry::Pose;
+use super::choice::SAMPLES;
+use super::{Appearance, Blocks, MapStyle, draw};
+use crate::display::{Area, Picture, Stroke};
+use crate::scene::{Basemap, MapRequest, MapScene, TrailSpan};
+use crate::view::{Subject, Variations};
+use crate::{Color, MapPage, Palette, WorkbenchMap};
 
-const GROUND: Color = Color::Rgb(10, 10, 10);
-const BODY: Color = Color::Rgb(200, 0, 0);
-const LINE: Color = Color::Rgb(0, 0, 200);
+fn theme(dark: bool) -> ThemeFile {
+    ThemeFile::default_for(dark)
+}
 
-/// Ten columns of 1 m, five rows of 2 m; up is north.
-fn drawn(style: MapStyle, draw: impl FnOnce(&mut Canvas<'_>)) -> Buffer {
-    let north = Pose::new(0.0, 0.0, std::f64::consts::FRAC_PI_2);
-    let view = CellView::new(north, (5.0, 5.0), (1.0, 2.0));
-    let area = Rect::new(0, 0, 10, 5);
-    let mut canvas = Canvas::new(&view, area, style, GROUND);
-    draw(&mut canvas);
-    let mut buffer = Buffer::empty(area);
-    canvas.paint(&mut buffer, area);
+fn inks(theme: &ThemeFile) -> Theme<Ink> {
+    theme.clone().map(|color| match color {
+        ThemeColor::Rgb(red, green, blue) => Ink::Rgb(red, green, blue),
+        other => panic!("{other:?}"),
+    })
+}
+
+const GROUND: Color = Color::rgb(10, 10, 10);
+const BODY: Color = Color::rgb(200, 0, 0);
+const LINE: Color = Color::rgb(0, 0, 200);
+const AREA: Rect = Rect::new(0, 0, 10, 5);
+
+/// A picture of ten columns of 8 points and five rows of 16, in a group of this name, as cells.
+fn drawn(
+    style: MapStyle,
+    theme: &Theme<Ink>,
+    group: &'static str,
+    draws: impl FnOnce(&mut Picture),
+) -> Buffer {
+    let mut picture = Picture::new((80.0, 80.0), GROUND);
+    picture.group(group, None, draws);
+    let mut buffer = Buffer::empty(AREA);
+    draw(&mut buffer, AREA, &picture, &Appearance { style, theme });
     buffer
 }
 
-fn rectangle(x: (f64, f64), y: (f64, f64)) -> [(f64, f64); 4] {
-    [(x.0, y.0), (x.1, y.0), (x.1, y.1), (x.0, y.1)]
-}
-
-#[test]
-fn a_body_covers_whole_cells_and_halves() {
-    // From the left edge of column 2 to the middle of column 4, the lower half of row 2 and all of row 3.
-    let body = rectangle((-3.0, -0.5), (-3.0, 0.0));
-    for (blocks, half) in [
-        (Blocks::Quadrants, '▄'),
-        (Blocks::Sextants, '🬭'),
-        (Blocks::Octants, '▄'),
-    ] {
-        let buffer = drawn(MapStyle::Cells(blocks), |canvas| {
-            canvas.layer();
-            canvas.area(&body, BODY);
-        });
-        let cell = |column, row| {
-            let cell = &buffer[(column, row)];
-            (cell.symbol().to_string(), cell.fg, cell.bg)
-        };
-        assert_eq!(cell(0, 0).2, GROUND, "{blocks:?}");
-        assert_eq!(cell(2, 3).2, BODY, "{blocks:?}");
-        if blocks != Blocks::Sextants {
-            assert_eq!(cell(2, 2), (half.to_string(), BODY, GROUND), "{blocks:?}");
-        }
-        assert_eq!(cell(4, 3), ("▌".into(), BODY, GROUND), "{blocks:?}");
+fn area(x: f64, y: f64, width: f64, height: f64) -> Area {
+    Area {
+        x,
+        y,
+        width,
+        height,
     }
 }
 
+fn ink(color: Color) -> Ink {
+    Ink::Rgb(color.red, color.green, color.blue)
+}
+
 #[test]
-fn lines_are_seen_on_the_ground_and_hidden_by_bodies() {
-    let style = MapStyle::Cells(Blocks::Quadrants);
-    let buffer = drawn(style, |canvas| {
-        canvas.line((-5.0, 0.9), (5.0, 0.9), LINE);
-        canvas.layer();
-        canvas.area(&rectangle((-1.0, 1.0), (-1.0, 1.0)), BODY);
-        canvas.layer();
-        canvas.line((0.4, -5.0), (0.4, 5.0), LINE);
+fn halves_quarters_and_eighths_are_found() {
+    let theme = inks(&theme(true));
+    // In columns and rows; the character, and whether it covers the body.
+    let cases = [
+        ((2.0, 1.0, 1.0, 0.5), '▄', false),
+        ((2.0, 1.0, 0.5, 1.0), '▌', true),
+        ((2.0, 1.5, 0.5, 0.5), '▖', true),
+        ((2.0, 1.0, 0.25, 1.0), '▎', true),
+        ((2.0, 1.0, 1.0, 0.875), '▁', false),
+    ];
+    for ((x, y, width, height), symbol, covers) in cases {
+        let body = area(8.0 * x, 16.0 * y, 8.0 * width, 16.0 * height);
+        let style = MapStyle::Cells(Blocks::Quadrants);
+        let buffer = drawn(style, &theme, "ego", |p| {
+            p.rectangle(&body, Some(BODY), None)
+        });
+        let cell = &buffer[(2, 1)];
+        let (front, back) = if covers {
+            (BODY, GROUND)
+        } else {
+            (GROUND, BODY)
+        };
+        let wanted = (symbol.to_string(), ink(front), ink(back));
+        assert_eq!((cell.symbol().to_string(), cell.fg, cell.bg), wanted);
+        assert_eq!(
+            (buffer[(5, 3)].symbol(), buffer[(5, 3)].bg),
+            (" ", ink(GROUND))
+        );
+    }
+    // A sixth: two thirds of a cell high on the left.
+    let body = area(16.0, 16.0, 4.0, 32.0 / 3.0);
+    let buffer = drawn(MapStyle::Cells(Blocks::Sextants), &theme, "ego", |p| {
+        p.rectangle(&body, Some(BODY), None)
     });
     assert_eq!(
-        (
-            buffer[(0, 2)].symbol(),
-            buffer[(0, 2)].fg,
-            buffer[(0, 2)].bg
-        ),
-        ("⠉", LINE, GROUND)
-    );
-    assert_eq!((buffer[(4, 2)].symbol(), buffer[(4, 2)].bg), (" ", BODY));
-    // Drawn later, a line lies on the body.
-    assert_eq!(
-        (
-            buffer[(5, 2)].symbol(),
-            buffer[(5, 2)].fg,
-            buffer[(5, 2)].bg
-        ),
-        ("⡇", LINE, BODY)
+        buffer[(2, 1)].symbol(),
+        Blocks::Sextants.symbol(0b0101).to_string()
     );
 }
 
 #[test]
-fn without_backgrounds_bodies_are_solid_and_lanes_dim() {
-    let plain = |style| {
-        drawn(style, |canvas| {
-            canvas.faint(true);
-            canvas.line((-5.0, 4.9), (5.0, 4.9), Color::Reset);
-            canvas.faint(false);
-            canvas.layer();
-            canvas.area(&rectangle((-1.0, 1.0), (-1.0, 1.0)), Color::Reset);
-        })
-    };
-    let buffer = plain(MapStyle::Braille);
-    assert_eq!(buffer[(4, 2)].symbol(), "█");
-    assert_eq!(buffer[(0, 0)].symbol(), "⠉");
-    assert!(buffer[(0, 0)].modifier.contains(Modifier::DIM));
-    assert!(buffer.content.iter().all(|cell| cell.bg == Color::Reset));
-    let buffer = plain(MapStyle::Ascii);
-    assert_eq!(
-        (buffer[(4, 2)].symbol(), buffer[(0, 0)].symbol()),
-        ("#", "'")
-    );
-    assert!(buffer.content.iter().all(|cell| cell.symbol().is_ascii()));
-}
-
-#[test]
-fn lines_of_any_length_are_cut_off() {
-    for far in [1e3, 1e9, 1e300, f64::INFINITY, f64::NAN] {
-        drawn(MapStyle::Braille, |canvas| {
-            canvas.line((-far, -far), (far, 3.0), LINE);
-            canvas.bar((0.0, 0.0), (far, far), LINE);
-            canvas.area(&rectangle((-far, far), (0.0, far)), LINE);
-            canvas.scatter(&rectangle((-far, far), (0.0, far)), LINE);
-            canvas.point((far, far), LINE);
+fn with_few_colours_cells_have_those_of_the_terminal() {
+    let body = area(16.0, 16.0, 20.0, 20.0);
+    for (to, known) in [(Ink::Indexed(0), 16..=255), (Ink::Black, 0..=15)] {
+        let plain = Theme::plain(to);
+        let style = MapStyle::Cells(Blocks::Quadrants);
+        let buffer = drawn(style, &plain, "ego", |p| {
+            p.rectangle(&body, Some(BODY), None)
         });
+        for cell in &buffer.content {
+            let front = (cell.symbol() != " ").then_some(cell.fg);
+            for color in front.into_iter().chain([cell.bg]) {
+                let number = match color {
+                    Ink::Indexed(index) => index,
+                    named => super::colors::number(named).unwrap(),
+                };
+                assert!(known.contains(&number), "{color:?}");
+            }
+        }
     }
 }
 
 #[test]
-fn without_colours_shades_tell_bodies_from_the_ego() {
-    let drawn = |style| {
-        drawn(style, |canvas| {
-            let place = |ring: [(f64, f64); 4]| vec![ring.to_vec()];
-            let other = canvas.silhouette(&place(rectangle((-3.0, -1.0), (-1.0, 3.0))), (0.0, 0.0));
-            let ego = canvas.silhouette(&place(rectangle((-1.0, 1.5), (-1.0, 3.0))), (0.0, 0.0));
-            canvas.layer();
-            canvas.fill(&other, Color::Reset, true);
-            canvas.fill(&ego, Color::Reset, false);
-        })
+fn lines_are_dots_and_bodies_are_solid() {
+    let none = Theme::plain(Ink::Reset);
+    let shown = |style, group, drawing: &dyn Fn(&mut Picture)| {
+        let buffer = drawn(style, &none, group, drawing);
+        let row = |y| (0..10).map(|x| buffer[(x, y)].symbol()).collect::<String>();
+        ((0..5).map(row).collect::<Vec<_>>(), buffer)
     };
-    let buffer = drawn(MapStyle::Braille);
-    let row: String = (0..10).map(|x| buffer[(x, 1)].symbol()).collect();
-    assert_eq!(row, "  ▒▒██▌   ");
-    let buffer = drawn(MapStyle::Ascii);
-    let row: String = (0..10).map(|x| buffer[(x, 1)].symbol()).collect();
-    assert_eq!(row, "  %%###   ");
+    let stroke = |p: &mut Picture| p.line(&[(0.0, 18.0), (80.0, 18.0)], Stroke::new(LINE, 1.0));
+    let body = |p: &mut Picture| p.rectangle(&area(16.0, 16.0, 20.0, 16.0), Some(BODY), None);
+    let (rows, buffer) = shown(MapStyle::Braille, "markings", &stroke);
+    assert_eq!(rows[1], "⠉⠉⠉⠉⠉⠉⠉⠉⠉⠉");
+    assert!(buffer[(0, 1)].modifier.contains(Modifier::DIM));
+    assert!(buffer.content.iter().all(|cell| cell.bg == Ink::Reset));
+    assert_eq!(shown(MapStyle::Ascii, "trails", &stroke).0[1], "''''''''''");
+    // The ego is solid, others are shaded.
+    assert_eq!(shown(MapStyle::Braille, "ego", &body).0[1], "  ██▌     ");
+    assert_eq!(
+        shown(MapStyle::Braille, "obstacles", &body).0[1],
+        "  ▒▒▒     "
+    );
+    assert_eq!(shown(MapStyle::Ascii, "ego", &body).0[1], "  ###     ");
+    assert_eq!(
+        shown(MapStyle::Ascii, "obstacles", &body).0[1],
+        "  %%%     "
+    );
+}
+
+/// Scenes with their ego: of a folder, or the bundled ones.
+fn scenes(folder: Option<&std::path::Path>) -> Vec<Scene> {
+    let entries: Vec<Entry> = match folder {
+        None => bundled(),
+        Some(folder) => {
+            let files = std::fs::read_dir(folder).unwrap();
+            let mut files: Vec<_> = files.map(|file| file.unwrap().path()).collect();
+            files.sort();
+            files.iter().map(|file| Entry::of_file(file)).collect()
+        }
+    };
+    let scene = |entry: &Entry| {
+        let scenario = entry.read().ok()?;
+        let ego = EgoSelection::Beside.resolve(entry, &scenario).ok()??;
+        Some(Scene::new(scenario, ego))
+    };
+    entries.iter().filter_map(scene).take(10).collect()
+}
+
+/// The map of a scene around its ego in so many cells.
+fn picture(scene: &Scene, basemap: &Basemap, step: i64, size: (u16, u16), cell: f64) -> Picture {
+    let file = theme(true);
+    let colors = file.clone().map(|color| match color {
+        ThemeColor::Rgb(red, green, blue) => Color::rgb(red, green, blue),
+        other => panic!("{other:?}"),
+    });
+    let ego = scene.ego.track.at(step).unwrap().pose;
+    let page = MapPage {
+        pixels: (
+            u32::from(size.0) * SAMPLES.0 as u32,
+            u32::from(size.1) * SAMPLES.1 as u32,
+        ),
+        line: SAMPLES.1 as f64,
+        frame: Pose::new(ego.position.x, ego.position.y, ego.heading + 0.3),
+        width: f64::from(size.0) * cell,
+    };
+    let request = MapRequest {
+        subject: Subject::with_ego(scene),
+        basemap,
+        step,
+        viewport: page.viewport(),
+        highlighted: &[],
+        series: None,
+        variations: Variations::default(),
+        trails: [TrailSpan::WHOLE; 2],
+    };
+    let look = WorkbenchMap {
+        theme: &colors,
+        filled: true,
+        markings: true,
+        cell,
+    };
+    page.draw(
+        &request,
+        &MapScene::new(&request),
+        &Palette::themed(&file),
+        look,
+    )
+}
+
+/// What part of a cell a character covers, sample by sample; blocks are told from their shape, not from the choice.
+fn mask(symbol: char) -> Vec<bool> {
+    let (across, down) = SAMPLES;
+    let at = |i: usize| ((i % across) as f64 + 0.5, (i / across) as f64 + 0.5);
+    let covers = |i: usize| {
+        let (x, y) = at(i);
+        let (x, y) = (x / across as f64, y / down as f64);
+        let code = u32::from(symbol);
+        match symbol {
+            ' ' => false,
+            '█' => true,
+            '▁'..='▇' => 1.0 - y < f64::from(code - 0x2580) / 8.0,
+            '▉'..='▏' => x < f64::from(0x2590 - code) / 8.0,
+            _ => {
+                let (blocks, parts) = Blocks::of_symbol(symbol).unwrap();
+                let (columns, rows) = blocks.per_cell();
+                let place = (y * rows as f64) as usize * columns + (x * columns as f64) as usize;
+                parts >> place & 1 == 1
+            }
+        }
+    };
+    (0..across * down).map(covers).collect()
+}
+
+/// Every character that a style has.
+fn symbols(blocks: Blocks) -> Vec<char> {
+    let (columns, rows) = blocks.per_cell();
+    let mut all: Vec<char> = " ▁▂▃▅▆▇▏▎▍▋▊▉▘▝▖▗▀▌▚".chars().collect();
+    all.extend((0..1_usize << (columns * rows)).map(|parts| blocks.symbol(parts)));
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The squared error of both parts with these colours, over all samples and channels.
+fn error(samples: &[[f64; 3]], covered: &[bool], colors: [[f64; 3]; 2]) -> f64 {
+    let off = samples.iter().zip(covered).map(|(sample, covered)| {
+        let color = colors[usize::from(!covered)];
+        (0..3).map(|i| (sample[i] - color[i]).powi(2)).sum::<f64>()
+    });
+    off.sum()
+}
+
+fn means(samples: &[[f64; 3]], covered: &[bool]) -> [[f64; 3]; 2] {
+    [true, false].map(|part| {
+        let part = samples.iter().zip(covered).filter(|(_, c)| **c == part);
+        let part: Vec<&[f64; 3]> = part.map(|(sample, _)| sample).collect();
+        let count = part.len().max(1) as f64;
+        std::array::from_fn(|i| part.iter().map(|sample| sample[i]).sum::<f64>() / count)
+    })
+}
+
+/// Mean squared errors a channel of the cells of a picture: of those that were chosen, and of the best.
+fn errors(picture: &Picture, size: (u16, u16), blocks: Blocks) -> (f64, f64) {
+    let inks = inks(&theme(true));
+    let area = Rect::new(0, 0, size.0, size.1);
+    let mut buffer = Buffer::empty(area);
+    let style = MapStyle::Cells(blocks);
+    draw(
+        &mut buffer,
+        area,
+        picture,
+        &Appearance {
+            style,
+            theme: &inks,
+        },
+    );
+    let (across, down) = SAMPLES;
+    let (columns, rows) = (usize::from(size.0) * across, usize::from(size.1) * down);
+    let pixmap = crate::raster::stretched(picture, columns as u32, rows as u32).unwrap();
+    let masks: Vec<(char, Vec<bool>)> = symbols(blocks).into_iter().map(|c| (c, mask(c))).collect();
+    let rgb = |color: Ink| match color {
+        Ink::Rgb(r, g, b) => [r, g, b].map(f64::from),
+        other => panic!("{other:?}"),
+    };
+    let (mut chosen, mut best) = (0.0, 0.0);
+    for position in area.positions() {
+        let at = (
+            usize::from(position.x) * across,
+            usize::from(position.y) * down,
+        );
+        let sample = |i: usize| {
+            let p = pixmap.pixels()[(at.1 + i / across) * columns + at.0 + i % across];
+            [p.red(), p.green(), p.blue()].map(f64::from)
+        };
+        let samples: Vec<[f64; 3]> = (0..across * down).map(sample).collect();
+        let cell = &buffer[position];
+        let covered = mask(cell.symbol().chars().next().unwrap());
+        let front = if cell.symbol() == " " {
+            cell.bg
+        } else {
+            cell.fg
+        };
+        chosen += error(&samples, &covered, [rgb(front), rgb(cell.bg)]);
+        if samples.iter().all(|sample| *sample == samples[0]) {
+            continue;
+        }
+        let all = masks
+            .iter()
+            .map(|(_, covered)| error(&samples, covered, means(&samples, covered)));
+        best += all.fold(f64::MAX, f64::min);
+    }
+    let count = (columns * rows * 3) as f64;
+    (chosen / count, best / count)
+}
+
+#[test]
+fn cells_come_as_near_to_their_picture_as_characters_can() {
+    let shared = std::env::var_os("NEARMISS_SHARED").map(|folder| {
+        let part = "data/from-words-to-collisions/Scenarios/collision_scenarios";
+        std::path::PathBuf::from(folder).join(part)
+    });
+    for blocks in [Blocks::Quadrants, Blocks::Sextants, Blocks::Octants] {
+        let (mut chosen, mut best) = (0.0, 0.0);
+        let mut all = scenes(None);
+        all.extend(shared.iter().flat_map(|folder| scenes(Some(folder))));
+        for scene in &all {
+            let (first, last) = (scene.steps().start, scene.steps().end - 1);
+            let basemap = Basemap::new(&scene.scenario);
+            let size = (64, 20);
+            let picture = picture(scene, &basemap, i64::midpoint(first, last), size, 0.6);
+            let (one, other) = errors(&picture, size, blocks);
+            (chosen, best) = (chosen + one, best + other);
+        }
+        let count = all.len() as f64;
+        println!(
+            "{blocks:?}: mean squared error {:.1} over {count} scenes, at best {:.1}: {:.3}",
+            chosen / count,
+            best / count,
+            chosen / best
+        );
+        assert!(all.len() >= 8 && chosen <= 1.15 * best, "{chosen} {best}");
+    }
+}
+
+#[test]
+fn frames_of_the_largest_maps_are_timed() {
+    let size = (200, 60);
+    for scene in scenes(None) {
+        let basemap = Basemap::new(&scene.scenario);
+        let inks = inks(&theme(true));
+        let area = Rect::new(0, 0, size.0, size.1);
+        let mut buffer = Buffer::empty(area);
+        let look = Appearance {
+            style: MapStyle::Cells(Blocks::Quadrants),
+            theme: &inks,
+        };
+        let begun = Instant::now();
+        let count = 20;
+        for i in 0..count {
+            let step = scene.steps().start + i;
+            let picture = picture(&scene, &basemap, step, size, 0.4);
+            draw(&mut buffer, area, &picture, &look);
+        }
+        let took = begun.elapsed().as_secs_f64() * 1e3 / count as f64;
+        println!("{}: {took:.2} ms a frame", scene.ego.id);
+    }
+}
+
+#[test]
+fn figure_of_the_old_renderer() {
+    use crate::cells_old as old;
+    let shared = std::path::PathBuf::from(
+        "/work/shared/data/from-words-to-collisions/Scenarios/collision_scenarios",
+    );
+    let file = theme(true);
+    let inks = inks(&file);
+    for (what, all) in [("bundled", scenes(None)), ("shared", scenes(Some(&shared)))] {
+        let (mut was, mut now, mut best) = (0.0, 0.0, 0.0);
+        for scene in &all {
+            let step = i64::midpoint(scene.steps().start, scene.steps().end - 1);
+            let basemap = Basemap::new(&scene.scenario);
+            let (size, cell) = ((64_u16, 20_u16), 0.6);
+            let picture = picture(scene, &basemap, step, size, cell);
+            let ego = scene.ego.track.at(step).unwrap().pose;
+            let frame = Pose::new(ego.position.x, ego.position.y, ego.heading + 0.3);
+            let half = (f64::from(size.0) * cell / 2.0, f64::from(size.1) * cell);
+            let view = old::CellView::new(frame, half, (cell, 2.0 * cell));
+            let request = MapRequest {
+                subject: Subject::with_ego(scene),
+                basemap: &basemap,
+                step,
+                viewport: view.seen,
+                highlighted: &[],
+                series: None,
+                variations: Variations::default(),
+                trails: [TrailSpan::WHOLE; 2],
+            };
+            let area = Rect::new(0, 0, size.0, size.1);
+            let mut buffer = Buffer::empty(area);
+            let look = old::Appearance {
+                style: old::MapStyle::Cells(old::Blocks::Quadrants),
+                theme: &inks,
+                markings: true,
+            };
+            old::draw(&mut buffer, area, &MapScene::new(&request), &view, &look);
+            let (across, down) = SAMPLES;
+            let columns = usize::from(size.0) * across;
+            let pixmap =
+                crate::raster::stretched(&picture, columns as u32, u32::from(size.1) * down as u32)
+                    .unwrap();
+            let rgb = |color: Ink| match color {
+                Ink::Rgb(r, g, b) => [r, g, b].map(f64::from),
+                _ => [8.0, 10.0, 13.0],
+            };
+            let mut sum = 0.0;
+            for position in area.positions() {
+                let at = (
+                    usize::from(position.x) * across,
+                    usize::from(position.y) * down,
+                );
+                let sample = |i: usize| {
+                    let p = pixmap.pixels()[(at.1 + i / across) * columns + at.0 + i % across];
+                    [p.red(), p.green(), p.blue()].map(f64::from)
+                };
+                let samples: Vec<[f64; 3]> = (0..across * down).map(sample).collect();
+                let cell = &buffer[position];
+                let symbol = cell.symbol().chars().next().unwrap();
+                let code = u32::from(symbol);
+                let covered: Vec<bool> = if (0x2800..0x2900).contains(&code) {
+                    const BITS: [u32; 8] = [0x01, 0x08, 0x02, 0x10, 0x04, 0x20, 0x40, 0x80];
+                    (0..across * down)
+                        .map(|i| {
+                            let (x, y) = (i % across * 2 / across, i / across * 4 / down);
+                            (code - 0x2800) & BITS[y * 2 + x] != 0
+                        })
+                        .collect()
+                } else {
+                    mask(symbol)
+                };
+                sum += error(&samples, &covered, [rgb(cell.fg), rgb(cell.bg)]);
+            }
+            was += sum / f64::from(u32::from(size.0) * u32::from(size.1) * 128 * 3);
+            let (one, other) = errors(&picture, size, Blocks::Quadrants);
+            (now, best) = (now + one, best + other);
+        }
+        let n = all.len() as f64;
+        println!(
+            "{what}: was {:.1}, now {:.2}, best {:.2} over {n} scenes",
+            was / n,
+            now / n,
+            best / n
+        );
+    }
 }

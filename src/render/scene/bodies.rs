@@ -12,6 +12,12 @@ use super::{MapRequest, Owner, Role, Viewport};
 const DANGER: f64 = 1.0;
 const RISKY: f64 = 2.0;
 
+/// Characters along a body that is large enough to show its heading.
+const TINY: f64 = 2.5;
+/// Lengths of cars, metres, and the one that all of them are taken for.
+const CARS: std::ops::Range<f64> = 3.0..6.0;
+const CAR: f64 = 4.5;
+
 /// How much a body matters, the least first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Importance {
@@ -77,6 +83,17 @@ impl Body<'_> {
     pub fn part(&self, part: f64) -> f64 {
         let (rear, front) = self.along;
         rear + (front - rear) * part
+    }
+
+    /// Whether it is so small on a map of characters this wide, metres, that an arrow stands for it. All cars are taken
+    /// for equally long.
+    #[must_use]
+    pub fn is_tiny(&self, cell: f64) -> bool {
+        let reach = match self.length() {
+            length if CARS.contains(&length) => CAR,
+            _ => 2.0 * self.footprint.reach(),
+        };
+        reach < TINY * cell
     }
 
     /// Its length along its heading, metres.
@@ -193,12 +210,14 @@ fn has_front(kind: ObstacleType) -> bool {
 }
 
 /// A place where the ego touches another body.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
     /// The other's id.
     pub obstacle: i64,
     /// The middle of what both cover.
     pub at: Point,
+    /// The corners of what both cover, a ring (not closed); of bodies that only touch, the two nearest corners.
+    pub overlap: Vec<Point>,
     /// Whether the other is a region that an obstacle may cover or not.
     pub is_possible: bool,
 }
@@ -215,26 +234,35 @@ pub(super) fn all(request: &MapRequest<'_>) -> Vec<Contact> {
         if !contact.overlaps {
             (ego.pose, placed.pose) = (contact.ego, contact.other);
         }
+        let overlap = between(&ego.outlines().concat(), &placed.outlines().concat());
         Some(Contact {
             obstacle: other.obstacle.id,
-            at: between(&ego.outlines().concat(), &placed.outlines().concat()),
+            at: middle(&overlap),
+            overlap,
             is_possible: other.obstacle.is_occupancy_at(step),
         })
     });
     touching.collect()
 }
 
-/// The middle of what two outlines have in common, by their corners and crossings; of bodies that only touch, between
-/// them.
-fn between(a: &[Point], b: &[Point]) -> Point {
+/// What two outlines have in common, by their corners and crossings, around its middle; of bodies that only touch, the
+/// nearest of their corners.
+fn between(a: &[Point], b: &[Point]) -> Vec<Point> {
     let mut common: Vec<Point> = a.iter().filter(|p| contains(b, p)).copied().collect();
     common.extend(b.iter().filter(|p| contains(a, p)));
     common.extend(crossings(a, b));
     if common.is_empty() {
         common.extend(nearest(a, b));
     }
-    let count = common.len().max(1) as f64;
-    let sum = common.iter().fold(Point::origin(), |s, p| s + p.coords);
+    let middle = middle(&common);
+    let angle = |p: &Point| (p.y - middle.y).atan2(p.x - middle.x);
+    common.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
+    common
+}
+
+fn middle(points: &[Point]) -> Point {
+    let count = points.len().max(1) as f64;
+    let sum = points.iter().fold(Point::origin(), |s, p| s + p.coords);
     sum / count
 }
 
@@ -369,11 +397,15 @@ mod tests {
             |x: f64, y: f64| ring([(x, y), (x + 4.0, y), (x + 4.0, y + 4.0), (x, y + 4.0)]);
         let near = |a: Point, b: Point| (a - b).norm() < 1e-9;
         assert!(near(
-            between(&square(0.0, 0.0), &square(3.0, 3.0)),
+            middle(&between(&square(0.0, 0.0), &square(3.0, 3.0))),
             Point::new(3.5, 3.5)
         ));
         // A bar across: no corner of either lies in the other.
         let bar = ring([(-2.0, 1.0), (6.0, 1.0), (6.0, 2.0), (-2.0, 2.0)]);
-        assert!(near(between(&square(0.0, 0.0), &bar), Point::new(2.0, 1.5)));
+        let overlap = between(&square(0.0, 0.0), &bar);
+        assert!(near(middle(&overlap), Point::new(2.0, 1.5)));
+        let areas = overlap.iter().zip(overlap.iter().cycle().skip(1));
+        let twice: f64 = areas.map(|(p, q)| p.coords.perp(&q.coords)).sum();
+        assert!((twice - 8.0).abs() < 1e-9, "4 m by 1 m, around it");
     }
 }

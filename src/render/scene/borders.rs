@@ -7,7 +7,7 @@ use nearmiss_scene::scenario::{Bound, Lanelet, LaneletType, LineMarking};
 
 use super::road::{Surface, SurfaceKind};
 
-/// What has more than one part in so many within another surface is crossed by it.
+/// What has more than one part in so many within other surfaces is crossed by them.
 const MOST_CROSSED: usize = 5;
 
 /// What lies nearer to the edge of a surface than this, metres, does not cross it.
@@ -77,26 +77,16 @@ impl<'a> DrivenSurfaces<'a> {
         }
     }
 
-    /// Whether enough of these points lie inside one of them; not that of the lanelet `own`.
+    /// Whether enough of these points lie inside them; not inside that of the lanelet `own`.
     pub fn are_crossed_by(&self, points: &[Point], own: Option<i64>) -> bool {
-        let mut known = HashSet::new();
-        points.iter().any(|p| {
-            // Of many surfaces over each other the first one decides.
+        let is_inside = |p: &&Point| {
             let mut near = self.rings.near(p);
             near.any(|place| {
-                known.insert(place)
-                    && own != Some(self.surfaces[place].lanelet)
-                    && self.is_crossed_by(place, points)
+                own != Some(self.surfaces[place].lanelet) && self.rings.has_inside(place, p, EDGE)
             })
-        })
-    }
-
-    fn is_crossed_by(&self, place: usize, points: &[Point]) -> bool {
-        let mut within = 0;
-        points.iter().any(|p| {
-            within += usize::from(self.rings.has_inside(place, p, EDGE));
-            within * MOST_CROSSED > points.len()
-        })
+        };
+        let mut inside = points.iter().filter(is_inside);
+        inside.nth(points.len() / MOST_CROSSED).is_some()
     }
 }
 

@@ -359,8 +359,6 @@ pub enum LineStyle {
     Dashed,
     /// Single dots.
     Dotted,
-    /// A row of crosses.
-    Crossed,
 }
 
 /// Something drawn over the traffic.
@@ -388,7 +386,7 @@ pub struct Path {
 pub struct Outline {
     /// What it is.
     pub role: Role,
-    /// Whether only its corners are drawn.
+    /// Whether it matters less.
     pub faint: bool,
     /// Its outlines, each a ring (not closed).
     pub rings: Vec<Vec<Point>>,

@@ -88,7 +88,7 @@ fn a_contact_lies_on_both_bodies() {
     let map = |step| MapScene::new(&request(&scene, &basemap, step, 50.0));
     let first = scene.steps().map(map).find(|map| !map.contacts.is_empty());
     let map = first.unwrap();
-    let contact = map.contacts[0];
+    let contact = &map.contacts[0];
     assert_eq!(contact.obstacle, 301);
     let other = map.bodies.iter().find(|b| b.owner == Owner::Obstacle(301));
     for body in [other.unwrap(), map.ego.as_ref().unwrap()] {

@@ -1,5 +1,7 @@
 //! The map camera: centre, zoom and rotation.
 
+use std::f64::consts::FRAC_PI_2;
+
 use nearmiss_base::geometry::{Bounds, Point, Pose, Vector};
 
 /// The view of the map.
@@ -11,12 +13,16 @@ pub struct Camera {
     pub aspect: f64,
     /// The middle, where it is not the ego.
     pub center: Point,
+    /// The direction that is up where the ego is not followed and the map is turned, radians.
+    pub up: f64,
     /// Where the middle is, seen from the ego that is followed, metres: up the screen, and to its left.
     pub shift: Vector,
     /// Whether the ego stays in the middle.
     pub follow: bool,
-    /// Whether the ego drives upwards.
+    /// Whether the map turns with the ego, which drives along the longer side of the pane: to the right, or upwards.
     pub ego_up: bool,
+    /// Whether the pane is wider than high.
+    pub wide: bool,
     /// Whether the map chooses its zoom, as long as the ego is followed: until the user zooms or moves it.
     pub auto: bool,
     /// Metres that the map is wide at least, where it chooses.
@@ -44,9 +50,11 @@ impl Default for Camera {
             cell: 0.6,
             aspect: ASPECT,
             center: Point::origin(),
+            up: FRAC_PI_2,
             shift: Vector::zeros(),
             follow: true,
-            ego_up: false,
+            ego_up: true,
+            wide: true,
             auto: true,
             least: NEIGHBOURHOOD,
         }
@@ -63,6 +71,12 @@ impl Camera {
     #[must_use]
     pub fn row(&self) -> f64 {
         self.cell * self.aspect
+    }
+
+    /// Whether so many columns and rows are wider than high.
+    #[must_use]
+    pub fn is_wide(&self, size: (u16, u16)) -> bool {
+        f64::from(size.0) >= f64::from(size.1) * self.aspect
     }
 
     /// Zooms by a factor; below 1 is in. The middle stays where it is, or the ego that is followed.
@@ -99,7 +113,7 @@ impl Camera {
             self.shift.x = self.shift.x.clamp(-up, up);
             self.shift.y = self.shift.y.clamp(-left, left);
         } else {
-            self.center = frame.to_world(&Point::from(moved));
+            self.stay(frame, Point::from(moved));
         }
     }
 
@@ -113,41 +127,60 @@ impl Camera {
     pub fn pan(&mut self, right: f64, up: f64, ego: Option<Pose>) {
         self.auto = false;
         let frame = self.frame(ego);
-        self.center = frame.to_world(&Point::new(up * self.row(), -right * self.cell));
+        self.stay(frame, Point::new(up * self.row(), -right * self.cell));
+    }
+
+    /// The ego is not followed any longer: the map stays at a point of the frame.
+    pub fn stay(&mut self, frame: Pose, at: Point) {
+        self.center = frame.to_world(&at);
+        self.up = frame.heading;
         self.follow = false;
         self.shift = Vector::zeros();
     }
 
+    /// Turns the map with the ego, or north up.
+    pub fn turn(&mut self, ego: Option<Pose>) {
+        self.ego_up = !self.ego_up;
+        self.up = self.heading(ego);
+    }
+
     /// Fits all of `bounds` into these columns and rows.
-    pub fn fit(&mut self, bounds: &Bounds, (columns, rows): (u16, u16)) {
-        let size: Vector = bounds.max - bounds.min;
-        let (across, down) = (
-            f64::from(columns.max(1)),
-            self.aspect * f64::from(rows.max(1)),
-        );
-        self.cell = ((size.x / across).max(size.y / down) * 1.05).clamp(NEAREST, FARTHEST);
-        self.center = bounds.center();
-        self.follow = false;
-        self.shift = Vector::zeros();
-        self.ego_up = false;
+    pub fn fit(&mut self, bounds: &Bounds, ego: Option<Pose>, (columns, rows): (u16, u16)) {
+        let frame = self.frame(ego);
+        let half = (bounds.max - bounds.min) / 2.0;
+        let size = |axis: Vector| 2.0 * ((half.x * axis.x).abs() + (half.y * axis.y).abs());
+        let across = size(frame.left()) / f64::from(columns.max(1));
+        let down = size(frame.forward()) / (self.aspect * f64::from(rows.max(1)));
+        self.cell = (across.max(down) * 1.05).clamp(NEAREST, FARTHEST);
+        self.stay(frame, frame.to_local(&bounds.center()));
     }
 
     /// The frame of the view: forward is up on the screen, left is left.
     #[must_use]
     pub fn frame(&self, ego: Option<Pose>) -> Pose {
-        let up = match ego {
-            Some(ego) if self.ego_up => ego.heading,
-            _ => std::f64::consts::FRAC_PI_2,
-        };
-        let around = |position| Pose {
-            position,
-            heading: up,
-        };
         match ego {
-            Some(ego) if self.follow => {
-                around(around(ego.position).to_world(&Point::from(self.shift)))
+            Some(Pose { position, .. }) if self.follow => {
+                let heading = self.heading(ego);
+                let around = Pose { position, heading };
+                let position = around.to_world(&Point::from(self.shift));
+                Pose { position, heading }
             }
-            _ => around(self.center),
+            _ => Pose {
+                position: self.center,
+                heading: match ego {
+                    Some(_) if self.ego_up => self.up,
+                    _ => FRAC_PI_2,
+                },
+            },
+        }
+    }
+
+    /// The direction that is up where the ego is followed, radians.
+    fn heading(&self, ego: Option<Pose>) -> f64 {
+        match ego {
+            Some(ego) if self.ego_up && self.wide => ego.heading + FRAC_PI_2,
+            Some(ego) if self.ego_up => ego.heading,
+            _ => FRAC_PI_2,
         }
     }
 }

@@ -82,6 +82,8 @@ pub struct DisplaySettings {
     pub blocks: Blocks,
     /// The same for `map_blocks = "auto"`, as the environment has it.
     pub blocks_here: Blocks,
+    /// Whether this is tmux, which takes octants for two columns wide.
+    pub in_tmux: bool,
     /// How big the panes are.
     pub sizes: Sizes,
     /// The border that the mouse holds, as it was when it was taken, and where.
@@ -92,11 +94,12 @@ impl DisplaySettings {
     /// How the map is drawn: as configured, else what the terminal can show.
     #[must_use]
     pub fn map_style(&self) -> MapStyle {
-        let few = matches!(self.depth, ColorDepth::Sixteen | ColorDepth::None);
         match (self.map, self.glyphs) {
             (MapChoice::Ascii, _) | (_, Glyphs::Ascii) => MapStyle::Ascii,
             (MapChoice::Braille, _) => MapStyle::Braille,
-            (MapChoice::Auto | MapChoice::Pixels, _) if few => MapStyle::Braille,
+            (MapChoice::Auto | MapChoice::Pixels, _) if self.depth == ColorDepth::None => {
+                MapStyle::Braille
+            }
             _ => MapStyle::Cells(self.blocks),
         }
     }
@@ -119,6 +122,7 @@ impl Default for DisplaySettings {
             map: MapChoice::Auto,
             blocks: Blocks::Quadrants,
             blocks_here: Blocks::Quadrants,
+            in_tmux: false,
             sizes: Sizes::default(),
             held: None,
         }
@@ -160,7 +164,9 @@ impl DisplaySettings {
     /// Takes over how the map is to be drawn.
     pub fn configure_map(&mut self, config: &Config) {
         let blocks = config.map_blocks.as_deref();
-        let named = Blocks::NAMED.iter().find(|(name, _)| Some(*name) == blocks);
+        let is_drawn = |blocks| !(self.in_tmux && blocks == Blocks::Octants);
+        let mut named = Blocks::NAMED.iter();
+        let named = named.find(|(name, named)| Some(*name) == blocks && is_drawn(*named));
         self.blocks = named.map_or(self.blocks_here, |(_, blocks)| *blocks);
         self.map = MapChoice::of_config(config.map.as_deref());
     }

@@ -27,7 +27,7 @@ pub use super::features::history::state::{COUNTED, History, InputPurpose, PAGE};
 pub use super::features::index::IndexChoice;
 pub use super::features::jobs::state::{Job, JobKind, JobState, Jobs};
 pub use super::features::map::state::{
-    Detail, End, Foreseen, Foresight, Future, Halves, Layers, Measurement, Moment, On, PathRequest,
+    Detail, End, Foreseen, Foresight, Future, Layers, Measurement, Moment, On, PathRequest,
     Tape, Tools, Trails, as_text,
 };
 pub use super::features::planner::state::{Driver, RunningDrive, forecast_words};

@@ -79,6 +79,7 @@ pub fn prepare(
         glyphs: Glyphs::of_config(config.glyphs.as_deref(), glyphs_here),
         glyphs_here,
         blocks_here: Blocks::of_environment(env),
+        in_tmux: env("TMUX").is_some(),
         ..DisplaySettings::default()
     };
     look.configure_map(&config);

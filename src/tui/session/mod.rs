@@ -101,7 +101,10 @@ pub struct View {
     pub shift: [f64; 2],
     /// Whether the ego is followed.
     pub follow: bool,
-    /// Whether it drives upwards.
+    /// The direction that is up on a map that is turned and does not follow the ego.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<f64>,
+    /// Whether the map turns with the ego.
     pub ego_up: bool,
     /// Whether the map chooses its zoom; older sessions do not say, so that what was seen stays.
     #[serde(default)]

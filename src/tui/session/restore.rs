@@ -90,6 +90,7 @@ fn opened_of(model: &Model) -> Option<SavedScenario> {
             center: [camera.center.x, camera.center.y],
             shift: [camera.shift.x, camera.shift.y],
             follow: camera.follow,
+            up: Some(camera.up),
             ego_up: camera.ego_up,
             auto: camera.auto,
         },
@@ -272,10 +273,12 @@ pub fn opened(model: &mut Model) {
         center,
         shift,
         follow,
+        up,
         ego_up,
         auto,
     } = wanted.camera;
-    let numbers = [cell, center[0], center[1], shift[0], shift[1]];
+    let up = up.unwrap_or(model.camera.up);
+    let numbers = [cell, center[0], center[1], shift[0], shift[1], up];
     if numbers.iter().all(|n| n.is_finite()) && cell > 0.0 {
         let camera = &mut model.camera;
         camera.cell = cell;
@@ -284,6 +287,7 @@ pub fn opened(model: &mut Model) {
         camera.center = Point::new(center[0], center[1]);
         camera.shift = Vector::new(shift[0], shift[1]);
         camera.follow = follow;
+        camera.up = up;
         camera.ego_up = ego_up;
         camera.auto = auto;
     }

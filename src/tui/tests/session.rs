@@ -129,6 +129,7 @@ fn the_last_scenario_is_waited_for_and_another_choice_ends_that() {
             center: [0.0, 0.0],
             shift: [0.0, 0.0],
             follow: true,
+            up: None,
             ego_up: false,
             auto: false,
         },

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use nearmiss_render::cells::compose::{SIXTEEN, nearest};
+use nearmiss_render::cells::colors::{SIXTEEN, nearest, nearest_of};
 use nearmiss_settings::ThemeColor;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::Line;
 
-pub use nearmiss_render::cells::compose::{components, number};
+pub use nearmiss_render::cells::colors::{components, number};
 
 /// A colour of a theme file as the terminal has it.
 pub fn terminal_color(color: ThemeColor) -> Color {
@@ -50,13 +50,10 @@ fn nearest_of_sixteen(color: Color, but: Option<Color>) -> Color {
     let Some(wanted) = components(color) else {
         return color;
     };
-    let others = SIXTEEN.iter().filter(|(color, _)| Some(*color) != but);
-    let nearest = others.min_by_key(|(_, rgb)| {
-        let off = rgb.iter().zip(wanted);
-        off.map(|(a, b)| u32::from(a.abs_diff(b)).pow(2))
-            .sum::<u32>()
-    });
-    nearest.map_or(Color::Reset, |(color, _)| *color)
+    nearest_of(
+        SIXTEEN.iter().filter(|(color, _)| Some(*color) != but),
+        wanted,
+    )
 }
 
 /// A line as a terminal takes it. The caller has made its text safe to show.
@@ -174,7 +171,7 @@ impl ColorDepth {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nearmiss_render::cells::compose::rgb;
+    use nearmiss_render::cells::colors::rgb;
     use ratatui::text::Span;
 
     #[test]

@@ -172,7 +172,7 @@ fn frame_map(model: &mut Model, opened: &Opened) {
     let bounds = Bounds::from_points(&positions).or_else(|| opened.scenario.network.bounds());
     if let Some(bounds) = bounds {
         let size = model.drawn.map_size();
-        model.camera.fit(&bounds, size);
+        model.camera.fit(&bounds, None, size);
     }
 }
 

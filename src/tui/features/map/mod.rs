@@ -3,7 +3,7 @@
 pub mod draw;
 pub mod state;
 
-use nearmiss_base::geometry::{Point, Pose, Vector};
+use nearmiss_base::geometry::{Point, Pose};
 use ratatui::Frame;
 use ratatui::layout::{Margin, Position, Rect};
 use ratatui::style::Style;
@@ -14,7 +14,7 @@ use crate::action::{Action, Scope};
 use crate::features::{Screen, Step, planner};
 use crate::message::Effect;
 use crate::model::{
-    End, Foreseen, Foresight, Future, Halves, Layers, Model, Moment, On, Pane, PathRequest, Tape,
+    End, Foreseen, Foresight, Future, Layers, Model, Moment, On, Pane, PathRequest, Tape,
 };
 use crate::pixels::{ImageRequest, MapImage};
 use crate::request::Computation;
@@ -224,14 +224,14 @@ fn move_map_once(model: &mut Model, action: Action) {
         Action::PanUp => model.camera.pan(0.0, part / 2.0, ego),
         Action::PanDown => model.camera.pan(0.0, -part / 2.0, ego),
         Action::Follow => {
+            let follow = !model.camera.follow;
             // Letting go keeps the view where it is.
-            model.camera.center = model.camera.frame(ego).position;
-            model.camera.follow = !model.camera.follow;
-            model.camera.shift = Vector::zeros();
+            model.camera.stay(model.camera.frame(ego), Point::origin());
+            model.camera.follow = follow;
             // Following again, the map chooses its zoom again.
-            model.camera.auto = model.camera.follow;
+            model.camera.auto = follow;
         }
-        Action::EgoUp => model.camera.ego_up = !model.camera.ego_up,
+        Action::EgoUp => model.camera.turn(ego),
         _ => {
             let bounds = model
                 .opened
@@ -239,7 +239,7 @@ fn move_map_once(model: &mut Model, action: Action) {
                 .and_then(|o| o.scenario.network.bounds());
             if let Some(bounds) = bounds {
                 let size = model.drawn.map_size();
-                model.camera.fit(&bounds, size);
+                model.camera.fit(&bounds, ego, size);
                 model.camera.auto = false;
             }
         }
@@ -372,9 +372,7 @@ fn turn(model: &mut Model) {
 
 /// Whether the map has room for two, as it was drawn last.
 fn fits(model: &Model) -> bool {
-    let fits = |area: ratatui::layout::Rect| {
-        Halves::new(area.inner(Margin::new(1, 1)), model.camera.aspect).is_some()
-    };
+    let fits = |area: Rect| model.halves(area.inner(Margin::new(1, 1))).is_some();
     model.drawn.area(Pane::Map).is_none_or(fits)
 }
 

@@ -6,7 +6,7 @@
 //! are outlines; the recorded ego's path is dashed and its body hollow.
 
 use nearmiss_base::geometry::{Bounds, Point};
-use nearmiss_render::cells::{Appearance, CROSSES, CellView, Heading, heading_arrow};
+use nearmiss_render::cells::{Appearance, CellView, heading_arrow};
 use nearmiss_render::scene::{Importance, LineStyle, MapScene, Outline, Overlay, Owner, Role};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::{Goal, Position, Sign, SignMeaning, SignalColor};
@@ -17,7 +17,8 @@ use crate::loaded::{CycleShown, Opened};
 use crate::model::{Foreseen, Measurement, Model, Moment, On, Tape};
 use crate::widgets::words::hundredths;
 
-/// Bodies that are too small for their heading to show are arrows, the ego on top.
+/// Bodies that are too small for their heading to show are arrows, the ego on top. Among lines alone others have an arrow,
+/// too.
 pub fn arrows(
     board: &mut LabelPlacer<'_>,
     look: &Appearance<'_>,
@@ -27,19 +28,13 @@ pub fn arrows(
     let all = scene.bodies.iter().chain(&scene.ego);
     for body in all {
         let mut style = Style::new().fg(look.color(body.role));
-        match Heading::new(look, view, body) {
-            // Without colours nothing else marks the ego.
-            Heading::Alone if body.owner == Owner::Ego && !look.has_colors() => {
-                style = style.add_modifier(Modifier::REVERSED);
-            }
-            Heading::Alone => {}
-            Heading::OnBody if look.style.has_backgrounds() => {
-                style = Style::new()
-                    .fg(look.theme.map_ground)
-                    .bg(look.color(body.role));
-            }
-            Heading::OnBody => style = style.add_modifier(Modifier::REVERSED),
-            Heading::Windscreen | Heading::None => continue,
+        let is_tiny = body.is_tiny(view.cell.0);
+        if !is_tiny && (look.style.has_backgrounds() || body.stands || !body.has_front) {
+            continue;
+        }
+        // Without colours nothing else marks the ego.
+        if !is_tiny || body.owner == Owner::Ego && !look.has_colors() {
+            style = style.add_modifier(Modifier::REVERSED);
         }
         if body.importance >= Importance::Danger {
             style = style.add_modifier(Modifier::BOLD);
@@ -66,32 +61,12 @@ pub fn contacts(
     scene: &MapScene<'_>,
     view: &CellView,
 ) {
-    // Bodies are of the colour of danger, too: the sign has a background of its own.
     let style = Style::new()
         .fg(look.theme.danger)
-        .bg(look.theme.background)
-        .add_modifier(Modifier::BOLD);
+        .bg(look.theme.map_ground)
+        .add_modifier(Modifier::BOLD | Modifier::REVERSED);
     for contact in &scene.contacts {
-        let at = view.at(&contact.at);
-        // At the edge of the map there is less room.
-        if !board.put(at, "─×─", style) {
-            board.put(at, "×", style);
-        }
-    }
-}
-
-/// Keeps words off the bodies that have no name.
-pub fn keep_clear(board: &mut LabelPlacer<'_>, scene: &MapScene<'_>, view: &CellView) {
-    for body in &scene.bodies {
-        let (x, y) = view.at(&body.motion.pose.position);
-        let (_, width) = body.footprint.shape().size();
-        let half = width.min(2.0 * body.footprint.reach()) / 2.0;
-        let body = Body {
-            x: (x - half, x + half),
-            y: (y - half, y + half),
-        };
-        let cells = board.cells(&body);
-        board.reserve(cells);
+        board.put(view.at(&contact.at), "×", style);
     }
 }
 
@@ -212,13 +187,10 @@ fn cycle<'a>(model: &Model, moment: &Moment<'a>) -> Option<&'a CycleShown> {
     moment.cycle().filter(|_| model.map.layers.planner)
 }
 
-/// The fan: candidates that can be driven, over the rejected ones where those are shown.
+/// The fan, where it is shown: candidates that can be driven, over the rejected ones.
 pub fn fan<'a>(model: &Model, moment: &Moment<'a>) -> impl Iterator<Item = Overlay> + use<'a> {
-    let lines = cycle(model, moment)
-        .into_iter()
-        .flat_map(|cycle| cycle.fan.lines());
-    let rejected = model.map.layers.rejected;
-    let lines = lines.filter(move |(_, drivable)| *drivable || rejected);
+    let cycle = cycle(model, moment).filter(|_| model.map.layers.candidates);
+    let lines = cycle.into_iter().flat_map(|cycle| cycle.fan.lines());
     lines.map(|(line, drivable)| {
         if drivable {
             Overlay::path(Role::Feasible, LineStyle::Solid, line)
@@ -249,7 +221,11 @@ pub fn overlays(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
         }));
     }
     if let Some(cycle) = cycle(model, moment) {
-        found.extend(cycle.foreseen.iter().map(|body| {
+        let foreseen = cycle
+            .foreseen
+            .iter()
+            .filter(|_| model.map.layers.candidates);
+        found.extend(foreseen.map(|body| {
             Overlay::Outline(Outline {
                 role: Role::PredictedBody,
                 faint: !body.avoided,
@@ -286,8 +262,10 @@ pub fn seconds(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, 
 
 /// Marks the end of a constant-velocity path.
 const STRAIGHT: &str = "x";
+/// Characters along such a path that has room for it.
+const STRAIGHT_FROM: f64 = 4.5;
 
-/// Predicted courses dashed, the way straight on as crosses: recorded futures are dots.
+/// Predicted courses dashed, the way straight on dotted.
 pub fn predictions(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
     let mut found = Vec::new();
     for future in &moment.foresight.futures {
@@ -297,7 +275,7 @@ pub fn predictions(model: &Model, moment: &Moment<'_>) -> Vec<Overlay> {
         let straight = future.straight.clone();
         found.push(Overlay::path(
             Role::ConstantVelocity,
-            LineStyle::Crossed,
+            LineStyle::Dotted,
             straight,
         ));
     }
@@ -312,7 +290,7 @@ pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, vie
             .fg(super::look(model).color(Role::ConstantVelocity))
             .add_modifier(Modifier::BOLD);
         if let [first, .., end] = future.straight.as_slice()
-            && (end - first).norm() > CROSSES * view.dot
+            && (end - first).norm() > STRAIGHT_FROM * view.cell.0
         {
             board.put_if_free(view.at(end), STRAIGHT, style);
         }

@@ -1,5 +1,6 @@
 //! Places the labels of obstacles, and draws the legend.
 
+use nearmiss_base::geometry::{Bounds, Point, ring_within};
 use nearmiss_render::cells::{MapStyle, attacker_color};
 use nearmiss_render::scene::{Importance, LineStyle, MAX_NAMED, MapScene, Owner, Role};
 use ratatui::Frame;
@@ -69,15 +70,22 @@ pub fn draw(
             owner: named.owner,
         });
     }
+    let all = scene.bodies.iter().chain(&scene.ego);
+    let bodies: Vec<(Owner, Area)> = all
+        .flat_map(|body| {
+            let rings = body.rings.iter().flat_map(|ring| board.rows(ring, view));
+            rings.map(|area| (body.owner, area)).collect::<Vec<_>>()
+        })
+        .collect();
     let first = labels
         .iter()
         .position(|label| scene.is_attacker(label.owner));
     if let Some(first) = first {
-        let attackers = labels.remove(first);
-        most_telling(board, &attackers, &labels);
+        let attacker = labels.remove(first);
+        most_telling(board, &attacker, &bodies);
     }
-    for label in &labels {
-        board.reserve(label.body);
+    for (_, area) in bodies {
+        board.reserve(area);
     }
     for label in labels {
         board.beside(&label.body, &label.text, label.style);
@@ -85,18 +93,18 @@ pub fn draw(
 }
 
 /// The attacker's label has its place before all others. Where there is little room it loses words, and if nothing else
-/// helps, it covers others, but never the ego.
-fn most_telling(board: &mut LabelPlacer<'_>, label: &Label, others: &[Label]) {
-    board.reserve(label.body);
-    let ego = others.iter().filter(|other| other.owner == Owner::Ego);
-    ego.for_each(|ego| board.reserve(ego.body));
-    let bodies: Vec<Area> = others.iter().map(|other| other.body).collect();
+/// helps, it covers others, but neither its own body nor the ego.
+fn most_telling(board: &mut LabelPlacer<'_>, label: &Label, bodies: &[(Owner, Area)]) {
+    let all: Vec<Area> = bodies.iter().map(|(_, area)| *area).collect();
+    let own = |owner: &Owner| [label.owner, Owner::Ego].contains(owner);
+    let own = bodies.iter().filter(|(owner, _)| own(owner));
+    let own: Vec<Area> = own.map(|(_, area)| *area).collect();
     let shorter = label.text.replace(" contact ", " ");
     let shortest = shorter.rsplit_once(' ').map_or("", |(start, _)| start);
     let texts = [&label.text, &shorter, shortest];
-    for clear_of in [&bodies[..], &[]] {
+    for clear_of in [all, own] {
         let mut texts = texts.iter().filter(|text| !text.is_empty());
-        if texts.any(|text| board.beside_clear_of(clear_of, &label.body, text, label.style)) {
+        if texts.any(|text| board.beside_clear_of(&clear_of, &label.body, text, label.style)) {
             return;
         }
     }
@@ -150,6 +158,8 @@ pub struct LabelPlacer<'a> {
     /// Metres of a column and of a row.
     size: (f64, f64),
     half: (f64, f64),
+    /// Behind words, where the road has a colour.
+    ground: Option<Color>,
     taken: Vec<Area>,
 }
 
@@ -157,12 +167,13 @@ pub struct LabelPlacer<'a> {
 const SHARE: i32 = 3;
 
 impl<'a> LabelPlacer<'a> {
-    pub fn new(buffer: &'a mut Buffer, area: Rect, view: &CellView) -> Self {
+    pub fn new(buffer: &'a mut Buffer, area: Rect, view: &CellView, ground: Option<Color>) -> Self {
         Self {
             buffer,
             area,
             size: view.cell,
             half: view.half,
+            ground,
             taken: Vec::new(),
         }
     }
@@ -179,6 +190,38 @@ impl<'a> LabelPlacer<'a> {
             x: (column(body.x.0), column(body.x.1) + 1),
             y: (row(body.y.1), row(body.y.0) + 1),
         }
+    }
+
+    /// The cells of a region of the world, row by row.
+    fn rows(&self, ring: &[Point], view: &CellView) -> Vec<Area> {
+        let spots: Vec<Point> = ring
+            .iter()
+            .map(|p| {
+                let (x, y) = view.at(p);
+                Point::new(x, y)
+            })
+            .collect();
+        let Some(around) = Body::around(spots.iter().map(|p| (p.x, p.y))) else {
+            return Vec::new();
+        };
+        let all = self.cells(&around);
+        let rows = all.y.0.max(0)..all.y.1.min(i32::from(self.area.height));
+        let row = |row: i32| {
+            let top = self.half.1 - f64::from(row) * self.size.1;
+            let band = Bounds {
+                min: Point::new(around.x.0, top - self.size.1),
+                max: Point::new(around.x.1, top),
+            };
+            let part = ring_within(&spots, &band);
+            let columns = self
+                .cells(&Body::around(part.iter().map(|p| (p.x, p.y)))?)
+                .x;
+            Some(Area {
+                x: columns,
+                y: (row, row + 1),
+            })
+        };
+        rows.filter_map(row).collect()
     }
 
     /// Keeps words away from here.
@@ -205,7 +248,11 @@ impl<'a> LabelPlacer<'a> {
     /// The same, where nothing else is.
     pub fn put_if_free(&mut self, at: (f64, f64), words: &str, style: Style) -> bool {
         let area = self.centered(at, words);
-        self.is_free(&area) && self.put(at, words, style)
+        let free = self.is_free(&area);
+        if free {
+            self.write(area, words, self.grounded(style));
+        }
+        free
     }
 
     fn centered(&self, (x, y): (f64, f64), words: &str) -> Area {
@@ -262,9 +309,13 @@ impl<'a> LabelPlacer<'a> {
         let mut areas = areas.into_iter();
         let free = areas.find(|area| self.is_free(area) && clear(area));
         if let Some(area) = free {
-            self.write(area, words, style);
+            self.write(area, words, self.grounded(style));
         }
         free.is_some()
+    }
+
+    fn grounded(&self, style: Style) -> Style {
+        self.ground.map_or(style, |ground| style.bg(ground))
     }
 
     fn is_free(&self, area: &Area) -> bool {
@@ -346,13 +397,14 @@ fn sign(model: &Model, style: LineStyle) -> &'static str {
         (MapStyle::Ascii, LineStyle::Thick) => "::",
         (MapStyle::Ascii, LineStyle::Dashed) => "'' ''",
         (MapStyle::Ascii, LineStyle::Dotted) => "' '",
-        (MapStyle::Ascii, LineStyle::Crossed) => ": :",
-        (MapStyle::Cells(_), LineStyle::Thick) => "▄▄",
+        (MapStyle::Cells(_), LineStyle::Solid) => "──",
+        (MapStyle::Cells(_), LineStyle::Thick) => "━━",
+        (MapStyle::Cells(_), LineStyle::Dashed) => "╌╌",
+        (MapStyle::Cells(_), LineStyle::Dotted) => "┈┈",
         (_, LineStyle::Solid) => "⠒⠒",
         (_, LineStyle::Thick) => "⠶⠶",
         (_, LineStyle::Dashed) => "⠒⠂⠐⠒",
         (_, LineStyle::Dotted) => "⠂ ⠂",
-        (_, LineStyle::Crossed) => "⠕⠅",
     }
 }
 
@@ -375,7 +427,7 @@ fn entries(model: &Model, shown: Placed) -> Vec<Entry> {
         let straight = Role::ConstantVelocity;
         [
             line(LineStyle::Dashed, role, &words),
-            line(LineStyle::Crossed, straight, "constant velocity"),
+            line(LineStyle::Dotted, straight, "constant velocity"),
         ]
     };
     if let Some(variant) = model.variant().filter(|_| model.map.layers.variant) {
@@ -391,12 +443,12 @@ fn entries(model: &Model, shown: Placed) -> Vec<Entry> {
     }
     if let Some(planned) = model.planned().filter(|_| model.map.layers.planner) {
         entries.push(line(LineStyle::Thick, Role::Ego, "chosen, 1 2 3 s ahead"));
-        entries.push(line(LineStyle::Solid, Role::Feasible, "drivable"));
-        if model.map.layers.rejected {
+        if model.map.layers.candidates {
+            entries.push(line(LineStyle::Solid, Role::Feasible, "drivable"));
             entries.push(line(LineStyle::Dotted, Role::Rejected, "rejected"));
+            let outlined = line(LineStyle::Solid, Role::PredictedBody, "predicted bodies");
+            entries.push(outlined);
         }
-        let outlined = line(LineStyle::Solid, Role::PredictedBody, "predicted bodies");
-        entries.push(outlined);
         if planned.recorded.is_some() {
             entries.push(line(LineStyle::Dashed, Role::RecordedEgo, "recorded ego"));
         }
@@ -424,8 +476,8 @@ fn entries(model: &Model, shown: Placed) -> Vec<Entry> {
             None => model.theme.trail,
         };
         for (style, words) in [
-            (LineStyle::Thick, "past"),
-            (LineStyle::Dotted, "recorded future"),
+            (LineStyle::Solid, "past"),
+            (LineStyle::Dashed, "recorded future"),
         ] {
             entries.push(Entry {
                 color,

@@ -5,9 +5,11 @@ pub mod labels;
 
 use nearmiss_base::geometry::Pose;
 use nearmiss_render::cells::{self, Appearance, CellView, MapStyle};
-use nearmiss_render::scene::{MapRequest, MapScene, Owner, RegionKind, TrailSpan, Viewport};
-use nearmiss_render::{MapPage, Palette, Picture, Subject};
-use nearmiss_settings::ThemeColor;
+use nearmiss_render::scene::{
+    MapRequest, MapScene, Overlay, Owner, RegionKind, TrailSpan, Viewport,
+};
+use nearmiss_render::{Color as Ink, MapPage, Palette, Picture, Subject, WorkbenchMap};
+use nearmiss_settings::{Theme, ThemeColor};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::{Modifier, Style};
@@ -16,7 +18,7 @@ use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use crate::features::map::draw::request as scene_request;
-use crate::model::{Halves, MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Trails};
+use crate::model::{MapChoice, MapDrawn, MapPicture, Model, Moment, Pane, Trails};
 use crate::pixels::{Encoder, MapImage};
 use crate::theme::components;
 use crate::widgets::window;
@@ -40,7 +42,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     // Answers side by side leave room for one map.
     let second = model.second_moment().filter(|_| !model.compare.open);
     let inside = area.inner(Margin::new(1, 1));
-    let halves = second.and_then(|_| Halves::new(inside, camera.aspect));
+    let halves = second.and_then(|_| model.halves(inside));
     let both = second.zip(halves);
     let title = first(model, both.map(|(_, halves)| halves.first), inside);
     let inner = window::pane(f, area, model, Pane::Map, title);
@@ -146,10 +148,32 @@ fn one(
 ) -> bodies::Placed {
     let view = seen(model, area, moment);
     register(model, area, view.frame, view.cell, second);
-    let scene = MapScene::new(&request(model, moment, view.seen));
-    let scene = with_layers(scene, model, moment);
-    cells::draw(f.buffer_mut(), area, &scene, &view, &look(model));
+    let look = look(model);
+    let page = page(&view, area, look.style.samples());
+    let request = request(model, moment, page.viewport());
+    let scene = with_layers(MapScene::new(&request), model, moment);
+    let (palette, theme) = inks(model);
+    let workbench = WorkbenchMap {
+        theme: &theme,
+        filled: look.style.has_backgrounds(),
+        markings: model.map.layers.lanes,
+        cell: view.cell.0,
+    };
+    let picture = page.draw(&request, &scene, &palette, workbench);
+    cells::draw(f.buffer_mut(), area, &picture, &look);
     write(f, area, model, moment, &scene, &view)
+}
+
+/// The page of a map in an area, whose characters have so many samples across and down.
+fn page(view: &CellView, area: Rect, samples: (usize, usize)) -> MapPage {
+    let width = u32::from(area.width) * samples.0 as u32;
+    let height = f64::from(width) * view.half.1 / view.half.0;
+    MapPage {
+        pixels: (width, height.round() as u32),
+        line: samples.1 as f64,
+        frame: view.frame,
+        width: 2.0 * view.half.0,
+    }
 }
 
 /// How the map is drawn in this terminal.
@@ -160,11 +184,7 @@ pub fn look(model: &Model) -> Appearance<'_> {
         MapStyle::Cells(_) if theme.map_road == theme.map_ground => MapStyle::Braille,
         style => style,
     };
-    Appearance {
-        style,
-        theme,
-        markings: model.map.layers.lanes,
-    }
+    Appearance { style, theme }
 }
 
 /// What is to be seen at a moment.
@@ -213,6 +233,15 @@ fn with_layers<'a>(mut scene: MapScene<'a>, model: &'a Model, moment: &Moment<'a
     scene.overlays.extend(bodies::predictions(model, moment));
     scene.overlays.extend(bodies::overlays(model, moment));
     scene.top.extend(bodies::line(model, moment));
+    if !scene.contacts.is_empty() {
+        // The contact is to be seen: neither plans nor recorded paths lead across it.
+        for overlays in [&mut scene.overlays, &mut scene.variation] {
+            overlays.retain(|overlay| matches!(overlay, Overlay::Outline(_)));
+        }
+        for trail in &mut scene.trails {
+            trail.future = &[];
+        }
+    }
     scene
 }
 
@@ -225,8 +254,12 @@ fn write(
     scene: &MapScene<'_>,
     view: &CellView,
 ) -> bodies::Placed {
-    let mut board = LabelPlacer::new(f.buffer_mut(), area, view);
     let look = &look(model);
+    let ground = look
+        .style
+        .has_backgrounds()
+        .then_some(look.theme.map_ground);
+    let mut board = LabelPlacer::new(f.buffer_mut(), area, view, ground);
     bodies::arrows(&mut board, look, scene, view);
     bodies::contacts(&mut board, look, scene, view);
     let lights = bodies::lights(&mut board, model, scene, view);
@@ -235,7 +268,6 @@ fn write(
     bodies::label(&mut board, model, moment, view);
     names(&mut board, look, scene, view);
     bodies::seconds(&mut board, model, moment, view);
-    bodies::keep_clear(&mut board, scene, view);
     bodies::ends(&mut board, model, moment, view);
     bodies::labels(&mut board, model, moment.opened, view);
     let posts = bodies::signs(&mut board, model, scene, view);
@@ -271,10 +303,10 @@ fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {
         .map_or(camera.cell, |now| model.camera_of(size, &now).cell);
     let across = format!("{:.0} m", cell * f64::from(width));
     let mode = match (camera.follow, camera.ego_up) {
-        (true, true) => Some("follows ego, ego up"),
-        (true, false) => Some("follows ego"),
-        (false, true) => Some("ego up"),
-        (false, false) => None,
+        (true, true) => Some("follows ego"),
+        (true, false) => Some("follows ego, north up"),
+        (false, true) => None,
+        (false, false) => Some("north up"),
     };
     let dim = Style::new().fg(model.theme.dim);
     let Some((half, now)) = half.zip(model.moment()) else {
@@ -457,7 +489,14 @@ fn request_image(
     };
     let request = scene_request(model, moment, page.viewport());
     let scene = with_layers(MapScene::new(&request), model, moment);
-    let picture = page.draw(&request, scene, &palette(model));
+    let (palette, theme) = inks(model);
+    let workbench = WorkbenchMap {
+        theme: &theme,
+        filled: true,
+        markings: model.map.layers.lanes,
+        cell: 0.0,
+    };
+    let picture = page.draw(&request, &scene, &palette, workbench);
     model.drawn.set_picture(MapPicture {
         picture,
         dpi: page.dpi(),
@@ -485,11 +524,16 @@ fn shown(model: &Model, area: Rect) -> Option<&MapImage> {
     shown.filter(|image| image.fits(area))
 }
 
-/// The theme's colours; those that only the terminal knows are those of pictures.
-fn palette(model: &Model) -> Palette {
+/// The theme's colours; in place of those that only the terminal knows, those of pictures, and a gray.
+fn inks(model: &Model) -> (Palette, Theme<Ink>) {
     let theme = model.theme.0.clone().map(|color| match components(color) {
         Some([red, green, blue]) => ThemeColor::Rgb(red, green, blue),
         None => ThemeColor::Terminal,
     });
-    Palette::themed(&theme)
+    let palette = Palette::themed(&theme);
+    let inks = theme.map(|color| match color {
+        ThemeColor::Rgb(red, green, blue) => Ink::rgb(red, green, blue),
+        _ => palette.dim,
+    });
+    (palette, inks)
 }

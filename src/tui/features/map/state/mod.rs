@@ -547,10 +547,11 @@ pub struct Layers {
     pub labels: bool,
     /// Goals of the planning problems.
     pub goal: bool,
-    /// The planner's candidates and choice, and the recorded ego beside the planned one.
+    /// The planner's choice, and the recorded ego beside the planned one.
     pub planner: bool,
-    /// The planner's candidates that cannot be driven.
-    pub rejected: bool,
+    /// The planner's candidates, drivable and rejected, and the bodies that it expects.
+    #[serde(rename = "rejected")]
+    pub candidates: bool,
     /// The two motions of a variant's attacker.
     pub variant: bool,
     /// The picture that models are shown in place of the map, in terminals that show images.
@@ -569,7 +570,7 @@ impl Default for Layers {
             labels: true,
             goal: true,
             planner: true,
-            rejected: false,
+            candidates: false,
             variant: true,
             shown: false,
         }
@@ -593,8 +594,8 @@ impl Layers {
             ("occupancy sets", on(self.occupancy)),
             ("labels", on(self.labels)),
             ("goals", on(self.goal)),
-            ("planner's candidates and choice", on(self.planner)),
-            ("planner's rejected candidates", on(self.rejected)),
+            ("planner's choice", on(self.planner)),
+            ("planner's candidates", on(self.candidates)),
             ("both motions of a variant's attacker", on(self.variant)),
             ("the picture for models, as an image", on(self.shown)),
         ]
@@ -618,7 +619,7 @@ impl Layers {
             6 => &mut self.labels,
             7 => &mut self.goal,
             8 => &mut self.planner,
-            9 => &mut self.rejected,
+            9 => &mut self.candidates,
             10 => &mut self.variant,
             11 => &mut self.shown,
             _ => return,

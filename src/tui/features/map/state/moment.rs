@@ -11,6 +11,9 @@ use crate::features::map::state::{Foresight, Measurement, On, Tape};
 use crate::loaded::{CertificateDrive, CycleShown, Opened};
 use crate::model::{Camera, Model};
 
+/// Seconds before and after a moment over which the ego's heading is the mean.
+const SMOOTH: f64 = 1.0;
+
 /// The second map beside the first.
 #[derive(Debug, Default)]
 pub struct SecondMap {
@@ -74,11 +77,20 @@ pub enum DrivenBy {
 }
 
 impl<'a> Moment<'a> {
-    /// Where the ego is.
+    /// Where the ego is, and where it is headed on the whole: the map turns with it and is not to shake.
     #[must_use]
     pub fn ego(&self) -> Option<Pose> {
-        let motion = self.opened.motion_of(On::Ego, self.step)?;
-        Some(motion.pose)
+        let track = &self.opened.scene.as_ref()?.ego.track;
+        let position = track.at(self.step)?.pose.position;
+        let around = (SMOOTH / self.opened.scenario.dt()).round() as i64;
+        let motions =
+            track.during(&(self.step.saturating_sub(around)..=self.step.saturating_add(around)));
+        let sum: Vector = motions
+            .iter()
+            .map(|(_, motion)| motion.pose.forward())
+            .sum();
+        let heading = sum.y.atan2(sum.x);
+        Some(Pose { position, heading })
     }
 
     fn time(&self) -> f64 {
@@ -308,16 +320,15 @@ pub struct Halves {
 }
 
 impl Halves {
-    /// Divides an area so that both maps are as little elongated as possible; `aspect` is how much higher than wide a
-    /// cell is. `None` where there is no room for two.
+    /// Divides an area along a road that runs across the screen, or up; the other way where that leaves too little. `None`
+    /// where there is no room for two.
     #[must_use]
-    pub fn new(area: Rect, aspect: f64) -> Option<Self> {
-        let wide = f64::from(area.width) >= f64::from(area.height) * aspect;
+    pub fn new(area: Rect, across: bool) -> Option<Self> {
         let (beside, above) = (Self::beside(area), Self::above(area));
-        let order = if wide {
-            [beside, above]
-        } else {
+        let order = if across {
             [above, beside]
+        } else {
+            [beside, above]
         };
         let mut both = order.into_iter();
         both.find(|halves| {
@@ -349,7 +360,7 @@ impl Halves {
 }
 
 /// Cells are at least so wide, metres, where the map chooses.
-const NEAREST: f64 = 0.6;
+const NEAREST: f64 = 0.45;
 /// And at most, where that shows both the ego and the other: beyond, bodies are single arrows.
 const FARTHEST: f64 = 4.0;
 /// Between two widths of cells: so the map does not zoom at every step.
@@ -358,11 +369,24 @@ const STEP: f64 = 1.25;
 const BODY_MARGIN: f64 = 5.0;
 
 impl Model {
+    /// Two maps in an area, along the road that the ego is on; without an ego as little elongated as possible.
+    #[must_use]
+    pub fn halves(&self, area: Rect) -> Option<Halves> {
+        let wide = self.camera.is_wide((area.width, area.height));
+        let across = match self.moment().and_then(|now| now.ego()) {
+            Some(_) if self.camera.ego_up => wide,
+            Some(ego) => ego.forward().x.abs() > ego.forward().y.abs(),
+            None => !wide,
+        };
+        Halves::new(area, across)
+    }
+
     /// The camera of a map of so many columns and rows at a moment. Until the user zooms, it shows the ego, and the
     /// picked obstacle or else the most dangerous one, as near as possible.
     #[must_use]
     pub fn camera_of(&self, size: (u16, u16), moment: &Moment<'_>) -> Camera {
         let mut camera = self.camera.clone();
+        camera.wide = camera.is_wide(size);
         let (true, true, Some(ego)) = (camera.auto, camera.follow, moment.ego()) else {
             return camera;
         };
@@ -422,9 +446,15 @@ mod tests {
 
     #[test]
     fn maps_stand_beside_or_above_each_other_and_fill_the_area() {
-        for (width, height, beside) in [(72, 28, true), (41, 15, false), (40, 30, false)] {
+        for (width, height, across, beside) in [
+            (72, 28, false, true),
+            (72, 28, true, false),
+            (41, 15, true, false),
+            (41, 15, false, false),
+            (60, 10, true, true),
+        ] {
             let area = Rect::new(3, 2, width, height);
-            let halves = Halves::new(area, 2.0).unwrap();
+            let halves = Halves::new(area, across).unwrap();
             assert_eq!(halves.first.y == halves.second.y, beside, "{area}");
             let parts = [halves.first, halves.line, halves.second];
             let cells: u32 = parts.iter().map(|part| part.area()).sum();
@@ -434,7 +464,7 @@ mod tests {
             assert_eq!(halves.line.width.min(halves.line.height), 1);
         }
         for (width, height) in [(0, 0), (1, 1), (41, 12), (30, 11), (200, 5)] {
-            assert_eq!(Halves::new(Rect::new(0, 0, width, height), 2.0), None);
+            assert_eq!(Halves::new(Rect::new(0, 0, width, height), true), None);
         }
     }
 }

@@ -393,9 +393,6 @@ pub fn styled(
                 canvas.point(at, color)
             });
         }
-        LineStyle::Crossed => walk(view, line, 0.0, CROSSES * view.dot, |at, _| {
-            cross(canvas, view, at, color);
-        }),
     }
 }
 
@@ -498,67 +495,3 @@ fn walk(view: &CellView, line: &[Point], on: f64, off: f64, mut with: impl FnMut
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    use nearmiss_base::geometry::Pose;
-
-    #[test]
-    fn lines_of_any_length_have_as_many_dashes_as_are_seen() {
-        let view = CellView::new(Pose::new(0.0, 0.0, 0.0), (50.0, 50.0), (2.0, 4.0));
-        for far in [1e3, 1e9, 1e15, 1e100, f64::MAX, f64::INFINITY, f64::NAN] {
-            for from in [(-far, 0.0), (0.0, 0.0), (far, far)] {
-                let line =
-                    [from, (far, 0.0), (far, -far), (3.0, 4.0)].map(|(x, y)| Point::new(x, y));
-                let mut count = 0;
-                walk(&view, &line, 5.0, 4.0, |_, _| count += 1);
-                assert!(count < 200, "{count} dashes of {line:?}");
-            }
-        }
-        let mut seen = 0;
-        let line = [Point::new(-1e9, 0.0), Point::new(1e9, 0.0)];
-        walk(&view, &line, 5.0, 5.0, |_, _| seen += 1);
-        assert!((10..=14).contains(&seen), "{seen}");
-    }
-
-    #[test]
-    fn of_dashes_those_that_are_seen_are_drawn() {
-        let view = CellView::new(Pose::new(0.0, 0.0, 0.0), (40.0, 40.0), (1.0, 2.0));
-        let starts = |points: &[(f64, f64)]| {
-            let line: Vec<Point> = points.iter().map(|(x, y)| Point::new(*x, *y)).collect();
-            let mut starts = Vec::new();
-            walk(&view, &line, 3.0, 3.0, |from, _| starts.push(from.1));
-            starts
-        };
-        // Along the way 0, 6, 12, 18, 24 and 30 m: the third one begins on the slope.
-        let whole = starts(&[(0.0, 0.0), (10.0, 0.0), (20.0, 3.0), (32.5, 3.0)]);
-        assert_eq!(whole.len(), 6, "{whole:?}");
-        assert!(whole[..2] == [0.0, 6.0] && (11.9..11.92).contains(&whole[2]));
-        for far in [1e4, 1e9, 1e15, 1e100] {
-            let found = starts(&[(-far, 0.0), (far, 0.0), (0.0, 10.0)]);
-            assert!(found.len() < 40, "{}", found.len());
-        }
-        let crossing = starts(&[(-6000.0, 0.0), (6000.0, 0.0)]);
-        let seen = crossing.iter().filter(|at| (-40.0..40.0).contains(*at));
-        assert_eq!(seen.count(), 13);
-    }
-
-    #[test]
-    fn dashes_go_on_across_corners() {
-        let north = Pose::new(0.0, 0.0, std::f64::consts::FRAC_PI_2);
-        let view = CellView::new(north, (50.0, 50.0), (2.0, 4.0));
-        let line = [(0.0, 0.0), (4.0, 0.0), (4.0, 6.0)].map(|(x, y)| Point::new(x, y));
-        let mut dashes = Vec::new();
-        walk(&view, &line, 3.0, 2.0, |from, to| dashes.push((from, to)));
-        let round = |(x, y): (f64, f64)| ((x * 1e6).round() / 1e6, (y * 1e6).round() / 1e6);
-        let dashes: Vec<_> = dashes
-            .into_iter()
-            .map(|(a, b)| (round(a), round(b)))
-            .collect();
-        assert_eq!(dashes, [((0.0, 0.0), (3.0, 0.0)), ((4.0, 1.0), (4.0, 4.0))]);
-        let mut dots = Vec::new();
-        walk(&view, &line, 0.0, 4.0, |at, _| dots.push(round(at)));
-        assert_eq!(dots, [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0)]);
-    }
-}

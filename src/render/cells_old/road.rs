@@ -350,3 +350,4 @@ pub fn draw_overlays(
         }
     }
 }
+

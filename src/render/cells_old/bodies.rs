@@ -317,34 +317,3 @@ pub fn draw_trails(
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn arrows_point_where_a_body_is_headed() {
-        let expected = [
-            ((1.0, 0.0), "→"),
-            ((1.0, 1.0), "↗"),
-            ((0.1, 1.0), "↑"),
-            ((-1.0, 0.1), "←"),
-            ((-1.0, -0.1), "←"),
-            ((0.0, -1.0), "↓"),
-            ((1.0, -1.0), "↘"),
-        ];
-        for ((x, y), glyph) in expected {
-            assert_eq!(heading_arrow(&Vector::new(x, y)), glyph, "{x} {y}");
-        }
-    }
-
-    #[test]
-    fn a_body_is_cut_across() {
-        let ring =
-            [(-2.0, -1.0), (2.0, -1.0), (2.0, 1.0), (-2.0, 1.0)].map(|(x, y)| Point::new(x, y));
-        let front = cut(&ring, &Point::origin(), &Vector::x(), (1.0, f64::MAX));
-        assert_eq!(front.len(), 4);
-        assert!(front.iter().all(|p| p.x >= 1.0 && p.y.abs() <= 1.0));
-        let whole = cut(&ring, &Point::origin(), &Vector::x(), (f64::MIN, f64::MAX));
-        assert_eq!(whole, ring);
-    }
-}

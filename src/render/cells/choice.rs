@@ -1,0 +1,204 @@
+//! For each cell of the map the block character and the two colours that show its part of the picture with the least
+//! squared error.
+//!
+//! A character parts the samples of its cell in two; of each part the best colour is the mean, or the nearest one that
+//! the terminal has. Of every part only the sum is needed, which sums of rows and columns give.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Color;
+use tiny_skia::Pixmap;
+
+use super::blocks::Blocks;
+use super::colors::Inks;
+
+/// Samples of a cell: columns and rows.
+pub const SAMPLES: (usize, usize) = (8, 16);
+const ACROSS: usize = SAMPLES.0;
+const DOWN: usize = SAMPLES.1;
+const ALL: f32 = (ACROSS * DOWN) as f32;
+
+/// A cell that is better by less than this with two colours, squared a sample, has one.
+const NOTABLE: f32 = 1.0;
+
+/// Red, green and blue of some samples, added up: 16 bits each, which those of a cell do not fill.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Sum(u64);
+
+impl std::ops::AddAssign for Sum {
+    fn add_assign(&mut self, other: Self) {
+        self.0 += other.0;
+    }
+}
+
+impl std::ops::Sub for Sum {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0)
+    }
+}
+
+impl Sum {
+    fn of(pixel: &[u8]) -> Self {
+        Self(u64::from(pixel[0]) | u64::from(pixel[1]) << 16 | u64::from(pixel[2]) << 32)
+    }
+
+    fn parts(self) -> [f32; 3] {
+        [0, 16, 32].map(|at| f32::from((self.0 >> at) as u16))
+    }
+
+    /// What their mean takes off the squares of so many samples.
+    fn gain(self, count: f32) -> f32 {
+        self.parts().iter().map(|v| v * v).sum::<f32>() / count
+    }
+
+    /// The nearest colour to their mean, and what it takes off the squares.
+    fn shown(self, count: f32, inks: Inks) -> (Color, f32) {
+        let parts = self.parts();
+        let (color, shown) = inks.nearest(parts.map(|v| v / count));
+        let both = parts.iter().zip(shown);
+        let gain = both.map(|(sum, v)| v * (2.0 * sum - count * v)).sum();
+        (color, gain)
+    }
+}
+
+/// The samples of a cell by rows, in two halves, and by columns.
+struct Cell {
+    halves: [[Sum; 2]; DOWN],
+    columns: [Sum; ACROSS],
+    all: Sum,
+}
+
+impl Cell {
+    /// `None` where all samples are equal, but for the first of them.
+    fn new(rows: impl Iterator<Item = impl AsRef<[u8]>> + Clone) -> Result<Self, Sum> {
+        let mut each = rows.clone();
+        let first = each.next();
+        let pixel = first.as_ref().map_or(&[0; 4][..], |row| &row.as_ref()[..4]);
+        let is_same = |row: &[u8]| row.chunks_exact(4).all(|p| p == pixel);
+        if rows.clone().all(|row| is_same(row.as_ref())) {
+            return Err(Sum::of(pixel));
+        }
+        let mut cell = Self {
+            halves: [[Sum::default(); 2]; DOWN],
+            columns: [Sum::default(); ACROSS],
+            all: Sum::default(),
+        };
+        for (halves, row) in cell.halves.iter_mut().zip(rows) {
+            for (x, pixel) in row.as_ref().chunks_exact(4).enumerate() {
+                let sum = Sum::of(pixel);
+                halves[x * 2 / ACROSS] += sum;
+                cell.columns[x] += sum;
+            }
+            cell.all += halves[0];
+            cell.all += halves[1];
+        }
+        Ok(cell)
+    }
+
+    /// Hands over each way to part the cell: the character, and the sum and the number of the samples it covers.
+    fn each(&self, blocks: Blocks, mut with: impl FnMut(char, Sum, f32)) {
+        let mut below = Sum::default();
+        for (i, halves) in self.halves.iter().rev().enumerate().take(DOWN - 1) {
+            below += halves[0];
+            below += halves[1];
+            let eighths = (i + 1) * 8 / DOWN;
+            if (i + 1) * 8 == eighths * DOWN {
+                with(EIGHTHS_BELOW[eighths - 1], below, ((i + 1) * ACROSS) as f32);
+            }
+        }
+        let mut left = Sum::default();
+        for (i, column) in self.columns.iter().enumerate().take(ACROSS - 1) {
+            left += *column;
+            with(EIGHTHS_LEFT[i], left, ((i + 1) * DOWN) as f32);
+        }
+        self.parts(Blocks::Quadrants, &mut with);
+        if blocks != Blocks::Quadrants {
+            self.parts(blocks, &mut with);
+        }
+    }
+
+    /// The same of the parts that these blocks have.
+    fn parts(&self, blocks: Blocks, with: &mut impl FnMut(char, Sum, f32)) {
+        let (_, bands) = blocks.per_cell();
+        let mut parts = [(Sum::default(), 0.0); 8];
+        for (y, halves) in self.halves.iter().enumerate() {
+            // The band in which most of the row is.
+            let band = (2 * y + 1) * bands / (2 * DOWN);
+            for (side, half) in halves.iter().enumerate() {
+                let (sum, count) = &mut parts[band * 2 + side];
+                *sum += *half;
+                *count += (ACROSS / 2) as f32;
+            }
+        }
+        // The last part is never covered: the colours are exchanged instead.
+        for set in 1_usize..1 << (2 * bands - 1) {
+            let mut sum = Sum::default();
+            let mut covered = 0.0;
+            for (_, (part, count)) in parts.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1) {
+                sum += *part;
+                covered += count;
+            }
+            with(blocks.symbol(set), sum, covered);
+        }
+    }
+
+    /// The best character with its colours, and that of the other part.
+    fn choose(&self, blocks: Blocks, inks: Inks) -> (char, Color, Color) {
+        let (color, one) = self.all.shown(ALL, inks);
+        let mut best = (' ', color, color);
+        let mut most = one + NOTABLE * ALL;
+        self.each(blocks, |symbol, covered, count| {
+            let (rest, others) = (self.all - covered, ALL - count);
+            // No colours are better than the means.
+            if covered.gain(count) + rest.gain(others) <= most {
+                return;
+            }
+            let (front, gain) = covered.shown(count, inks);
+            let (back, more) = rest.shown(others, inks);
+            if gain + more > most && front != back {
+                (best, most) = ((symbol, front, back), gain + more);
+            }
+        });
+        best
+    }
+}
+
+const EIGHTHS_BELOW: [char; 7] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇'];
+const EIGHTHS_LEFT: [char; 7] = ['▏', '▎', '▍', '▌', '▋', '▊', '▉'];
+
+/// Writes the cells that show a picture of [`SAMPLES`] a cell.
+pub fn write(buffer: &mut Buffer, area: Rect, pixmap: &Pixmap, blocks: Blocks, inks: Inks) {
+    let stride = pixmap.width() as usize * 4;
+    let data = pixmap.data();
+    let mut last = None;
+    for row in 0..usize::from(area.height) {
+        for column in 0..usize::from(area.width) {
+            let start = row * DOWN * stride + column * ACROSS * 4;
+            let rows = (0..DOWN).map(|y| {
+                let from = start + y * stride;
+                &data[from..from + ACROSS * 4]
+            });
+            let (symbol, front, back) = match Cell::new(rows) {
+                Ok(cell) => cell.choose(blocks, inks),
+                Err(pixel) => {
+                    // Most cells are like the one before.
+                    let color = match last {
+                        Some((known, color)) if known == pixel => color,
+                        _ => inks.nearest(pixel.parts()).0,
+                    };
+                    last = Some((pixel, color));
+                    (' ', color, color)
+                }
+            };
+            let at = (area.x + column as u16, area.y + row as u16);
+            if let Some(cell) = buffer.cell_mut(at) {
+                cell.set_char(symbol).set_bg(back);
+                if front != back {
+                    cell.set_fg(front);
+                }
+            }
+        }
+    }
+}
