@@ -121,6 +121,11 @@ impl Clock {
         self.go(self.step.saturating_add(steps));
     }
 
+    /// Goes back so many seconds, or to the first step.
+    pub fn rewind(&mut self, seconds: f64) {
+        self.advance(-((seconds / self.dt).round() as i64));
+    }
+
     /// Doubles or halves the speed.
     pub fn change_speed(&mut self, faster: bool) {
         let factor = if faster { 2.0 } else { 0.5 };

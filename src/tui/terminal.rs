@@ -13,7 +13,8 @@ use std::time::{Duration, Instant};
 use crossterm::cursor::Show;
 use crossterm::event::{
     DisableBracketedPaste, DisableMouseCapture, EnableBracketedPaste, EnableMouseCapture, Event,
-    EventStream, KeyCode, KeyEvent, KeyModifiers, MouseButton, MouseEventKind,
+    EventStream, KeyCode, KeyEvent, KeyModifiers, KeyboardEnhancementFlags, MouseButton,
+    MouseEventKind, PopKeyboardEnhancementFlags, PushKeyboardEnhancementFlags,
 };
 use crossterm::execute;
 use crossterm::style::force_color_output;
@@ -240,6 +241,11 @@ fn enter(mouse: bool) -> io::Result<()> {
         EnableBracketedPaste,
         Clear(ClearType::All)
     )?;
+    // Ctrl-Enter is told from Enter where the terminal can; others ignore this.
+    let _ = execute!(
+        stdout(),
+        PushKeyboardEnhancementFlags(KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES)
+    );
     if mouse {
         execute!(stdout(), EnableMouseCapture)?;
     }
@@ -249,6 +255,7 @@ fn enter(mouse: bool) -> io::Result<()> {
 /// Restores the terminal, once; errors can no longer be shown.
 fn give_back() {
     if TAKEN.swap(false, Ordering::SeqCst) {
+        let _ = execute!(stdout(), PopKeyboardEnhancementFlags);
         let _ = execute!(
             stdout(),
             EndSynchronizedUpdate,

@@ -47,6 +47,7 @@ pub enum Action {
     PlaceBack,
     PlaceForward,
     PaneMain,
+    NextDifference,
     NextDisagreement,
     Loop,
     HeatStrips,
@@ -213,7 +214,7 @@ table! {
     Play, Global, "play", "p", 3, "play", "Play, or pause.";
     Run, Global, "run", "r", 1, "ask", "Ask the chosen model, or show its answer from the store.";
     RunAnew, Global, "run-anew", "shift-r", 0, "ask again", "Ask the chosen model again, even if the store has its answer.";
-    Compare, Global, "compare", "c", 10, "compare", "Choose another model and ask it too.";
+    Compare, Global, "compare", "c", 10, "ask another", "Choose another model and ask it too.";
     SavePicture, Global, "picture", "space o p", 0, "picture", "Save a picture of the map, the plot or the screen, or an animation.";
     ChooseModel, Global, "model", "m", 7, "model", "Choose the model that is asked.";
     Edit, Global, "edit", "e", 8, "edit prompt", "Edit the prompt template.";
@@ -246,7 +247,8 @@ table! {
     MinimumStep, Global, "minimum", "g m", 0, "minimum", "Go to the most dangerous value of the plotted measure, of the picked obstacle or of all.";
     CollisionStep, Global, "worst", "x" | "g w", 0, "worst", "Go to the moment that matters: contact, else a course to contact or a close pass.";
     ContactStep, Global, "contact", "g c", 0, "contact", "Go to the first contact of the ego.";
-    NextDisagreement, Global, "next-disagreement", "g d", 0, "disagreement", "Go to the next answer that differs from the built-in judge, here or in another scenario of the list.";
+    NextDifference, Global, "next-difference", "g d", 0, "difference", "Go to the next thing that an answer on this scenario says otherwise than the built-in judge: yes or no, a risk score, a critical obstacle.";
+    NextDisagreement, Global, "next-disagreement", "g shift-d", 0, "disagreement", "Go to the next answer whose yes or no differs from the built-in judge's, here or in another scenario of the list.";
     Loop, Global, "loop", "space t l", 0, "loop", "Loop playback: everything, the window, or off.";
     HeatStrips, Global, "heat-strips", "space p h", 0, "heat", "Switch the measure in the strips of the timeline, or hide them.";
     ToggleTask, Global, "task", "space a t", 0, "task", "Switch the task.";
@@ -262,7 +264,7 @@ table! {
     PreviousAnswer, Global, "previous-answer", "[", 0, "answer back", "Show the reasoning of the previous answer.";
     CloseAnswer, Global, "close-answer", "space a x", 0, "close", "Remove the shown answer from the comparison; it stays in the store.";
     NextClaim, Global, "next-claim", ")", 0, "claim", "Go to the next claim of the shown answer: its obstacle is picked, the clock goes to its step.";
-    PreviousClaim, Global, "previous-claim", "(", 0, "claim back", "Go to the claim before.";
+    PreviousClaim, Global, "previous-claim", "(", 0, "claim back", "Previous claim.";
     CompareScreen, Global, "compare-screen", "space o c", 0, "side by side", "Up to four answers side by side, with their claims checked.";
     BlindMode, Global, "blind", "space o b", 0, "blind", "Compare and rate answers with their models hidden.";
     NextObstacle, Global, "next-obstacle", "n", 0, "obstacle", "Pick the next obstacle, the most dangerous first.";
@@ -375,13 +377,14 @@ table! {
     CellRight, Results, "cell-right", "right" | "l", 2, "cell", "The number on the right.";
     OpenCell, Results, "open-cell", "enter", 1, "open", "List the answers behind the number; open the scenario of an answer, asked in the same way.";
     ChooseCounted, Results, "choose-counted", "b", 3, "which answers", "Choose which answers are counted: those of a batch, or all.";
-    EditDone, Editor, "edit-done", "esc", 1, "done", "Give the keys back; the draft stays in use. In vim's modes, first back to normal.";
+    EditDone, Editor, "edit-done", "esc", 1, "done", "Leave the editor; the draft stays in use. In vim's modes, first back to normal.";
+    Run, Editor, "run", "alt-r" | "ctrl-enter" | "f9", 1, "ask", "Ask the chosen model with the draft; what changed stands beside the editor.";
     SaveTemplate, Editor, "save-template", "ctrl-s", 2, "save", "Save the template in your prompts folder.";
     SaveTemplateAs, Editor, "save-as", "ctrl-a" | "alt-s", 8, "save as", "Save it under a new name, and use that for the task and frame.";
     Find, Editor, "find", "ctrl-f" | "alt-/", 3, "find", "Find a word; again for the next one, up for the one before.";
     Undo, Editor, "undo", "ctrl-z" | "alt-z", 9, "undo", "Undo the last change.";
     Redo, Editor, "redo", "ctrl-y" | "alt-y", 10, "redo", "Redo it.";
-    Turn, Editor, "beside", "ctrl-o" | "alt-o", 4, "beside", "What stands beside the editor: rendered prompt, description, diff; in a narrow terminal in its place.";
+    Turn, Editor, "beside", "ctrl-o" | "alt-o", 4, "side pane", "Side pane: rendered prompt, description, diff, answer; in a narrow terminal in place of the editor.";
     OutsideEditor, Editor, "external-editor", "ctrl-e" | "alt-e", 11, "$EDITOR", "Continue in $VISUAL or $EDITOR.";
     GoToLine, Editor, "go-to-line", "ctrl-g" | "alt-g", 12, "line", "Go to a line by its number.";
     ToggleTask, Editor, "task", "alt-t" | "f2", 5, "task, frame", "Switch the task, and the template with it.";
@@ -389,8 +392,8 @@ table! {
     ToggleCp, Editor, "cp", "alt-1" | "f4", 6, "cp cot icl", "Contextual prompting on or off.";
     ToggleCot, Editor, "cot", "alt-2" | "f5", 6, "cp cot icl", "Chain of thought on or off.";
     ToggleIcl, Editor, "icl", "alt-3" | "f6", 6, "cp cot icl", "In-context examples on or off.";
-    Up, Editor, "up", "alt-up", 7, "scroll beside", "A line up in what stands beside the editor.";
-    Down, Editor, "down", "alt-down", 7, "scroll beside", "A line down there.";
+    Up, Editor, "up", "alt-up", 7, "scroll side pane", "A line up in the side pane.";
+    Down, Editor, "down", "alt-down", 7, "scroll side pane", "A line down there.";
     PageUp, Editor, "page-up", "alt-pageup", 0, "page up", "A page up there.";
     PageDown, Editor, "page-down", "alt-pagedown", 0, "page down", "A page down there.";
     Help, Editor, "help", "f1", 13, "help", "The keys, those of the editor first.";
@@ -414,7 +417,7 @@ table! {
     MoreColumns, Compare, "more-columns", "+" | "=", 11, "columns", "Add a column.";
     FewerColumns, Compare, "fewer-columns", "-", 11, "columns", "Remove this column.";
     NextClaim, Compare, "next-claim", "n" | ")", 5, "claim", "Go to the next claim: its obstacle is picked, the clock goes to its step.";
-    PreviousClaim, Compare, "previous-claim", "shift-n" | "(", 5, "claim", "Go to the claim before.";
+    PreviousClaim, Compare, "previous-claim", "shift-n" | "(", 5, "claim", "Previous claim.";
     StepBack, Compare, "step-back", ",", 0, "step", "One time step back.";
     StepForward, Compare, "step-forward", ".", 0, "step", "One time step forward.";
     BlindMode, Compare, "blind", "shift-b", 8, "blind", "Hide the models and shuffle the answers, or show them again.";
@@ -426,7 +429,7 @@ table! {
     RateAllWrong, Compare, "all-wrong", "0", 3, "all wrong", "All of them are wrong.";
     MarkWrong, Compare, "mark-wrong", "w", 10, "wrong", "Mark the answer of this column as wrong, with a reason; again unmarks it.";
     NextRound, Compare, "next-round", "enter", 4, "next", "In blind mode: the next answers, or the next scenario.";
-    Ratings, Compare, "ratings", "shift-s", 13, "ratings", "The sum of the ratings.";
+    Ratings, Compare, "ratings", "shift-s", 13, "ratings", "Totals of the ratings.";
     SavePicture, Compare, "picture", "o", 0, "picture", "Save a picture of the screen, the map or the plot.";
     Help, Compare, "help", "?" | "f1", 14, "help", "The keys, those of the focused pane first.";
     Quit, Compare, "quit", "q" | "ctrl-q", 0, "close", "Close the screen.";

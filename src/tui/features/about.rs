@@ -122,7 +122,7 @@ fn about(model: &Model, opened: &Opened, width: usize) -> Text<'static> {
         let ids: Vec<String> = possible.iter().map(i64::to_string).collect();
         let (pick, take) = (Action::NextObstacle, Action::TakeAsEgo);
         let (pick, take) = (model.look.key(pick), model.look.key(take));
-        let words = format!("{} ({pick} picks, {take} takes)", ids.join(", "));
+        let words = format!("{} ({pick} select, {take} use)", ids.join(", "));
         line("as ego", &words);
     }
     text.push_line("");

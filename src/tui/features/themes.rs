@@ -118,7 +118,7 @@ impl Choice for Themes {
 fn note(model: &Model, name: &str) -> String {
     let named = model.look.themes.iter().find(|named| named.name == name);
     match named.map(|named| (&named.theme, &named.file)) {
-        None => "dark or light, as the terminal".to_string(),
+        None => "dark or light, follows the terminal".to_string(),
         Some((Err(mistakes), _)) => mistakes.first().cloned().unwrap_or_default(),
         Some((Ok(theme), file)) => {
             let ground = if theme.dark { "dark" } else { "light" };

@@ -185,9 +185,18 @@ impl Key {
             _ => return None,
         };
         let with = |modifier| event.modifiers.contains(modifier);
+        let ctrl = with(KeyModifiers::CONTROL);
+        // The newer protocols tell these apart; hands do not.
+        let teletype = match code {
+            Code::Char('i') if ctrl => Some(Code::Tab),
+            Code::Char('m') if ctrl => Some(Code::Enter),
+            Code::Char('[') if ctrl => Some(Code::Esc),
+            _ => None,
+        };
+        let (code, ctrl) = teletype.map_or((code, ctrl), |code| (code, false));
         Some(Self {
             code,
-            ctrl: with(KeyModifiers::CONTROL),
+            ctrl,
             alt: with(KeyModifiers::ALT),
             shift: with(KeyModifiers::SHIFT) && !matches!(code, Code::Char(_) | Code::BackTab),
         })

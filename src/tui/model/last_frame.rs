@@ -21,6 +21,7 @@ pub struct LastFrame {
     scales: RefCell<Vec<Rect>>,
     history: Cell<Option<HistoryDrawn>>,
     window_end: Cell<usize>,
+    obstacles: Cell<usize>,
     results: RefCell<ResultsDrawn>,
     list: RefCell<Option<Rect>>,
     columns: RefCell<Vec<(Extent, Vec<usize>)>>,
@@ -208,6 +209,17 @@ impl LastFrame {
     #[must_use]
     pub fn window_end(&self) -> usize {
         self.window_end.get()
+    }
+
+    /// The line of the verdicts at which the table of obstacles begins.
+    pub fn set_obstacles(&self, line: usize) {
+        self.obstacles.set(line);
+    }
+
+    /// The same as it was drawn last.
+    #[must_use]
+    pub fn obstacles(&self) -> usize {
+        self.obstacles.get()
     }
 
     /// The screen of results is here.

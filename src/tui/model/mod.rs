@@ -130,7 +130,7 @@ pub struct Model {
     pub frame: Frame,
     /// The frame the user chose; `None` while every task uses its default.
     pub frame_chosen: Option<Frame>,
-    /// The last step of the default window, while the cursor is there and the user has not moved it.
+    /// The step that the clock was put to, the moment that matters, while the user has not moved it.
     pub placed: Option<i64>,
     /// Seconds within which a second Ctrl-C ends the program.
     pub quit_within: f64,

@@ -479,7 +479,7 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
     shows(&bench, &names);
     shows(
         &bench,
-        &["record", "recorded by others", "all", "base", "unknown"],
+        &["record", "imported", "all", "base", "unknown"],
     );
     bench.press("] ] ] ] ] ] ] ]");
     shows(&bench, &["cart", "cot"]);

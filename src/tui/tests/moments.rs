@@ -562,7 +562,7 @@ fn disagreements_are_marked_and_found_one_after_the_other() {
     let rows = timeline(&bench, 200, 60).join("\n");
     assert!(rows.matches('≠').count() >= 2, "{rows}");
     let model = |bench: &Bench| bench.model.answers.column().map(|c| c.model.clone());
-    bench.press("home g d");
+    bench.press("home g shift-d");
     assert_eq!(
         (bench.model.clock.step(), model(&bench)),
         (30, Some("lab/wrong".into()))
@@ -576,13 +576,13 @@ fn disagreements_are_marked_and_found_one_after_the_other() {
             .text
             .starts_with("1 of 2: lab/wrong says no")
     );
-    bench.press("g d");
+    bench.press("g shift-d");
     assert_eq!(
         (bench.model.clock.step(), model(&bench)),
         (50, Some("lab/wrong_too".into()))
     );
     // No other scenario of the list has one: from the first again.
-    bench.press("g d");
+    bench.press("g shift-d");
     assert_eq!(bench.model.clock.step(), 30);
 }
 
@@ -591,7 +591,7 @@ fn the_next_disagreement_may_be_in_another_scenario() {
     let mut bench = surveyed();
     bench.press("g g down down down");
     assert_eq!(bench.model.list.opened, Some(3));
-    bench.press("g d");
+    bench.press("g shift-d");
     assert_eq!(bench.model.list.opened, Some(0), "the store has one there");
     assert_eq!(bench.model.list.current(), Some(0));
     assert!(bench.model.seek.is_some());
@@ -604,7 +604,7 @@ fn the_next_disagreement_may_be_in_another_scenario() {
 #[test]
 fn where_nothing_differs_it_is_said() {
     let mut bench = Bench::bundled();
-    bench.press("g d");
+    bench.press("g shift-d");
     let words = &bench.model.toasts.last().unwrap().text;
     assert!(
         words.contains("no answer") && words.contains("8 scenarios are not read"),
@@ -632,7 +632,7 @@ fn an_answer_that_arrives_is_counted() {
 fn the_picture_at_200_by_60() {
     let mut bench = surveyed();
     with_stored(&mut bench);
-    bench.press("home g d space p h");
+    bench.press("home g shift-d space p h");
     bench.model.toasts.clear();
     insta::assert_snapshot!(timeline(&bench, 200, 60).join("\n"));
 }

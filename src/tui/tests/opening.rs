@@ -402,7 +402,7 @@ fn with_nothing_to_rate_no_rating_is_offered() {
     bench.model.answers.columns.push(column);
     bench.press("space o b");
     let frame = bench.frame(120, 40);
-    assert!(frame.contains("1 complete answer of a model;"), "{frame}");
+    assert!(frame.contains("has 1 complete answer"), "{frame}");
     let footer = frame.lines().last().unwrap_or_default();
     assert!(
         !footer.contains("best") && !footer.contains("tie"),

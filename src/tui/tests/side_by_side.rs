@@ -87,7 +87,7 @@ fn a_claim_picks_its_obstacle_and_its_step() {
     bench.model.compare.focus = place_of(&bench, "lab/walrus");
     let frame = bench.frame(120, 40);
     assert!(frame.contains("m≠"), "{frame}");
-    assert!(frame.contains("301 says 999 m, is "), "{frame}");
+    assert!(frame.contains("301: claimed 999 m, actual "), "{frame}");
     bench.press("n");
     assert_eq!(
         (bench.model.picked, bench.model.clock.step()),

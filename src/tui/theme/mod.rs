@@ -103,6 +103,26 @@ impl Theme {
         Self::default_for(true)
     }
 
+    /// A colour behind a window: half way to the background, where colours can be mixed.
+    #[must_use]
+    pub fn dimmed(&self, color: Color) -> Color {
+        match (color, self.background) {
+            (Color::Rgb(r, g, b), Color::Rgb(to_r, to_g, to_b)) => {
+                Color::Rgb(r.midpoint(to_r), g.midpoint(to_g), b.midpoint(to_b))
+            }
+            _ => color,
+        }
+    }
+
+    /// What dims text behind a window where colours cannot be mixed.
+    #[must_use]
+    pub fn dimming(&self) -> Modifier {
+        match self.background {
+            Color::Rgb(..) => Modifier::empty(),
+            _ => Modifier::DIM,
+        }
+    }
+
     /// The same theme for a terminal with fewer colours.
     #[must_use]
     pub fn at_depth(mut self, depth: ColorDepth) -> Self {

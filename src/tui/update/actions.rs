@@ -46,6 +46,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         GroupScenarios => scenarios::group(model),
         TurnOrder => scenarios::turn(model),
         ChooseIndex => return index::perform(model),
+        NextDifference => timeline::next_difference(model),
         NextDisagreement => return timeline::next_disagreement(model),
         HeatStrips => timeline::next_heat(model),
         Up | Down | PageUp | PageDown | Top | Bottom => return moved(model, action),
@@ -147,6 +148,7 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
 fn main_thing(model: &mut Model) -> Vec<Effect> {
     let action = match model.focus {
         Pane::Prompt => Action::Edit,
+        Pane::Verdict if answers::pick(model) => return Vec::new(),
         Pane::Verdict => Action::CompareScreen,
         Pane::Reasoning => Action::NextClaim,
         Pane::Plot => Action::PlotMeasure,
@@ -257,7 +259,9 @@ fn moved(model: &mut Model, action: Action) -> Vec<Effect> {
         return open_current(model);
     }
     let pane = model.focus;
-    scroll(model, pane, action);
+    if pane != Pane::Verdict || !answers::move_cursor(model, action) {
+        scroll(model, pane, action);
+    }
     Vec::new()
 }
 
@@ -266,7 +270,7 @@ fn toggle(model: &mut Model, action: Action) -> Vec<Effect> {
     match action {
         Action::ToggleTask => {
             super::next(model);
-            timeline::to_window(model);
+            timeline::to_moment(model);
             // Answers to another question do not compare.
             let name = model
                 .opened
@@ -323,6 +327,7 @@ fn copy(model: &mut Model) -> Vec<Effect> {
             PromptView::Template => Some(model.prompt.text()),
             PromptView::Description => question.map(|q| q.description.clone()),
             PromptView::Diff => model.prompt.difference(),
+            PromptView::Answer => answers::shown_text(model),
             PromptView::Rendered => {
                 question.map(|q| format!("{}\n\n{}", q.prompt.system, q.prompt.user))
             }

@@ -107,7 +107,7 @@ pub fn opened(model: &mut Model, id: OpenId, result: Result<Box<Opened>, String>
     }
     model.opened = Some(opened);
     if step.is_none() {
-        timeline::to_window(model);
+        timeline::to_moment(model);
     }
     model.refresh();
     reopened(model, id);

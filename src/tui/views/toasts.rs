@@ -334,7 +334,6 @@ pub fn draw_keys(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         }
         line
     });
-    window::margin(frame, screen, area, model);
     frame.render_widget(Clear, area);
     frame.render_widget(block, area);
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()), inner);

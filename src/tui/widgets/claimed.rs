@@ -183,7 +183,7 @@ mod tests {
         assert_eq!(short_counts(&claims), "1= 1≠");
         assert_eq!(
             line(&claims[0], &theme).to_string(),
-            "≠ 7 says behind, is front (direction, step 3)"
+            "≠ 7: claimed behind, actual front (direction, step 3)"
         );
     }
 }

@@ -25,9 +25,6 @@ pub fn width_in(screen: Rect, columns: u16) -> usize {
 /// Columns of the screen below which windows take its whole width: what is left beside them would say nothing.
 const NARROW: u16 = 100;
 
-/// Columns beside a window below which they are emptied, too: they would only show ends of words.
-const SLIVER: u16 = 20;
-
 /// Columns of a window that wants so many, its borders included.
 fn outer_width(screen: Rect, columns: u16) -> u16 {
     match screen.width {
@@ -154,37 +151,27 @@ pub fn window(
         width,
         height,
     };
-    margin(frame, screen, area, model);
+    dim(frame, screen, area, model);
     window_at(frame, area, model, title)
 }
 
-/// Empties a border around a window, so that no slivers of what it covers are left at its sides; header and footer
-/// stay.
-pub fn margin(frame: &mut Frame<'_>, screen: Rect, area: Rect, model: &Model) {
+/// Dims what is around a window; header and footer stay.
+fn dim(frame: &mut Frame<'_>, screen: Rect, area: Rect, model: &Model) {
     let body = Rect {
         y: screen.y + 1,
         height: screen.height.saturating_sub(2),
         ..screen
     };
-    // A window at the right edge leaves the border of the pane beside it.
-    let columns = if area.right() == screen.right() { 1 } else { 2 };
-    let mut wide = Rect {
-        x: area.x.saturating_sub(columns),
-        y: area.y.saturating_sub(1),
-        width: area.width.saturating_add(2 * columns),
-        height: area.height.saturating_add(2),
+    let theme = &model.theme;
+    let around = body.positions().filter(|at| !area.contains(*at));
+    for at in around {
+        if let Some(cell) = frame.buffer_mut().cell_mut(at) {
+            let (front, back) = (theme.dimmed(cell.fg), theme.dimmed(cell.bg));
+            cell.set_fg(front).set_bg(back);
+            cell.modifier.remove(Modifier::BOLD);
+            cell.modifier.insert(theme.dimming());
+        }
     }
-    .intersection(body);
-    let (left, right) = (area.x - screen.x, screen.right() - area.right());
-    if left < SLIVER {
-        wide.width += wide.x - screen.x;
-        wide.x = screen.x;
-    }
-    if right < SLIVER {
-        wide.width = screen.right() - wide.x;
-    }
-    frame.render_widget(Clear, wide);
-    frame.render_widget(Block::new().style(model.theme.base()), wide);
 }
 
 /// A window somewhere; gives the area inside.

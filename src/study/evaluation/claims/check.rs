@@ -84,7 +84,7 @@ impl CheckedClaim {
         }
     }
 
-    /// As one line: `30308 says 3.2 m, is 7.9 m (distance, step 14)`.
+    /// As one line: `30308: claimed 3.2 m, actual 7.9 m (distance, step 14)`.
     #[must_use]
     pub fn line(&self) -> String {
         let basis = match self.basis {
@@ -96,7 +96,7 @@ impl CheckedClaim {
             _ => String::new(),
         };
         format!(
-            "{} says {}, is {} ({}, step {}{basis}{why})",
+            "{}: claimed {}, actual {} ({}, step {}{basis}{why})",
             self.claim.obstacle,
             self.stated(),
             self.is,

@@ -2,6 +2,7 @@
 
 pub mod claims;
 pub mod claims_state;
+pub mod obstacles;
 pub mod reasoning;
 pub mod state;
 pub mod verdict;
@@ -11,11 +12,12 @@ use std::sync::Arc;
 use crate::action::Action;
 use crate::features::jobs::notes;
 use crate::features::prompt::show_error;
+use crate::features::Step;
 use crate::features::{batch, compare, generation, scenarios, timeline};
 use crate::message::Effect;
 use crate::model::{
     Column, Job, JobId, JobKind, JobState, Model, Pane, Progress, ShownAnswer, Update,
-    WindowJudgement, WindowsToJudge,
+    PromptView, WindowJudgement, WindowsToJudge,
 };
 use crate::request::{Computation, Replies, Request};
 use crate::services::{Canceller, Services};
@@ -36,6 +38,10 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         return Vec::new();
     }
     let asked = model.model.clone();
+    if asked == judge::MODEL && (model.prompt.editing || model.prompt.is_draft()) {
+        model.say("the built-in judge reads no prompt: choose a model for the draft");
+        return vec![Effect::Step(Step::Perform(Action::ChooseModel))];
+    }
     if asked == judge::MODEL && !Task::VERDICTS.contains(&model.task) {
         let key = model.look.key(Action::ChooseModel);
         model.say(format!(
@@ -93,12 +99,60 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         tools,
         fresh,
     };
+    if model.prompt.editing {
+        model.prompt.beside = PromptView::Answer;
+        model.prompt.was_asked = true;
+        model.prompt.turned = !model.prompt.fits_beside(model.size.0);
+        model.prompt.scroll = 0;
+    }
     vec![ask.into()]
 }
 
 /// Whether a model is asked over the network, so that it may call tools.
 pub fn calls_tools(model: &str) -> bool {
     model != judge::MODEL && !model.starts_with(RECORDED)
+}
+
+/// Moves through the obstacles of the verdict pane's table, which stays in sight; says whether there is one to go to.
+pub fn move_cursor(model: &mut Model, action: Action) -> bool {
+    let named = obstacles::named(model);
+    let (last, by) = match action {
+        Action::Down => (named.len().saturating_sub(1), 1),
+        Action::Up => (named.len().saturating_sub(1), -1),
+        _ => return false,
+    };
+    let now = model.answers.cursor;
+    let now = now.and_then(|id| named.iter().position(|known| *known == id));
+    let next = match (now, by) {
+        _ if named.is_empty() => return false,
+        (None, _) => 0,
+        // Beyond the table the text goes on.
+        (Some(now), 1) if now == last => return false,
+        (Some(0), -1) => {
+            model.answers.cursor = None;
+            return false;
+        }
+        (Some(now), by) => now.saturating_add_signed(by),
+    };
+    model.answers.cursor = Some(named[next]);
+    let line = model.drawn.obstacles() + next;
+    let rows = model.drawn.extent(Pane::Verdict).rows.max(1);
+    let top = &mut model.answers.verdict_top;
+    *top = (*top).min(line).max((line + 1).saturating_sub(rows));
+    true
+}
+
+/// Picks the obstacle that the keys stand on in the verdict pane; says whether there is one that was not picked.
+pub fn pick(model: &mut Model) -> bool {
+    let named = obstacles::named(model);
+    let cursor = model.answers.cursor.filter(|id| named.contains(id));
+    match cursor {
+        Some(id) if model.picked != Some(id) => {
+            model.picked = Some(id);
+            true
+        }
+        _ => false,
+    }
 }
 
 /// Judgements to request for answers without a truth: those from the store, and those that were asked before the

@@ -35,6 +35,10 @@ pub struct Answers {
     pub scroll: Option<usize>,
     /// The line that the verdict pane begins with.
     pub verdict_top: usize,
+    /// The obstacle of the verdict pane's table that the keys stand on.
+    pub cursor: Option<i64>,
+    /// The disagreement that was gone to last.
+    pub walked: Option<crate::model::Disagreement>,
 }
 
 /// The answer whose reasoning is shown.
@@ -143,9 +147,14 @@ impl Answers {
             if newest { &mut first } else { &mut behind }.push(entry);
         }
         behind.reverse();
+        let is_failed = |(_, column): &(bool, Column)| column.failed();
+        let mut failed: Vec<_> = first.extract_if(.., |entry| is_failed(entry)).collect();
+        failed.extend(behind.extract_if(.., |entry| is_failed(entry)));
         first.sort_by_cached_key(|(_, c): &(bool, Column)| c.model.clone());
         behind.sort_by_cached_key(|(_, c)| (c.model.clone(), rank(&c.how)));
         first.append(&mut behind);
+        // What has no answer stands in no answer's way.
+        first.append(&mut failed);
         let marked = first;
         if let Some(place) = marked.iter().position(|(shown, _)| *shown) {
             self.shown = ShownAnswer::Column(place);

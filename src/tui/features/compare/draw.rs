@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use nearmiss_scene::judge;
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::layout::{Constraint, Layout, Margin, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Paragraph, Wrap};
@@ -118,8 +118,8 @@ fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
 /// Why there is nothing to rate.
 fn too_few(model: &Model, wanted: usize) -> String {
     let answers = |n: usize| match n {
-        1 => "1 complete answer of a model".to_string(),
-        n => format!("{n} complete answers of models"),
+        1 => "1 complete answer".to_string(),
+        n => format!("{n} complete answers"),
     };
     let columns = model.answers.columns.iter();
     let complete = columns
@@ -135,7 +135,7 @@ fn too_few(model: &Model, wanted: usize) -> String {
         _ => "",
     };
     format!(
-        "Nothing to rate: this scenario has {}{rated}; a rating needs {wanted} unrated ones{counts}",
+        "Nothing to rate: needs {wanted} unrated answers; this scenario has {}{rated}{counts}",
         answers(complete)
     )
 }
@@ -143,6 +143,22 @@ fn too_few(model: &Model, wanted: usize) -> String {
 /// As many columns as fit, the one that has the keys among them.
 fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let compare = &model.compare;
+    let all: Vec<Vec<Field>> = compare
+        .shown
+        .iter()
+        .map(|s| super::fields::fields(model, *s))
+        .collect();
+    let differ = super::fields::differing(&all);
+    let same = super::fields::same(&all);
+    let fields = all.first().map_or(&[][..], Vec::as_slice);
+    let common = super::fields::common(model, fields, &same, area.width);
+    let [above, area] =
+        Layout::vertical([Constraint::Length(u16::from(common.is_some())), Constraint::Min(0)]).areas(area);
+    f.render_widget(common.unwrap_or_default(), above);
+    let [names, area] =
+        Layout::horizontal([Constraint::Length(super::fields::LABEL), Constraint::Min(0)]).areas(area);
+    let labels = super::fields::names(model, fields, &differ, &same);
+    f.render_widget(Text::from(labels), names.inner(Margin::new(0, 1)));
     let fit = usize::from(area.width / NARROWEST_COMPARED).max(1);
     let count = compare.shown.len();
     let first = compare
@@ -150,17 +166,11 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .saturating_sub(fit - 1)
         .min(count.saturating_sub(fit));
     let seen = first..(first + fit).min(count);
-    let all: Vec<Vec<Field>> = compare
-        .shown
-        .iter()
-        .map(|s| super::fields::fields(model, *s))
-        .collect();
-    let differ = super::fields::differing(&all);
     let areas =
         Layout::horizontal(vec![Constraint::Ratio(1, seen.len() as u32); seen.len()]).split(area);
     for (place, fields) in all.iter().enumerate() {
         match place.checked_sub(first).and_then(|i| areas.get(i)) {
-            Some(area) if seen.contains(&place) => column(f, *area, model, place, fields, &differ),
+            Some(area) if seen.contains(&place) => column(f, *area, model, place, super::fields::lines(model, fields, &differ, &same)),
             // Those beside the screen keep their places.
             _ => model.drawn.next_column(Extent::default(), Vec::new()),
         }
@@ -172,8 +182,7 @@ fn column(
     area: Rect,
     model: &Model,
     place: usize,
-    all: &[Field],
-    differ: &[bool],
+    rows: Vec<Line<'static>>,
 ) {
     let (compare, theme) = (&model.compare, &model.theme);
     let shown = compare.shown[place];
@@ -195,17 +204,14 @@ fn column(
     }
     let inner = block.inner(area);
     f.render_widget(block, area);
-    let rows = u16::try_from(all.len()).unwrap_or(0).min(inner.height / 2);
+    let height = u16::try_from(rows.len()).unwrap_or(0).min(inner.height / 2);
     let [upper, rule, lower] = Layout::vertical([
-        Constraint::Length(rows),
+        Constraint::Length(height),
         Constraint::Length(1),
         Constraint::Min(0),
     ])
     .areas(inner);
-    f.render_widget(
-        Text::from(super::fields::lines(model, all, differ, upper.width)),
-        upper,
-    );
+    f.render_widget(Text::from(rows), upper);
     let line = "─".repeat(usize::from(rule.width));
     f.render_widget(Line::styled(line, Style::new().fg(border)), rule);
     body(f, lower, model, place, shown);

@@ -3,9 +3,9 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
-use crate::model::{Model, Progress, ShownAnswer};
+use crate::model::{Model, Progress, ShownAnswer, parts};
 use crate::widgets::claimed;
-use crate::widgets::words::{duration, pad};
+use crate::widgets::words::{duration, fit};
 use nearmiss_scene::judge;
 use nearmiss_scene::verdict::Verdict;
 use nearmiss_store::Choice;
@@ -22,7 +22,7 @@ pub struct Field {
 }
 
 /// Columns of the names.
-const LABEL: usize = 13;
+pub const LABEL: u16 = 14;
 
 /// The fields of an answer. While models are hidden, those that could tell them apart are left out for all.
 pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
@@ -63,7 +63,15 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
         },
     };
     if !hides {
-        add("how", how, None, false);
+        let (frame, techniques, template) = parts(&how);
+        let asked = [frame, techniques].map(str::trim);
+        let asked: Vec<&str> = asked.into_iter().filter(|part| !part.is_empty()).collect();
+        add("asked", asked.join(" · "), None, false);
+        let template = match template {
+            "" if !asked.is_empty() && shown != ShownAnswer::Reference => "shipped",
+            other => other,
+        };
+        add("prompt", template.into(), None, false);
     }
     let truth = match shown {
         ShownAnswer::Column(place) => model
@@ -209,7 +217,7 @@ fn consumed(model: &Model, shown: ShownAnswer) -> (String, String) {
     (tokens, format!("{time} · {cost}"))
 }
 
-/// The rows in which not all answers say the same.
+/// The rows in which two answers state different things about the same steps.
 pub fn differing(all: &[Vec<Field>]) -> Vec<bool> {
     let Some(first) = all.first() else {
         return Vec::new();
@@ -223,42 +231,76 @@ pub fn differing(all: &[Vec<Field>]) -> Vec<bool> {
         });
         plain.map(str::trim).collect::<String>()
     };
+    let steps = |fields: &[Field]| {
+        let steps = fields.iter().find(|field| field.name == "steps");
+        steps.map(|field| field.value.clone())
+    };
+    let stated = |field: &Field| !matches!(field.value.as_str(), "" | "–");
     let differs = |(row, field): (usize, &Field)| {
+        let pairs = || all.iter().enumerate().flat_map(|(i, a)| all[..i].iter().map(move |b| (a, b)));
         field.counts
-            && all
-                .iter()
-                .any(|other| other.get(row).is_none_or(|o| bare(o) != bare(field)))
+            && pairs().any(|(a, b)| match (a.get(row), b.get(row)) {
+                (Some(x), Some(y)) => {
+                    let comparable = stated(x) && stated(y) && steps(a) == steps(b);
+                    comparable && bare(x) != bare(y)
+                }
+                _ => false,
+            })
     };
     first.iter().enumerate().map(differs).collect()
 }
 
-/// The rows of an answer.
-pub fn lines(model: &Model, fields: &[Field], differ: &[bool], width: u16) -> Vec<Line<'static>> {
+/// The rows that say the same of all answers, where there are several.
+pub fn same(all: &[Vec<Field>]) -> Vec<bool> {
+    let Some((first, others)) = all.split_first().filter(|(_, others)| !others.is_empty()) else {
+        return all.first().map_or(Vec::new(), |fields| vec![false; fields.len()]);
+    };
+    let is_same = |(row, field): (usize, &Field)| {
+        others.iter().all(|other| other.get(row).is_some_and(|o| o.value == field.value))
+    };
+    first.iter().enumerate().map(is_same).collect()
+}
+
+/// What all answers have in common, in a line.
+pub fn common(model: &Model, fields: &[Field], same: &[bool], width: u16) -> Option<Line<'static>> {
+    let known = |(field, same): &(&Field, &bool)| **same && !matches!(field.value.as_str(), "" | "–");
+    let parts = fields.iter().zip(same).filter(known);
+    let parts: Vec<String> = parts.map(|(field, _)| format!("{} {}", field.name, field.value)).collect();
+    let words = fit(&format!(" all: {}", parts.join("; ")), usize::from(width));
+    (!parts.is_empty()).then(|| Line::styled(words, Style::new().fg(model.theme.dim)))
+}
+
+/// The names of the rows, with a sign where answers differ.
+pub fn names(model: &Model, fields: &[Field], differ: &[bool], same: &[bool]) -> Vec<Line<'static>> {
     let theme = &model.theme;
-    let room = usize::from(width).saturating_sub(LABEL);
-    let line = |(row, field): (usize, &Field)| {
-        let differs = differ.get(row).copied().unwrap_or(false);
-        let (sign, label) = if differs {
-            (
-                "≠",
-                Style::new().fg(theme.warning).add_modifier(Modifier::BOLD),
-            )
+    let rows = fields.iter().zip(differ).zip(same).filter(|(_, same)| !**same);
+    let line = |((field, differs), _): ((&Field, &bool), &bool)| {
+        let (sign, style) = if *differs {
+            let style = Style::new().fg(theme.warning);
+            ("≠", style.add_modifier(Modifier::BOLD))
         } else {
             ("", Style::new().fg(theme.dim))
         };
+        Line::styled(format!(" {} {sign}", field.name), style)
+    };
+    rows.map(line).collect()
+}
+
+/// The values of an answer in the rows that are not the same for all.
+pub fn lines(model: &Model, fields: &[Field], differ: &[bool], same: &[bool]) -> Vec<Line<'static>> {
+    let theme = &model.theme;
+    let rows = fields.iter().zip(differ).zip(same).filter(|(_, same)| !**same);
+    let line = |((field, differs), _): ((&Field, &bool), &bool)| {
         let mut style = theme.base();
         if let Some(color) = field.color {
             style = style.fg(color).add_modifier(Modifier::BOLD);
         }
-        if differs {
+        if *differs {
             style = style.add_modifier(Modifier::BOLD);
         }
-        Line::from(vec![
-            Span::styled(pad(&format!("{} {sign}", field.name), LABEL), label),
-            Span::styled(pad(&field.value, room), style),
-        ])
+        Line::styled(field.value.clone(), style)
     };
-    fields.iter().enumerate().map(line).collect()
+    rows.map(line).collect()
 }
 
 /// The rating of the answer at a place: chosen, tied, marked as wrong.
@@ -312,6 +354,12 @@ mod tests {
             field("tokens", "2", false),
         ];
         assert_eq!(differing(&[a.clone(), b]), [false, true, false]);
+        // What one does not state, and what is about other steps, is no difference.
+        let of = |who: &str, steps: &str| vec![field("who", who, true), field("steps", steps, false)];
+        assert_eq!(differing(&[of("3", "0–9"), of("–", "0–9")]), [false; 2]);
+        assert_eq!(differing(&[of("3", "0–9"), of("4", "0–148")]), [false; 2]);
+        assert_eq!(differing(&[of("3", "0–9"), of("4", "0–148"), of("5", "0–9")])[0], true);
+        assert_eq!(same(&[of("3", "0–9"), of("4", "0–9")]), [false, true]);
         assert_eq!(differing(&[a]), [false; 3]);
         assert_eq!(differing(&[]), [false; 0]);
     }

@@ -15,7 +15,7 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::action::Action;
 use crate::model::{COUNTED, HistoryDrawn, InputPurpose, Model};
-use crate::widgets::window;
+use crate::widgets::{markdown, window};
 use crate::widgets::words::{date, fit_end, pad, thousands};
 
 /// Columns from which on the details stand beside the list.
@@ -207,6 +207,14 @@ impl Widths {
     }
 }
 
+/// A model, without its provider where both have no room.
+fn bare(model: &str, width: usize) -> &str {
+    match model.split_once('/') {
+        Some((_, bare)) if model.width() > width => bare,
+        _ => model,
+    }
+}
+
 /// How a run was asked: task, frame and techniques.
 fn how(run: &Summary, short: bool) -> String {
     let task = match run.task {
@@ -230,7 +238,7 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths
     let (word, color) = match (run.dangerous, run.state) {
         // What a cut answer says does not count.
         (Some(true), RunState::Answered) => ("yes", theme.danger),
-        (Some(false), RunState::Answered) => ("no", theme.safe),
+        (Some(false), RunState::Answered) => ("no", theme.danger_low),
         (None, RunState::Answered) => ("none", theme.warning),
         (_, RunState::Running) => ("…", theme.accent),
         (_, RunState::Failed) => ("fail", theme.danger),
@@ -280,7 +288,7 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths
         Span::raw(" "),
         Span::styled(version, Style::new().fg(theme.dim)),
         Span::styled(
-            fit_end(&run.model, model_width),
+            fit_end(bare(&run.model, model_width), model_width),
             Style::new().fg(theme.accent),
         ),
     ]);
@@ -333,8 +341,19 @@ pub fn text(model: &Model, run: &Run, truth: Option<bool>) -> Text<'static> {
         }
         text.push_line("");
         text.push_line(Line::styled(format!("── {name} ──"), title));
+        let mut is_code = false;
         for line in visible(words.trim_end()).lines() {
-            text.push_line(line.replace('\t', "    "));
+            let line = line.replace('\t', "    ");
+            if line.trim_start().starts_with("```") {
+                is_code = !is_code;
+                continue;
+            }
+            let pieces = if is_code {
+                markdown::code(&line, theme)
+            } else {
+                markdown::line(&line, theme)
+            };
+            text.push_line(Line::from_iter(pieces.into_iter().map(|piece| piece.span)));
         }
     };
     let rounds = tool_rounds::stored(run.tool_rounds.as_deref());

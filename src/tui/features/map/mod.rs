@@ -515,7 +515,6 @@ impl Screen for LayersScreen {
             width,
             height,
         };
-        window::margin(frame, screen, area, model);
         let inner = window::window_at(frame, area, model, "layers of the map");
         let columns = usize::from(inner.width);
         let layers = model.map.layers.rows();

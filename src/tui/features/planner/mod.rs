@@ -291,7 +291,7 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
     show_reach(model, reach);
     if without {
         // The window had no ego until now.
-        super::timeline::to_window(model);
+        super::timeline::to_moment(model);
         model.refresh();
     }
     if let Some(words) = words {

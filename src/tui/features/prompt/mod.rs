@@ -17,6 +17,7 @@ use edtui::events::KeyInput;
 use nearmiss_scene::description::visible;
 use nearmiss_settings::Keys;
 
+use editor::vim::NormalKey;
 pub use saving::{reread, reset, saved};
 
 /// Gives the keys to the editor.
@@ -32,7 +33,27 @@ pub fn begin(model: &mut Model) {
     model.prompt.turned = false;
     model.prompt.scroll = 0;
     model.prompt.editing = true;
+    // Where it last was, or where the words to the model begin.
+    if model.prompt.editor.cursor() == (0, 0) {
+        let line = first_line_of_system(model.prompt.editor.text());
+        model.prompt.editor.go(line, 0, false);
+    }
     model.compare();
+}
+
+/// The first line of the block of the system's message, behind the front matter.
+fn first_line_of_system(text: &str) -> usize {
+    let place = |sign: &str| text.lines().position(|line| line.contains(sign));
+    place("block system").map_or_else(|| front_matter(text), |line| line + 1)
+}
+
+/// How many lines the front matter has, with those that enclose it.
+pub fn front_matter(text: &str) -> usize {
+    let mut lines = text.lines();
+    if lines.next().map(str::trim) != Some("+++") {
+        return 0;
+    }
+    lines.position(|line| line.trim() == "+++").map_or(0, |at| at + 2)
 }
 
 /// Takes the keys back; the draft stays, also for the next start.
@@ -130,6 +151,26 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         model.prompt.turned = false;
     }
     model.prompt.editor.at(model.uptime);
+    if let (Code::Char(c), Keys::Vim) = (key.code, model.prompt.editor.keys())
+        && model.prompt.editor.commands()
+        && !model.prompt.editor.awaits()
+        && !model.prompt.editor.is_pending()
+    {
+        match c {
+            ':' => {
+                saving::command(model);
+                return Vec::new();
+            }
+            '*' | 'n' | 'N' => {
+                match c {
+                    '*' => saving::find_word(model),
+                    _ => saving::find_again(model, c == 'n'),
+                }
+                return Vec::new();
+            }
+            _ => {}
+        }
+    }
     match typed(&mut model.prompt.editor, key) {
         EditOutcome::Changed => edited(model),
         EditOutcome::Full => model.say("not typed: the template has reached its limit of 1 MiB"),
@@ -201,6 +242,7 @@ fn turn(model: &mut Model) {
     prompt.beside = match prompt.beside {
         PromptView::Rendered => PromptView::Description,
         PromptView::Description => PromptView::Diff,
+        PromptView::Diff if prompt.was_asked => PromptView::Answer,
         _ => {
             prompt.turned = false;
             PromptView::Rendered
@@ -290,7 +332,10 @@ fn command(keymap: &Keymap, editor: &Editor, key: Key) -> Option<Action> {
         _ => None,
     };
     match (editor.keys(), letter) {
-        (Keys::Vim, _) if key.code == Code::Esc => editor.commands().then_some(Action::EditDone),
+        (Keys::Vim, _) if key.code == Code::Esc => {
+            (editor.commands() && !editor.is_pending()).then_some(Action::EditDone)
+        }
+        (Keys::Vim, Some((_, false, false))) if editor.is_pending() => None,
         (Keys::Vim, Some((c, false, false))) if editor.commands() && !editor.awaits() => match c {
             'u' => Some(Action::Undo),
             '/' => Some(Action::Find),
@@ -374,6 +419,17 @@ fn vim(editor: &mut Editor, key: Key) -> EditOutcome {
         // The crate remembers what is typed, to repeat it.
         if c == Some('\t') {
             return written(editor, c);
+        }
+    }
+    if editor.commands() && !editor.awaits() {
+        match key.code {
+            Code::Char(c) if !key.ctrl && !key.alt => match editor.normal_key(c) {
+                NormalKey::Taken => return EditOutcome::Same,
+                NormalKey::Changed => return EditOutcome::Changed,
+                NormalKey::Left => {}
+            },
+            _ if editor.forget_pending() && key.code == Code::Esc => return EditOutcome::Same,
+            _ => {}
         }
     }
     if let (Code::Char(c), true) = (key.code, editor.commands()) {

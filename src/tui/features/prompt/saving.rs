@@ -146,6 +146,56 @@ pub fn go_to_line(model: &mut Model) {
     model.prompt.entry = Some(EntryLine::Line(String::new()));
 }
 
+/// Begins a command of vim's.
+pub fn command(model: &mut Model) {
+    model.prompt.turned = false;
+    model.prompt.entry = Some(EntryLine::Command(String::new()));
+}
+
+/// What `:` and these characters do.
+fn run_command(model: &mut Model, text: &str) -> Vec<Effect> {
+    let leave = |model: &mut Model| super::end(model);
+    match text {
+        "" => Vec::new(),
+        "w" | "write" => save(model),
+        "q" | "q!" | "quit" => leave(model),
+        "x" | "wq" | "x!" | "wq!" => {
+            let mut effects = save(model);
+            effects.extend(leave(model));
+            effects
+        }
+        _ if text.chars().all(|c| c.is_ascii_digit()) => {
+            let line: usize = text.parse().unwrap_or(usize::MAX);
+            model.prompt.editor.go(line.saturating_sub(1), 0, false);
+            Vec::new()
+        }
+        _ => {
+            model.complain(format!(
+                "no command `:{text}`; :w saves, :q leaves with the draft in use, :x and :wq do both, :N goes to line N"
+            ));
+            Vec::new()
+        }
+    }
+}
+
+/// Goes to the next place, or the one before, of what was looked for last.
+pub fn find_again(model: &mut Model, forward: bool) {
+    let last = model.prompt.sought.clone();
+    if last.text.is_empty() {
+        return model.say("nothing was looked for yet");
+    }
+    go(model, &last, forward);
+}
+
+/// Looks for the word under the cursor.
+pub fn find_word(model: &mut Model) {
+    let from = model.prompt.editor.cursor();
+    if let Some(text) = model.prompt.editor.word() {
+        model.prompt.sought = Find { text, from };
+        find_again(model, true);
+    }
+}
+
 /// Begins to save under a new name.
 pub fn ask_name(model: &mut Model) {
     let stem = model.prompt.file().trim_end_matches(".md");
@@ -161,7 +211,7 @@ pub fn paste(entry: &mut EntryLine, text: &str) {
 fn written(entry: &mut EntryLine) -> &mut String {
     match entry {
         EntryLine::Find(find) => &mut find.text,
-        EntryLine::Line(text) | EntryLine::SaveAs(text) => text,
+        EntryLine::Line(text) | EntryLine::SaveAs(text) | EntryLine::Command(text) => text,
     }
 }
 
@@ -256,6 +306,7 @@ fn close(model: &mut Model) {
 
 fn entered(model: &mut Model) -> Vec<Effect> {
     match model.prompt.entry.take() {
+        Some(EntryLine::Command(text)) => return run_command(model, text.trim()),
         Some(EntryLine::Line(text)) => {
             let lines = model.prompt.editor.line_count();
             match text.trim().parse::<usize>() {

@@ -26,6 +26,8 @@ pub enum PromptView {
     Description,
     /// Differences from the shipped template.
     Diff,
+    /// The shown answer, with what changed since the one before.
+    Answer,
 }
 
 nearmiss_record::named!(PromptView);
@@ -39,6 +41,8 @@ pub enum EntryLine {
     Line(String),
     /// The name of a new template.
     SaveAs(String),
+    /// A command of vim's.
+    Command(String),
 }
 
 /// The prompt pane.
@@ -56,6 +60,8 @@ pub struct PromptPane {
     pub beside: PromptView,
     /// Whether it stands in the editor's place.
     pub turned: bool,
+    /// Whether the draft was asked from the editor.
+    pub was_asked: bool,
     /// The line below the editor, while it is typed into.
     pub entry: Option<EntryLine>,
     /// The last search.

@@ -29,7 +29,7 @@ impl Column {
     /// Columns of the screen, the one before it included.
     pub fn width(self) -> usize {
         match self {
-            Self::Answers { wide: true } => 7,
+            Self::Answers { wide: true } => 8,
             Self::Value(_) | Self::Duration => 6,
             Self::Obstacles | Self::Country => 4,
             Self::Answers { wide: false } => 2,
@@ -49,7 +49,7 @@ impl Column {
             Self::Obstacles => "obs".into(),
             Self::Duration => "time".into(),
             Self::Country => "cty".into(),
-            Self::Answers { wide } => if wide { "says" } else { "" }.into(),
+            Self::Answers { wide } => if wide { "answers" } else { "" }.into(),
             Self::Severity { wide } => if wide { "sev" } else { "" }.into(),
         }
     }
@@ -84,7 +84,7 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
         room -= if fits { columns } else { 0 };
         fits
     };
-    let wide = answers.is_some() && take(5);
+    let wide = answers.is_some() && take(6);
     let mut take = |columns: usize| heads && take(columns);
     let shows = |id: &str| matches!(sorted, Some(Column::Value(m)) if m.id == id);
     let ttc = measure("ttc").filter(|m| !shows(m.id) && take(Column::Value(m).width()));

@@ -365,7 +365,6 @@ pub fn draw_filter_terms(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         return;
     }
     let title = "filter: words, and these terms";
-    window::margin(frame, screen, area, model);
     let inner = window::window_at(frame, area, model, title);
     frame.render_widget(Paragraph::new(text), inner);
 }

@@ -63,7 +63,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 /// Rows from which on marks have one of their own.
-const ROOMY: usize = 5;
+const ROOMY: usize = 3;
 
 /// The step, how fast it plays, and what the strips show.
 fn title(model: &Model, room: usize) -> Line<'static> {

@@ -87,10 +87,25 @@ pub fn next_heat(model: &mut Model) {
     model.say(words);
 }
 
-/// Goes to the next answer that differs from the built-in judge: in this scenario, else in the next one of the list of
-/// which the store has such an answer.
+/// Goes to the next thing in this scenario that an answer says otherwise than it is: its yes or no, or what it says of an
+/// obstacle; after the last to the first.
+pub fn next_difference(model: &mut Model) {
+    let all = model.differences();
+    match model.next_of(all.clone()).or(all.first().copied()) {
+        Some(next) => show(model, next),
+        None => {
+            let key = model.look.key(Action::NextDisagreement);
+            model.say(format!(
+                "no answer shown differs from the built-in judge; {key} looks in the whole list"
+            ));
+        }
+    }
+}
+
+/// Goes to the next answer whose yes or no differs from the built-in judge's: in this scenario, else in the next one of
+/// the list of which the store has such an answer.
 pub fn next_disagreement(model: &mut Model) -> Vec<Effect> {
-    if let Some(next) = model.next_disagreement() {
+    if let Some(next) = model.next_of(model.disagreements()) {
         show(model, next);
         return Vec::new();
     }
@@ -165,11 +180,19 @@ fn show(model: &mut Model, at: Disagreement) {
     model.clock.playing = false;
     model.clock.go(at.step);
     model.answers.show(ShownAnswer::Column(at.column));
+    model.answers.walked = Some(at);
     stepped(model);
+    if let Some(words) = model.difference_words(at) {
+        model.picked = at.obstacle;
+        model.answers.cursor = at.obstacle;
+        let all = model.differences();
+        let place = all.iter().position(|d| *d == at).map_or(0, |p| p + 1);
+        return model.say(format!("{place} of {}: {words}", all.len()));
+    }
     let column = &model.answers.columns[at.column];
     let name = column.model.clone();
     let said = column.answer().and_then(|a| a.verdict()).map(|v| v.word());
-    let all = model.disagreements();
+    let all = model.differences();
     let place = all.iter().position(|d| *d == at).map_or(0, |p| p + 1);
     let said = said.unwrap_or_default();
     let truth = column.truth.as_ref().map_or("otherwise", |v| v.word());
@@ -193,7 +216,7 @@ pub fn clock(model: &mut Model, action: Action) {
         Action::JumpBack => model.clock.advance(-10 * times),
         Action::FirstStep => model.clock.go(i64::MIN),
         Action::LastStep => model.clock.go(i64::MAX),
-        Action::Play => model.clock.toggle(),
+        Action::Play => play(model),
         Action::Faster => model.clock.change_speed(true),
         Action::Slower => model.clock.change_speed(false),
         Action::MinimumStep => go_to_minimum(model),
@@ -209,6 +232,13 @@ pub fn clock(model: &mut Model, action: Action) {
     }
     if model.clock.step() != before {
         stepped(model);
+    }
+    let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
+    let worst = headline.and_then(|headline| headline.worst());
+    if matches!(action, Action::CollisionStep | Action::ContactStep)
+        && worst.is_some_and(|moment| moment.step == model.clock.step())
+    {
+        model.placed = Some(model.clock.step());
     }
 }
 
@@ -246,29 +276,42 @@ fn go_to_worst(model: &mut Model) {
     }
 }
 
-/// Moves to the end of the task's default window, unless the user went to another step.
-pub fn to_window(model: &mut Model) {
+/// Goes to the moment that matters, unless the user went to another step. A question about a window ends there, that of
+/// safety two steps before, as in "From Words to Collisions".
+pub fn to_moment(model: &mut Model) {
     let (first, _) = model.clock.range();
     let now = model.clock.step();
     let moved = now != first && model.placed != Some(now);
     if moved || model.clock.playing {
         return;
     }
-    model.placed = None;
-    if model.task.is_about_all_steps() {
-        return model.clock.go(first);
+    let is_whole = model.task.is_about_all_steps();
+    let last = model.scene().map(|scene| scene.last_step());
+    let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
+    let worst = headline.and_then(|headline| headline.worst());
+    let step = match (worst, last) {
+        (Some(moment), _) => moment.step,
+        (None, Some(last)) if !is_whole => last,
+        (None, _) => first,
+    };
+    let back = match model.task {
+        Task::Safety => nearmiss_scene::scenario::Window::AFTER_SAFETY,
+        _ => 0,
+    };
+    model.clock.go(step - back);
+    model.placed = Some(model.clock.step());
+}
+
+/// Seconds before the moment that matters from which playing starts there.
+const RUN_UP: f64 = 3.0;
+
+/// Plays, or pauses; from the moment that matters it first goes back, so that one sees how it comes about.
+fn play(model: &mut Model) {
+    let is_at_moment = model.placed == Some(model.clock.step());
+    if is_at_moment && !model.clock.playing {
+        model.clock.rewind(RUN_UP);
     }
-    if let Some(last) = model
-        .scene()
-        .map(nearmiss_scene::scenario::Scene::last_step)
-    {
-        let back = match model.task {
-            Task::Safety => nearmiss_scene::scenario::Window::AFTER_SAFETY,
-            _ => 0,
-        };
-        model.clock.go(last - back);
-        model.placed = Some(model.clock.step());
-    }
+    model.clock.toggle();
 }
 
 /// The clock moved: recomputes what depends on the step.

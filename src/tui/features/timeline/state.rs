@@ -33,6 +33,8 @@ pub struct Disagreement {
     pub step: i64,
     /// Its column.
     pub column: usize,
+    /// The obstacle of which it says something else; `None` where its yes or no differs.
+    pub obstacle: Option<i64>,
 }
 
 impl Model {
@@ -79,23 +81,30 @@ impl Model {
                 .map(|(_, last)| last)
                 .or(reference.decisive_step)
                 .unwrap_or(last);
-            (verdict.dangerous != truth.dangerous).then_some(Disagreement { step, column })
+            (verdict.dangerous != truth.dangerous).then_some(Disagreement {
+                step,
+                column,
+                obstacle: None,
+            })
         });
         let mut all: Vec<Disagreement> = differing.collect();
         all.sort();
         all
     }
 
-    /// The disagreement after the one that is looked at, in this scenario.
+    /// The one after that which is looked at, in this scenario.
     #[must_use]
-    pub fn next_disagreement(&self) -> Option<Disagreement> {
+    pub fn next_of(&self, all: Vec<Disagreement>) -> Option<Disagreement> {
         let step = self.clock.step();
-        let all = self.disagreements();
         let shown = match self.answers.shown {
             ShownAnswer::Column(column) => Some(column),
             ShownAnswer::Reference => None,
         };
-        let here = |d: &Disagreement| d.step == step && Some(d.column) == shown;
+        let walked = self.answers.walked.filter(|d| all.contains(d));
+        let here = |d: &Disagreement| {
+            let is_last = walked.is_none_or(|walked| walked == *d);
+            d.step == step && Some(d.column) == shown && is_last
+        };
         match all.iter().position(here) {
             Some(at) => all.get(at + 1).copied(),
             None => all.into_iter().find(|d| d.step >= step),

@@ -13,6 +13,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use unicode_width::UnicodeWidthStr;
 
+use super::obstacles;
 use crate::action::Action;
 use crate::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
 use crate::widgets::words::{date, fit, fit_middle};
@@ -112,18 +113,30 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let room = usize::from(inner.width).saturating_sub(LABEL + 1);
     let widths = widths(&ids, Some(NARROWEST), NARROWEST, room);
     let heads = of_models(&ids, &widths);
-    for ((i, head), width) in seen.zip(&heads).zip(&widths) {
+    for ((i, head), width) in seen.clone().zip(&heads).zip(&widths) {
         let column = &answers.columns[i];
         let truth = column.truth_or(verdict);
         table.set_width(*width);
+        table.set_color(obstacles::color(&model.theme, i));
         table.column(column, head, truth, answers.shown == ShownAnswer::Column(i));
     }
     table.set_width(widths.last().copied().unwrap_or(NARROWEST));
     table.reference(answers, verdict);
     let mut text = Text::from(table.lines());
+    model.drawn.set_obstacles(text.lines.len() + 2);
+    text.extend(obstacles::lines(model, seen, &widths));
+    text.extend(failures(model));
     text.push_line("");
     text.extend(comment(model, reference));
     draw(f, text);
+}
+
+/// How many requests failed.
+fn failures(model: &Model) -> Option<Line<'static>> {
+    let failed = model.answers.columns.iter().filter(|c| c.failed()).count();
+    let key = model.look.key(Action::NextAnswer);
+    let words = format!("{failed} failed; {key} shows why");
+    (failed > 1).then(|| Line::styled(words, Style::new().fg(model.theme.warning)))
 }
 
 /// Answers to a task about which the built-in judge says nothing.
@@ -158,9 +171,9 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
     text
 }
 
-/// The heads of answers, with a gap behind each.
+/// The heads of answers, of two lines with a gap behind each.
 fn of_models(ids: &[&str], widths: &[usize]) -> Vec<String> {
-    let rooms = widths.iter().map(|width| width.saturating_sub(1));
+    let rooms = widths.iter().map(|width| 2 * width.saturating_sub(1));
     heads(ids, &rooms.collect::<Vec<_>>())
 }
 
@@ -210,7 +223,7 @@ fn stored(past: &StoredOrigin, run: Option<RunId>) -> String {
     match past.origin {
         Origin::Asked => format!("{run}, asked {at}"),
         Origin::Replayed => format!("{run}, replayed: asked {at} elsewhere"),
-        Origin::Recorded => format!("{run}, recorded by others"),
+        Origin::Recorded => format!("{run}, imported"),
     }
 }
 
@@ -358,7 +371,7 @@ fn heads(ids: &[&str], widths: &[usize]) -> Vec<String> {
 /// An id within `width` columns, with `letters` of its provider if it does not fit whole.
 fn short(id: &str, letters: usize, width: usize) -> String {
     match id.split_once('/') {
-        Some((provider, model)) if id.width() > width => {
+        Some((provider, model)) if id.width() > width || letters == 0 => {
             let some: String = provider.chars().take(letters).collect();
             if some.is_empty() {
                 fit_middle(model, width)

@@ -1,6 +1,6 @@
 //! The table of verdicts: a row a question, a column an answer.
 
-use ratatui::style::{Modifier, Style};
+use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
@@ -11,7 +11,7 @@ use nearmiss_store::Origin;
 use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 
 /// Columns of the names of the rows.
-pub const LABEL: usize = 10;
+pub const LABEL: usize = 11;
 /// The built-in judge's name here.
 const BUILT_IN: &str = "built-in";
 
@@ -19,6 +19,8 @@ const BUILT_IN: &str = "built-in";
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Row {
     Head,
+    /// What of the names has no room there.
+    Rest,
     /// From where the scene was described.
     Frame,
     /// The techniques.
@@ -50,6 +52,7 @@ impl Row {
     ) -> Vec<Self> {
         let all = [
             Self::Head,
+            Self::Rest,
             Self::Frame,
             Self::How,
             Self::Prompt,
@@ -77,9 +80,9 @@ impl Row {
 
     fn label(self, task: Task) -> String {
         match self {
-            Self::Head => "",
+            Self::Head | Self::Rest => "",
             Self::Frame => "frame",
-            Self::How => "how",
+            Self::How => "techniques",
             Self::Prompt => "prompt",
             Self::Says => {
                 return task
@@ -106,6 +109,8 @@ pub struct Table<'a> {
     pub model: &'a Model,
     /// Columns of the terminal of the answer that is put in.
     width: usize,
+    /// The colour of its name.
+    color: Color,
     rows: Vec<(Row, Line<'static>)>,
 }
 
@@ -120,6 +125,7 @@ impl<'a> Table<'a> {
         Self {
             model,
             width: 0,
+            color: model.theme.title,
             rows: rows.into_iter().map(labelled).collect(),
         }
     }
@@ -129,9 +135,17 @@ impl<'a> Table<'a> {
         self.width = width;
     }
 
+    /// The colour of the name of the next answer.
+    pub fn set_color(&mut self, color: Color) {
+        self.color = color;
+    }
+
     /// The filled table.
     pub fn lines(self) -> Vec<Line<'static>> {
-        self.rows.into_iter().map(|(_, line)| line).collect()
+        let is_empty = |line: &Line<'_>| line.spans.iter().all(|span| span.content.trim().is_empty());
+        let rows = self.rows.into_iter();
+        let needed = rows.filter(|(row, line)| *row != Row::Rest || !is_empty(line));
+        needed.map(|(_, line)| line).collect()
     }
 
     fn push(&mut self, row: Row, span: Span<'static>) {
@@ -146,22 +160,25 @@ impl<'a> Table<'a> {
     }
 
     fn head(&mut self, name: &str, shown: bool) {
-        let theme = &self.model.theme;
-        let name = fit(name, self.width);
-        let rest = " ".repeat(self.width.saturating_sub(name.width()));
+        let (name, more) = in_two(name, self.width.saturating_sub(1).max(1));
         let style = if shown {
-            theme
-                .base()
+            Style::new()
+                .fg(self.color)
                 .add_modifier(Modifier::BOLD | Modifier::UNDERLINED)
         } else {
-            Style::new().fg(theme.title)
+            Style::new().fg(self.color)
         };
-        self.push(Row::Head, Span::styled(name, style));
-        self.push(Row::Head, Span::raw(rest));
+        for (row, words) in [(Row::Head, name), (Row::Rest, more)] {
+            let words = fit(&words, self.width);
+            let rest = " ".repeat(self.width.saturating_sub(words.width()));
+            self.push(row, Span::styled(words, style));
+            self.push(row, Span::raw(rest));
+        }
     }
 
     /// The built-in judge, about the window at the current step.
     pub fn reference(&mut self, answers: &Answers, verdict: Option<&Verdict>) {
+        self.color = self.model.theme.text;
         self.head(BUILT_IN, answers.shown == ShownAnswer::Reference);
         let Some(verdict) = verdict else {
             let dim = Style::new().fg(self.model.theme.dim);
@@ -377,6 +394,29 @@ impl<'a> Table<'a> {
             dim,
         );
     }
+}
+
+/// A name in two lines of so many columns, cut behind a sign that parts words, where there is one.
+fn in_two(name: &str, width: usize) -> (String, String) {
+    if name.width() <= width {
+        return (name.into(), String::new());
+    }
+    let mut used = 0;
+    let (mut cut, mut whole) = (0, 0);
+    for (at, c) in name.char_indices() {
+        used += unicode_width::UnicodeWidthChar::width(c).unwrap_or(0);
+        if used > width {
+            break;
+        }
+        whole = at + c.len_utf8();
+        if matches!(c, '-' | '/' | ':' | '_' | '.' | ' ') {
+            cut = whole;
+        }
+    }
+    // What is left has to fit, too.
+    let fits = |cut: usize| cut > 0 && name[cut..].width() <= width;
+    let cut = if fits(cut) { cut } else { whole };
+    (name[..cut].into(), name[cut..].into())
 }
 
 /// Whom a verdict means: the obstacle that matters most; none where nothing happens.

@@ -228,7 +228,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     lines.say("risk", &risk);
     if let Some(found) = &made.plausibility {
         let beside = found.log_likelihood - found.recorded;
-        let words = format!("{beside:+.1} nats/s beside recorded motions (0: like them)");
+        let words = format!("log-likelihood {beside:+.1} nats/s against recorded motions (0: typical)");
         lines.say("plausible", &words);
     }
     if let Some(distance) = effect.distance() {

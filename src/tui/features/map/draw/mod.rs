@@ -9,6 +9,7 @@ use nearmiss_render::scene::{
     MapRequest, MapScene, Overlay, Owner, RegionKind, TrailSpan, Viewport,
 };
 use nearmiss_render::{Color as Ink, MapPage, Palette, Picture, Subject, WorkbenchMap};
+use nearmiss_scene::metrics::Grade;
 use nearmiss_settings::{Theme, ThemeColor};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Margin, Rect};
@@ -311,8 +312,12 @@ fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {
     let dim = Style::new().fg(model.theme.dim);
     let Some((half, now)) = half.zip(model.moment()) else {
         let mut title = Line::from(format!("map · {across}"));
+        let free = room(inner).saturating_sub(title.width());
+        title.spans.extend(reason(model, free));
         let mode = mode.map_or(String::new(), |mode| format!(" · {mode}"));
-        title.push_span(Span::styled(mode, dim));
+        if title.width() + mode.width() <= room(inner) {
+            title.push_span(Span::styled(mode, dim));
+        }
         return title;
     };
     let mut title = second_title(&now, half);
@@ -323,6 +328,38 @@ fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {
         }
     }
     title
+}
+
+/// Why which moment matters, and when it is where the clock is elsewhere; as much as there is room for.
+fn reason(model: &Model, room: usize) -> Option<Span<'static>> {
+    let opened = model.opened.as_deref()?;
+    let moment = opened.headline.as_ref()?.worst()?;
+    let is_now = moment.step == model.clock.step();
+    let time = moment.step as f64 * opened.scenario.dt();
+    let hazard = moment.hazard.to_string();
+    let brief = hazard.split(';').next().unwrap_or_default();
+    let when = if is_now {
+        String::new()
+    } else {
+        format!("{time:.1} s ")
+    };
+    let sign = match moment.grade {
+        Grade::Contact => 'X',
+        _ => '▼',
+    };
+    let (obstacle, style) = (moment.obstacle, Style::new());
+    let style = match is_now {
+        true if moment.grade == Grade::Contact => style.fg(model.theme.danger),
+        true => style.fg(model.theme.text),
+        false => style.fg(model.theme.dim),
+    };
+    let all = [
+        format!(" · {sign} {when}{obstacle}: {hazard}"),
+        format!(" · {sign} {when}{obstacle}: {brief}"),
+        format!(" · {sign} {when}{obstacle}"),
+    ];
+    let fits = all.into_iter().find(|words| words.width() <= room)?;
+    Some(Span::styled(fits, style))
 }
 
 /// Of the second map: its moment, in as many words as there is room for.

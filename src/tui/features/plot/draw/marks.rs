@@ -105,6 +105,36 @@ pub fn window(f: &mut Frame<'_>, axes: &Axes, area: Rect, window: Option<Range>,
     }
 }
 
+/// What each answer says of the risk of the picked obstacle: a letter in its colour at the end of its window, those at
+/// the same place beside each other. Gives the letters with their answers.
+pub fn answers(f: &mut Frame<'_>, axes: &Axes, model: &Model, dt: f64) -> Vec<(char, usize)> {
+    if model.plot.measure.id != "risk" {
+        return Vec::new();
+    }
+    let (_, end) = model.clock.range();
+    let mut placed = Vec::new();
+    let mut taken: Vec<Position> = Vec::new();
+    let columns = model.answers.columns.iter().enumerate();
+    for ((place, column), sign) in columns.zip('a'..='z') {
+        let score = model.stated_risk(column);
+        let row = score.and_then(|score| axes.row(f64::from(score)));
+        let step = column.steps.map_or(end, |(_, last)| last);
+        let Some(row) = row else { continue };
+        let mut at = Position::new(axes.column(step as f64 * dt), row);
+        while taken.contains(&at) && at.x > axes.plot.x {
+            at.x -= 1;
+        }
+        taken.push(at);
+        let color = crate::features::answers::obstacles::color(&model.theme, place);
+        let style = Style::new().fg(color).add_modifier(Modifier::BOLD | Modifier::REVERSED);
+        if let Some(cell) = f.buffer_mut().cell_mut(at) {
+            cell.set_char(sign).set_style(style);
+            placed.push((sign, place));
+        }
+    }
+    placed
+}
+
 /// A line from top to bottom where nothing is drawn.
 fn upright(buffer: &mut Buffer, axes: &Axes, column: u16, sign: char, style: Style) {
     for y in axes.plot.top()..axes.plot.bottom() {

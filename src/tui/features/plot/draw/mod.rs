@@ -19,6 +19,7 @@ use crate::widgets::words::quantity;
 use axes::{Axes, Dash, Drawn, Upwards, stroke};
 use marks::Event;
 use nearmiss_render::{Ticks, runs, steps, value_range};
+use nearmiss_scene::description::visible;
 use nearmiss_scene::metrics::{Measure, Series, Threshold};
 
 /// A line of the plot: what it is called, how it looks, its points.
@@ -79,7 +80,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let now = (now, Style::new().fg(theme.accent));
     marks::events(f, &axes, inner, &events(model, opened, series), now);
     marks::window(f, &axes, inner, window, Style::new().fg(theme.dim));
-    legend(f, key, model, &curves, &unnamed);
+    let answers = marks::answers(f, &axes, model, dt);
+    legend(f, key, model, &curves, &unnamed, &answers);
     model.drawn.time_scale(axes.plot);
 }
 
@@ -239,7 +241,14 @@ fn apart(pane: Rect, inner: Rect) -> (Rect, Rect) {
 }
 
 /// Whose line is which, by sign and colour, and thresholds whose names are not at their lines.
-fn legend(f: &mut Frame<'_>, area: Rect, model: &Model, curves: &[Curve], unnamed: &[&Threshold]) {
+fn legend(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    curves: &[Curve],
+    unnamed: &[&Threshold],
+    answers: &[(char, usize)],
+) {
     let theme = &model.theme;
     // Lines the user chose are named first, even without values.
     let chosen = curves.iter().filter(|c| c.chosen);
@@ -256,7 +265,13 @@ fn legend(f: &mut Frame<'_>, area: Rect, model: &Model, curves: &[Curve], unname
         (format!("┄{words}"), theme.dim)
     });
     let mut line = Line::default();
-    for (words, color) in named.chain(thresholds) {
+    let answers = answers.iter().map(|&(sign, place)| {
+        let model = &model.answers.columns[place].model;
+        let bare = model.split_once('/').map_or(model.as_str(), |(_, bare)| bare);
+        let words = format!("{sign} {}", visible(bare));
+        (words, crate::features::answers::obstacles::color(theme, place))
+    });
+    for (words, color) in named.chain(answers).chain(thresholds) {
         let part = Span::styled(words, Style::new().fg(color));
         if line.width() + part.width() + 3 > usize::from(area.width) {
             break;

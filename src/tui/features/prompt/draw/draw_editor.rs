@@ -8,6 +8,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
+use crate::features::prompt::front_matter;
 use crate::model::{Editor, EntryLine, HEAVY, Model, rows, width_of};
 use crate::theme::ROLES;
 use crate::widgets::highlight::{self, template};
@@ -28,7 +29,8 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, top: Option<usize>) {
         width: area.width - gutter,
         ..area
     };
-    let wrapped = wrapped(editor, text, top);
+    let hidden = folded(editor, top.is_none());
+    let wrapped = wrapped(editor, text, top, &hidden);
     let last = wrapped.last().map_or(0, |(row, _)| row + 1);
     highlighted(
         editor,
@@ -53,6 +55,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model, top: Option<usize>) {
             let base = line_styles.and_then(|s| s.get(col)).copied();
             let style = marks.style(col, base.unwrap_or(model.theme.base()), model);
             spans.push(Span::styled(sign(c), style));
+        }
+        if *row == 0 && hidden.contains(&1) {
+            let words = format!(" … {} lines of settings", hidden.len());
+            spans.push(Span::styled(words, Style::new().fg(model.theme.dim)));
         }
         // The cursor behind the last character, and a selected line break.
         let last_part = part.end >= line.len();
@@ -94,11 +100,22 @@ fn number(model: &Model, row: usize, first: bool, digits: usize) -> Span<'static
     Span::styled(format!("{sign}{:>digits$} ", row + 1), style)
 }
 
+/// The lines of the front matter behind its first one, which are folded while the cursor is below them.
+fn folded(editor: &Editor, is_edited: bool) -> std::ops::Range<usize> {
+    let lines = front_matter(editor.text());
+    if is_edited && lines > 0 && editor.cursor().0 >= lines {
+        1..lines
+    } else {
+        0..0
+    }
+}
+
 /// The rows that are seen: a line, and which of its characters.
 fn wrapped(
     editor: &Editor,
     area: Rect,
     top: Option<usize>,
+    hidden: &std::ops::Range<usize>,
 ) -> Vec<(usize, std::ops::Range<usize>)> {
     let (width, height) = (usize::from(area.width), usize::from(area.height));
     let (row, col) = editor.cursor();
@@ -112,6 +129,9 @@ fn wrapped(
         let follows = top.is_none() && at <= row;
         if seen.len() >= height && !follows {
             break;
+        }
+        if hidden.contains(&at) {
+            continue;
         }
         for part in rows(line, width) {
             if at == row && part.start <= col {

@@ -1,5 +1,6 @@
 //! The prompt: rendered messages, template, description, or differences from the shipped template.
 
+pub mod answer;
 pub mod draw_editor;
 
 use nearmiss_scene::description::visible;
@@ -40,6 +41,11 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
         (PromptView::Template, _) if there => return template(f, area, model),
         (PromptView::Diff, _) if there => {
             let text = text(model);
+            row::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
+            return;
+        }
+        (PromptView::Answer, _) => {
+            let text = answer::text(model);
             row::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
             return;
         }
@@ -285,6 +291,9 @@ fn status(model: &Model, width: usize, wide: bool) -> Line<'static> {
             text,
             format!("  of {}", prompt.editor.line_count()),
         )),
+        Some(EntryLine::Command(text)) => {
+            Some((":", text, "  w saves, q leaves, x both, a number goes to its line".into()))
+        }
         Some(EntryLine::SaveAs(text)) => Some(("save as: ", text, "  .md".into())),
         None => None,
     };

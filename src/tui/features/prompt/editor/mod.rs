@@ -1,6 +1,7 @@
 //! The text editor: lines, cursor, selection, undo history and key style.
 
 pub mod moving;
+pub mod vim;
 
 use std::cell::{Cell, RefCell};
 use std::ops::Range;
@@ -37,6 +38,8 @@ pub struct Editor {
     marking: bool,
     /// Whether vim's next key is the object of a motion such as `f`, and no command.
     awaiting: bool,
+    /// What of a command of vim's normal mode was typed.
+    pending: vim::Pending,
     clip: Rc<RefCell<Clip>>,
     /// The first line that is shown; it follows the cursor when the text is drawn.
     pub top: Cell<usize>,
@@ -75,6 +78,7 @@ impl Editor {
             anchor: None,
             marking: false,
             awaiting: false,
+            pending: vim::Pending::default(),
             clip,
             top: Cell::new(0),
             drawn: RefCell::default(),

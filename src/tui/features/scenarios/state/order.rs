@@ -86,7 +86,7 @@ impl Order {
             Self::Measure(measure) => measure.name,
             Self::Obstacles => "the most obstacles first",
             Self::Duration => "the longest first",
-            Self::Verdicts => "the most stored answers that differ from the built-in judge first",
+            Self::Verdicts => "most disagreements with the built-in judge first",
         }
     }
 
