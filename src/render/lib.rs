@@ -41,7 +41,3 @@ pub use screen::{Cell, Screen, ScreenPainter, ScreenRequest};
 pub use storyboard::{Storyboard, StoryboardPanel};
 pub use svg::svg;
 pub use view::{MapExtent, Subject, Variation, Variations};
-
-#[cfg(test)]
-#[allow(warnings)]
-mod cells_old;

@@ -246,7 +246,7 @@ impl Arranged {
             (Pane::Timeline, timeline),
             (Pane::Prompt, prompt),
         ]);
-        let verdict = if body.height >= 45 { 17 } else { 14 };
+        let verdict = if body.height >= 45 { 22 } else { 15 };
         // So many rows that each of the six risk scores has one, or every second one.
         let risk = match body.height {
             ..45 => 9,

@@ -1,8 +1,6 @@
 //! Cells of small pictures, worked out by hand, and of bundled scenes: they come as near to their picture as characters can.
 #![allow(clippy::unwrap_used)]
 
-use std::time::Instant;
-
 use nearmiss_base::geometry::Pose;
 use nearmiss_formats::{EgoSelection, Entry, bundled};
 use nearmiss_scene::scenario::Scene;
@@ -25,7 +23,8 @@ fn theme(dark: bool) -> ThemeFile {
 fn inks(theme: &ThemeFile) -> Theme<Ink> {
     theme.clone().map(|color| match color {
         ThemeColor::Rgb(red, green, blue) => Ink::Rgb(red, green, blue),
-        other => panic!("{other:?}"),
+        // Those for terminals with sixteen colours.
+        _ => Ink::Reset,
     })
 }
 
@@ -176,7 +175,7 @@ fn picture(scene: &Scene, basemap: &Basemap, step: i64, size: (u16, u16), cell: 
     let file = theme(true);
     let colors = file.clone().map(|color| match color {
         ThemeColor::Rgb(red, green, blue) => Color::rgb(red, green, blue),
-        other => panic!("{other:?}"),
+        _ => Color::rgb(0, 0, 0),
     });
     let ego = scene.ego.track.at(step).unwrap().pose;
     let page = MapPage {
@@ -344,116 +343,5 @@ fn cells_come_as_near_to_their_picture_as_characters_can() {
             chosen / best
         );
         assert!(all.len() >= 8 && chosen <= 1.15 * best, "{chosen} {best}");
-    }
-}
-
-#[test]
-fn frames_of_the_largest_maps_are_timed() {
-    let size = (200, 60);
-    for scene in scenes(None) {
-        let basemap = Basemap::new(&scene.scenario);
-        let inks = inks(&theme(true));
-        let area = Rect::new(0, 0, size.0, size.1);
-        let mut buffer = Buffer::empty(area);
-        let look = Appearance {
-            style: MapStyle::Cells(Blocks::Quadrants),
-            theme: &inks,
-        };
-        let begun = Instant::now();
-        let count = 20;
-        for i in 0..count {
-            let step = scene.steps().start + i;
-            let picture = picture(&scene, &basemap, step, size, 0.4);
-            draw(&mut buffer, area, &picture, &look);
-        }
-        let took = begun.elapsed().as_secs_f64() * 1e3 / count as f64;
-        println!("{}: {took:.2} ms a frame", scene.ego.id);
-    }
-}
-
-#[test]
-fn figure_of_the_old_renderer() {
-    use crate::cells_old as old;
-    let shared = std::path::PathBuf::from(
-        "/work/shared/data/from-words-to-collisions/Scenarios/collision_scenarios",
-    );
-    let file = theme(true);
-    let inks = inks(&file);
-    for (what, all) in [("bundled", scenes(None)), ("shared", scenes(Some(&shared)))] {
-        let (mut was, mut now, mut best) = (0.0, 0.0, 0.0);
-        for scene in &all {
-            let step = i64::midpoint(scene.steps().start, scene.steps().end - 1);
-            let basemap = Basemap::new(&scene.scenario);
-            let (size, cell) = ((64_u16, 20_u16), 0.6);
-            let picture = picture(scene, &basemap, step, size, cell);
-            let ego = scene.ego.track.at(step).unwrap().pose;
-            let frame = Pose::new(ego.position.x, ego.position.y, ego.heading + 0.3);
-            let half = (f64::from(size.0) * cell / 2.0, f64::from(size.1) * cell);
-            let view = old::CellView::new(frame, half, (cell, 2.0 * cell));
-            let request = MapRequest {
-                subject: Subject::with_ego(scene),
-                basemap: &basemap,
-                step,
-                viewport: view.seen,
-                highlighted: &[],
-                series: None,
-                variations: Variations::default(),
-                trails: [TrailSpan::WHOLE; 2],
-            };
-            let area = Rect::new(0, 0, size.0, size.1);
-            let mut buffer = Buffer::empty(area);
-            let look = old::Appearance {
-                style: old::MapStyle::Cells(old::Blocks::Quadrants),
-                theme: &inks,
-                markings: true,
-            };
-            old::draw(&mut buffer, area, &MapScene::new(&request), &view, &look);
-            let (across, down) = SAMPLES;
-            let columns = usize::from(size.0) * across;
-            let pixmap =
-                crate::raster::stretched(&picture, columns as u32, u32::from(size.1) * down as u32)
-                    .unwrap();
-            let rgb = |color: Ink| match color {
-                Ink::Rgb(r, g, b) => [r, g, b].map(f64::from),
-                _ => [8.0, 10.0, 13.0],
-            };
-            let mut sum = 0.0;
-            for position in area.positions() {
-                let at = (
-                    usize::from(position.x) * across,
-                    usize::from(position.y) * down,
-                );
-                let sample = |i: usize| {
-                    let p = pixmap.pixels()[(at.1 + i / across) * columns + at.0 + i % across];
-                    [p.red(), p.green(), p.blue()].map(f64::from)
-                };
-                let samples: Vec<[f64; 3]> = (0..across * down).map(sample).collect();
-                let cell = &buffer[position];
-                let symbol = cell.symbol().chars().next().unwrap();
-                let code = u32::from(symbol);
-                let covered: Vec<bool> = if (0x2800..0x2900).contains(&code) {
-                    const BITS: [u32; 8] = [0x01, 0x08, 0x02, 0x10, 0x04, 0x20, 0x40, 0x80];
-                    (0..across * down)
-                        .map(|i| {
-                            let (x, y) = (i % across * 2 / across, i / across * 4 / down);
-                            (code - 0x2800) & BITS[y * 2 + x] != 0
-                        })
-                        .collect()
-                } else {
-                    mask(symbol)
-                };
-                sum += error(&samples, &covered, [rgb(cell.fg), rgb(cell.bg)]);
-            }
-            was += sum / f64::from(u32::from(size.0) * u32::from(size.1) * 128 * 3);
-            let (one, other) = errors(&picture, size, Blocks::Quadrants);
-            (now, best) = (now + one, best + other);
-        }
-        let n = all.len() as f64;
-        println!(
-            "{what}: was {:.1}, now {:.2}, best {:.2} over {n} scenes",
-            was / n,
-            now / n,
-            best / n
-        );
     }
 }

@@ -43,7 +43,7 @@ fn r_asks_the_chosen_model_and_the_answer_arrives_piece_by_piece() {
         id,
         Ok(Box::new(answer("lab/small", false, 302))),
     ));
-    let frame = bench.frame(120, 40);
+    let frame = bench.frame(200, 60);
     assert!(frame.contains("no ≠"), "{frame}");
     assert!(
         frame.contains("lab/small says so")
@@ -477,10 +477,7 @@ fn recorded_answers_of_several_models_and_ways_stand_side_by_side() {
     };
     let names = ["gemini", "openai", "deepse"];
     shows(&bench, &names);
-    shows(
-        &bench,
-        &["record", "imported", "all", "base", "unknown"],
-    );
+    shows(&bench, &["imported", "all", "base", "unknown"]);
     bench.press("] ] ] ] ] ] ] ]");
     shows(&bench, &["cart", "cot"]);
     // Asked as it would be asked now, one of each model.

@@ -22,7 +22,7 @@ fn the_safety_task_begins_at_the_end_of_its_usual_window() {
     assert_eq!(bench.model.clock.step(), last - 2, "the next scenario too");
 
     let mut bench = Bench::bundled();
-    bench.press("right right right space a t");
+    bench.press("home right right right space a t");
     assert_eq!(
         bench.model.clock.step(),
         3,

@@ -22,6 +22,7 @@ pub fn with(keys: Keys) -> Bench {
         nearmiss_formats::bundled().into(),
     ))));
     bench.press("e");
+    bench.model.prompt.editor.go(0, 0, false);
     bench
 }
 

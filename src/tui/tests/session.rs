@@ -196,7 +196,7 @@ fn changes_are_kept_after_a_while_and_only_once() {
     );
 
     let mut bench = keeping(Bench::bundled());
-    bench.press("right right right");
+    bench.press("home right right right");
     assert_eq!(asked(&bench), 1, "not for every key");
     bench.send(Msg::reply::<KeepSessionLater>(()));
     assert_eq!((asked(&bench), written(&bench)), (1, 1));

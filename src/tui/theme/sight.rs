@@ -161,11 +161,10 @@ fn words_can_be_read_on_every_surface() {
             let name = format!("{} {depth:?}", theme.name);
             for surface in SURFACES {
                 let of = |role: &str| contrast(rgb(&theme, role), rgb(&theme, surface));
-                // Labels of the map lie over roads; everything else lies on the background.
-                let words = match (*surface, depth) {
-                    ("background", _) => least(&theme, depth),
-                    // The nearest of 256 colours to a light road is darker, the nearest to a dark yellow lighter.
-                    ("map_road" | "map_junction", ColorDepth::Indexed) if !theme.dark => 3.7,
+                // Labels of the map have its ground behind them wherever they are.
+                let words = match *surface {
+                    "background" => least(&theme, depth),
+                    "map_road" | "map_junction" | "map_path" => 0.0,
                     _ => 4.5,
                 };
                 for role in WORDS {

@@ -146,9 +146,11 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
 
 /// The main thing of a pane with text, and of the plot.
 fn main_thing(model: &mut Model) -> Vec<Effect> {
+    if model.focus == Pane::Verdict && answers::pick(model) {
+        return Vec::new();
+    }
     let action = match model.focus {
         Pane::Prompt => Action::Edit,
-        Pane::Verdict if answers::pick(model) => return Vec::new(),
         Pane::Verdict => Action::CompareScreen,
         Pane::Reasoning => Action::NextClaim,
         Pane::Plot => Action::PlotMeasure,

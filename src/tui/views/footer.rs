@@ -324,9 +324,10 @@ fn editing(model: &Model) -> Vec<Hint> {
                 ("Esc", "go back"),
             ]);
         }
-        Some(EntryLine::Line(_) | EntryLine::SaveAs(_)) => {
+        Some(EntryLine::Line(_) | EntryLine::SaveAs(_) | EntryLine::Command(_)) => {
             let words = match &model.prompt.entry {
                 Some(EntryLine::SaveAs(_)) => "save",
+                Some(EntryLine::Command(_)) => "run it",
                 _ => "go there",
             };
             return fixed(&[("Enter", words), ("Esc", "cancel")]);

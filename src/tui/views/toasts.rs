@@ -14,7 +14,6 @@ use crate::action::{Action, Entry, title_of};
 use crate::keymap::Chord;
 use crate::layout::ScreenAreas;
 use crate::model::{Model, Notice, Pane, ShownAnswer, Toast};
-use crate::widgets::window;
 use crate::widgets::words::{fit, pad};
 
 /// Messages shown at once.

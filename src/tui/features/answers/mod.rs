@@ -10,14 +10,14 @@ pub mod verdict;
 use std::sync::Arc;
 
 use crate::action::Action;
+use crate::features::Step;
 use crate::features::jobs::notes;
 use crate::features::prompt::show_error;
-use crate::features::Step;
 use crate::features::{batch, compare, generation, scenarios, timeline};
 use crate::message::Effect;
 use crate::model::{
-    Column, Job, JobId, JobKind, JobState, Model, Pane, Progress, ShownAnswer, Update,
-    PromptView, WindowJudgement, WindowsToJudge,
+    Column, Job, JobId, JobKind, JobState, Model, Pane, Progress, PromptView, ShownAnswer, Update,
+    WindowJudgement, WindowsToJudge,
 };
 use crate::request::{Computation, Replies, Request};
 use crate::services::{Canceller, Services};

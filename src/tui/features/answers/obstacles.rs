@@ -46,7 +46,9 @@ impl Assessment {
 
     /// Its score, with an exclamation mark where it is critical.
     fn words(self) -> String {
-        let score = self.score.map_or("–".to_string(), |score| score.to_string());
+        let score = self
+            .score
+            .map_or("–".to_string(), |score| score.to_string());
         let sign = if self.critical == Some(true) { "!" } else { "" };
         format!("{score}{sign}")
     }
@@ -89,7 +91,13 @@ pub fn named(model: &Model) -> Vec<i64> {
     };
     let exact = |id: i64| reference.and_then(|v| Assessment::of(v, id)?.score);
     let mut all: Vec<i64> = all.into_iter().collect();
-    all.sort_by_key(|&id| (exact(id).unwrap_or(u8::MAX), least(id).unwrap_or(u8::MAX), id));
+    all.sort_by_key(|&id| {
+        (
+            exact(id).unwrap_or(u8::MAX),
+            least(id).unwrap_or(u8::MAX),
+            id,
+        )
+    });
     all
 }
 
@@ -177,11 +185,17 @@ impl Model {
                 both.is_some_and(|(said, exact)| said.differs(exact))
             };
             let step = column.steps.map_or(end, |(_, last)| last);
-            all.extend(named.iter().copied().filter(differs).map(|id| Disagreement {
-                step,
-                column: place,
-                obstacle: Some(id),
-            }));
+            all.extend(
+                named
+                    .iter()
+                    .copied()
+                    .filter(differs)
+                    .map(|id| Disagreement {
+                        step,
+                        column: place,
+                        obstacle: Some(id),
+                    }),
+            );
         }
         all.sort_by_key(|d| (d.step, d.column));
         all
@@ -196,7 +210,9 @@ impl Model {
         let exact = Assessment::of(exact(self, column)?, id)?;
         let words = |a: Assessment| {
             let score = a.score.map(|score| format!("risk {score}"));
-            let critical = a.critical.map(|is| if is { "critical" } else { "not critical" });
+            let critical = a
+                .critical
+                .map(|is| if is { "critical" } else { "not critical" });
             let parts = [score.as_deref(), critical];
             parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
         };
@@ -212,7 +228,9 @@ impl Model {
     #[must_use]
     pub fn stated_risk(&self, column: &Column) -> Option<u8> {
         let verdict = column.answer()?.verdict()?;
-        let of_picked = self.picked.and_then(|id| Assessment::of(verdict, id)?.score);
+        let of_picked = self
+            .picked
+            .and_then(|id| Assessment::of(verdict, id)?.score);
         of_picked.or_else(|| verdict.foremost().and_then(|(_, score)| score))
     }
 }

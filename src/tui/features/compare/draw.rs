@@ -149,17 +149,21 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .map(|s| super::fields::fields(model, *s))
         .collect();
     let differ = super::fields::differing(&all);
-    let same = super::fields::same(&all);
+    let same = super::fields::equal_rows(&all);
     let fields = all.first().map_or(&[][..], Vec::as_slice);
     let common = super::fields::common(model, fields, &same, area.width);
-    let [above, area] =
-        Layout::vertical([Constraint::Length(u16::from(common.is_some())), Constraint::Min(0)]).areas(area);
+    let [above, area] = Layout::vertical([
+        Constraint::Length(u16::from(common.is_some())),
+        Constraint::Min(0),
+    ])
+    .areas(area);
     f.render_widget(common.unwrap_or_default(), above);
+    let fit = usize::from(area.width / NARROWEST_COMPARED).max(1);
     let [names, area] =
-        Layout::horizontal([Constraint::Length(super::fields::LABEL), Constraint::Min(0)]).areas(area);
+        Layout::horizontal([Constraint::Length(super::fields::LABEL), Constraint::Min(0)])
+            .areas(area);
     let labels = super::fields::names(model, fields, &differ, &same);
     f.render_widget(Text::from(labels), names.inner(Margin::new(0, 1)));
-    let fit = usize::from(area.width / NARROWEST_COMPARED).max(1);
     let count = compare.shown.len();
     let first = compare
         .focus
@@ -170,20 +174,20 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
         Layout::horizontal(vec![Constraint::Ratio(1, seen.len() as u32); seen.len()]).split(area);
     for (place, fields) in all.iter().enumerate() {
         match place.checked_sub(first).and_then(|i| areas.get(i)) {
-            Some(area) if seen.contains(&place) => column(f, *area, model, place, super::fields::lines(model, fields, &differ, &same)),
+            Some(area) if seen.contains(&place) => column(
+                f,
+                *area,
+                model,
+                place,
+                super::fields::lines(model, fields, &differ, &same),
+            ),
             // Those beside the screen keep their places.
             _ => model.drawn.next_column(Extent::default(), Vec::new()),
         }
     }
 }
 
-fn column(
-    f: &mut Frame<'_>,
-    area: Rect,
-    model: &Model,
-    place: usize,
-    rows: Vec<Line<'static>>,
-) {
+fn column(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, rows: Vec<Line<'static>>) {
     let (compare, theme) = (&model.compare, &model.theme);
     let shown = compare.shown[place];
     let focused = place == compare.focus;

@@ -237,7 +237,11 @@ pub fn differing(all: &[Vec<Field>]) -> Vec<bool> {
     };
     let stated = |field: &Field| !matches!(field.value.as_str(), "" | "–");
     let differs = |(row, field): (usize, &Field)| {
-        let pairs = || all.iter().enumerate().flat_map(|(i, a)| all[..i].iter().map(move |b| (a, b)));
+        let pairs = || {
+            all.iter()
+                .enumerate()
+                .flat_map(|(i, a)| all[..i].iter().map(move |b| (a, b)))
+        };
         field.counts
             && pairs().any(|(a, b)| match (a.get(row), b.get(row)) {
                 (Some(x), Some(y)) => {
@@ -251,29 +255,45 @@ pub fn differing(all: &[Vec<Field>]) -> Vec<bool> {
 }
 
 /// The rows that say the same of all answers, where there are several.
-pub fn same(all: &[Vec<Field>]) -> Vec<bool> {
+pub fn equal_rows(all: &[Vec<Field>]) -> Vec<bool> {
     let Some((first, others)) = all.split_first().filter(|(_, others)| !others.is_empty()) else {
-        return all.first().map_or(Vec::new(), |fields| vec![false; fields.len()]);
+        return all
+            .first()
+            .map_or(Vec::new(), |fields| vec![false; fields.len()]);
     };
     let is_same = |(row, field): (usize, &Field)| {
-        others.iter().all(|other| other.get(row).is_some_and(|o| o.value == field.value))
+        others
+            .iter()
+            .all(|other| other.get(row).is_some_and(|o| o.value == field.value))
     };
     first.iter().enumerate().map(is_same).collect()
 }
 
 /// What all answers have in common, in a line.
 pub fn common(model: &Model, fields: &[Field], same: &[bool], width: u16) -> Option<Line<'static>> {
-    let known = |(field, same): &(&Field, &bool)| **same && !matches!(field.value.as_str(), "" | "–");
+    let known =
+        |(field, same): &(&Field, &bool)| **same && !matches!(field.value.as_str(), "" | "–");
     let parts = fields.iter().zip(same).filter(known);
-    let parts: Vec<String> = parts.map(|(field, _)| format!("{} {}", field.name, field.value)).collect();
+    let parts: Vec<String> = parts
+        .map(|(field, _)| format!("{} {}", field.name, field.value))
+        .collect();
     let words = fit(&format!(" all: {}", parts.join("; ")), usize::from(width));
     (!parts.is_empty()).then(|| Line::styled(words, Style::new().fg(model.theme.dim)))
 }
 
 /// The names of the rows, with a sign where answers differ.
-pub fn names(model: &Model, fields: &[Field], differ: &[bool], same: &[bool]) -> Vec<Line<'static>> {
+pub fn names(
+    model: &Model,
+    fields: &[Field],
+    differ: &[bool],
+    same: &[bool],
+) -> Vec<Line<'static>> {
     let theme = &model.theme;
-    let rows = fields.iter().zip(differ).zip(same).filter(|(_, same)| !**same);
+    let rows = fields
+        .iter()
+        .zip(differ)
+        .zip(same)
+        .filter(|(_, same)| !**same);
     let line = |((field, differs), _): ((&Field, &bool), &bool)| {
         let (sign, style) = if *differs {
             let style = Style::new().fg(theme.warning);
@@ -287,9 +307,18 @@ pub fn names(model: &Model, fields: &[Field], differ: &[bool], same: &[bool]) ->
 }
 
 /// The values of an answer in the rows that are not the same for all.
-pub fn lines(model: &Model, fields: &[Field], differ: &[bool], same: &[bool]) -> Vec<Line<'static>> {
+pub fn lines(
+    model: &Model,
+    fields: &[Field],
+    differ: &[bool],
+    same: &[bool],
+) -> Vec<Line<'static>> {
     let theme = &model.theme;
-    let rows = fields.iter().zip(differ).zip(same).filter(|(_, same)| !**same);
+    let rows = fields
+        .iter()
+        .zip(differ)
+        .zip(same)
+        .filter(|(_, same)| !**same);
     let line = |((field, differs), _): ((&Field, &bool), &bool)| {
         let mut style = theme.base();
         if let Some(color) = field.color {
@@ -355,11 +384,15 @@ mod tests {
         ];
         assert_eq!(differing(&[a.clone(), b]), [false, true, false]);
         // What one does not state, and what is about other steps, is no difference.
-        let of = |who: &str, steps: &str| vec![field("who", who, true), field("steps", steps, false)];
+        let of =
+            |who: &str, steps: &str| vec![field("who", who, true), field("steps", steps, false)];
         assert_eq!(differing(&[of("3", "0–9"), of("–", "0–9")]), [false; 2]);
         assert_eq!(differing(&[of("3", "0–9"), of("4", "0–148")]), [false; 2]);
-        assert_eq!(differing(&[of("3", "0–9"), of("4", "0–148"), of("5", "0–9")])[0], true);
-        assert_eq!(same(&[of("3", "0–9"), of("4", "0–9")]), [false, true]);
+        assert_eq!(
+            differing(&[of("3", "0–9"), of("4", "0–148"), of("5", "0–9")])[0],
+            true
+        );
+        assert_eq!(equal_rows(&[of("3", "0–9"), of("4", "0–9")]), [false, true]);
         assert_eq!(differing(&[a]), [false; 3]);
         assert_eq!(differing(&[]), [false; 0]);
     }

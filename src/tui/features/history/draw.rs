@@ -15,8 +15,8 @@ use unicode_width::UnicodeWidthStr;
 
 use crate::action::Action;
 use crate::model::{COUNTED, HistoryDrawn, InputPurpose, Model};
-use crate::widgets::{markdown, window};
 use crate::widgets::words::{date, fit_end, pad, thousands};
+use crate::widgets::{markdown, window};
 
 /// Columns from which on the details stand beside the list.
 const SIDE_BY_SIDE_COLUMNS: u16 = 110;

@@ -53,7 +53,9 @@ pub fn front_matter(text: &str) -> usize {
     if lines.next().map(str::trim) != Some("+++") {
         return 0;
     }
-    lines.position(|line| line.trim() == "+++").map_or(0, |at| at + 2)
+    lines
+        .position(|line| line.trim() == "+++")
+        .map_or(0, |at| at + 2)
 }
 
 /// Takes the keys back; the draft stays, also for the next start.

@@ -92,7 +92,7 @@ pub fn next_heat(model: &mut Model) {
 pub fn next_difference(model: &mut Model) {
     let all = model.differences();
     match model.next_of(all.clone()).or(all.first().copied()) {
-        Some(next) => show(model, next),
+        Some(next) => show(model, next, &all),
         None => {
             let key = model.look.key(Action::NextDisagreement);
             model.say(format!(
@@ -105,8 +105,9 @@ pub fn next_difference(model: &mut Model) {
 /// Goes to the next answer whose yes or no differs from the built-in judge's: in this scenario, else in the next one of
 /// the list of which the store has such an answer.
 pub fn next_disagreement(model: &mut Model) -> Vec<Effect> {
-    if let Some(next) = model.next_of(model.disagreements()) {
-        show(model, next);
+    let here_all = model.disagreements();
+    if let Some(next) = model.next_of(here_all.clone()) {
+        show(model, next, &here_all);
         return Vec::new();
     }
     let here = model.list.opened;
@@ -129,9 +130,9 @@ pub fn next_disagreement(model: &mut Model) -> Vec<Effect> {
             model.seek = model.opening.map(|(opening, _)| Seek { opening });
             effects
         }
-        None => match model.disagreements().first() {
+        None => match here_all.first() {
             Some(&first) => {
-                show(model, first);
+                show(model, first, &here_all);
                 model.say("back at the first disagreement");
                 Vec::new()
             }
@@ -164,8 +165,9 @@ pub(super) fn arrived(model: &mut Model) {
     if model.seek.take().is_none() {
         return;
     }
-    match model.disagreements().first() {
-        Some(&first) => show(model, first),
+    let all = model.disagreements();
+    match all.first() {
+        Some(&first) => show(model, first, &all),
         None => model.say("no answer shown differs from the built-in judge now"),
     }
 }
@@ -175,7 +177,8 @@ pub fn opened(model: &mut Model, id: OpenId) {
     model.seek = model.seek.filter(|seek| seek.opening == id);
 }
 
-fn show(model: &mut Model, at: Disagreement) {
+/// Goes to one of these.
+fn show(model: &mut Model, at: Disagreement, all: &[Disagreement]) {
     opening::leave_place(model);
     model.clock.playing = false;
     model.clock.go(at.step);
@@ -185,14 +188,12 @@ fn show(model: &mut Model, at: Disagreement) {
     if let Some(words) = model.difference_words(at) {
         model.picked = at.obstacle;
         model.answers.cursor = at.obstacle;
-        let all = model.differences();
         let place = all.iter().position(|d| *d == at).map_or(0, |p| p + 1);
         return model.say(format!("{place} of {}: {words}", all.len()));
     }
     let column = &model.answers.columns[at.column];
     let name = column.model.clone();
     let said = column.answer().and_then(|a| a.verdict()).map(|v| v.word());
-    let all = model.differences();
     let place = all.iter().position(|d| *d == at).map_or(0, |p| p + 1);
     let said = said.unwrap_or_default();
     let truth = column.truth.as_ref().map_or("otherwise", |v| v.word());
@@ -276,8 +277,8 @@ fn go_to_worst(model: &mut Model) {
     }
 }
 
-/// Goes to the moment that matters, unless the user went to another step. A question about a window ends there, that of
-/// safety two steps before, as in "From Words to Collisions".
+/// Goes to the moment that matters, or for a question about a window to the end of its default window, unless the user
+/// went to another step.
 pub fn to_moment(model: &mut Model) {
     let (first, _) = model.clock.range();
     let now = model.clock.step();
@@ -285,21 +286,18 @@ pub fn to_moment(model: &mut Model) {
     if moved || model.clock.playing {
         return;
     }
-    let is_whole = model.task.is_about_all_steps();
-    let last = model.scene().map(|scene| scene.last_step());
     let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
     let worst = headline.and_then(|headline| headline.worst());
-    let step = match (worst, last) {
-        (Some(moment), _) => moment.step,
-        (None, Some(last)) if !is_whole => last,
-        (None, _) => first,
+    let step = match model.task {
+        task if task.is_about_all_steps() => worst.map(|moment| moment.step),
+        // Stored answers are about this window.
+        Task::Safety => model
+            .scene()
+            .map(|scene| scene.last_step() - nearmiss_scene::scenario::Window::AFTER_SAFETY),
+        _ => model.scene().map(|scene| scene.last_step()),
     };
-    let back = match model.task {
-        Task::Safety => nearmiss_scene::scenario::Window::AFTER_SAFETY,
-        _ => 0,
-    };
-    model.clock.go(step - back);
-    model.placed = Some(model.clock.step());
+    model.clock.go(step.unwrap_or(first));
+    model.placed = step.map(|_| model.clock.step());
 }
 
 /// Seconds before the moment that matters from which playing starts there.
@@ -307,7 +305,10 @@ const RUN_UP: f64 = 3.0;
 
 /// Plays, or pauses; from the moment that matters it first goes back, so that one sees how it comes about.
 fn play(model: &mut Model) {
-    let is_at_moment = model.placed == Some(model.clock.step());
+    let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
+    let worst = headline.and_then(|headline| headline.worst());
+    let is_at_moment = worst.is_some_and(|moment| moment.step == model.clock.step())
+        && model.placed == Some(model.clock.step());
     if is_at_moment && !model.clock.playing {
         model.clock.rewind(RUN_UP);
     }

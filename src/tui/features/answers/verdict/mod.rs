@@ -123,6 +123,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     table.set_width(widths.last().copied().unwrap_or(NARROWEST));
     table.reference(answers, verdict);
     let mut text = Text::from(table.lines());
+    text.extend(notes(model));
     model.drawn.set_obstacles(text.lines.len() + 2);
     text.extend(obstacles::lines(model, seen, &widths));
     text.extend(failures(model));
@@ -167,6 +168,7 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
     }
     let mut text = Text::from(table.lines());
     text.push_line("");
+    text.extend(notes(model));
     text.extend(of_column(model));
     text
 }
@@ -255,7 +257,39 @@ fn comment(model: &Model, reference: Option<&judge::Judgement>) -> Text<'static>
     }
 }
 
-/// The shown answer's comment, and notes on it.
+/// Whence the shown answer is, and what is doubtful in it.
+fn notes(model: &Model) -> Text<'static> {
+    let theme = &model.theme;
+    let warning = Style::new().fg(theme.warning);
+    let words = |s: &str| nearmiss_scene::description::visible(s).into_owned();
+    let mut text = Text::default();
+    if let Some(answer) = model.answers.column().and_then(Column::answer) {
+        let dim = Style::new().fg(theme.dim);
+        text.extend(answer.verdict().and_then(|verdict| critical(verdict, dim)));
+        if let Some(past) = &answer.past {
+            let words = stored(past, answer.run);
+            text.push_line(Line::styled(words, Style::new().fg(theme.dim)));
+        }
+        if answer.model_differs() {
+            let returned = answer.model_returned.as_deref().unwrap_or_default();
+            text.push_line(Line::styled(
+                words(&format!("answered by {returned}")),
+                warning,
+            ));
+        }
+        let scenario = model.opened.as_ref().map(|o| &o.scenario);
+        for flag in scenario.map_or(Vec::new(), |s| answer.flags(s)) {
+            text.push_line(Line::styled(format!("doubtful: {flag}"), warning));
+        }
+        if !answer.repairs().is_empty() {
+            let notes = format!("* repaired: {}", answer.repairs().join("; "));
+            text.push_line(Line::styled(words(&notes), warning));
+        }
+    }
+    text
+}
+
+/// The shown answer's comment.
 fn of_column(model: &Model) -> Text<'static> {
     let theme = &model.theme;
     let warning = Style::new().fg(theme.warning);
@@ -264,43 +298,20 @@ fn of_column(model: &Model) -> Text<'static> {
     match model.answers.column() {
         None => {}
         Some(column) => match column.answer() {
-            Some(answer) => {
-                if let Some(past) = &answer.past {
-                    let words = stored(past, answer.run);
-                    text.push_line(Line::styled(words, Style::new().fg(theme.dim)));
-                }
-                if answer.model_differs() {
-                    let returned = answer.model_returned.as_deref().unwrap_or_default();
-                    text.push_line(Line::styled(
-                        words(&format!("answered by {returned}")),
-                        warning,
+            Some(answer) => match &answer.judged {
+                JudgeOutcome::Verdict(parsed) => {
+                    text.extend(Text::styled(
+                        words(&parsed.verdict.justification),
+                        theme.base(),
                     ));
                 }
-                let scenario = model.opened.as_ref().map(|o| &o.scenario);
-                for flag in scenario.map_or(Vec::new(), |s| answer.flags(s)) {
-                    text.push_line(Line::styled(format!("doubtful: {flag}"), warning));
+                JudgeOutcome::Other(reading) => {
+                    text.extend(answer_text(model, &reading.said));
                 }
-                if !answer.repairs().is_empty() {
-                    let notes = format!("* repaired: {}", answer.repairs().join("; "));
-                    text.push_line(Line::styled(words(&notes), warning));
+                JudgeOutcome::Missing(missing) => {
+                    text.push_line(Line::styled(words(&missing.to_string()), warning));
                 }
-                match &answer.judged {
-                    JudgeOutcome::Verdict(parsed) => {
-                        let dim = Style::new().fg(theme.dim);
-                        text.extend(critical(&parsed.verdict, dim));
-                        text.extend(Text::styled(
-                            words(&parsed.verdict.justification),
-                            theme.base(),
-                        ));
-                    }
-                    JudgeOutcome::Other(reading) => {
-                        text.extend(answer_text(model, &reading.said));
-                    }
-                    JudgeOutcome::Missing(missing) => {
-                        text.push_line(Line::styled(words(&missing.to_string()), warning));
-                    }
-                }
-            }
+            },
             None => {
                 if let Progress::Unasked(why) | Progress::Broken(why) | Progress::Retrying(why) =
                     &column.progress

@@ -11,7 +11,7 @@ use nearmiss_store::Origin;
 use nearmiss_study::evaluation::{Answer, JudgeOutcome, MissingVerdict};
 
 /// Columns of the names of the rows.
-pub const LABEL: usize = 11;
+pub const LABEL: usize = 10;
 /// The built-in judge's name here.
 const BUILT_IN: &str = "built-in";
 
@@ -82,7 +82,7 @@ impl Row {
         match self {
             Self::Head | Self::Rest => "",
             Self::Frame => "frame",
-            Self::How => "techniques",
+            Self::How => "how",
             Self::Prompt => "prompt",
             Self::Says => {
                 return task
@@ -142,7 +142,8 @@ impl<'a> Table<'a> {
 
     /// The filled table.
     pub fn lines(self) -> Vec<Line<'static>> {
-        let is_empty = |line: &Line<'_>| line.spans.iter().all(|span| span.content.trim().is_empty());
+        let is_empty =
+            |line: &Line<'_>| line.spans.iter().all(|span| span.content.trim().is_empty());
         let rows = self.rows.into_iter();
         let needed = rows.filter(|(row, line)| *row != Row::Rest || !is_empty(line));
         needed.map(|(_, line)| line).collect()
@@ -160,7 +161,10 @@ impl<'a> Table<'a> {
     }
 
     fn head(&mut self, name: &str, shown: bool) {
-        let (name, more) = in_two(name, self.width.saturating_sub(1).max(1));
+        // A gap behind it, but for the last column.
+        let gap = usize::from(name != BUILT_IN);
+        let room = self.width.saturating_sub(gap);
+        let (name, more) = in_two(name, room.max(1));
         let style = if shown {
             Style::new()
                 .fg(self.color)

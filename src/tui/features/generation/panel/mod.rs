@@ -228,7 +228,8 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     lines.say("risk", &risk);
     if let Some(found) = &made.plausibility {
         let beside = found.log_likelihood - found.recorded;
-        let words = format!("log-likelihood {beside:+.1} nats/s against recorded motions (0: typical)");
+        let words =
+            format!("log-likelihood {beside:+.1} nats/s against recorded motions (0: typical)");
         lines.say("plausible", &words);
     }
     if let Some(distance) = effect.distance() {

@@ -126,7 +126,9 @@ pub fn answers(f: &mut Frame<'_>, axes: &Axes, model: &Model, dt: f64) -> Vec<(c
         }
         taken.push(at);
         let color = crate::features::answers::obstacles::color(&model.theme, place);
-        let style = Style::new().fg(color).add_modifier(Modifier::BOLD | Modifier::REVERSED);
+        let style = Style::new()
+            .fg(color)
+            .add_modifier(Modifier::BOLD | Modifier::REVERSED);
         if let Some(cell) = f.buffer_mut().cell_mut(at) {
             cell.set_char(sign).set_style(style);
             placed.push((sign, place));

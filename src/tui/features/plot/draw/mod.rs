@@ -267,9 +267,14 @@ fn legend(
     let mut line = Line::default();
     let answers = answers.iter().map(|&(sign, place)| {
         let model = &model.answers.columns[place].model;
-        let bare = model.split_once('/').map_or(model.as_str(), |(_, bare)| bare);
+        let bare = model
+            .split_once('/')
+            .map_or(model.as_str(), |(_, bare)| bare);
         let words = format!("{sign} {}", visible(bare));
-        (words, crate::features::answers::obstacles::color(theme, place))
+        (
+            words,
+            crate::features::answers::obstacles::color(theme, place),
+        )
     });
     for (words, color) in named.chain(answers).chain(thresholds) {
         let part = Span::styled(words, Style::new().fg(color));

@@ -28,7 +28,11 @@ pub fn text(model: &Model) -> Text<'static> {
     let mut text = Text::from(head(model, column));
     let Some(answer) = column.answer() else {
         let so_far = format!("{}{}", column.reasoning, column.text);
-        text.extend(so_far.lines().map(|line| Line::from(visible(line).into_owned())));
+        text.extend(
+            so_far
+                .lines()
+                .map(|line| Line::from(visible(line).into_owned())),
+        );
         return text;
     };
     let whole = |column: &Column| format!("{}\n{}", column.reasoning, column.text);
@@ -36,10 +40,19 @@ pub fn text(model: &Model) -> Text<'static> {
         text.push_line(Line::styled("no earlier answer of this model", dim));
         text.push_line("");
         let words = whole(column);
-        text.extend(words.trim().lines().map(|line| Line::from(visible(line).into_owned())));
+        text.extend(
+            words
+                .trim()
+                .lines()
+                .map(|line| Line::from(visible(line).into_owned())),
+        );
         return text;
     };
-    let verdicts = earlier.1.answer().and_then(|a| a.verdict()).zip(answer.verdict());
+    let verdicts = earlier
+        .1
+        .answer()
+        .and_then(|a| a.verdict())
+        .zip(answer.verdict());
     let changes = verdicts.map_or(Vec::new(), |(old, new)| changes(old, new));
     let changes = changes.into_iter().chain(flipped(model, earlier.0, place));
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
@@ -66,7 +79,9 @@ fn head(model: &Model, column: &Column) -> Line<'static> {
         Progress::Done(answer) => answer.verdict().map_or("no verdict", Verdict::word),
     };
     let words = format!("{}: {state}", column.model);
-    let title = Style::new().fg(model.theme.title).add_modifier(Modifier::BOLD);
+    let title = Style::new()
+        .fg(model.theme.title)
+        .add_modifier(Modifier::BOLD);
     let mut line = Line::styled(visible(&words).into_owned(), title);
     let how = format!(" · {}", visible(&column.how));
     line.push_span(Span::styled(how, Style::new().fg(model.theme.dim)));

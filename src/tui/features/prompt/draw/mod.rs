@@ -291,9 +291,11 @@ fn status(model: &Model, width: usize, wide: bool) -> Line<'static> {
             text,
             format!("  of {}", prompt.editor.line_count()),
         )),
-        Some(EntryLine::Command(text)) => {
-            Some((":", text, "  w saves, q leaves, x both, a number goes to its line".into()))
-        }
+        Some(EntryLine::Command(text)) => Some((
+            ":",
+            text,
+            "  w saves, q leaves, x both, a number goes to its line".into(),
+        )),
         Some(EntryLine::SaveAs(text)) => Some(("save as: ", text, "  .md".into())),
         None => None,
     };

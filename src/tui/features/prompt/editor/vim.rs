@@ -43,7 +43,11 @@ impl Editor {
     /// Whether a command is not whole.
     #[must_use]
     pub fn is_pending(&self) -> bool {
-        let Pending { count, operator, prefix } = &self.pending;
+        let Pending {
+            count,
+            operator,
+            prefix,
+        } = &self.pending;
         *count > 0 || operator.is_some() || prefix.is_some()
     }
 
@@ -78,17 +82,38 @@ impl Editor {
                 self.pending = Pending::default();
                 let to_line = c == 'G' || (prefix, c) == (Some('g'), 'g');
                 match count {
+                    0 if c == 'p' && self.puts_below() => {
+                        self.put_below(1);
+                        NormalKey::Changed
+                    }
                     0 => NormalKey::Left,
                     _ if to_line => {
                         self.go(count - 1, 0, false);
                         NormalKey::Taken
                     }
                     // One more than these is given to the crate by the caller.
+                    _ if c == 'p' && self.puts_below() => {
+                        self.put_below(count);
+                        NormalKey::Changed
+                    }
                     _ if "iaoIAOftvV/:*".contains(c) => NormalKey::Left,
                     _ => self.feed(c, count),
                 }
             }
         }
+    }
+
+    /// Whether `p` puts whole lines below the last one, where the crate puts them above.
+    fn puts_below(&self) -> bool {
+        self.clip.borrow().text.starts_with('\n') && self.state.cursor.row + 1 == self.line_count()
+    }
+
+    fn put_below(&mut self, times: usize) {
+        let lines = self.clip.borrow().text.repeat(times);
+        let end = self.text.len();
+        let row = self.line_count();
+        self.splice(end..end, &lines);
+        self.go(row, 0, false);
     }
 
     /// Gives a key to the crate so many times.
@@ -111,7 +136,13 @@ impl Editor {
     }
 
     /// An operator over a motion or an object. What the crate knows it does itself, so that `.` repeats it.
-    fn operate(&mut self, operator: char, times: usize, prefix: Option<char>, c: char) -> NormalKey {
+    fn operate(
+        &mut self,
+        operator: char,
+        times: usize,
+        prefix: Option<char>,
+        c: char,
+    ) -> NormalKey {
         let is_known = match (operator, prefix) {
             ('d' | 'c', None) => c == 'w' || c == 'W' || (c == 'd' && operator == 'd'),
             ('d' | 'c', Some('i')) => c == 'w',
@@ -125,7 +156,11 @@ impl Editor {
             for key in keys.into_iter().flatten() {
                 changed |= self.feed(key, 1) == NormalKey::Changed;
             }
-            return if changed { NormalKey::Changed } else { NormalKey::Taken };
+            return if changed {
+                NormalKey::Changed
+            } else {
+                NormalKey::Taken
+            };
         }
         let begin = self.state.cursor;
         let range = match (prefix, c) {
@@ -153,7 +188,11 @@ impl Editor {
             return NormalKey::Taken;
         }
         // A changed line stays, empty.
-        let rest = if operator == 'c' && by_lines { "\n" } else { "" };
+        let rest = if operator == 'c' && by_lines {
+            "\n"
+        } else {
+            ""
+        };
         let start = range.start;
         self.splice(range, rest);
         self.state.cursor = Self::place(&self.text, start.min(self.text.len()));
@@ -174,7 +213,12 @@ impl Editor {
     }
 
     /// From the cursor to where a motion leads.
-    fn moved(&mut self, operator: char, c: char, times: usize) -> Option<(std::ops::Range<usize>, bool)> {
+    fn moved(
+        &mut self,
+        operator: char,
+        c: char,
+        times: usize,
+    ) -> Option<(std::ops::Range<usize>, bool)> {
         let begin = self.byte(self.state.cursor);
         // To change a word leaves the space behind it.
         let c = if operator == 'c' && c == 'w' { 'e' } else { c };
@@ -186,9 +230,14 @@ impl Editor {
         let mut end = self.byte(self.state.cursor);
         let length = self.state.lines.len_col(self.state.cursor.row).unwrap_or(0);
         let at_last = self.state.cursor.col + 1 >= length;
-        let is_inclusive = "e$%".contains(c) || (c == 'w' && at_last && self.state.cursor.row == row);
+        let is_inclusive =
+            "e$%".contains(c) || (c == 'w' && at_last && self.state.cursor.row == row);
         if is_inclusive && end >= begin {
-            end += self.text[end..].chars().next().filter(|c| *c != '\n').map_or(0, char::len_utf8);
+            end += self.text[end..]
+                .chars()
+                .next()
+                .filter(|c| *c != '\n')
+                .map_or(0, char::len_utf8);
         }
         Some((begin.min(end)..begin.max(end), false))
     }
@@ -209,8 +258,14 @@ impl Editor {
         let row = self.state.cursor.row;
         if c == 'p' {
             let is_empty = |row: &usize| self.lines().nth(*row).is_none_or(Vec::is_empty);
-            let first = (0..row).rev().take_while(|row| !is_empty(row)).last().unwrap_or(row);
-            let last = (row + 1..self.line_count()).take_while(|row| !is_empty(row)).last();
+            let first = (0..row)
+                .rev()
+                .take_while(|row| !is_empty(row))
+                .last()
+                .unwrap_or(row);
+            let last = (row + 1..self.line_count())
+                .take_while(|row| !is_empty(row))
+                .last();
             let last = last.unwrap_or(row) + usize::from(around);
             return Some(self.rows(first, last));
         }
@@ -225,9 +280,16 @@ impl Editor {
             };
             let here = class(line[inside..].chars().next()?);
             let back = line[..inside].char_indices().rev();
-            let start = back.take_while(|(_, c)| class(*c) == here).last().map_or(inside, |(at, _)| at);
+            let start = back
+                .take_while(|(_, c)| class(*c) == here)
+                .last()
+                .map_or(inside, |(at, _)| at);
             let ahead = |from: usize, kind| {
-                let run: usize = line[from..].chars().take_while(|c| class(*c) == kind).map(char::len_utf8).sum();
+                let run: usize = line[from..]
+                    .chars()
+                    .take_while(|c| class(*c) == kind)
+                    .map(char::len_utf8)
+                    .sum();
                 from + run
             };
             let mut end = ahead(inside, here);
@@ -274,12 +336,14 @@ impl Editor {
         })?;
         let mut depth = 0_usize;
         let behind = self.text[start + open.len_utf8()..].char_indices();
-        let end = behind.map(|(at, c)| (start + open.len_utf8() + at, c)).find_map(|(at, c)| {
-            depth += usize::from(c == open);
-            let is_it = c == close && depth == 0;
-            depth -= usize::from(c == close && depth > 0);
-            is_it.then_some(at)
-        })?;
+        let end = behind
+            .map(|(at, c)| (start + open.len_utf8() + at, c))
+            .find_map(|(at, c)| {
+                depth += usize::from(c == open);
+                let is_it = c == close && depth == 0;
+                depth -= usize::from(c == close && depth > 0);
+                is_it.then_some(at)
+            })?;
         Some((start, end))
     }
 
@@ -290,7 +354,10 @@ impl Editor {
         let is_word = |c: &char| c.is_alphanumeric() || *c == '_';
         let col = self.state.cursor.col.min(line.len());
         let at = col + line[col..].iter().position(is_word)?;
-        let start = line[..at].iter().rposition(|c| !is_word(c)).map_or(0, |at| at + 1);
+        let start = line[..at]
+            .iter()
+            .rposition(|c| !is_word(c))
+            .map_or(0, |at| at + 1);
         Some(line[start..].iter().take_while(|c| is_word(c)).collect())
     }
 }
@@ -336,7 +403,10 @@ mod tests {
     fn objects_are_words_paragraphs_quotes_and_brackets() {
         assert_eq!(after("one two three", (0, 5), "daw").0, "one three");
         assert_eq!(after("one two three", (0, 5), "diw").0, "one  three");
-        assert_eq!(after("say \"some words\" now", (0, 8), "di\"").0, "say \"\" now");
+        assert_eq!(
+            after("say \"some words\" now", (0, 8), "di\"").0,
+            "say \"\" now"
+        );
         assert_eq!(after("f(a, (b), c)", (0, 2), "di(").0, "f()");
         assert_eq!(after("f(a, (b), c)", (0, 6), "da(").0, "f(a, , c)");
         assert_eq!(after("{{ ego }}", (0, 4), "di{").0, "{{}}");
