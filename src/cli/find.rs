@@ -47,7 +47,7 @@ pub struct Find {
     /// Print the terms, and search nothing.
     #[arg(long, conflicts_with = "number")]
     filter_only: bool,
-    /// Number of windows that are printed, the most severe ones; all are counted.
+    /// Number of windows that are printed, the most severe ones, of one severity in the order of the index; all are counted.
     #[arg(short, long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     number: u32,
     #[command(flatten)]

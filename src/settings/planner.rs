@@ -256,8 +256,13 @@ fn process_mistakes(name: &str, table: &Table) -> impl Iterator<Item = (Option<S
         let message = wrong::<Process>(&format!("planner.{name}."), key, value)?;
         Some((Some(key.clone()), message))
     });
-    let taken = (name == "nearmiss").then(|| {
-        let message = "planner.nearmiss: this is the name of the built-in planner".to_string();
+    let whose = match name {
+        "nearmiss" => Some("the built-in planner"),
+        "recorded" => Some("the recorded ego"),
+        _ => None,
+    };
+    let taken = whose.map(|whose| {
+        let message = format!("planner.{name}: this is the name of {whose}");
         (None, message)
     });
     let missing = missing.into_iter().chain(taken);

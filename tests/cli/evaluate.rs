@@ -214,8 +214,8 @@ fn what_cannot_be_evaluated_is_said() {
         (&["--truth", "nowhere.csv"], 2, &["nowhere.csv", "auto"]),
         (&["--truth", &bad], 2, &["line 2", "`perhaps`"]),
         (&["--set", "leads=soon"], 2, &["`end`"]),
-        (&["--set", "leads=-1"], 2, &["seconds from 0"]),
-        (&["--set", "leads=nan"], 2, &["seconds from 0"]),
+        (&["--set", "leads=-1"], 2, &["seconds above 0"]),
+        (&["--set", "leads=nan"], 2, &["seconds above 0"]),
         (&["--horizon", "11"], 2, &["at most 10"]),
         (
             &["--set", "history=0"],

@@ -351,7 +351,9 @@ impl Provider {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RegistryError {
     /// The id is not `provider/model`.
-    #[error("`{id}` is not a model id; write provider/model, e.g. openai/gpt-6-luna{meant}")]
+    #[error(
+        "`{id}` is not a model id; write provider/model, e.g. openai/gpt-6-luna, or reference/geometry for the built-in judge{meant}"
+    )]
     NotAnId {
         /// The words given.
         id: String,

@@ -113,9 +113,17 @@ impl Registry {
             return Err(why.clone());
         }
         let Some(provider) = self.providers.get(name) else {
+            // Baselines have names like models.
+            let known = match name {
+                "reference" => {
+                    "; reference/geometry is the built-in judge, other reference/ ids are baselines of `evaluate`"
+                        .into()
+                }
+                _ => available(name, self.providers.keys().map(String::as_str)),
+            };
             return Err(RegistryError::NoProvider {
                 name: name.to_string(),
-                known: available(name, self.providers.keys().map(String::as_str)),
+                known,
             });
         };
         let mut endpoint = provider.endpoint(name, model, environment)?;

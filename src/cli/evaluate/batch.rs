@@ -64,7 +64,7 @@ fn begin(arguments: &Run, mut context: BatchContext) -> Outcome {
     if !layers.has("models") {
         if matches!(arguments.dry_run, None | Some(DryRunOf::Cost)) {
             return Err(Failure::input(
-                "no model given: use --model provider/model,… or set `model` in config.toml; `nearmiss models` lists models",
+                "no model given: use --model provider/model,…, --model reference/geometry for the built-in judge, or set `model` in config.toml; `nearmiss models` lists models",
             ));
         }
         // Nothing is sent; the questions are the same for every model.

@@ -152,6 +152,17 @@ pub struct Sign {
 }
 
 impl Sign {
+    /// The maximum speed that it shows, m/s.
+    #[must_use]
+    pub fn limit(&self) -> Option<f64> {
+        self.elements
+            .iter()
+            .find_map(|element| match element.meaning() {
+                Some(SignMeaning::SpeedLimit(limit)) => Some(limit),
+                _ => None,
+            })
+    }
+
     /// A maximum speed, m/s, that files have of lanes and no sign: one with this number of the country, in the map alone.
     #[must_use]
     pub fn speed_limit(id: i64, number: &str, limit: f64, position: Option<Point>) -> Self {
@@ -434,7 +445,9 @@ impl SignElement {
     pub fn meaning(&self) -> Option<SignMeaning> {
         let speed = || self.values.iter().find_map(|v| v.trim().parse().ok());
         let speed = || speed().filter(|v: &f64| v.is_finite() && *v >= 0.0);
-        if LIMITS.contains(&self.id.as_str()) {
+        // `274-56` is a variant of 274.
+        let (base, _) = self.id.split_once('-').unwrap_or((&self.id, ""));
+        if LIMITS.contains(&self.id.as_str()) || LIMITS.contains(&base) {
             return Some(match speed() {
                 Some(limit) => SignMeaning::SpeedLimit(limit),
                 None => SignMeaning::Words("speed limit"),

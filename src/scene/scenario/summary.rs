@@ -35,8 +35,9 @@ impl Scenario {
             (
                 "duration",
                 format!(
-                    "{:.1} s ({last} steps)",
-                    last as f64 * header.time_step_size
+                    "{:.1} s ({} steps)",
+                    last as f64 * header.time_step_size,
+                    last + 1
                 ),
             ),
             (

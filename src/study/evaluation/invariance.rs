@@ -69,19 +69,29 @@ impl Scored {
     }
 }
 
-/// Finds the pairs among answers, by the names that [`Transform::name`] gives changed scenes: same scenario, way and
-/// sample. Ids have to be mapped back before.
+/// Finds the pairs among answers, by the names that [`Transform::name`] gives changed scenes: same scenario, way,
+/// sample and window. Ids have to be mapped back before.
 #[must_use]
 pub fn pairs(answers: &[Scored]) -> Vec<Pair<'_>> {
     let named = |answer: &'_ Scored| Transform::of_name(&answer.scenario).1;
     let originals = answers.iter().filter(|a| named(a).is_none());
     let originals: BTreeMap<_, &Scored> = originals
-        .map(|a| ((a.scenario.as_str(), &a.configuration, a.sample), a))
+        .map(|a| {
+            (
+                (a.scenario.as_str(), &a.configuration, a.sample, a.window),
+                a,
+            )
+        })
         .collect();
     let pair = |changed| {
         let changed: &Scored = changed;
         let (scenario, transform) = Transform::of_name(&changed.scenario);
-        let original = originals.get(&(scenario, &changed.configuration, changed.sample))?;
+        let original = originals.get(&(
+            scenario,
+            &changed.configuration,
+            changed.sample,
+            changed.window,
+        ))?;
         Some(Pair {
             original,
             changed,
@@ -195,6 +205,23 @@ mod tests {
         assert!((mirror.risk_distance.unwrap() - 4.0 / 3.0).abs() < 1e-12);
         assert_eq!(counts(&found[1].flipped), (0, 1, 1));
         assert_eq!(found[1].risk_change, Some(0.0));
+    }
+
+    #[test]
+    fn windows_of_one_scenario_are_pairs_of_their_own() {
+        let of = |name: &str, window, dangerous| Scored {
+            window: Some(window),
+            ..answer(name, "m/x", dangerous, &[])
+        };
+        let mirrored = Transform::Mirror.name("a");
+        let answers = [
+            of("a", (0, 9), true),
+            of("a", (20, 29), false),
+            of(&mirrored, (0, 9), true),
+            of(&mirrored, (20, 29), false),
+        ];
+        let found = invariance(pairs(&answers));
+        assert_eq!((found[0].flipped.hits, found[0].flipped.of), (0, 2));
     }
 
     #[test]

@@ -149,11 +149,11 @@ impl std::str::FromStr for Lead {
             return Ok(Self::Paper);
         }
         match text.parse::<f64>() {
-            Ok(seconds) if (0.0..=MAX_LEAD_SECONDS).contains(&seconds) => {
+            Ok(seconds) if seconds > 0.0 && seconds <= MAX_LEAD_SECONDS => {
                 Ok(Self::Seconds(seconds))
             }
             _ => Err(format!(
-                "expected `end` or seconds from 0 to {MAX_LEAD_SECONDS}"
+                "expected `end` or seconds above 0, at most {MAX_LEAD_SECONDS}: the window ends before the collision"
             )),
         }
     }
@@ -178,10 +178,9 @@ impl FieldValue for Lead {
     }
 
     fn describe(_: &Takes) -> (String, serde_json::Value) {
-        let seconds =
-            serde_json::json!({ "type": "number", "minimum": 0, "maximum": MAX_LEAD_SECONDS });
+        let seconds = serde_json::json!({ "type": "number", "exclusiveMinimum": 0, "maximum": MAX_LEAD_SECONDS });
         (
-            format!("seconds from 0 to {MAX_LEAD_SECONDS} or `end`"),
+            format!("seconds above 0, at most {MAX_LEAD_SECONDS}, or `end`"),
             serde_json::json!({ "anyOf": [seconds, { "const": "end" }] }),
         )
     }

@@ -10,7 +10,9 @@ use nearmiss_scene::judge::{judge_under, verdict_by};
 use nearmiss_scene::scenario::{Scene, Window};
 use nearmiss_scene::verdict::Task;
 use nearmiss_study::evaluation::batch::{Answers, Ask, Variant};
-use nearmiss_study::evaluation::{Alarms, Candidate, Label, LabelError, Labelled, Scored};
+use nearmiss_study::evaluation::{
+    Alarms, AnswerStatus, Candidate, Label, LabelError, Labelled, Scored,
+};
 
 /// The answers, and the scenarios without one.
 #[derive(Debug, Default)]
@@ -161,7 +163,15 @@ impl BatchPlan {
                     let verdict = verdict_by(criterion, &scene, &window, radius, thresholds);
                     (asked.label, &asked.critical, verdict)
                 }
-                None if task == Task::Safety => return None,
+                None if task == Task::Safety => {
+                    let why = "no such window in the recording";
+                    let verdict = judge_under(&scene, task, &whole, thresholds).verdict;
+                    let scored = Scored {
+                        status: AnswerStatus::Unasked(why.into()),
+                        ..Scored::built_in(&entry.name, &candidate.model(), Some(label), verdict)
+                    };
+                    return (ask.variant, scored);
+                }
                 None => {
                     let judged = judge_under(&scene, task, &whole, thresholds);
                     (label, &critical, judged.verdict)
@@ -172,14 +182,12 @@ impl BatchPlan {
                 critical: critical.clone(),
                 ..Scored::built_in(&entry.name, &candidate.model(), Some(truth), verdict)
             };
-            Some((ask.variant, scored))
+            (ask.variant, scored)
         };
         let each = asks
             .iter()
             .flat_map(|ask| candidates.iter().map(move |one| (ask, one)));
-        let answers = each
-            .filter_map(|(ask, candidate)| about(ask, candidate))
-            .collect();
+        let answers = each.map(|(ask, candidate)| about(ask, candidate)).collect();
         let alarms = candidates
             .iter()
             .filter(|_| task == Task::Safety && !label.collides())

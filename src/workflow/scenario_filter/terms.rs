@@ -249,6 +249,9 @@ fn number_in(key: &str, value: &str) -> Result<Option<f64>, String> {
     }
     match value.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(Some(value)),
+        _ if key == "severity" => Err(format!(
+            "`{value}` is not a number; write severity:{value} or severity<3"
+        )),
         _ => Err(format!("`{value}` is not a number; write {key}<3")),
     }
 }

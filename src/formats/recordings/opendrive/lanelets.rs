@@ -304,7 +304,7 @@ fn signals(
     ids: &mut Ids,
 ) -> HashMap<String, i64> {
     let mut lights = HashMap::new();
-    let mut idle = 0;
+    let (mut idle, mut others) = (0, 0);
     for (r, road) in roads.iter().enumerate() {
         for signal in &road.signals {
             let s = signal.s.clamp(0.0, road.length);
@@ -341,9 +341,21 @@ fn signals(
                 on.iter().for_each(|l| map.lanelets[*l].lights.push(id));
                 continue;
             }
-            // A speed limit is told by its lanes already; stop lines are no signs.
-            if signal.kind == LIMIT || signal.kind == "294" || signal.kind.is_empty() {
+            // Stop lines are no signs.
+            if signal.kind == "294" || signal.kind.is_empty() {
                 continue;
+            }
+            if signal.kind == LIMIT {
+                // Where its lanes tell a limit, that holds.
+                let told = map.signs.iter().filter(|sign| {
+                    sign.is_virtual && on.iter().any(|l| map.lanelets[*l].signs.contains(&sign.id))
+                });
+                let told: Vec<f64> = told.filter_map(Sign::limit).collect();
+                let is_other = |value: f64| told.iter().any(|told| (told - value).abs() > 0.1);
+                others += usize::from(signal.value.is_some_and(is_other));
+                if !told.is_empty() || signal.value.is_none() {
+                    continue;
+                }
             }
             let number = match signal.subtype.as_str() {
                 "" | "-1" | "none" => signal.kind.clone(),
@@ -361,6 +373,11 @@ fn signals(
             on.iter().for_each(|l| map.lanelets[*l].signs.push(id));
         }
     }
+    report.note_count(others, |n| {
+        format!(
+            "speed limit signs with another value than <speed> of their lanes: {n}; <speed> holds"
+        )
+    });
     report.note_count(idle, |n| {
         format!("signals for which there is no lane in the direction that they face: {n}; left out")
     });

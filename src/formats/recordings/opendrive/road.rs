@@ -332,12 +332,15 @@ fn speed(node: &Node, name: &str, unit: &str) -> Result<Option<f64>, ReadError> 
         // `no limit` and `undefined`.
         return Ok(None);
     }
+    let factor = match node.text(unit).map(str::trim) {
+        None | Some("" | "m/s" | "ms") => 1.0,
+        Some("km/h" | "kmh" | "kph") => 1.0 / 3.6,
+        Some("mph") => 0.447_04,
+        // How fast that is nobody knows: the report says that the speed was not used.
+        Some(_) => return Ok(None),
+    };
     let value = node.number(name)?.filter(|v| *v > 0.0);
-    Ok(value.map(|v| match node.text(unit) {
-        Some("km/h") => v / 3.6,
-        Some("mph") => v * 0.447_04,
-        _ => v,
-    }))
+    Ok(value.map(|v| v * factor))
 }
 
 /// A section as the file tells it, and the sides of the road of which it tells: left and right.
@@ -463,10 +466,13 @@ fn lane(node: &Node, begins: f64) -> Result<Lane, ReadError> {
         let all = node.child("link").into_iter().flat_map(|l| l.all(name));
         all.map(|l| Ok(l.needed_number("id")? as i64)).collect()
     };
-    let limit = node
-        .child("speed")
-        .map(|s| speed(s, "max", "unit"))
-        .transpose()?;
+    // One that begins later does not hold from here on.
+    let mut limit = None;
+    for told in node.all("speed") {
+        if told.or_zero("sOffset")? <= PLACE_TOLERANCE {
+            limit = limit.or(speed(told, "max", "unit")?);
+        }
+    }
     let user_data = |code: &str| {
         let mut all = node.all("userData");
         all.find(|d| d.text("code") == Some(code))?.text("value")
@@ -483,7 +489,7 @@ fn lane(node: &Node, begins: f64) -> Result<Lane, ReadError> {
         predecessors: links("predecessor")?,
         successors: links("successor")?,
         mark: mark(node),
-        limit: limit.flatten(),
+        limit,
         lanelet: user_data(LANELET).and_then(|id| id.parse().ok()),
         kept: KeptLanelet::read(user_data),
         part_of: user_data(PART_OF).and_then(|id| id.parse().ok()),

@@ -121,9 +121,12 @@ impl Recording {
                 contact + self.random().i64(0..=most.max(0))
             }
         };
-        self.steps
-            .contains(&last)
-            .then(|| self.window(last, history))
+        // A window before the contact does not hold it, however small the lead is.
+        let is_before = match moment {
+            Moment::Before(Lead::Seconds(_)) => last < contact,
+            _ => true,
+        };
+        (is_before && self.steps.contains(&last)).then(|| self.window(last, history))
     }
 
     /// So many steps that end at `last`, cut to the recording.
