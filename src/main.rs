@@ -21,7 +21,9 @@ fn run(arguments: cli::Arguments) -> cli::Outcome {
     let paths = cli::chosen_paths(&arguments)?;
     match &arguments.command {
         Some(command) => cli::run(command, &workbench()),
-        None if cli::has_terminal() => tui::run(paths, ego, index).map_err(cli::Failure::input),
+        None if cli::has_terminal() => {
+            tui::run(paths, ego, index, arguments.tour).map_err(cli::Failure::input)
+        }
         None => cli::without_terminal(&paths, &ego),
     }
 }

@@ -2,7 +2,6 @@
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use nearmiss_base::system;
 use nearmiss_store::{MergeCounts, Record, RecordIntake, Store};
@@ -203,12 +202,7 @@ const MAX_PROBLEMS_LISTED: usize = 20;
 
 /// Adds the recorded answers below a folder that are not in the store yet.
 fn import_recorded(root: &Path, store: &Store, counts: &mut Counts) -> Result<(), Failure> {
-    let now = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |since| {
-            i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
-        });
-    let (runs, problems) = paper::runs(root, now);
+    let (runs, problems) = paper::runs(root, nearmiss_store::now_ms());
     // What is lost comes first.
     let (lost, others): (Vec<_>, Vec<_>) = problems.iter().partition(|p| p.loss == Loss::Unread);
     for problem in lost.into_iter().chain(others).take(MAX_PROBLEMS_LISTED) {

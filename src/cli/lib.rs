@@ -66,6 +66,9 @@ pub struct Arguments {
     /// Folder of an index (`nearmiss corpus index`), whose terms filter the list of the workbench.
     #[arg(long, value_name = "FOLDER")]
     pub index: Option<PathBuf>,
+    /// Lead through the workbench in eight keys, on bundled scenarios with example answers; nothing is kept.
+    #[arg(long, conflicts_with_all = ["paths", "ego", "index"])]
+    pub tour: bool,
 }
 
 /// The headless commands, in the order of `help::GROUPS`.

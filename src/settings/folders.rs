@@ -20,6 +20,15 @@ pub struct Folders {
 }
 
 impl Folders {
+    /// The same with another folder for data.
+    #[must_use]
+    pub fn with_data(self, data: &Path) -> Self {
+        Self {
+            data: data.to_path_buf(),
+            ..self
+        }
+    }
+
     /// `NEARMISS_CONFIG` and `NEARMISS_DATA` where they are set, else the system's usual places.
     ///
     /// # Errors

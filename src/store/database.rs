@@ -286,7 +286,8 @@ fn is_busy(error: &rusqlite::Error) -> bool {
 }
 
 /// Milliseconds since 1970, UTC.
-pub(super) fn now_ms() -> i64 {
+#[must_use]
+pub fn now_ms() -> i64 {
     let since = SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .unwrap_or_default();

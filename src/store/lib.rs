@@ -21,7 +21,7 @@ mod split;
 
 pub use batches::{Batch, BatchId, Identity, Progress, QuestionRun, SUPERSEDED, SecondaryRuns};
 pub use claim::{Claim, Key, LEASE, RENEWAL};
-pub use database::{Store, StoreError};
+pub use database::{Store, StoreError, now_ms};
 pub use filter::{Decision, Filter, FilterError, StateFilter, moment};
 pub use images::{ImageRecord, StoredImage};
 pub use intake::{Intake, MergeCounts, UnstoredAnswer};

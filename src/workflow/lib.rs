@@ -28,6 +28,7 @@ mod answer_page;
 mod ask;
 pub mod batch;
 mod bundle;
+mod examples;
 mod experiment;
 mod generate;
 pub mod journal;
@@ -47,6 +48,7 @@ pub use bundle::{
     BUNDLE_FORMAT, BundleError, Manifest, Member, PackRequest, Packed, PackedScenario,
     UnpackRequest, Unpacked, pack, read_manifest, stored_bundle, unpack,
 };
+pub use examples::example_runs;
 pub use experiment::{
     ConfigurationProgress, ExperimentAxis, ExperimentContext, ExperimentFile, ExperimentProgress,
     FolderOfExperiments, PreparedExperiment, WriteExperimentError, add_experiment_file,

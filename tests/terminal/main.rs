@@ -21,7 +21,7 @@ fn a_session_from_the_first_frame_to_the_shell() {
     session.see("ZAM_HardBraking-1_1_T-1");
     session.see("The body of car 301 overlaps");
     assert!(session.screen.screen().alternate_screen());
-    session.press("\x1b[C\x1b[C\x1b[C");
+    session.press("\x1b[H\x1b[C\x1b[C\x1b[C");
     session.see("step 3/60");
     session.press("x");
     session.see("X 301 contact");
@@ -238,11 +238,11 @@ fn a_draft_survives_a_kill() {
     session.see("The body of car 301 overlaps");
     session.press("e");
     session.see("template · collision-ego.md");
-    session.press("\x1b[BWritten before the end. ");
-    session.see("before the end. name =");
+    session.press("Written before the end. ");
+    session.see("before the end. You =");
     let draft = folders.path().join("data/drafts/collision-ego.md");
     let begun = Instant::now();
-    let kept = || std::fs::read_to_string(&draft).is_ok_and(|t| t.contains("before the end. name"));
+    let kept = || std::fs::read_to_string(&draft).is_ok_and(|t| t.contains("before the end. You"));
     while !kept() {
         assert!(begun.elapsed() < PATIENCE, "the draft is not kept");
         session.receive(Duration::from_millis(20));
@@ -257,7 +257,7 @@ fn a_draft_survives_a_kill() {
     session.see("unsaved drafts restored: collision-ego.md");
     session.see("The body of car 301 overlaps");
     session.press("e");
-    session.see("before the end. name =");
+    session.see("before the end. You =");
     session.press("\x03");
     session.press("q");
     assert_eq!(session.end(), 0);

@@ -9,5 +9,5 @@ mod tables;
 
 pub use crate::evaluation::report::Finding;
 pub use recorded::{Recorded, find, is_laid_out};
-pub use scored::{runs, scored};
+pub use scored::{run_of, runs, scored};
 pub use tables::{Comparison, Paper, Part, Published, published};

@@ -256,6 +256,16 @@ pub fn runs(root: &Path, now_ms: i64) -> (Vec<Run>, Vec<Problem>) {
     (runs, problems)
 }
 
+/// An answer about this scene, whose file has this hash, as a run that was read at `now_ms`.
+#[must_use]
+pub fn run_of(answer: &Recorded, hash: &str, scene: &Scene, now_ms: i64) -> Run {
+    let tied = Tied {
+        hash: hash.to_string(),
+        scene: Some(scene.clone()),
+    };
+    to_run(answer, Some(&tied), Path::new(""), now_ms)
+}
+
 fn to_run(answer: &Recorded, tied: Option<&Tied>, root: &Path, now_ms: i64) -> Run {
     let said = answer.read();
     let techniques = answer.techniques.to_string();

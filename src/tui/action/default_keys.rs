@@ -378,7 +378,7 @@ table! {
     OpenCell, Results, "open-cell", "enter", 1, "open", "List the answers behind the number; open the scenario of an answer, asked in the same way.";
     ChooseCounted, Results, "choose-counted", "b", 3, "which answers", "Choose which answers are counted: those of a batch, or all.";
     EditDone, Editor, "edit-done", "esc", 1, "done", "Leave the editor; the draft stays in use. In vim's modes, first back to normal.";
-    Run, Editor, "run", "alt-r" | "ctrl-enter" | "f9", 1, "ask", "Ask the chosen model with the draft; what changed stands beside the editor.";
+    Run, Editor, "run", "alt-r" | "ctrl-enter", 1, "ask", "Ask the chosen model with the draft; what changed stands beside the editor.";
     SaveTemplate, Editor, "save-template", "ctrl-s", 2, "save", "Save the template in your prompts folder.";
     SaveTemplateAs, Editor, "save-as", "ctrl-a" | "alt-s", 8, "save as", "Save it under a new name, and use that for the task and frame.";
     Find, Editor, "find", "ctrl-f" | "alt-/", 3, "find", "Find a word; again for the next one, up for the one before.";

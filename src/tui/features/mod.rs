@@ -28,6 +28,7 @@ mod screen;
 pub mod source;
 pub mod themes;
 pub mod timeline;
+pub mod tour;
 pub mod values;
 
 use super::action::Action;

@@ -130,6 +130,8 @@ pub struct Model {
     pub frame: Frame,
     /// The frame the user chose; `None` while every task uses its default.
     pub frame_chosen: Option<Frame>,
+    /// The tour, while it is on.
+    pub tour: Option<super::features::tour::Tour>,
     /// The step that the clock was put to, the moment that matters, while the user has not moved it.
     pub placed: Option<i64>,
     /// Seconds within which a second Ctrl-C ends the program.
@@ -234,6 +236,7 @@ impl Model {
             task: Task::Collision,
             frame: Frame::Ego,
             frame_chosen: None,
+            tour: None,
             placed: None,
             quit_within: 0.0,
             stop_within: 0.0,

@@ -12,10 +12,12 @@ use nearmiss_base::system::processes::{self, JobSignal, Signals};
 use nearmiss_formats::{EgoSelection, Entry, not_standard_input};
 use nearmiss_settings::Folders;
 use nearmiss_store::{Filter, Store};
+use nearmiss_workflow::example_runs;
 use tokio::sync::mpsc::{UnboundedReceiver, unbounded_channel};
 
 use crate::action::Action;
 use crate::features::pictures::SavePicture;
+use crate::features::tour::Tour;
 use crate::message::{Effect, ExternalEdit, Msg};
 use crate::model::Model;
 use crate::reload::{self, Stamps};
@@ -30,11 +32,16 @@ use crate::{external_editor, screenshot, views, widgets};
 pub type RunResult = Result<(), String>;
 
 /// Runs the workbench on the scenarios at `paths`, or on the bundled ones, with this ego and the index in a folder; an
-/// experiment file in place of paths is opened with its scenarios.
+/// experiment file in place of paths is opened with its scenarios. A tour has example answers, and keeps nothing.
 ///
 /// # Errors
 /// A path is not there; the terminal cannot be taken, or went away.
-pub fn run(paths: Vec<PathBuf>, ego: EgoSelection, index: Option<PathBuf>) -> RunResult {
+pub fn run(
+    paths: Vec<PathBuf>,
+    ego: EgoSelection,
+    index: Option<PathBuf>,
+    tour: bool,
+) -> RunResult {
     // Better said on the shell, where the mistake was made.
     for path in &paths {
         not_standard_input(path).map_err(|error| error.to_string())?;
@@ -51,7 +58,7 @@ pub fn run(paths: Vec<PathBuf>, ego: EgoSelection, index: Option<PathBuf>) -> Ru
         .enable_all()
         .build()
         .map_err(|e| system::error_text(&e))?;
-    let ended = runtime.block_on(workbench(paths, experiment, ego, index));
+    let ended = runtime.block_on(workbench(paths, experiment, ego, index, tour));
     // Files that are still being read do not keep the program from ending.
     runtime.shutdown_background();
     ended
@@ -79,9 +86,15 @@ async fn workbench(
     experiment: Option<PathBuf>,
     ego: EgoSelection,
     index: Option<PathBuf>,
+    tour: bool,
 ) -> RunResult {
     give_back_on_panic();
-    let folders = Folders::find()?;
+    let mut folders = Folders::find()?;
+    let for_tour = tour.then(tempfile::tempdir).transpose();
+    let for_tour = for_tour.map_err(|error| system::error_text(&error))?;
+    if let Some(folder) = &for_tour {
+        folders = folders.with_data(folder.path());
+    }
     folders.close();
     // Without marks a scenario that ends the program is opened again; everything else continues.
     let unmarked = system::crash::keep_marks(&folders.marks()).err();
@@ -116,7 +129,14 @@ async fn workbench(
             None
         }
     };
-    model.recall.hint = is_new(&folders, store.as_deref());
+    if tour {
+        let added = store.as_ref().map(|store| store.add(&example_runs(nearmiss_store::now_ms())));
+        if let Some(Err(error)) = added {
+            model.complain(format!("no example answers: {error}"));
+        }
+        model.tour = Some(Tour::default());
+    }
+    model.recall.hint = !tour && is_new(&folders, store.as_deref());
     let (sender, receiver) = unbounded_channel();
     tokio::spawn(reload::watch(folders.clone(), stamps, sender.clone()));
     let services = Services::new(

@@ -16,6 +16,7 @@ use crate::update::{keys as on_screen, open_current, opening, pointer};
 /// Does it.
 pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     use Action::*;
+    features::tour::follow(model, action);
     if let Some(effects) = features::open(model, action) {
         return effects;
     }

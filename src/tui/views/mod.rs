@@ -17,6 +17,7 @@ use crate::widgets::words;
 /// Draws everything, in the signs that the terminal has.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
     everything(frame, model);
+    super::features::tour::draw(frame, frame.area(), model);
     model.theme.paint(frame.buffer_mut());
     if model.look.glyphs == Glyphs::Ascii {
         words::only(frame.buffer_mut());

@@ -1,6 +1,7 @@
 //! The variant: its attack, its outcome and its differences at the cursor, in a panel beside the map.
 
 pub mod authorship;
+pub mod strip;
 
 use std::collections::BTreeMap;
 
@@ -81,6 +82,15 @@ impl Screen for VariantScreen {
             Some(_) => "what the model wrote",
             None => "the variant",
         };
+        let left = Rect {
+            y: screen.y + 1.min(screen.height),
+            width: screen.width - width,
+            height: screen.height.saturating_sub(2),
+            ..screen
+        };
+        if strip::fits(model, left) {
+            strip::draw(frame, left, model);
+        }
         window::at_right(frame, screen, model, title, text, width, self.scroll);
     }
 
@@ -137,9 +147,9 @@ fn attack(lines: &mut Lines, model: &Model, shown: &VariantShown) {
             lines.say(&attacker.obstacle.to_string(), &nearness_words(attacker));
         }
         match asked {
-            Motion::Manoeuvre(manoeuvre) => lines.say("does", &manoeuvre_words(manoeuvre)),
+            Motion::Manoeuvre(manoeuvre) => lines.say("manoeuvre", &manoeuvre_words(manoeuvre)),
             Motion::Waypoints(points) => {
-                lines.say("does", &format!("follows {} waypoints", points.len()));
+                lines.say("manoeuvre", &format!("follows {} waypoints", points.len()));
             }
         }
         let (from, until) = (attacker.from, attacker.until);
@@ -182,12 +192,8 @@ fn change(before: Option<u8>, after: Option<u8>) -> String {
 }
 
 fn manoeuvre_words(m: &Manoeuvre) -> String {
-    let mut words = format!(
-        "{} at {:.2} s for {:.2} s",
-        m.kind.name(),
-        m.start,
-        m.duration
-    );
+    let end = m.start + m.duration;
+    let mut words = format!("{}, {:.2}–{end:.2} s", m.kind.name(), m.start);
     if let Some(gap) = m.gap {
         words.push_str(&format!(", gap {gap:.2} m"));
     }
@@ -239,7 +245,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
         );
     }
     lines.say(
-        "without it",
+        "no attack",
         &made.closed.baseline().drive().outcome.to_string(),
     );
 }
@@ -283,7 +289,7 @@ fn good_driver_words(
     broken: &str,
     left: Option<i64>,
 ) -> Vec<(&'static str, String)> {
-    let used = used.map(|used| ("uses", format!("up to {used:.1} m/s²")));
+    let used = used.map(|used| ("peak", format!("{used:.1} m/s²")));
     let broken = (!broken.is_empty()).then(|| ("breaks", broken.to_owned()));
     let left = left.map(|step| ("leaves", format!("the lanelets of cars at step {step}")));
     used.into_iter().chain(broken).chain(left).collect()
@@ -410,7 +416,7 @@ fn saved_text(model: &Model, saved: &SavedVariant, width: usize) -> Text<'static
     }
     let ends = spoken(&manifest.drive.ended_with);
     lines.say("ego", &format!("its drive ends: {ends}"));
-    lines.say("without it", &spoken(&manifest.baseline.ended_with));
+    lines.say("no attack", &spoken(&manifest.baseline.ended_with));
     certificates(&mut lines, model, saved);
     lines.title("the attack");
     for attacker in &manifest.attackers {

@@ -149,8 +149,26 @@ fn one(
 ) -> bodies::Placed {
     let view = seen(model, area, moment);
     register(model, area, view.frame, view.cell, second);
+    paint(f, area, model, moment, &view)
+}
+
+/// A map in cells that the mouse does not reach.
+pub fn still(f: &mut Frame<'_>, area: Rect, model: &Model, moment: &Moment<'_>) {
+    if area.width >= 4 && area.height >= 2 {
+        let view = seen(model, area, moment);
+        paint(f, area, model, moment, &view);
+    }
+}
+
+fn paint(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    moment: &Moment<'_>,
+    view: &CellView,
+) -> bodies::Placed {
     let look = look(model);
-    let page = page(&view, area, look.style.samples());
+    let page = page(view, area, look.style.samples());
     let request = request(model, moment, page.viewport());
     let scene = with_layers(MapScene::new(&request), model, moment);
     let (palette, theme) = inks(model);
@@ -162,7 +180,7 @@ fn one(
     };
     let picture = page.draw(&request, &scene, &palette, workbench);
     cells::draw(f.buffer_mut(), area, &picture, &look);
-    write(f, area, model, moment, &scene, &view)
+    write(f, area, model, moment, &scene, view)
 }
 
 /// The page of a map in an area, whose characters have so many samples across and down.

@@ -61,6 +61,12 @@ pub struct Foresight {
     pub futures: Vec<Future>,
 }
 
+/// No paths.
+pub static NO_FORESIGHT: Foresight = Foresight {
+    requested: None,
+    futures: Vec::new(),
+};
+
 impl Foresight {
     /// How far ahead the paths go, seconds: as far as the built-in judge looks.
     pub const HORIZON: f64 = Criterion::REFERENCE.horizon;

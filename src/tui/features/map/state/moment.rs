@@ -7,6 +7,7 @@ use nearmiss_scene::metrics::Headline;
 use nearmiss_scene::scenario::Scene;
 use ratatui::layout::{Position, Rect};
 
+use crate::features::map::state::foresight::NO_FORESIGHT;
 use crate::features::map::state::{Foresight, Measurement, On, Tape};
 use crate::loaded::{CertificateDrive, CycleShown, Opened};
 use crate::model::{Camera, Model};
@@ -193,7 +194,59 @@ fn moment_to_compare(opened: &Opened, step: i64) -> (i64, Reason) {
     }
 }
 
+/// A variant beside its original and the good driver who survives it, all at the moment that matters in the variant.
+#[derive(Debug, Clone, Copy)]
+pub struct VariantStrip<'a> {
+    /// The first attacker.
+    pub attacker: i64,
+    /// The original.
+    pub original: Moment<'a>,
+    /// The variant.
+    pub attack: Moment<'a>,
+    /// The good driver, where one survives.
+    pub survived: Option<Moment<'a>>,
+}
+
 impl Model {
+    /// The strip of the variant that is open, or beside whose original it is.
+    #[must_use]
+    pub fn strip(&self) -> Option<VariantStrip<'_>> {
+        let opened = self.opened.as_deref()?;
+        let (variant, original, both) = if let Some(shown) = self.variant() {
+            let (hash, change) = self.made_of()?;
+            let kept = self.generation.find(hash, change)?;
+            let both = [true, false].map(|changed| shown.made.variations(changed));
+            (&*kept.variant, &*kept.original, both)
+        } else {
+            let saved = opened.saved.as_ref()?;
+            let (_, original) = saved.original.as_ref().ok()?;
+            let both = [true, false].map(|changed| saved.variations(&opened.scenario, changed));
+            (opened, &**original, both)
+        };
+        let attacker = both[0].first()?.changed.id;
+        let worst = variant.headline.as_ref().and_then(Headline::worst)?.step;
+        let at = |opened: &'_ Opened, variations, driven| {
+            let steps = opened.steps();
+            Moment {
+                opened,
+                step: worst.min(steps.end - 1).max(steps.start),
+                reason: Reason::Clock,
+                variations,
+                foresight: &NO_FORESIGHT,
+                driven,
+            }
+        };
+        let drive = variant.certificate.as_deref().or(opened.certificate.as_deref());
+        Some(VariantStrip {
+            attacker,
+            original: at(original, both[1], None),
+            attack: at(variant, both[0], Some(DrivenBy::Planner)),
+            survived: drive.map(|drive| {
+                at(&drive.opened, both[0], Some(DrivenBy::GoodDriver(drive.delay)))
+            }),
+        })
+    }
+
     /// The moment of the clock.
     #[must_use]
     pub fn moment(&self) -> Option<Moment<'_>> {

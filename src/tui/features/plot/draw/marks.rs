@@ -347,6 +347,67 @@ fn curves(model: &Model, opened: &Opened, planned: &PlannedEgo, what: Drives) ->
     }
 }
 
+/// A drive whose gap is drawn.
+pub struct GapCurve<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// How its line looks.
+    pub color: Color,
+    /// The same.
+    pub dash: Dash,
+    /// The drive.
+    pub opened: &'a Opened,
+}
+
+/// Seconds before and after the moment that the gaps are drawn of.
+const AROUND: (f64, f64) = (4.0, 2.0);
+
+/// The gaps of some drives to an obstacle around a step, with their names in the first row.
+pub fn gaps(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    drives: &[GapCurve<'_>],
+    (obstacle, step): (i64, i64),
+) {
+    let Some(dt) = drives.first().map(|drive| drive.opened.scenario.dt()) else {
+        return;
+    };
+    let back = |seconds: f64| (seconds / dt).round() as i64;
+    let seen = step - back(AROUND.0)..step + back(AROUND.1) + 1;
+    let curve = |drive: &GapCurve<'_>| {
+        let series = drive.opened.series.as_ref();
+        let value = |step: i64| series?.at("distance", obstacle, step).value();
+        let points = seen.clone().filter_map(|step| Some((step as f64 * dt, value(step)?)));
+        line(drive.name, drive.color, drive.dash, points.collect())
+    };
+    let curves: Vec<Curve> = drives.iter().map(curve).collect();
+    let mut names = Line::default();
+    for curve in &curves {
+        let words = format!(" {} {} ", curve.dash.sign(), curve.name);
+        names.push_span(Span::styled(words, Style::new().fg(curve.color)));
+    }
+    f.render_widget(names, Rect { height: area.height.min(1), ..area });
+    let rest = Rect {
+        y: area.y + 1.min(area.height),
+        height: area.height.saturating_sub(1),
+        ..area
+    };
+    let values = curves.iter().flat_map(|c| c.runs.iter().flatten()).map(|p| p.1);
+    let high = values.fold(1.0, f64::max);
+    let upwards = Upwards::fitting(rest, |most| Ticks::around(0.0, high, most));
+    let drawn = Drawn {
+        time: (seen.start as f64 * dt, (seen.end - 1) as f64 * dt),
+        upwards: &upwards,
+        unit: "m",
+        color: model.theme.dim,
+    };
+    let axes = axes::draw(f, rest, &drawn);
+    lines(f, &axes, &curves, false);
+    let now = (step as f64 * dt, Style::new().fg(model.theme.accent));
+    events(f, &axes, rest, &[], now);
+}
+
 /// The attackers' risk scores: with the changed motions, and against the ego in the original.
 fn risks(model: &Model, dt: f64) -> Vec<Curve> {
     let Some(shown) = model.variant() else {

@@ -1,0 +1,84 @@
+//! The tour: eight keys with what they do, one after the other in the first line of the screen, on example answers.
+
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+
+use crate::action::Action;
+use crate::model::Model;
+use crate::widgets::words::fit;
+
+/// How far it is.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Tour(usize);
+
+/// What is done, and what it shows.
+const STEPS: [(Action, &str); 8] = [
+    (Action::Play, "plays from 3 s before the contact"),
+    (
+        Action::NextDifference,
+        "goes to what an example answer says otherwise than the geometry",
+    ),
+    (
+        Action::NextClaim,
+        "goes to the next claim of that answer, checked against the scene",
+    ),
+    (Action::CompareScreen, "shows answers side by side"),
+    (
+        Action::BlindMode,
+        "hides who answered, so that 1, 2 or t rates them",
+    ),
+    (
+        Action::Results,
+        "counts all answers against the truth (Esc closes what is open)",
+    ),
+    (
+        Action::Generate,
+        "makes the scenario dangerous, and proves that a good driver survives it",
+    ),
+    (Action::Edit, "edits the prompt; Alt-r asks with it"),
+];
+
+/// An action was performed: if it was the next one, the tour goes on.
+pub fn follow(model: &mut Model, action: Action) {
+    if let Some(Tour(step)) = &mut model.tour
+        && STEPS.get(*step).is_some_and(|(next, _)| *next == action)
+    {
+        *step += 1;
+    }
+}
+
+/// Draws its line over the first one of the screen.
+pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+    let Some(Tour(step)) = model.tour else { return };
+    let theme = &model.theme;
+    let style = Style::new()
+        .fg(theme.accent)
+        .add_modifier(Modifier::REVERSED);
+    let words = match STEPS.get(step) {
+        Some((action, words)) => {
+            let key = model.look.keymap.key_in(*action, model.scope());
+            let key = if key.is_empty() {
+                model.look.key(*action)
+            } else {
+                key
+            };
+            format!(" tour {}/{} · {key} {words} ", step + 1, STEPS.len())
+        }
+        None => {
+            let quit = model.look.key(Action::Quit);
+            format!(" tour · that was all: {quit} quits, `nearmiss FOLDER` opens your scenarios ")
+        }
+    };
+    let width = usize::from(screen.width);
+    let line = Line::from(Span::styled(
+        format!("{:width$}", fit(&words, width)),
+        style.add_modifier(Modifier::BOLD),
+    ));
+    let first = Rect {
+        height: 1.min(screen.height),
+        ..screen
+    };
+    frame.render_widget(line, first);
+}
