@@ -68,7 +68,7 @@ mod tests {
     fn one_has_a_wrong_claim_and_one_a_wrong_risk_score() {
         let runs = example_runs(1);
         assert_eq!(runs.len(), EXAMPLES.len());
-        let wrong = |run: &&Run| run.ending.claims.wrong > 0;
+        let wrong = |run: &&Run| run.ending.claims.claims_wrong.is_some_and(|n| n > 0);
         assert_eq!(runs.iter().filter(wrong).count(), 1);
         let says = |run: &Run| {
             let verdict = run.ending.verdict.as_ref().and_then(|said| said.verdict());

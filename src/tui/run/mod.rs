@@ -130,7 +130,9 @@ async fn workbench(
         }
     };
     if tour {
-        let added = store.as_ref().map(|store| store.add(&example_runs(nearmiss_store::now_ms())));
+        let added = store
+            .as_ref()
+            .map(|store| store.add(&example_runs(nearmiss_store::now_ms())));
         if let Some(Err(error)) = added {
             model.complain(format!("no example answers: {error}"));
         }

@@ -199,7 +199,10 @@ pub fn draw_hint(frame: &mut Frame<'_>, parts: &ScreenAreas, area: Option<Rect>,
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
     let block = Block::bordered()
         .border_style(Style::new().fg(theme.accent))
-        .title(Span::styled(" three keys to a first verdict; nearmiss --tour shows all ", bold))
+        .title(Span::styled(
+            " three keys to a first verdict; nearmiss --tour shows all ",
+            bold,
+        ))
         .style(theme.base());
     let room = usize::from(area.width).saturating_sub(keys + 5);
     let lines = rows.iter().map(|(key, words)| {

@@ -224,7 +224,7 @@ fn claims_are_held_against_the_geometry() {
     let line = wrong.line();
     assert!(
         line.contains(&format!(
-            "is {:.2} m (gap longitudinal, step {})",
+            "actual {:.2} m (gap longitudinal, step {})",
             now.gap_long, window.1
         )),
         "{line}"

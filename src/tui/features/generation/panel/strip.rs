@@ -9,9 +9,10 @@ use ratatui::widgets::{Block, Clear};
 use unicode_width::UnicodeWidthStr;
 
 use crate::features::map::draw::still;
+use crate::features::map::state::DrivenBy;
 use crate::features::plot::draw::axes::Dash;
 use crate::features::plot::draw::marks::{GapCurve, gaps};
-use crate::model::{DrivenBy, Model, Moment};
+use crate::model::{Model, Moment};
 use crate::widgets::words::fit;
 
 /// Fewest columns and rows of the strip.
@@ -30,18 +31,27 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
     f.render_widget(Clear, area);
     f.render_widget(Block::new().style(theme.base()), area);
-    let [maps, below] = Layout::vertical([Constraint::Min(0), Constraint::Length(GAPS)]).areas(area);
+    let [maps, below] =
+        Layout::vertical([Constraint::Min(0), Constraint::Length(GAPS)]).areas(area);
     let drives: Vec<(&str, Color, Dash, Moment<'_>)> = [
         Some(("original", theme.text, Dash::Dotted, strip.original)),
         Some(("attack", theme.danger, Dash::Solid, strip.attack)),
-        strip.survived.map(|drive| ("good driver", theme.safe, Dash::Dashed, drive)),
+        strip
+            .survived
+            .map(|drive| ("good driver", theme.safe, Dash::Dashed, drive)),
     ]
     .into_iter()
     .flatten()
     .collect();
     let parts = Layout::vertical(vec![Constraint::Fill(1); drives.len()]).split(maps);
     for ((name, color, _, moment), part) in drives.iter().zip(parts.iter()) {
-        let title = title(model, name, *color, moment, usize::from(part.width).saturating_sub(4));
+        let title = title(
+            model,
+            name,
+            *color,
+            moment,
+            usize::from(part.width).saturating_sub(4),
+        );
         let block = Block::bordered()
             .border_style(Style::new().fg(theme.border))
             .title(title);
@@ -75,7 +85,11 @@ fn title(
     moment: &Moment<'_>,
     room: usize,
 ) -> Line<'static> {
-    let verdict = moment.opened.collision.as_ref().map(|j| j.verdict.dangerous);
+    let verdict = moment
+        .opened
+        .collision
+        .as_ref()
+        .map(|j| j.verdict.dangerous);
     let (words, ending) = match verdict {
         Some(true) => (" · X collision", model.theme.danger),
         Some(false) => (" · no contact", model.theme.safe),
@@ -91,7 +105,11 @@ fn title(
     let when = format!(" · {}", moment.when());
     let bold = Style::new().fg(color).add_modifier(Modifier::BOLD);
     let mut line = Line::from(Span::styled(format!(" {}", fit(&name, room)), bold));
-    let rest = [(words.to_string(), ending), (gap, model.theme.text), (when, model.theme.dim)];
+    let rest = [
+        (words.to_string(), ending),
+        (gap, model.theme.text),
+        (when, model.theme.dim),
+    ];
     for (words, color) in rest {
         if line.width() + words.width() < room {
             line.push_span(Span::styled(words, Style::new().fg(color)));

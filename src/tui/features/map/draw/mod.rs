@@ -286,7 +286,9 @@ fn write(
     labels::draw(&mut board, model, moment, scene, view);
     bodies::label(&mut board, model, moment, view);
     names(&mut board, look, scene, view);
-    bodies::seconds(&mut board, model, moment, view);
+    if scene.contacts.is_empty() {
+        bodies::seconds(&mut board, model, moment, view);
+    }
     bodies::ends(&mut board, model, moment, view);
     bodies::labels(&mut board, model, moment.opened, view);
     let posts = bodies::signs(&mut board, model, scene, view);

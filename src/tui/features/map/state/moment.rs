@@ -94,6 +94,24 @@ impl<'a> Moment<'a> {
         Some(Pose { position, heading })
     }
 
+    /// One that stands, at a step or the nearest that there is.
+    fn still(
+        opened: &'a Opened,
+        step: i64,
+        variations: Variations<'a>,
+        driven: Option<DrivenBy>,
+    ) -> Self {
+        let steps = opened.steps();
+        Self {
+            opened,
+            step: step.min(steps.end - 1).max(steps.start),
+            reason: Reason::Clock,
+            variations,
+            foresight: &NO_FORESIGHT,
+            driven,
+        }
+    }
+
     fn time(&self) -> f64 {
         self.step as f64 * self.opened.scenario.dt()
     }
@@ -223,26 +241,23 @@ impl Model {
             let both = [true, false].map(|changed| saved.variations(&opened.scenario, changed));
             (opened, &**original, both)
         };
-        let attacker = both[0].first()?.changed.id;
+        let attacker = both[0].iter().next()?.changed.id;
         let worst = variant.headline.as_ref().and_then(Headline::worst)?.step;
-        let at = |opened: &'_ Opened, variations, driven| {
-            let steps = opened.steps();
-            Moment {
-                opened,
-                step: worst.min(steps.end - 1).max(steps.start),
-                reason: Reason::Clock,
-                variations,
-                foresight: &NO_FORESIGHT,
-                driven,
-            }
-        };
-        let drive = variant.certificate.as_deref().or(opened.certificate.as_deref());
+        let at = |opened, variations, driven| Moment::still(opened, worst, variations, driven);
+        let drive = variant
+            .certificate
+            .as_deref()
+            .or(opened.certificate.as_deref());
         Some(VariantStrip {
             attacker,
             original: at(original, both[1], None),
             attack: at(variant, both[0], Some(DrivenBy::Planner)),
             survived: drive.map(|drive| {
-                at(&drive.opened, both[0], Some(DrivenBy::GoodDriver(drive.delay)))
+                at(
+                    &drive.opened,
+                    both[0],
+                    Some(DrivenBy::GoodDriver(drive.delay)),
+                )
             }),
         })
     }

@@ -378,7 +378,9 @@ pub fn gaps(
     let curve = |drive: &GapCurve<'_>| {
         let series = drive.opened.series.as_ref();
         let value = |step: i64| series?.at("distance", obstacle, step).value();
-        let points = seen.clone().filter_map(|step| Some((step as f64 * dt, value(step)?)));
+        let points = seen
+            .clone()
+            .filter_map(|step| Some((step as f64 * dt, value(step)?)));
         line(drive.name, drive.color, drive.dash, points.collect())
     };
     let curves: Vec<Curve> = drives.iter().map(curve).collect();
@@ -387,13 +389,22 @@ pub fn gaps(
         let words = format!(" {} {} ", curve.dash.sign(), curve.name);
         names.push_span(Span::styled(words, Style::new().fg(curve.color)));
     }
-    f.render_widget(names, Rect { height: area.height.min(1), ..area });
+    f.render_widget(
+        names,
+        Rect {
+            height: area.height.min(1),
+            ..area
+        },
+    );
     let rest = Rect {
         y: area.y + 1.min(area.height),
         height: area.height.saturating_sub(1),
         ..area
     };
-    let values = curves.iter().flat_map(|c| c.runs.iter().flatten()).map(|p| p.1);
+    let values = curves
+        .iter()
+        .flat_map(|c| c.runs.iter().flatten())
+        .map(|p| p.1);
     let high = values.fold(1.0, f64::max);
     let upwards = Upwards::fitting(rest, |most| Ticks::around(0.0, high, most));
     let drawn = Drawn {
