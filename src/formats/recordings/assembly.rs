@@ -11,7 +11,7 @@ use nearmiss_scene::scenario::{
     RecordedEgo, Scenario, Sign, State, StateField, Steps, TrafficLight,
 };
 
-use super::report::Report;
+use super::Report;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::{ScenarioBuilder, SourceLocation, Target, Targets};
 

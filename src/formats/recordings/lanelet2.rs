@@ -13,8 +13,7 @@ use nearmiss_scene::scenario::{
 
 use super::assembly::{Ids, Map};
 use super::lane_shape::{matched, same_way};
-use super::report::{Leftovers, Report};
-use super::utm;
+use super::{Leftovers, Report, utm};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::xml::{Element, Xml, decoded};

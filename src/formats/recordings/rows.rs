@@ -3,8 +3,8 @@
 use nearmiss_base::geometry::Point;
 use nearmiss_scene::scenario::plausibility::LATEST_STEP;
 
+use super::Report;
 use super::assembly::median;
-use super::report::Report;
 use crate::commonroad::builder::SourceLocation;
 
 /// A part of a step by which a time may be off it.

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::report::Report;
+use super::Report;
 use crate::commonroad::ReadError;
 use nearmiss_scene::scenario::Scenario;
 

@@ -9,7 +9,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Color;
 use tiny_skia::Pixmap;
 
-use super::blocks::Blocks;
+use super::Blocks;
 use super::colors::Inks;
 
 /// Samples of a cell: columns and rows.

@@ -5,9 +5,8 @@ use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 use tiny_skia::{BlendMode, FillRule, Pixmap, PremultipliedColorU8, Transform};
 
-use super::blocks::Blocks;
 use super::colors::Inks;
-use super::{Appearance, MapStyle};
+use super::{Appearance, Blocks, MapStyle};
 use crate::clip;
 use crate::display::{Item, Picture};
 use crate::raster::{line, outline, paint};

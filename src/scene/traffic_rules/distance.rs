@@ -2,9 +2,8 @@
 
 use nearmiss_base::geometry::angle_between;
 
-use super::Rule;
-use super::report::{EgoAlong, Finding, Moment, merged};
 use super::stopping::AT_LINE;
+use super::{EgoAlong, Finding, Moment, Rule, merged};
 use crate::scenario::{ObstacleRole, ObstacleType};
 
 /// Braking of both vehicles in an emergency, m/s², and the reaction time of the ego, seconds: those of the CommonRoad

@@ -7,8 +7,7 @@
 use nearmiss_base::geometry::{Point, angle_between};
 
 use super::junction::{Rival, Turn};
-use super::report::{EgoAlong, Finding, Violation};
-use super::{Rule, YIELD_AFTER, YIELD_BEFORE};
+use super::{EgoAlong, Finding, Rule, Violation, YIELD_AFTER, YIELD_BEFORE};
 use crate::scenario::{
     Lanelet, LaneletNetwork, ObstacleRole, ObstacleType, Participant, SignMeaning,
 };

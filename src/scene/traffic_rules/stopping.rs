@@ -1,8 +1,7 @@
 //! R-IN1 and R-IN2: stop signs and lights, and the lines at which a way may have to stop.
 
 use super::junction::Turn;
-use super::report::{EgoAlong, Finding, Violation};
-use super::{Rule, STANDING, STOP_SECONDS};
+use super::{EgoAlong, Finding, Rule, STANDING, STOP_SECONDS, Violation};
 use crate::scenario::{SignalColor, TrafficDirection, TrafficLight};
 
 /// A vehicle that stands farther before a line than this does not stand at it, metres.

@@ -12,7 +12,7 @@ use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::assembly::{Ids, Map};
 use crate::recordings::lane_shape::{self, matched, same_way};
-use crate::recordings::report::{At, Leftovers, Report};
+use crate::recordings::{At, Leftovers, Report};
 use nearmiss_base::geometry::Point;
 use nearmiss_base::system;
 use nearmiss_scene::scenario::{

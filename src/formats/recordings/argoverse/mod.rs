@@ -11,8 +11,7 @@ use nearmiss_scene::scenario::plausibility::LATEST_STEP;
 use nearmiss_scene::scenario::{ContentHash, ObstacleType, Scenario};
 
 use super::assembly::{self, About, Ids, Map, assemble};
-use super::report::Report;
-use super::whole_file;
+use super::{Report, whole_file};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};
@@ -274,7 +273,7 @@ fn read(report: &Report, table: &Table<'_>) -> Result<Rows, ReadError> {
 fn at_point<'r>(
     x: f64,
     y: f64,
-    at: impl Fn() -> crate::recordings::report::At<'r>,
+    at: impl Fn() -> crate::recordings::At<'r>,
 ) -> Result<nearmiss_base::geometry::Point, ReadError> {
     if x.abs() < 1e6 && y.abs() < 1e6 {
         Ok(nearmiss_base::geometry::Point::new(x, y))

@@ -18,7 +18,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::report::Report;
+use crate::recordings::Report;
 
 /// The columns that tell a motion forecasting scenario.
 const TELLING: [&str; 5] = [

@@ -11,8 +11,7 @@ use super::tables::Recording;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::assembly::{Ids, Map};
-use crate::recordings::report::Report;
-use crate::recordings::{has_extension, lanelet2, users_maps};
+use crate::recordings::{Report, has_extension, lanelet2, users_maps};
 
 /// Folders of the data sets with their maps, from the folder of the recordings.
 const FOLDERS: [&str; 4] = [".", "../lanelets", "../maps/lanelets", "../maps"];

@@ -15,12 +15,12 @@ use nearmiss_base::system::FileCache;
 use nearmiss_scene::scenario::{ContentHash, ObstacleType, Scenario};
 
 use super::assembly::{self, About, Ids, Map, RecordedTrack, assemble};
-use super::report::Report;
-use super::windows::{self, LongRecording, WindowRequest};
+use super::windows::{LongRecording, WindowRequest};
+use super::{Report, windows};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};
-use crate::recordings::report::Leftovers;
+use crate::recordings::Leftovers;
 use tables::{Kind, Recording, Row, TrackMeta};
 
 pub use tables::missing_columns;

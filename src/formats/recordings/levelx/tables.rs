@@ -14,8 +14,7 @@ use nearmiss_scene::scenario::ObstacleType;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::assembly::{TrackState, signed_speed};
-use crate::recordings::report::{At, Leftovers, Report};
-use crate::recordings::rows;
+use crate::recordings::{At, Leftovers, Report, rows};
 
 /// Which of the data sets: they differ in axes, points of reference and columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

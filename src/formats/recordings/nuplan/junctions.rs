@@ -13,9 +13,9 @@ use super::layers::{Lane, Stop};
 use super::log::Clock;
 use super::sqlite::Database;
 use crate::commonroad::ReadError;
+use crate::recordings::Report;
 use crate::recordings::assembly::Ids;
 use crate::recordings::lane_shape::directions;
-use crate::recordings::report::Report;
 
 /// Turns by less than this go straight on, radians.
 const STRAIGHT: f64 = 0.5;

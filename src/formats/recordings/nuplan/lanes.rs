@@ -4,9 +4,9 @@ use std::collections::{HashMap, HashSet};
 
 use super::layers::{Lane, Layers};
 use crate::commonroad::builder::SourceLocation;
+use crate::recordings::Report;
 use crate::recordings::assembly::Ids;
 use crate::recordings::lane_shape::{self, borders, matched, without_repeats};
-use crate::recordings::report::Report;
 use nearmiss_base::geometry::{Bounds, Point, Vector};
 use nearmiss_scene::scenario::{Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser};
 

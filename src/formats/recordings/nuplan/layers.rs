@@ -12,8 +12,7 @@ use super::geopackage::{DEGREES, projected, shape};
 use super::log::Log;
 use super::sqlite::{Database, Record, TableColumns, first_names};
 use crate::commonroad::ReadError;
-use crate::recordings::report::Leftovers;
-use crate::recordings::{has_extension, users_maps};
+use crate::recordings::{Leftovers, has_extension, users_maps};
 
 /// Maps that are kept for other windows, bytes.
 const MAX_CACHED: usize = 512 << 20;

@@ -14,8 +14,7 @@ use super::sqlite::{Database, MAGIC, TableColumns, Token, first_names};
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::{ReadError, beginning_of_file};
 use crate::recordings::assembly::median;
-use crate::recordings::has_extension;
-use crate::recordings::report::Report;
+use crate::recordings::{Report, has_extension};
 
 /// Logs that are kept for other windows of them, bytes.
 const MAX_CACHED: usize = 128 << 20;

@@ -17,8 +17,8 @@ use nearmiss_base::geometry::{Bounds, Vector};
 use nearmiss_scene::scenario::{ContentHash, Scenario};
 
 use super::assembly::{About, Ids, Map, RecordedTrack, assemble};
-use super::report::{Leftovers, Report};
-use super::windows::{self, LongRecording, WindowRequest};
+use super::windows::{LongRecording, WindowRequest};
+use super::{Leftovers, Report, windows};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, Parts};

@@ -13,8 +13,7 @@ use crate::commonroad::builder::SourceLocation;
 use crate::recordings::assembly::{
     self, RecordedTrack, TRUCK_LENGTH, TrackState, median, signed_speed,
 };
-use crate::recordings::report::Report;
-use crate::recordings::rows;
+use crate::recordings::{Report, rows};
 
 /// Length and width of the vehicle that records, metres: a Chrysler Pacifica, by the data set's devkit.
 const VEHICLE: (f64, f64) = (4.049 + 1.127, 2.297);

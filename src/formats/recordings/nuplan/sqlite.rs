@@ -11,7 +11,7 @@ use rusqlite::{Connection, OpenFlags, Params, Row};
 
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::report::{At, Leftovers, Report};
+use crate::recordings::{At, Leftovers, Report};
 
 /// How SQLite files begin.
 pub const MAGIC: &[u8] = b"SQLite format 3\0";

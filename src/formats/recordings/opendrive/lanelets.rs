@@ -7,9 +7,9 @@ use super::road::{End, Lane, Road, Section, Signal};
 use super::{KeptSigns, TOLERANCE};
 use crate::commonroad::builder::SourceLocation;
 use crate::opendrive::signals::marking;
+use crate::recordings::Report;
 use crate::recordings::assembly::{Ids, Map};
 use crate::recordings::lane_shape::without_repeats;
-use crate::recordings::report::Report;
 use nearmiss_base::geometry::Point;
 use nearmiss_scene::scenario::{
     Adjacent, Bound, Lanelet, LaneletType, LineMarking, RoadUser, Sign, SignElement, TrafficLight,

@@ -8,7 +8,7 @@ use super::road::{End, Lane, Road, RoadLink, contact};
 use super::tree::Node;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::report::Report;
+use crate::recordings::Report;
 
 /// A lane: the place of its road, of its section, and its id.
 pub type Key = (usize, usize, i64);

@@ -12,8 +12,8 @@ use std::mem::{replace, take};
 use nearmiss_base::geometry::{Point, Polyline, Pose};
 use nearmiss_scene::scenario::{Bound, Lanelet};
 
+use super::Report;
 use super::assembly::{Ids, Map};
-use super::report::Report;
 use crate::commonroad::ReadError;
 use crate::opendrive::signals::{STOP_LINE, SignalKey};
 use crate::opendrive::user_data::KeptLanelet;

@@ -12,8 +12,7 @@ use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::openscenario::entities;
 use crate::recordings::opendrive::tree::{self, Node};
-use crate::recordings::report::Report;
-use crate::recordings::{assembly, named_file};
+use crate::recordings::{Report, assembly, named_file};
 
 /// An entity.
 #[derive(Debug, Clone)]

@@ -18,10 +18,9 @@ use nearmiss_scene::scenario::{
 };
 
 use super::assembly::{self, About, Ids, Map, assemble};
+use super::opendrive::Network;
 use super::opendrive::tree::{self, Node};
-use super::opendrive::{self, Network};
-use super::report::Report;
-use super::{named_file, whole_file};
+use super::{Report, named_file, opendrive, whole_file};
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::{ReadError, beginning, read};
 use crate::dispatch::{Address, Format, Parts};

@@ -7,9 +7,9 @@ use nearmiss_base::geometry::Pose;
 use super::motion::{Fires, Motions, fires, start};
 use super::trajectory::{Followed, TimedVertex, has_heading, position_of, unread_position};
 use crate::commonroad::ReadError;
+use crate::recordings::Report;
 use crate::recordings::opendrive::Network;
 use crate::recordings::opendrive::tree::Node;
-use crate::recordings::report::Report;
 
 /// The end of a scenario, where it is a moment, seconds.
 pub fn end(root: &Node) -> Option<f64> {

@@ -15,10 +15,10 @@ use super::{NO_ROADS, STEP};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::openscenario::SINGLE_STATES;
+use crate::recordings::Report;
 use crate::recordings::assembly::{Ids, RecordedTrack, TrackState};
 use crate::recordings::opendrive::Network;
 use crate::recordings::opendrive::tree::Node;
-use crate::recordings::report::Report;
 
 /// Steps of a scenario at most.
 const MOST_STEPS: i64 = 100_000;

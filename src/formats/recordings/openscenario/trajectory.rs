@@ -7,9 +7,9 @@ use nearmiss_base::geometry::{Point, Pose, Vector, angle_between};
 use super::motion::Motions;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
+use crate::recordings::Report;
 use crate::recordings::opendrive::Network;
 use crate::recordings::opendrive::tree::Node;
-use crate::recordings::report::Report;
 
 /// Moments nearer to each other are the same, seconds.
 pub const SAME_TIME: f64 = 1e-6;

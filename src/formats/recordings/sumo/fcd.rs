@@ -10,8 +10,8 @@ use super::geo;
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::xml::{Element, Xml, decoded};
 use crate::commonroad::{ReadError, beginning};
-use crate::recordings::report::{Leftovers, Report};
-use crate::recordings::rows::{self, Steps};
+use crate::recordings::rows::Steps;
+use crate::recordings::{Leftovers, Report, rows};
 
 /// What is in a file.
 pub struct Recorded {

@@ -12,7 +12,7 @@ use super::net::{self, Net};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::xml::{Element, Xml, decoded};
-use crate::recordings::report::{Leftovers, Report};
+use crate::recordings::{Leftovers, Report};
 
 /// Files of a folder that are looked at.
 const MAX_FILES: usize = 1000;

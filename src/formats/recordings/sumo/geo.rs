@@ -2,7 +2,7 @@
 
 use super::fcd::{Recorded, Vehicle};
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::report::Report;
+use crate::recordings::Report;
 use crate::recordings::utm::TransverseMercator;
 use nearmiss_base::geometry::Point;
 

@@ -10,9 +10,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::assembly::{About, Ids, Map, RecordedTrack, TrackState, assemble};
-use super::report::Report;
-use super::rows;
-use super::windows::{self, LongRecording, WindowRequest};
+use super::windows::{LongRecording, WindowRequest};
+use super::{Report, rows, windows};
 use crate::commonroad::ReadError;
 use crate::dispatch::{Address, Format, Parts};
 use fcd::{Recorded, Vehicle, VehicleAtStep};

@@ -17,7 +17,7 @@ use crate::commonroad::ReadError;
 use crate::commonroad::xml::{Element, Xml, decoded};
 use crate::recordings::assembly::{Ids, Map};
 use crate::recordings::lane_shape::{borders, without_repeats};
-use crate::recordings::report::{Leftovers, Report};
+use crate::recordings::{Leftovers, Report};
 
 /// No net is larger, bytes.
 const LARGEST: u64 = 512 << 20;

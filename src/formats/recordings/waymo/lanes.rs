@@ -7,8 +7,8 @@ use nearmiss_base::geometry::{Point, Vector, distance_to_segment};
 use nearmiss_scene::scenario::{Adjacent, Lanelet, LaneletType, LineMarking, RoadUser};
 
 use super::messages::{BoundarySegment, LaneCenter, LaneNeighbor};
+use crate::recordings::Report;
 use crate::recordings::lane_shape::{Widths, borders};
-use crate::recordings::report::Report;
 
 /// A lane with its middle.
 pub struct Lane<'m> {

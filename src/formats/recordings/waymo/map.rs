@@ -16,7 +16,7 @@ use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::assembly::{Ids, Map};
 use crate::recordings::lane_shape::{self, directions, without_repeats};
-use crate::recordings::report::{At, Report};
+use crate::recordings::{At, Report};
 
 /// m/s in a mile an hour.
 const MILE_AN_HOUR: f64 = 0.447_04;

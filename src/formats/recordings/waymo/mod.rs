@@ -15,7 +15,7 @@ use prost::Message;
 use super::assembly::{
     About, Ids, RecordedTrack, TRUCK_LENGTH, TrackState, assemble, median, signed_speed,
 };
-use super::report::{At, Leftovers, Report};
+use super::{At, Leftovers, Report};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::wire::{Fields, Value};

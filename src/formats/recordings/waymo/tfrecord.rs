@@ -11,7 +11,7 @@ use nearmiss_base::system;
 
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
-use crate::recordings::report::Report;
+use crate::recordings::Report;
 
 /// Length and its checksum, bytes.
 pub const HEADER: usize = 12;

@@ -15,9 +15,8 @@ use petgraph::visit::EdgeRef;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-use super::graph::Step;
 use super::route::{Destination, LegLane, Route};
-use super::{COST_TOLERANCE, Direction, LaneGraph, RouteError, Side, least};
+use super::{COST_TOLERANCE, Direction, LaneGraph, RouteError, Side, Step, least};
 use crate::scenario::{Lanelet, LaneletNetwork, RoadUser};
 
 /// Positions nearer to the one before are skipped, metres.

@@ -8,9 +8,8 @@ use nearmiss_base::geometry::{
 use petgraph::algo::astar;
 use petgraph::graph::NodeIndex;
 
-use super::graph::{Node, Step};
 use super::matching::Candidate;
-use super::{DirectedLanelet, Direction, LaneGraph, Side, least};
+use super::{DirectedLanelet, Direction, LaneGraph, Node, Side, Step, least};
 use crate::scenario::{Goal, PlanningProblem, Position, Quantity};
 
 /// A way along lanelets with the path that follows it.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use nearmiss_scene::verdict::{ObstacleRisk, Task, Verdict};
+use nearmiss_scene::verdict::{CriticalObstacle, ObstacleRisk, Task, Verdict};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
@@ -26,8 +26,8 @@ impl Assessment {
     /// `None` where the verdict does not name the obstacle.
     fn of(verdict: &Verdict, id: i64) -> Option<Self> {
         let listed = verdict.obstacles.iter().find(|o| o.id == id);
-        let critical = verdict.critical.as_ref();
-        let critical = critical.map(|all| all.iter().any(|one| one.id == id));
+        let listed_critical = |all: &Vec<_>| all.iter().any(|one: &CriticalObstacle| one.id == id);
+        let critical = verdict.critical.as_ref().map(listed_critical);
         let score = listed.map(ObstacleRisk::stated_score);
         (score.is_some() || critical == Some(true)).then_some(Self { score, critical })
     }
@@ -90,15 +90,15 @@ pub fn named(model: &Model) -> Vec<i64> {
         verdicts.iter().filter_map(of).min()
     };
     let exact = |id: i64| reference.and_then(|v| Assessment::of(v, id)?.score);
-    let mut all: Vec<i64> = all.into_iter().collect();
-    all.sort_by_key(|&id| {
+    let mut sorted: Vec<i64> = all.into_iter().collect();
+    sorted.sort_by_key(|&id| {
         (
             exact(id).unwrap_or(u8::MAX),
             least(id).unwrap_or(u8::MAX),
             id,
         )
     });
-    all
+    sorted
 }
 
 /// The colour of an answer, in the table and in the plot.

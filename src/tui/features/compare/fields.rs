@@ -388,10 +388,7 @@ mod tests {
             |who: &str, steps: &str| vec![field("who", who, true), field("steps", steps, false)];
         assert_eq!(differing(&[of("3", "0–9"), of("–", "0–9")]), [false; 2]);
         assert_eq!(differing(&[of("3", "0–9"), of("4", "0–148")]), [false; 2]);
-        assert_eq!(
-            differing(&[of("3", "0–9"), of("4", "0–148"), of("5", "0–9")])[0],
-            true
-        );
+        assert!(differing(&[of("3", "0–9"), of("4", "0–148"), of("5", "0–9")])[0]);
         assert_eq!(equal_rows(&[of("3", "0–9"), of("4", "0–9")]), [false, true]);
         assert_eq!(differing(&[a]), [false; 3]);
         assert_eq!(differing(&[]), [false; 0]);

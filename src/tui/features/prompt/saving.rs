@@ -306,7 +306,7 @@ fn close(model: &mut Model) {
 
 fn entered(model: &mut Model) -> Vec<Effect> {
     match model.prompt.entry.take() {
-        Some(EntryLine::Command(text)) => return run_command(model, text.trim()),
+        Some(EntryLine::Command(text)) => run_command(model, text.trim()),
         Some(EntryLine::Line(text)) => {
             let lines = model.prompt.editor.line_count();
             match text.trim().parse::<usize>() {

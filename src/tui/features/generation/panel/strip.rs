@@ -100,8 +100,8 @@ fn title(
         _ => name.to_string(),
     };
     let series = moment.opened.series.as_ref();
-    let gap = series.and_then(|series| series.most_dangerous_at("distance", moment.step));
-    let gap = gap.map_or(String::new(), |(id, gap)| format!(" · {gap:.1} m to {id}"));
+    let nearest = series.and_then(|series| series.most_dangerous_at("distance", moment.step));
+    let gap = nearest.map_or(String::new(), |(id, gap)| format!(" · {gap:.1} m to {id}"));
     let when = format!(" · {}", moment.when());
     let bold = Style::new().fg(color).add_modifier(Modifier::BOLD);
     let mut line = Line::from(Span::styled(format!(" {}", fit(&name, room)), bold));

@@ -367,11 +367,13 @@ fn reason(model: &Model, room: usize) -> Option<Span<'static>> {
         Grade::Contact => 'X',
         _ => '▼',
     };
-    let (obstacle, style) = (moment.obstacle, Style::new());
-    let style = match is_now {
-        true if moment.grade == Grade::Contact => style.fg(model.theme.danger),
-        true => style.fg(model.theme.text),
-        false => style.fg(model.theme.dim),
+    let obstacle = moment.obstacle;
+    let color = if !is_now {
+        model.theme.dim
+    } else if moment.grade == Grade::Contact {
+        model.theme.danger
+    } else {
+        model.theme.text
     };
     let all = [
         format!(" · {sign} {when}{obstacle}: {hazard}"),
@@ -379,7 +381,7 @@ fn reason(model: &Model, room: usize) -> Option<Span<'static>> {
         format!(" · {sign} {when}{obstacle}"),
     ];
     let fits = all.into_iter().find(|words| words.width() <= room)?;
-    Some(Span::styled(fits, style))
+    Some(Span::styled(fits, Style::new().fg(color)))
 }
 
 /// Of the second map: its moment, in as many words as there is room for.

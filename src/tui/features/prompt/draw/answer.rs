@@ -53,14 +53,13 @@ pub fn text(model: &Model) -> Text<'static> {
         .answer()
         .and_then(|a| a.verdict())
         .zip(answer.verdict());
-    let changes = verdicts.map_or(Vec::new(), |(old, new)| changes(old, new));
-    let changes = changes.into_iter().chain(flipped(model, earlier.0, place));
-    let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
-    let changes: Vec<Line<'static>> = changes.map(|words| Line::styled(words, bold)).collect();
-    if changes.is_empty() {
+    let mut said = verdicts.map_or(Vec::new(), |(old, new)| changes(old, new));
+    said.extend(flipped(model, earlier.0, place));
+    if said.is_empty() {
         text.push_line(Line::styled("verdict, scores and claims as before", dim));
     }
-    text.extend(changes);
+    let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
+    text.extend(said.into_iter().map(|words| Line::styled(words, bold)));
     let words = format!("before: {}", earlier.1.how);
     text.push_line(Line::styled(visible(&words).into_owned(), dim));
     text.push_line("");

@@ -179,9 +179,10 @@ impl Editor {
             return NormalKey::Taken;
         };
         let words = self.text[range.clone()].to_string();
-        let kept = match by_lines {
-            true => format!("\n{}", words.trim_end_matches('\n')),
-            false => words,
+        let kept = if by_lines {
+            format!("\n{}", words.trim_end_matches('\n'))
+        } else {
+            words
         };
         Shared(self.clip.clone()).set_text(kept);
         if operator == 'y' {
