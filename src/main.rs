@@ -1,8 +1,7 @@
 //! The `nearmiss` program: arguments to a headless command or the workbench, and the exit status.
 
-use std::process::ExitCode;
-
 use nearmiss::{cli, tui};
+use std::process::ExitCode;
 
 fn main() -> ExitCode {
     cli::report_panics();

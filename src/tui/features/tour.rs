@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 
 use crate::action::Action;
 use crate::model::Model;
-use crate::widgets::words::fit;
+use crate::widgets::words::pad;
 
 /// How far it is.
 #[derive(Debug, Clone, Copy, Default)]
@@ -73,7 +73,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     };
     let width = usize::from(screen.width);
     let line = Line::from(Span::styled(
-        format!("{:width$}", fit(&words, width)),
+        pad(&words, width),
         style.add_modifier(Modifier::BOLD),
     ));
     let first = Rect {

@@ -6,6 +6,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
 use crate::model::counted;
+use crate::widgets::long_text::MarkedClaims;
 use crate::theme::Theme;
 use crate::widgets::markdown::Piece;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement};
@@ -28,7 +29,7 @@ pub fn marked(
     line: Vec<Piece>,
     claims: &[(usize, &CheckedClaim)],
     start: usize,
-    picked: Option<usize>,
+    marks: &MarkedClaims<'_>,
     theme: &Theme,
 ) -> Line<'static> {
     let place = |piece: &Piece| {
@@ -63,10 +64,11 @@ pub fn marked(
             // Both ends are ends of characters, as the claim was found in this text.
             let (sign, style) = sign(checked.judgement, theme);
             let mut style = style.add_modifier(Modifier::UNDERLINED);
-            if picked == Some(*number) {
+            if marks.picked == Some(*number) {
                 style = style.add_modifier(Modifier::REVERSED);
             }
-            spans.push(Span::styled(part(from, first), piece.span.style));
+            let plain = piece.span.style;
+            spans.extend(underlined(&part(from, first), from, plain, marks.unread));
             spans.push(Span::styled(part(first, last), style));
             if Some(last) == *shown_end {
                 spans.push(Span::styled(
@@ -76,10 +78,30 @@ pub fn marked(
             }
             from = last;
         }
-        spans.push(Span::styled(part(from, end), piece.span.style));
+        spans.extend(underlined(&part(from, end), from, piece.span.style, marks.unread));
     }
     spans.retain(|span| !span.content.is_empty());
     Line::from(spans)
+}
+
+/// A part of the text from a byte on, underlined where it was not understood.
+fn underlined(part: &str, at: usize, style: Style, unread: &[Range<usize>]) -> Vec<Span<'static>> {
+    let end = at + part.len();
+    let mut spans = Vec::new();
+    let mut from = at;
+    for sentence in unread.iter().filter(|s| s.start < end && at < s.end) {
+        let (first, last) = (sentence.start.max(from), sentence.end.min(end));
+        if first >= last {
+            continue;
+        }
+        let words = |a: usize, b: usize| part.get(a - at..b - at).unwrap_or_default().to_string();
+        spans.push(Span::styled(words(from, first), style));
+        let marked = style.add_modifier(Modifier::UNDERLINED | Modifier::DIM);
+        spans.push(Span::styled(words(first, last), marked));
+        from = last;
+    }
+    spans.push(Span::styled(part.get(from - at..).unwrap_or_default().to_string(), style));
+    spans
 }
 
 /// A claim beside the truth.
@@ -92,11 +114,21 @@ pub fn line(checked: &CheckedClaim, theme: &Theme) -> Line<'static> {
     ])
 }
 
-/// How many claims there are, and how many hold.
+/// How many claims there are, how many hold, and how many sentences were not understood.
 #[must_use]
-pub fn summary(claims: &[CheckedClaim]) -> String {
+pub fn summary(claims: &[CheckedClaim], unread: usize) -> String {
     let word = if claims.len() == 1 { "claim" } else { "claims" };
-    format!("{} {word}: {}", claims.len(), counts(claims))
+    match (claims.len(), unread) {
+        (count, 0) => format!("{count} {word}: {}", counts(claims)),
+        (0, _) => format!("no claim checked, {unread} not understood"),
+        (count, _) => {
+            let (right, wrong, open) = counted(claims);
+            let parts = [(right, "= right"), (wrong, "≠ wrong"), (open, "? open")];
+            let known = parts.into_iter().filter(|(count, _)| *count > 0);
+            let words: Vec<String> = known.map(|(count, word)| format!("{count} {word}")).collect();
+            format!("{count} checked: {}; {unread} not understood", words.join(", "))
+        }
+    }
 }
 
 /// How many claims hold, how many do not, and how many cannot be told.
@@ -131,7 +163,7 @@ pub fn short_counts(claims: &[CheckedClaim]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::widgets::long_text::{MarkedClaims, Reading};
+    use crate::widgets::long_text::Reading;
     use nearmiss_study::evaluation::claims::{Claim, ClaimBasis, ClaimedValue, Quantity, Side};
 
     #[test]
@@ -167,6 +199,7 @@ mod tests {
             claims: &claims,
             key: 1,
             picked: Some(1),
+            unread: &[],
         };
         let mut reading = Reading::answer();
         reading.follow(document, &marks, 40, &theme);
@@ -179,7 +212,12 @@ mod tests {
         );
         let picked = lines[3].spans.iter().find(|s| s.content == "left");
         assert!(picked.is_some_and(|s| s.style.add_modifier.contains(Modifier::REVERSED)));
-        assert_eq!(summary(&claims), "2 claims: 1 = right, 1 ≠ wrong");
+        assert_eq!(summary(&claims, 0), "2 claims: 1 = right, 1 ≠ wrong");
+        assert_eq!(
+            summary(&claims, 3),
+            "2 checked: 1 = right, 1 ≠ wrong; 3 not understood"
+        );
+        assert_eq!(summary(&[], 1), "no claim checked, 1 not understood");
         assert_eq!(short_counts(&claims), "1= 1≠");
         assert_eq!(
             line(&claims[0], &theme).to_string(),

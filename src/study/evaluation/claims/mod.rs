@@ -224,6 +224,75 @@ pub fn checked(text: &str, subject: &Subject<'_>) -> Vec<CheckedClaim> {
     claims.into_iter().map(|c| check(c, subject)).collect()
 }
 
+/// Sentences of a text that name an obstacle and a quantity in a unit and hold no claim that was found, bytes: what was not
+/// understood was not checked either. Code and JSON are left out.
+#[must_use]
+pub fn not_understood(
+    text: &str,
+    claims: &[CheckedClaim],
+    subject: &Subject<'_>,
+) -> Vec<Range<usize>> {
+    let all = &subject.scene.scenario.obstacles;
+    let ids: BTreeSet<String> = all.iter().map(|o| o.id.to_string()).collect();
+    let mut found = Vec::new();
+    let (mut at, mut is_code) = (0, false);
+    for line in text.split_inclusive('\n') {
+        let start = at;
+        at += line.len();
+        if line.trim_start().starts_with("```") {
+            is_code = !is_code;
+        }
+        if is_code || line.trim_start().starts_with(['{', '}', '"', '[', ']', '`']) {
+            continue;
+        }
+        let mut from = 0;
+        let ends = line.match_indices(['.', '!', '?', ';']).filter_map(|(end, sign)| {
+            let behind = &line[end + sign.len()..];
+            behind.starts_with(char::is_whitespace).then_some(end + sign.len())
+        });
+        for end in ends.chain([line.trim_end().len()]) {
+            if end <= from {
+                continue;
+            }
+            let sentence = start + from..start + end;
+            from = end;
+            let has_claim = claims.iter().any(|c| {
+                c.claim.span.start < sentence.end && sentence.start < c.claim.span.end
+            });
+            if !has_claim && names_quantity(&text[sentence.clone()], &ids) {
+                found.push(sentence);
+            }
+        }
+    }
+    found
+}
+
+/// Whether a sentence has the id of an obstacle, and a number with a unit.
+fn names_quantity(sentence: &str, ids: &BTreeSet<String>) -> bool {
+    const UNITS: [&str; 12] = [
+        "m", "m/s", "m/s²", "m/s^2", "s", "km/h", "°", "metres", "meters", "seconds", "metre", "meter",
+    ];
+    let words: Vec<&str> = sentence
+        .split_whitespace()
+        .map(|word| word.trim_matches(['*', '_', '(', ')', ',', ':', ';', '.', '!', '?', '\'', '’', '"']))
+        .collect();
+    let is_id = |word: &&str| {
+        let bare = word.strip_suffix("'s").or(word.strip_suffix("’s")).unwrap_or(word);
+        ids.contains(bare)
+    };
+    let is_number = |word: &str| word.parse::<f64>().is_ok();
+    let is_quantity = |(i, word): (usize, &&str)| {
+        let digits = word.trim_end_matches(|c: char| !c.is_ascii_digit());
+        let unit = &word[digits.len()..];
+        if unit.is_empty() {
+            is_number(word) && words.get(i + 1).is_some_and(|next| UNITS.contains(next))
+        } else {
+            is_number(digits) && UNITS.contains(&unit)
+        }
+    };
+    words.iter().any(|word| is_id(&word)) && words.iter().enumerate().any(is_quantity)
+}
+
 /// The version of finding and checking claims: grows when the same text can give other counts, so that stored ones
 /// are counted anew.
 pub const CHECK: u32 = 2;

@@ -1,11 +1,12 @@
 //! Claims: extracted once an answer is complete, and stepped through one by one.
 
+use crate::features::answers::claims_state::TextClaims;
 use crate::features::timeline;
 use crate::model::{Column, Document, Model, Pane, ShownAnswer};
 use crate::request::Computation;
 use crate::update::opening;
 use nearmiss_scene::scenario::Scene;
-use nearmiss_study::evaluation::claims::{CheckedClaim, Subject, checked};
+use nearmiss_study::evaluation::claims::{Subject, checked, not_understood};
 use std::sync::Arc;
 
 /// Requests the claims of the complete answers on the screen, once for each.
@@ -118,7 +119,7 @@ pub struct CheckClaims(pub Arc<Document>, pub Arc<Scene>);
 
 impl Computation for CheckClaims {
     /// The key of the document, and its claims.
-    type Value = (u64, Vec<CheckedClaim>);
+    type Value = (u64, TextClaims);
 
     fn compute(self) -> Self::Value {
         let Self(document, scene) = self;
@@ -127,7 +128,9 @@ impl Computation for CheckClaims {
             times: document.times,
             window: document.window,
         };
-        (document.key, checked(&document.text, &subject))
+        let checked = checked(&document.text, &subject);
+        let unread = not_understood(&document.text, &checked, &subject);
+        (document.key, TextClaims { checked, unread })
     }
 
     fn take(model: &mut Model, (key, claims): Self::Value) {

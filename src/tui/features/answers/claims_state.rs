@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::model::{Model, ShownAnswer};
@@ -12,11 +13,20 @@ use nearmiss_study::evaluation::claims::{CheckedClaim, TimeOrigin, shown_text};
 #[derive(Debug, Default)]
 pub struct Claims {
     /// The newest last; `None` while they are being checked.
-    known: Vec<(u64, Option<Vec<CheckedClaim>>)>,
+    known: Vec<(u64, Option<TextClaims>)>,
     /// The picked one: in which text, and which of its claims.
     pub picked: Option<(u64, usize)>,
     /// Answers that were read lately, beside what they were made of; the newest last.
     documents: RefCell<Vec<(Source, Arc<Document>)>>,
+}
+
+/// What was found in a text.
+#[derive(Debug, Default)]
+pub struct TextClaims {
+    /// Its claims, in its order.
+    pub checked: Vec<CheckedClaim>,
+    /// Its sentences with an obstacle and a quantity that were not understood, bytes.
+    pub unread: Vec<Range<usize>>,
 }
 
 /// The parts of an answer as displayed.
@@ -84,9 +94,16 @@ impl Claims {
     #[must_use]
     pub fn get(&self, key: u64) -> &[CheckedClaim] {
         let found = self.known.iter().find(|(known, _)| *known == key);
-        found
-            .and_then(|(_, claims)| claims.as_deref())
-            .unwrap_or(&[])
+        let found = found.and_then(|(_, claims)| claims.as_ref());
+        found.map_or(&[], |claims| &claims.checked)
+    }
+
+    /// The sentences of a text that were not understood, bytes.
+    #[must_use]
+    pub fn unread(&self, key: u64) -> &[Range<usize>] {
+        let found = self.known.iter().find(|(known, _)| *known == key);
+        let found = found.and_then(|(_, claims)| claims.as_ref());
+        found.map_or(&[], |claims| &claims.unread)
     }
 
     /// Whether they were checked.
@@ -109,7 +126,7 @@ impl Claims {
     }
 
     /// Takes the claims of a text that were requested.
-    pub fn take(&mut self, key: u64, claims: Vec<CheckedClaim>) {
+    pub fn take(&mut self, key: u64, claims: TextClaims) {
         if let Some((_, place)) = self.known.iter_mut().find(|(known, _)| *known == key) {
             *place = Some(claims);
         }

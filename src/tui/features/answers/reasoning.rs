@@ -37,6 +37,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             claims: model.claims.get(d.key),
             key: d.key,
             picked: model.claims.picked_of(d.key),
+            unread: model.claims.unread(d.key),
         });
     let inner = claims(f, inner, model, &marks);
     let mut readings = model.drawn.readings.borrow_mut();
@@ -79,14 +80,17 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 /// Below the text: the picked claim, or how many there are; gives what is left for the text.
 fn claims(f: &mut Frame<'_>, inner: Rect, model: &Model, marks: &MarkedClaims<'_>) -> Rect {
     let claims = marks.claims;
-    if claims.is_empty() || inner.height < 6 {
+    if claims.is_empty() && marks.unread.is_empty() || inner.height < 6 {
         return inner;
     }
     let picked = marks.picked.and_then(|place| claims.get(place));
     let line = match picked {
         Some(claim) => claimed::line(claim, &model.theme),
         None => Line::styled(
-            format!("{} · ( ) step through", claimed::summary(claims)),
+            format!(
+                "{} · ( ) step through",
+                claimed::summary(claims, marks.unread.len())
+            ),
             Style::new().fg(model.theme.dim),
         ),
     };

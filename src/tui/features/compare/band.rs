@@ -35,12 +35,12 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let picked = model.claims.picked_of(document.key).filter(|_| !hides);
     let title = if hides {
         " checks hidden until rated ".to_string()
-    } else if claims.is_empty() {
+    } else if claims.is_empty() && model.claims.unread(document.key).is_empty() {
         " no claims found ".to_string()
     } else {
         format!(
             " {} · {} ",
-            claimed::summary(claims),
+            claimed::summary(claims, model.claims.unread(document.key).len()),
             draw::name(model, shown)
         )
     };

@@ -245,6 +245,11 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         claims,
         key: document.key,
         picked: model.claims.picked_of(document.key),
+        unread: if claims.is_empty() {
+            &[]
+        } else {
+            model.claims.unread(document.key)
+        },
     };
     let safe = text(model, shown, &document.text);
     let mut readings = model.drawn.readings.borrow_mut();

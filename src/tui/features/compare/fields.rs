@@ -109,11 +109,16 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
     }
     let claims = model.document(shown).map_or(String::new(), |document| {
         let claims = model.claims.get(document.key);
-        match (document.complete, claims.is_empty()) {
+        let unread = model.claims.unread(document.key).len();
+        match (document.complete, claims.is_empty(), unread) {
             _ if hides => "hidden until rated".into(),
-            (false, _) => "when complete".into(),
-            (true, true) => "none found".into(),
-            (true, false) => claimed::short_counts(claims),
+            (false, ..) => "when complete".into(),
+            (true, true, 0) => "none found".into(),
+            (true, false, 0) => claimed::short_counts(claims),
+            (true, _, unread) => {
+                let checked = claimed::short_counts(claims);
+                format!("{checked} {unread} not understood").trim_start().into()
+            }
         }
     });
     add("claims", claims, None, false);

@@ -26,6 +26,8 @@ pub struct MarkedClaims<'a> {
     pub key: u64,
     /// The picked one.
     pub picked: Option<usize>,
+    /// Sentences that were not understood, bytes.
+    pub unread: &'a [Range<usize>],
 }
 
 /// How an answer is read.
@@ -317,7 +319,7 @@ impl Reading {
             let here = self.claims_in(at, marks);
             let rendered = self.rendered(&self.text[from..to], kind, theme);
             let pieces = rendered.unwrap_or_else(|| pieces_of(self.painted(at, theme)));
-            marked(pieces, &here, from, marks.picked, theme)
+            marked(pieces, &here, from, marks, theme)
         });
         (seen.collect(), top.saturating_sub(before))
     }
@@ -396,7 +398,7 @@ impl Reading {
         let written = &self.text[from..to];
         let here = self.claims_in(at, marks);
         let pieces = table::pieces(written, theme);
-        (written, marked(pieces, &here, from, marks.picked, theme))
+        (written, marked(pieces, &here, from, marks, theme))
     }
 
     /// A row in the columns of its table.

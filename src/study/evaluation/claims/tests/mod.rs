@@ -550,3 +550,23 @@ fn the_messages_tell_what_times_count_from() {
     let old = r#"[{"content": "Step 36, t = 3.60 s:"}]"#;
     assert_eq!(TimeOrigin::from_messages(old), TimeOrigin::Recording);
 }
+
+#[test]
+fn sentences_with_a_quantity_that_were_not_understood_are_found() {
+    let scene = scene();
+    let (id, ..) = cast(&scene);
+    let subject = Subject {
+        scene: &scene,
+        times: TimeOrigin::Recording,
+        window: None,
+    };
+    let text = format!(
+        "Car {id} is at a distance of 3.00 m. Car {id} wobbles by 7.77 m sideways, oddly.\n\
+         It has a risk score of 2. Nothing of {id} here. The ego drives 10 m/s.\n\
+         ```json\n{{\"id\": {id}, \"reason\": \"{id} is 5 m off\"}}\n```\n"
+    );
+    let claims = checked(&text, &subject);
+    let unread = not_understood(&text, &claims, &subject);
+    let words: Vec<&str> = unread.iter().map(|at| text[at.clone()].trim()).collect();
+    assert_eq!(words, [format!("Car {id} wobbles by 7.77 m sideways, oddly.")]);
+}
