@@ -112,7 +112,7 @@ fn list_columns(width: u16, longest: usize) -> u16 {
         // Names whole, and how many answers say otherwise.
         wide => {
             let whole = u16::try_from(longest + 14).unwrap_or(u16::MAX).min(41);
-            (wide * 21 / 100).max(whole).min(48)
+            (wide * 27 / 100).max(whole).min(55)
         }
     }
 }

@@ -182,11 +182,7 @@ pub fn draw_hint(frame: &mut Frame<'_>, parts: &ScreenAreas, area: Option<Rect>,
     };
     let rows = [
         (Action::Down, "open the next scenario".to_string(), "next"),
-        (
-            Action::CollisionStep,
-            "go to its worst moment".into(),
-            "worst moment",
-        ),
+        (Action::Play, "play from 3 s before this moment".into(), "play"),
         asks,
     ]
     .map(|(action, words, short)| (model.look.key(action), words, short));
@@ -200,7 +196,7 @@ pub fn draw_hint(frame: &mut Frame<'_>, parts: &ScreenAreas, area: Option<Rect>,
     let block = Block::bordered()
         .border_style(Style::new().fg(theme.accent))
         .title(Span::styled(
-            " three keys to a first verdict; nearmiss --tour shows all ",
+            " three keys; more: nearmiss --tour ",
             bold,
         ))
         .style(theme.base());

@@ -42,6 +42,12 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         model.say("the built-in judge reads no prompt: choose a model for the draft");
         return vec![Effect::Step(Step::Perform(Action::ChooseModel))];
     }
+    if asked.starts_with(RECORDED) && (model.prompt.editing || model.prompt.is_draft()) {
+        model.say(format!(
+            "{asked} is imported answers, which no prompt changes: choose a model for the draft"
+        ));
+        return vec![Effect::Step(Step::Perform(Action::ChooseModel))];
+    }
     if asked == judge::MODEL && !Task::VERDICTS.contains(&model.task) {
         let key = model.look.key(Action::ChooseModel);
         model.say(format!(
@@ -144,15 +150,11 @@ pub fn move_cursor(model: &mut Model, action: Action) -> bool {
 
 /// Picks the obstacle that the keys stand on in the verdict pane; says whether there is one that was not picked.
 pub fn pick(model: &mut Model) -> bool {
-    let named = obstacles::named(model);
-    let cursor = model.answers.cursor.filter(|id| named.contains(id));
-    match cursor {
-        Some(id) if model.picked != Some(id) => {
-            model.picked = Some(id);
-            true
-        }
-        _ => false,
+    let picks = model.picks_next();
+    if picks {
+        model.picked = model.answers.cursor;
     }
+    picks
 }
 
 /// Judgements to request for answers without a truth: those from the store, and those that were asked before the

@@ -114,6 +114,12 @@ pub fn color(theme: &Theme, column: usize) -> Color {
     all[column % all.len()]
 }
 
+/// The letter of an answer in the plot, before its name.
+#[must_use]
+pub fn letter(column: usize) -> Option<char> {
+    ('a'..='z').nth(column)
+}
+
 /// The table's lines, for the answers in sight with the columns that each and the built-in judge take.
 pub fn lines(model: &Model, seen: Range<usize>, widths: &[usize]) -> Vec<Line<'static>> {
     let theme = &model.theme;
@@ -122,7 +128,7 @@ pub fn lines(model: &Model, seen: Range<usize>, widths: &[usize]) -> Vec<Line<'s
     if named.is_empty() {
         return Vec::new();
     }
-    let heading = "risk of each, ! critical, ≠ exact of its window";
+    let heading = "risk score per obstacle (! critical, ≠ exact)";
     let mut lines = vec![Line::default(), Line::styled(heading, dim)];
     for id in named {
         let is_picked = model.picked == Some(id);
@@ -169,6 +175,13 @@ fn cell(model: &Model, column: &Column, id: i64) -> (String, Style) {
 }
 
 impl Model {
+    /// Whether the keys of the verdict pane stand on an obstacle that is not picked.
+    #[must_use]
+    pub fn picks_next(&self) -> bool {
+        let cursor = self.answers.cursor;
+        cursor.is_some() && cursor != self.picked && cursor.is_some_and(|id| named(self).contains(&id))
+    }
+
     /// What answers say otherwise than it is: yes for no, another risk score, another list of critical obstacles; by step.
     #[must_use]
     pub fn differences(&self) -> Vec<Disagreement> {
@@ -224,13 +237,13 @@ impl Model {
         ))
     }
 
-    /// The risk score that an answer states of the picked obstacle; where that is not named, of the foremost.
+    /// The risk score that an answer states of the picked obstacle; where none is picked, of the foremost.
     #[must_use]
     pub fn stated_risk(&self, column: &Column) -> Option<u8> {
         let verdict = column.answer()?.verdict()?;
-        let of_picked = self
-            .picked
-            .and_then(|id| Assessment::of(verdict, id)?.score);
-        of_picked.or_else(|| verdict.foremost().and_then(|(_, score)| score))
+        match self.picked {
+            Some(id) => Assessment::of(verdict, id)?.score,
+            None => verdict.foremost().and_then(|(_, score)| score),
+        }
     }
 }

@@ -162,7 +162,9 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let [names, area] =
         Layout::horizontal([Constraint::Length(super::fields::LABEL), Constraint::Min(0)])
             .areas(area);
-    let labels = super::fields::names(model, fields, &differ, &same);
+    let mut labels = super::fields::names(model, fields, &differ, &same);
+    // As many as the columns have rows for.
+    labels.truncate(usize::from(names.height.saturating_sub(2) / 2));
     f.render_widget(Text::from(labels), names.inner(Margin::new(0, 1)));
     let count = compare.shown.len();
     let first = compare

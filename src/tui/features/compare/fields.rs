@@ -3,6 +3,7 @@
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 
+use crate::features::answers::verdict::table::is_imported;
 use crate::model::{Model, Progress, ShownAnswer, parts};
 use crate::widgets::claimed;
 use crate::widgets::words::{duration, fit};
@@ -67,9 +68,14 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
         let asked = [frame, techniques].map(str::trim);
         let asked: Vec<&str> = asked.into_iter().filter(|part| !part.is_empty()).collect();
         add("asked", asked.join(" · "), None, false);
-        let template = match template {
-            "" if !asked.is_empty() && shown != ShownAnswer::Reference => "shipped",
-            other => other,
+        let column = match shown {
+            ShownAnswer::Column(place) => model.answers.columns.get(place),
+            ShownAnswer::Reference => None,
+        };
+        let template = match (template, column) {
+            ("", Some(column)) if is_imported(column) => "unknown",
+            ("", Some(_)) => "shipped",
+            (other, _) => other,
         };
         add("prompt", template.into(), None, false);
     }

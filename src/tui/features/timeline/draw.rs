@@ -57,7 +57,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     if apart {
         lines.push(marks_row(model, &marks, width, &column));
     }
-    let beside = if apart { &[][..] } else { &marks };
+    let beside = (!apart).then_some(&marks[..]);
     lines.push(ruler(model, opened, width, &column, beside));
     f.render_widget(Paragraph::new(lines), inner);
 }
@@ -289,6 +289,7 @@ fn marks_row(
 ) -> Line<'static> {
     let dim = Style::new().fg(model.theme.dim);
     let mut row = LinePlacer::new(width);
+    cursor(&mut row, model, marks, column);
     let placed: Vec<&Mark> = marks
         .iter()
         .filter(|mark| row.sign(mark.at, mark.sign, mark.style))
@@ -331,29 +332,32 @@ fn ticks(from: f64, to: f64, width: usize) -> impl Iterator<Item = f64> {
         .filter(|tick| tick.is_finite())
 }
 
-/// Seconds and the cursor; `marks` too, where they have no row of their own.
+/// The cursor, which turns the most important mark under it around.
+fn cursor(row: &mut LinePlacer, model: &Model, marks: &[Mark], column: &dyn Fn(i64) -> usize) {
+    let at = column(model.clock.step());
+    match marks.iter().find(|mark| mark.at == at) {
+        Some(mark) => row.sign(at, mark.sign, mark.style.add_modifier(Modifier::REVERSED)),
+        None => row.sign(at, '▲', Style::new().fg(model.theme.accent)),
+    };
+}
+
+/// Seconds; the cursor and `marks` too, where they have no row of their own.
 fn ruler(
     model: &Model,
     opened: &Opened,
     width: usize,
     column: &dyn Fn(i64) -> usize,
-    marks: &[Mark],
+    marks: Option<&[Mark]>,
 ) -> Line<'static> {
     let (first, last) = model.clock.range();
     let dt = opened.scenario.dt();
     let (from, to) = (first as f64 * dt, last as f64 * dt);
     let theme = &model.theme;
-    let cursor = column(model.clock.step());
     let mut row = LinePlacer::new(width);
-    // The cursor turns the most important mark under it around.
-    match marks.iter().find(|mark| mark.at == cursor) {
-        Some(mark) => {
-            let style = mark.style.add_modifier(Modifier::REVERSED);
-            row.sign(cursor, mark.sign, style)
-        }
-        None => row.sign(cursor, '▲', Style::new().fg(theme.accent)),
-    };
-    for mark in marks {
+    if let Some(marks) = marks {
+        cursor(&mut row, model, marks, column);
+    }
+    for mark in marks.unwrap_or_default() {
         row.sign(mark.at, mark.sign, mark.style);
     }
     for tick in ticks(from, to, width) {

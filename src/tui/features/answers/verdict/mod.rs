@@ -11,6 +11,7 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::{Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
 
 use super::obstacles;
@@ -113,7 +114,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let room = usize::from(inner.width).saturating_sub(LABEL + 1);
     let widths = widths(&ids, Some(NARROWEST), NARROWEST, room);
     let heads = of_models(&ids, &widths);
+    let plotted = model.plot.measure.id == "risk" && model.plot.drives.is_none();
     for ((i, head), width) in seen.clone().zip(&heads).zip(&widths) {
+        let letter = obstacles::letter(i).filter(|_| plotted);
+        let head = &letter.map_or(head.clone(), |letter| format!("{letter} {head}"));
         let column = &answers.columns[i];
         let truth = column.truth_or(verdict);
         table.set_width(*width);
@@ -124,7 +128,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     table.reference(answers, verdict);
     let mut text = Text::from(table.lines());
     text.extend(notes(model));
-    model.drawn.set_obstacles(text.lines.len() + 2);
+    // A column is left for the scroll bar.
+    let above = Paragraph::new(text.clone()).wrap(Wrap { trim: false });
+    let rows = above.line_count(inner.width.saturating_sub(1));
+    model.drawn.set_obstacles(rows + 2);
     text.extend(obstacles::lines(model, seen, &widths));
     text.extend(failures(model));
     text.push_line("");
@@ -175,7 +182,7 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
 
 /// The heads of answers, of two lines with a gap behind each.
 fn of_models(ids: &[&str], widths: &[usize]) -> Vec<String> {
-    let rooms = widths.iter().map(|width| 2 * width.saturating_sub(1));
+    let rooms = widths.iter().map(|width| (2 * width).saturating_sub(4));
     heads(ids, &rooms.collect::<Vec<_>>())
 }
 

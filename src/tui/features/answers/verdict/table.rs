@@ -233,7 +233,7 @@ impl<'a> Table<'a> {
         let theme = &self.model.theme;
         let (base, dim) = (theme.base(), Style::new().fg(theme.dim));
         self.head(name, shown);
-        self.way(&column.how);
+        self.way(&column.how, is_imported(column));
         self.truth(column);
         let waiting = match &column.progress {
             Progress::Done(answer) => return self.answer(answer, column.steps, truth),
@@ -288,11 +288,12 @@ impl<'a> Table<'a> {
     }
 
     /// Frame and techniques, where answers differ in them.
-    fn way(&mut self, how: &str) {
+    fn way(&mut self, how: &str, imported: bool) {
         let (frame, techniques, prompt) = parts(how);
         let all = [Row::Frame, Row::How, Row::Prompt];
         for (row, words) in all.into_iter().zip([frame, techniques, prompt]) {
             let words = match words {
+                "" if row == Row::Prompt && imported => "unknown".into(),
                 "" if row == Row::Prompt => "shipped".into(),
                 "cartesian" => "cart".into(),
                 other => other.replace("cp+cot+icl", "all"),
@@ -398,6 +399,12 @@ impl<'a> Table<'a> {
             dim,
         );
     }
+}
+
+/// Whether it is an answer of others, whose prompt is not known.
+pub fn is_imported(column: &Column) -> bool {
+    let past = column.answer().and_then(|answer| answer.past);
+    past.is_some_and(|past| past.origin == Origin::Recorded)
 }
 
 /// A name in two lines of so many columns, cut behind a sign that parts words, where there is one.

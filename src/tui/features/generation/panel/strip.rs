@@ -57,7 +57,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             .title(title);
         let inner = block.inner(*part);
         f.render_widget(block, *part);
-        still(f, inner, model, moment);
+        still(f, inner, model, moment, &strip.attack);
     }
     let step = strip.attack.step;
     let block = Block::bordered()

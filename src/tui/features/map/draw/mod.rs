@@ -152,10 +152,16 @@ fn one(
     paint(f, area, model, moment, &view)
 }
 
-/// A map in cells that the mouse does not reach.
-pub fn still(f: &mut Frame<'_>, area: Rect, model: &Model, moment: &Moment<'_>) {
+/// A map in cells that the mouse does not reach, as another moment is seen.
+pub fn still(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    moment: &Moment<'_>,
+    as_of: &Moment<'_>,
+) {
     if area.width >= 4 && area.height >= 2 {
-        let view = seen(model, area, moment);
+        let view = seen(model, area, as_of);
         paint(f, area, model, moment, &view);
     }
 }

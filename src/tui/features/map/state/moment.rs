@@ -250,7 +250,7 @@ impl Model {
             .or(opened.certificate.as_deref());
         Some(VariantStrip {
             attacker,
-            original: at(original, both[1], None),
+            original: at(original, Variations::default(), None),
             attack: at(variant, both[0], Some(DrivenBy::Planner)),
             survived: drive.map(|drive| {
                 at(

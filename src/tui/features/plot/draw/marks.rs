@@ -12,6 +12,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
+use crate::features::answers::obstacles::letter;
 use crate::features::plot::draw::axes::{self, Axes, Dash, Drawn, Range, Upwards};
 use crate::features::plot::draw::{Curve, lines};
 use crate::loaded::{Opened, PlannedEgo};
@@ -115,7 +116,8 @@ pub fn answers(f: &mut Frame<'_>, axes: &Axes, model: &Model, dt: f64) -> Vec<(c
     let mut placed = Vec::new();
     let mut taken: Vec<Position> = Vec::new();
     let columns = model.answers.columns.iter().enumerate();
-    for ((place, column), sign) in columns.zip('a'..='z') {
+    for (place, column) in columns {
+        let Some(sign) = letter(place) else { break };
         let score = model.stated_risk(column);
         let row = score.and_then(|score| axes.row(f64::from(score)));
         let step = column.steps.map_or(end, |(_, last)| last);
@@ -360,7 +362,10 @@ pub struct GapCurve<'a> {
 }
 
 /// Seconds before and after the moment that the gaps are drawn of.
-const AROUND: (f64, f64) = (4.0, 2.0);
+const AROUND: (f64, f64) = (2.5, 1.0);
+
+/// Seconds before the moment whose gaps the axis reaches to.
+const REACH: f64 = 1.5;
 
 /// The gaps of some drives to an obstacle around a step, with their names in the first row.
 pub fn gaps(
@@ -383,6 +388,7 @@ pub fn gaps(
             .filter_map(|step| Some((step as f64 * dt, value(step)?)));
         line(drive.name, drive.color, drive.dash, points.collect())
     };
+    let near = (step - back(REACH)) as f64 * dt;
     let curves: Vec<Curve> = drives.iter().map(curve).collect();
     let mut names = Line::default();
     for curve in &curves {
@@ -401,11 +407,9 @@ pub fn gaps(
         height: area.height.saturating_sub(1),
         ..area
     };
-    let values = curves
-        .iter()
-        .flat_map(|c| c.runs.iter().flatten())
-        .map(|p| p.1);
-    let high = values.fold(1.0, f64::max);
+    let points = || curves.iter().flat_map(|c| c.runs.iter().flatten());
+    let within = points().filter(|(time, _)| *time >= near);
+    let high = within.map(|(_, gap)| *gap).fold(1.0, f64::max);
     let upwards = Upwards::fitting(rest, |most| Ticks::around(0.0, high, most));
     let drawn = Drawn {
         time: (seen.start as f64 * dt, (seen.end - 1) as f64 * dt),

@@ -11,7 +11,8 @@ use ratatui::text::{Line, Span, Text};
 use similar::ChangeTag;
 
 use crate::action::Action;
-use crate::model::{Column, Model, Progress, ShownAnswer, diff_of};
+use crate::model::{Column, Model, Progress, ShownAnswer, diff_of, parts};
+use crate::widgets::markdown;
 
 /// The pane's text.
 pub fn text(model: &Model) -> Text<'static> {
@@ -87,14 +88,19 @@ fn head(model: &Model, column: &Column) -> Line<'static> {
     line
 }
 
-/// The newest other answer of the same model, and its place.
+/// The newest other answer of the same model, one with the same frame and techniques first, and its place.
 fn before(model: &Model, place: usize) -> Option<(usize, &Column)> {
     let columns = &model.answers.columns;
     let shown = &columns[place];
     let others = columns.iter().enumerate().filter(|(i, column)| {
         *i != place && column.model == shown.model && column.answer().is_some()
     });
-    others.max_by_key(|(i, column)| (column.answer().and_then(|a| a.run), *i))
+    let (frame, techniques, _) = parts(&shown.how);
+    others.max_by_key(|(i, column)| {
+        let (of, with, _) = parts(&column.how);
+        let run = column.answer().and_then(|a| a.run);
+        ((of, with) == (frame, techniques), run, *i)
+    })
 }
 
 /// What the new verdict says otherwise than the old one, a line each.
@@ -151,34 +157,50 @@ fn flipped(model: &Model, old: usize, new: usize) -> Option<String> {
     (a != b).then(|| format!("claims: {} of {} false → {} of {}", a.0, a.1, b.0, b.1))
 }
 
-/// The new text, with words that are new underlined, and those that went crossed out.
+/// The new text, with words that are new underlined; then the lines that went, crossed out.
 fn words_changed(model: &Model, old: &str, new: &str) -> Vec<Line<'static>> {
     let theme = &model.theme;
     let diff = diff_of(old.trim(), new.trim());
-    let mut lines = Vec::new();
+    let (mut lines, mut gone) = (Vec::new(), Vec::new());
     for op in diff.ops() {
         for change in diff.iter_inline_changes(op) {
-            let (color, mark) = match change.tag() {
-                ChangeTag::Equal => (theme.text, Modifier::empty()),
-                ChangeTag::Delete => (theme.dim, Modifier::CROSSED_OUT),
-                ChangeTag::Insert => (theme.safe, Modifier::UNDERLINED | Modifier::BOLD),
-            };
             let parts: Vec<(bool, String)> = change
                 .iter_strings_lossy()
                 .map(|(changed, part)| (changed, part.trim_end_matches(['\n', '\r']).into()))
                 .collect();
+            let whole: String = parts.iter().map(|(_, part)| part.as_str()).collect();
+            let whole = visible(&whole).into_owned();
+            let plain = || {
+                let pieces = markdown::line(&whole, theme).into_iter();
+                pieces.map(|piece| piece.span).collect::<Vec<_>>()
+            };
             let by_words = parts.iter().any(|(changed, _)| *changed);
-            let spans = parts.into_iter().map(|(changed, part)| {
-                let style = Style::new().fg(color);
-                let style = if changed || !by_words {
-                    style.add_modifier(mark)
-                } else {
-                    style
-                };
-                Span::styled(visible(&part).into_owned(), style)
-            });
-            lines.push(Line::from_iter(spans));
+            let marked = |mark: Style| {
+                let spans = parts.iter().map(|(changed, part)| {
+                    let style = if *changed || !by_words { mark } else { theme.base() };
+                    Span::styled(visible(part).into_owned(), style)
+                });
+                spans.collect::<Vec<_>>()
+            };
+            match change.tag() {
+                ChangeTag::Equal => lines.push(Line::from(plain())),
+                ChangeTag::Insert => {
+                    let style = Style::new().fg(theme.safe);
+                    let style = style.add_modifier(Modifier::UNDERLINED | Modifier::BOLD);
+                    lines.push(Line::from(marked(style)));
+                }
+                ChangeTag::Delete => {
+                    let style = Style::new().fg(theme.dim);
+                    gone.push(Line::from(marked(style.add_modifier(Modifier::CROSSED_OUT))));
+                }
+            }
         }
+    }
+    if !gone.is_empty() {
+        lines.push(Line::default());
+        let title = Style::new().fg(theme.title);
+        lines.push(Line::styled("── no longer said ──", title));
+        lines.append(&mut gone);
     }
     lines
 }
