@@ -239,7 +239,7 @@ fn a_draft_survives_a_kill() {
     session.press("e");
     session.see("template · collision-ego.md");
     session.press("Written before the end. ");
-    session.see("before the end. You =");
+    session.see("before the end. You are");
     let draft = folders.path().join("data/drafts/collision-ego.md");
     let begun = Instant::now();
     let kept = || std::fs::read_to_string(&draft).is_ok_and(|t| t.contains("before the end. You"));
@@ -257,7 +257,7 @@ fn a_draft_survives_a_kill() {
     session.see("unsaved drafts restored: collision-ego.md");
     session.see("The body of car 301 overlaps");
     session.press("e");
-    session.see("before the end. You =");
+    session.see("before the end. You are");
     session.press("\x03");
     session.press("q");
     assert_eq!(session.end(), 0);
