@@ -514,13 +514,13 @@ fn the_plot_says_both_scores() {
 fn who_has_a_variant_needs_no_way_to_a_first_verdict() {
     let mut bench = open("rightturn");
     bench.model.recall.hint = true;
-    assert!(bench.frame(80, 24).contains("worst moment"));
+    assert!(bench.frame(80, 24).contains("p play"));
     bench.press("space g g");
     arrive(&mut bench);
     for (columns, rows) in [(80, 24), (200, 60)] {
         let frame = bench.frame(columns, rows);
         assert!(
-            !frame.contains("three keys") && !frame.contains("x worst moment"),
+            !frame.contains("three keys") && !frame.contains("p play  m"),
             "{frame}"
         );
     }

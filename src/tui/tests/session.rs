@@ -261,14 +261,14 @@ fn three_keys_lead_to_a_first_verdict() {
         let frame = bench.frame(columns, rows);
         // Where the pane is low, they stand in its border and hide no text.
         let title = match rows {
-            24 => "↓ next  x worst moment  m model",
-            _ => "three keys to a first verdict",
+            24 => "↓ next  p play  m model",
+            _ => "three keys; more: nearmiss --tour",
         };
         assert!(frame.contains(title), "{frame}");
-        let shown = ["↓", "x", "m"];
+        let shown = ["↓", "p", "m"];
         let words = [
             "open the next scenario",
-            "go to its worst moment",
+            "play from 3 s before this moment",
             "choose a model, r asks it",
         ];
         for (key, words) in shown.iter().zip(words).filter(|_| rows > 24) {

@@ -248,7 +248,14 @@ fn of_pane(model: &Model) -> Vec<Hint> {
             one(ChooseTemplate, ""),
         ],
         Pane::Verdict => vec![
-            one(PaneMain, if model.picks_next() { "pick" } else { "side by side" }),
+            one(
+                PaneMain,
+                if model.picks_next() {
+                    "pick"
+                } else {
+                    "side by side"
+                },
+            ),
             answers,
             one(Compare, "ask another"),
             one(CloseAnswer, ""),

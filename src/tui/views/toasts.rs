@@ -182,7 +182,11 @@ pub fn draw_hint(frame: &mut Frame<'_>, parts: &ScreenAreas, area: Option<Rect>,
     };
     let rows = [
         (Action::Down, "open the next scenario".to_string(), "next"),
-        (Action::Play, "play from 3 s before this moment".into(), "play"),
+        (
+            Action::Play,
+            "play from 3 s before this moment".into(),
+            "play",
+        ),
         asks,
     ]
     .map(|(action, words, short)| (model.look.key(action), words, short));
@@ -195,10 +199,7 @@ pub fn draw_hint(frame: &mut Frame<'_>, parts: &ScreenAreas, area: Option<Rect>,
     let bold = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
     let block = Block::bordered()
         .border_style(Style::new().fg(theme.accent))
-        .title(Span::styled(
-            " three keys; more: nearmiss --tour ",
-            bold,
-        ))
+        .title(Span::styled(" three keys; more: nearmiss --tour ", bold))
         .style(theme.base());
     let room = usize::from(area.width).saturating_sub(keys + 5);
     let lines = rows.iter().map(|(key, words)| {

@@ -6,8 +6,8 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
 use crate::model::counted;
-use crate::widgets::long_text::MarkedClaims;
 use crate::theme::Theme;
+use crate::widgets::long_text::MarkedClaims;
 use crate::widgets::markdown::Piece;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement};
 
@@ -78,7 +78,12 @@ pub fn marked(
             }
             from = last;
         }
-        spans.extend(underlined(&part(from, end), from, piece.span.style, marks.unread));
+        spans.extend(underlined(
+            &part(from, end),
+            from,
+            piece.span.style,
+            marks.unread,
+        ));
     }
     spans.retain(|span| !span.content.is_empty());
     Line::from(spans)
@@ -100,7 +105,10 @@ fn underlined(part: &str, at: usize, style: Style, unread: &[Range<usize>]) -> V
         spans.push(Span::styled(words(first, last), marked));
         from = last;
     }
-    spans.push(Span::styled(part.get(from - at..).unwrap_or_default().to_string(), style));
+    spans.push(Span::styled(
+        part.get(from - at..).unwrap_or_default().to_string(),
+        style,
+    ));
     spans
 }
 
@@ -125,8 +133,13 @@ pub fn summary(claims: &[CheckedClaim], unread: usize) -> String {
             let (right, wrong, open) = counted(claims);
             let parts = [(right, "= right"), (wrong, "≠ wrong"), (open, "? open")];
             let known = parts.into_iter().filter(|(count, _)| *count > 0);
-            let words: Vec<String> = known.map(|(count, word)| format!("{count} {word}")).collect();
-            format!("{count} checked: {}; {unread} not understood", words.join(", "))
+            let words: Vec<String> = known
+                .map(|(count, word)| format!("{count} {word}"))
+                .collect();
+            format!(
+                "{count} checked: {}; {unread} not understood",
+                words.join(", ")
+            )
         }
     }
 }

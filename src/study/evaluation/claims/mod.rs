@@ -242,23 +242,31 @@ pub fn not_understood(
         if line.trim_start().starts_with("```") {
             is_code = !is_code;
         }
-        if is_code || line.trim_start().starts_with(['{', '}', '"', '[', ']', '`']) {
+        if is_code
+            || line
+                .trim_start()
+                .starts_with(['{', '}', '"', '[', ']', '`'])
+        {
             continue;
         }
         let mut from = 0;
-        let ends = line.match_indices(['.', '!', '?', ';']).filter_map(|(end, sign)| {
-            let behind = &line[end + sign.len()..];
-            behind.starts_with(char::is_whitespace).then_some(end + sign.len())
-        });
+        let ends = line
+            .match_indices(['.', '!', '?', ';'])
+            .filter_map(|(end, sign)| {
+                let behind = &line[end + sign.len()..];
+                behind
+                    .starts_with(char::is_whitespace)
+                    .then_some(end + sign.len())
+            });
         for end in ends.chain([line.trim_end().len()]) {
             if end <= from {
                 continue;
             }
             let sentence = start + from..start + end;
             from = end;
-            let has_claim = claims.iter().any(|c| {
-                c.claim.span.start < sentence.end && sentence.start < c.claim.span.end
-            });
+            let has_claim = claims
+                .iter()
+                .any(|c| c.claim.span.start < sentence.end && sentence.start < c.claim.span.end);
             if !has_claim && names_quantity(&text[sentence.clone()], &ids) {
                 found.push(sentence);
             }
@@ -270,14 +278,22 @@ pub fn not_understood(
 /// Whether a sentence has the id of an obstacle, and a number with a unit.
 fn names_quantity(sentence: &str, ids: &BTreeSet<String>) -> bool {
     const UNITS: [&str; 12] = [
-        "m", "m/s", "m/s²", "m/s^2", "s", "km/h", "°", "metres", "meters", "seconds", "metre", "meter",
+        "m", "m/s", "m/s²", "m/s^2", "s", "km/h", "°", "metres", "meters", "seconds", "metre",
+        "meter",
     ];
     let words: Vec<&str> = sentence
         .split_whitespace()
-        .map(|word| word.trim_matches(['*', '_', '(', ')', ',', ':', ';', '.', '!', '?', '\'', '’', '"']))
+        .map(|word| {
+            word.trim_matches([
+                '*', '_', '(', ')', ',', ':', ';', '.', '!', '?', '\'', '’', '"',
+            ])
+        })
         .collect();
-    let is_id = |word: &&str| {
-        let bare = word.strip_suffix("'s").or(word.strip_suffix("’s")).unwrap_or(word);
+    let is_id = |word: &str| {
+        let bare = word
+            .strip_suffix("'s")
+            .or(word.strip_suffix("’s"))
+            .unwrap_or(word);
         ids.contains(bare)
     };
     let is_number = |word: &str| word.parse::<f64>().is_ok();
@@ -290,7 +306,7 @@ fn names_quantity(sentence: &str, ids: &BTreeSet<String>) -> bool {
             is_number(digits) && UNITS.contains(&unit)
         }
     };
-    words.iter().any(|word| is_id(&word)) && words.iter().enumerate().any(is_quantity)
+    words.iter().any(|word| is_id(word)) && words.iter().enumerate().any(is_quantity)
 }
 
 /// The version of finding and checking claims: grows when the same text can give other counts, so that stored ones

@@ -179,7 +179,9 @@ impl Model {
     #[must_use]
     pub fn picks_next(&self) -> bool {
         let cursor = self.answers.cursor;
-        cursor.is_some() && cursor != self.picked && cursor.is_some_and(|id| named(self).contains(&id))
+        cursor.is_some()
+            && cursor != self.picked
+            && cursor.is_some_and(|id| named(self).contains(&id))
     }
 
     /// What answers say otherwise than it is: yes for no, another risk score, another list of critical obstacles; by step.

@@ -123,7 +123,9 @@ pub fn fields(model: &Model, shown: ShownAnswer) -> Vec<Field> {
             (true, false, 0) => claimed::short_counts(claims),
             (true, _, unread) => {
                 let checked = claimed::short_counts(claims);
-                format!("{checked} {unread} not understood").trim_start().into()
+                format!("{checked} {unread} not understood")
+                    .trim_start()
+                    .into()
             }
         }
     });

@@ -2,6 +2,8 @@
 
 mod outline;
 
+use std::ops::Range;
+
 use nearmiss_study::evaluation::claims::CheckedClaim;
 use ratatui::style::Style;
 use ratatui::text::Line;
@@ -232,7 +234,7 @@ impl Reading {
         let plain = || pieces_of(Line::raw(line.to_string()));
         let pieces = self.rendered(line, kind, theme).unwrap_or_else(plain);
         // A sign beside a claim takes room too.
-        height(marked(pieces, &here, from, None, theme), self.width)
+        height(marked(pieces, &here, from, marks, theme), self.width)
     }
 
     fn folds(&self, json: Json) -> bool {

@@ -568,5 +568,8 @@ fn sentences_with_a_quantity_that_were_not_understood_are_found() {
     let claims = checked(&text, &subject);
     let unread = not_understood(&text, &claims, &subject);
     let words: Vec<&str> = unread.iter().map(|at| text[at.clone()].trim()).collect();
-    assert_eq!(words, [format!("Car {id} wobbles by 7.77 m sideways, oddly.")]);
+    assert_eq!(
+        words,
+        [format!("Car {id} wobbles by 7.77 m sideways, oddly.")]
+    );
 }

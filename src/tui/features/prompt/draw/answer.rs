@@ -177,7 +177,11 @@ fn words_changed(model: &Model, old: &str, new: &str) -> Vec<Line<'static>> {
             let by_words = parts.iter().any(|(changed, _)| *changed);
             let marked = |mark: Style| {
                 let spans = parts.iter().map(|(changed, part)| {
-                    let style = if *changed || !by_words { mark } else { theme.base() };
+                    let style = if *changed || !by_words {
+                        mark
+                    } else {
+                        theme.base()
+                    };
                     Span::styled(visible(part).into_owned(), style)
                 });
                 spans.collect::<Vec<_>>()
@@ -191,7 +195,9 @@ fn words_changed(model: &Model, old: &str, new: &str) -> Vec<Line<'static>> {
                 }
                 ChangeTag::Delete => {
                     let style = Style::new().fg(theme.dim);
-                    gone.push(Line::from(marked(style.add_modifier(Modifier::CROSSED_OUT))));
+                    gone.push(Line::from(marked(
+                        style.add_modifier(Modifier::CROSSED_OUT),
+                    )));
                 }
             }
         }
