@@ -25,6 +25,8 @@ pub struct Camera {
     pub wide: bool,
     /// Whether the map chooses its zoom, as long as the ego is followed: until the user zooms or moves it.
     pub auto: bool,
+    /// What was fitted, metres across and down the screen; it stays in sight until the user zooms or moves the map.
+    pub fitted: Option<(f64, f64)>,
     /// Metres that the map is wide at least, where it chooses.
     pub least: f64,
 }
@@ -56,6 +58,7 @@ impl Default for Camera {
             ego_up: true,
             wide: true,
             auto: true,
+            fitted: None,
             least: NEIGHBOURHOOD,
         }
     }
@@ -82,6 +85,7 @@ impl Camera {
     /// Zooms by a factor; below 1 is in. The middle stays where it is, or the ego that is followed.
     pub fn zoom(&mut self, factor: f64) {
         self.auto = false;
+        self.fitted = None;
         self.scale(factor);
     }
 
@@ -132,6 +136,7 @@ impl Camera {
 
     /// The ego is not followed any longer: the map stays at a point of the frame.
     pub fn stay(&mut self, frame: Pose, at: Point) {
+        self.fitted = None;
         self.center = frame.to_world(&at);
         self.up = frame.heading;
         self.follow = false;
@@ -149,10 +154,18 @@ impl Camera {
         let frame = self.frame(ego);
         let half = (bounds.max - bounds.min) / 2.0;
         let size = |axis: Vector| 2.0 * ((half.x * axis.x).abs() + (half.y * axis.y).abs());
-        let across = size(frame.left()) / f64::from(columns.max(1));
-        let down = size(frame.forward()) / (self.aspect * f64::from(rows.max(1)));
-        self.cell = (across.max(down) * 1.05).clamp(NEAREST, FARTHEST);
         self.stay(frame, frame.to_local(&bounds.center()));
+        self.fitted = Some((size(frame.left()), size(frame.forward())));
+        self.refit((columns, rows));
+    }
+
+    /// What was fitted fits into so many columns and rows, too.
+    pub fn refit(&mut self, (columns, rows): (u16, u16)) {
+        if let Some((across, down)) = self.fitted {
+            let across = across / f64::from(columns.max(1));
+            let down = down / (self.aspect * f64::from(rows.max(1)));
+            self.cell = (across.max(down) * 1.05).clamp(NEAREST, FARTHEST);
+        }
     }
 
     /// The frame of the view: forward is up on the screen, left is left.

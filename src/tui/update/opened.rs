@@ -158,6 +158,7 @@ fn leave(model: &mut Model) {
 fn frame_map(model: &mut Model, opened: &Opened) {
     if opened.scene.is_some() {
         model.camera.follow = true;
+        model.camera.fitted = None;
         model.camera.shift = nearmiss_base::geometry::Vector::zeros();
         let (columns, _) = model.drawn.map_size();
         model.camera.show_at_least(NEIGHBOURHOOD, columns);

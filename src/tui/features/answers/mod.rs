@@ -459,6 +459,7 @@ impl Computation for WindowsToJudge {
                 model.take_reference();
             }
         }
+        timeline::arrived(model);
     }
 }
 

@@ -135,6 +135,7 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
         return saving::on_key(model, key);
     }
     if let Some(action) = command(&model.look.keymap, &model.prompt.editor, key) {
+        model.prompt.editor.forget_pending();
         return vec![Effect::Step(Step::Perform(action))];
     }
     if model.prompt.turned && !model.prompt.fits_beside(model.size.0) {

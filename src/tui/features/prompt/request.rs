@@ -39,9 +39,9 @@ impl Request for ChangeTemplate {
             let Self(file, change) = self;
             let path = folder.join(&file);
             let changed = match change {
-                TemplateChange::Save(text) => Folders::write(&path, &text)
-                    .map(|()| format!("saved as {}", path.display()))
-                    .map_err(|error| named(&path, &error)),
+                TemplateChange::Save(text) => {
+                    save(&path, &text).map_err(|error| named(&path, &error))
+                }
                 TemplateChange::SaveAs(text) => save_as(&folder, &file, &text),
                 TemplateChange::Remove(draft) => {
                     set_aside(&path, draft.as_deref()).map_err(|error| named(&path, &error))
@@ -83,6 +83,26 @@ fn named(path: &Path, error: &Error) -> String {
         _ => system::error_text(error),
     };
     format!("{}: {words}", path.display())
+}
+
+/// Writes a template. One there that could not be read is no earlier version of it: it is kept.
+fn save(path: &Path, text: &str) -> std::io::Result<String> {
+    let mut words = format!("saved as {}", path.display());
+    let before = std::fs::read(path).ok();
+    let is_template = |bytes: &Vec<u8>| {
+        let text = std::str::from_utf8(bytes);
+        text.is_ok_and(|text| Template::read(text).is_ok())
+    };
+    if before.is_some_and(|before| !is_template(&before)) {
+        let kept = path.with_extension("unread.md.bak");
+        std::fs::rename(path, &kept)?;
+        words += &format!(
+            "; the file that could not be read is kept as {}",
+            kept.display()
+        );
+    }
+    Folders::write(path, text)?;
+    Ok(words)
 }
 
 /// Takes a template of the user's, and a draft that was not saved, out of use without losing them.
@@ -161,6 +181,21 @@ impl Request for KeepDraft {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_that_could_not_be_read_is_not_lost() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("collision-ego.md");
+        std::fs::write(&path, "+++\nname = \"mine\"\nno end").unwrap();
+        let shipped = Library::shipped("collision-ego.md").unwrap();
+        let words = save(&path, shipped).unwrap();
+        assert!(words.contains("unread.md.bak"), "{words}");
+        let kept = std::fs::read_to_string(path.with_extension("unread.md.bak"));
+        assert!(kept.unwrap().contains("no end"));
+        // A template that can be read is an earlier version.
+        let again = save(&path, shipped).unwrap();
+        assert!(!again.contains("bak"), "{again}");
+    }
 
     #[test]
     fn a_draft_is_kept_as_a_saved_template_is() {

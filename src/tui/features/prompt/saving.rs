@@ -158,7 +158,12 @@ fn run_command(model: &mut Model, text: &str) -> Vec<Effect> {
     match text {
         "" => Vec::new(),
         "w" | "write" => save(model),
-        "q" | "q!" | "quit" => leave(model),
+        "q" | "quit" => leave(model),
+        "q!" | "quit!" => {
+            model.prompt.reload(&model.library);
+            model.refresh();
+            leave(model)
+        }
         "x" | "wq" | "x!" | "wq!" => {
             let mut effects = save(model);
             effects.extend(leave(model));
@@ -171,7 +176,7 @@ fn run_command(model: &mut Model, text: &str) -> Vec<Effect> {
         }
         _ => {
             model.complain(format!(
-                "no command `:{text}`; :w saves, :q leaves with the draft in use, :x and :wq do both, :N goes to line N"
+                "no command `:{text}`; :w saves, :q leaves with the draft in use, :q! without it, :x and :wq save and leave, :N goes to line N"
             ));
             Vec::new()
         }

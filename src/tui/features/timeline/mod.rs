@@ -6,7 +6,7 @@ pub mod state;
 use crate::action::Action;
 use crate::clock::PlayRange;
 use crate::message::Effect;
-use crate::model::{Disagreement, Heat, Line, Model, OpenId, Seek, ShownAnswer};
+use crate::model::{Column, Disagreement, Heat, Line, Model, OpenId, Seek, ShownAnswer};
 use crate::update::{open, opening};
 use nearmiss_scene::metrics::Series;
 use nearmiss_scene::verdict::Task;
@@ -162,10 +162,16 @@ fn places(model: &Model) -> Vec<usize> {
 
 /// Stored answers have arrived: a disagreement that was looked for in this scenario is shown.
 pub(super) fn arrived(model: &mut Model) {
-    if model.seek.take().is_none() {
+    let Some(seek) = model.seek.take() else {
+        return;
+    };
+    let all = model.disagreements();
+    // Some may still be held against the geometry.
+    let is_unsure = |c: &Column| c.truth.is_none() && c.steps.is_some() && c.answer().is_some();
+    if all.is_empty() && model.answers.columns.iter().any(is_unsure) {
+        model.seek = Some(seek);
         return;
     }
-    let all = model.disagreements();
     match all.first() {
         Some(&first) => show(model, first, &all),
         None => model.say("no answer shown differs from the built-in judge now"),
@@ -196,7 +202,8 @@ fn show(model: &mut Model, at: Disagreement, all: &[Disagreement]) {
     let said = column.answer().and_then(|a| a.verdict()).map(|v| v.word());
     let place = all.iter().position(|d| *d == at).map_or(0, |p| p + 1);
     let said = said.unwrap_or_default();
-    let truth = column.truth.as_ref().map_or("otherwise", |v| v.word());
+    let reference = model.answers.reference.as_ref().map(|r| &r.verdict);
+    let truth = column.truth_or(reference).map_or("otherwise", |v| v.word());
     model.say(format!(
         "{place} of {}: {name} says {said}, the built-in judge says {truth}",
         all.len()
@@ -307,9 +314,13 @@ const RUN_UP: f64 = 3.0;
 fn play(model: &mut Model) {
     let headline = model.opened.as_ref().and_then(|o| o.headline.as_ref());
     let worst = headline.and_then(|headline| headline.worst());
-    let is_at_moment = worst.is_some_and(|moment| moment.step == model.clock.step())
-        && model.placed == Some(model.clock.step());
-    if is_at_moment && !model.clock.playing {
+    let was_placed = model.placed == Some(model.clock.step());
+    if let (Some(step), true, false) = (
+        worst.map(|moment| moment.step),
+        was_placed,
+        model.clock.playing,
+    ) {
+        model.clock.go(step);
         model.clock.rewind(RUN_UP);
     }
     model.clock.toggle();

@@ -97,7 +97,9 @@ fn title(
     };
     let name = match moment.driven {
         Some(DrivenBy::GoodDriver(delay)) => format!("{name}, reaction {delay:.1} s"),
-        _ => name.to_string(),
+        Some(DrivenBy::Planner) => name.to_string(),
+        None if moment.opened.planned.is_some() => format!("{name}, planned ego"),
+        None => format!("{name}, recorded ego"),
     };
     let series = moment.opened.series.as_ref();
     let nearest = series.and_then(|series| series.most_dangerous_at("distance", moment.step));

@@ -455,6 +455,9 @@ impl Model {
     pub fn camera_of(&self, size: (u16, u16), moment: &Moment<'_>) -> Camera {
         let mut camera = self.camera.clone();
         camera.wide = camera.is_wide(size);
+        if !camera.follow {
+            camera.refit(size);
+        }
         let (true, true, Some(ego)) = (camera.auto, camera.follow, moment.ego()) else {
             return camera;
         };

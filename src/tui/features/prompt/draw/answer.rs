@@ -27,6 +27,12 @@ pub fn text(model: &Model) -> Text<'static> {
     };
     let before = before(model, place);
     let mut text = Text::from(head(model, column));
+    if let Progress::Unasked(why) | Progress::Broken(why) | Progress::Retrying(why) =
+        &column.progress
+    {
+        let warning = Style::new().fg(theme.warning);
+        text.push_line(Line::styled(visible(why).into_owned(), warning));
+    }
     let Some(answer) = column.answer() else {
         let so_far = format!("{}{}", column.reasoning, column.text);
         text.extend(

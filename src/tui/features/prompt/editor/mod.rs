@@ -40,6 +40,8 @@ pub struct Editor {
     awaiting: bool,
     /// What of a command of vim's normal mode was typed.
     pending: vim::Pending,
+    /// What `.` repeats.
+    last_change: vim::LastChange,
     clip: Rc<RefCell<Clip>>,
     /// The first line that is shown; it follows the cursor when the text is drawn.
     pub top: Cell<usize>,
@@ -79,6 +81,7 @@ impl Editor {
             marking: false,
             awaiting: false,
             pending: vim::Pending::default(),
+            last_change: vim::LastChange::default(),
             clip,
             top: Cell::new(0),
             drawn: RefCell::default(),

@@ -18,6 +18,18 @@ pub struct Pending {
     prefix: Option<char>,
 }
 
+/// The last change, for `.`.
+#[derive(Debug, Default, Clone, Copy)]
+pub enum LastChange {
+    /// The crate made it and repeats it.
+    #[default]
+    Crate,
+    /// A key, so many times.
+    Key(char, usize),
+    /// An operator, its count, and what it was over.
+    Operator(char, usize, Option<char>, char),
+}
+
 /// What became of a key of the normal mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NormalKey {
@@ -82,11 +94,19 @@ impl Editor {
                 self.pending = Pending::default();
                 let to_line = c == 'G' || (prefix, c) == (Some('g'), 'g');
                 match count {
+                    0 if c == '.' => self.repeat(1),
                     0 if c == 'p' && self.puts_below() => {
                         self.put_below(1);
                         NormalKey::Changed
                     }
-                    0 => NormalKey::Left,
+                    0 => {
+                        self.last_change = if "xXpPJ~DC".contains(c) {
+                            LastChange::Crate
+                        } else {
+                            self.last_change
+                        };
+                        NormalKey::Left
+                    }
                     _ if to_line => {
                         self.go(count - 1, 0, false);
                         NormalKey::Taken
@@ -97,8 +117,36 @@ impl Editor {
                         NormalKey::Changed
                     }
                     _ if "iaoIAOftvV/:*".contains(c) => NormalKey::Left,
-                    _ => self.feed(c, count),
+                    _ if c == 'u' => self.undo_times(count),
+                    _ if c == '.' => self.repeat(count),
+                    _ => {
+                        let did = self.feed(c, count);
+                        if did == NormalKey::Changed {
+                            self.last_change = LastChange::Key(c, count);
+                        }
+                        did
+                    }
                 }
+            }
+        }
+    }
+
+    fn undo_times(&mut self, times: usize) -> NormalKey {
+        let done = (0..times).take_while(|_| self.undo(true)).count();
+        if done > 0 {
+            NormalKey::Changed
+        } else {
+            NormalKey::Taken
+        }
+    }
+
+    /// Makes the last change again.
+    fn repeat(&mut self, times: usize) -> NormalKey {
+        match self.last_change {
+            LastChange::Crate => self.feed('.', times),
+            LastChange::Key(c, count) => self.feed(c, if times > 1 { times } else { count }),
+            LastChange::Operator(operator, count, prefix, c) => {
+                self.operate(operator, if times > 1 { times } else { count }, prefix, c)
             }
         }
     }
@@ -151,6 +199,7 @@ impl Editor {
             _ => false,
         };
         if times == 1 && is_known {
+            self.last_change = LastChange::Crate;
             let keys = [Some(operator), prefix, Some(c)];
             let mut changed = false;
             for key in keys.into_iter().flatten() {
@@ -188,6 +237,7 @@ impl Editor {
         if operator == 'y' {
             return NormalKey::Taken;
         }
+        self.last_change = LastChange::Operator(operator, times, prefix, c);
         // A changed line stays, empty.
         let rest = if operator == 'c' && by_lines {
             "\n"
@@ -398,6 +448,10 @@ mod tests {
         assert_eq!(after("one two", (0, 4), "d0").0, "two");
         assert_eq!(after("a.b.c.d", (0, 0), "d2f.").0, "c.d");
         assert_eq!(after("a\nb", (0, 0), "2yyjp").0, "a\nb\na\nb");
+        assert_eq!(after("a b c d e f g", (0, 0), "d2w.").0, "e f g");
+        assert_eq!(after("abcdefgh", (0, 0), "3x.").0, "gh");
+        assert_eq!(after("one two three four", (0, 0), "dw.").0, "three four");
+        assert_eq!(after("abcdef", (0, 0), "xxxx2u").0, "cdef");
     }
 
     #[test]
