@@ -51,7 +51,8 @@ pub fn follow(model: &mut Model, action: Action) {
 
 /// Draws its line over the first one of the screen.
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
-    let Some(Tour(step)) = model.tour else { return };
+    let shown = model.tour.filter(|_| !model.drawn.is_for_picture());
+    let Some(Tour(step)) = shown else { return };
     let theme = &model.theme;
     let style = Style::new()
         .fg(theme.accent)

@@ -296,14 +296,24 @@ fn names_quantity(sentence: &str, ids: &BTreeSet<String>) -> bool {
             .unwrap_or(word);
         ids.contains(bare)
     };
+    // Not how long, but when.
+    const WHEN: [&str; 9] = [
+        "at", "from", "until", "after", "by", "t", "=", "since", "step",
+    ];
+    let is_moment = |i: usize, unit: &str| {
+        let before = i.checked_sub(1).and_then(|i| words.get(i));
+        let after_step = i.checked_sub(2).and_then(|i| words.get(i)) == Some(&"step");
+        unit.starts_with('s') && (after_step || before.is_some_and(|word| WHEN.contains(word)))
+    };
     let is_number = |word: &str| word.parse::<f64>().is_ok();
     let is_quantity = |(i, word): (usize, &&str)| {
         let digits = word.trim_end_matches(|c: char| !c.is_ascii_digit());
         let unit = &word[digits.len()..];
         if unit.is_empty() {
-            is_number(word) && words.get(i + 1).is_some_and(|next| UNITS.contains(next))
+            let unit = words.get(i + 1).filter(|next| UNITS.contains(next));
+            is_number(word) && unit.is_some_and(|unit| !is_moment(i, unit))
         } else {
-            is_number(digits) && UNITS.contains(&unit)
+            is_number(digits) && UNITS.contains(&unit) && !is_moment(i, unit)
         }
     };
     words.iter().any(|word| is_id(word)) && words.iter().enumerate().any(is_quantity)

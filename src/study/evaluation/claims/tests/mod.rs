@@ -562,7 +562,7 @@ fn sentences_with_a_quantity_that_were_not_understood_are_found() {
     };
     let text = format!(
         "Car {id} is at a distance of 3.00 m. Car {id} wobbles by 7.77 m sideways, oddly.\n\
-         It has a risk score of 2. Nothing of {id} here. The ego drives 10 m/s.\n\
+         It has a risk score of 2. Nothing of {id} here. Car {id} brakes from step 5 (0.5 s) on. The ego drives 10 m/s.\n\
          ```json\n{{\"id\": {id}, \"reason\": \"{id} is 5 m off\"}}\n```\n"
     );
     let claims = checked(&text, &subject);

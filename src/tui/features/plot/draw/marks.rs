@@ -365,7 +365,7 @@ pub struct GapCurve<'a> {
 const AROUND: (f64, f64) = (2.5, 1.0);
 
 /// Seconds before the moment whose gaps the axis reaches to.
-const REACH: f64 = 1.5;
+const REACH: f64 = 0.8;
 
 /// The gaps of some drives to an obstacle around a step, with their names in the first row.
 pub fn gaps(
