@@ -127,8 +127,8 @@ fn compose(look: &Appearance<'_>, dots: [PremultipliedColorU8; 8]) -> Option<(ch
         }
         faintest => {
             let set = covers(1);
-            let bits = BITS.iter().enumerate();
-            let bits = bits.map(|(i, bit)| if set >> i & 1 == 1 { *bit } else { 0 });
+            let numbered = BITS.iter().enumerate();
+            let bits = numbered.map(|(i, bit)| if set >> i & 1 == 1 { *bit } else { 0 });
             let shape: u32 = bits.sum();
             let symbol = if ascii {
                 few(shape)

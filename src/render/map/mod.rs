@@ -301,8 +301,8 @@ fn draw_regions(map: &Map<'_>, picture: &mut Picture) {
         let (color, opacity) = match region.kind {
             RegionKind::Environment => (map.palette.static_obstacle, 0.6),
             RegionKind::Occupancy => {
-                let usual = map.workbench.map(|look| look.theme.occupancy);
-                let usual = usual.unwrap_or(map.palette.obstacle);
+                let themed = map.workbench.map(|look| look.theme.occupancy);
+                let usual = themed.unwrap_or(map.palette.obstacle);
                 (map.color_of(region.highlighted, usual), 0.25)
             }
         };

@@ -90,8 +90,8 @@ async fn workbench(
 ) -> RunResult {
     give_back_on_panic();
     let mut folders = Folders::find()?;
-    let for_tour = tour.then(tempfile::tempdir).transpose();
-    let for_tour = for_tour.map_err(|error| system::error_text(&error))?;
+    let made = tour.then(tempfile::tempdir).transpose();
+    let for_tour = made.map_err(|error| system::error_text(&error))?;
     if let Some(folder) = &for_tour {
         folders = folders.with_data(folder.path());
     }

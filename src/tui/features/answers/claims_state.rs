@@ -93,17 +93,19 @@ impl Claims {
     /// The claims of a text, in its order; none until they were checked.
     #[must_use]
     pub fn get(&self, key: u64) -> &[CheckedClaim] {
-        let found = self.known.iter().find(|(known, _)| *known == key);
-        let found = found.and_then(|(_, claims)| claims.as_ref());
-        found.map_or(&[], |claims| &claims.checked)
+        self.found(key).map_or(&[], |claims| &claims.checked)
     }
 
     /// The sentences of a text that were not understood, bytes.
     #[must_use]
     pub fn unread(&self, key: u64) -> &[Range<usize>] {
-        let found = self.known.iter().find(|(known, _)| *known == key);
-        let found = found.and_then(|(_, claims)| claims.as_ref());
-        found.map_or(&[], |claims| &claims.unread)
+        self.found(key).map_or(&[], |claims| &claims.unread)
+    }
+
+    fn found(&self, key: u64) -> Option<&TextClaims> {
+        let mut known = self.known.iter();
+        let (_, claims) = known.find(|(known, _)| *known == key)?;
+        claims.as_ref()
     }
 
     /// Whether they were checked.

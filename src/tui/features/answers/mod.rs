@@ -127,8 +127,8 @@ pub fn move_cursor(model: &mut Model, action: Action) -> bool {
         Action::Up => (named.len().saturating_sub(1), -1),
         _ => return false,
     };
-    let now = model.answers.cursor;
-    let now = now.and_then(|id| named.iter().position(|known| *known == id));
+    let cursor = model.answers.cursor;
+    let now = cursor.and_then(|id| named.iter().position(|known| *known == id));
     let next = match (now, by) {
         _ if named.is_empty() => return false,
         (None, _) => 0,

@@ -195,8 +195,8 @@ fn words_changed(model: &Model, old: &str, new: &str) -> Vec<Line<'static>> {
             match change.tag() {
                 ChangeTag::Equal => lines.push(Line::from(plain())),
                 ChangeTag::Insert => {
-                    let style = Style::new().fg(theme.safe);
-                    let style = style.add_modifier(Modifier::UNDERLINED | Modifier::BOLD);
+                    let new = Modifier::UNDERLINED | Modifier::BOLD;
+                    let style = Style::new().fg(theme.safe).add_modifier(new);
                     lines.push(Line::from(marked(style)));
                 }
                 ChangeTag::Delete => {

@@ -317,8 +317,8 @@ impl Editor {
             let last = (row + 1..self.line_count())
                 .take_while(|row| !is_empty(row))
                 .last();
-            let last = last.unwrap_or(row) + usize::from(around);
-            return Some(self.rows(first, last));
+            let end = last.unwrap_or(row) + usize::from(around);
+            return Some(self.rows(first, end));
         }
         let begin = self.byte(Index2::new(row, 0));
         let line = self.text[begin..].split('\n').next()?;
