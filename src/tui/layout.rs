@@ -49,7 +49,14 @@ pub fn split(screen: Rect, model: &Model) -> Option<ScreenAreas> {
     } else {
         let sizes = &model.look.sizes;
         match (screen.width, screen.height) {
-            (THREE_COLUMNS.., TALL..) => arranged.wide(body, sizes.wide, model.list.longest),
+            (THREE_COLUMNS.., TALL..) => {
+                let verdict = match (body.height, model.answers.columns.is_empty()) {
+                    (45.., false) => 22,
+                    (45.., true) => 17,
+                    _ => 15,
+                };
+                arranged.wide(body, sizes.wide, model.list.longest, verdict);
+            }
             (THREE_COLUMNS.., _) => {
                 arranged.low(body, sizes.wide, model.list.longest, model.focus);
             }
@@ -211,7 +218,7 @@ impl Arranged {
     }
 
     /// Everything at once.
-    pub fn wide(&mut self, body: Rect, shares: PaneShares, longest: usize) {
+    pub fn wide(&mut self, body: Rect, shares: PaneShares, longest: usize, verdict: u16) {
         let [left, right] = self.cut(body, body, shares, Wide, Cut::answers(body));
         let [upper, prompt] = self.cut(
             left,
@@ -246,7 +253,6 @@ impl Arranged {
             (Pane::Timeline, timeline),
             (Pane::Prompt, prompt),
         ]);
-        let verdict = if body.height >= 45 { 22 } else { 15 };
         // So many rows that each of the six risk scores has one, or every second one.
         let risk = match body.height {
             ..45 => 9,

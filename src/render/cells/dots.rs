@@ -107,12 +107,12 @@ fn compose(look: &Appearance<'_>, dots: [PremultipliedColorU8; 8]) -> Option<(ch
         BODY | EGO => {
             let covered = covers(BODY);
             let half = covered.count_ones() as usize >= dots.len() / 2;
-            // Without colours, shades tell bodies from the ego; they fill whole cells.
+            // Without colours, bodies of dense dots are told from the ego, which is solid.
             let is_shaded = !look.has_colors() && most.alpha() == BODY;
             let symbol = match (ascii, is_shaded) {
-                (_, true) if !half => return None,
+                (true, true) if !half => return None,
                 (true, true) => '%',
-                (false, true) => '▒',
+                (false, true) => braille(covered),
                 (true, false) if half => '#',
                 (true, false) => '+',
                 (false, false) => {
@@ -127,14 +127,7 @@ fn compose(look: &Appearance<'_>, dots: [PremultipliedColorU8; 8]) -> Option<(ch
         }
         faintest => {
             let set = covers(1);
-            let numbered = BITS.iter().enumerate();
-            let bits = numbered.map(|(i, bit)| if set >> i & 1 == 1 { *bit } else { 0 });
-            let shape: u32 = bits.sum();
-            let symbol = if ascii {
-                few(shape)
-            } else {
-                char::from_u32(BRAILLE + shape).unwrap_or(' ')
-            };
+            let symbol = if ascii { few(shape(set)) } else { braille(set) };
             let dim = faintest == FAINT && !look.has_colors();
             let style = if dim {
                 style.add_modifier(Modifier::DIM)
@@ -144,6 +137,17 @@ fn compose(look: &Appearance<'_>, dots: [PremultipliedColorU8; 8]) -> Option<(ch
             Some((symbol, style))
         }
     }
+}
+
+/// The bits of a Braille character for dots, row by row.
+fn shape(dots: usize) -> u32 {
+    let numbered = BITS.iter().enumerate();
+    let bits = numbered.map(|(i, bit)| if dots >> i & 1 == 1 { *bit } else { 0 });
+    bits.sum()
+}
+
+fn braille(dots: usize) -> char {
+    char::from_u32(BRAILLE + shape(dots)).unwrap_or(' ')
 }
 
 /// The colour of a dot, as the terminal has it.

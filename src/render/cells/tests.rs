@@ -142,7 +142,7 @@ fn lines_are_dots_and_bodies_are_solid() {
     assert_eq!(shown(MapStyle::Braille, "ego", &body).0[1], "  ██▌     ");
     assert_eq!(
         shown(MapStyle::Braille, "obstacles", &body).0[1],
-        "  ▒▒▒     "
+        "  ⣿⣿⡇     "
     );
     assert_eq!(shown(MapStyle::Ascii, "ego", &body).0[1], "  ###     ");
     assert_eq!(

@@ -21,8 +21,15 @@ use crate::widgets::words::{date, fit, fit_middle};
 use crate::widgets::{row, window};
 use table::{LABEL, Row, Table};
 
-/// Columns that an answer needs.
+/// Columns that an answer needs, and from which columns of the pane on it has more.
 const NARROWEST: usize = 8;
+const WIDER: usize = 10;
+const WIDE: usize = 60;
+
+/// Columns that an answer needs in a pane of so many.
+fn narrowest(room: usize) -> usize {
+    if room >= WIDE { WIDER } else { NARROWEST }
+}
 
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut title = Line::from(format!("verdict · {}", model.task.name()));
@@ -112,7 +119,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .collect();
     // A gap behind each; the last column, the built-in judge's, needs none.
     let room = usize::from(inner.width).saturating_sub(LABEL + 1);
-    let widths = widths(&ids, Some(NARROWEST), NARROWEST, room);
+    let widths = widths(&ids, Some(NARROWEST), narrowest(room), room);
     let heads = of_models(&ids, &widths);
     let plotted = model.plot.measure.id == "risk" && model.plot.drives.is_none();
     for ((i, head), width) in seen.clone().zip(&heads).zip(&widths) {
@@ -188,7 +195,7 @@ fn of_models(ids: &[&str], widths: &[usize]) -> Vec<String> {
 
 /// The answers that fit beside the built-in judge, the shown one among them.
 fn seen(answers: &Answers, room: usize) -> std::ops::Range<usize> {
-    let fit = (room.saturating_sub(LABEL) / NARROWEST)
+    let fit = (room.saturating_sub(LABEL) / narrowest(room))
         .saturating_sub(1)
         .max(1);
     let count = answers.columns.len();
