@@ -19,6 +19,9 @@ pub struct Picker {
     pub selected: usize,
 }
 
+/// The rank of an action in which the typed letters only stand in order.
+const LOOSE: usize = 6;
+
 /// The actions that a palette shows, the best match first: names before words that mean the same, these before
 /// sentences.
 #[must_use]
@@ -51,9 +54,14 @@ pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
             typed if words().any(|word| word == typed) => 2,
             typed if words().any(|word| word.starts_with(typed)) => 3,
             typed if words().any(|word| word.contains(typed)) => 4,
-            _ => 5,
+            typed if entry.doc.to_lowercase().contains(typed) => 5,
+            _ => LOOSE,
         }
     };
+    // Letters in order anywhere are a match where nothing else is.
+    if shown.iter().any(|entry| rank(entry) < LOOSE) {
+        shown.retain(|entry| rank(entry) < LOOSE);
+    }
     // Of words that only contain it, none is nearer than another: the table's order.
     let place = |entry: &Entry| all.iter().position(|other| other.action == entry.action);
     shown.sort_by_key(|entry| match rank(entry) {
@@ -67,7 +75,14 @@ pub fn palette_shown(picker: &Picker) -> Vec<&'static Entry> {
 #[must_use]
 pub fn models_shown(model: &Model, picker: &Picker) -> Vec<String> {
     let mut ids = vec![judge::MODEL.to_string()];
-    ids.extend(model.offers.iter().map(|o| o.id.clone()));
+    // Those that answered already are at hand.
+    let answered = model.answers.columns.iter().map(|column| &column.model);
+    let offered = model.offers.iter().map(|offer| &offer.id);
+    for id in answered.chain(offered) {
+        if !ids.contains(id) {
+            ids.push(id.clone());
+        }
+    }
     let order = matching(&picker.text, ids.iter().cloned());
     let mut shown: Vec<String> = order.into_iter().map(|i| ids[i].clone()).collect();
     // What cannot be asked for want of a key comes last.

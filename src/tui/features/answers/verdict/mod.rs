@@ -123,7 +123,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let heads = of_models(&ids, &widths);
     let plotted = model.plot.measure.id == "risk" && model.plot.drives.is_none();
     for ((i, head), width) in seen.clone().zip(&heads).zip(&widths) {
-        let letter = obstacles::letter(i).filter(|_| plotted);
+        let letter = obstacles::letter(i).filter(|_| plotted && *width > NARROWEST);
         let head = &letter.map_or(head.clone(), |letter| format!("{letter} {head}"));
         let column = &answers.columns[i];
         let truth = column.truth_or(verdict);
@@ -189,7 +189,9 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
 
 /// The heads of answers, of two lines with a gap behind each.
 fn of_models(ids: &[&str], widths: &[usize]) -> Vec<String> {
-    let rooms = widths.iter().map(|width| (2 * width).saturating_sub(4));
+    // A letter of the plot and a space stand before it where there is room.
+    let room = |width: &usize| (2 * width).saturating_sub(if *width > NARROWEST { 4 } else { 2 });
+    let rooms = widths.iter().map(room);
     heads(ids, &rooms.collect::<Vec<_>>())
 }
 
