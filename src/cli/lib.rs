@@ -29,7 +29,6 @@ mod open;
 mod output;
 mod parts;
 mod plan;
-mod progress;
 mod prompt;
 mod prompts;
 mod ratings;

@@ -17,7 +17,7 @@ use nearmiss_workflow::journal::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::progress::Progress;
+use super::output::Progress;
 use super::{Failure, Outcome, output};
 
 /// One part of the scenarios.

@@ -13,7 +13,7 @@ use super::options::{Format, Run};
 use super::table::{BatchTable, table};
 use super::{number, some};
 use crate::open::{configuration, doubts, found, not_opened, user_thresholds};
-use crate::progress::Progress;
+use crate::output::Progress;
 use crate::{Failure, Outcome, knobs, output};
 use nearmiss_ask::prompts::Library;
 use nearmiss_formats::Entry;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use tokio::runtime::Runtime;
 
 use crate::open::{configuration, user_thresholds};
-use crate::progress::LateProgress;
+use crate::output::LateProgress;
 use crate::prompts::templates;
 use crate::{Failure, output};
 use nearmiss_ask::llm::{Budget, Environment};

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::context::say_each;
 use super::{number, some};
-use crate::progress::Progress;
+use crate::output::Progress;
 use crate::{Failure, Outcome, json, output};
 use nearmiss_drive::planner::Cancel;
 use nearmiss_record::{columns, rows, text_table};

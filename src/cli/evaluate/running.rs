@@ -11,7 +11,7 @@ use super::table::{BatchTable, write, write_parts};
 use super::{dry_run, number};
 use crate::batches::lost_note;
 use crate::ending::{GRACE, signal};
-use crate::progress::Progress;
+use crate::output::Progress;
 use crate::{Failure, Outcome, output};
 use nearmiss_store::{BatchId, Item, ItemState, SplitPart};
 use nearmiss_study::evaluation::batch::{TestSplit, answers};

@@ -12,8 +12,7 @@ use sha2::{Digest, Sha256};
 
 use crate::ending::interrupted;
 use crate::filters::LockedAnswers;
-use crate::output::refused;
-use crate::progress::Progress;
+use crate::output::{Progress, refused};
 use crate::report::truth;
 use crate::{Failure, Outcome, json, output};
 use nearmiss_base::system::NewFile;

@@ -17,9 +17,8 @@ use super::bundle::{self, BundleOptions};
 use super::ending::interrupted;
 use super::filters::{Filters, LockedAnswers, Unlock};
 use super::output::{
-    self, Encoded, ForSpreadsheet, OutputFile, Table, TableWriter, format_of, written,
+    self, Encoded, ForSpreadsheet, OutputFile, Progress, Table, TableWriter, format_of, written,
 };
-use super::progress::Progress;
 use super::{Failure, Outcome};
 
 /// Arguments of `runs export`.

@@ -23,7 +23,7 @@ use nearmiss_workflow::answer_page;
 
 use super::truth::{self, known_files};
 use super::{AnyReport, ReportArguments, ReportFormat};
-use crate::progress::LateProgress;
+use crate::output::LateProgress;
 use crate::{Failure, Outcome, open, output};
 
 /// A batch of `evaluate`: every question of it, also those without an answer, beside the truth that it was begun with;

@@ -16,7 +16,7 @@ use nearmiss_study::paper::{self, Paper};
 
 use super::{AnyReport, ReportArguments, ReportFormat, of_batch, truth};
 use crate::filters::{LAST, last_batch, store_to_read};
-use crate::progress::Progress;
+use crate::output::Progress;
 use crate::{Failure, output};
 
 /// The report of the runs that the filters choose, for a format: tables for programs have no place for notes.

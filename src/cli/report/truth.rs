@@ -19,7 +19,7 @@ use nearmiss_workflow::{
 
 use crate::filters::store as store_to_write;
 use crate::open::{configuration, user_thresholds};
-use crate::progress::LateProgress;
+use crate::output::LateProgress;
 use crate::{Failure, output};
 
 /// The word for the exact geometry.

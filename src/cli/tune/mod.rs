@@ -28,8 +28,7 @@ use super::evaluate::{BatchContext, planned, questions_of, runtime};
 use super::json::Output;
 use super::knobs::{self, Knobs};
 use super::open::with_notes;
-use super::output::{self, refused};
-use super::progress::Progress;
+use super::output::{self, Progress, refused};
 use super::{Failure, Outcome};
 
 /// Arguments of `tune`.
