@@ -104,7 +104,7 @@ impl Measure {
     #[must_use]
     pub fn extreme(&self) -> &'static str {
         if self.is_ordinal() {
-            "worst"
+            "lowest"
         } else {
             self.danger.extreme()
         }

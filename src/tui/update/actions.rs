@@ -147,8 +147,13 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
 
 /// The main thing of a pane with text, and of the plot.
 fn main_thing(model: &mut Model) -> Vec<Effect> {
-    if model.focus == Pane::Verdict && answers::pick(model) {
-        return Vec::new();
+    if model.focus == Pane::Verdict
+        && let Some(next) = answers::pick(model)
+    {
+        return match next {
+            Action::Details => perform(model, next),
+            _ => Vec::new(),
+        };
     }
     let action = match model.focus {
         Pane::Prompt => Action::Edit,

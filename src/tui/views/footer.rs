@@ -248,14 +248,7 @@ fn of_pane(model: &Model) -> Vec<Hint> {
             one(ChooseTemplate, ""),
         ],
         Pane::Verdict => vec![
-            one(
-                PaneMain,
-                if model.picks_next() {
-                    "pick"
-                } else {
-                    "side by side"
-                },
-            ),
+            one(PaneMain, enter_on_verdicts(model)),
             answers,
             one(Compare, "ask another"),
             one(CloseAnswer, ""),
@@ -317,6 +310,15 @@ fn comparing(model: &Model) -> Vec<Hint> {
     // Blind, menus would name models.
     hints.extend((!compare.hides()).then(|| ("Space".to_string(), "menu".to_string())));
     hints
+}
+
+/// What Enter does in the pane of verdicts.
+fn enter_on_verdicts(model: &Model) -> &'static str {
+    match model.cursor_obstacle() {
+        Some(id) if model.picked == Some(id) => "details",
+        Some(_) => "pick",
+        None => "side by side",
+    }
 }
 
 /// The keys of the editor, or of the line below it.

@@ -30,6 +30,7 @@ const CALLED: &[&str] = &[
     "id",
     "pedestrian",
     "bicycle",
+    "motorcycle",
 ];
 
 /// Words before an obstacle that is not the subject of the sentence.
@@ -77,6 +78,7 @@ const OPENING: &[&str] = &[
     "bus",
     "pedestrian",
     "bicycle",
+    "motorcycle",
     "cyclist",
     "static",
     "dynamic",

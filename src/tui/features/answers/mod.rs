@@ -125,7 +125,11 @@ pub fn move_cursor(model: &mut Model, action: Action) -> bool {
     let (last, by) = match action {
         Action::Down => (named.len().saturating_sub(1), 1),
         Action::Up => (named.len().saturating_sub(1), -1),
-        _ => return false,
+        _ => {
+            // Pages scroll the text.
+            model.answers.cursor = None;
+            return false;
+        }
     };
     let cursor = model.answers.cursor;
     let now = cursor.and_then(|id| named.iter().position(|known| *known == id));
@@ -141,20 +145,19 @@ pub fn move_cursor(model: &mut Model, action: Action) -> bool {
         (Some(now), by) => now.saturating_add_signed(by),
     };
     model.answers.cursor = Some(named[next]);
-    let line = model.drawn.obstacles() + next;
-    let rows = model.drawn.extent(Pane::Verdict).rows.max(1);
-    let top = &mut model.answers.verdict_top;
-    *top = (*top).min(line).max((line + 1).saturating_sub(rows));
+    model.answers.verdict_top = model.drawn.extent(Pane::Verdict).top;
     true
 }
 
-/// Picks the obstacle that the keys stand on in the verdict pane; says whether there is one that was not picked.
-pub fn pick(model: &mut Model) -> bool {
-    let picks = model.picks_next();
-    if picks {
-        model.picked = model.answers.cursor;
+/// Picks the obstacle that the keys stand on in the verdict pane, or shows the details of one that is picked; says whether
+/// there is one.
+pub fn pick(model: &mut Model) -> Option<Action> {
+    let id = model.cursor_obstacle()?;
+    if model.picked == Some(id) {
+        return Some(Action::Details);
     }
-    picks
+    model.picked = Some(id);
+    Some(Action::PaneMain)
 }
 
 /// Judgements to request for answers without a truth: those from the store, and those that were asked before the

@@ -175,13 +175,11 @@ fn cell(model: &Model, column: &Column, id: i64) -> (String, Style) {
 }
 
 impl Model {
-    /// Whether the keys of the verdict pane stand on an obstacle that is not picked.
+    /// The obstacle that the keys of the verdict pane stand on.
     #[must_use]
-    pub fn picks_next(&self) -> bool {
+    pub fn cursor_obstacle(&self) -> Option<i64> {
         let cursor = self.answers.cursor;
-        cursor.is_some()
-            && cursor != self.picked
-            && cursor.is_some_and(|id| named(self).contains(&id))
+        cursor.filter(|id| named(self).contains(id))
     }
 
     /// What answers say otherwise than it is: yes for no, another risk score, another list of critical obstacles; by step.

@@ -81,7 +81,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             model,
             Pane::Verdict,
             text,
-            Some(answers.verdict_top),
+            Some(top_with_cursor(model, usize::from(inner.height))),
         );
     };
     let other = matches!(model.task, Task::Attacker | Task::Trajectory);
@@ -144,6 +144,24 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     text.push_line("");
     text.extend(comment(model, reference));
     draw(f, text);
+}
+
+/// The line that the pane of so many rows begins with: the obstacle that the keys stand on is in sight.
+fn top_with_cursor(model: &Model, rows: usize) -> usize {
+    let top = model.answers.verdict_top;
+    let cursor = model
+        .answers
+        .cursor
+        .filter(|_| model.focus == Pane::Verdict);
+    let place = cursor.and_then(|id| {
+        obstacles::named(model)
+            .iter()
+            .position(|known| *known == id)
+    });
+    place.map_or(top, |place| {
+        let line = model.drawn.obstacles() + place;
+        top.min(line).max((line + 1).saturating_sub(rows))
+    })
 }
 
 /// How many requests failed.
@@ -348,7 +366,9 @@ fn widths(ids: &[&str], last: Option<usize>, least: usize, room: usize) -> Vec<u
         id.split_once('/')
             .map_or(id.width(), |(_, model)| model.width())
     };
-    let needed = ids.iter().map(|id| least.max(bare(id) + 1));
+    // Where there is room, a letter of the plot stands before the name.
+    let letter = if least > NARROWEST { 2 } else { 0 };
+    let needed = ids.iter().map(|id| least.max(bare(id) + 1 + letter));
     let needed: Vec<usize> = needed.chain(last).collect();
     let count = needed.len().max(1);
     let sum: usize = needed.iter().sum();

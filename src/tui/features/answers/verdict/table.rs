@@ -368,7 +368,15 @@ impl<'a> Table<'a> {
                     _ => (who, base),
                 };
                 self.cell(Row::Who, &text, style);
-                self.cell(Row::Risk, &risk(verdict), base);
+                let exact = verdict.foremost().and_then(|(id, score)| {
+                    let listed = truth.obstacles.iter().find(|o| o.id == id);
+                    score.zip(listed.map(|o| o.risk_score))
+                });
+                let (text, style) = match exact {
+                    Some((stated, exact)) => mark(stated.to_string(), stated == exact),
+                    None => (risk(verdict), base),
+                };
+                self.cell(Row::Risk, &text, style);
             }
             (None, _) if matches!(answer.judged, JudgeOutcome::Other(_)) => self.other(answer),
             (None, _) => {

@@ -62,7 +62,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let step = strip.attack.step;
     let block = Block::bordered()
         .border_style(Style::new().fg(theme.border))
-        .title(format!(" gap to {}, m ", strip.attacker));
+        .title(Span::styled(
+            format!(" gap to {}, m ", strip.attacker),
+            Style::new().fg(theme.title),
+        ));
     let inner = block.inner(below);
     f.render_widget(block, below);
     let curves: Vec<GapCurve<'_>> = drives
