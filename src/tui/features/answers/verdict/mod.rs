@@ -136,10 +136,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut text = Text::from(table.lines());
     text.extend(notes(model));
     // A column is left for the scroll bar.
-    let above = Paragraph::new(text.clone()).wrap(Wrap { trim: false });
+    let named = obstacles::lines(model, seen, &widths);
+    let mut above = text.clone();
+    above.extend(named.iter().take(2).cloned());
+    let above = Paragraph::new(above).wrap(Wrap { trim: false });
     let rows = above.line_count(inner.width.saturating_sub(1));
-    model.drawn.set_obstacles(rows + 2);
-    text.extend(obstacles::lines(model, seen, &widths));
+    model.drawn.set_obstacles(rows);
+    text.extend(named);
     text.extend(failures(model));
     text.push_line("");
     text.extend(comment(model, reference));

@@ -373,7 +373,11 @@ impl<'a> Table<'a> {
                     score.zip(listed.map(|o| o.risk_score))
                 });
                 let (text, style) = match exact {
-                    Some((stated, exact)) => mark(stated.to_string(), stated == exact),
+                    Some((stated, exact)) if stated != exact => {
+                        let (text, style) = mark(stated.to_string(), false);
+                        (format!("{text} {exact}"), style)
+                    }
+                    Some((stated, _)) => mark(stated.to_string(), true),
                     None => (risk(verdict), base),
                 };
                 self.cell(Row::Risk, &text, style);
