@@ -1,5 +1,6 @@
 //! Questions and answers: from the built-in judge, from models and from the store.
 
+use crate::features::answers::obstacles::named;
 use crate::features::answers::{Ask, LoadStored, Probe, StoredOf};
 use crate::keymap::Key;
 use crate::message::{Effect, Msg};
@@ -340,6 +341,55 @@ fn the_verdict_is_scrolled_apart_from_the_reasoning() {
     assert_eq!(bench.model.answers.scroll, reasoning);
     bench.press("g g");
     assert_eq!(bench.model.answers.verdict_top, 0);
+}
+
+#[test]
+fn the_table_of_obstacles_is_walked_and_what_differs_is_gone_to() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.send(bench::answered(
+        id,
+        Ok(Box::new(answer("lab/small", false, 302))),
+    ));
+    bench.model.focus = Pane::Verdict;
+    bench.frame(80, 24);
+    let all = named(&bench.model);
+    assert!(all.contains(&302) && all.len() > 1, "{all:?}");
+    for id in &all {
+        bench.press("down");
+        assert_eq!(bench.model.answers.cursor, Some(*id));
+        let frame = bench.frame(80, 24);
+        let row = format!("┃{id} ");
+        assert!(frame.contains(&row), "{row} is not in sight\n{frame}");
+    }
+    bench.press("enter");
+    assert_eq!(bench.model.picked, all.last().copied());
+    // Its no is wrong: that is gone to, wherever the user is.
+    bench.press("home g d");
+    let first = bench.model.differences()[0];
+    assert_eq!(bench.model.answers.shown, ShownAnswer::Column(first.column));
+    assert_eq!(bench.model.clock.step(), first.step);
+    assert_ne!(first.step, 0);
+}
+
+#[test]
+fn asked_from_the_editor_what_changed_stands_beside_it() {
+    let mut bench = asking();
+    let (id, _) = bench.asked();
+    bench.send(bench::answered(
+        id,
+        Ok(Box::new(answer("lab/small", true, 301))),
+    ));
+    bench.press("e alt-r");
+    let (id, _) = bench.asked();
+    let mut new = answer("lab/small", false, 302);
+    new.text = "the answer is another".into();
+    bench.send(bench::answered(id, Ok(Box::new(new))));
+    let frame = bench.frame(200, 60);
+    for words in ["verdict: ", "risk of 301: 0 → –", "risk of 302: – → 3"] {
+        assert!(frame.contains(words), "{words}\n{frame}");
+    }
+    assert!(frame.contains("another"), "{frame}");
 }
 
 #[test]

@@ -336,7 +336,7 @@ fn speed(node: &Node, name: &str, unit: &str) -> Result<Option<f64>, ReadError> 
         None | Some("" | "m/s" | "ms") => 1.0,
         Some("km/h" | "kmh" | "kph") => 1.0 / 3.6,
         Some("mph") => 0.447_04,
-        // How fast that is nobody knows: the report says that the speed was not used.
+        // The unit is unknown: the report says that the speed was not used.
         Some(_) => return Ok(None),
     };
     let value = node.number(name)?.filter(|v| *v > 0.0);

@@ -24,7 +24,8 @@ pub struct Assessment {
 
 impl Assessment {
     /// `None` where the verdict does not name the obstacle.
-    fn of(verdict: &Verdict, id: i64) -> Option<Self> {
+    #[must_use]
+    pub fn of(verdict: &Verdict, id: i64) -> Option<Self> {
         let listed = verdict.obstacles.iter().find(|o| o.id == id);
         let listed_critical = |all: &Vec<_>| all.iter().any(|one: &CriticalObstacle| one.id == id);
         let critical = verdict.critical.as_ref().map(listed_critical);
@@ -62,6 +63,12 @@ fn exact<'a>(model: &'a Model, column: &'a Column) -> Option<&'a Verdict> {
     (column.steps.is_some() || truth.task != Task::Safety).then_some(truth)
 }
 
+/// The obstacles that a verdict lists with a score or as critical.
+pub fn ids(verdict: &Verdict) -> impl Iterator<Item = i64> {
+    let critical = verdict.critical.iter().flatten().map(|c| c.id);
+    verdict.obstacles.iter().map(|o| o.id).chain(critical)
+}
+
 /// The most obstacles of the built-in judge that no answer names.
 const MOST_UNNAMED: usize = 3;
 
@@ -73,11 +80,6 @@ pub fn named(model: &Model) -> Vec<i64> {
     if verdicts.is_empty() {
         return Vec::new();
     }
-    let ids = |verdict: &Verdict| {
-        let listed = verdict.obstacles.iter().map(|o| o.id);
-        let critical = verdict.critical.iter().flatten().map(|c| c.id);
-        listed.chain(critical).collect::<Vec<_>>()
-    };
     let mut all: BTreeSet<i64> = verdicts.iter().flat_map(|v| ids(v)).collect();
     let reference = model.answers.reference.as_ref().map(|r| &r.verdict);
     if let Some(reference) = reference {
@@ -91,7 +93,7 @@ pub fn named(model: &Model) -> Vec<i64> {
     };
     let exact = |id: i64| reference.and_then(|v| Assessment::of(v, id)?.score);
     let mut sorted: Vec<i64> = all.into_iter().collect();
-    sorted.sort_by_key(|&id| {
+    sorted.sort_by_cached_key(|&id| {
         (
             exact(id).unwrap_or(u8::MAX),
             least(id).unwrap_or(u8::MAX),

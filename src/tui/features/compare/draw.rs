@@ -238,20 +238,17 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         return model.drawn.next_column(extent, Vec::new());
     };
     // Until they are rated, answers are shown without the checks of their claims.
-    let claims = if model.compare.hides() {
-        &[]
+    let (claims, unread): (&[_], &[_]) = if model.compare.hides() {
+        (&[], &[])
     } else {
-        model.claims.get(document.key)
+        let claims = model.claims.get(document.key);
+        (claims, model.claims.unread(document.key))
     };
     let marks = MarkedClaims {
         claims,
         key: document.key,
         picked: model.claims.picked_of(document.key),
-        unread: if claims.is_empty() {
-            &[]
-        } else {
-            model.claims.unread(document.key)
-        },
+        unread,
     };
     let safe = text(model, shown, &document.text);
     let mut readings = model.drawn.readings.borrow_mut();

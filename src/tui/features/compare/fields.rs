@@ -294,6 +294,17 @@ pub fn common(model: &Model, fields: &[Field], same: &[bool], width: u16) -> Opt
     (!parts.is_empty()).then(|| Line::styled(words, Style::new().fg(model.theme.dim)))
 }
 
+/// The rows that are not the same for all, each with whether answers differ in it.
+fn rows<'a>(
+    fields: &'a [Field],
+    differ: &'a [bool],
+    same: &'a [bool],
+) -> impl Iterator<Item = (&'a Field, bool)> {
+    let all = fields.iter().zip(differ).zip(same);
+    all.filter(|(_, same)| !**same)
+        .map(|((field, differs), _)| (field, *differs))
+}
+
 /// The names of the rows, with a sign where answers differ.
 pub fn names(
     model: &Model,
@@ -302,13 +313,8 @@ pub fn names(
     same: &[bool],
 ) -> Vec<Line<'static>> {
     let theme = &model.theme;
-    let rows = fields
-        .iter()
-        .zip(differ)
-        .zip(same)
-        .filter(|(_, same)| !**same);
-    let line = |((field, differs), _): ((&Field, &bool), &bool)| {
-        let (sign, style) = if *differs {
+    let line = |(field, differs): (&Field, bool)| {
+        let (sign, style) = if differs {
             let style = Style::new().fg(theme.warning);
             ("≠", style.add_modifier(Modifier::BOLD))
         } else {
@@ -316,7 +322,7 @@ pub fn names(
         };
         Line::styled(format!(" {} {sign}", field.name), style)
     };
-    rows.map(line).collect()
+    rows(fields, differ, same).map(line).collect()
 }
 
 /// The values of an answer in the rows that are not the same for all.
@@ -327,22 +333,17 @@ pub fn lines(
     same: &[bool],
 ) -> Vec<Line<'static>> {
     let theme = &model.theme;
-    let rows = fields
-        .iter()
-        .zip(differ)
-        .zip(same)
-        .filter(|(_, same)| !**same);
-    let line = |((field, differs), _): ((&Field, &bool), &bool)| {
+    let line = |(field, differs): (&Field, bool)| {
         let mut style = theme.base();
         if let Some(color) = field.color {
             style = style.fg(color).add_modifier(Modifier::BOLD);
         }
-        if *differs {
+        if differs {
             style = style.add_modifier(Modifier::BOLD);
         }
         Line::styled(field.value.clone(), style)
     };
-    rows.map(line).collect()
+    rows(fields, differ, same).map(line).collect()
 }
 
 /// The rating of the answer at a place: chosen, tied, marked as wrong.

@@ -4,6 +4,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use unicode_width::UnicodeWidthStr;
 
+use super::super::obstacles::Assessment;
 use crate::model::{Answers, Column, Model, Progress, ShownAnswer, parts};
 use crate::widgets::words::{duration, fit, fit_middle, pad, thousands};
 use nearmiss_scene::verdict::{Task, Verdict};
@@ -368,10 +369,9 @@ impl<'a> Table<'a> {
                     _ => (who, base),
                 };
                 self.cell(Row::Who, &text, style);
-                let exact = verdict.foremost().and_then(|(id, score)| {
-                    let listed = truth.obstacles.iter().find(|o| o.id == id);
-                    score.zip(listed.map(|o| o.risk_score))
-                });
+                let exact = verdict
+                    .foremost()
+                    .and_then(|(id, score)| score.zip(Assessment::of(truth, id)?.score));
                 let (text, style) = match exact {
                     Some((stated, exact)) if stated != exact => {
                         let (text, style) = mark(stated.to_string(), false);

@@ -4,13 +4,14 @@
 use std::collections::BTreeSet;
 
 use nearmiss_scene::description::visible;
-use nearmiss_scene::verdict::{ObstacleRisk, Verdict};
+use nearmiss_scene::verdict::Verdict;
 use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use similar::ChangeTag;
 
 use crate::action::Action;
+use crate::features::answers::obstacles::{Assessment, ids};
 use crate::model::{Column, Model, Progress, ShownAnswer, diff_of, parts};
 use crate::widgets::markdown;
 
@@ -115,27 +116,21 @@ fn changes(old: &Verdict, new: &Verdict) -> Vec<String> {
     if old.dangerous != new.dangerous {
         found.push(format!("verdict: {} → {}", old.word(), new.word()));
     }
-    let ids = |verdict: &Verdict| {
-        let listed = verdict.obstacles.iter().map(|o| o.id);
-        let critical = verdict.critical.iter().flatten().map(|c| c.id);
-        listed.chain(critical).collect::<Vec<_>>()
-    };
-    let all: BTreeSet<i64> = ids(old).into_iter().chain(ids(new)).collect();
-    let dash = || "–".to_string();
+    let all: BTreeSet<i64> = ids(old).chain(ids(new)).collect();
     for id in all {
-        let score = |verdict: &Verdict| {
-            let listed = verdict.obstacles.iter().find(|o| o.id == id);
-            listed.map_or_else(dash, |o| ObstacleRisk::stated_score(o).to_string())
-        };
-        let is_critical = |verdict: &Verdict| {
-            let all = verdict.critical.as_ref()?;
-            Some(all.iter().any(|one| one.id == id))
-        };
-        let (a, b) = (score(old), score(new));
-        if a != b {
-            found.push(format!("risk of {id}: {a} → {b}"));
+        let [old_risk, new_risk] = [old, new].map(|verdict| {
+            let score = Assessment::of(verdict, id).and_then(|a| a.score);
+            score.map_or("–".to_string(), |score| score.to_string())
+        });
+        if old_risk != new_risk {
+            found.push(format!("risk of {id}: {old_risk} → {new_risk}"));
         }
-        if let (Some(a), Some(b)) = (is_critical(old), is_critical(new))
+        // Critical obstacles without this one say that it is not critical, also where it has no entry.
+        let [was, is] = [old, new].map(|verdict| {
+            let critical = verdict.critical.as_ref()?;
+            Some(critical.iter().any(|one| one.id == id))
+        });
+        if let (Some(a), Some(b)) = (was, is)
             && a != b
         {
             let words = |is| if is { "critical" } else { "not critical" };

@@ -100,23 +100,24 @@ impl Editor {
                         NormalKey::Changed
                     }
                     0 => {
-                        self.last_change = if "xXpPJ~DC".contains(c) {
-                            LastChange::Crate
-                        } else {
-                            self.last_change
-                        };
+                        if "xXpPJ~DCiaoIAOsSr".contains(c) {
+                            self.last_change = LastChange::Crate;
+                        }
                         NormalKey::Left
                     }
                     _ if to_line => {
                         self.go(count - 1, 0, false);
                         NormalKey::Taken
                     }
-                    // One more than these is given to the crate by the caller.
                     _ if c == 'p' && self.puts_below() => {
                         self.put_below(count);
                         NormalKey::Changed
                     }
-                    _ if "iaoIAOftvV/:*".contains(c) => NormalKey::Left,
+                    _ if "iaoIAO".contains(c) => {
+                        self.last_change = LastChange::Crate;
+                        NormalKey::Left
+                    }
+                    _ if "ftvV/:*".contains(c) => NormalKey::Left,
                     _ if c == 'u' => self.undo_times(count),
                     _ if c == '.' => self.repeat(count),
                     _ => {
@@ -478,6 +479,18 @@ mod tests {
         assert_eq!((editor.text(), editor.mode()), (" three", "insert"));
         assert!(editor.write('x'));
         assert_eq!(editor.text(), "x three");
+    }
+
+    #[test]
+    fn an_insertion_is_the_last_change() {
+        for insertion in ["i", "2A", "o", "r"] {
+            let mut editor = Editor::new(Keys::Vim, "a b c d e f");
+            for c in "d2w".chars().chain(insertion.chars()) {
+                editor.normal_key(c);
+            }
+            let of_crate = matches!(editor.last_change, LastChange::Crate);
+            assert!(of_crate, "{insertion}");
+        }
     }
 
     #[test]
