@@ -49,13 +49,14 @@ pub(super) trait Format: Sync {
 }
 
 /// All formats; the last one takes every other file, and says what is wrong with it.
-const FORMATS: [&dyn Format; 8] = [
+const FORMATS: [&dyn Format; 9] = [
     &recordings::Waymo,
     &recordings::Argoverse,
     &recordings::LevelX,
     &recordings::Sumo,
     &recordings::OpenScenario,
     &recordings::NuPlan,
+    &recordings::Tables,
     &Unread,
     &CommonRoad,
 ];

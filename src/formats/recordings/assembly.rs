@@ -42,6 +42,7 @@ pub struct RecordedTrack {
 }
 
 /// A track at a step; the place is the middle of its body.
+#[derive(Debug, Clone, Copy)]
 pub struct TrackState {
     pub step: i64,
     pub position: Point,
@@ -342,6 +343,58 @@ impl Ids {
 
 /// Vehicles longer than this are trucks, metres, in data sets that have one class for all.
 pub const TRUCK_LENGTH: f64 = 7.5;
+
+/// Parts of the names that data sets give to classes of road users, and what they mean; the first one that is there counts.
+const CLASSES: [(&str, ObstacleType); 27] = [
+    ("motor", ObstacleType::Motorcycle),
+    ("pedestrian", ObstacleType::Pedestrian),
+    ("person", ObstacleType::Pedestrian),
+    ("walker", ObstacleType::Pedestrian),
+    ("human", ObstacleType::Pedestrian),
+    ("child", ObstacleType::Pedestrian),
+    ("adult", ObstacleType::Pedestrian),
+    ("bicycle", ObstacleType::Bicycle),
+    ("cycl", ObstacleType::Bicycle),
+    ("bike", ObstacleType::Bicycle),
+    ("scooter", ObstacleType::Bicycle),
+    ("construction", ObstacleType::ConstructionZone),
+    ("cone", ObstacleType::RoadBoundary),
+    ("barrier", ObstacleType::RoadBoundary),
+    ("truck", ObstacleType::Truck),
+    ("lorry", ObstacleType::Truck),
+    ("trailer", ObstacleType::Truck),
+    ("heavy", ObstacleType::Truck),
+    ("bus", ObstacleType::Bus),
+    ("tram", ObstacleType::Train),
+    ("train", ObstacleType::Train),
+    ("taxi", ObstacleType::Taxi),
+    ("ped", ObstacleType::Pedestrian),
+    ("car", ObstacleType::Car),
+    ("van", ObstacleType::Car),
+    ("vehicle", ObstacleType::Car),
+    ("auto", ObstacleType::Car),
+];
+
+/// The kind that a class means, by its name in English.
+pub fn kind_by_class(class: &str) -> ObstacleType {
+    let class = class.to_lowercase();
+    let found = CLASSES.iter().find(|(part, _)| class.contains(part));
+    match class.as_str() {
+        "ego" | "av" | "sdc" | "agent" | "host" => ObstacleType::Car,
+        _ => found.map_or(ObstacleType::Unknown, |(_, kind)| *kind),
+    }
+}
+
+/// The kind of a body of this length and width, metres; a car where they are 0.
+pub fn kind_by_size((length, width): (f64, f64)) -> ObstacleType {
+    match (length, width) {
+        (l, w) if l <= 0.0 || w <= 0.0 => ObstacleType::Car,
+        (l, w) if l <= 1.3 && w <= 1.3 => ObstacleType::Pedestrian,
+        (l, w) if l <= 2.6 && w <= 1.1 => ObstacleType::Bicycle,
+        (l, _) if l > TRUCK_LENGTH => ObstacleType::Truck,
+        _ => ObstacleType::Car,
+    }
+}
 
 /// Length and width that are assumed, metres.
 pub fn default_size(kind: ObstacleType) -> (f64, f64) {

@@ -14,6 +14,7 @@ mod opendrive;
 mod openscenario;
 mod rows;
 mod sumo;
+mod tracks;
 mod utm;
 mod waymo;
 mod windows;
@@ -24,6 +25,8 @@ pub(super) use nuplan::NuPlan;
 pub(super) use openscenario::OpenScenario;
 pub(super) use rows::columns_of;
 pub(super) use sumo::Sumo;
+pub(super) use tracks::Tables;
+pub use tracks::{Columns, ColumnsError, NamedTable, TableOptions, read_tables_with};
 pub(super) use waymo::Waymo;
 pub use windows::LongRecording;
 

@@ -32,7 +32,7 @@ impl ContentHash {
 }
 
 /// Contents that many begin with: hashed once, and gone on from.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct HashedBeginning(Sha256);
 
 impl HashedBeginning {
@@ -42,6 +42,23 @@ impl HashedBeginning {
         let mut hasher = Sha256::new();
         hasher.update(bytes);
         Self(hasher)
+    }
+
+    /// The same of what is too large for memory.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn read(source: &mut dyn std::io::Read) -> std::io::Result<Self> {
+        let mut hasher = Sha256::new();
+        let mut block = vec![0; 1 << 18];
+        loop {
+            match source.read(&mut block) {
+                Ok(0) => return Ok(Self(hasher)),
+                Ok(count) => hasher.update(&block[..count]),
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
     }
 
     /// The hash of the beginning with these parts after it.

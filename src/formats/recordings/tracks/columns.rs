@@ -1,0 +1,705 @@
+//! Which column of a table of tracks tells what, in which unit: by name, by the user's word, or by a known data set.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::str::FromStr;
+
+use nearmiss_base::system::unknown;
+use strum::IntoEnumIterator;
+
+/// What a column can tell of a track.
+#[derive(
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    strum::EnumIter,
+    strum::EnumString,
+    strum::IntoStaticStr,
+)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Role {
+    /// When, seconds.
+    Time,
+    /// Which picture of the recording, a whole number.
+    Frame,
+    /// The track's name.
+    Id,
+    /// Metres.
+    X,
+    /// Metres.
+    Y,
+    /// Degrees on WGS 84.
+    Latitude,
+    /// Degrees on WGS 84.
+    Longitude,
+    /// Radians, counterclockwise from the x-axis.
+    Heading,
+    /// m/s.
+    Speed,
+    /// m/s along the x-axis.
+    VelocityX,
+    /// m/s along the y-axis.
+    VelocityY,
+    /// m/s² along the heading.
+    Acceleration,
+    /// Metres.
+    Length,
+    /// Metres.
+    Width,
+    /// The class of the road user.
+    Class,
+    /// Whether the track is the ego.
+    Ego,
+    /// Which of several scenarios in the file.
+    Scenario,
+}
+
+/// Names of columns, without case and punctuation; of several that are there the first one is taken.
+const SYNONYMS: [(Role, &[&str]); 17] = [
+    (
+        Role::Time,
+        &[
+            "time",
+            "t",
+            "timestamp",
+            "timestamps",
+            "ts",
+            "sec",
+            "seconds",
+            "simtime",
+            "globaltime",
+            "timesec",
+            "elapsed",
+        ],
+    ),
+    (
+        Role::Frame,
+        &[
+            "frame",
+            "frameid",
+            "framenumber",
+            "frameno",
+            "step",
+            "timestep",
+            "stepid",
+            "index",
+            "frameindex",
+            "framenum",
+            "tick",
+        ],
+    ),
+    (
+        Role::Id,
+        &[
+            "trackid",
+            "id",
+            "track",
+            "trackno",
+            "tracknumber",
+            "vehicleid",
+            "vehid",
+            "vehicle",
+            "objectid",
+            "object",
+            "objid",
+            "obstacleid",
+            "agentid",
+            "agent",
+            "actorid",
+            "actor",
+            "carid",
+            "participantid",
+            "tracktoken",
+            "uid",
+            "name",
+            "targetid",
+        ],
+    ),
+    (
+        Role::X,
+        &[
+            "x",
+            "xpos",
+            "posx",
+            "positionx",
+            "xposition",
+            "xcenter",
+            "centerx",
+            "xcentre",
+            "centrex",
+            "localx",
+            "globalx",
+            "utmx",
+            "xutm",
+            "easting",
+            "east",
+            "px",
+            "worldx",
+            "locationx",
+            "translationx",
+            "cx",
+            "position0",
+        ],
+    ),
+    (
+        Role::Y,
+        &[
+            "y",
+            "ypos",
+            "posy",
+            "positiony",
+            "yposition",
+            "ycenter",
+            "centery",
+            "ycentre",
+            "centrey",
+            "localy",
+            "globaly",
+            "utmy",
+            "yutm",
+            "northing",
+            "north",
+            "py",
+            "worldy",
+            "locationy",
+            "translationy",
+            "cy",
+            "position1",
+        ],
+    ),
+    (Role::Latitude, &["latitude", "lat"]),
+    (Role::Longitude, &["longitude", "lon", "lng", "long"]),
+    (
+        Role::Heading,
+        &[
+            "heading",
+            "yaw",
+            "psi",
+            "psirad",
+            "theta",
+            "orientation",
+            "headingangle",
+            "yawangle",
+            "angle",
+            "bearing",
+            "course",
+            "azimuth",
+            "hdg",
+            "rotationz",
+            "orientationz",
+            "rotationyaw",
+        ],
+    ),
+    (
+        Role::Speed,
+        &[
+            "speed",
+            "velocity",
+            "v",
+            "vel",
+            "vvel",
+            "currentspeed",
+            "absspeed",
+            "groundspeed",
+            "velocityabs",
+            "spd",
+        ],
+    ),
+    (
+        Role::VelocityX,
+        &[
+            "vx",
+            "velocityx",
+            "xvelocity",
+            "velx",
+            "xvel",
+            "speedx",
+            "xspeed",
+            "velocity0",
+            "xdot",
+        ],
+    ),
+    (
+        Role::VelocityY,
+        &[
+            "vy",
+            "velocityy",
+            "yvelocity",
+            "vely",
+            "yvel",
+            "speedy",
+            "yspeed",
+            "velocity1",
+            "ydot",
+        ],
+    ),
+    (
+        Role::Acceleration,
+        &[
+            "acceleration",
+            "acc",
+            "accel",
+            "vacc",
+            "a",
+            "lonacceleration",
+            "longitudinalacceleration",
+        ],
+    ),
+    (
+        Role::Length,
+        &[
+            "length",
+            "len",
+            "vlength",
+            "vehiclelength",
+            "objectlength",
+            "sizex",
+            "dimensionx",
+            "l",
+            "lengthx",
+            "boundingboxlength",
+        ],
+    ),
+    (
+        Role::Width,
+        &[
+            "width",
+            "vwidth",
+            "vehiclewidth",
+            "objectwidth",
+            "sizey",
+            "dimensiony",
+            "w",
+            "widthy",
+            "boundingboxwidth",
+        ],
+    ),
+    (
+        Role::Class,
+        &[
+            "class",
+            "type",
+            "agenttype",
+            "objecttype",
+            "vehicletype",
+            "vclass",
+            "category",
+            "kind",
+            "label",
+            "classification",
+            "objectclass",
+            "actortype",
+            "agentclass",
+            "roaduser",
+            "classid",
+        ],
+    ),
+    (
+        Role::Ego,
+        &[
+            "isego",
+            "ego",
+            "issdc",
+            "ishost",
+            "host",
+            "isav",
+            "egoflag",
+            "isegovehicle",
+        ],
+    ),
+    (
+        Role::Scenario,
+        &[
+            "scenario",
+            "scenarioid",
+            "scene",
+            "sceneid",
+            "caseid",
+            "case",
+            "sceneindex",
+            "segmentid",
+            "scenename",
+            "scenarioindex",
+            "scenetoken",
+        ],
+    ),
+];
+
+impl Role {
+    /// Its name on the command line and in messages.
+    pub fn name(self) -> &'static str {
+        self.into()
+    }
+
+    fn quantity(self) -> Quantity {
+        match self {
+            Self::Time => Quantity::Time,
+            Self::X | Self::Y | Self::Length | Self::Width => Quantity::Length,
+            Self::Heading | Self::Latitude | Self::Longitude => Quantity::Angle,
+            Self::Speed | Self::VelocityX | Self::VelocityY => Quantity::Speed,
+            Self::Acceleration => Quantity::Acceleration,
+            Self::Frame | Self::Id | Self::Class | Self::Ego | Self::Scenario => Quantity::None,
+        }
+    }
+
+    /// Whether its values are texts rather than numbers.
+    pub fn is_text(self) -> bool {
+        matches!(self, Self::Id | Self::Class | Self::Ego | Self::Scenario)
+    }
+
+    /// The role that a column's name says.
+    fn of_name(name: &str) -> Option<(Self, usize)> {
+        SYNONYMS.iter().find_map(|(role, names)| {
+            let rank = names.iter().position(|known| *known == name)?;
+            Some((*role, rank))
+        })
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    Time,
+    Length,
+    Angle,
+    Speed,
+    Acceleration,
+    None,
+}
+
+/// Units: how they are written, of what, and what one of them is in seconds, metres, radians, m/s or m/s².
+const UNITS: [(&str, Quantity, f64); 37] = [
+    ("s", Quantity::Time, 1.0),
+    ("sec", Quantity::Time, 1.0),
+    ("seconds", Quantity::Time, 1.0),
+    ("ms", Quantity::Time, 1e-3),
+    ("msec", Quantity::Time, 1e-3),
+    ("milliseconds", Quantity::Time, 1e-3),
+    ("us", Quantity::Time, 1e-6),
+    ("usec", Quantity::Time, 1e-6),
+    ("microseconds", Quantity::Time, 1e-6),
+    ("ns", Quantity::Time, 1e-9),
+    ("nsec", Quantity::Time, 1e-9),
+    ("nanoseconds", Quantity::Time, 1e-9),
+    ("m", Quantity::Length, 1.0),
+    ("meter", Quantity::Length, 1.0),
+    ("meters", Quantity::Length, 1.0),
+    ("cm", Quantity::Length, 0.01),
+    ("mm", Quantity::Length, 0.001),
+    ("km", Quantity::Length, 1000.0),
+    ("ft", Quantity::Length, FOOT),
+    ("feet", Quantity::Length, FOOT),
+    ("rad", Quantity::Angle, 1.0),
+    ("radians", Quantity::Angle, 1.0),
+    ("deg", Quantity::Angle, std::f64::consts::PI / 180.0),
+    ("degrees", Quantity::Angle, std::f64::consts::PI / 180.0),
+    ("°", Quantity::Angle, std::f64::consts::PI / 180.0),
+    ("m/s", Quantity::Speed, 1.0),
+    ("mps", Quantity::Speed, 1.0),
+    ("ms", Quantity::Speed, 1.0),
+    ("km/h", Quantity::Speed, 1.0 / 3.6),
+    ("kmh", Quantity::Speed, 1.0 / 3.6),
+    ("kph", Quantity::Speed, 1.0 / 3.6),
+    ("mph", Quantity::Speed, 0.447_04),
+    ("ft/s", Quantity::Speed, FOOT),
+    ("fps", Quantity::Speed, FOOT),
+    ("m/s2", Quantity::Acceleration, 1.0),
+    ("mps2", Quantity::Acceleration, 1.0),
+    ("ft/s2", Quantity::Acceleration, FOOT),
+];
+
+/// Metres.
+pub const FOOT: f64 = 0.3048;
+
+/// What a unit of this quantity is worth, by how it is written.
+fn unit(quantity: Quantity, written: &str) -> Option<f64> {
+    let written = written.to_lowercase().replace('²', "2").replace("^2", "2");
+    let found = UNITS
+        .iter()
+        .find(|(name, of, _)| *of == quantity && *name == written);
+    found.map(|(.., factor)| *factor)
+}
+
+/// What of a column is other than usual, as words in brackets say it.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr, strum::EnumIter,
+)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Convention {
+    /// Of `y`: it grows downwards, as in pictures.
+    Down,
+    /// Of `heading`: clockwise from north.
+    North,
+    /// Of `x`: the place is the middle of the front.
+    Front,
+    /// Of `x`: the place is the middle of the rear axle.
+    RearAxle,
+    /// Of `x`: the place is the upper left corner of a box along the axes.
+    Corner,
+}
+
+impl Convention {
+    fn role(self) -> Role {
+        match self {
+            Self::Down => Role::Y,
+            Self::North => Role::Heading,
+            Self::Front | Self::RearAxle | Self::Corner => Role::X,
+        }
+    }
+}
+
+/// Where a role's values stand, and in which unit they are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Source {
+    /// The name of the column, or its place from 1 in a table without a header.
+    pub column: String,
+    /// What one of its units is in the role's; `None` where nothing says it.
+    pub factor: Option<f64>,
+}
+
+/// The columns of a table and their conventions.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Columns {
+    /// Each role once.
+    pub of: BTreeMap<Role, Source>,
+    /// What is other than usual.
+    pub conventions: Vec<Convention>,
+}
+
+/// Why words for columns cannot be understood.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct ColumnsError(String);
+
+impl FromStr for Columns {
+    type Err = ColumnsError;
+
+    /// Reads `time=t[ms],id=track,x=px[ft],y=py[down]`.
+    fn from_str(words: &str) -> Result<Self, ColumnsError> {
+        let fail = |message: String| Err(ColumnsError(message));
+        let mut columns = Self::default();
+        for word in words.split(',').map(str::trim).filter(|w| !w.is_empty()) {
+            let Some((role, column)) = word.split_once('=') else {
+                return fail(format!(
+                    "`{word}` is no column; write ROLE=COLUMN, such as time=t"
+                ));
+            };
+            let Ok(role) = Role::from_str(role.trim()) else {
+                return fail(unknown("column", role.trim(), Role::iter().map(Role::name)));
+            };
+            let (name, brackets) = match column.trim().split_once('[') {
+                Some((name, rest)) => {
+                    (name.trim(), rest.trim_end_matches(']').split(' ').collect())
+                }
+                None => (column.trim(), Vec::new()),
+            };
+            let mut factor = None;
+            for said in brackets.into_iter().filter(|said| !said.is_empty()) {
+                match (unit(role.quantity(), said), Convention::from_str(said)) {
+                    (Some(unit), _) => factor = Some(unit),
+                    (None, Ok(convention)) if convention.role() == role => {
+                        columns.conventions.push(convention);
+                    }
+                    _ => return fail(wrong_unit(role, said)),
+                }
+            }
+            let source = Source {
+                column: name.to_string(),
+                factor,
+            };
+            if columns.of.insert(role, source).is_some() {
+                return fail(format!("`{}` is there twice", role.name()));
+            }
+        }
+        if columns.of.is_empty() {
+            return fail("no column is named; write ROLE=COLUMN, such as time=t,id=track".into());
+        }
+        Ok(columns)
+    }
+}
+
+fn wrong_unit(role: Role, said: &str) -> String {
+    let units = UNITS.iter().filter(|(_, of, _)| *of == role.quantity());
+    let units = units.map(|(name, ..)| *name);
+    let conventions = Convention::iter().filter(|c| c.role() == role);
+    let known: Vec<&str> = units.chain(conventions.map(<&str>::from)).collect();
+    match known[..] {
+        [] => format!("`{}` has no unit; remove [{said}]", role.name()),
+        _ => format!(
+            "[{said}] is no unit of `{}`; known are {}",
+            role.name(),
+            known.join(", ")
+        ),
+    }
+}
+
+impl fmt::Display for Columns {
+    /// As `time = column t, id = column track`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, (role, source)) in self.of.iter().enumerate() {
+            let comma = if i == 0 { "" } else { ", " };
+            write!(f, "{comma}{} = {}", role.name(), source.column)?;
+        }
+        Ok(())
+    }
+}
+
+impl Columns {
+    /// What the names of a table's columns say.
+    pub fn by_name(names: &[String]) -> Self {
+        let mut found: BTreeMap<Role, (usize, Source)> = BTreeMap::new();
+        for name in names {
+            let Some((role, rank, factor)) = said(name) else {
+                continue;
+            };
+            let better = found.get(&role).is_none_or(|(known, _)| rank < *known);
+            if better {
+                let column = name.clone();
+                found.insert(role, (rank, Source { column, factor }));
+            }
+        }
+        let of = found.into_iter().map(|(role, (_, source))| (role, source));
+        Self {
+            of: of.collect(),
+            conventions: Vec::new(),
+        }
+    }
+
+    /// These, and for roles that they do not name those of `others`.
+    pub fn or(mut self, others: Self) -> Self {
+        let used: Vec<String> = self.of.values().map(|s| s.column.clone()).collect();
+        for (role, source) in others.of {
+            if !used.contains(&source.column) {
+                self.of.entry(role).or_insert(source);
+            }
+        }
+        self
+    }
+
+    /// Whether these make tracks.
+    pub fn is_enough(&self) -> bool {
+        self.missing().is_empty()
+    }
+
+    /// What is missing for tracks, in words.
+    pub fn missing(&self) -> Vec<&'static str> {
+        let has = |role| self.of.contains_key(&role);
+        let needed = [
+            (has(Role::Time) || has(Role::Frame), "time or frame"),
+            (has(Role::Id), "id"),
+            (has(Role::X) || has(Role::Longitude), "x"),
+            (has(Role::Y) || has(Role::Latitude), "y"),
+        ];
+        let missing = needed.into_iter().filter(|(there, _)| !there);
+        missing.map(|(_, what)| what).collect()
+    }
+
+    /// Whether a convention is said.
+    pub fn has(&self, convention: Convention) -> bool {
+        self.conventions.contains(&convention)
+    }
+
+    /// The same with the columns as a table writes them, in any case; and those that it does not have.
+    pub fn in_table(mut self, names: &[String]) -> (Self, Vec<String>) {
+        let mut missing = Vec::new();
+        self.of.retain(|_, source| {
+            let written = names
+                .iter()
+                .find(|name| **name == source.column)
+                .or_else(|| {
+                    names
+                        .iter()
+                        .find(|n| n.eq_ignore_ascii_case(&source.column))
+                });
+            match written {
+                Some(name) => source.column.clone_from(name),
+                None => missing.push(source.column.clone()),
+            }
+            written.is_some()
+        });
+        (self, missing)
+    }
+}
+
+/// The role that a column's name says, how usual that name is, and its unit.
+fn said(name: &str) -> Option<(Role, usize, Option<f64>)> {
+    let plain = |text: &str| -> String {
+        let letters = text.chars().filter(|c| c.is_alphanumeric());
+        letters.flat_map(char::to_lowercase).collect()
+    };
+    if let Some((role, rank)) = Role::of_name(&plain(name)) {
+        return Some((role, rank, None));
+    }
+    // A unit stands behind the name: `x [m]`, `x (m)`, `speed_kmh`, `time.ms`.
+    let brackets = name.split_once(['[', '(']);
+    let (base, written) = match brackets {
+        Some((base, rest)) => (base, rest.trim_end_matches([']', ')', ' '])),
+        None => name.rsplit_once(['_', '.', ' ', '-'])?,
+    };
+    let (role, rank) = Role::of_name(&plain(base))?;
+    let factor = unit(role.quantity(), written.trim())?;
+    Some((role, rank, Some(factor)))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    fn names(all: &str) -> Columns {
+        let names: Vec<String> = all.split('|').map(str::to_string).collect();
+        Columns::by_name(&names)
+    }
+
+    #[test]
+    fn columns_are_known_by_usual_names_with_their_units() {
+        let found =
+            names("Timestamp_ms|Track ID|pos.x [m]|Pos.Y (ft)|yaw_deg|speed_kmh|object_type|other");
+        let factor = |role| found.of[&role].factor;
+        assert_eq!(found.of[&Role::Id].column, "Track ID");
+        assert_eq!(factor(Role::Time), Some(1e-3));
+        assert_eq!((factor(Role::X), factor(Role::Y)), (Some(1.0), Some(FOOT)));
+        assert!((factor(Role::Heading).unwrap() - 1f64.to_radians()).abs() < 1e-15);
+        assert!((factor(Role::Speed).unwrap() - 1.0 / 3.6).abs() < 1e-15);
+        assert_eq!(found.of[&Role::Class].column, "object_type");
+        assert!(found.is_enough());
+        // The more usual name is meant.
+        assert_eq!(names("id|track_id|x|y|t").of[&Role::Id].column, "track_id");
+        assert_eq!(names("x|y|t").missing(), ["id"]);
+        assert_eq!(names("lat|lon|frame|id").missing(), [""; 0]);
+    }
+
+    #[test]
+    fn the_user_names_columns_units_and_conventions() {
+        let columns: Columns =
+            "time=t[ms], id=who,x=px[ft front],y=py[down],heading=dir[deg north]"
+                .parse()
+                .unwrap();
+        assert_eq!(columns.of[&Role::Time].factor, Some(1e-3));
+        assert_eq!(columns.of[&Role::X].factor, Some(FOOT));
+        assert_eq!(
+            columns.conventions,
+            [Convention::Front, Convention::Down, Convention::North]
+        );
+        let error = |words: &str| words.parse::<Columns>().unwrap_err().to_string();
+        assert!(error("tiem=t").contains("`time`"), "{}", error("tiem=t"));
+        assert!(error("t").contains("ROLE=COLUMN"));
+        assert!(
+            error("x=px[s]").contains("known are m,"),
+            "{}",
+            error("x=px[s]")
+        );
+        assert!(error("id=a[m]").contains("has no unit"));
+        assert!(error("x=a,x=b").contains("twice"));
+        assert!(error("").contains("no column"));
+        // What is not named comes from the names; a column has one role.
+        let rest = names("px|py|who|t|speed|dir|frame");
+        let all = columns.or(rest);
+        assert_eq!(all.of[&Role::Speed].column, "speed");
+        assert!(all.is_enough());
+    }
+}

@@ -1,0 +1,121 @@
+//! Tables of data sets that are known by their columns.
+
+use std::path::{Path, PathBuf};
+
+use nearmiss_scene::scenario::ObstacleType;
+
+/// A data set's table of tracks.
+#[derive(Debug)]
+pub struct Known {
+    /// The data set, as scenarios name their source.
+    pub source: &'static str,
+    /// Columns that tell it, in any case.
+    telling: &'static [&'static str],
+    /// Its columns as the user would name them; those that a table does not have are left out.
+    pub columns: &'static str,
+    /// What classes mean.
+    pub kind: Option<fn(&str) -> ObstacleType>,
+    /// Tags of its scenarios.
+    pub tags: &'static [&'static str],
+    /// The table of the other road users of the same recording, where there is one.
+    pub beside: Option<fn(&Path) -> Option<PathBuf>>,
+}
+
+/// All of them.
+static KNOWN: [Known; 4] = [
+    // FHWA-HRT-06-137, US Highway 101 Dataset, table of columns: feet, and the middle of the front.
+    Known {
+        source: "NGSIM",
+        telling: &[
+            "vehicle_id",
+            "frame_id",
+            "global_time",
+            "local_x",
+            "local_y",
+            "v_length",
+        ],
+        columns: "scenario=Location,id=Vehicle_ID,time=Global_Time[ms],x=Local_X[ft front],y=Local_Y[ft],length=v_Length[ft],\
+                  width=v_Width[ft],class=v_Class,speed=v_Vel[ft/s],acceleration=v_Acc[ft/s2]",
+        kind: Some(ngsim),
+        tags: &["highway"],
+        beside: None,
+    },
+    // The same as text without a header, 18 columns.
+    Known {
+        source: "NGSIM",
+        telling: &["18"],
+        columns: "id=1,time=4[ms],x=5[ft front],y=6[ft],length=9[ft],width=10[ft],class=11,speed=12[ft/s],acceleration=13[ft/s2]",
+        kind: Some(ngsim),
+        tags: &["highway"],
+        beside: None,
+    },
+    // Zhan et al., INTERACTION Dataset, arXiv 1910.03088.
+    Known {
+        source: "INTERACTION Dataset",
+        telling: &[
+            "track_id",
+            "frame_id",
+            "timestamp_ms",
+            "agent_type",
+            "x",
+            "y",
+            "vx",
+            "vy",
+        ],
+        columns: "scenario=case_id,id=track_id,time=timestamp_ms[ms],x=x[m],y=y[m],velocity-x=vx[m/s],velocity-y=vy[m/s],\
+                  heading=psi_rad[rad],length=length[m],width=width[m],class=agent_type",
+        kind: None,
+        tags: &["urban"],
+        beside: Some(pedestrians),
+    },
+    // Chang et al., Argoverse, arXiv 1911.02620.
+    Known {
+        source: "Argoverse 1 Motion Forecasting",
+        telling: &[
+            "timestamp",
+            "track_id",
+            "object_type",
+            "x",
+            "y",
+            "city_name",
+        ],
+        columns: "time=TIMESTAMP[s],id=TRACK_ID,class=OBJECT_TYPE,x=X[m],y=Y[m]",
+        kind: Some(argoverse),
+        tags: &["urban"],
+        beside: None,
+    },
+];
+
+impl Known {
+    /// The data set whose tables have these columns.
+    pub fn find(names: &[String]) -> Option<&'static Self> {
+        let has = |wanted: &&str| names.iter().any(|name| name.eq_ignore_ascii_case(wanted));
+        let is_numbered = names.first().is_some_and(|name| name == "1");
+        KNOWN.iter().find(|known| match known.telling {
+            // A table without a header is told by how many columns it has.
+            [count] => is_numbered && names.last().is_some_and(|name| name == count),
+            telling => telling.iter().all(has),
+        })
+    }
+}
+
+fn ngsim(class: &str) -> ObstacleType {
+    match class.trim_end_matches(".0") {
+        "1" => ObstacleType::Motorcycle,
+        "3" => ObstacleType::Truck,
+        _ => ObstacleType::Car,
+    }
+}
+
+/// `OTHERS` are mostly vehicles.
+fn argoverse(_: &str) -> ObstacleType {
+    ObstacleType::Car
+}
+
+/// The pedestrians and bicycles of a recording lie in a table beside that of its vehicles.
+fn pedestrians(vehicles: &Path) -> Option<PathBuf> {
+    let name = vehicles.file_name()?.to_str()?;
+    let number = name.strip_prefix("vehicle_tracks_")?;
+    let other = vehicles.with_file_name(format!("pedestrian_tracks_{number}"));
+    other.is_file().then_some(other)
+}

@@ -1,0 +1,408 @@
+//! Tables of tracks: a row a road user and moment, in text or in columns, of whatever columns, units and conventions.
+//!
+//! The user's `--columns` say which column is what, else `[tracks.NAME]` of the configuration, a known data set, or the
+//! names of the columns. Units and conventions that nothing says are found out, and each is a note of the scenario.
+
+mod arrow;
+mod batch;
+mod check;
+mod columns;
+mod guess;
+mod known;
+mod motion;
+mod scenario;
+mod table;
+#[cfg(test)]
+mod tests;
+mod text;
+
+use std::collections::{BTreeMap, HashMap};
+use std::io::Read;
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use nearmiss_base::system::{self, FileCache};
+use nearmiss_scene::scenario::{HashedBeginning, Scenario};
+
+use super::assembly::Ids;
+use super::{Leftovers, Report};
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::dispatch::{Address, Format, HEAD, Parts};
+use batch::Wanted;
+use columns::Role;
+use known::Known;
+use table::{Recorded, Rows, Said, Track};
+use text::BadCell;
+
+pub use columns::{Columns, ColumnsError};
+
+/// The format.
+pub struct Tables;
+
+/// What the user says of tables.
+#[derive(Debug, Clone, Default)]
+pub struct TableOptions {
+    /// Of every table.
+    pub columns: Option<Columns>,
+    /// Frames a second.
+    pub rate: Option<f64>,
+    /// Tables of the configuration, by name; one fits a table that has all of its columns.
+    pub named: Vec<NamedTable>,
+}
+
+/// A table that the configuration describes.
+#[derive(Debug, Clone)]
+pub struct NamedTable {
+    /// Its name.
+    pub name: String,
+    /// Its columns.
+    pub columns: Columns,
+    /// Frames a second.
+    pub rate: Option<f64>,
+}
+
+static OPTIONS: OnceLock<TableOptions> = OnceLock::new();
+
+/// Says how the user's tables are to be read. Said once, before the first one is read, so that all readings of a table are
+/// the same.
+pub fn read_tables_with(options: TableOptions) {
+    // What is said again is what is said already: there is one command line.
+    let _ = OPTIONS.set(options);
+}
+
+fn options() -> &'static TableOptions {
+    OPTIONS.get_or_init(TableOptions::default)
+}
+
+/// How a table is packed and written.
+enum Written {
+    Text(text::Layout, Packing),
+    Columns(arrow::Form),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Packing {
+    Plain,
+    Gzip,
+    Zstd,
+}
+
+impl Packing {
+    fn detect(head: &[u8]) -> Self {
+        match head {
+            [0x1f, 0x8b, ..] => Self::Gzip,
+            [0x28, 0xb5, 0x2f, 0xfd, ..] => Self::Zstd,
+            _ => Self::Plain,
+        }
+    }
+
+    fn unpack<'r>(self, packed: impl Read + 'r) -> std::io::Result<Box<dyn Read + 'r>> {
+        Ok(match self {
+            Self::Plain => Box::new(packed),
+            Self::Gzip => Box::new(flate2::read::MultiGzDecoder::new(packed)),
+            Self::Zstd => Box::new(zstd::Decoder::new(packed)?),
+        })
+    }
+
+    /// The beginning of what is packed in a file that begins so.
+    fn head(self, packed: &[u8]) -> Vec<u8> {
+        let mut head = Vec::new();
+        if let Ok(unpacked) = self.unpack(packed) {
+            // The end of it is cut off.
+            let _ = unpacked.take(HEAD as u64).read_to_end(&mut head);
+        }
+        head
+    }
+}
+
+/// How a table is to be read.
+struct Plan {
+    written: Written,
+    names: Vec<String>,
+    columns: Columns,
+    /// Columns that the user names and the table does not have.
+    missing: Vec<String>,
+    known: Option<&'static Known>,
+    rate: Option<f64>,
+    /// Who says which column is what.
+    by: String,
+}
+
+impl Plan {
+    /// For a file that begins with `head`; nothing where it is no table of tracks.
+    fn of(path: &Path, head: &[u8], options: &TableOptions) -> Option<Self> {
+        let (written, names) = match arrow::Form::detect(head) {
+            Some(form) => (Written::Columns(form), form.names(path).ok()?),
+            None => {
+                let packing = Packing::detect(head);
+                let layout = match packing {
+                    Packing::Plain => text::Layout::detect(head)?,
+                    packing => text::Layout::detect(&packing.head(head))?,
+                };
+                let names = layout.names.clone();
+                (Written::Text(layout, packing), names)
+            }
+        };
+        let mut plan = Self {
+            written,
+            columns: Columns::by_name(&names),
+            missing: Vec::new(),
+            known: None,
+            rate: options.rate,
+            by: "names".into(),
+            names,
+        };
+        if let Some(columns) = &options.columns {
+            let (own, missing) = columns.clone().in_table(&plan.names);
+            plan.columns = own.or(plan.columns);
+            plan.missing = missing;
+            plan.by = "--columns".into();
+            return Some(plan);
+        }
+        let fitting = options.named.iter().find_map(|named| {
+            let (columns, missing) = named.columns.clone().in_table(&plan.names);
+            missing.is_empty().then_some((named, columns))
+        });
+        if let Some((named, columns)) = fitting {
+            plan.columns = columns.or(plan.columns);
+            plan.rate = plan.rate.or(named.rate);
+            plan.by = format!("[tracks.{}]", named.name);
+            return plan.columns.is_enough().then_some(plan);
+        }
+        if let Some(known) = Known::find(&plan.names) {
+            let columns: Columns = known.columns.parse().unwrap_or_default();
+            plan.columns = columns.in_table(&plan.names).0;
+            plan.known = Some(known);
+            plan.by = known.source.into();
+        }
+        plan.columns.is_enough().then_some(plan)
+    }
+
+    /// The same for a file.
+    fn of_file(
+        path: &Path,
+        options: &TableOptions,
+        report: &Report,
+    ) -> Result<Option<Self>, ReadError> {
+        let io = |error| ReadError::io(report.file(), &error);
+        let mut head = Vec::new();
+        let file = system::open_file(path).map_err(io)?;
+        file.take(HEAD as u64).read_to_end(&mut head).map_err(io)?;
+        Ok(Self::of(path, &head, options))
+    }
+
+    /// Whether all that the user names is there, and enough for tracks.
+    fn is_whole(&self) -> bool {
+        self.missing.is_empty() && self.columns.is_enough()
+    }
+
+    /// Why it cannot be read, if it cannot.
+    fn check(&self, report: &Report) -> Result<(), ReadError> {
+        let named = |names: &[String]| format!("`{}`", names.join("`, `"));
+        if !self.missing.is_empty() {
+            return Err(report.fail(format!(
+                "no column {}; the table has {}",
+                named(&self.missing),
+                named(&self.names)
+            )));
+        }
+        let missing = self.columns.missing();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let which = missing.join(", ");
+        Err(report.fail(format!(
+            "which column is {which}? The table has {}; say it with --columns {}=COLUMN",
+            named(&self.names),
+            missing[0].split(' ').next().unwrap_or_default()
+        )))
+    }
+
+    fn wanted(&self) -> (Vec<Role>, Vec<Wanted>) {
+        let all = self.columns.of.iter().map(|(role, source)| {
+            let wanted = Wanted {
+                name: source.column.clone(),
+                is_text: role.is_text(),
+            };
+            (*role, wanted)
+        });
+        all.unzip()
+    }
+
+    /// Adds the rows of a file.
+    fn rows(&self, path: &Path, report: &Report, rows: &mut Rows) -> Result<(), ReadError> {
+        let (roles, wanted) = self.wanted();
+        let mut take = |batch| rows.add(&roles, batch);
+        let read = match &self.written {
+            Written::Columns(form) => form.read(path, &wanted, &mut take),
+            Written::Text(layout, packing) => {
+                let io = |error| ReadError::io(report.file(), &error);
+                let file = system::open_file(path).map_err(io)?;
+                let mut source = packing.unpack(file).map_err(io)?;
+                layout.read(&mut source, &wanted, &mut take)
+            }
+        };
+        read.map_err(|bad: BadCell| {
+            let column = match bad.column.as_str() {
+                "" => String::new(),
+                name => format!("column {name}"),
+            };
+            report.row(bad.line, column).fail(bad.message)
+        })
+    }
+}
+
+/// What is in a file, with all that is needed for its windows.
+#[derive(Debug)]
+struct Table {
+    recorded: Recorded,
+    known: Option<&'static Known>,
+    /// Its bytes.
+    hashed: HashedBeginning,
+    /// How they are read, spelled out for hashes.
+    how: String,
+    /// Who says which column is what.
+    by: String,
+    leftovers: Leftovers,
+    ids: HashMap<usize, i64>,
+    /// Ids other than names.
+    numbered: Vec<String>,
+}
+
+/// Recordings that are kept for other windows of them, bytes.
+const MAX_CACHED: usize = 256 << 20;
+
+static TABLES: FileCache<Table> = FileCache::new(MAX_CACHED);
+
+/// The data in a file.
+fn read(path: &Path) -> Result<Arc<Table>, ReadError> {
+    let report = Report::about(path.display().to_string());
+    let plan = Plan::of_file(path, options(), &report)?;
+    let plan = plan.ok_or_else(|| report.fail("no table of tracks"))?;
+    plan.check(&report)?;
+    let beside = plan.known.and_then(|known| known.beside?(path));
+    let files: Vec<&Path> = std::iter::once(path).chain(beside.as_deref()).collect();
+    TABLES.get(&files, || {
+        let table = Table::read(plan, &files, options(), &report)?;
+        let size = table.recorded.size();
+        Ok((table, size))
+    })
+}
+
+impl Table {
+    /// Reads files of the same recording; `plan` is that of the first one.
+    fn read(
+        plan: Plan,
+        files: &[&Path],
+        options: &TableOptions,
+        report: &Report,
+    ) -> Result<Self, ReadError> {
+        let mut rows = Rows::default();
+        let mut plans = vec![plan];
+        for path in &files[1..] {
+            let report = Report::about(path.display().to_string());
+            plans.extend(Plan::of_file(path, options, &report)?);
+        }
+        for (plan, path) in plans.iter().zip(files) {
+            plan.rows(path, &Report::about(path.display().to_string()), &mut rows)?;
+        }
+        let plan = plans.swap_remove(0);
+        let mut leftovers = Leftovers::default();
+        let used: Vec<&String> = plan.columns.of.values().map(|s| &s.column).collect();
+        for name in plan.names.iter().filter(|name| !used.contains(name)) {
+            leftovers.add_times(&format!("column {name}"), rows.count(), || 1);
+        }
+        let said = Said {
+            rate: plan.rate,
+            kind: plan.known.and_then(|known| known.kind),
+        };
+        let recorded = Recorded::new(rows, &plan.columns, said, report.file())?;
+        let (ids, numbered) = numbers(&recorded.tracks);
+        Ok(Self {
+            recorded,
+            known: plan.known,
+            hashed: hashed(files, report)?,
+            how: format!("{} {:?}", plan.columns, plan.rate),
+            by: plan.by,
+            leftovers,
+            ids,
+            numbered,
+        })
+    }
+}
+
+/// The bytes of files, one after the other.
+fn hashed(files: &[&Path], report: &Report) -> Result<HashedBeginning, ReadError> {
+    let io = |error| ReadError::io(report.file(), &error);
+    let mut all: Box<dyn Read> = Box::new(std::io::empty());
+    for path in files {
+        all = Box::new(all.chain(system::open_file(path).map_err(io)?));
+    }
+    HashedBeginning::read(&mut all).map_err(io)
+}
+
+/// Ids of tracks in a scenario: their names where these are numbers. And those that are other than their names.
+fn numbers(tracks: &[Track]) -> (HashMap<usize, i64>, Vec<String>) {
+    let number = |track: &Track| track.name.parse::<i64>().ok().filter(|id| *id > 0);
+    let mut of_scenario: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (place, track) in tracks.iter().enumerate() {
+        of_scenario.entry(&track.scenario).or_default().push(place);
+    }
+    let (mut found, mut told) = (HashMap::new(), Vec::new());
+    for places in of_scenario.into_values() {
+        let named = places.iter().filter_map(|place| number(&tracks[*place]));
+        let mut ids = Ids::beyond(named.clone());
+        named.for_each(|id| {
+            ids.take(id);
+        });
+        for place in places {
+            let id = number(&tracks[place]).unwrap_or_else(|| {
+                let id = ids.fresh();
+                told.push(format!("`{}` {id}", tracks[place].name));
+                id
+            });
+            found.insert(place, id);
+        }
+    }
+    (found, told)
+}
+
+impl Format for Tables {
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
+        Plan::of(path, head, options()).is_some()
+    }
+
+    fn is_found(&self, path: &Path, head: &[u8]) -> bool {
+        Plan::of(path, head, options()).is_some_and(|plan| plan.is_whole())
+    }
+
+    fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
+        let table = read(path)?;
+        let mut scenarios: Vec<&str> = Vec::new();
+        for track in &table.recorded.tracks {
+            if scenarios.last() != Some(&track.scenario.as_str())
+                && !scenarios.contains(&track.scenario.as_str())
+            {
+                scenarios.push(&track.scenario);
+            }
+        }
+        if scenarios.len() > 1 {
+            let names = scenarios.into_iter().map(str::to_string);
+            return Ok(Parts::Named(names.collect()));
+        }
+        if !table.is_long("") {
+            return Ok(Parts::One);
+        }
+        let report = Report::about(path.display().to_string());
+        Ok(Parts::Long(Box::new(table.long_recording(report)?)))
+    }
+
+    fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
+        let Address { file, part } = address;
+        let shown = part.as_ref().map_or_else(String::new, |p| format!("#{p}"));
+        let report = Report::about(format!("{}{shown}", file.display()));
+        let table = read(file)?;
+        table.open(file, part.as_deref(), report)
+    }
+}

@@ -1,0 +1,964 @@
+//! A table of tracks in SI units: rows become tracks, and what was found out or assumed is kept for the report.
+
+use std::cell::OnceCell;
+use std::collections::{BTreeMap, HashMap};
+use std::f64::consts::FRAC_PI_2;
+
+use nearmiss_base::geometry::{Point, Vector, angle_between};
+use nearmiss_scene::scenario::plausibility::refused_coordinate;
+use nearmiss_scene::scenario::{Diagnostic, ObstacleType, Severity};
+
+use super::batch::{Batch, Values};
+use super::check::{self, Seen};
+use super::columns::{Columns, Convention, FOOT, Role};
+use super::guess::{self, HeadingForm, Pair, SpeedUnit, TimeUnit};
+use super::motion;
+use super::text::BadCell;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+use crate::recordings::Report;
+use crate::recordings::assembly::{self, TrackState, signed_speed};
+use crate::recordings::rows::Steps;
+use crate::recordings::utm::TransverseMercator;
+
+/// No table has more rows.
+const MOST_ROWS: usize = 20_000_000;
+
+/// Rows as they are read, column by column.
+#[derive(Debug, Default)]
+pub struct Rows {
+    /// Of the roles that the table has, without texts.
+    numbers: BTreeMap<Role, Vec<f64>>,
+    /// The place of each row's track.
+    track: Vec<u32>,
+    lines: Vec<u32>,
+    tracks: Vec<Named>,
+    places: HashMap<(String, String), u32>,
+    /// Numbers with a decimal comma.
+    commas: usize,
+    /// Rows without a time, place or name, and the first one's line.
+    incomplete: (usize, u32),
+}
+
+/// A track as the table names it.
+#[derive(Debug, Default, Clone)]
+struct Named {
+    name: String,
+    scenario: String,
+    class: String,
+    is_ego: bool,
+}
+
+/// What names of an ego are.
+const EGO: [&str; 6] = ["ego", "av", "sdc", "self", "host", "ego_vehicle"];
+
+impl Rows {
+    /// Adds those of a batch; `roles` are those of its columns.
+    ///
+    /// # Errors
+    /// There are too many.
+    pub fn add(&mut self, roles: &[Role], batch: Batch) -> Result<(), BadCell> {
+        self.commas += batch.commas;
+        if self.lines.len() + batch.lines.len() > MOST_ROWS {
+            return Err(BadCell {
+                line: self.lines.len(),
+                column: String::new(),
+                message: format!("more than {MOST_ROWS} rows; split the table"),
+            });
+        }
+        let texts = |role: Role| {
+            let place = roles.iter().position(|r| *r == role)?;
+            match &batch.values[place] {
+                Values::Texts(places, texts) => Some((places, &texts.texts)),
+                Values::Numbers(_) => None,
+            }
+        };
+        let text = |of: Option<(&Vec<u32>, &Vec<String>)>, row: usize| -> String {
+            of.map_or_else(String::new, |(places, texts)| {
+                texts[places[row] as usize].clone()
+            })
+        };
+        let numbers: Vec<(Role, &Vec<f64>)> = roles
+            .iter()
+            .zip(&batch.values)
+            .filter_map(|(role, values)| match values {
+                Values::Numbers(numbers) => Some((*role, numbers)),
+                Values::Texts(..) => None,
+            })
+            .collect();
+        let needed: Vec<&Vec<f64>> = numbers
+            .iter()
+            .filter(|(role, _)| NEEDED.contains(role))
+            .map(|(_, numbers)| *numbers)
+            .collect();
+        let (ids, scenarios) = (texts(Role::Id), texts(Role::Scenario));
+        let (classes, egos) = (texts(Role::Class), texts(Role::Ego));
+        // Names of this batch are those of tracks that are known by number.
+        let mut known: HashMap<(u32, u32), u32> = HashMap::new();
+        let mut kept = Vec::with_capacity(batch.lines.len());
+        for (row, line) in batch.lines.iter().enumerate() {
+            let id = ids.map_or(0, |(places, _)| places[row]);
+            let is_named = ids.is_none_or(|(_, texts)| !texts[id as usize].is_empty());
+            if !is_named || needed.iter().any(|values| values[row].is_nan()) {
+                self.incomplete.0 += 1;
+                if self.incomplete.1 == 0 {
+                    self.incomplete.1 = *line;
+                }
+                continue;
+            }
+            let scenario = scenarios.map_or(0, |(places, _)| places[row]);
+            let track = match known.get(&(id, scenario)) {
+                Some(track) => *track,
+                None => {
+                    let named = Named {
+                        name: plain_number(text(ids, row)),
+                        scenario: plain_number(text(scenarios, row)),
+                        class: text(classes, row),
+                        is_ego: false,
+                    };
+                    let track = self.track_of(named);
+                    known.insert((id, scenario), track);
+                    track
+                }
+            };
+            if egos.is_some() && is_yes(&text(egos, row)) {
+                self.tracks[track as usize].is_ego = true;
+            }
+            kept.push(row);
+            self.track.push(track);
+            self.lines.push(*line);
+        }
+        for (role, values) in numbers {
+            let all = self.numbers.entry(role).or_default();
+            if kept.len() == values.len() {
+                all.extend(values);
+            } else {
+                all.extend(kept.iter().map(|row| values[*row]));
+            }
+        }
+        Ok(())
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.lines.len()
+    }
+
+    fn track_of(&mut self, named: Named) -> u32 {
+        let key = (named.scenario.clone(), named.name.clone());
+        let next = u32::try_from(self.tracks.len()).unwrap_or(u32::MAX);
+        let place = *self.places.entry(key).or_insert(next);
+        if place == next {
+            let is_ego = EGO.contains(&named.name.to_lowercase().as_str())
+                || EGO.contains(&named.class.to_lowercase().as_str());
+            self.tracks.push(Named { is_ego, ..named });
+        }
+        place
+    }
+}
+
+/// Without these a row says nothing.
+const NEEDED: [Role; 6] = [
+    Role::Time,
+    Role::Frame,
+    Role::X,
+    Role::Y,
+    Role::Latitude,
+    Role::Longitude,
+];
+
+/// A whole number that was written as `12.0`, as pandas does where a column has gaps.
+fn plain_number(text: String) -> String {
+    match text.strip_suffix(".0") {
+        Some(whole) if whole.parse::<i64>().is_ok() => whole.to_string(),
+        _ => text,
+    }
+}
+
+fn is_yes(text: &str) -> bool {
+    matches!(
+        text.to_lowercase().as_str(),
+        "true" | "1" | "1.0" | "yes" | "y" | "ego"
+    )
+}
+
+/// The tracks of a table, metres, seconds and radians.
+#[derive(Debug)]
+pub struct Recorded {
+    /// In the order in which they come first.
+    pub tracks: Vec<Track>,
+    /// When step 0 is, seconds of the recording.
+    pub start: f64,
+    /// Seconds.
+    pub time_step: f64,
+    /// Where places in degrees became metres.
+    pub plane: Option<TransverseMercator>,
+    /// What was found out and assumed, and what is odd.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// A track of a table.
+#[derive(Debug)]
+pub struct Track {
+    /// As in the table.
+    pub name: String,
+    /// The scenario that it is in; empty where the table has one.
+    pub scenario: String,
+    /// What it is.
+    pub kind: ObstacleType,
+    /// Whether the table says that it is the ego.
+    pub is_ego: bool,
+    /// Length and width, metres.
+    pub size: (f64, f64),
+    /// In order of steps.
+    pub states: Vec<TrackState>,
+}
+
+impl Track {
+    /// The first and the last step.
+    pub fn span(&self) -> (i64, i64) {
+        let step = |state: Option<&TrackState>| state.map_or(0, |s| s.step);
+        (step(self.states.first()), step(self.states.last()))
+    }
+}
+
+/// What the user or a known data set says of a table beside its columns.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Said {
+    /// Pictures a second.
+    pub rate: Option<f64>,
+    /// What classes mean.
+    pub kind: Option<fn(&str) -> ObstacleType>,
+}
+
+/// Pairs of rows that are looked at to find something out.
+const MOST_PAIRS: usize = 50_000;
+
+/// A table whose units are being found out.
+struct Work<'a> {
+    rows: Rows,
+    columns: &'a Columns,
+    said: Said,
+    report: Report,
+    /// Seconds, once they are known; before as in the table.
+    times: Vec<f64>,
+    /// Metres once they are known.
+    places: Vec<Point>,
+    plane: Option<TransverseMercator>,
+    /// Rows of each track in order of time.
+    order: Vec<Vec<u32>>,
+    /// Length and width of each track, 0 where the table has none.
+    sizes: Vec<(f64, f64)>,
+    /// What speeds are multiplied with to be m/s.
+    speed: f64,
+    /// Whether velocities are along and across the body rather than the axes.
+    is_local: bool,
+    /// Whether the table's y grows downwards.
+    is_down: bool,
+}
+
+impl Recorded {
+    /// Finds out the units of a table and makes its tracks; `file` names it in messages.
+    ///
+    /// # Errors
+    /// There is no row, or its times cannot be understood: what to say about them.
+    pub fn new(rows: Rows, columns: &Columns, said: Said, file: &str) -> Result<Self, ReadError> {
+        let report = Report::about(file);
+        if rows.lines.is_empty() {
+            let message = format!(
+                "no track in it; {} rows lack an id, a time or a place",
+                rows.incomplete.0
+            );
+            return Err(report.fail(message));
+        }
+        let mut work = Work::new(rows, columns, said, report);
+        work.note_rows();
+        work.read_places()?;
+        work.read_times()?;
+        work.read_lengths();
+        work.read_speeds();
+        let form = work.read_headings();
+        work.move_to_middles(form);
+        work.finish(form)
+    }
+
+    /// Bytes, about.
+    pub fn size(&self) -> usize {
+        let states: usize = self.tracks.iter().map(|t| t.states.capacity()).sum();
+        states * size_of::<TrackState>() + self.tracks.len() * (size_of::<Track>() + 32)
+    }
+}
+
+impl<'a> Work<'a> {
+    fn new(rows: Rows, columns: &'a Columns, said: Said, report: Report) -> Self {
+        let count = rows.tracks.len();
+        let mut sizes = vec![(0.0, 0.0); count];
+        let of = |role: Role| rows.numbers.get(&role);
+        for (row, track) in rows.track.iter().enumerate() {
+            let size = &mut sizes[*track as usize];
+            let value = |role: Role| of(role).map_or(0.0, |values| values[row]);
+            // The first size of a track is its size.
+            for (known, value) in [
+                (&mut size.0, value(Role::Length)),
+                (&mut size.1, value(Role::Width)),
+            ] {
+                if *known <= 0.0 && value > 0.0 {
+                    *known = value;
+                }
+            }
+        }
+        Self {
+            order: Vec::new(),
+            times: Vec::new(),
+            places: Vec::new(),
+            plane: None,
+            speed: 1.0,
+            is_local: false,
+            is_down: columns.has(Convention::Down),
+            rows,
+            columns,
+            said,
+            report,
+            sizes,
+        }
+    }
+
+    fn factor(&self, role: Role) -> Option<f64> {
+        self.columns.of.get(&role)?.factor
+    }
+
+    fn column(&self, role: Role) -> &str {
+        self.columns.of.get(&role).map_or("", |s| s.column.as_str())
+    }
+
+    fn numbers(&self, role: Role) -> Option<&Vec<f64>> {
+        self.rows.numbers.get(&role)
+    }
+
+    fn note_rows(&self) {
+        let (count, line) = self.rows.incomplete;
+        if count > 0 {
+            let at = self.report.row(line as usize, "");
+            at.warn(format!(
+                "{count} rows lack an id, a time or a place, this one first; left out"
+            ));
+        }
+        self.report.note_count(self.rows.commas, |n| {
+            format!("numbers with a decimal comma: {n}; read as with a point")
+        });
+        self.report.note(format!("columns: {}", self.columns));
+    }
+
+    /// Places as in the table, those in degrees in metres.
+    fn read_places(&mut self) -> Result<(), ReadError> {
+        let planar = self.numbers(Role::X).zip(self.numbers(Role::Y));
+        let places: Vec<Point> = if let Some((x, y)) = planar {
+            x.iter().zip(y).map(|(x, y)| Point::new(*x, *y)).collect()
+        } else if let (Some(longitude), Some(latitude)) =
+            (self.numbers(Role::Longitude), self.numbers(Role::Latitude))
+        {
+            let outside = latitude
+                .iter()
+                .zip(longitude)
+                .position(|(lat, lon)| lat.abs() > 90.0 || lon.abs() > 360.0);
+            if let Some(row) = outside {
+                let at = self.report.row(self.rows.lines[row] as usize, "");
+                let message = format!("latitude {}, longitude {}", latitude[row], longitude[row]);
+                return Err(at.fail(message));
+            }
+            // The plane is that of the place in whole hundredths of a degree, so that tables of a place have the same.
+            let round = |v: f64| (v * 100.0).round() / 100.0;
+            let (lat, lon) = (round(latitude[0]), round(longitude[0]));
+            let plane = TransverseMercator::around(lat, lon);
+            let each = latitude.iter().zip(longitude);
+            let places = each.map(|(lat, lon)| {
+                let (east, north) = plane.forward(*lat, *lon);
+                Point::new(east, north)
+            });
+            let places = places.collect();
+            self.report.note(format!(
+                "places in degrees; x and y are metres east and north of {lat}, {lon}"
+            ));
+            self.plane = Some(plane);
+            places
+        } else {
+            Vec::new()
+        };
+        self.places = places;
+        Ok(())
+    }
+
+    /// Puts the rows of each track in order of time and of the file.
+    fn order_rows(&mut self) {
+        let mut order = vec![Vec::new(); self.rows.tracks.len()];
+        for (row, track) in (0..).zip(&self.rows.track) {
+            order[*track as usize].push(row);
+        }
+        for rows in &mut order {
+            rows.sort_by(|a, b| self.times[*a as usize].total_cmp(&self.times[*b as usize]));
+        }
+        self.order = order;
+    }
+
+    /// Rows of tracks that follow each other, from all over the table.
+    fn pairs(&self) -> Vec<Pair> {
+        let every = (self.rows.lines.len() / MOST_PAIRS).max(1);
+        let velocity = self
+            .numbers(Role::VelocityX)
+            .zip(self.numbers(Role::VelocityY));
+        let mut pairs = Vec::new();
+        for (track, rows) in self.order.iter().enumerate() {
+            for pair in rows.windows(2).step_by(every) {
+                let (a, b) = (pair[0] as usize, pair[1] as usize);
+                let heading = |row: usize| self.numbers(Role::Heading).map_or(f64::NAN, |h| h[row]);
+                let speed = match (self.numbers(Role::Speed), velocity) {
+                    (Some(speed), _) => speed[b],
+                    (None, Some((x, y))) => x[b].hypot(y[b]),
+                    (None, None) => f64::NAN,
+                };
+                let time = self.times[b] - self.times[a];
+                if time > 0.0 {
+                    pairs.push(Pair {
+                        time,
+                        moved: self.places[b] - self.places[a],
+                        heading: (heading(a), heading(b)),
+                        speed,
+                        length: self.sizes[track].0,
+                    });
+                }
+            }
+        }
+        pairs
+    }
+
+    /// Times in seconds.
+    fn read_times(&mut self) -> Result<(), ReadError> {
+        let by_rate = self.said.rate.is_some() && self.numbers(Role::Frame).is_some();
+        let role = match self.numbers(Role::Time) {
+            Some(_) if !by_rate => Role::Time,
+            _ => Role::Frame,
+        };
+        let Some(column) = self.numbers(role).cloned() else {
+            return Err(self.report.fail("no column of time"));
+        };
+        let are_whole = column.iter().all(|v| v.fract() == 0.0);
+        self.times = column;
+        self.order_rows();
+        let named = self.factor(role).filter(|_| role == Role::Time);
+        let pairs = self.pairs();
+        let between = assembly::median(pairs.iter().map(|p| p.time).collect());
+        let name = self.column(role).to_string();
+        let unit = match (named, self.said.rate) {
+            (Some(factor), _) => TimeUnit::Seconds(factor),
+            (None, Some(_)) => TimeUnit::Frames,
+            (None, None) if role == Role::Frame => TimeUnit::Frames,
+            (None, None) => guess::time_unit(between, are_whole),
+        };
+        let factor = match unit {
+            TimeUnit::Seconds(factor) => {
+                if named.is_none() && factor < 1.0 {
+                    let words = if factor < 1e-8 {
+                        "nanoseconds"
+                    } else if factor < 1e-5 {
+                        "microseconds"
+                    } else {
+                        "milliseconds"
+                    };
+                    self.report.note(format!(
+                        "`{name}` is in {words}: whole numbers, mostly {between} apart"
+                    ));
+                }
+                factor
+            }
+            TimeUnit::Frames => match (self.said.rate, guess::rate(&pairs)) {
+                (Some(rate), _) => 1.0 / rate,
+                (None, Some(rate)) => {
+                    self.report.note(format!(
+                        "`{name}` counts frames, {rate} a second: so speeds agree with places"
+                    ));
+                    1.0 / rate
+                }
+                (None, None) => {
+                    let at = self.report.at(format!("column {name}"));
+                    return Err(at.fail(format!(
+                        "whole numbers that are mostly {between} apart: frames? say how many a second with --rate HZ, or that they are seconds with --columns time={name}[s]"
+                    )));
+                }
+            },
+        };
+        // Numbers near zero keep all their digits.
+        self.times.iter_mut().for_each(|time| *time *= factor);
+        Ok(())
+    }
+
+    /// Lengths and places in metres.
+    fn read_lengths(&mut self) {
+        let measured = self
+            .sizes
+            .iter()
+            .copied()
+            .filter(|s| s.0 > 0.0 && s.1 > 0.0);
+        let measured: Vec<(f64, f64)> = measured.collect();
+        let said = |role| self.factor(role);
+        let is_said = [Role::X, Role::Y, Role::Length, Role::Width].map(said);
+        let found = is_said.iter().all(Option::is_none) && guess::are_feet(&measured);
+        if found {
+            self.report
+                .note("lengths are in feet: so vehicles are as wide as usual");
+        }
+        let usual = if found { FOOT } else { 1.0 };
+        let [x, y, length, width] = is_said.map(|factor| factor.unwrap_or(usual));
+        if self.plane.is_none() {
+            // y points down in pictures.
+            let y = if self.is_down { -y } else { y };
+            for place in &mut self.places {
+                *place = Point::new(place.x * x, place.y * y);
+            }
+        }
+        for size in &mut self.sizes {
+            *size = (size.0 * length, size.1 * width);
+        }
+    }
+
+    /// Speeds in m/s.
+    fn read_speeds(&mut self) {
+        let given = [Role::Speed, Role::VelocityX].map(|role| self.numbers(role).is_some());
+        let role = match given {
+            [true, _] => Role::Speed,
+            [_, true] => Role::VelocityX,
+            _ => return,
+        };
+        let pairs = self.pairs();
+        self.speed = match (self.factor(role), guess::speed_unit(&pairs)) {
+            (Some(factor), _) => factor,
+            (None, SpeedUnit::Known(name, factor)) => {
+                if factor < 1.0 {
+                    self.report
+                        .note(format!("speeds are in {name}: so they agree with places"));
+                }
+                factor
+            }
+            (None, SpeedUnit::Odd(ratio)) => {
+                let at = self.report.at(format!("column {}", self.column(role)));
+                at.warn(format!(
+                    "speeds are {ratio:.2} times what places and times say; taken as m/s: are the units of all three right?"
+                ));
+                1.0
+            }
+            (None, SpeedUnit::Unknown) => 1.0,
+        };
+        if let Some((x, y)) = self
+            .numbers(Role::VelocityX)
+            .zip(self.numbers(Role::VelocityY))
+        {
+            let mut off = Vec::new();
+            for rows in &self.order {
+                for pair in rows.windows(2).take(100) {
+                    let (a, b) = (pair[0] as usize, pair[1] as usize);
+                    let moved = self.places[b] - self.places[a];
+                    let velocity = Vector::new(x[b], y[b]);
+                    if moved.norm() > 0.1 && velocity.norm() > 0.5 {
+                        off.push(
+                            angle_between(velocity.y.atan2(velocity.x), moved.y.atan2(moved.x))
+                                .abs(),
+                        );
+                    }
+                }
+            }
+            self.is_local = off.len() > 20
+                && assembly::median(off) > 0.6
+                && self.numbers(Role::Heading).is_some();
+            if self.is_local {
+                self.report.note(format!(
+                    "`{}` and `{}` are along and across the body: they do not follow the places",
+                    self.column(Role::VelocityX),
+                    self.column(Role::VelocityY)
+                ));
+            }
+        }
+    }
+
+    /// How headings are written; nothing where there are none.
+    fn read_headings(&mut self) -> Option<HeadingForm> {
+        self.numbers(Role::Heading)?;
+        let degrees = self.factor(Role::Heading).map(|factor| factor < 1.0);
+        let north = self.columns.has(Convention::North).then_some(true);
+        let (mut form, off) = guess::heading_form(&self.pairs(), degrees, north);
+        let column = format!("column {}", self.column(Role::Heading));
+        let mut found = Vec::new();
+        if degrees.is_none() && form.degrees {
+            found.push("in degrees");
+        }
+        if north.is_none() && form.from_north {
+            found.push("clockwise from north");
+        }
+        if !found.is_empty() {
+            let message = format!(
+                "headings are {}: so they agree with the motion",
+                found.join(", ")
+            );
+            self.report.at(&*column).note(Severity::Note, message);
+        }
+        match off {
+            // They are as the table's places are, before those were turned over.
+            _ if self.is_down => form.mirrored = off.is_none() && !form.from_north || form.mirrored,
+            Some(_) if form.mirrored => {
+                self.report
+                    .note("y grows downwards: so headings agree with the motion; turned over");
+                self.is_down = true;
+                self.places.iter_mut().for_each(|place| place.y = -place.y);
+                form.mirrored = false;
+            }
+            _ => {}
+        }
+        if let Some(off) = off.filter(|off| *off > ODD_HEADING) {
+            self.report.at(column).warn(format!(
+                "headings are {:.0}° off the motion on average; are they of this table?",
+                off.to_degrees()
+            ));
+        }
+        Some(form)
+    }
+
+    /// Moves places from the front, rear axle or corner of a body to its middle.
+    fn move_to_middles(&mut self, form: Option<HeadingForm>) {
+        let columns = self.columns;
+        let is_corner = columns.has(Convention::Corner);
+        let ahead = if columns.has(Convention::Front) {
+            Some(-0.5)
+        } else if columns.has(Convention::RearAxle) {
+            Some(REAR_AXLE)
+        } else if !is_corner && form.is_some_and(|form| guess::is_front(&self.turns(form))) {
+            self.report
+                .note("places are those of the front: so they move in turns; moved to the middle");
+            Some(-0.5)
+        } else {
+            None
+        };
+        self.fill_sizes();
+        if is_corner {
+            for (row, track) in self.rows.track.iter().enumerate() {
+                let (length, width) = self.sizes[*track as usize];
+                // The upper left one: lengths are along the x-axis.
+                self.places[row] += Vector::new(length / 2.0, -width / 2.0);
+            }
+        }
+        let Some(part) = ahead else {
+            return;
+        };
+        for (track, rows) in self.order.iter().enumerate() {
+            let length = self.sizes[track].0;
+            let headings: Vec<f64> = match form {
+                Some(form) => rows.iter().map(|row| self.heading(form, *row)).collect(),
+                None => {
+                    let places: Vec<Point> =
+                        rows.iter().map(|r| self.places[*r as usize]).collect();
+                    let steps: Vec<i64> = (0..).take(places.len()).collect();
+                    let derived = motion::derive(&steps, &places, 0.1);
+                    derived.into_iter().map(|d| d.heading).collect()
+                }
+            };
+            for (row, heading) in rows.iter().zip(headings) {
+                let along = Vector::new(heading.cos(), heading.sin());
+                self.places[*row as usize] += along * (length * part);
+            }
+        }
+    }
+
+    /// Pairs with headings in radians.
+    fn turns(&self, form: HeadingForm) -> Vec<Pair> {
+        let radians = |written: f64| signed(form, written);
+        let mut pairs = self.pairs();
+        for pair in &mut pairs {
+            pair.heading = (radians(pair.heading.0), radians(pair.heading.1));
+        }
+        pairs.retain(|pair| pair.heading.0.is_finite() && pair.heading.1.is_finite());
+        pairs
+    }
+
+    /// The heading of a row, radians; NaN where it has none.
+    fn heading(&self, form: HeadingForm, row: u32) -> f64 {
+        let written = self
+            .numbers(Role::Heading)
+            .map_or(f64::NAN, |h| h[row as usize]);
+        signed(form, written)
+    }
+
+    /// Kinds by class or size, and sizes of those that have none.
+    fn fill_sizes(&mut self) {
+        let mut assumed = Vec::new();
+        let has_class = self.columns.of.contains_key(&Role::Class);
+        for track in 0..self.sizes.len() {
+            let kind = self.kind(track);
+            let size = &mut self.sizes[track];
+            if size.0 <= 0.0 || size.1 <= 0.0 {
+                let usual = assembly::default_size(kind);
+                assumed.push(kind);
+                // Some tables have lengths only.
+                if size.0 <= 0.0 {
+                    size.0 = usual.0;
+                }
+                if size.1 <= 0.0 {
+                    size.1 = usual.1;
+                }
+            }
+        }
+        if !has_class {
+            self.report
+                .note("no classes; taken by size, those without a size as cars");
+        }
+        if !assumed.is_empty() {
+            self.report.note(format!(
+                "tracks without a size: {}; assumed by class: {}",
+                assumed.len(),
+                assembly::in_words(assumed)
+            ));
+        }
+    }
+
+    fn kind(&self, track: usize) -> ObstacleType {
+        let class = &self.rows.tracks[track].class;
+        match self.said.kind {
+            Some(kind) => kind(class),
+            None if class.is_empty() => assembly::kind_by_size(self.sizes[track]),
+            None => assembly::kind_by_class(class),
+        }
+    }
+
+    /// The tracks.
+    fn finish(mut self, form: Option<HeadingForm>) -> Result<Recorded, ReadError> {
+        let steps = self.steps()?;
+        if let Some(row) = self.places.iter().position(|p| {
+            refused_coordinate(p.x)
+                .or(refused_coordinate(p.y))
+                .is_some()
+        }) {
+            let at = self.report.row(self.rows.lines[row] as usize, "");
+            let why = refused_coordinate(self.places[row].x)
+                .or(refused_coordinate(self.places[row].y))
+                .unwrap_or_default();
+            return Err(at.fail(why));
+        }
+        let step = |time: f64| ((time - steps.0) / steps.1).round() as i64;
+        let mut seen: Vec<(String, Vec<Seen>)> = Vec::with_capacity(self.order.len());
+        let mut twice: Option<(u32, String, usize)> = None;
+        for (track, rows) in self.order.iter_mut().enumerate() {
+            let (times, before) = (&self.times, rows.len());
+            let mut first_twice = None;
+            rows.dedup_by(|row, kept| {
+                let same = step(times[*row as usize]) == step(times[*kept as usize]);
+                if same {
+                    first_twice.get_or_insert(self.rows.lines[*row as usize]);
+                }
+                same
+            });
+            let name = &self.rows.tracks[track].name;
+            if let Some(line) = first_twice {
+                let known = twice.get_or_insert((line, name.clone(), 0));
+                known.2 += before - rows.len();
+            }
+            let each = rows.iter().map(|row| Seen {
+                step: step(self.times[*row as usize]),
+                line: self.rows.lines[*row as usize],
+                place: self.places[*row as usize],
+            });
+            seen.push((name.clone(), each.collect()));
+        }
+        if let Some((line, name, count)) = twice {
+            let at = self.report.row(line as usize, format!("track `{name}`"));
+            at.warn(format!(
+                "{count} rows are at a time that their track has already, this one first; the first row of each is used"
+            ));
+        }
+        check::check(&self.report, &seen, steps.1);
+        let mut missing = (0, 0);
+        let mut tracks = Vec::with_capacity(seen.len());
+        for (track, (name, rows)) in seen.into_iter().enumerate() {
+            let states = self.states(track, &rows, form, steps.1, &mut missing);
+            let named = &self.rows.tracks[track];
+            tracks.push(Track {
+                name,
+                scenario: named.scenario.clone(),
+                kind: self.kind(track),
+                is_ego: named.is_ego,
+                size: self.sizes[track],
+                states,
+            });
+        }
+        self.report.note_count(missing.0, |n| {
+            format!("headings from the motion, smoothed over up to 0.8 s: {n}")
+        });
+        self.report.note_count(missing.1, |n| {
+            format!("speeds from the motion, smoothed over up to 0.8 s: {n}")
+        });
+        Ok(Recorded {
+            tracks,
+            start: steps.0,
+            time_step: steps.1,
+            plane: self.plane,
+            diagnostics: self.report.into_diagnostics(),
+        })
+    }
+
+    /// When the first step is and how long one is, seconds. Rows of a table that is sampled unevenly are put on even steps.
+    fn steps(&mut self) -> Result<(f64, f64), ReadError> {
+        let mut all = self.times.clone();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        match Steps::from_times(&all) {
+            Ok(found) => {
+                found.report_to(&self.report);
+                Ok((found.start, found.time_step))
+            }
+            Err(why) => {
+                // Each track may have a clock of its own.
+                let between = self.order.iter().flat_map(|rows| {
+                    rows.windows(2)
+                        .map(|pair| self.times[pair[1] as usize] - self.times[pair[0] as usize])
+                });
+                let between = between.filter(|time| *time > 1e-4).collect();
+                let median = assembly::median(between);
+                let time_step = (median * 1e3).round() / 1e3;
+                let (start, last) = (all[0], all[all.len() - 1]);
+                if time_step <= 0.0 || (last - start) / time_step > 1e7 {
+                    return Err(self.report.fail(why));
+                }
+                self.resample(start, time_step);
+                self.report.at("").warn(format!(
+                    "rows are not at equal times; places are interpolated at steps of {time_step} s"
+                ));
+                Ok((start, time_step))
+            }
+        }
+    }
+
+    /// Moves rows to the nearest steps: place, heading and speed at that time, by those of the rows around it.
+    fn resample(&mut self, start: f64, time_step: f64) {
+        let old = (self.times.clone(), self.places.clone());
+        let numbers = [
+            Role::Heading,
+            Role::Speed,
+            Role::VelocityX,
+            Role::VelocityY,
+            Role::Acceleration,
+        ];
+        let before: Vec<(Role, Vec<f64>)> = numbers
+            .into_iter()
+            .filter_map(|role| Some((role, self.rows.numbers.get(&role)?.clone())))
+            .collect();
+        for rows in &self.order {
+            for (i, row) in rows.iter().enumerate() {
+                let row = *row as usize;
+                let time = start + ((old.0[row] - start) / time_step).round() * time_step;
+                let other = if time < old.0[row] {
+                    i.checked_sub(1).and_then(|i| rows.get(i))
+                } else {
+                    rows.get(i + 1)
+                };
+                self.times[row] = time;
+                let Some(other) = other.map(|row| *row as usize) else {
+                    continue;
+                };
+                let between = old.0[other] - old.0[row];
+                if between == 0.0 || between.abs() > 3.0 * time_step {
+                    continue;
+                }
+                let part = (time - old.0[row]) / between;
+                self.places[row] = old.1[row] + (old.1[other] - old.1[row]) * part;
+                for (role, values) in &before {
+                    let (a, b) = (values[row], values[other]);
+                    // Headings that pass the end of their circle stay.
+                    let is_far = *role == Role::Heading && (b - a).abs() > 1.0;
+                    if let Some(all) = self.rows.numbers.get_mut(role).filter(|_| !is_far) {
+                        all[row] = a + (b - a) * part;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The states of a track; headings and speeds that had to be derived are counted in `missing`.
+    fn states(
+        &self,
+        track: usize,
+        rows: &[Seen],
+        form: Option<HeadingForm>,
+        dt: f64,
+        missing: &mut (usize, usize),
+    ) -> Vec<TrackState> {
+        let order = &self.order[track];
+        let velocity = self
+            .numbers(Role::VelocityX)
+            .zip(self.numbers(Role::VelocityY));
+        let acceleration = self.numbers(Role::Acceleration);
+        let stronger = self.factor(Role::Acceleration).unwrap_or(1.0);
+        let complete =
+            form.is_some() && (velocity.is_some() || self.numbers(Role::Speed).is_some());
+        // What the table says is not derived.
+        let derived = OnceCell::new();
+        let derive = || {
+            let steps: Vec<i64> = rows.iter().map(|row| row.step).collect();
+            let places: Vec<Point> = rows.iter().map(|row| row.place).collect();
+            motion::derive(&steps, &places, dt)
+        };
+        if !complete {
+            derived.get_or_init(derive);
+        }
+        let mut states = Vec::with_capacity(rows.len());
+        for (i, seen) in rows.iter().enumerate() {
+            let row = order[i];
+            let at = row as usize;
+            let given = form.map_or(f64::NAN, |form| self.heading(form, row));
+            let heading = if given.is_nan() {
+                missing.0 += 1;
+                derived.get_or_init(derive)[i].heading
+            } else {
+                given
+            };
+            let by_axes = velocity.map(|(x, y)| (x[at] * self.speed, y[at] * self.speed));
+            let said = match (self.numbers(Role::Speed), by_axes) {
+                (Some(speed), _) if speed[at].is_finite() => Some(speed[at] * self.speed),
+                (_, Some((x, y))) if x.is_finite() && y.is_finite() => Some(if self.is_local {
+                    x.hypot(y).copysign(x)
+                } else {
+                    signed_speed(heading, x, if self.is_down { -y } else { y })
+                }),
+                _ => None,
+            };
+            let own = acceleration.map(|all| all[at] * stronger);
+            let own = own.filter(|value| value.is_finite());
+            let (velocity, acceleration) = match said {
+                Some(speed) => (speed, own),
+                None => {
+                    missing.1 += 1;
+                    let found = derived.get_or_init(derive)[i];
+                    // A body whose heading is known may go backwards.
+                    let back = angle_between(found.heading, heading).abs() > FRAC_PI_2;
+                    let sign = if back { -1.0 } else { 1.0 };
+                    let acceleration = own.or(Some(found.acceleration * sign));
+                    (found.speed * sign, acceleration)
+                }
+            };
+            states.push(TrackState {
+                step: seen.step,
+                position: seen.place,
+                heading,
+                velocity: Some(velocity),
+                acceleration,
+            });
+        }
+        states
+    }
+}
+
+/// A heading in radians for places as they are now.
+fn signed(form: HeadingForm, written: f64) -> f64 {
+    let radians = form.radians(written);
+    if form.mirrored { -radians } else { radians }
+}
+
+/// Headings farther off the motion on average are told, radians.
+const ODD_HEADING: f64 = 0.35;
+
+/// So far is the middle of a body before its rear axle, in its lengths.
+const REAR_AXLE: f64 = 0.28;
