@@ -49,7 +49,7 @@ pub(super) trait Format: Sync {
 }
 
 /// All formats; the last one takes every other file, and says what is wrong with it.
-const FORMATS: [&dyn Format; 9] = [
+const FORMATS: [&dyn Format; 10] = [
     &recordings::Waymo,
     &recordings::Argoverse,
     &recordings::LevelX,
@@ -57,6 +57,7 @@ const FORMATS: [&dyn Format; 9] = [
     &recordings::OpenScenario,
     &recordings::NuPlan,
     &recordings::Tables,
+    &recordings::MapAlone,
     &Unread,
     &CommonRoad,
 ];

@@ -13,7 +13,8 @@ use nearmiss_scene::scenario::{
 
 use super::assembly::{Ids, Map};
 use super::lane_shape::{matched, same_way};
-use super::{Leftovers, Report, utm};
+use super::utm::{self, TransverseMercator};
+use super::{Leftovers, Report};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::xml::{Element, Xml, decoded};
@@ -24,22 +25,60 @@ struct Course {
     right: Vec<i64>,
 }
 
-/// Reads a map; `origin` is east and north in UTM of what the recording's coordinates are relative to.
+/// How degrees of a map become the metres of a recording.
+#[derive(Debug, Clone, Copy)]
+pub enum Placement {
+    /// UTM from this place, east and north, metres.
+    FromUtm((f64, f64)),
+    /// On a plane.
+    On(TransverseMercator),
+}
+
+/// Reads a map.
 pub fn read(
     report: &Report,
     path: &Path,
-    origin: (f64, f64),
+    placement: Placement,
     ids: &mut Ids,
 ) -> Result<Map, ReadError> {
     let osm = cached_map(path)?;
     osm.leftovers.report_to(report);
-    tell_of_places(report, &osm.nodes, origin);
-    let points = in_metres(&osm.nodes, origin);
+    tell_of_places(report, &osm.nodes);
+    let points = in_metres(&osm.nodes, placement);
     Ok(map(report, &points, &osm.ways, &osm.relations, ids))
 }
 
+/// Whether no place of a map is in degrees alone.
+pub fn is_in_metres(path: &Path) -> Result<bool, ReadError> {
+    let osm = cached_map(path)?;
+    let mut nodes = osm.nodes.values();
+    Ok(nodes.all(|place| matches!(place, Place::Metres(..))))
+}
+
+/// The origin in UTM of a map beside tracks that do not say one: 0 where they are in UTM, that of 0° north and 0° east
+/// for maps around there (INTERACTION's), else the map's south-west, so that its coordinates are small.
+pub fn origin(path: &Path, tracks: &[Point]) -> Result<(f64, f64), ReadError> {
+    let osm = cached_map(path)?;
+    let degrees = osm.nodes.values().filter_map(|place| match place {
+        Place::Degrees(lat, lon) => Some((*lat, *lon)),
+        Place::Metres(..) => None,
+    });
+    let Some((lat, lon)) = degrees.reduce(|a, b| (a.0.min(b.0), a.1.min(b.1))) else {
+        return Ok((0.0, 0.0));
+    };
+    if lat.abs() < 1.0 && lon.abs() < 1.0 {
+        return Ok(utm::forward(0.0, 0.0, utm::zone(lon)));
+    }
+    let is_utm = |place: &Point| place.x.abs() > 1e5 && place.y.abs() > 1e5;
+    if tracks.iter().any(is_utm) {
+        return Ok((0.0, 0.0));
+    }
+    let (east, north) = utm::forward(lat, lon, utm::zone(lon));
+    Ok(((east / 100.0).floor() * 100.0, (north / 100.0).floor() * 100.0))
+}
+
 /// Warns where the places of nodes do not go together.
-fn tell_of_places(report: &Report, nodes: &HashMap<i64, Place>, origin: (f64, f64)) {
+fn tell_of_places(report: &Report, nodes: &HashMap<i64, Place>) {
     let degrees = nodes
         .values()
         .filter(|place| matches!(place, Place::Degrees(..)))
@@ -50,15 +89,10 @@ fn tell_of_places(report: &Report, nodes: &HashMap<i64, Place>, origin: (f64, f6
             "{metres} nodes of the map have `local_x` and `local_y`, and {degrees} only degrees, which are taken relative to the recording's origin"
         ));
     }
-    if degrees > 0 && origin == (0.0, 0.0) {
-        report.at("").warn(
-            "the map is in degrees, and the recording has no origin (`xUtmOrigin`, `yUtmOrigin`): its lanes are not where the tracks are",
-        );
-    }
 }
 
 /// Nodes in the recording's metres.
-fn in_metres(nodes: &HashMap<i64, Place>, origin: (f64, f64)) -> HashMap<i64, Point> {
+fn in_metres(nodes: &HashMap<i64, Place>, placement: Placement) -> HashMap<i64, Point> {
     // One zone for all, so that a map at a zone's edge stays whole: that of its westernmost node.
     let longitudes = nodes.values().filter_map(|place| match place {
         Place::Degrees(_, lon) => Some(*lon),
@@ -68,10 +102,13 @@ fn in_metres(nodes: &HashMap<i64, Place>, origin: (f64, f64)) -> HashMap<i64, Po
     let metres = nodes.iter().filter_map(|(id, place)| {
         let (x, y) = match *place {
             Place::Metres(x, y) => (x, y),
-            Place::Degrees(lat, lon) => {
-                let (east, north) = utm::forward(lat, lon, zone);
-                (east - origin.0, north - origin.1)
-            }
+            Place::Degrees(lat, lon) => match placement {
+                Placement::On(plane) => plane.forward(lat, lon),
+                Placement::FromUtm(origin) => {
+                    let (east, north) = utm::forward(lat, lon, zone);
+                    (east - origin.0, north - origin.1)
+                }
+            },
         };
         // A place far from all others is a mistake; borders without it are left out, which is said there.
         let fits = |value: f64| value.is_finite() && refused_coordinate(value).is_none();

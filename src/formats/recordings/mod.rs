@@ -9,6 +9,7 @@ mod assembly;
 mod lane_shape;
 mod lanelet2;
 mod levelx;
+mod maps;
 mod nuplan;
 mod opendrive;
 mod openscenario;
@@ -21,6 +22,7 @@ mod windows;
 
 pub(super) use argoverse::{Argoverse, columns as parquet_columns};
 pub(super) use levelx::{LevelX, missing_columns};
+pub(super) use maps::MapAlone;
 pub(super) use nuplan::NuPlan;
 pub(super) use openscenario::OpenScenario;
 pub(super) use rows::columns_of;

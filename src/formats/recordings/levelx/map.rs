@@ -11,6 +11,7 @@ use super::tables::Recording;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::assembly::{Ids, Map};
+use crate::recordings::lanelet2::Placement;
 use crate::recordings::{Report, has_extension, lanelet2, users_maps};
 
 /// Folders of the data sets with their maps, from the folder of the recordings.
@@ -26,7 +27,12 @@ pub fn read_map(
     match find(recording_file, recording.location, users_maps()) {
         Some(file) => {
             report.note(format!("map {}", file.display()));
-            lanelet2::read(report, &file, recording.origin, ids)
+            if recording.origin == (0.0, 0.0) && !lanelet2::is_in_metres(&file)? {
+                report.at("").warn(
+                    "the map is in degrees, and the recording has no origin (`xUtmOrigin`, `yUtmOrigin`): its lanes are not where the tracks are",
+                );
+            }
+            lanelet2::read(report, &file, Placement::FromUtm(recording.origin), ids)
         }
         None => {
             report.at("").warn(format!(

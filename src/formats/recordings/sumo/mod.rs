@@ -313,6 +313,16 @@ fn scenario(
     assemble(report, about, map, tracks)
 }
 
+/// The lanes of a net alone, with its lights from a time on in steps of so many seconds.
+pub fn map(
+    report: &Report,
+    path: &Path,
+    ids: &mut Ids,
+    clock: (f64, f64),
+) -> Result<Map, ReadError> {
+    Ok(net::to_map(report, &*net::read(path)?, ids, clock).0)
+}
+
 /// What tells a window of a file from the others.
 fn part_bytes(steps: (i64, i64), ego: Option<i64>) -> Vec<u8> {
     let all = [steps.0, steps.1, ego.unwrap_or(-1)];

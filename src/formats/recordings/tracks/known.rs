@@ -19,6 +19,8 @@ pub struct Known {
     pub tags: &'static [&'static str],
     /// The table of the other road users of the same recording, where there is one.
     pub beside: Option<fn(&Path) -> Option<PathBuf>>,
+    /// The map of the recording, where it lies with it.
+    pub map: Option<fn(&Path) -> Option<PathBuf>>,
 }
 
 /// All of them.
@@ -39,6 +41,7 @@ static KNOWN: [Known; 4] = [
         kind: Some(ngsim),
         tags: &["highway"],
         beside: None,
+        map: None,
     },
     // The same as text without a header, 18 columns.
     Known {
@@ -48,6 +51,7 @@ static KNOWN: [Known; 4] = [
         kind: Some(ngsim),
         tags: &["highway"],
         beside: None,
+        map: None,
     },
     // Zhan et al., INTERACTION Dataset, arXiv 1910.03088.
     Known {
@@ -67,6 +71,7 @@ static KNOWN: [Known; 4] = [
         kind: None,
         tags: &["urban"],
         beside: Some(pedestrians),
+        map: Some(interaction_map),
     },
     // Chang et al., Argoverse, arXiv 1911.02620.
     Known {
@@ -83,6 +88,7 @@ static KNOWN: [Known; 4] = [
         kind: Some(argoverse),
         tags: &["urban"],
         beside: None,
+        map: None,
     },
 ];
 
@@ -118,4 +124,16 @@ fn pedestrians(vehicles: &Path) -> Option<PathBuf> {
     let number = name.strip_prefix("vehicle_tracks_")?;
     let other = vehicles.with_file_name(format!("pedestrian_tracks_{number}"));
     other.is_file().then_some(other)
+}
+
+/// `recorded_trackfiles/PLACE/vehicle_tracks_000.csv` and `train/PLACE_train.csv` have `maps/PLACE.osm` two folders above.
+fn interaction_map(tracks: &Path) -> Option<PathBuf> {
+    let folder = tracks.parent()?;
+    let place = folder.file_name()?.to_str()?;
+    let file = tracks.file_stem()?.to_str()?;
+    let file = file.rsplit_once('_').map_or(file, |(place, _)| place);
+    let folders = folder.ancestors().skip(1).take(2);
+    let maps = folders.flat_map(|above| [above.join("maps"), above.join("map")]);
+    let named = maps.flat_map(|maps| [place, file].map(|name| maps.join(format!("{name}.osm"))));
+    named.into_iter().find(|map| map.is_file())
 }

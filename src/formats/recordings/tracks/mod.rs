@@ -18,7 +18,7 @@ mod text;
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use nearmiss_base::system::{self, FileCache};
@@ -47,6 +47,8 @@ pub struct TableOptions {
     pub columns: Option<Columns>,
     /// Frames a second.
     pub rate: Option<f64>,
+    /// The map beside every table.
+    pub map: Option<PathBuf>,
     /// Tables of the configuration, by name; one fits a table that has all of its columns.
     pub named: Vec<NamedTable>,
 }
@@ -60,6 +62,8 @@ pub struct NamedTable {
     pub columns: Columns,
     /// Frames a second.
     pub rate: Option<f64>,
+    /// The map beside it.
+    pub map: Option<PathBuf>,
 }
 
 static OPTIONS: OnceLock<TableOptions> = OnceLock::new();
@@ -125,6 +129,7 @@ struct Plan {
     missing: Vec<String>,
     known: Option<&'static Known>,
     rate: Option<f64>,
+    map: Option<PathBuf>,
     /// Who says which column is what.
     by: String,
 }
@@ -150,6 +155,7 @@ impl Plan {
             missing: Vec::new(),
             known: None,
             rate: options.rate,
+            map: options.map.clone(),
             by: "names".into(),
             names,
         };
@@ -167,6 +173,7 @@ impl Plan {
         if let Some((named, columns)) = fitting {
             plan.columns = columns.or(plan.columns);
             plan.rate = plan.rate.or(named.rate);
+            plan.map = plan.map.or_else(|| named.map.clone());
             plan.by = format!("[tracks.{}]", named.name);
             return plan.columns.is_enough().then_some(plan);
         }
@@ -258,6 +265,7 @@ impl Plan {
 struct Table {
     recorded: Recorded,
     known: Option<&'static Known>,
+    map: Option<PathBuf>,
     /// Its bytes.
     hashed: HashedBeginning,
     /// How they are read, spelled out for hashes.
@@ -324,6 +332,7 @@ impl Table {
             known: plan.known,
             hashed: hashed(files, report)?,
             how: format!("{} {:?}", plan.columns, plan.rate),
+            map: plan.map.or_else(|| plan.known?.map?(files[0])),
             by: plan.by,
             leftovers,
             ids,

@@ -10,7 +10,8 @@ use super::table::Track;
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::Report;
-use crate::recordings::assembly::{About, Map, RecordedTrack, TrackState, assemble};
+use crate::recordings::assembly::{About, Ids, Map, RecordedTrack, TrackState, assemble};
+use crate::recordings::maps::{self, Around};
 use crate::recordings::windows::{self, LongRecording, WindowRequest};
 
 /// So many tracks are named in a message.
@@ -206,10 +207,8 @@ impl Table {
             };
             report.note(format!("tracks are numbered: {}{more}", some.join(", ")));
         }
-        report
-            .at("")
-            .warn("no map: the scenario has no lanes; --map FILE adds one");
         let ego = ego.and_then(|place| self.ids.get(&place).copied());
+        let (map, map_hash) = self.map(&report, steps.0, &tracks)?;
         let around = format!("{name} {steps:?} {ego:?} {}", self.how);
         let about = About {
             source: self.source(),
@@ -226,9 +225,37 @@ impl Table {
                 .map(ToString::to_string)
                 .collect(),
             ego,
-            hash: self.hashed.with([around.as_bytes()]),
+            hash: self.hashed.with([&map_hash.bytes()[..], around.as_bytes()]),
         };
-        assemble(report, about, Map::default(), tracks)
+        assemble(report, about, map, tracks)
+    }
+
+    /// The user's map; ids of tracks stay theirs.
+    fn map(
+        &self,
+        report: &Report,
+        first: i64,
+        tracks: &[RecordedTrack],
+    ) -> Result<(Map, ContentHash), ReadError> {
+        let Some(path) = self.map.as_deref() else {
+            report
+                .at("")
+                .warn("no map: the scenario has no lanes; --map FILE adds one");
+            return Ok((Map::default(), ContentHash::digest(b"")));
+        };
+        report.note(format!("map {}", path.display()));
+        let mut ids = Ids::beyond(self.ids.values().copied());
+        self.ids.values().for_each(|id| {
+            ids.take(*id);
+        });
+        let states = tracks.iter().filter_map(|track| track.states.first());
+        let dt = self.recorded.time_step;
+        let around = Around {
+            plane: self.recorded.plane,
+            places: states.map(|state| state.position).collect(),
+            clock: (self.recorded.start + first as f64 * dt, dt),
+        };
+        maps::read(report, path, &around, &mut ids)
     }
 }
 
