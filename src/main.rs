@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     cli::report_panics();
-    match run(cli::arguments()) {
+    let outcome = run(cli::arguments());
+    cli::clean_up();
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             failure.say();
@@ -15,7 +17,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: cli::Arguments) -> cli::Outcome {
-    cli::use_maps();
+    arguments.reading.apply()?;
     let (ego, index) = (cli::chosen_ego(&arguments)?, cli::chosen_index(&arguments)?);
     let paths = cli::chosen_paths(&arguments)?;
     match &arguments.command {

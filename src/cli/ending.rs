@@ -234,6 +234,11 @@ fn listen_on() {
     }
 }
 
+/// Removes what is not to outlive the program: standard input, where it was kept.
+pub fn clean_up() {
+    remove_unfinished();
+}
+
 /// Ends the program as interrupted, whatever it is doing.
 fn end() -> ! {
     let (sender, last_line) = channel();

@@ -40,8 +40,8 @@ mod tune;
 mod workbench;
 
 pub use config::Workbench;
-pub use ending::{Failure, Outcome, report_panics};
-pub use open::{EgoChoice, use_maps};
+pub use ending::{Failure, Outcome, clean_up, report_panics};
+pub use open::{EgoChoice, Reading};
 pub use workbench::{chosen_ego, chosen_index, chosen_paths, has_terminal, without_terminal};
 
 use std::path::PathBuf;
@@ -65,6 +65,9 @@ pub struct Arguments {
     /// Folder of an index (`nearmiss corpus index`), whose terms filter the list of the workbench.
     #[arg(long, value_name = "FOLDER")]
     pub index: Option<PathBuf>,
+    /// How tables of tracks are read.
+    #[command(flatten)]
+    pub reading: Reading,
     /// Lead through the workbench in eight keys, on bundled scenarios with example answers; nothing is kept.
     #[arg(long, conflicts_with_all = ["paths", "ego", "index"])]
     pub tour: bool,

@@ -8,7 +8,8 @@ use std::sync::Arc;
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_formats as formats;
 use nearmiss_formats::{
-    EgoError, EgoSelection, Entry, EntryLocation, SearchResults, not_standard_input, only_part,
+    Columns, EgoError, EgoSelection, Entry, EntryLocation, NamedTable, SearchResults, TableOptions,
+    not_standard_input, only_part,
 };
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity};
@@ -18,7 +19,7 @@ use nearmiss_workflow::{Models, OpenError, OpenRequest, OpenedScene, find, open}
 
 use super::files::{say_shared_names, without_side_files};
 use super::plan::as_ego;
-use super::{Failure, output};
+use super::{Failure, Outcome, output};
 
 /// Which scenario, and who is the ego in it.
 #[derive(Debug, clap::Args)]
@@ -110,7 +111,6 @@ impl ScenarioArguments {
 
 /// The entry that an argument means, if it is a file or the name of a bundled scenario.
 pub fn entry(argument: &Path) -> Result<Entry, Failure> {
-    not_standard_input(argument).map_err(Failure::input)?;
     // Of one scenario in a file, the name is the one that lists and stored answers have.
     let entry = Entry::of_argument(&only_part(&resolved(argument)?));
     match &entry.place {
@@ -254,15 +254,67 @@ pub fn configuration() -> Result<(Folders, Config), Failure> {
     Ok((folders, config))
 }
 
-/// Tells readers of recordings where the user's maps are. What is wrong with the configuration is said by those who need
-/// it.
-pub fn use_maps() {
-    let config = Folders::find().map(|folders| Config::read(&folders.config_file()));
-    if let Ok(Ok(Config {
-        maps: Some(maps), ..
-    })) = config
-    {
-        formats::look_for_maps_in(maps);
+/// How tables of tracks are read, and which map they lie on.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct Reading {
+    /// Columns of tables of tracks: `time=t[ms],id=track,x=px[ft],y=py[down]`; `nearmiss help tracks` has roles and units
+    /// [default: by the names of the columns].
+    #[arg(long, global = true, value_name = "ROLE=COLUMN,…", help_heading = TABLES)]
+    columns: Option<Columns>,
+    /// Frames a second, where a table counts frames instead of time.
+    #[arg(long, global = true, value_name = "HZ", help_heading = TABLES, value_parser = rate)]
+    rate: Option<f64>,
+    /// Map beside tables of tracks: Lanelet2, OpenDRIVE, CommonRoad or a net of SUMO.
+    #[arg(long, global = true, value_name = "FILE", help_heading = TABLES)]
+    map: Option<PathBuf>,
+}
+
+/// Over these options in `--help`.
+const TABLES: &str = "Tables of tracks";
+
+fn rate(text: &str) -> Result<f64, String> {
+    let rate = text
+        .parse()
+        .map_err(|_| "expected a number of frames a second".to_string())?;
+    if rate > 0.0 && rate <= 1e6 {
+        return Ok(rate);
+    }
+    Err("expected a rate above 0".into())
+}
+
+impl Reading {
+    /// Tells the readers of recordings what the user says of tables, and where the user's maps are. What else is wrong
+    /// with the configuration is said by those who need it.
+    ///
+    /// # Errors
+    /// The configuration explains a table with words that no column has.
+    pub fn apply(&self) -> Outcome {
+        let config = Folders::find().map(|folders| Config::read(&folders.config_file()));
+        let config = match config {
+            Ok(Ok(config)) => config,
+            _ => Config::default(),
+        };
+        let named = config.track_tables().into_iter().map(|(name, table)| {
+            let columns = table.columns.parse().map_err(|error| {
+                Failure::input(format!("config.toml: tracks.{name}.columns: {error}"))
+            })?;
+            Ok(NamedTable {
+                name,
+                columns,
+                rate: table.rate,
+                map: table.map,
+            })
+        });
+        formats::read_tables_with(TableOptions {
+            columns: self.columns.clone(),
+            rate: self.rate,
+            map: self.map.clone(),
+            named: named.collect::<Result<_, Failure>>()?,
+        });
+        if let Some(maps) = config.maps {
+            formats::look_for_maps_in(maps);
+        }
+        Ok(())
     }
 }
 

@@ -1,8 +1,9 @@
 //! Scenarios in files or bundled with the program, the path that an argument means, and opening them with their ego.
 
-use std::io::ErrorKind;
+use std::fs::File;
+use std::io::{ErrorKind, IsTerminal};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nearmiss_base::system::{self, available, did_you_mean};
 use nearmiss_scene::scenario::{ContentHash, Ego, RecordedEgo, Scenario};
@@ -252,14 +253,54 @@ impl Entry {
     }
 }
 
-/// The path that an argument means: itself, or the bundled scenario whose name begins so, if it is the only one.
+/// Standard input as a file, which can be opened twice; it is gone when the program ends.
+///
+/// # Errors
+/// It is a terminal, empty, or cannot be kept: in words.
+fn standard_input() -> Result<PathBuf, String> {
+    static KEPT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let keep = || {
+        if std::io::stdin().is_terminal() {
+            return Err("-: standard input is a terminal; pipe a file into it".to_string());
+        }
+        let said = |error: std::io::Error| format!("-: {}", system::error_text(&error));
+        let folder = tempfile::Builder::new()
+            .prefix("nearmiss-")
+            .tempdir()
+            .map_err(said)?;
+        let folder = folder.keep();
+        std::mem::forget(system::Unfinished::begin(&folder));
+        let path = folder.join("stdin");
+        let mut file = File::create_new(&path).map_err(said)?;
+        let size = std::io::copy(&mut std::io::stdin().lock(), &mut file).map_err(said)?;
+        if size == 0 {
+            return Err("-: standard input is empty".into());
+        }
+        let head = commonroad::beginning_of_file(&path, dispatch::HEAD).unwrap_or_default();
+        // Names tell CommonRoad's protobuf from its XML.
+        let end = match head.first() {
+            Some(b'<') => "xml",
+            _ => "csv",
+        };
+        let named = path.with_extension(end);
+        std::fs::rename(&path, &named).map_err(said)?;
+        Ok(named)
+    };
+    KEPT.get_or_init(keep).clone()
+}
+
+/// The path that an argument means: itself, the bundled scenario whose name begins so, if it is the only one, or standard
+/// input for `-`.
 ///
 /// # Errors
 /// There is no such file or scenario, with what was probably meant; or several scenarios begin so: in words.
 pub fn resolved(argument: &Path) -> Result<PathBuf, String> {
+    if argument == Path::new("-") {
+        return standard_input();
+    }
     let missing = matches!(argument.symlink_metadata(), Err(e) if e.kind() == ErrorKind::NotFound);
     let is_part = || Address::from_path(argument).part.is_some();
-    if !missing || argument == Path::new("-") || is_part() {
+    if !missing || is_part() {
         return Ok(argument.to_path_buf());
     }
     let names: Vec<String> = bundled().into_iter().map(|e| e.name).collect();

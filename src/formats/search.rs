@@ -34,9 +34,9 @@ pub enum LibraryError {
         /// The system's message.
         source: std::io::Error,
     },
-    /// The path is `-`.
+    /// The path is `-`, where standard input is not read.
     #[error(
-        "-: standard input is not supported; save it to a file (write `./-` for a file called `-`)"
+        "-: standard input is read for scenarios only; save it to a file (write `./-` for a file called `-`)"
     )]
     StandardInput,
     /// No scenario lies below a path.
@@ -87,7 +87,7 @@ impl From<Vec<Entry>> for SearchResults {
     }
 }
 
-/// Refuses `-`, by which other programs mean their standard input.
+/// Refuses `-` where standard input is not read.
 ///
 /// # Errors
 /// The path is `-`.
@@ -193,7 +193,6 @@ fn search(
     ranking: Ranking<'_>,
     give: &mut dyn FnMut(Vec<PathBuf>),
 ) -> Result<Vec<PassedOver>, LibraryError> {
-    not_standard_input(path)?;
     let io = |source| LibraryError::Io {
         path: path.to_path_buf(),
         source,

@@ -168,7 +168,8 @@ fn binary_kind(name: &str, head: &[u8]) -> Option<Kind> {
     }
     let begin = &head[..head.len().min(64)];
     if begin.windows(14).any(|w| w == b"CARLA_RECORDER") {
-        let instead = "play it in CARLA and write where everyone is, for instance in the form of highD or of SUMO's floating car data (`nearmiss help scenarios`)";
+        let instead =
+            "play it in CARLA and write where everyone is as a table (`nearmiss help tracks`)";
         return Some(Kind::new(
             FileKind::Data,
             "a recording of CARLA's recorder",
@@ -190,8 +191,8 @@ fn binary_kind(name: &str, head: &[u8]) -> Option<Kind> {
     None
 }
 
-/// How the user's own tracks come in.
-const OWN_TRACKS: &str = "tracks of your own open in the form of highD or of SUMO's floating car data: `nearmiss help scenarios` has the columns";
+/// How a table comes in whose columns are called otherwise.
+const OWN_TRACKS: &str = "if it has tracks, say which column is what: --columns time=COLUMN,id=COLUMN,x=COLUMN,y=COLUMN (`nearmiss help tracks`)";
 
 /// What XML is, if its root is known to be no scenario.
 fn xml(file: &str, text: &str) -> Option<Kind> {
@@ -247,16 +248,7 @@ fn xml(file: &str, text: &str) -> Option<Kind> {
 
 /// What a table in Parquet is that is none of Argoverse's scenarios.
 fn parquet(columns: &[String]) -> Kind {
-    let has = |name: &str| columns.iter().any(|column| column == name);
     let begins = |name: &str| columns.iter().any(|column| column.starts_with(name));
-    if has("timestep_time") && has("vehicle_id") {
-        let instead = "write it as XML or CSV: `sumo … --fcd-output fcd.xml`";
-        return Kind::new(
-            FileKind::Data,
-            "floating car data of SUMO in Parquet",
-            instead,
-        );
-    }
     if begins("key.segment_context_name") || begins("[Lidar") || begins("[Camera") {
         let instead = "of Waymo the motion data set is read, its TFRecord files under `scenario`";
         return Kind::new(
@@ -266,11 +258,7 @@ fn parquet(columns: &[String]) -> Kind {
         );
     }
     let what = format!("a Parquet table with {}", in_words(columns));
-    Kind::new(
-        FileKind::Data,
-        what,
-        format!("of Argoverse 2 the motion forecasting scenarios are read; {FORMATS}"),
-    )
+    Kind::new(FileKind::Data, what, OWN_TRACKS)
 }
 
 /// What a text other than XML is.
@@ -360,16 +348,6 @@ fn table(text: &str) -> Option<Kind> {
     if all(&["initialframe", "finalframe", "class"]) {
         return beside("", "a tracksMeta table of levelXdata");
     }
-    let data = |what: &str| Some(Kind::new(FileKind::Data, what, OWN_TRACKS));
-    if all(&["track_id", "frame_id", "timestamp_ms"]) {
-        return data("tracks of the INTERACTION data set");
-    }
-    if all(&["vehicle_id", "frame_id"]) && any(&["local_x", "global_x"]) {
-        return data("tracks of NGSIM");
-    }
-    if all(&["timestamp", "track_id", "object_type", "city_name"]) {
-        return data("a forecasting sequence of Argoverse 1");
-    }
     if let Some((set, missing)) = missing_columns(&columns) {
         let what = format!("a table like the tracks of {set}");
         let instead = format!(
@@ -392,38 +370,11 @@ fn table(text: &str) -> Option<Kind> {
             "an output of SUMO as a table, without positions",
         ));
     }
-    let who = any(&[
-        "id",
-        "track_id",
-        "trackid",
-        "vehicle_id",
-        "object_id",
-        "agent_id",
-        "obstacle_id",
-    ]);
-    let place = all(&["x", "y"])
-        || all(&["lon", "lat"])
-        || all(&["longitude", "latitude"])
-        || all(&["position_x", "position_y"])
-        || all(&["center_x", "center_y"]);
-    let when = any(&[
-        "t",
-        "time",
-        "timestamp",
-        "frame",
-        "frame_id",
-        "step",
-        "timestep",
-        "time_step",
-    ]);
-    let what = in_words(&columns);
-    match () {
-        () if who && place && when => data(&format!("a table of tracks with {what}")),
-        () if lower.len() > 2 && !text.contains('<') => {
-            Some(Kind::other(format!("a table with {what}")))
-        }
-        () => None,
-    }
+    let is_table = lower.len() > 2 && !text.contains('<');
+    is_table.then(|| {
+        let what = format!("a table with {}", in_words(&columns));
+        Kind::new(FileKind::Other, what, OWN_TRACKS)
+    })
 }
 
 /// So many columns are named.

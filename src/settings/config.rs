@@ -10,7 +10,7 @@ use strum::{IntoStaticStr, VariantArray};
 use toml::{Table, Value};
 
 use super::folders::text_if_there;
-use super::planner;
+use super::{planner, tracks};
 
 nearmiss_record::fields! {
     /// The configuration.
@@ -71,6 +71,8 @@ nearmiss_record::fields! {
             provider: toml::Table;
             /// How motions are planned, as the file says it; see [`Config::planning`].
             planner: toml::Table;
+            /// Tables of tracks, by name: which column is what; see [`Config::track_tables`].
+            tracks: toml::Table;
         }
     }
 }
@@ -201,15 +203,18 @@ fn mistakes(text: &str) -> Vec<Mistake> {
         Err(error) => return vec![no_toml(text, &error)],
     };
     let lines = KeyLines::new(text);
-    let section = table.get("planner").and_then(Value::as_table);
-    let inner = section
-        .map_or_else(Vec::new, planner::mistakes)
-        .into_iter()
-        .map(|(path, words)| {
-            let path = std::iter::once("planner").chain(path.iter().map(String::as_str));
+    let section = |name: &str| table.get(name).and_then(Value::as_table);
+    let of_planner = section("planner").map_or_else(Vec::new, planner::mistakes);
+    let of_tracks = section("tracks").map_or_else(Vec::new, tracks::mistakes);
+    let inner = [("planner", of_planner), ("tracks", of_tracks)];
+    let inner = inner.into_iter().flat_map(|(name, found)| {
+        let mistake = |(path, words): (Vec<String>, String)| {
+            let path = std::iter::once(name).chain(path.iter().map(String::as_str));
             let line = lines.line(&path.collect::<Vec<_>>());
             Mistake { line, words }
-        });
+        };
+        found.into_iter().map(mistake).collect::<Vec<_>>()
+    });
     let mut found: Vec<Mistake> = inner.collect();
     found.extend(table.into_iter().filter_map(|(key, value)| {
         let words = wrong::<Config>("", &key, &value)?;

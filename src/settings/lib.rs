@@ -5,9 +5,11 @@ mod folders;
 mod planner;
 mod tags;
 mod theme;
+mod tracks;
 
 pub use config::{Config, ConfigError, Keys};
 pub use folders::{Folders, TextFile};
 pub use planner::Planning;
 pub use tags::{SavedView, SavedViews, Tags};
 pub use theme::{AUTO, NamedTheme, ROLES, Theme, ThemeColor, ThemeFile};
+pub use tracks::TrackTable;

@@ -215,7 +215,7 @@ fn inspect_shows_the_chosen_ego() {
     for (ego, words) in [
         ("5", "no obstacle 5"),
         ("nowhere.csv", "no such file"),
-        ("-", "standard input is not supported"),
+        ("-", "standard input is read for scenarios only"),
     ] {
         home.run(&["inspect", CUT_IN, "--ego", ego])
             .status(2)
@@ -268,19 +268,28 @@ fn the_workbench_takes_an_ego_for_one_scenario() {
 }
 
 #[test]
-fn standard_input_is_not_read() {
+fn standard_input_is_a_scenario_or_a_table_of_tracks() {
     let home = Home::new();
-    for arguments in [
-        &["inspect", "-"][..],
-        &["prompt", "describe", "-"],
-        &["metrics", "-"],
-        &["convert", "-"],
-        &["-"],
-    ] {
-        let ended = home.run(arguments).status(2);
-        ended.says(&["standard input is not supported", "save it"]);
+    for arguments in [&["inspect", "-"][..], &["metrics", "-"], &["convert", "-"]] {
+        home.run(arguments)
+            .status(2)
+            .says(&["standard input is empty"]);
     }
-    home.write("-", bundled_xml(CUT_IN));
+    let scenario = bundled_xml(CUT_IN);
+    let ended = home
+        .run_with_input(&["inspect", "-"], scenario.as_ref())
+        .status(0);
+    assert!(ended.stdout.contains("lanelets"), "{}", ended.stdout);
+    let mut table = String::from("t,id,x,y\n");
+    for step in 0..30 {
+        let t = f64::from(step) * 0.1;
+        table += &format!("{t:.1},1,{},0\n{t:.1},2,{},0\n", 10.0 * t, 20.0 + 8.0 * t);
+    }
+    let ended = home
+        .run_with_input(&["inspect", "-"], table.as_bytes())
+        .status(0);
+    assert!(ended.stdout.contains("2 dynamic"), "{}", ended.stdout);
+    home.write("-", scenario);
     home.run(&["inspect", "./-"]).status(0);
 }
 

@@ -81,6 +81,20 @@ impl Home {
         Ended::of(&command.output().unwrap())
     }
 
+    /// Like [`Home::run`], with these bytes on standard input.
+    pub fn run_with_input(&self, arguments: &[&str], input: &[u8]) -> Ended {
+        use std::io::Write;
+        let mut command = self.command();
+        command.args(arguments).stdin(Stdio::piped());
+        let mut child = command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        child.stdin.take().unwrap().write_all(input).unwrap();
+        Ended::of(&child.wait_with_output().unwrap())
+    }
+
     /// Starts the program with its output in pipes.
     pub fn start(&self, arguments: &[&str]) -> Child {
         let mut command = self.command();

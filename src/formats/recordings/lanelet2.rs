@@ -74,7 +74,10 @@ pub fn origin(path: &Path, tracks: &[Point]) -> Result<(f64, f64), ReadError> {
         return Ok((0.0, 0.0));
     }
     let (east, north) = utm::forward(lat, lon, utm::zone(lon));
-    Ok(((east / 100.0).floor() * 100.0, (north / 100.0).floor() * 100.0))
+    Ok((
+        (east / 100.0).floor() * 100.0,
+        (north / 100.0).floor() * 100.0,
+    ))
 }
 
 /// Warns where the places of nodes do not go together.

@@ -116,7 +116,10 @@ pub fn read(
 
 /// Whether no place is within the extent of a map.
 fn is_elsewhere(map: &Map, places: &[Point]) -> bool {
-    let points = map.lanelets.iter().flat_map(|l| l.left.points.iter().chain(&l.right.points));
+    let points = map
+        .lanelets
+        .iter()
+        .flat_map(|l| l.left.points.iter().chain(&l.right.points));
     let mut extent: Option<(Point, Point)> = None;
     for point in points {
         let (low, high) = extent.get_or_insert((*point, *point));
@@ -142,7 +145,11 @@ fn renumbered(mut map: Map, ids: &mut Ids) -> Map {
     let mut new = HashMap::new();
     let mut seen = HashSet::new();
     for id in lanelets.chain(signs).chain(lights).chain(crossings) {
-        let free = if seen.insert(*id) { ids.keep(*id) } else { ids.fresh() };
+        let free = if seen.insert(*id) {
+            ids.keep(*id)
+        } else {
+            ids.fresh()
+        };
         if free != *id {
             new.insert(*id, free);
             *id = free;
@@ -163,7 +170,10 @@ fn renumbered(mut map: Map, ids: &mut Ids) -> Map {
         ];
         lists.into_iter().flatten().for_each(change);
         if let Some(line) = &mut lanelet.stop_line {
-            line.signs.iter_mut().chain(&mut line.lights).for_each(change);
+            line.signs
+                .iter_mut()
+                .chain(&mut line.lights)
+                .for_each(change);
         }
     }
     for crossing in &mut map.intersections {

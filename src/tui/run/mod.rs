@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use nearmiss_base::system;
 use nearmiss_base::system::crash::{ActivityGuard, trying};
 use nearmiss_base::system::processes::{self, JobSignal, Signals};
-use nearmiss_formats::{EgoSelection, Entry, not_standard_input};
+use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_settings::Folders;
 use nearmiss_store::{Filter, Store};
 use nearmiss_workflow::example_runs;
@@ -44,7 +44,6 @@ pub fn run(
 ) -> RunResult {
     // Better said on the shell, where the mistake was made.
     for path in &paths {
-        not_standard_input(path).map_err(|error| error.to_string())?;
         if let Some(file) = Entry::of_argument(path).file() {
             file.metadata()
                 .map_err(|error| format!("{}: {}", file.display(), system::error_text(&error)))?;

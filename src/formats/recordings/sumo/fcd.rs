@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
+use std::path::Path;
 
 use nearmiss_base::geometry::{Point, normalize_angle};
 use nearmiss_scene::scenario::plausibility::{MOST_PARTS, refused_coordinate};
@@ -11,6 +12,7 @@ use crate::commonroad::builder::SourceLocation;
 use crate::commonroad::xml::{Element, Xml, decoded};
 use crate::commonroad::{ReadError, beginning};
 use crate::recordings::rows::Steps;
+use crate::recordings::tracks::{BadCell, ColumnForm, Wanted};
 use crate::recordings::{Leftovers, Report, rows};
 
 /// What is in a file.
@@ -268,23 +270,85 @@ pub fn read_csv(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
     loop {
         let more = table.read_record(&mut record);
         let line = record.position().map_or(0, csv::Position::line);
-        let row = |column: &str| {
-            report.row(
-                usize::try_from(line).unwrap_or(0),
-                if column.is_empty() {
-                    String::new()
-                } else {
-                    format!("column {column}")
-                },
-            )
-        };
-        if !more.map_err(|error| row("").fail(error.to_string()))? {
+        let line = usize::try_from(line).unwrap_or(0);
+        if !more.map_err(|error| report.row(line, "").fail(error.to_string()))? {
             break;
         }
         rows += 1;
         let text = |name: &str| {
             let field = place(name).and_then(|place| record.get(place));
             field.unwrap_or_default().trim()
+        };
+        all.table_row(&text, &report, line)?;
+    }
+    all.count_unused(&names, rows);
+    all.finish(String::new())
+        .map_err(|message| report.fail(message))
+}
+
+/// Whether a file has floating car data in columns.
+pub fn is_parquet(path: &Path, head: &[u8]) -> bool {
+    let names = ColumnForm::detect(head).map(|form| form.names(path));
+    let Some(Ok(names)) = names else {
+        return false;
+    };
+    TELLING.iter().all(|name| names.iter().any(|n| n == name))
+}
+
+/// Reads a file in columns; `file` names it in errors.
+pub fn read_parquet(path: &Path, file: &str) -> Result<Recorded, ReadError> {
+    let report = Report::about(file);
+    let form = ColumnForm::Parquet;
+    let names = form.names(path).map_err(|why| report.fail(why))?;
+    let wanted: Vec<Wanted> = names
+        .iter()
+        .map(|name| Wanted {
+            name: name.clone(),
+            is_text: true,
+        })
+        .collect();
+    let mut all = Collector::default();
+    let mut rows = 0;
+    let mut failed = None;
+    let read = form.read(path, &wanted, &mut |batch| {
+        rows += batch.lines.len();
+        for (row, line) in batch.lines.iter().enumerate() {
+            let text = |name: &str| match names.iter().position(|n| n == name) {
+                Some(place) => batch.text(place, row),
+                None => "",
+            };
+            if let Err(error) = all.table_row(&text, &report, *line as usize) {
+                failed = Some(error);
+                return Err(BadCell::default());
+            }
+        }
+        Ok(())
+    });
+    match (failed, read) {
+        (Some(error), _) => return Err(error),
+        (None, Err(bad)) => return Err(report.row(bad.line, bad.column).fail(bad.message)),
+        (None, Ok(())) => {}
+    }
+    all.count_unused(&names, rows);
+    all.finish(String::new())
+        .map_err(|message| report.fail(message))
+}
+
+impl Collector {
+    /// A row of a table, which is one vehicle, or a time without any.
+    fn table_row<'t>(
+        &mut self,
+        text: &dyn Fn(&str) -> &'t str,
+        report: &Report,
+        line: usize,
+    ) -> Result<(), ReadError> {
+        let row = |column: &str| {
+            let element = if column.is_empty() {
+                String::new()
+            } else {
+                format!("column {column}")
+            };
+            report.row(line, element)
         };
         let wrong = |name: &str, what: &str| {
             let shown: String = text(name).chars().take(40).collect();
@@ -301,9 +365,8 @@ pub fn read_csv(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
         let time = seconds(text("timestep_time"))
             .ok_or_else(|| wrong("timestep_time", "a time in seconds"))?;
         let fail = |message: String| row("").fail(message);
-        // A row is one vehicle, or a time without any.
-        if all.last_time() != Some(time) {
-            all.time(time).map_err(fail)?;
+        if self.last_time() != Some(time) {
+            self.time(time).map_err(fail)?;
         }
         for kind in ["vehicle", "person"] {
             let of = |what: &str| format!("{kind}_{what}");
@@ -321,22 +384,25 @@ pub fn read_csv(bytes: &[u8], file: &str) -> Result<Recorded, ReadError> {
                 speed: need(&of("speed"))?,
                 acceleration: optional(&of("acceleration"))?,
             };
-            all.row(&row).map_err(fail)?;
+            self.row(&row).map_err(fail)?;
+        }
+        Ok(())
+    }
+
+    /// Counts the columns of a table that are not used.
+    fn count_unused(&mut self, names: &[String], rows: usize) {
+        let used = |name: &str| {
+            let of = |kind| {
+                name.strip_prefix(kind)
+                    .is_some_and(|what| USED.contains(&what))
+            };
+            name == TELLING[0] || of("vehicle_") || of("person_")
+        };
+        for name in names.iter().filter(|name| !used(name)) {
+            let kind = format!("column {name}");
+            self.leftovers.add_times(&kind, rows, || 1);
         }
     }
-    let used = |name: &str| {
-        let of = |kind| {
-            name.strip_prefix(kind)
-                .is_some_and(|what| USED.contains(&what))
-        };
-        name == TELLING[0] || of("vehicle_") || of("person_")
-    };
-    for name in names.iter().filter(|name| !used(name)) {
-        let kind = format!("column {name}");
-        all.leftovers.add_times(&kind, rows, || 1);
-    }
-    all.finish(String::new())
-        .map_err(|message| report.fail(message))
 }
 
 /// Whether a file that begins so has floating car data.

@@ -39,8 +39,8 @@ const MAX_LISTED: usize = 5;
 const MAX_NUMBERS: usize = 12;
 
 impl Format for Sumo {
-    fn recognises(&self, _: &Path, head: &[u8]) -> bool {
-        fcd::is_xml(head) || fcd::is_csv(head)
+    fn recognises(&self, path: &Path, head: &[u8]) -> bool {
+        fcd::is_xml(head) || fcd::is_csv(head) || fcd::is_parquet(path, head)
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
@@ -79,7 +79,9 @@ fn read(path: &Path) -> Result<Arc<(Recorded, HashedBeginning)>, ReadError> {
     RECORDINGS.get(&[path], || {
         let bytes =
             system::read_file(path, system::LARGEST).map_err(|e| ReadError::io(&file, &e))?;
-        let recorded = if fcd::is_csv(&bytes) {
+        let recorded = if bytes.starts_with(b"PAR1") {
+            fcd::read_parquet(path, &file)?
+        } else if fcd::is_csv(&bytes) {
             fcd::read_csv(&bytes, &file)?
         } else {
             fcd::read_xml(&bytes, &file)?

@@ -79,6 +79,14 @@ impl Batch {
         }
     }
 
+    /// A row's text of a column; empty where its values are numbers.
+    pub fn text(&self, column: usize, row: usize) -> &str {
+        match &self.values[column] {
+            Values::Texts(places, texts) => texts.texts[places[row] as usize].as_str(),
+            Values::Numbers(_) => "",
+        }
+    }
+
     /// Adds a row's value of a column.
     ///
     /// # Errors

@@ -29,13 +29,14 @@ use super::{Leftovers, Report};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, HEAD, Parts};
-use batch::Wanted;
 use columns::Role;
 use known::Known;
 use table::{Recorded, Rows, Said, Track};
-use text::BadCell;
 
+pub use arrow::Form as ColumnForm;
+pub use batch::Wanted;
 pub use columns::{Columns, ColumnsError};
+pub use text::BadCell;
 
 /// The format.
 pub struct Tables;

@@ -487,9 +487,20 @@ fn damage_has_a_line() {
 fn a_map_of_any_format_lies_beside_the_tracks() {
     let bodies = scene("RightTurn");
     let plain = table(&bodies, "t,id,x,y,yaw,v", true, |b, m| {
-        format!("{:.1},{},{:.4},{:.4},{:.6},{:.4}", m.step as f64 * DT, b.id, m.x, m.y, m.heading, m.speed)
+        format!(
+            "{:.1},{},{:.4},{:.4},{:.6},{:.4}",
+            m.step as f64 * DT,
+            b.id,
+            m.x,
+            m.y,
+            m.heading,
+            m.speed
+        )
     });
-    let entry = crate::bundled().into_iter().find(|e| e.name.contains("RightTurn")).unwrap();
+    let entry = crate::bundled()
+        .into_iter()
+        .find(|e| e.name.contains("RightTurn"))
+        .unwrap();
     let original = entry.read().unwrap();
     let folder = tempfile::tempdir().unwrap();
     let map = folder.path().join("map.xml");
@@ -499,14 +510,24 @@ fn a_map_of_any_format_lies_beside_the_tracks() {
         ..TableOptions::default()
     };
     let found = read(plain.as_bytes(), &with_map(&map)).unwrap();
-    assert_eq!(found.network.lanelets.len(), original.network.lanelets.len());
-    assert_eq!(found.network.lanelets[0].left.points, original.network.lanelets[0].left.points);
+    assert_eq!(
+        found.network.lanelets.len(),
+        original.network.lanelets.len()
+    );
+    assert_eq!(
+        found.network.lanelets[0].left.points,
+        original.network.lanelets[0].left.points
+    );
     // Ids of tracks stay; lanes that have the same get others.
     let lane = original.network.lanelets[0].id;
     let clash = plain.replace(&format!(",{},", bodies[0].id), &format!(",{lane},"));
     let found = read(clash.as_bytes(), &with_map(&map)).unwrap();
     assert!(found.obstacle(lane).is_some() && found.network.lanelet(lane).is_none());
-    assert!(found.network.lanelets.iter().all(|l| l.successors.iter().all(|s| found.network.lanelet(*s).is_some())));
+    assert!(found.network.lanelets.iter().all(|l| {
+        l.successors
+            .iter()
+            .all(|s| found.network.lanelet(*s).is_some())
+    }));
     let error = read(plain.as_bytes(), &with_map(&folder.path().join("none.osm"))).unwrap_err();
     assert!(error.to_string().contains("none.osm"), "{error}");
     std::fs::write(&map, "<html/>").unwrap();

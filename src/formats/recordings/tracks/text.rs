@@ -31,7 +31,7 @@ pub enum Form {
 }
 
 /// A mistake in a cell or row.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct BadCell {
     /// From 1.
     pub line: usize,
