@@ -255,7 +255,8 @@ fn severest(bench: &Bench, count: usize) -> Vec<(u8, String)> {
     worst
         .map(|moment| {
             let (value, unit) = moment.measured().unwrap();
-            let finer = format!("{value:.1} {unit}");
+            let digits = if value < 10.0 { 2 } else { 1 };
+            let finer = format!("{value:.digits$} {unit}");
             assert!(frame.contains(&finer), "{finer}: {frame}");
             (moment.grade.number(), finer)
         })

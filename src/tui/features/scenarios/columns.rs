@@ -162,7 +162,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
                 .and_then(Headline::worst)
                 .map(CriticalMoment::measured);
             plain(measured.flatten().map(|(value, unit)| {
-                let digits = usize::from(value.abs() < 100.0);
+                let digits = usize::from(value.abs() < 100.0) + usize::from(value.abs() < 10.0);
                 format!("{value:.digits$} {unit}")
             }))
         }
