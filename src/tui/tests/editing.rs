@@ -60,6 +60,26 @@ pub fn said(bench: &Bench) -> String {
 }
 
 #[test]
+fn a_draft_that_cannot_be_kept_is_said_before_the_program_ends() {
+    let mut bench = with(Keys::Plain);
+    bench.press("e x esc");
+    bench.send(Msg::reply::<KeepDraft>(Err("the disk is full".into())));
+    assert!(
+        said(&bench).contains("not kept for the next start: the disk is full"),
+        "{}",
+        said(&bench)
+    );
+    let ends = |bench: &Bench| bench.effects.iter().any(|e| matches!(e, Effect::Quit));
+    bench.press("q");
+    assert!(!ends(&bench), "{}", said(&bench));
+    assert!(said(&bench).contains("q again quits without it"));
+    // Room again: it is kept, and nothing is asked.
+    bench.send(Msg::reply::<KeepDraft>(Ok(())));
+    bench.press("right q");
+    assert!(ends(&bench), "{}", said(&bench));
+}
+
+#[test]
 fn selecting_cutting_and_pasting() {
     let mut bench = with(Keys::Plain);
     bench.press("down shift-end ctrl-x");

@@ -9,7 +9,7 @@ pub mod state;
 use crate::action::{Action, Scope};
 use crate::features::answers::{self, claims};
 use crate::features::compare::rating::ReadRatings;
-use crate::features::{Step, timeline};
+use crate::features::{Step, timeline, tour};
 use crate::keymap::Key;
 use crate::message::Effect;
 use crate::model::{Column, MAX_COMPARED, Model, ShownAnswer};
@@ -63,7 +63,10 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
             Vec::new()
         }
         KeyEffect::Action(_) if model.compare.ratings.is_some() => Vec::new(),
-        KeyEffect::Action(action) => perform(model, action),
+        KeyEffect::Action(action) => {
+            tour::follow(model, action);
+            perform(model, action)
+        }
         KeyEffect::Chord | KeyEffect::Nothing => Vec::new(),
     }
 }

@@ -166,14 +166,25 @@ fn choose(folder: &Path, file: &str) -> Result<String, String> {
 pub struct KeepDraft(pub String, pub Option<String>);
 
 impl Request for KeepDraft {
-    type Reply = ();
+    /// Whether it is kept, or why not.
+    type Reply = Result<(), String>;
 
     // At once and not in the background: the program may be about to end.
     fn perform(self, services: &mut Services, replies: Replies<Self>) {
         let Self(file, draft) = self;
-        if let Err(error) = file::keep(&services.folders.drafts(), &file, draft.as_deref()) {
-            replies.complain(error);
+        replies.send(file::keep(
+            &services.folders.drafts(),
+            &file,
+            draft.as_deref(),
+        ));
+    }
+
+    fn reply(model: &mut Model, kept: Self::Reply) -> Vec<Effect> {
+        model.prompt.lost = kept.is_err();
+        if let Err(why) = kept {
+            model.complain(format!("the draft is not kept for the next start: {why}"));
         }
+        Vec::new()
     }
 }
 

@@ -92,6 +92,8 @@ pub struct PromptPane {
     unkept: BTreeSet<String>,
     /// Seconds until they are kept.
     keep_in: f64,
+    /// Whether the last draft could not be kept for the next start.
+    pub lost: bool,
     /// Seconds until a heavy text is filled again; `None` if nothing is due.
     pub fill_in: Option<f64>,
     /// The name and text under which a template is being saved.

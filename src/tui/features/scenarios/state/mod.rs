@@ -53,6 +53,8 @@ pub struct List {
     pub order: Order,
     /// Whether the order is turned around.
     pub turned: bool,
+    /// An order was chosen and nothing done since: its first scenario is opened as soon as it is known.
+    pub leads: bool,
     /// By what it is grouped.
     pub grouping: Grouping,
     /// The user's own tags.
@@ -226,6 +228,20 @@ impl List {
     pub fn sort_by(&mut self, order: Order) {
         self.turned = self.order == order && !self.turned;
         self.set_order(order);
+    }
+
+    /// Selects the first scenario of an order that was chosen, once all that it sorts by is known; says whether it did.
+    pub fn lead(&mut self) -> bool {
+        let known = |row: &Row| match self.ranking() {
+            Some(_) => row.value.is_some(),
+            None => row.facts.is_some(),
+        };
+        if !self.leads || !self.found || !self.rows.iter().all(known) {
+            return false;
+        }
+        self.leads = false;
+        self.arrange(false);
+        true
     }
 
     /// Sorts anew, in the same direction.
