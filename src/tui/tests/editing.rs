@@ -48,7 +48,7 @@ pub fn copied(bench: &Bench) -> Option<&str> {
 
 pub fn kept(bench: &Bench) -> Vec<(&str, Option<&str>)> {
     let kept = bench.effects.iter().filter_map(|e| match e.request() {
-        Some(KeepDraft(file, text)) => Some((file.as_str(), text.as_deref())),
+        Some(KeepDraft { file, draft, .. }) => Some((file.as_str(), draft.as_deref())),
         _ => None,
     });
     kept.collect()
