@@ -73,13 +73,11 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
     } else {
         "scroll linked"
     };
-    let left = compare
-        .blind
-        .as_ref()
-        .map_or(String::new(), |b| match b.left.len() {
-            0 => String::new(),
-            n => format!("{n} more on this scenario"),
-        });
+    let count = complete(model).count();
+    let left = match (&compare.blind, compare.shown.len()) {
+        (Some(_), shown) if shown > 0 => format!("{count} answers, {shown} shown"),
+        _ => String::new(),
+    };
     let step = format!("step {}", model.clock.step());
     let room = usize::from(area.width).saturating_sub(mode.len());
     let parts = [name, model.task.name(), &step, &left, scrolling];
@@ -115,16 +113,19 @@ fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
     f.render_widget(text.wrap(Wrap { trim: true }), area);
 }
 
+/// The complete answers of models.
+fn complete(model: &Model) -> impl Iterator<Item = &Column> {
+    let columns = model.answers.columns.iter();
+    columns.filter(|c| c.answer().is_some() && !c.failed())
+}
+
 /// Why there is nothing to rate.
 fn too_few(model: &Model, wanted: usize) -> String {
     let answers = |n: usize| match n {
         1 => "1 complete answer".to_string(),
         n => format!("{n} complete answers"),
     };
-    let columns = model.answers.columns.iter();
-    let complete = columns
-        .filter(|c| c.answer().is_some() && !c.failed())
-        .count();
+    let complete = complete(model).count();
     let rated = match complete - model.to_rate().len().min(complete) {
         0 => String::new(),
         n if n == complete => ", all rated by you".into(),
