@@ -135,7 +135,7 @@ fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
 fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     let mut files = Vec::new();
     let seconds = file::second_drafts(&folders.drafts());
-    let told = |path: PathBuf| format!("{}: a second draft, not in use", shown_path(&path));
+    let told = |path: PathBuf| format!("a second draft, not in use: {}", shown_path(&path));
     let mut complaints: Vec<String> = seconds.into_iter().map(told).collect();
     for (file, draft) in file::read_drafts(&folders.drafts()) {
         let draft = match draft {

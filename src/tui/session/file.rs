@@ -89,9 +89,9 @@ impl KeptDraft {
     /// # Errors
     /// It cannot be written: the file and why.
     pub fn keep(&mut self, draft: Option<&str>) -> Result<Option<&Path>, String> {
-        let folder = self.path.parent().map(std::fs::File::open);
-        // No other instance writes between reading and writing; where folders cannot be locked, hardly.
-        let folder = folder.and_then(Result::ok);
+        // No other instance writes between reading and writing, where folders can be locked.
+        let parent = self.path.parent();
+        let folder = parent.and_then(|folder| std::fs::File::open(folder).ok());
         let _locked = folder.as_ref().map(std::fs::File::lock);
         let there = std::fs::read(&self.path).ok();
         let is = |text: Option<&str>| there.as_deref() == text.map(str::as_bytes);

@@ -268,7 +268,15 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         .flatten()
         .unwrap_or(last)
         .min(last);
-    let (seen, above) = reading.seen(top, height, &marks, theme);
+    let (mut seen, above) = reading.seen(top, height, &marks, theme);
+    if let Some(id) = model.picked {
+        let style = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
+        for line in &mut seen {
+            let spans = std::mem::take(&mut line.spans).into_iter();
+            let marked = spans.flat_map(|span| with_mentions(span, id, style));
+            line.spans = marked.collect();
+        }
+    }
     let words = Paragraph::new(Text::from(seen)).wrap(Wrap { trim: false });
     let above = u16::try_from(above).unwrap_or(u16::MAX);
     f.render_widget(words.scroll((above, 0)), area);
@@ -305,6 +313,21 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         };
         f.render_widget(Line::styled(words, style), row);
     }
+}
+
+/// A span with the id of an obstacle in the style of a picked one.
+fn with_mentions(span: Span<'static>, id: i64, picked: Style) -> Vec<Span<'static>> {
+    let mut parts = Vec::new();
+    let mut rest = span.content.as_ref();
+    while let Some(at) = super::mention(rest, id) {
+        let (before, behind) = rest.split_at(at);
+        let (id, behind) = behind.split_at(id.to_string().len());
+        parts.push(Span::styled(before.to_string(), span.style));
+        parts.push(Span::styled(id.to_string(), span.style.patch(picked)));
+        rest = behind;
+    }
+    parts.push(Span::styled(rest.to_string(), span.style));
+    parts
 }
 
 /// The displayed name of an answer.
@@ -372,6 +395,15 @@ fn without<'t>(text: Cow<'t, str>, name: &str) -> Cow<'t, str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_picked_obstacle_is_marked_where_it_is_named() {
+        let picked = Style::new().add_modifier(Modifier::BOLD);
+        let parts = with_mentions("car 301, 3012 and 301's".into(), 301, picked);
+        let marked = parts.iter().filter(|part| part.style == picked).count();
+        let words: String = parts.iter().map(|part| part.content.as_ref()).collect();
+        assert_eq!((marked, words.as_str()), (2, "car 301, 3012 and 301's"));
+    }
 
     #[test]
     fn names_are_blotted_out_in_their_places() {

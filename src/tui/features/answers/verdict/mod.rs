@@ -17,7 +17,7 @@ use unicode_width::UnicodeWidthStr;
 use super::obstacles;
 use crate::action::Action;
 use crate::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
-use crate::widgets::words::{date, fit, fit_middle};
+use crate::widgets::words::{date, fit, fit_around};
 use crate::widgets::{row, window};
 use table::{LABEL, Row, Table};
 
@@ -212,7 +212,7 @@ const LETTER: usize = 2;
 fn of_models(ids: &[&str], widths: &[usize], before: usize) -> Vec<String> {
     let room = |width: &usize| (2 * width).saturating_sub(2 + before);
     let rooms = widths.iter().map(room);
-    heads(ids, &rooms.collect::<Vec<_>>())
+    heads(ids, &rooms.collect::<Vec<_>>(), before)
 }
 
 /// The answers that fit beside the built-in judge, the shown one among them.
@@ -393,10 +393,12 @@ fn widths(ids: &[&str], last: Option<usize>, least: usize, room: usize) -> Vec<u
 /// Models' ids in so many columns each: whole, or without their provider, and then with their beginning and end, which
 /// tell models apart. Of those that would read the same, as much of the provider is left as tells them apart, or what
 /// differs stands behind their beginning. The title of the reasoning has them whole.
-fn heads(ids: &[&str], widths: &[usize]) -> Vec<String> {
+fn heads(ids: &[&str], widths: &[usize], before: usize) -> Vec<String> {
     let width = |i: usize| widths.get(i).copied().unwrap_or(0);
     let plain = ids.iter().enumerate();
-    let plain: Vec<String> = plain.map(|(i, id)| short(id, 0, width(i))).collect();
+    let plain: Vec<String> = plain
+        .map(|(i, id)| short(id, 0, width(i), before))
+        .collect();
     let alike = |i: usize, heads: &[String]| {
         (0..ids.len()).any(|j| ids[j] != ids[i] && heads[j] == heads[i])
     };
@@ -409,7 +411,7 @@ fn heads(ids: &[&str], widths: &[usize]) -> Vec<String> {
         }
         // All that read alike change together, also those that another one of them has just left alone.
         for i in (0..ids.len()).filter(|i| alike(*i, &plain)) {
-            best[i] = short(ids[i], letters, width(i));
+            best[i] = short(ids[i], letters, width(i), before);
         }
     }
     let unclear: Vec<usize> = (0..ids.len()).filter(|i| alike(*i, &best)).collect();
@@ -454,15 +456,17 @@ fn from_difference(name: &str, at: usize, width: usize) -> String {
     fit(&format!("{begin}…{}", &name[at..]), width)
 }
 
-/// An id within `width` columns, with `letters` of its provider if it does not fit whole.
-fn short(id: &str, letters: usize, width: usize) -> String {
+/// An id within `width` columns, with `letters` of its provider if it does not fit whole. What is cut is so where the first
+/// of two lines ends, which begins with so many other columns.
+fn short(id: &str, letters: usize, width: usize, before: usize) -> String {
+    let end = (width + before) / 2;
     match id.split_once('/') {
         Some((provider, model)) if id.width() > width || letters == 0 => {
             let some: String = provider.chars().take(letters).collect();
             if some.is_empty() {
-                fit_middle(model, width)
+                fit_around(model, width, end)
             } else {
-                fit_middle(&format!("{some}/{model}"), width)
+                fit_around(&format!("{some}/{model}"), width, end)
             }
         }
         _ => fit(id, width),
@@ -624,14 +628,14 @@ mod tests {
     #[test]
     fn what_would_read_the_same_keeps_a_part_of_its_provider() {
         let two = ["recorded/gpt-4o", "openai/gpt-4o"];
-        assert_eq!(heads(&two, &[20, 20]), two);
-        assert_eq!(heads(&two, &[10, 10]), ["r/gpt-4o", "o/gpt-4o"]);
-        let narrow = heads(&two, &[7, 7]);
+        assert_eq!(heads(&two, &[20, 20], 0), two);
+        assert_eq!(heads(&two, &[10, 10], 0), ["r/gpt-4o", "o/gpt-4o"]);
+        let narrow = heads(&two, &[7, 7], 0);
         assert_ne!(narrow[0], narrow[1], "{narrow:?}");
         assert!(narrow.iter().all(|head| head.width() <= 7), "{narrow:?}");
         let providers = ["openrouter/gpt-4o", "openai/gpt-4o"];
         assert_eq!(
-            heads(&providers, &[12, 12]),
+            heads(&providers, &[12, 12], 0),
             ["openr/gpt-4o", "opena/gpt-4o"]
         );
     }
@@ -643,17 +647,22 @@ mod tests {
             "lab/qwen2.5-vl-72b-instruct",
             "lab/gpt-4o",
         ];
-        let cut = heads(&three, &[12, 12, 12]);
+        let cut = heads(&three, &[12, 12, 12], LETTER);
         assert_eq!(cut, ["qwen…b-inst…", "qwen…2b-ins…", "gpt-4o"]);
+        // The cut is where the first line ends.
+        assert_eq!(
+            heads(&["lab/deepseek-chat"], &[12], LETTER),
+            ["deep…ek-chat"]
+        );
     }
 
     #[test]
     fn what_is_clear_or_the_same_stays_short() {
         let clear = ["openai/gpt-4o-mini", "gemini/gemini-2.5-pro"];
-        assert_eq!(heads(&clear, &[11, 11]), ["gpt-4o-mini", "gemin…5-pro"]);
+        assert_eq!(heads(&clear, &[11, 11], 0), ["gpt-4o-mini", "gemin…5-pro"]);
         let same = ["openai/gpt-4o-mini", "openai/gpt-4o-mini"];
-        assert_eq!(heads(&same, &[11, 11]), ["gpt-4o-mini"; 2]);
-        assert_eq!(heads(&[], &[]), [""; 0]);
+        assert_eq!(heads(&same, &[11, 11], 0), ["gpt-4o-mini"; 2]);
+        assert_eq!(heads(&[], &[], 0), [""; 0]);
     }
 
     #[test]
@@ -662,7 +671,7 @@ mod tests {
         let narrow = widths(&ids, Some(8), 8, 43);
         assert_eq!(narrow, [8, 9, 8, 9, 8]);
         assert_eq!(
-            heads(&ids, &[7, 8, 7, 8]),
+            heads(&ids, &[7, 8, 7, 8], 0),
             ["pyro-8b", "sage-70b"].repeat(2)
         );
         assert_eq!(

@@ -432,7 +432,7 @@ fn in_two(name: &str, width: usize) -> (String, String) {
             break;
         }
         whole = at + c.len_utf8();
-        if matches!(c, '-' | '/' | ':' | '_') {
+        if matches!(c, '-' | '/' | ':' | '_' | '…') {
             cut = whole;
         }
     }
