@@ -48,7 +48,7 @@ pub fn copied(bench: &Bench) -> Option<&str> {
 
 pub fn kept(bench: &Bench) -> Vec<(&str, Option<&str>)> {
     let kept = bench.effects.iter().filter_map(|e| match e.request() {
-        Some(KeepDraft(file, text)) => Some((file.as_str(), text.as_deref())),
+        Some(KeepDraft { file, draft, .. }) => Some((file.as_str(), draft.as_deref())),
         _ => None,
     });
     kept.collect()
@@ -74,7 +74,7 @@ fn a_draft_that_cannot_be_kept_is_said_before_the_program_ends() {
     assert!(!ends(&bench), "{}", said(&bench));
     assert!(said(&bench).contains("q again quits without it"));
     // Room again: it is kept, and nothing is asked.
-    bench.send(Msg::reply::<KeepDraft>(Ok(())));
+    bench.send(Msg::reply::<KeepDraft>(Ok(None)));
     bench.press("right q");
     assert!(ends(&bench), "{}", said(&bench));
 }
