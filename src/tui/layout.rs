@@ -359,12 +359,12 @@ impl Arranged {
                 let limits = (LOWEST, rest.height.saturating_sub(LOW + LOW));
                 panes.push((Pane::Timeline, below(&mut rest, Edge::Timeline, 5, limits)));
             }
-            let map = if more {
+            let usual = if more {
                 body.height * 2 / 5
             } else {
                 (body.height / 2).min(9)
             };
-            let map = map.max(rest.height.saturating_sub(list_rows));
+            let map = usual.max(rest.height.saturating_sub(list_rows));
             let limits = (LOW, rest.height.saturating_sub(LOW));
             panes.push((Pane::Map, below(&mut rest, Edge::List, map, limits)));
             panes.push((Pane::Scenarios, rest));

@@ -183,9 +183,9 @@ fn parts(model: &Model, help: &HelpScreen) -> Vec<Part> {
         }
     }
     if let Some((_, rows)) = parts.first_mut().filter(|_| here.0 == Scope::Window) {
-        let of_window = help.window.iter();
-        let of_window = of_window.filter(|(keys, words)| matches(&format!("{keys} {words}")));
-        rows.splice(0..0, of_window.cloned());
+        let hints = help.window.iter();
+        let matching = hints.filter(|(keys, words)| matches(&format!("{keys} {words}")));
+        rows.splice(0..0, matching.cloned());
     }
     let rules = rules(model).into_iter();
     let rules: Vec<_> = rules

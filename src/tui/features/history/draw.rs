@@ -28,9 +28,9 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let [left, right] = if body.width >= SIDE_BY_SIDE_COLUMNS {
         Layout::horizontal([Constraint::Percentage(48), Constraint::Min(0)]).areas(body)
     } else {
-        let rows = u16::try_from(model.history.rows.len().max(1) + 2).unwrap_or(u16::MAX);
-        let rows = rows.min(body.height * 42 / 100);
-        Layout::vertical([Constraint::Length(rows), Constraint::Min(0)]).areas(body)
+        let runs = u16::try_from(model.history.rows.len().max(1) + 2).unwrap_or(u16::MAX);
+        let height = runs.min(body.height * 42 / 100);
+        Layout::vertical([Constraint::Length(height), Constraint::Min(0)]).areas(body)
     };
     let rows = pane(frame, left, model, title(model), !model.history.on_details);
     let top = list(frame, rows, model);

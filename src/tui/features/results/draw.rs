@@ -219,8 +219,8 @@ pub fn draw_answers(
         .saturating_sub(rows / 2)
         .min(all.len().saturating_sub(rows));
     let shown = all.iter().enumerate().skip(top).take(rows);
-    let checked = all.iter().map(|answer| claims(answer).width());
-    let checked = checked.max().unwrap_or(0);
+    let widths = all.iter().map(|answer| claims(answer).width());
+    let checked = widths.max().unwrap_or(0);
     let tails = all.iter().map(|answer| tail(answer, checked).width());
     let tails = (checked, tails.max().unwrap_or(0));
     let lines = shown.map(|(place, answer)| {

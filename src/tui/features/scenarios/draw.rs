@@ -144,9 +144,10 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     }
     // Which way the numbers go that stand behind the names.
     let ways = [" · severity, 0 = contact", " · 0 = contact"];
-    let mut fitting = { ways.iter() }.filter(|words| title.width() + words.width() <= room);
-    let way = fitting.next().copied().unwrap_or_default();
-    Line::from(title + way)
+    let said = usize::from(list.order == Order::Severity);
+    let fits = |words: &&str| title.width() + words.width() <= room;
+    let way = ways.into_iter().skip(said).find(fits);
+    Line::from(title + way.unwrap_or_default())
 }
 
 fn below(area: Rect, rows: u16) -> Rect {

@@ -33,8 +33,9 @@ impl Certified<'_> {
         if let Some(driver) = self.driver {
             self.drive(lines, driver);
         }
-        let avoided = self.delays.iter().filter(|(_, why)| why.is_none());
-        let avoided: Vec<&str> = avoided.map(|(delay, _)| delay.as_str()).collect();
+        let delays = self.delays.iter();
+        let survived = delays.filter(|(_, why)| why.is_none());
+        let avoided: Vec<&str> = survived.map(|(delay, _)| delay.as_str()).collect();
         let mut name = "reaction";
         if !avoided.is_empty() {
             lines.say(name, &format!("avoided with {} s", avoided.join(", ")));

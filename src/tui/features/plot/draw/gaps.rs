@@ -65,8 +65,8 @@ pub fn draw(
             ..*curve
         })
         .collect();
-    let names = curves.iter().map(|curve| curve.name.width()).max();
-    let names = u16::try_from(names.unwrap_or(0) + 1).unwrap_or(u16::MAX);
+    let longest = curves.iter().map(|curve| curve.name.width()).max();
+    let names = u16::try_from(longest.unwrap_or(0) + 1).unwrap_or(u16::MAX);
     let margin = match area.width.saturating_sub(names) {
         COLUMNS.. => names,
         _ => 0,
@@ -89,13 +89,14 @@ pub fn draw(
         name(f, &axes, area, curve, there.map(|(_, gap)| *gap));
     }
     // Steps of the clock outside of it say nothing here.
-    let now = model.clock.time();
-    let now = (time.0..=time.1).contains(&now).then_some(now);
-    let now = (
-        now.unwrap_or(moment.time),
-        Style::new().fg(model.theme.accent),
-    );
-    marks::events(f, &axes, area, &[moment], now);
+    let clock = model.clock.time();
+    let now = if (time.0..=time.1).contains(&clock) {
+        clock
+    } else {
+        moment.time
+    };
+    let accent = Style::new().fg(model.theme.accent);
+    marks::events(f, &axes, area, &[moment], (now, accent));
 }
 
 /// The gaps of a drive where they may be drawn.
@@ -114,13 +115,17 @@ fn curve(drive: &GapCurve<'_>, obstacle: i64, moment: f64) -> Curve {
 fn seen(curves: &[Curve], moment: f64) -> Option<(Range, f64)> {
     let points = || curves.iter().flat_map(|curve| curve.runs.iter().flatten());
     let last = points().map(|(time, _)| *time).reduce(f64::max)?;
-    let now = points().filter(|(time, _)| (time - moment).abs() < 1e-6);
-    let mut now: Vec<f64> = now.map(|(_, gap)| *gap).collect();
+    let mut now: Vec<f64> = points()
+        .filter(|(time, _)| (time - moment).abs() < 1e-6)
+        .map(|(_, gap)| *gap)
+        .collect();
     now.sort_by(f64::total_cmp);
     let middle = now.get(now.len() / 2).copied().unwrap_or(NEAR);
     let high = (REACH * middle).max(NEAR);
-    let near = points().filter(|(_, gap)| *gap <= high);
-    let near = near.map(|(time, _)| *time).reduce(f64::min);
+    let near = points()
+        .filter(|(_, gap)| *gap <= high)
+        .map(|(time, _)| *time)
+        .reduce(f64::min);
     let from = (moment - LEAST).min(near.unwrap_or(moment));
     Some(((from, last.max(from + LEAST)), high))
 }
@@ -128,11 +133,11 @@ fn seen(curves: &[Curve], moment: f64) -> Option<(Range, f64)> {
 /// The stretches of a line from a time on and up to a gap.
 fn below(runs: &[Vec<(f64, f64)>], from: f64, top: f64) -> Vec<Vec<(f64, f64)>> {
     let is_seen = |(time, gap): &(f64, f64)| *time >= from - 1e-6 && *gap <= top;
-    let parts = runs
-        .iter()
-        .flat_map(|run| run.chunk_by(|a, b| is_seen(a) == is_seen(b)));
-    let parts = parts.filter(|part| part.first().is_some_and(is_seen));
-    parts.map(<[_]>::to_vec).collect()
+    runs.iter()
+        .flat_map(|run| run.chunk_by(|a, b| is_seen(a) == is_seen(b)))
+        .filter(|part| part.first().is_some_and(is_seen))
+        .map(<[_]>::to_vec)
+        .collect()
 }
 
 /// Writes the name of a line beside its end, or a row above or below, where it is free; of one above the plot, how far
