@@ -138,7 +138,7 @@ fn list_rows(list: &List) -> u16 {
 }
 
 /// Columns from which on the prompt may stand below a short list, and its rows there at least.
-const PROMPT_BELOW_LIST: (u16, u16) = (160, 12);
+const PROMPT_BELOW_LIST: (u16, u16) = (180, 12);
 
 /// Columns of verdicts, reasoning and plot where the list has a column of its own.
 fn answer_columns(width: u16) -> u16 {
