@@ -376,7 +376,7 @@ fn nobody_without_an_ego_is_in_danger() {
 
 /// The line with the titles of both maps.
 fn certificate_titles(bench: &mut Bench) -> String {
-    let frame = bench.frame(200, 60);
+    let frame = bench.frame(260, 60);
     let lines = frame.lines().filter(|line| line.contains("· step "));
     lines.collect::<Vec<_>>().join("\n")
 }

@@ -124,7 +124,7 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
 const MIN_NAME_COLUMNS: usize = 24;
 
 /// Columns that are left to names at least, if they are so long.
-const NAME: usize = 26;
+const NAME: usize = 40;
 
 /// What stands in a column, and its style. With an obstacle or a planned drive as the ego, `taken` is what is open: the
 /// list agrees with it, and what is only known of the recorded ego is left out.
@@ -147,7 +147,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
             match value {
                 None => Span::styled("…", dim),
                 Some(None) => Span::styled("–", dim),
-                Some(Some(value)) if value.abs() >= 100.0 => {
+                Some(Some(value)) if value.abs() >= 100.0 || measure.is_ordinal() => {
                     Span::styled(format!("{value:.0}"), accent)
                 }
                 Some(Some(value)) => Span::styled(format!("{value:.2}"), accent),
@@ -183,7 +183,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
                 (Some(headline), _) => severity(model, Some(headline)),
                 (None, None) => ("·".into(), theme.dim),
                 (None, Some(Err(_))) => ("!".into(), theme.danger),
-                (None, Some(Ok(facts))) => severity(model, facts.headline.as_ref()),
+                (None, Some(Ok(_))) => severity(model, row.headline()),
             };
             Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
         }

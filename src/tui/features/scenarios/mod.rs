@@ -354,6 +354,11 @@ impl Choice for Orders {
         // By the same again, the other way around.
         model.list.sort_by(*order);
         model.list.leads = order.needs_facts();
+        let key = model.look.key(Action::DrivePlanner);
+        let measured = matches!(order, Order::Severity | Order::Measure(_));
+        if let Some(why) = model.list.without_ego(&key).filter(|_| measured) {
+            model.say(format!("{why}; until then they come last"));
+        }
         Step::Close(ranking(model).into_iter().collect())
     }
 
