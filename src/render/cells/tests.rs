@@ -201,6 +201,7 @@ fn picture(scene: &Scene, basemap: &Basemap, step: i64, size: (u16, u16), cell: 
         theme: &colors,
         filled: true,
         markings: true,
+        hollow: false,
         cell,
     };
     page.draw(
@@ -222,6 +223,8 @@ fn mask(symbol: char) -> Vec<bool> {
         match symbol {
             ' ' => false,
             '█' => true,
+            // Dots of lines, over one colour.
+            '\u{2800}'..='\u{28ff}' => false,
             '▁'..='▇' => 1.0 - y < f64::from(code - 0x2580) / 8.0,
             '▉'..='▏' => x < f64::from(0x2590 - code) / 8.0,
             _ => {
@@ -280,7 +283,7 @@ fn errors(picture: &Picture, size: (u16, u16), blocks: Blocks) -> (f64, f64) {
     );
     let (across, down) = SAMPLES;
     let (columns, rows) = (usize::from(size.0) * across, usize::from(size.1) * down);
-    let pixmap = crate::raster::stretched(picture, columns as u32, rows as u32).unwrap();
+    let pixmap = crate::raster::surfaces(picture, columns as u32, rows as u32).unwrap();
     let masks: Vec<(char, Vec<bool>)> = symbols(blocks).into_iter().map(|c| (c, mask(c))).collect();
     let rgb = |color: Ink| match color {
         Ink::Rgb(r, g, b) => [r, g, b].map(f64::from),
@@ -299,10 +302,10 @@ fn errors(picture: &Picture, size: (u16, u16), blocks: Blocks) -> (f64, f64) {
         let samples: Vec<[f64; 3]> = (0..across * down).map(sample).collect();
         let cell = &buffer[position];
         let covered = mask(cell.symbol().chars().next().unwrap());
-        let front = if cell.symbol() == " " {
-            cell.bg
-        } else {
+        let front = if covered.contains(&true) {
             cell.fg
+        } else {
+            cell.bg
         };
         chosen += error(&samples, &covered, [rgb(front), rgb(cell.bg)]);
         if samples.iter().all(|sample| *sample == samples[0]) {

@@ -12,8 +12,6 @@ use crate::scene::{
 
 /// Width of a painted line, metres.
 const LINE: f64 = 0.15;
-/// On a map of characters it is at most so wide, points: an eighth of a character.
-const FINE: f64 = 0.8;
 /// Stripes that lean less than this, as a slope, are upright or across.
 const UPRIGHT: f64 = 0.15;
 /// Where a character is wider than this, metres, the surface alone shows the road: lines within it would run together.
@@ -125,15 +123,10 @@ fn finest(map: &Map<'_>, crossing: &Surface) -> f64 {
 }
 
 fn border(map: &Map<'_>, picture: &mut Picture, border: &Border) {
-    let mut width = map.points(LINE).clamp(0.35, 1.6);
-    if let Some(look) = &map.workbench {
-        if look.cell > 0.0 {
-            width = width.min(FINE);
-        }
-        if !look.markings {
-            let stroke = Stroke::new(map.palette.lane_dashed, 0.5 * width);
-            return picture.line(&map.view.all(&border.points), stroke);
-        }
+    let width = map.points(LINE).clamp(0.35, 1.6);
+    if map.workbench.is_some_and(|look| !look.markings) {
+        let stroke = Stroke::new(map.palette.lane_dashed, 0.5 * width);
+        return picture.line(&map.view.all(&border.points), stroke);
     }
     for line in border.lines {
         if map
@@ -153,10 +146,10 @@ fn border(map: &Map<'_>, picture: &mut Picture, border: &Border) {
     }
 }
 
-/// In the workbench borders of which nothing is known are not drawn across the lanes of a junction; where there are lines
-/// alone none is. From far away only painted ones are.
+/// In the workbench borders of which nothing is known are not drawn across the lanes of a junction; in characters none
+/// is. From far away only painted ones are.
 fn is_left_out(look: &WorkbenchMap<'_>, border: &Border, paint: Paint) -> bool {
-    if border.is_crossed && !look.filled {
+    if border.is_crossed && look.cell > 0.0 {
         return true;
     }
     match paint {
