@@ -4,7 +4,7 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
-use tiny_skia::{BlendMode, FillRule, Pixmap, PremultipliedColorU8, Transform};
+use tiny_skia::{BlendMode, FillRule, Paint, Pixmap, PremultipliedColorU8, Transform};
 
 use super::choice::SAMPLES;
 use super::colors::{Inks, components};
@@ -45,9 +45,23 @@ pub fn dots(picture: &Picture, area: Rect, style: MapStyle) -> Option<Pixmap> {
     );
     let transform = Transform::from_scale(scale.0, scale.1);
     let mut groups: Vec<&str> = Vec::new();
+    let mut junctions = Vec::new();
     clip::each(picture, |item| match item {
         Item::Begin { name, .. } => groups.push(name),
-        Item::End => drop(groups.pop()),
+        Item::End => {
+            if groups.pop() == Some("markings") {
+                // Lanes that lead through a junction have theirs beside it alone.
+                let paint = cleared();
+                for path in &junctions {
+                    pixmap.fill_path(path, &paint, FillRule::Winding, transform, None);
+                }
+            }
+        }
+        Item::Path {
+            path,
+            fill: Some(_),
+            ..
+        } if groups.last() == Some(&"junctions") => junctions.extend(outline(path)),
         Item::Text(_) => {}
         Item::Path { path, fill, stroke } => {
             let group = groups.last().copied().unwrap_or_default();
@@ -63,20 +77,18 @@ pub fn dots(picture: &Picture, area: Rect, style: MapStyle) -> Option<Pixmap> {
                 return;
             }
             let Some(path) = outline(path) else { return };
-            let ink = |color: crate::Color, kind: u8, blend_mode| {
-                let mut paint = paint(color.at(f64::from(kind) / 255.0));
-                paint.anti_alias = false;
-                paint.blend_mode = blend_mode;
-                paint
+            let ink = |color: crate::Color, kind: u8| Paint {
+                blend_mode: BlendMode::Source,
+                anti_alias: false,
+                ..paint(color.at(f64::from(kind) / 255.0))
             };
             if let Some(color) = fill {
                 // What is hollow hides what lies below.
-                let mode = match group {
-                    "outlines" => BlendMode::Clear,
-                    _ => BlendMode::Source,
+                let paint = match group {
+                    "outlines" => cleared(),
+                    _ => ink(color, kind),
                 };
-                let rule = FillRule::Winding;
-                pixmap.fill_path(&path, &ink(color, kind, mode), rule, transform, None);
+                pixmap.fill_path(&path, &paint, FillRule::Winding, transform, None);
             }
             if let Some(stroke) = stroke {
                 let mut line = line(stroke);
@@ -84,16 +96,24 @@ pub fn dots(picture: &Picture, area: Rect, style: MapStyle) -> Option<Pixmap> {
                     line.width = 0.0;
                 }
                 if kind == FAINT && style.has_backgrounds() && line.dash.take().is_some() {
-                    let ink = ink(stroke.color, GAP, BlendMode::Source);
+                    let ink = ink(stroke.color, GAP);
                     pixmap.stroke_path(&path, &ink, &line, transform, None);
                     line.dash = crate::raster::line(stroke).dash;
                 }
-                let ink = ink(stroke.color, kind, BlendMode::Source);
+                let ink = ink(stroke.color, kind);
                 pixmap.stroke_path(&path, &ink, &line, transform, None);
             }
         }
     });
     Some(pixmap)
+}
+
+fn cleared() -> Paint<'static> {
+    Paint {
+        blend_mode: BlendMode::Clear,
+        anti_alias: false,
+        ..Paint::default()
+    }
 }
 
 /// Samples of a surface below a dot, across and down.
@@ -151,17 +171,10 @@ pub fn write_over(buffer: &mut Buffer, area: Rect, lines: &Pixmap, surfaces: &Pi
             };
             if cell.symbol() != " " {
                 let rgb = |color| components(color).map_or([0.0; 3], |rgb| rgb.map(f32::from));
-                let is_edge = is_clear(rgb(cell.fg), rgb(cell.bg));
-                if is_edge && kind != LINE {
+                if kind != LINE && is_clear(rgb(cell.fg), rgb(cell.bg)) {
                     continue;
                 }
-                let (x, y) = place(shown.trailing_zeros() as usize);
-                let beneath = if is_edge {
-                    below(x, y)
-                } else {
-                    mean(column, row)
-                };
-                cell.bg = inks.nearest(beneath).0;
+                cell.bg = inks.nearest(mean(column, row)).0;
             }
             if kind == GAP {
                 cell.set_char(' ');
@@ -207,7 +220,7 @@ fn compose(look: &Appearance<'_>, dots: [PremultipliedColorU8; 8]) -> Option<(ch
         BODY | EGO => {
             let covered = covers(BODY);
             let half = covered.count_ones() as usize >= dots.len() / 2;
-            // Without colours, bodies of dense dots are told from the ego, which is solid.
+            // Without colours, bodies of dots are told from the ego, which is solid.
             let is_shaded = !look.has_colors() && most.alpha() == BODY;
             let symbol = match (ascii, is_shaded) {
                 (true, true) if !half => return None,

@@ -151,6 +151,34 @@ fn lines_are_dots_and_bodies_are_solid() {
     );
 }
 
+#[test]
+fn lines_are_dots_over_surfaces_but_neither_over_bodies_nor_at_the_edge_of_the_road() {
+    let theme = inks(&theme(true));
+    let road = Color::rgb(80, 80, 80);
+    let marking = |p: &mut Picture, y| p.line(&[(0.0, y), (80.0, y)], Stroke::new(LINE, 1.0));
+    let buffer = drawn(
+        MapStyle::Cells(Blocks::Quadrants),
+        &theme,
+        "markings",
+        |p| {
+            p.rectangle(&area(0.0, 0.0, 80.0, 56.0), Some(road), None);
+            marking(p, 25.0);
+            marking(p, 56.0);
+            p.group("obstacles", None, |p| {
+                p.rectangle(&area(32.0, 16.0, 16.0, 16.0), Some(BODY), None);
+            });
+        },
+    );
+    let row = |y| (0..10).map(|x| buffer[(x, y)].symbol()).collect::<String>();
+    assert_eq!(row(1), "⠤⠤⠤⠄  ⠠⠤⠤⠤");
+    assert_eq!(
+        (buffer[(0, 1)].fg, buffer[(0, 1)].bg),
+        (ink(LINE), ink(road))
+    );
+    assert_eq!(buffer[(4, 1)].bg, ink(BODY));
+    assert_eq!(row(3), "▀▀▀▀▀▀▀▀▀▀");
+}
+
 /// Scenes with their ego: of a folder, or the bundled ones.
 fn scenes(folder: Option<&std::path::Path>) -> Vec<Scene> {
     let entries: Vec<Entry> = match folder {
