@@ -375,7 +375,7 @@ fn sign(model: &Model, style: LineStyle) -> &'static str {
         (MapStyle::Ascii, LineStyle::Dotted) => "' '",
         (_, LineStyle::Solid) => "⠒⠒",
         (_, LineStyle::Thick) => "⠶⠶",
-        (_, LineStyle::Dashed) => "⠒⠂⠐⠒",
+        (_, LineStyle::Dashed) => "⠒⠐",
         (_, LineStyle::Dotted) => "⠂ ⠂",
     }
 }
