@@ -48,11 +48,11 @@ pub fn pixels(picture: &Picture, dpi: f64) -> Result<Pixmap, RasterError> {
         return Err(size);
     };
     let transform = Transform::from_scale(scale as f32, scale as f32);
-    painted(picture, w, h, transform).ok_or(size)
+    painted(picture, w, h, transform, true).ok_or(size)
 }
 
-/// The whole picture in so many pixels, whatever their proportions; `None` for none.
-pub fn stretched(picture: &Picture, width: u32, height: u32) -> Option<Pixmap> {
+/// The surfaces of the whole picture without its lines, in so many pixels, whatever their proportions; `None` for none.
+pub fn surfaces(picture: &Picture, width: u32, height: u32) -> Option<Pixmap> {
     let (x, y) = (
         f64::from(width) / picture.size.0,
         f64::from(height) / picture.size.1,
@@ -62,10 +62,17 @@ pub fn stretched(picture: &Picture, width: u32, height: u32) -> Option<Pixmap> {
         width,
         height,
         Transform::from_scale(x as f32, y as f32),
+        false,
     )
 }
 
-fn painted(picture: &Picture, width: u32, height: u32, transform: Transform) -> Option<Pixmap> {
+fn painted(
+    picture: &Picture,
+    width: u32,
+    height: u32,
+    transform: Transform,
+    has_lines: bool,
+) -> Option<Pixmap> {
     let mut pixmap = Pixmap::new(width, height)?;
     let Color {
         red, green, blue, ..
@@ -74,6 +81,7 @@ fn painted(picture: &Picture, width: u32, height: u32, transform: Transform) -> 
     let mut canvas = Canvas {
         pixmap,
         transform,
+        has_lines,
         clips: vec![None],
     };
     clip::each(picture, |item| canvas.item(item));
@@ -83,6 +91,8 @@ fn painted(picture: &Picture, width: u32, height: u32, transform: Transform) -> 
 struct Canvas {
     pixmap: Pixmap,
     transform: Transform,
+    /// Whether lines are painted, and not surfaces alone.
+    has_lines: bool,
     /// What is seen at present, the innermost last.
     clips: Vec<Option<Mask>>,
 }
@@ -91,6 +101,10 @@ impl Canvas {
     fn item(&mut self, item: &Item) {
         match item {
             Item::Path { path, fill, stroke } => {
+                let stroke = stroke.as_ref().filter(|_| self.has_lines);
+                if fill.is_none() && stroke.is_none() {
+                    return;
+                }
                 let Some(path) = outline(path) else { return };
                 if let Some(color) = fill {
                     self.fill(&path, *color, FillRule::Winding, self.transform);

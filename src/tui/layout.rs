@@ -4,7 +4,7 @@
 use ratatui::layout::{Constraint, Layout, Rect};
 
 use crate::model::Arrangement::{self, Compact, Narrow, Wide};
-use crate::model::{Border, Edge, Model, Pane, PaneShares};
+use crate::model::{Border, Edge, List, Model, Pane, PaneShares};
 
 /// The smallest terminal that the workbench fits into.
 pub const SMALLEST: (u16, u16) = (60, 18);
@@ -55,13 +55,15 @@ pub fn split(screen: Rect, model: &Model) -> Option<ScreenAreas> {
                     (45.., true) => 17,
                     _ => 15,
                 };
-                arranged.wide(body, sizes.wide, model.list.longest, verdict);
+                arranged.wide(body, sizes.wide, &model.list, verdict);
             }
             (THREE_COLUMNS.., _) => {
                 arranged.low(body, sizes.wide, model.list.longest, model.focus);
             }
-            (TWO_COLUMNS.., _) => arranged.compact(body, sizes.compact, model.focus),
-            _ => arranged.narrow(body, sizes.narrow, model.focus),
+            (TWO_COLUMNS.., _) => {
+                arranged.compact(body, sizes.compact, list_rows(&model.list), model.focus);
+            }
+            _ => arranged.narrow(body, sizes.narrow, list_rows(&model.list), model.focus),
         }
     }
     let at_right = model
@@ -123,6 +125,20 @@ fn list_columns(width: u16, longest: usize) -> u16 {
         }
     }
 }
+
+/// Rows that the list can fill: its frame, filter and headings, and all scenarios, however few match the filter. While
+/// they are looked for, there may be any number.
+fn list_rows(list: &List) -> u16 {
+    let lines = list.rows.len() + list.groups.len() + 4;
+    if list.found {
+        u16::try_from(lines).unwrap_or(u16::MAX)
+    } else {
+        u16::MAX
+    }
+}
+
+/// Columns from which on the prompt may stand below a short list, and its rows there at least.
+const PROMPT_BELOW_LIST: (u16, u16) = (180, 12);
 
 /// Columns of verdicts, reasoning and plot where the list has a column of its own.
 fn answer_columns(width: u16) -> u16 {
@@ -218,22 +234,34 @@ impl Arranged {
     }
 
     /// Everything at once.
-    pub fn wide(&mut self, body: Rect, shares: PaneShares, longest: usize, verdict: u16) {
+    /// The prompt stands below list and map; below the list alone, where that is short and wide.
+    pub fn wide(&mut self, body: Rect, shares: PaneShares, list: &List, verdict: u16) {
         let [left, right] = self.cut(body, body, shares, Wide, Cut::answers(body));
-        let [upper, prompt] = self.cut(
-            left,
-            body,
-            shares,
-            Wide,
-            Cut {
-                edge: Edge::Prompt,
-                upright: false,
-                before: false,
-                usual: (body.height * 26 / 100).clamp(8, 18),
-                limits: (LOWEST, body.height.saturating_sub(LOW + LOWEST)),
-            },
-        );
-        let [list, middle] = self.cut(upper, body, shares, Wide, Cut::list(body, left, longest));
+        let (columns, rows) = PROMPT_BELOW_LIST;
+        let needed = list_rows(list);
+        let below_list = body.width >= columns && needed.saturating_add(rows) <= body.height;
+        let prompt_rows = if below_list {
+            body.height - needed
+        } else {
+            (body.height * 26 / 100).clamp(8, 18)
+        };
+        let prompt = Cut {
+            edge: Edge::Prompt,
+            upright: false,
+            before: false,
+            usual: prompt_rows,
+            limits: (LOWEST, body.height.saturating_sub(LOW + LOWEST)),
+        };
+        let beside = Cut::list(body, left, list.longest);
+        let (list, prompt, middle) = if below_list {
+            let [column, middle] = self.cut(left, body, shares, Wide, beside);
+            let [list, prompt] = self.cut(column, body, shares, Wide, prompt);
+            (list, prompt, middle)
+        } else {
+            let [upper, prompt] = self.cut(left, body, shares, Wide, prompt);
+            let [list, middle] = self.cut(upper, body, shares, Wide, beside);
+            (list, prompt, middle)
+        };
         let [map, timeline] = self.cut(
             middle,
             body,
@@ -244,7 +272,7 @@ impl Arranged {
                 upright: false,
                 before: false,
                 usual: if body.height >= 45 { 8 } else { 6 },
-                limits: (LOWEST, upper.height.saturating_sub(LOW)),
+                limits: (LOWEST, middle.height.saturating_sub(LOW)),
             },
         );
         self.panes.extend([
@@ -292,7 +320,7 @@ impl Arranged {
 
     /// One column: what is looked at above (list, map or prompt), and what is said about it below; below the list, the
     /// map. The timeline is below the map, and more is shown below, where there is room.
-    pub fn narrow(&mut self, body: Rect, shares: PaneShares, focus: Pane) {
+    pub fn narrow(&mut self, body: Rect, shares: PaneShares, list_rows: u16, focus: Pane) {
         let lower = match focus {
             Pane::Scenarios => Pane::Map,
             Pane::Reasoning | Pane::Plot => focus,
@@ -331,11 +359,12 @@ impl Arranged {
                 let limits = (LOWEST, rest.height.saturating_sub(LOW + LOW));
                 panes.push((Pane::Timeline, below(&mut rest, Edge::Timeline, 5, limits)));
             }
-            let map = if more {
+            let usual = if more {
                 body.height * 2 / 5
             } else {
                 (body.height / 2).min(9)
             };
+            let map = usual.max(rest.height.saturating_sub(list_rows));
             let limits = (LOW, rest.height.saturating_sub(LOW));
             panes.push((Pane::Map, below(&mut rest, Edge::List, map, limits)));
             panes.push((Pane::Scenarios, rest));
@@ -360,7 +389,7 @@ impl Arranged {
     }
 
     /// Two columns: the subject on the left (list, map or prompt), statements about it on the right.
-    pub fn compact(&mut self, body: Rect, shares: PaneShares, focus: Pane) {
+    pub fn compact(&mut self, body: Rect, shares: PaneShares, list_rows: u16, focus: Pane) {
         let [left, right] = self.cut(
             body,
             body,
@@ -402,7 +431,7 @@ impl Arranged {
                     edge: Edge::List,
                     upright: false,
                     before: true,
-                    usual: (f64::from(upper.height) * 0.42).round() as u16,
+                    usual: list_rows.min((f64::from(upper.height) * 0.42).round() as u16),
                     limits: (LOWEST, upper.height.saturating_sub(LOW)),
                 },
             );

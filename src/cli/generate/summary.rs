@@ -248,7 +248,7 @@ impl Summary {
             let people = HumanLimits::for_kind(ObstacleType::Car).braking;
             if let Some(hardest) = self.hardest.filter(|hardest| *hardest > people) {
                 text.push_str(&format!(
-                    "the good driver uses up to {hardest:.1} m/s²: people brake with up to {people:.1} m/s²\n"
+                    "peak of the good driver {hardest:.1} m/s²: people brake with up to {people:.1} m/s²\n"
                 ));
             }
         }

@@ -579,7 +579,7 @@ fn certificates(
                 let record = CertificateRecord {
                     avoided: true,
                     why: None,
-                    evasion: Some(evasion(avoidance, &review, file)),
+                    evasion: Some(EvasionRecord::new(avoidance, &review, file)),
                     searched: avoidance.searched.into(),
                 };
                 last = Some((avoidance, review));
@@ -597,30 +597,35 @@ fn certificates(
     all.collect()
 }
 
-fn evasion(
-    avoidance: &EvasiveTrajectory,
-    review: &EvasiveReview,
-    file: Option<String>,
-) -> EvasionRecord {
-    let names = |rules: Vec<&'static str>| rules.into_iter().map(String::from).collect();
-    EvasionRecord {
-        trajectory: file,
-        departs_after_step: (avoidance.found != Finder::Unchanged).then_some(avoidance.reaction),
-        found_by: avoidance.found.to_string(),
-        manoeuvre: match avoidance.found {
-            Finder::Manoeuvre(m) => Some(EvasiveManoeuvreRecord {
-                acceleration: m.acceleration,
-                until_speed: m.until,
-                offset: m.offset,
-                grip: m.grip,
-            }),
-            Finder::Unchanged | Finder::Planner(_) => None,
-        },
-        ends: DriveEnd::from(&avoidance.drive),
-        max_acceleration: Some(review.acceleration),
-        rules_broken: names(review.broken()),
-        rules_undecided: names(review.undecided()),
-        leaves_roadway_step: review.leaves_roadway,
+impl EvasionRecord {
+    /// What `avoidance` does, as `review` found it, with the name of its file.
+    #[must_use]
+    pub fn new(
+        avoidance: &EvasiveTrajectory,
+        review: &EvasiveReview,
+        file: Option<String>,
+    ) -> Self {
+        let names = |rules: Vec<&'static str>| rules.into_iter().map(String::from).collect();
+        Self {
+            trajectory: file,
+            departs_after_step: (avoidance.found != Finder::Unchanged)
+                .then_some(avoidance.reaction),
+            found_by: avoidance.found.to_string(),
+            manoeuvre: match avoidance.found {
+                Finder::Manoeuvre(m) => Some(EvasiveManoeuvreRecord {
+                    acceleration: m.acceleration,
+                    until_speed: m.until,
+                    offset: m.offset,
+                    grip: m.grip,
+                }),
+                Finder::Unchanged | Finder::Planner(_) => None,
+            },
+            ends: DriveEnd::from(&avoidance.drive),
+            max_acceleration: Some(review.acceleration),
+            rules_broken: names(review.broken()),
+            rules_undecided: names(review.undecided()),
+            leaves_roadway_step: review.leaves_roadway,
+        }
     }
 }
 

@@ -1,11 +1,13 @@
-//! A map of lines: dots of Braille, or ASCII, and solid bodies; for terminals with few colours, or without Unicode.
+//! Lines of a map: dots of Braille over its surfaces. Without surfaces, for terminals without colours or without Unicode,
+//! dots or ASCII, and bodies.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
-use tiny_skia::{BlendMode, FillRule, Pixmap, PremultipliedColorU8, Transform};
+use tiny_skia::{BlendMode, FillRule, Paint, Pixmap, PremultipliedColorU8, Transform};
 
-use super::colors::Inks;
+use super::choice::SAMPLES;
+use super::colors::{Inks, components};
 use super::{Appearance, Blocks, MapStyle};
 use crate::clip;
 use crate::display::{Item, Picture};
@@ -24,53 +26,164 @@ const OPAQUE: f64 = 0.4;
 /// Lines are finer than this many dots.
 const FINE: f32 = 1.5;
 
-/// What a dot shows, written as its opacity: what matters more has more.
+/// What a dot shows, written as its opacity: what matters more has more. Between the dashes of a marking it is empty.
+const GAP: u8 = 251;
 const FAINT: u8 = 252;
 const LINE: u8 = 253;
 const BODY: u8 = 254;
 const EGO: u8 = 255;
 
-/// Dots of a picture of so many, from the upper left corner.
-pub fn dots(picture: &Picture, columns: u32, rows: u32) -> Option<Pixmap> {
+/// Dots of a picture as large as an area of cells, from the upper left corner. Where others draw the surfaces, those of
+/// bodies alone.
+pub fn dots(picture: &Picture, area: Rect, style: MapStyle) -> Option<Pixmap> {
+    let columns = u32::from(area.width) * DOTS.0 as u32;
+    let rows = u32::from(area.height) * DOTS.1 as u32;
     let mut pixmap = Pixmap::new(columns, rows)?;
     let scale = (
         columns as f32 / picture.size.0 as f32,
         rows as f32 / picture.size.1 as f32,
     );
     let transform = Transform::from_scale(scale.0, scale.1);
-    let mut groups: Vec<u8> = Vec::new();
+    let mut groups: Vec<&str> = Vec::new();
+    let mut junctions = Vec::new();
     clip::each(picture, |item| match item {
-        Item::Begin { name, .. } => groups.push(match *name {
-            "markings" => FAINT,
-            "obstacles" | "contact" => BODY,
-            "ego" => EGO,
-            _ => LINE,
-        }),
-        Item::End => drop(groups.pop()),
+        Item::Begin { name, .. } => groups.push(name),
+        Item::End => {
+            if groups.pop() == Some("markings") {
+                // Lanes that lead through a junction have theirs beside it alone.
+                let paint = cleared();
+                for path in &junctions {
+                    pixmap.fill_path(path, &paint, FillRule::Winding, transform, None);
+                }
+            }
+        }
+        Item::Path {
+            path,
+            fill: Some(_),
+            ..
+        } if groups.last() == Some(&"junctions") => junctions.extend(outline(path)),
         Item::Text(_) => {}
         Item::Path { path, fill, stroke } => {
-            let Some(path) = outline(path) else { return };
-            let kind = groups.last().copied().unwrap_or(LINE);
-            let ink = |color: crate::Color| {
-                let mut paint = paint(color.at(f64::from(kind) / 255.0));
-                paint.anti_alias = false;
-                paint.blend_mode = BlendMode::Source;
-                paint
+            let group = groups.last().copied().unwrap_or_default();
+            let kind = match group {
+                "markings" => FAINT,
+                "obstacles" | "outlines" | "contact" => BODY,
+                "ego" => EGO,
+                _ => LINE,
             };
-            if let Some(color) = fill.filter(|color| color.opacity > OPAQUE) {
-                let rule = FillRule::Winding;
-                pixmap.fill_path(&path, &ink(color), rule, transform, None);
+            let opaque = fill.filter(|color| color.opacity > OPAQUE);
+            let fill = opaque.filter(|_| kind >= BODY || !style.has_backgrounds());
+            if fill.is_none() && stroke.is_none() {
+                return;
+            }
+            let Some(path) = outline(path) else { return };
+            let ink = |color: crate::Color, kind: u8| Paint {
+                blend_mode: BlendMode::Source,
+                anti_alias: false,
+                ..paint(color.at(f64::from(kind) / 255.0))
+            };
+            if let Some(color) = fill {
+                // What is hollow hides what lies below.
+                let paint = match group {
+                    "outlines" => cleared(),
+                    _ => ink(color, kind),
+                };
+                pixmap.fill_path(&path, &paint, FillRule::Winding, transform, None);
             }
             if let Some(stroke) = stroke {
                 let mut line = line(stroke);
                 if line.width * scale.0 < FINE {
                     line.width = 0.0;
                 }
-                pixmap.stroke_path(&path, &ink(stroke.color), &line, transform, None);
+                if kind == FAINT && style.has_backgrounds() && line.dash.take().is_some() {
+                    let ink = ink(stroke.color, GAP);
+                    pixmap.stroke_path(&path, &ink, &line, transform, None);
+                    line.dash = crate::raster::line(stroke).dash;
+                }
+                let ink = ink(stroke.color, kind);
+                pixmap.stroke_path(&path, &ink, &line, transform, None);
             }
         }
     });
     Some(pixmap)
+}
+
+fn cleared() -> Paint<'static> {
+    Paint {
+        blend_mode: BlendMode::Clear,
+        anti_alias: false,
+        ..Paint::default()
+    }
+}
+
+/// Samples of a surface below a dot, across and down.
+const BELOW: (usize, usize) = (SAMPLES.0 / DOTS.0, SAMPLES.1 / DOTS.1);
+/// Colours that are this far from each other, squared, are told apart at once.
+const CLEAR: f32 = 2500.0;
+
+fn is_clear(a: [f32; 3], b: [f32; 3]) -> bool {
+    let both = a.iter().zip(b);
+    both.map(|(a, b)| (a - b).powi(2)).sum::<f32>() > CLEAR
+}
+
+/// Writes lines over the cells of surfaces, and leaves those out that show a body. The edge of the road is seen without
+/// its marking, which would show in some cells and not in others.
+pub fn write_over(buffer: &mut Buffer, area: Rect, lines: &Pixmap, surfaces: &Pixmap, inks: Inks) {
+    let (columns, across) = (lines.width() as usize, surfaces.width() as usize);
+    let below = |x: usize, y: usize| {
+        let x = (x * BELOW.0 + BELOW.0 / 2).min(across - 1);
+        let y = (y * BELOW.1 + BELOW.1 / 2).min(surfaces.height() as usize - 1);
+        let pixel = surfaces.pixels()[y * across + x];
+        [pixel.red(), pixel.green(), pixel.blue()].map(f32::from)
+    };
+    let is_at_edge = |x: usize, y: usize| {
+        let (left, up) = (x.saturating_sub(1), y.saturating_sub(1));
+        is_clear(below(left, y), below(x + 1, y)) || is_clear(below(x, up), below(x, y + 1))
+    };
+    let mean = |column: usize, row: usize| {
+        let all = (0..8).map(|i| below(column * DOTS.0 + i % DOTS.0, row * DOTS.1 + i / DOTS.0));
+        all.fold([0.0; 3], |sum: [f32; 3], color| {
+            std::array::from_fn(|i| sum[i] + color[i] / 8.0)
+        })
+    };
+    for row in 0..usize::from(area.height) {
+        for column in 0..usize::from(area.width) {
+            let place = |i: usize| (column * DOTS.0 + i % DOTS.0, row * DOTS.1 + i / DOTS.0);
+            let dot = |i: usize| {
+                let (x, y) = place(i);
+                lines.pixels()[y * columns + x]
+            };
+            let Some(most) = (0..8).map(dot).max_by_key(|dot| dot.alpha()) else {
+                continue;
+            };
+            let kind = most.alpha();
+            if !(GAP..BODY).contains(&kind) {
+                continue;
+            }
+            let is_shown = |i: &usize| {
+                let (x, y) = place(*i);
+                dot(*i).alpha() == kind && (kind == LINE || !is_at_edge(x, y))
+            };
+            let shown: usize = (0..8).filter(is_shown).map(|i| 1 << i).sum();
+            let at = (area.x + column as u16, area.y + row as u16);
+            let Some(cell) = buffer.cell_mut(at).filter(|_| shown > 0) else {
+                continue;
+            };
+            if cell.symbol() != " " {
+                let rgb = |color| components(color).map_or([0.0; 3], |rgb| rgb.map(f32::from));
+                if kind != LINE && is_clear(rgb(cell.fg), rgb(cell.bg)) {
+                    continue;
+                }
+                cell.bg = inks.nearest(mean(column, row)).0;
+            }
+            if kind == GAP {
+                cell.set_char(' ');
+            } else {
+                let rgb = [most.red(), most.green(), most.blue()].map(f32::from);
+                cell.set_char(braille(shown)).set_fg(inks.nearest(rgb).0);
+            }
+        }
+    }
 }
 
 /// Writes the cells that show dots.
@@ -107,7 +220,7 @@ fn compose(look: &Appearance<'_>, dots: [PremultipliedColorU8; 8]) -> Option<(ch
         BODY | EGO => {
             let covered = covers(BODY);
             let half = covered.count_ones() as usize >= dots.len() / 2;
-            // Without colours, bodies of dense dots are told from the ego, which is solid.
+            // Without colours, bodies of dots are told from the ego, which is solid.
             let is_shaded = !look.has_colors() && most.alpha() == BODY;
             let symbol = match (ascii, is_shaded) {
                 (true, true) if !half => return None,

@@ -1,5 +1,5 @@
-//! The map in character cells: the same picture as an image of it, sampled finely, and for every cell the character and
-//! the two colours that come nearest to it.
+//! The map in character cells: its surfaces and bodies sampled finely, and for every cell the character and the two
+//! colours that come nearest to them; over these its lines, as dots of Braille.
 //!
 //! Terminals with few colours get lines of Braille dots with solid bodies; those without Unicode get ASCII.
 
@@ -109,13 +109,17 @@ pub fn draw(buffer: &mut Buffer, area: Rect, picture: &Picture, look: &Appearanc
     let rows = u32::from(area.height) * down as u32;
     match look.style {
         MapStyle::Cells(blocks) => {
-            if let Some(pixmap) = raster::stretched(picture, columns, rows) {
-                let inks = colors::Inks::of(look.theme.map_road);
-                choice::write(buffer, area, &pixmap, blocks, inks);
+            let Some(surfaces) = raster::surfaces(picture, columns, rows) else {
+                return;
+            };
+            let inks = colors::Inks::of(look.theme.map_road);
+            choice::write(buffer, area, &surfaces, blocks, inks);
+            if let Some(lines) = dots::dots(picture, area, look.style) {
+                dots::write_over(buffer, area, &lines, &surfaces, inks);
             }
         }
         MapStyle::Braille | MapStyle::Ascii => {
-            if let Some(pixmap) = dots::dots(picture, columns, rows) {
+            if let Some(pixmap) = dots::dots(picture, area, look.style) {
                 dots::write(buffer, area, &pixmap, look);
             }
         }

@@ -151,6 +151,34 @@ fn lines_are_dots_and_bodies_are_solid() {
     );
 }
 
+#[test]
+fn lines_are_dots_over_surfaces_but_neither_over_bodies_nor_at_the_edge_of_the_road() {
+    let theme = inks(&theme(true));
+    let road = Color::rgb(80, 80, 80);
+    let marking = |p: &mut Picture, y| p.line(&[(0.0, y), (80.0, y)], Stroke::new(LINE, 1.0));
+    let buffer = drawn(
+        MapStyle::Cells(Blocks::Quadrants),
+        &theme,
+        "markings",
+        |p| {
+            p.rectangle(&area(0.0, 0.0, 80.0, 56.0), Some(road), None);
+            marking(p, 25.0);
+            marking(p, 56.0);
+            p.group("obstacles", None, |p| {
+                p.rectangle(&area(32.0, 16.0, 16.0, 16.0), Some(BODY), None);
+            });
+        },
+    );
+    let row = |y| (0..10).map(|x| buffer[(x, y)].symbol()).collect::<String>();
+    assert_eq!(row(1), "⠤⠤⠤⠄  ⠠⠤⠤⠤");
+    assert_eq!(
+        (buffer[(0, 1)].fg, buffer[(0, 1)].bg),
+        (ink(LINE), ink(road))
+    );
+    assert_eq!(buffer[(4, 1)].bg, ink(BODY));
+    assert_eq!(row(3), "▀▀▀▀▀▀▀▀▀▀");
+}
+
 /// Scenes with their ego: of a folder, or the bundled ones.
 fn scenes(folder: Option<&std::path::Path>) -> Vec<Scene> {
     let entries: Vec<Entry> = match folder {
@@ -201,6 +229,7 @@ fn picture(scene: &Scene, basemap: &Basemap, step: i64, size: (u16, u16), cell: 
         theme: &colors,
         filled: true,
         markings: true,
+        hollow: false,
         cell,
     };
     page.draw(
@@ -222,6 +251,8 @@ fn mask(symbol: char) -> Vec<bool> {
         match symbol {
             ' ' => false,
             '█' => true,
+            // Dots of lines, over one colour.
+            '\u{2800}'..='\u{28ff}' => false,
             '▁'..='▇' => 1.0 - y < f64::from(code - 0x2580) / 8.0,
             '▉'..='▏' => x < f64::from(0x2590 - code) / 8.0,
             _ => {
@@ -280,7 +311,7 @@ fn errors(picture: &Picture, size: (u16, u16), blocks: Blocks) -> (f64, f64) {
     );
     let (across, down) = SAMPLES;
     let (columns, rows) = (usize::from(size.0) * across, usize::from(size.1) * down);
-    let pixmap = crate::raster::stretched(picture, columns as u32, rows as u32).unwrap();
+    let pixmap = crate::raster::surfaces(picture, columns as u32, rows as u32).unwrap();
     let masks: Vec<(char, Vec<bool>)> = symbols(blocks).into_iter().map(|c| (c, mask(c))).collect();
     let rgb = |color: Ink| match color {
         Ink::Rgb(r, g, b) => [r, g, b].map(f64::from),
@@ -299,10 +330,10 @@ fn errors(picture: &Picture, size: (u16, u16), blocks: Blocks) -> (f64, f64) {
         let samples: Vec<[f64; 3]> = (0..across * down).map(sample).collect();
         let cell = &buffer[position];
         let covered = mask(cell.symbol().chars().next().unwrap());
-        let front = if cell.symbol() == " " {
-            cell.bg
-        } else {
+        let front = if covered.contains(&true) {
             cell.fg
+        } else {
+            cell.bg
         };
         chosen += error(&samples, &covered, [rgb(front), rgb(cell.bg)]);
         if samples.iter().all(|sample| *sample == samples[0]) {

@@ -76,7 +76,9 @@ impl Map<'_> {
             draw_overlays(self, p, &self.scene.overlays);
             draw_overlays(self, p, &self.scene.variation);
         });
-        picture.group("obstacles", None, |p| {
+        let hollow = self.workbench.is_some_and(|look| look.hollow);
+        let others = if hollow { "outlines" } else { "obstacles" };
+        picture.group(others, None, |p| {
             let bodies = self.scene.bodies.iter();
             bodies.for_each(|body| draw_body(self, p, body));
         });
@@ -248,10 +250,10 @@ fn draw_overlays(map: &Map<'_>, picture: &mut Picture, overlays: &[Overlay]) {
     for overlay in overlays {
         match overlay {
             Overlay::Path(path) => {
-                // In the workbench quieter than bodies; in characters finer dashes would be a line.
+                // In the workbench quieter than bodies.
                 let (opacity, dash) = match map.workbench {
                     None => (1.0, 1.0),
-                    Some(look) => (0.7, if look.cell > 0.0 { 2.5 } else { 1.0 }),
+                    Some(look) => (0.7, look.dash()),
                 };
                 let color = map.color(path.role).at(opacity);
                 let stroke = match path.style {
@@ -332,6 +334,8 @@ pub struct WorkbenchMap<'a> {
     pub filled: bool,
     /// Whether lanes have their markings, or borders alone.
     pub markings: bool,
+    /// Whether bodies are outlined, so that they are told from the ego where there are no colours.
+    pub hollow: bool,
     /// Metres a character is wide; 0 for an image. On a map of characters the caller writes words, and an arrow in place
     /// of what is too small.
     pub cell: f64,
@@ -346,8 +350,9 @@ const STANDING: f64 = 0.3;
 /// The windscreen, in parts of the length from the rear.
 const SCREEN: (f64, f64) = (0.62, 0.8);
 
-/// How dark it is: the part of the way from the body's colour to the ground's.
-const GLASS: f64 = 0.4;
+/// How dark it is: the part of the way from the body's colour to the ground's; of sixteen colours neither the body's nor
+/// the road's.
+const GLASS: f64 = 0.28;
 
 /// Lamps: how long and how wide they are, in parts of the body, and the least, metres.
 const LAMP: (f64, f64, f64) = (0.1, 0.3, 0.4);
@@ -356,6 +361,11 @@ const LAMP: (f64, f64, f64) = (0.1, 0.3, 0.4);
 const ROOM: f64 = 3.0;
 
 impl WorkbenchMap<'_> {
+    /// How much longer dashes are than those of figures: in characters finer ones would be a line.
+    fn dash(&self) -> f64 {
+        if self.cell > 0.0 { 4.0 } else { 1.0 }
+    }
+
     /// Where everybody was and goes, and how fast.
     fn trails(&self, map: &Map<'_>, picture: &mut Picture) {
         let trails = map.scene.trails.iter();
@@ -371,7 +381,8 @@ impl WorkbenchMap<'_> {
             Owner::Obstacle(_) => self.theme.trail,
         };
         picture.line(&spots(map, trail.past), Stroke::new(color, 0.9));
-        let ahead = Stroke::new(color.at(0.7), 0.8).dashed(&[4.0, 4.0]);
+        let dash = 4.0 * self.dash();
+        let ahead = Stroke::new(color.at(0.7), 0.8).dashed(&[dash, dash]);
         picture.line(&spots(map, trail.future), ahead);
     }
 
@@ -403,10 +414,12 @@ impl WorkbenchMap<'_> {
             return;
         }
         let color = map.color(body.role);
+        let hollow = self.hollow && body.owner != Owner::Ego;
         for ring in rings {
-            picture.polygon(ring, Some(color), None);
+            let edge = hollow.then(|| Stroke::new(color, 0.5));
+            picture.polygon(ring, Some(color), edge);
         }
-        if !body.has_front || body.length() < ROOM * self.cell {
+        if hollow || !body.has_front || body.length() < ROOM * self.cell {
             return;
         }
         let (rear, front) = body.along;

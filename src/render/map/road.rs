@@ -12,8 +12,6 @@ use crate::scene::{
 
 /// Width of a painted line, metres.
 const LINE: f64 = 0.15;
-/// On a map of characters it is at most so wide, points: an eighth of a character.
-const FINE: f64 = 0.8;
 /// Stripes that lean less than this, as a slope, are upright or across.
 const UPRIGHT: f64 = 0.15;
 /// Where a character is wider than this, metres, the surface alone shows the road: lines within it would run together.
@@ -29,6 +27,11 @@ pub fn draw(map: &Map<'_>, picture: &mut Picture) {
             roads.for_each(|road| surface(map, p, road));
         }
     });
+    if let Some(look) = map.workbench {
+        picture.group("junctions", None, |p| {
+            merged(map, p, look.theme.map_junction, &|s| s.is_crossed);
+        });
+    }
     picture.group("crossings", None, |p| {
         let crossings = surfaces().filter(|s| s.kind == SurfaceKind::Crossing);
         crossings.for_each(|s| crossing(map, p, s));
@@ -50,23 +53,13 @@ fn surface(map: &Map<'_>, picture: &mut Picture, surface: &Surface) {
     picture.polygon(&ring, Some(color), Some(Stroke::new(color, 0.5).rounded()));
 }
 
-/// All surfaces of a kind as one, so that there are no seams between neighbours; roads over what lies beside them, and
-/// junctions over the lanes that lead through them.
+/// Roads over what lies beside them; junctions go over the lanes that lead through them.
 fn grounds(map: &Map<'_>, theme: &Theme<Color>, picture: &mut Picture) {
     use SurfaceKind as K;
     let (road, beside) = (theme.map_road, theme.map_ground);
     let of_kind = |kinds: &'static [K]| move |s: &Surface| kinds.contains(&s.kind);
-    let mut merged = |color, is_meant: &dyn Fn(&Surface) -> bool| {
-        let meant = map.scene.surfaces.iter().filter(|s| is_meant(s));
-        let path: Vec<Segment> = meant.flat_map(|s| closed(&map.view.all(&s.ring))).collect();
-        picture
-            .items
-            .extend((!path.is_empty()).then_some(Item::Path {
-                path,
-                fill: Some(color),
-                stroke: None,
-            }));
-    };
+    let mut merged =
+        |color, is_meant: &dyn Fn(&Surface) -> bool| merged(map, picture, color, is_meant);
     merged(road.towards(beside, 0.55), &of_kind(&[K::Verge]));
     merged(theme.map_path, &of_kind(&[K::Sidewalk, K::Bicycle]));
     merged(
@@ -74,7 +67,20 @@ fn grounds(map: &Map<'_>, theme: &Theme<Color>, picture: &mut Picture) {
         &of_kind(&[K::Shoulder, K::Parking]),
     );
     merged(road, &of_kind(&[K::Driving, K::Bus, K::Crossing]));
-    merged(theme.map_junction, &|s| s.is_crossed);
+}
+
+/// All surfaces that are meant as one, so that there are no seams between neighbours.
+fn merged(map: &Map<'_>, picture: &mut Picture, color: Color, is_meant: &dyn Fn(&Surface) -> bool) {
+    let meant = map.scene.surfaces.iter().filter(|s| is_meant(s));
+    let path: Vec<Segment> = meant.flat_map(|s| closed(&map.view.all(&s.ring))).collect();
+    let fill = Some(color);
+    picture
+        .items
+        .extend((!path.is_empty()).then_some(Item::Path {
+            path,
+            fill,
+            stroke: None,
+        }));
 }
 
 /// Stripes along the way of those who drive, as they are painted on the road.
@@ -125,15 +131,10 @@ fn finest(map: &Map<'_>, crossing: &Surface) -> f64 {
 }
 
 fn border(map: &Map<'_>, picture: &mut Picture, border: &Border) {
-    let mut width = map.points(LINE).clamp(0.35, 1.6);
-    if let Some(look) = &map.workbench {
-        if look.cell > 0.0 {
-            width = width.min(FINE);
-        }
-        if !look.markings {
-            let stroke = Stroke::new(map.palette.lane_dashed, 0.5 * width);
-            return picture.line(&map.view.all(&border.points), stroke);
-        }
+    let width = map.points(LINE).clamp(0.35, 1.6);
+    if map.workbench.is_some_and(|look| !look.markings) {
+        let stroke = Stroke::new(map.palette.lane_dashed, 0.5 * width);
+        return picture.line(&map.view.all(&border.points), stroke);
     }
     for line in border.lines {
         if map
@@ -153,10 +154,10 @@ fn border(map: &Map<'_>, picture: &mut Picture, border: &Border) {
     }
 }
 
-/// In the workbench borders of which nothing is known are not drawn across the lanes of a junction; where there are lines
-/// alone none is. From far away only painted ones are.
+/// In the workbench borders of which nothing is known are not drawn across the lanes of a junction; in characters none
+/// is. From far away only painted ones are.
 fn is_left_out(look: &WorkbenchMap<'_>, border: &Border, paint: Paint) -> bool {
-    if border.is_crossed && !look.filled {
+    if border.is_crossed && look.cell > 0.0 {
         return true;
     }
     match paint {

@@ -17,9 +17,7 @@ use bodies::positions;
 
 pub use bodies::{Body, Contact, Importance, Trail, TrailSpan};
 pub use borders::{Border, DASH, MarkingLine, Paint, offset};
-pub use road::{
-    Basemap, DirectionArrow, GoalArea, Region, RegionKind, STRIPE, StopLine, Surface, SurfaceKind,
-};
+pub use road::{Basemap, GoalArea, Region, RegionKind, STRIPE, StopLine, Surface, SurfaceKind};
 
 /// Who or what a thing on the map is about: a backend has a colour for each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

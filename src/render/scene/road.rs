@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use nearmiss_base::geometry::{Bounds, Point, Polyline, Shape, Vector};
+use nearmiss_base::geometry::{Bounds, Point, Polyline, Shape};
 use nearmiss_scene::scenario::{
     Bound, Lanelet, LaneletType, LineMarking, ObstacleRole, Position, Prediction, Scenario,
 };
@@ -10,9 +10,6 @@ use nearmiss_scene::scenario::{
 use super::borders::{Border, DrivenSurfaces, borders};
 use super::{MapRequest, Viewport};
 
-/// Metres from one arrow of the driving direction to the next, and the length of its legs along and across the lane.
-const ARROWS_APART: f64 = 18.0;
-const ARROW: f64 = 0.8;
 /// Width of a stripe of a crossing and of the gap beside it, metres.
 pub const STRIPE: f64 = 0.5;
 /// Metres between the points along the middle of a lane at which it may be crossed.
@@ -69,20 +66,9 @@ pub struct Surface {
     pub(super) left_points: usize,
     /// The box around it.
     pub bounds: Bounds,
-    /// Arrows of the driving direction, where it is driven in one.
-    pub arrows: Vec<DirectionArrow>,
     /// Whether other lanes cross it, as within a junction.
     pub is_crossed: bool,
     edges: Option<(Polyline, Polyline)>,
-}
-
-/// A chevron that points in the driving direction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DirectionArrow {
-    /// The foremost point.
-    pub tip: Point,
-    /// The ends of its legs.
-    pub tails: [Point; 2],
 }
 
 /// A line to stop at.
@@ -160,28 +146,15 @@ impl SurfaceKind {
 impl Surface {
     pub(super) fn new(lanelet: &Lanelet, bounds: Bounds) -> Self {
         let line = |bound: &Bound| Polyline::new(bound.points.iter().copied());
-        let mut surface = Self {
+        Self {
             lanelet: lanelet.id,
             kind: SurfaceKind::from_lanelet(lanelet),
             ring: lanelet.ring(),
             left_points: lanelet.left.points.len(),
             bounds,
-            arrows: Vec::new(),
             is_crossed: false,
             edges: line(&lanelet.left).zip(line(&lanelet.right)),
-        };
-        let undriven = [
-            LaneletType::Sidewalk,
-            LaneletType::Border,
-            LaneletType::Crosswalk,
-        ];
-        if lanelet.users_bidirectional.is_empty()
-            && !lanelet.types.iter().any(|t| undriven.contains(t))
-        {
-            let lines = surface.across(ARROWS_APART, 0.5);
-            surface.arrows = lines.filter_map(DirectionArrow::across).collect();
         }
-        surface
     }
 
     /// The points of both edges at a part of their lengths, 0 to 1.
@@ -228,25 +201,6 @@ impl Surface {
             [a, b, c, d]
         };
         (0..count as usize).map(stripe).collect()
-    }
-}
-
-impl DirectionArrow {
-    /// The arrow in the middle of a line across a lane; `None` where the lane is too narrow.
-    fn across((left, right): (Point, Point)) -> Option<Self> {
-        let width = (right - left).norm();
-        if width < 2.0 * ARROW {
-            return None;
-        }
-        let aside = (right - left) / width;
-        let forward = Vector::new(-aside.y, aside.x);
-        let middle = nalgebra::center(&left, &right);
-        let tip = middle + forward * ARROW;
-        let tail = |side: f64| tip - forward * ARROW + aside * (side * ARROW);
-        Some(Self {
-            tip,
-            tails: [tail(1.0), tail(-1.0)],
-        })
     }
 }
 

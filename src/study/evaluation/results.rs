@@ -384,16 +384,6 @@ mod tests {
     use nearmiss_scene::verdict::{Task, Verdict};
 
     fn scored(scenario: &str, status: AnswerStatus, truth: Option<bool>) -> Scored {
-        let verdict = Verdict {
-            task: Task::Collision,
-            dangerous: true,
-            obstacles: Vec::new(),
-            justification: String::new(),
-            critical: None,
-            probability: None,
-            token_probability: None,
-            unknown: Vec::new(),
-        };
         let label = |collides| {
             if collides {
                 Label::Collision(None)
@@ -401,9 +391,8 @@ mod tests {
                 Label::Safe
             }
         };
-        let mut scored = Scored::built_in(scenario, "m/x", truth.map(label), verdict);
-        scored.status = status;
-        scored
+        let truth = truth.map(label);
+        Scored::built_in(scenario, "m/x", Task::Collision, truth, status)
     }
 
     fn said(dangerous: bool) -> AnswerStatus {

@@ -177,13 +177,19 @@ impl Scored {
         self.critical = critical.unwrap_or_default();
     }
 
-    /// The answer of a built-in predictor, which is asked without a prompt.
+    /// What a built-in predictor says, which is asked without a prompt.
     #[must_use]
-    pub fn built_in(scenario: &str, model: &str, truth: Option<Label>, verdict: Verdict) -> Self {
+    pub fn built_in(
+        scenario: &str,
+        model: &str,
+        task: Task,
+        truth: Option<Label>,
+        status: AnswerStatus,
+    ) -> Self {
         Self {
             scenario: scenario.into(),
             configuration: PromptConfig {
-                task: verdict.task,
+                task,
                 frame: None,
                 techniques: None,
                 model: model.into(),
@@ -193,7 +199,7 @@ impl Scored {
             sample: 0,
             truth,
             critical: truth.map(Label::critical).unwrap_or_default(),
-            status: AnswerStatus::Verdict(verdict),
+            status,
             reference: None,
             window: None,
             consumed: Consumed::default(),

@@ -71,8 +71,9 @@ pub(crate) fn collisions_found(model: &str, found: u32, all: u32) -> Vec<Scored>
         Scored::built_in(
             &format!("S{i}"),
             model,
+            Task::Safety,
             Some(Label::Collision(None)),
-            verdict,
+            AnswerStatus::Verdict(verdict),
         )
     };
     (0..all).map(one).collect()

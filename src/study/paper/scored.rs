@@ -104,9 +104,10 @@ fn status(answer: &Recorded) -> AnswerStatus {
 }
 
 fn of_judge(name: &str, truth: Option<Label>, verdict: &Verdict) -> Scored {
+    let status = AnswerStatus::Verdict(verdict.clone());
     Scored {
         reference: Some(verdict.clone()),
-        ..Scored::built_in(name, judge::MODEL, truth, verdict.clone())
+        ..Scored::built_in(name, judge::MODEL, verdict.task, truth, status)
     }
 }
 

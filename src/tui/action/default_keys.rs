@@ -416,8 +416,10 @@ table! {
     NextAnswer, Compare, "next-answer", "]", 9, "answer", "The next answer in this column.";
     MoreColumns, Compare, "more-columns", "+" | "=", 11, "columns", "Add a column.";
     FewerColumns, Compare, "fewer-columns", "-", 11, "columns", "Remove this column.";
-    NextClaim, Compare, "next-claim", "n" | ")", 5, "claim", "Go to the next claim: its obstacle is picked, the clock goes to its step.";
+    NextClaim, Compare, "next-claim", "n" | ")", 5, "claim", "Go to the next claim, wrong ones first: its obstacle is picked, linked columns scroll to it, the clock goes to its step.";
     PreviousClaim, Compare, "previous-claim", "shift-n" | "(", 5, "claim", "Previous claim.";
+    PreviousObstacle, Compare, "previous-obstacle", "{", 12, "obstacle", "Pick the previous obstacle that an answer speaks of.";
+    NextObstacle, Compare, "next-obstacle", "}", 12, "obstacle", "Pick the next obstacle that an answer speaks of; linked columns scroll to where they do.";
     StepBack, Compare, "step-back", ",", 0, "step", "One time step back.";
     StepForward, Compare, "step-forward", ".", 0, "step", "One time step forward.";
     BlindMode, Compare, "blind", "shift-b", 8, "blind", "Hide the models and shuffle the answers, or show them again.";

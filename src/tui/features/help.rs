@@ -24,6 +24,21 @@ pub struct HelpScreen {
     /// The filter text.
     pub typed: String,
     scroll: usize,
+    /// The keys of the window that it was opened over.
+    window: Vec<Hint>,
+}
+
+/// Opens it over what is open.
+pub fn open(model: &mut Model) {
+    let top = model
+        .screens
+        .top()
+        .filter(|top| top.scope() == Scope::Window);
+    let window = top.map_or(Vec::new(), |top| top.hints(model));
+    model.screens.open(HelpScreen {
+        window,
+        ..HelpScreen::default()
+    });
 }
 
 impl Screen for HelpScreen {
@@ -59,7 +74,7 @@ impl Screen for HelpScreen {
             "" => "keys".to_string(),
             typed => format!("keys · {}▏", fit(typed, 30)),
         };
-        let text = text(model, &self.typed, window::text_width(screen));
+        let text = text(model, self, window::text_width(screen));
         window::scrolled_in(
             frame,
             screen,
@@ -84,11 +99,11 @@ impl Screen for HelpScreen {
 /// A part of the list: its title, and its keys or signs with what they mean.
 type Part = (String, Vec<(String, String)>);
 
-fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
+fn text(model: &Model, help: &HelpScreen, columns: usize) -> Text<'static> {
     let theme = &model.theme;
     let title = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
     let key = Style::new().fg(theme.accent).add_modifier(Modifier::BOLD);
-    let parts = parts(model, typed);
+    let parts = parts(model, help);
     let rows = || parts.iter().flat_map(|(_, rows)| rows);
     let widest = rows().map(|(keys, _)| keys.width()).max().unwrap_or(0);
     let width = widest.clamp(KEYS.0, KEYS.1);
@@ -109,15 +124,15 @@ fn text(model: &Model, typed: &str, columns: usize) -> Text<'static> {
         text.push_line("");
     }
     if parts.is_empty() {
-        let nothing = format!("no key or action matches `{}`", fit(typed, 30));
+        let nothing = format!("no key or action matches `{}`", fit(&help.typed, 30));
         text.push_line(Line::styled(nothing, Style::new().fg(theme.dim)));
     }
     text
 }
 
 /// Matching rows; every typed word must be in a row.
-fn parts(model: &Model, typed: &str) -> Vec<Part> {
-    let typed = typed.to_lowercase();
+fn parts(model: &Model, help: &HelpScreen) -> Vec<Part> {
+    let typed = help.typed.to_lowercase();
     let matches = |row: &str| {
         let row = row.to_lowercase();
         typed.split_whitespace().all(|word| row.contains(word))
@@ -142,7 +157,11 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
         }
         parts.push((title, rows));
     };
-    let here = here(model);
+    let here = if help.window.is_empty() {
+        here(model)
+    } else {
+        (Scope::Window, &[][..])
+    };
     let of_scope = |scope: Scope| ACTIONS.iter().filter(move |entry| entry.scope == scope);
     let in_pane = |entry: &Entry| entry.scope == Scope::Global && here.1.contains(&entry.action);
     if here.0 != Scope::Global {
@@ -162,6 +181,11 @@ fn parts(model: &Model, typed: &str) -> Vec<Part> {
         if scope != Scope::Global && scope != here.0 {
             add(words.to_string(), &mut of_scope(scope));
         }
+    }
+    if let Some((_, rows)) = parts.first_mut().filter(|_| here.0 == Scope::Window) {
+        let hints = help.window.iter();
+        let matching = hints.filter(|(keys, words)| matches(&format!("{keys} {words}")));
+        rows.splice(0..0, matching.cloned());
     }
     let rules = rules(model).into_iter();
     let rules: Vec<_> = rules
@@ -253,7 +277,7 @@ fn rules(model: &Model) -> Vec<(String, String)> {
 const LIST_SIGNS: [(&str, &str); 6] = [
     (
         "0X 3",
-        "severity of the moment that matters: 0 contact, 1 conflict, 2 near miss, 3 course to contact, 4 later course or pass, 5 none of these; X: contact",
+        "severity of the moment that matters, less is worse: 0 contact, 1 conflict, 2 near miss, 3 course to contact, 4 later course or pass, 5 none of these; X: contact",
     ),
     ("– !", "no ego or no value; the file cannot be read"),
     ("· …", "not read yet; being computed"),
@@ -268,7 +292,11 @@ const LIST_SIGNS: [(&str, &str); 6] = [
     ("▸ *", "the selected scenario; marked ones"),
 ];
 
-const SIGNS: [(&str, &str); 4] = [
+const SIGNS: [(&str, &str); 5] = [
+    (
+        "risk 0–5",
+        "risk score of one obstacle at one step, less is worse: 0 collision, 1 extreme, 2 high, 3 medium, 4 low, 5 negligible; the severity in the list is of a whole recording",
+    ),
     ("X", "contact: in the list, on the map and on the timeline"),
     ("!", "on the map: risk score 1 or 0"),
     (

@@ -46,7 +46,7 @@ pub use screen::{Screen, Screens, Step, act, moves_scene};
 pub fn open(model: &mut Model, action: Action) -> Option<Vec<Effect>> {
     use Action::*;
     match action {
-        Help => model.screens.open(help::HelpScreen::default()),
+        Help => help::open(model),
         About => model.screens.open(about::AboutScreen::default()),
         Values => model.screens.open(values::ValuesScreen::default()),
         Details => details::open(model),

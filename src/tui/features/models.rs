@@ -8,6 +8,8 @@ use crate::features::Step;
 use crate::features::picker::Choice;
 use crate::model::{Model, Picker, models_shown};
 use crate::widgets::{picker, window};
+use nearmiss_scene::judge;
+use nearmiss_study::evaluation::RECORDED;
 
 /// Models by id.
 #[derive(Debug)]
@@ -19,6 +21,26 @@ pub struct Models {
 impl Choice for Models {
     fn count(&self, model: &Model, picker: &Picker) -> usize {
         models_shown(model, picker).len()
+    }
+
+    /// The model in use, unless another one is to be asked, or the one asked last, or the first that is at hand: the
+    /// built-in judge reads no prompt.
+    fn first(&self, model: &Model) -> usize {
+        let shown = models_shown(model, &Picker::default());
+        let reads = |id: &&String| {
+            let is_other = !self.ask || **id != model.model;
+            is_other && **id != judge::MODEL && !id.starts_with(RECORDED)
+        };
+        let asked = model.answers.columns.iter().rev().map(|c| &c.model);
+        let lacks_key = |id: &str| {
+            let offer = model.offers.iter().find(|offer| offer.id == id);
+            offer.is_some_and(|offer| matches!(offer.key, Some((_, false))))
+        };
+        let at_hand = shown.iter().filter(|id| !lacks_key(id));
+        let mut all = std::iter::once(&model.model).chain(asked).chain(at_hand);
+        let first = all.find(reads);
+        let place = first.and_then(|first| shown.iter().position(|id| id == first));
+        place.unwrap_or(0)
     }
 
     fn choose(&mut self, model: &mut Model, picker: &Picker) -> Step {
@@ -70,6 +92,9 @@ impl Choice for Models {
 
 /// The price of a model, per 1M tokens and of the question as it stands, and what it lacks.
 fn note(model: &Model, id: &str) -> String {
+    if id.starts_with(RECORDED) {
+        return "imported answers".into();
+    }
     let prices = &model.prompt.prices;
     let offer = model.offers.iter().find(|o| o.id == id);
     let mut parts = Vec::new();

@@ -29,10 +29,7 @@ const STEPS: [(Action, &str); 8] = [
         Action::BlindMode,
         "hides who answered, so that 1, 2 or t rates them",
     ),
-    (
-        Action::Results,
-        "counts all answers against the truth (Esc closes what is open)",
-    ),
+    (Action::Results, "counts all answers against the truth"),
     (
         Action::Generate,
         "makes the scenario dangerous, and proves that a good driver survives it",
@@ -49,6 +46,19 @@ pub fn follow(model: &mut Model, action: Action) {
     }
 }
 
+/// The keys of an action from where the user is; what hides the main screen and its menus is closed first.
+fn key(model: &Model, action: Action) -> String {
+    let own = model.look.keymap.key_in(action, model.scope());
+    if !own.is_empty() {
+        return own;
+    }
+    let key = model.look.key(action);
+    if model.screens.is_empty() && !model.compare.hides() && !model.prompt.editing {
+        return key;
+    }
+    format!("{} {key}", model.look.key(Action::Cancel))
+}
+
 /// Draws its line over the first one of the screen.
 pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let shown = model.tour.filter(|_| !model.drawn.is_for_picture());
@@ -59,12 +69,7 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         .add_modifier(Modifier::REVERSED);
     let words = match STEPS.get(step) {
         Some((action, words)) => {
-            let key = model.look.keymap.key_in(*action, model.scope());
-            let key = if key.is_empty() {
-                model.look.key(*action)
-            } else {
-                key
-            };
+            let key = key(model, *action);
             format!(" tour {}/{} · {key} {words} ", step + 1, STEPS.len())
         }
         None => {

@@ -8,7 +8,7 @@ use crate::loaded::{CertificateDrive, CycleShown, Opened, PlannedEgo};
 use nearmiss_ask::prompts::Library;
 use nearmiss_drive::generation::attacker::{self, Candidate};
 use nearmiss_drive::generation::{
-    Attack, AttackStyle, Avoidability, ClosedLoop, Effect, Effort, EvasiveReview, GateEvidence,
+    Attack, AttackStyle, Avoidability, ClosedLoop, Effect, Effort, EvasionRecord, GateEvidence,
     JointChange, Plausibility, Progress, Refusal, SearchResult, SelectedAttack, Variant, Wish,
 };
 use nearmiss_drive::planner::{Cancel, Forecast};
@@ -242,7 +242,8 @@ impl VariantDisplay {
         let latest = chosen.avoidability.latest();
         Ok(GeneratedVariant {
             file: self.file,
-            good_driver: latest.map(|(_, way)| way.review(&self.closed, &effect)),
+            good_driver: latest
+                .map(|(_, way)| EvasionRecord::new(way, &way.review(&self.closed, &effect), None)),
             closed: self.closed,
             asked,
             change,
@@ -351,7 +352,7 @@ pub struct GeneratedVariant {
     /// Whether a good driver avoids it.
     pub avoidability: Avoidability,
     /// What the driver of the longest reaction time who avoids it does; `None` where there is none.
-    pub good_driver: Option<EvasiveReview>,
+    pub good_driver: Option<EvasionRecord>,
     /// The gate's evidence of each changed motion.
     pub passed: Vec<GateEvidence>,
     /// How its attackers move.

@@ -5,7 +5,7 @@ use std::cell::{Cell, RefCell};
 use ratatui::layout::{Position, Rect};
 
 use crate::action::Action;
-use crate::model::{Border, Pane, ResultsDrawn, ShownAnswer};
+use crate::model::{Border, Pane, ResultsDrawn, ShownAnswer, TextChanges};
 use crate::widgets::long_text::Reading;
 use nearmiss_base::geometry::Point;
 use nearmiss_render::Picture;
@@ -40,6 +40,8 @@ pub struct Readings {
     pub system: Reading,
     /// The user's message.
     pub user: Reading,
+    /// What an answer says otherwise than the one before.
+    pub changes: TextChanges,
     /// The built-in judge's reasoning, then the answers by their columns.
     answers: Vec<Reading>,
 }
@@ -49,6 +51,7 @@ impl Default for Readings {
         Self {
             system: Reading::markdown(),
             user: Reading::markdown(),
+            changes: TextChanges::default(),
             answers: Vec::new(),
         }
     }

@@ -134,7 +134,9 @@ fn take_up_session(model: &mut Model, ego: &EgoSelection, folders: &Folders) {
 /// Restores drafts that an earlier session left in the editor and reports it; returns errors of unreadable ones.
 fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
     let mut files = Vec::new();
-    let mut complaints = Vec::new();
+    let seconds = file::second_drafts(&folders.drafts());
+    let told = |path: PathBuf| format!("a second draft, not in use: {}", shown_path(&path));
+    let mut complaints: Vec<String> = seconds.into_iter().map(told).collect();
     for (file, draft) in file::read_drafts(&folders.drafts()) {
         let draft = match draft {
             Ok(text) => text,
@@ -147,6 +149,7 @@ fn take_up_drafts(model: &mut Model, folders: &Folders) -> Vec<String> {
             .library
             .source(&file)
             .is_some_and(|(text, _)| text.trim_end() == draft.trim_end());
+        model.prompt.found.insert(file.clone(), draft.clone());
         if !same {
             files.push(file.clone());
             model.prompt.take_up(file, draft);

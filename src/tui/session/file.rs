@@ -67,17 +67,60 @@ pub fn read(folder: &Path, paths: &[SavedLocation]) -> Result<Option<Session>, S
         .map_err(|error| format!("{}: {error}", said.file))
 }
 
-/// Writes a draft, or removes it where there is none any more.
-///
-/// # Errors
-/// It cannot be written: the file and why.
-pub fn keep(folder: &Path, file: &str, draft: Option<&str>) -> Result<(), String> {
-    let path = folder.join(file);
-    let kept = match draft {
-        Some(text) => Folders::write(&path, text),
-        None => remove(&path),
+/// A draft of a template as this instance of the program keeps it.
+#[derive(Debug)]
+pub struct KeptDraft {
+    path: PathBuf,
+    /// What this instance read or wrote there.
+    text: Option<String>,
+}
+
+impl KeptDraft {
+    /// Of the template in a file; `found` is what was there at the start.
+    #[must_use]
+    pub fn new(folder: &Path, file: &str, found: Option<String>) -> Self {
+        let path = folder.join(file);
+        Self { path, text: found }
+    }
+
+    /// Writes a draft, or removes it where there is none any more. What another instance wrote there since stays: this
+    /// draft goes to a file beside it from now on, which is returned then.
+    ///
+    /// # Errors
+    /// It cannot be written: the file and why.
+    pub fn keep(&mut self, draft: Option<&str>) -> Result<Option<&Path>, String> {
+        // No other instance writes between reading and writing, where folders can be locked.
+        let parent = self.path.parent();
+        let folder = parent.and_then(|folder| std::fs::File::open(folder).ok());
+        let _locked = folder.as_ref().map(std::fs::File::lock);
+        let there = std::fs::read(&self.path).ok();
+        let is = |text: Option<&str>| there.as_deref() == text.map(str::as_bytes);
+        let is_foreign = there.is_some() && !is(self.text.as_deref()) && !is(draft);
+        if is_foreign && draft.is_some() {
+            self.path = beside(&self.path);
+        }
+        let kept = match draft {
+            Some(text) => Folders::write(&self.path, text),
+            None if is_foreign => Ok(()),
+            None => remove(&self.path),
+        };
+        let why = |error| format!("{}: {}", self.path.display(), system::error_text(&error));
+        kept.map_err(why)?;
+        self.text = draft.map(Into::into);
+        Ok((is_foreign && draft.is_some()).then_some(&self.path))
+    }
+}
+
+/// A file beside another one that is not there yet: `a.md.2`.
+#[must_use]
+pub fn beside(path: &Path) -> PathBuf {
+    let numbered = |number: u32| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(format!(".{number}"));
+        PathBuf::from(name)
     };
-    kept.map_err(|error| format!("{}: {}", path.display(), system::error_text(&error)))
+    let mut all = (2..).map(numbered);
+    all.find(|path| !path.exists()).unwrap_or_default()
 }
 
 fn remove(path: &Path) -> std::io::Result<()> {
@@ -85,6 +128,26 @@ fn remove(path: &Path) -> std::io::Result<()> {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
         _ => Ok(()),
     }
+}
+
+/// Drafts that another instance of the program kept beside another one; where that is gone, they take its place.
+pub fn second_drafts(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut found: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    let is_number = |path: &Path| {
+        let end = path.extension().and_then(|end| end.to_str());
+        end.is_some_and(|end| end.parse::<u32>().is_ok())
+    };
+    found.retain(|path| {
+        is_number(path) && path.with_extension("").extension() == Some("md".as_ref())
+    });
+    found.sort();
+    let takes_place = |path: &PathBuf| {
+        let first = path.with_extension("");
+        !first.exists() && std::fs::rename(path, first).is_ok()
+    };
+    found.retain(|path| !takes_place(path));
+    found
 }
 
 /// Drafts that an earlier session left in the editor, by file; or why they cannot be read.
@@ -210,6 +273,35 @@ mod tests {
         assert_eq!(files(folder.path()).len(), MAX_SESSIONS);
         let there = |name: &str| folder.path().join(name).exists();
         assert!(there("bundled.json") && there("104.json") && !there("005.json"));
+    }
+
+    #[test]
+    fn two_instances_lose_no_draft() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = folder.path();
+        let read = |name: &str| std::fs::read_to_string(at.join(name)).ok();
+        std::fs::write(at.join("a.md"), "old").unwrap();
+        let start = || KeptDraft::new(at, "a.md", Some("old".into()));
+        let (mut one, mut two) = (start(), start());
+        assert_eq!(one.keep(Some("one")), Ok(None));
+        let second = at.join("a.md.2");
+        assert_eq!(two.keep(Some("two")), Ok(Some(second.as_path())));
+        // Each goes on in its own file, and is told once.
+        assert_eq!(one.keep(Some("one more")), Ok(None));
+        assert_eq!(two.keep(Some("two more")), Ok(None));
+        assert_eq!(read("a.md").unwrap(), "one more");
+        assert_eq!(read("a.md.2").unwrap(), "two more");
+        // An instance without a draft removes none of others.
+        assert_eq!(start().keep(None), Ok(None));
+        assert_eq!(KeptDraft::new(at, "a.md", None).keep(None), Ok(None));
+        assert_eq!(read("a.md").unwrap(), "one more");
+        let third = at.join("a.md.3");
+        assert_eq!(start().keep(Some("three")), Ok(Some(third.as_path())));
+        assert_eq!(second_drafts(at), [second.clone(), third.clone()]);
+        // The first is saved as a template: the next start has the second.
+        assert_eq!(one.keep(None), Ok(None));
+        assert_eq!(second_drafts(at), [third]);
+        assert_eq!(read("a.md").unwrap(), "two more");
     }
 
     #[test]

@@ -7,7 +7,8 @@ use crate::message::{Effect, Msg};
 use crate::model::{Pane, Progress, ShownAnswer, WindowsToJudge};
 use crate::tests::bench::{self, Bench, answer, no_verdict};
 use crate::update::update;
-use nearmiss_ask::llm::{Chunk, Dialect, Discovered};
+use nearmiss_ask::llm::{Chunk, Dialect, Discovered, ModelOffer};
+use nearmiss_scene::judge;
 use nearmiss_scene::verdict::{CriticalObstacle, ParseQuality, Task};
 use nearmiss_store::{Origin, RunId};
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, StoredOrigin};
@@ -67,6 +68,46 @@ fn models_of_this_machine_are_offered_once() {
     let frame = bench.frame(120, 40);
     assert_eq!(frame.matches("ollama/tiny").count(), 1, "{frame}");
     assert_eq!(frame.matches("lab/small").count(), 1, "{frame}");
+}
+
+#[test]
+fn the_chooser_begins_with_a_model_that_reads_the_prompt() {
+    let mut bench = Bench::bundled();
+    let offer = |id: &str, key| ModelOffer {
+        id: id.into(),
+        key,
+        warning: None,
+    };
+    bench.model.offers.clear();
+    bench.press("m enter");
+    assert_eq!(bench.model.model, judge::MODEL, "there is no other");
+    bench.model.offers = vec![
+        offer("far/a", Some(("FAR_KEY".into(), false))),
+        offer("lab/a", None),
+        offer("lab/b", None),
+    ];
+    bench.press("e x esc r enter");
+    assert_eq!(bench.model.model, "lab/a");
+    bench.model.model = "lab/b".into();
+    bench.press("m enter");
+    assert_eq!(bench.model.model, "lab/b");
+}
+
+#[test]
+fn letters_of_the_plot_stand_over_narrow_columns_too() {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let ids = ["lab/a-model-of-sorts", "lab/a-model-of-words", "lab/c"];
+    let said = ids.map(|id| answer(id, true, 301));
+    bench.send(Msg::reply::<LoadStored>((of, said.to_vec())));
+    let frame = bench.frame(100, 30);
+    let mut lines = frame.lines().skip(1);
+    let head = lines
+        .find(|line| line.contains("built-in"))
+        .unwrap_or_default();
+    for letter in ["a ", "b ", "c c"] {
+        assert!(head.contains(&format!(" {letter}")), "{frame}");
+    }
 }
 
 #[test]

@@ -121,7 +121,7 @@ fn columns_are_told_apart_by_the_way_they_were_asked() {
     let heads = |l: &&str| l.contains("built-in") && l.contains("│");
     let head = lines.iter().position(heads).unwrap();
     assert!(lines[head + 1].contains("│frame ") && lines[head + 1].contains(" ego"));
-    assert!(lines[head + 2].contains("│how ") && lines[head + 2].contains(" all"));
+    assert!(lines[head + 2].contains("│technique ") && lines[head + 2].contains(" all"));
 }
 
 #[test]

@@ -48,7 +48,7 @@ pub fn copied(bench: &Bench) -> Option<&str> {
 
 pub fn kept(bench: &Bench) -> Vec<(&str, Option<&str>)> {
     let kept = bench.effects.iter().filter_map(|e| match e.request() {
-        Some(KeepDraft(file, text)) => Some((file.as_str(), text.as_deref())),
+        Some(KeepDraft { file, draft, .. }) => Some((file.as_str(), draft.as_deref())),
         _ => None,
     });
     kept.collect()
@@ -57,6 +57,26 @@ pub fn kept(bench: &Bench) -> Vec<(&str, Option<&str>)> {
 pub fn said(bench: &Bench) -> String {
     let texts = bench.model.toasts.iter().map(|t| t.text.clone());
     texts.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn a_draft_that_cannot_be_kept_is_said_before_the_program_ends() {
+    let mut bench = with(Keys::Plain);
+    bench.press("e x esc");
+    bench.send(Msg::reply::<KeepDraft>(Err("the disk is full".into())));
+    assert!(
+        said(&bench).contains("not kept for the next start: the disk is full"),
+        "{}",
+        said(&bench)
+    );
+    let ends = |bench: &Bench| bench.effects.iter().any(|e| matches!(e, Effect::Quit));
+    bench.press("q");
+    assert!(!ends(&bench), "{}", said(&bench));
+    assert!(said(&bench).contains("q again quits without it"));
+    // Room again: it is kept, and nothing is asked.
+    bench.send(Msg::reply::<KeepDraft>(Ok(None)));
+    bench.press("right q");
+    assert!(ends(&bench), "{}", said(&bench));
 }
 
 #[test]

@@ -331,6 +331,30 @@ fn history_at_200_by_60() {
 }
 
 #[test]
+fn what_tells_runs_apart_is_whole_and_the_date_goes_first() {
+    let mut kept = Fixture::new();
+    let (name, model) = ("DEU_Aschaffenburg-26_12_T-1", "lab/gemini-1.5-pro");
+    kept.add(name, model, true, "it is near");
+    kept.press("ctrl-r");
+    let row = |columns| {
+        let frame = kept.bench.frame(columns, 24);
+        let row = frame.lines().find(|line| line.contains('▸')).unwrap();
+        row.to_string()
+    };
+    let narrow = row(80);
+    for words in [name, " gemini-1.5-pro ", "safety cart cp"] {
+        assert!(narrow.contains(words), "{words}: {narrow}");
+    }
+    assert!(row(60).contains(name), "{}", row(60));
+    let wide = row(220);
+    let places = [name, model, "safety cart", ":"].map(|words| wide.find(words));
+    assert!(
+        places.iter().all(Option::is_some) && places.is_sorted(),
+        "{wide}"
+    );
+}
+
+#[test]
 fn it_fits_every_size_and_its_keys_are_in_the_footer() {
     let mut kept = three();
     let last = kept.bench.frame(120, 30);

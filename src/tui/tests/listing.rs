@@ -54,16 +54,21 @@ pub fn surveyed() -> Bench {
     ]
     .into();
     let mut bench = Bench::bundled();
+    survey(&mut bench, &verdicts);
+    bench
+}
+
+/// All bundled scenarios are read.
+fn survey(bench: &mut Bench, verdicts: &Verdicts) {
     for (place, entry) in bundled().iter().enumerate() {
         let facts = Facts::read(
             entry,
             &EgoSelection::Beside,
             Thresholds::shipped(),
-            &verdicts,
+            verdicts,
         );
         bench.send(Msg::reply::<Survey>((place, facts)));
     }
-    bench
 }
 
 #[test]
@@ -236,6 +241,68 @@ fn sorting_by_the_same_again_turns_it_around() {
         !bench.effects.iter().any(ranked),
         "the risk is known with the facts"
     );
+}
+
+/// What the list orders the scenarios by that are severest, as its first rows show it.
+fn severest(bench: &Bench, count: usize) -> Vec<(u8, String)> {
+    let list = &bench.model.list;
+    let places = list.visible.iter().take(count);
+    let worst = places.map(|&p| {
+        let headline = list.rows[p].facts().unwrap().headline.as_ref().unwrap();
+        *headline.worst().unwrap()
+    });
+    let frame = bench.frame(200, 60);
+    worst
+        .map(|moment| {
+            let (value, unit) = moment.measured().unwrap();
+            let digits = if value < 10.0 { 2 } else { 1 };
+            let finer = format!("{value:.digits$} {unit}");
+            assert!(frame.contains(&finer), "{finer}: {frame}");
+            (moment.grade.number(), finer)
+        })
+        .collect()
+}
+
+#[test]
+fn four_keys_lead_to_the_severest_scenario_and_no_two_are_alike() {
+    let mut bench = surveyed();
+    bench.press("down down");
+    bench.press("space l s enter");
+    bench.send(Msg::Drawing);
+    let list = &bench.model.list;
+    assert_eq!((list.order, list.selected), (Order::Severity, 0));
+    assert_eq!(list.opened, Some(list.visible[0]), "it is open");
+    let mut all = severest(&bench, 8);
+    assert!(all.iter().map(|(grade, _)| grade).is_sorted());
+    all.dedup();
+    assert_eq!(all.len(), 8, "{all:?}");
+    // The same keys lead back to the order of before, and leave open what is open.
+    let opened = bench.model.list.opened;
+    bench.press("space l s enter");
+    bench.send(Msg::Drawing);
+    assert_eq!(bench.model.list.order, Order::Found);
+    assert_eq!(bench.model.list.opened, opened);
+}
+
+#[test]
+fn the_severest_is_opened_when_all_are_read_unless_a_key_came_before() {
+    for stays in [false, true] {
+        let mut bench = Bench::bundled();
+        bench.press("down");
+        let opened = bench.model.list.opened;
+        bench.press("space l s enter");
+        bench.send(Msg::Drawing);
+        assert_eq!(bench.model.list.opened, opened, "nothing is known yet");
+        if stays {
+            bench.press("right");
+        }
+        survey(&mut bench, &Verdicts::default());
+        bench.send(Msg::Drawing);
+        let list = &bench.model.list;
+        assert_ne!(list.visible[0], opened.unwrap());
+        let expected = if stays { opened } else { Some(list.visible[0]) };
+        assert_eq!(list.opened, expected);
+    }
 }
 
 #[test]
@@ -569,14 +636,15 @@ fn a_saved_variant_has_its_original_beside_it_and_opens_it() {
     bench.press("space g v");
     let words = bench.frame(100, 60);
     for part in [
-        "avoidable by a good driver",
+        "survivable: a good driver avoids it",
         "a saved variant: ",
         "Space g o",
+        "it passed the gate",
     ] {
         assert!(words.contains(part), "{part}: {words}");
     }
-    let driver = &made.good_driver.as_ref().unwrap();
-    let used = format!("{:.1} m/s²", driver.acceleration);
+    let driver = made.good_driver.as_ref().unwrap();
+    let used = format!("{:.1} m/s²", driver.max_acceleration.unwrap());
     assert!(words.contains(&used), "{used}: {words}");
     bench.press("space g v");
     bench.press("space m s");

@@ -285,7 +285,7 @@ fn the_panel_tells_everything_and_follows_the_clock() {
         "search, seed 1, at most ".into(),
         format!("X collision with {attacker}"),
         format!("{} → 0", effect.lowest_before().unwrap()),
-        "0.5 s      ".into(),
+        "avoided with 0.0".into(),
         format!("step {last}: recorded → changed"),
         "apart".into(),
         "until you quit".into(),
@@ -523,5 +523,140 @@ fn who_has_a_variant_needs_no_way_to_a_first_verdict() {
             !frame.contains("three keys") && !frame.contains("p play  m"),
             "{frame}"
         );
+    }
+}
+
+#[test]
+fn the_strip_names_three_drives_and_marks_the_contact() {
+    let mut bench = dangerous();
+    bench.press("space g v");
+    let strip = bench.model.strip().expect("a variant has a strip");
+    let contact = strip.attack.opened.contact().expect("a collision");
+    assert_eq!(contact.step, strip.attack.step);
+    let when = strip.attack.when();
+    let contact = format!(
+        "X contact {:.1} s",
+        contact.step as f64 * strip.attack.opened.scenario.dt()
+    );
+    let turned = format!("{} X", contact.trim_start_matches("X "));
+    let delay = made(&bench).avoidability.latest().map(|(delay, _)| delay);
+    let attacker = strip.attacker;
+    let title = |name: &str, ending: &str, moment: &crate::model::Moment<'_>| {
+        let series = moment.opened.series.as_ref().unwrap();
+        let (id, gap) = series.most_dangerous_at("distance", moment.step).unwrap();
+        format!(
+            "┌ {name} · {ending} · {gap:.1} m to {id} · {} ",
+            moment.when()
+        )
+    };
+    let mut titles = vec![
+        title("original, planned ego", "no contact", &strip.original),
+        title("attack", "X collision", &strip.attack),
+    ];
+    if let Some(survived) = &strip.survived {
+        let name = format!("good driver, reaction {:.1} s", delay.unwrap());
+        titles.push(title(&name, "no contact", survived));
+    }
+    for (columns, rows) in [(120, 40), (200, 60)] {
+        let frame = bench.frame(columns, rows);
+        let lines: Vec<&str> = frame.lines().collect();
+        let place = |words: &str| lines.iter().position(|line| line.contains(words));
+        // On a narrow screen the end of a title is left out.
+        let shown = |title: &String| match columns {
+            120 => title
+                .replace(&format!(" · {when}"), "")
+                .trim_end()
+                .to_string(),
+            _ => title.clone(),
+        };
+        let places: Vec<_> = titles.iter().map(|title| place(&shown(title))).collect();
+        assert!(places.iter().all(Option::is_some), "{titles:?}\n{frame}");
+        assert!(places.is_sorted(), "one below the other");
+        let gaps = place(&format!("┌ gap to {attacker}")).unwrap();
+        assert!(lines[gaps].contains("⠒⠒ attack"), "{frame}");
+        let below = lines[gaps + 1..].join("\n");
+        assert!(
+            below.contains(&contact) || below.contains(&turned),
+            "{frame}"
+        );
+        assert!(
+            below.contains("original"),
+            "a line is named at its end\n{frame}"
+        );
+        let rows_of_gaps = lines.len() - gaps - 1;
+        assert!(
+            rows_of_gaps * 100 / lines.len() >= 25,
+            "{rows_of_gaps}\n{frame}"
+        );
+    }
+}
+
+#[test]
+fn help_over_the_strip_begins_with_its_keys() {
+    let mut bench = dangerous();
+    bench.press("space g v ?");
+    let frame = bench.frame(200, 60);
+    let lines: Vec<&str> = frame.lines().collect();
+    let here = lines
+        .iter()
+        .position(|line| line.contains("here: in a window"));
+    let here = here.unwrap_or_else(|| panic!("{frame}"));
+    let always = lines
+        .iter()
+        .position(|line| line.contains("always"))
+        .unwrap();
+    for words in [
+        "Space g o",
+        "Space m g",
+        "Space g s",
+        "original or variant",
+        "good driver",
+    ] {
+        let keys = &lines[here..always];
+        assert!(
+            keys.iter().any(|line| line.contains(words)),
+            "{words}\n{frame}"
+        );
+    }
+    bench.type_text("good driver");
+    let found = bench.frame(200, 60);
+    assert!(found.contains("Space m g"), "{found}");
+}
+
+#[test]
+fn the_certificate_is_told_in_plain_words() {
+    let mut bench = dangerous();
+    let Some((delay, way)) = made(&bench)
+        .avoidability
+        .latest()
+        .map(|(d, way)| (d, way.clone()))
+    else {
+        return;
+    };
+    let effect = &made(&bench).effect;
+    let dt = made(&bench).closed.driver().dt();
+    let (departs, contact) = (way.reaction, effect.contact.unwrap().step);
+    let left = (contact - departs) as f64 * dt;
+    let driver = made(&bench).good_driver.clone().unwrap();
+    bench.press("space g v");
+    // Words are wrapped.
+    let frame = bench.frame(200, 100);
+    let panel: Vec<String> = { frame.lines() }
+        .filter_map(|line| line.rsplit_once('┃').map(|(line, _)| line.to_string()))
+        .filter_map(|line| line.rsplit_once('┃').map(|(_, words)| words.to_string()))
+        .collect();
+    let words = panel.join(" ");
+    let words = words.split_whitespace().collect::<Vec<_>>().join(" ");
+    for said in [
+        "survivable: a good driver avoids it".into(),
+        format!("at {:.1} s at the latest, ", departs as f64 * dt),
+        format!("and {left:.1} s before the contact"),
+        format!("peak {:.1} m/s²", driver.max_acceleration.unwrap()),
+        "ideal: knows all motions to come".into(),
+        format!("{delay:.1} s"),
+        "physically valid: it passed the gate".into(),
+        "(0 = collision)".into(),
+    ] {
+        assert!(words.contains(&said), "{said}\n{words}");
     }
 }

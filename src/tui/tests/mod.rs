@@ -29,5 +29,6 @@ mod reasoning;
 mod results;
 mod session;
 mod side_by_side;
+mod tour;
 mod values;
 mod written;

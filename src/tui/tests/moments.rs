@@ -1,5 +1,7 @@
 //! Moments: two on the map, the certificate, and the timeline.
 
+use std::time::Duration;
+
 use nearmiss_formats::bundled;
 use nearmiss_study::evaluation::Answer;
 use ratatui::layout::Position;
@@ -44,6 +46,72 @@ fn titles(bench: &Bench) -> String {
     let frame = bench.frame(SIZE.0, SIZE.1);
     let lines = frame.lines().filter(|line| line.contains("· step "));
     lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The title of the map where there is one of them.
+fn title(bench: &Bench) -> String {
+    let frame = bench.frame(SIZE.0, SIZE.1);
+    let mut lines = frame.lines();
+    lines.find(|line| line.contains(" map · ")).unwrap().into()
+}
+
+#[test]
+fn a_scenario_opens_at_the_moment_that_matters_and_its_map_says_why() {
+    for entry in bundled() {
+        let mut bench = making::open(&entry.name.to_lowercase());
+        let opened = bench.model.opened.clone().unwrap();
+        let moment = *opened.headline.as_ref().unwrap().worst().unwrap();
+        assert_eq!(bench.model.clock.step(), moment.step, "{}", entry.name);
+        assert_eq!(bench.model.picked, Some(moment.obstacle));
+        let hazard = moment.hazard.to_string();
+        let why = hazard.split(';').next().unwrap();
+        let collides = opened.headline.as_ref().unwrap().collides();
+        let sign = if collides { 'X' } else { '▼' };
+        let here = format!(" · {sign} {}: {why}", moment.obstacle);
+        assert!(title(&bench).contains(&here), "{}", title(&bench));
+        // Elsewhere it says when that is.
+        bench.press("home");
+        assert_eq!(bench.model.clock.step(), opened.steps().start);
+        let time = moment.step as f64 * opened.scenario.dt();
+        let when = format!(" · {sign} {time:.1} s {}: {why}", moment.obstacle);
+        assert!(title(&bench).contains(&when), "{}", title(&bench));
+    }
+}
+
+#[test]
+fn it_plays_from_3_s_before_the_moment_until_one_goes_elsewhere() {
+    for entry in bundled() {
+        let mut bench = making::open(&entry.name.to_lowercase());
+        let opened = bench.model.opened.clone().unwrap();
+        let moment = opened.headline.as_ref().unwrap().worst().unwrap().step;
+        let ago = (3.0 / opened.scenario.dt()).round() as i64;
+        let from = (moment - ago).max(opened.steps().start);
+        bench.press("p");
+        assert!(bench.model.clock.playing);
+        assert_eq!(bench.model.clock.step(), from, "{}", entry.name);
+        bench.send(Msg::Passed(Duration::from_millis(250)));
+        bench.press("p");
+        let stopped = bench.model.clock.step();
+        assert!(stopped > from && !bench.model.clock.playing);
+        bench.press("p");
+        assert_eq!(bench.model.clock.step(), stopped, "it goes on");
+        // The key that goes there makes it a run-up again.
+        bench.press("x p");
+        assert_eq!(bench.model.clock.step(), from);
+        bench.press("home p");
+        assert_eq!(bench.model.clock.step(), opened.steps().start);
+    }
+}
+
+#[test]
+fn a_question_about_a_window_opens_at_its_end_and_the_map_says_when_the_moment_is() {
+    let mut bench = making::open("hardbraking");
+    bench.press("space a t");
+    bench.press("down up");
+    let last = bench.model.scene().unwrap().last_step();
+    assert_eq!(bench.model.clock.step(), last - 2);
+    let title = title(&bench);
+    assert!(title.contains(" · X 5.9 s 301: contact at "), "{title}");
 }
 
 #[test]
@@ -308,7 +376,7 @@ fn nobody_without_an_ego_is_in_danger() {
 
 /// The line with the titles of both maps.
 fn certificate_titles(bench: &mut Bench) -> String {
-    let frame = bench.frame(200, 60);
+    let frame = bench.frame(260, 60);
     let lines = frame.lines().filter(|line| line.contains("· step "));
     lines.collect::<Vec<_>>().join("\n")
 }
@@ -522,7 +590,7 @@ fn loops_go_round_everything_then_the_window() {
     assert!(timeline(&bench, 200, 60)[0].contains("loop 51–60"));
     bench.press("p");
     for _ in 0..40 {
-        bench.send(Msg::Passed(std::time::Duration::from_millis(90)));
+        bench.send(Msg::Passed(Duration::from_millis(90)));
         let step = bench.model.clock.step();
         assert!((window.first()..=window.last()).contains(&step), "{step}");
     }

@@ -55,10 +55,7 @@ fn the_pane_with_the_keys_grows_and_shrinks() {
     ] {
         bench.model.focus = pane;
         let whole = |model: &Model| {
-            let mut all = area(model, size, pane);
-            if pane == Pane::Map {
-                all = all.union(area(model, size, Pane::Timeline));
-            }
+            let all = area(model, size, pane);
             (all.width, all.height)
         };
         let before = whole(&bench.model);
@@ -355,4 +352,33 @@ fn a_terminal_that_is_too_small_says_what_is_needed() {
             "{size:?}"
         );
     }
+}
+
+#[test]
+fn a_short_list_leaves_its_height_to_the_map() {
+    let mut bench = Bench::bundled();
+    let count = u16::try_from(bench.model.list.rows.len()).unwrap();
+    let rows = |bench: &Bench, pane: Pane, columns, rows| {
+        let screen = ratatui::layout::Rect::new(0, 0, columns, rows);
+        let areas = crate::layout::split(screen, &bench.model).unwrap();
+        let found = areas.panes.iter().find(|(other, _)| *other == pane);
+        found.map_or(0, |(_, area)| area.height)
+    };
+    bench.model.focus = Pane::Scenarios;
+    for (columns, height) in [(200, 60), (100, 60), (70, 60)] {
+        let list = rows(&bench, Pane::Scenarios, columns, height);
+        assert_eq!(list, count + 4, "{columns}×{height}");
+        assert!(rows(&bench, Pane::Map, columns, height) >= 16);
+    }
+    let short = rows(&bench, Pane::Map, 200, 60);
+    // A filter does not move panes, many scenarios do.
+    bench.press("/");
+    bench.type_text("merge");
+    assert_eq!(rows(&bench, Pane::Map, 200, 60), short);
+    let entries = bench.model.list.rows[0].entry.clone();
+    for _ in 0..60 {
+        bench.model.list.append(entries.clone());
+    }
+    assert!(rows(&bench, Pane::Map, 200, 60) < short);
+    assert!(rows(&bench, Pane::Scenarios, 200, 60) > count + 4);
 }

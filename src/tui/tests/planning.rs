@@ -744,3 +744,50 @@ fn another_planner_is_chosen_from_the_configuration() {
     assert_eq!(bench.model.driver.planner_name(), "nearmiss");
     assert_eq!(begun(&bench), 1);
 }
+
+#[test]
+fn the_list_keeps_what_was_computed_where_no_ego_is_recorded() {
+    let mut bench = crate::tests::listing::surveyed();
+    for row in &mut bench.model.list.rows {
+        if let Some(Ok(facts)) = &mut row.facts {
+            facts.headline = None;
+        }
+    }
+    let count = bench.model.list.rows.len();
+    let frame = bench.frame(200, 60);
+    let words = format!("no ego recorded in {count}: Space e p plans one");
+    assert!(frame.contains(&words), "{frame}");
+    // Sorting says why it has nothing to sort.
+    bench.press("space l s");
+    bench.type_text("severity");
+    bench.press("enter");
+    assert!(said(&bench).starts_with(&words), "{}", said(&bench));
+    bench.press("down");
+    let place = bench.model.list.opened.unwrap();
+    without_ego(&mut bench);
+    bench.press("space e p");
+    let (id, entry, forecast) = asked(&bench);
+    let mut opened = planned(&entry, forecast).map(Box::new).unwrap();
+    let mut drive = PlannedEgo::clone(opened.planned.as_deref().unwrap());
+    drive.recorded = None;
+    opened.planned = Some(Arc::new(drive));
+    bench.send(Msg::reply::<Plan>((id, Update::Ended(Ok(opened)))));
+    bench.frame(200, 60);
+    let list = &bench.model.list;
+    assert_eq!(list.lines.len(), count);
+    assert!(
+        matches!(list.lines[0], crate::model::Line::Scenario(first, _) if first == place),
+        "it is sorted by what is known"
+    );
+    bench.press("down");
+    assert_ne!(bench.model.list.opened, Some(place));
+    bench.model.zoomed = true;
+    let frame = bench.frame(200, 60);
+    let row = frame
+        .lines()
+        .find(|line| line.contains(&entry.name))
+        .unwrap();
+    assert!(row.contains(" planned "), "{row}");
+    let left = format!("no ego recorded in {}: ", count - 1);
+    assert!(frame.contains(&left), "{frame}");
+}

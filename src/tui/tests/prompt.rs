@@ -94,7 +94,7 @@ fn a_broken_template_is_named_and_the_last_good_one_stays() {
     bench.press("ctrl-s");
     assert!(bench.effects.iter().all(|e| !matches!(
         e.request(),
-        Some(ChangeTemplate(_, TemplateChange::Save(_)))
+        Some(ChangeTemplate(_, TemplateChange::Save { .. }))
     )));
     bench.model.model = "lab/small".into();
     bench.press("esc g tab r");
@@ -126,7 +126,7 @@ fn saving_writes_the_users_copy_and_reset_removes_it() {
     bench.type_text("Mine. ");
     bench.press("ctrl-s");
     let saved = bench.effects.iter().find_map(|e| match e.request() {
-        Some(ChangeTemplate(file, TemplateChange::Save(text))) => {
+        Some(ChangeTemplate(file, TemplateChange::Save { text, .. })) => {
             Some((file.clone(), text.clone()))
         }
         _ => None,
@@ -189,7 +189,11 @@ fn a_draft_is_kept_for_the_next_start_and_taken_up() {
     bench.type_text("Kept. ");
     bench.press("esc q");
     let kept = bench.effects.iter().rev().find_map(|e| match e.request() {
-        Some(KeepDraft(file, Some(text))) => Some((file.clone(), text.clone())),
+        Some(KeepDraft {
+            file,
+            draft: Some(text),
+            ..
+        }) => Some((file.clone(), text.clone())),
         _ => None,
     });
     let (file, text) = kept.unwrap();
@@ -441,6 +445,28 @@ fn the_difference_to_the_shipped_template_has_signs() {
         "{frame}"
     );
     assert!(frame.contains("unsaved drafts: collision-ego.md"));
+}
+
+#[test]
+fn what_was_edited_is_in_sight_afterwards_and_the_first_change_in_the_difference() {
+    let mut bench = with(Keys::Plain);
+    bench.press("ctrl-end");
+    let (line, _) = bench.model.prompt.editor.cursor();
+    bench.type_text("The last words. ");
+    bench.press("esc");
+    bench.model.focus = Pane::Prompt;
+    bench.model.zoomed = true;
+    assert!(line > 24, "it is below the first screen");
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("The last words."), "{frame}");
+    bench.press("space a v space a v");
+    let frame = bench.frame(80, 24);
+    let place = |words: &str| frame.lines().position(|line| line.contains(words));
+    let first = place("vs shipped").zip(place("@@ -"));
+    assert!(
+        first.is_some_and(|(head, hunk)| hunk == head + 1),
+        "{frame}"
+    );
 }
 
 /// A workbench that asks a model with a price.

@@ -484,3 +484,80 @@ fn a_rating_waits_for_the_one_before_it_and_other_answers_have_their_own() {
     )));
     assert_eq!(bench.model.compare.choice, None);
 }
+
+/// Answers of two models with these texts, side by side.
+fn beside(texts: [&str; 2]) -> Bench {
+    let mut bench = Bench::bundled();
+    let of = stored_of(&bench);
+    let models = ["lab/walrus", "lab/mammoth"]
+        .into_iter()
+        .zip(texts)
+        .zip(7..);
+    let said = models.map(|((model, text), run)| Answer {
+        run: Some(RunId(run)),
+        text: text.into(),
+        reasoning: String::new(),
+        ..answer(model, true, 301)
+    });
+    bench.send(Msg::reply::<LoadStored>((of, said.collect())));
+    bench = sized(bench, 160, 40);
+    bench.press("space o c");
+    bench.model.compare.focus = place_of(&bench, "lab/walrus");
+    bench.frame(160, 40);
+    bench
+}
+
+#[test]
+fn linked_columns_scroll_to_where_they_speak_of_the_same_obstacle() {
+    let text = |before: usize| {
+        let lines = |count: usize| "a line\n\n".repeat(count);
+        let said = "Obstacle 301 is at a distance of 999 m at step 20.\n\n";
+        let end = "Obstacle 302 is behind the ego.\n\n";
+        format!("{}{said}{}{end}{}", lines(before), lines(50), lines(60))
+    };
+    let mut bench = beside([&text(60), &text(30)]);
+    let beside = |bench: &Bench, words: &str| {
+        let frame = bench.frame(160, 40);
+        let mut lines = frame.lines();
+        lines.any(|line| line.matches(words).count() == 2)
+    };
+    assert!(!beside(&bench, "Obstacle 301"));
+    bench.press("n");
+    assert!(beside(&bench, "Obstacle 301"), "{}", bench.frame(160, 40));
+    for _ in 0..2 {
+        bench.press("}");
+        let words = format!("Obstacle {}", bench.model.picked.unwrap());
+        assert!(beside(&bench, &words), "{}", bench.frame(160, 40));
+    }
+    // Each on its own.
+    bench.press("s g g");
+    bench.frame(160, 40);
+    bench.press("n");
+    assert!(!beside(&bench, "Obstacle 301"));
+}
+
+#[test]
+fn claims_are_listed_once_the_wrong_ones_first() {
+    let text = "Obstacle 302 is behind the ego at step 20.\n\nCar 301 wobbles by 7.77 m sideways, oddly.\n\n\
+        Obstacle 301 is at a distance of 999 m at step 20.\n\nAgain: obstacle 301 is at a distance of 999 m at step 20.";
+    let bench = beside([text, "nothing"]);
+    let frame = bench.frame(160, 40);
+    let mut rows = frame.lines().filter_map(|line| line.split_once("││"));
+    let rows: Vec<&str> = rows.by_ref().map(|(_, words)| words).collect();
+    let place = |words: &str| rows.iter().position(|row| row.contains(words));
+    let wrong = place("≠ 301: claimed 999 m");
+    assert!(rows[wrong.unwrap()].contains(" ×2"), "{frame}");
+    assert_eq!(frame.matches("claimed 999 m").count(), 1, "{frame}");
+    let unread = place("… not understood: Car 301 wobbles");
+    assert!(unread.is_some() && wrong < unread, "{frame}");
+    let right = place("= 302: claimed behind").or(place("≠ 302: claimed behind"));
+    assert!(right.is_some(), "{frame}");
+}
+
+#[test]
+fn blind_mode_counts_answers() {
+    let mut bench = sized(two(), 160, 40);
+    bench.press("space o b");
+    let frame = bench.frame(160, 40);
+    assert!(frame.contains("2 answers, 2 shown"), "{frame}");
+}

@@ -177,18 +177,18 @@ fn close_or_leave(model: &mut Model) -> Vec<Effect> {
     leave(model)
 }
 
-/// The key that quits the program: where something is paid for that has not arrived yet, it is asked again.
+/// The key that quits the program: where something is paid for that has not arrived yet, or a draft could not be kept,
+/// it is asked again.
 fn leave(model: &mut Model) -> Vec<Effect> {
-    let running = model.jobs.asking();
-    if running == 0 {
-        return quit(model);
-    }
-    let what = match running {
-        1 => "1 question is running".to_string(),
-        n => format!("{n} questions are running"),
+    let lost = model.prompt.lost && !model.prompt.drafted().is_empty();
+    let (what, then) = match model.jobs.asking() {
+        0 if lost => ("the draft cannot be kept".to_string(), "quits without it"),
+        0 => return quit(model),
+        1 => ("1 question is running".to_string(), "cancels and quits"),
+        n => (format!("{n} questions are running"), "cancels and quits"),
     };
     let key = model.look.key(Action::Quit);
-    twice(model, format!("{what}; {key} again cancels and quits"))
+    twice(model, format!("{what}; {key} again {then}"))
 }
 
 /// Quits on the second press within a while, and announces that on the first.

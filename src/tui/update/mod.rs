@@ -38,6 +38,9 @@ pub fn start(model: &mut Model) -> Vec<Effect> {
 /// Takes one message.
 pub fn update(model: &mut Model, msg: Msg) -> Vec<Effect> {
     restore::note(model, &msg);
+    if matches!(msg, Msg::Key(_) | Msg::Mouse(_) | Msg::Paste(_)) {
+        model.list.leads = false;
+    }
     model.settle_camera();
     let effects = take(model, msg);
     let mut effects = perform_steps(model, effects);

@@ -190,7 +190,9 @@ pub fn resize(model: &mut Model, action: Action) {
     let upright = matches!(action, Action::WidenPane | Action::NarrowPane);
     let grows = matches!(action, Action::WidenPane | Action::TallerPane);
     let by = if upright { COLUMNS } else { ROWS };
-    let found = area(model, model.focus).and_then(|area| border(model, area, upright));
+    let alone = model.drawn.area(model.focus);
+    let mut areas = area(model, model.focus).into_iter().chain(alone);
+    let found = areas.find_map(|area| border(model, area, upright));
     let Some((border, on_far_side)) = found else {
         let side = if upright { "beside" } else { "above or below" };
         return model.say(format!("no pane {side} to take room from"));

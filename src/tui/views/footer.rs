@@ -290,7 +290,10 @@ fn comparing(model: &Model) -> Vec<Hint> {
             compare.shown.len() > 1
         }
         Action::MarkWrong | Action::CompareLeft | Action::CompareRight => !compare.shown.is_empty(),
-        Action::NextClaim | Action::PreviousClaim => !compare.hides(),
+        Action::NextClaim
+        | Action::PreviousClaim
+        | Action::NextObstacle
+        | Action::PreviousObstacle => !compare.hides(),
         Action::NextAnswer | Action::PreviousAnswer => compare.blind.is_none(),
         Action::BestThird => compare.shown.len() > 2,
         Action::BestFourth => compare.shown.len() > 3,

@@ -154,33 +154,33 @@ impl BatchPlan {
             .of_question(label_of, (entry, Some(&scene)), (&whole, 0.0), thresholds)
             .unwrap_or((Label::Safe, Vec::new()));
         let about = |ask: &Ask, candidate: &Candidate| {
-            let (truth, critical, verdict) = match &ask.truth {
+            let (truth, critical, status) = match &ask.truth {
                 Some(asked) => {
                     let (first, last) = asked.steps;
                     let steps = usize::try_from(last - first + 1).unwrap_or(1);
                     let window = Window::ending_at(&scene, last, steps);
                     let criterion = &candidate.criterion;
                     let verdict = verdict_by(criterion, &scene, &window, radius, thresholds);
-                    (asked.label, &asked.critical, verdict)
+                    let status = AnswerStatus::Verdict(verdict);
+                    (asked.label, asked.critical.clone(), status)
                 }
                 None if task == Task::Safety => {
                     let why = "no such window in the recording";
-                    let verdict = judge_under(&scene, task, &whole, thresholds).verdict;
-                    let scored = Scored {
-                        status: AnswerStatus::Unasked(why.into()),
-                        ..Scored::built_in(&entry.name, &candidate.model(), Some(label), verdict)
-                    };
-                    return (ask.variant, scored);
+                    (label, label.critical(), AnswerStatus::Unasked(why.into()))
                 }
                 None => {
                     let judged = judge_under(&scene, task, &whole, thresholds);
-                    (label, &critical, judged.verdict)
+                    (
+                        label,
+                        critical.clone(),
+                        AnswerStatus::Verdict(judged.verdict),
+                    )
                 }
             };
             let scored = Scored {
                 window: ask.variant.window,
-                critical: critical.clone(),
-                ..Scored::built_in(&entry.name, &candidate.model(), Some(truth), verdict)
+                critical,
+                ..Scored::built_in(&entry.name, &candidate.model(), task, Some(truth), status)
             };
             (ask.variant, scored)
         };

@@ -8,7 +8,8 @@ use nearmiss_store::{Store, StoreError};
 use nearmiss_study::evaluation::batch::question_key;
 use nearmiss_study::evaluation::statistics::SplitMix;
 use nearmiss_study::evaluation::{
-    Answer, AskError, Event, Judge, JudgeOutcome, MissingVerdict, Question, RunOptions, Scored,
+    Answer, AnswerStatus, AskError, Event, Judge, JudgeOutcome, MissingVerdict, Question,
+    RunOptions, Scored,
 };
 use tokio::task::JoinSet;
 
@@ -208,8 +209,10 @@ fn grade(plan: &TunePlan, asked: &TuneQuestion, answer: &Answer) -> Result<Grade
     let cut = answer.finish.as_deref() == Some(AT_THE_LIMIT);
     let said = match &answer.judged {
         JudgeOutcome::Verdict(parsed) if answer.is_complete() && !cut => {
-            let (name, verdict) = (&plan.scenarios[asked.scenario], parsed.verdict.clone());
-            let mut scored = Scored::built_in(name, &answer.model, Some(asked.truth), verdict);
+            let name = &plan.scenarios[asked.scenario];
+            let (task, verdict) = (parsed.verdict.task, parsed.verdict.clone());
+            let status = AnswerStatus::Verdict(verdict);
+            let mut scored = Scored::built_in(name, &answer.model, task, Some(asked.truth), status);
             scored.critical.clone_from(&asked.critical);
             plan.protocol.count(&mut scored);
             scored.positive().ok_or_else(|| "no verdict".to_string())

@@ -450,6 +450,29 @@ impl CriticalMoment {
         self.compare_across(other).then(self.step.cmp(&other.step))
     }
 
+    /// By what it is ordered among those of its grade, and the unit of that; nothing of a region, which has no speed.
+    #[must_use]
+    pub fn measured(&self) -> Option<(f64, &'static str)> {
+        Some(match (self.grade, self.hazard) {
+            (
+                _,
+                Hazard::Contact {
+                    is_possible: true, ..
+                },
+            ) => return None,
+            (_, Hazard::Contact { closing_speed, .. }) => (closing_speed, "m/s"),
+            (Grade::Conflict | Grade::Course | Grade::StraightCourse, _) => (-self.order, "m/s²"),
+            (_, Hazard::Course { seconds, .. }) => (seconds, "s"),
+            (Grade::Following, _) => (self.order, "s"),
+            (_, Hazard::Crossing { metres, .. } | Hazard::CutIn { metres, .. })
+                if self.order < metres =>
+            {
+                (self.order, "s")
+            }
+            _ => (self.order, "m"),
+        })
+    }
+
     /// Whether it is the moment that matters of the two, which are of the same pair and in the order of time: the first
     /// contact, however hard a later one is, for after it nothing is as recorded; else the more severe one.
     #[must_use]

@@ -100,6 +100,24 @@ impl LaneletNetwork {
         if driven.is_empty() { all } else { driven }
     }
 
+    /// The direction of the lane at a pose, radians, as it is driven there: of several over each other, that nearest to
+    /// the pose's heading. `None` where none leads about that way.
+    #[must_use]
+    pub fn lane_heading(&self, pose: &Pose) -> Option<f64> {
+        let turns = self
+            .lanelets_at(&pose.position)
+            .into_iter()
+            .filter_map(|id| {
+                let there = heading_at(self.lanelet(id)?, &pose.position)?;
+                let turn = angle_between(pose.heading, there);
+                // A lanelet may be driven against its direction.
+                let back = turn - std::f64::consts::PI.copysign(turn);
+                Some(if turn.abs() < back.abs() { turn } else { back })
+            });
+        let least = turns.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+        (least.abs() <= SAME_WAY).then_some(pose.heading + least)
+    }
+
     /// How far left of the middle of its lanelet a pose is, metres; where several lie over each other, of the nearest
     /// that is driven in its direction. `None` on no lanelet.
     #[must_use]

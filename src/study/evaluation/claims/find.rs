@@ -336,7 +336,7 @@ fn cells(line: &str) -> impl Iterator<Item = (usize, &str)> {
 }
 
 /// Sentences of a line with the places where they begin; braces of JSON stand alone.
-fn sentences(line: &str) -> Vec<(usize, &str)> {
+pub fn sentences(line: &str) -> Vec<(usize, &str)> {
     let mut found = Vec::new();
     let mut from = 0;
     // In formulas braces stand around units.

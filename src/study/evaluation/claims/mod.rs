@@ -249,26 +249,13 @@ pub fn not_understood(
         {
             continue;
         }
-        let mut from = 0;
-        let ends = line
-            .match_indices(['.', '!', '?', ';'])
-            .filter_map(|(end, sign)| {
-                let behind = &line[end + sign.len()..];
-                behind
-                    .starts_with(char::is_whitespace)
-                    .then_some(end + sign.len())
-            });
-        for end in ends.chain([line.trim_end().len()]) {
-            if end <= from {
-                continue;
-            }
-            let sentence = start + from..start + end;
-            from = end;
+        for (from, sentence) in find::sentences(line) {
+            let span = start + from..start + from + sentence.trim_end().len();
             let has_claim = claims
                 .iter()
-                .any(|c| c.claim.span.start < sentence.end && sentence.start < c.claim.span.end);
-            if !has_claim && names_quantity(&text[sentence.clone()], &ids) {
-                found.push(sentence);
+                .any(|c| c.claim.span.start < span.end && span.start < c.claim.span.end);
+            if !has_claim && names_quantity(sentence, &ids) {
+                found.push(span);
             }
         }
     }
@@ -329,12 +316,13 @@ const ANSWER: &str = "── answer ──";
 /// The heading of the reasoning.
 const REASONING: &str = "── reasoning ──";
 
-/// An answer as it is read and checked: its reasoning, then its text, with the reasons that its JSON begins with before
-/// that JSON unless it is shown `raw`. Safe to show on a terminal.
+/// An answer as it is read and checked: its reasoning, then its text. Unless it is shown `raw`, the reasons that its JSON
+/// begins with are before that JSON, and the fence that all of it stands in is gone. Safe to show on a terminal.
 #[must_use]
 pub fn shown_text(reasoning: &str, answer: &str, raw: bool) -> String {
-    let readable = (!raw).then(|| readable(answer)).flatten();
-    let answer = readable.as_deref().unwrap_or(answer);
+    let bare = if raw { answer } else { unfenced(answer) };
+    let readable = (!raw).then(|| readable(bare)).flatten();
+    let answer = readable.as_deref().unwrap_or(bare);
     match (reasoning.is_empty(), answer.is_empty()) {
         (true, _) => visible(answer).into_owned(),
         // The heading is there from the start, so that nothing moves when the answer begins.
@@ -344,6 +332,36 @@ pub fn shown_text(reasoning: &str, answer: &str, raw: bool) -> String {
             visible(&whole).into_owned()
         }
     }
+}
+
+/// An answer without the fence that encloses all of it, as far as it has arrived; one of code keeps its fence.
+fn unfenced(answer: &str) -> &str {
+    const TEXTS: [&str; 5] = ["", "json", "markdown", "md", "text"];
+    let body = answer.trim_start();
+    let (fence, rest) = body.split_at(body.len() - body.trim_start_matches('`').len());
+    let letters = rest.bytes().take_while(u8::is_ascii_alphabetic).count();
+    let (word, inside) = rest.split_at(letters);
+    let inside = inside.trim_start_matches([' ', '\r']);
+    let is_text = TEXTS.contains(&word.to_ascii_lowercase().as_str());
+    if fence.len() < 3 || !is_text || !(inside.is_empty() || inside.starts_with(['\n', '{'])) {
+        return answer;
+    }
+    let (mut at, mut nested) = (0, 0);
+    for line in inside.split_inclusive('\n') {
+        match line.trim().strip_prefix(fence) {
+            Some("") if nested == 0 => {
+                let is_all = inside[at + line.len()..].trim().is_empty();
+                let text = inside[..at].trim_start_matches('\n');
+                return if is_all { text } else { answer };
+            }
+            Some("") => nested -= 1,
+            Some(_) => nested += 1,
+            None => {}
+        }
+        at += line.len();
+    }
+    let inside = inside.trim_start_matches('\n').trim_end();
+    inside.strip_suffix(fence).unwrap_or(inside)
 }
 
 /// An answer with the reasons that its JSON begins with before that JSON, as text.

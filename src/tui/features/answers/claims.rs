@@ -71,8 +71,8 @@ fn folded_line(model: &Model, shown: ShownAnswer, place: usize) -> Option<usize>
     document.folded_line(at)
 }
 
-/// Picks the next claim of an answer, or the one before: its obstacle is picked on the map, and the clock goes to its
-/// step. Gives its place.
+/// Picks the next claim of an answer, the wrong ones first, or the one before: its obstacle is picked on the map, and the
+/// clock goes to its step. Gives its place.
 pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize> {
     let document = model.document(shown)?;
     let claims = model.claims.get(document.key);
@@ -86,15 +86,19 @@ pub fn go(model: &mut Model, shown: ShownAnswer, forward: bool) -> Option<usize>
         });
         return None;
     }
-    let count = claims.len();
+    let listed = model.claims.listed(document.key);
+    let count = listed.len();
     let times = usize::try_from(model.look.times()).unwrap_or(1);
     let (first, more) = ((times - 1) % count, times % count);
-    let place = match model.claims.picked_of(document.key) {
+    let picked = model.claims.picked_of(document.key);
+    let now = picked.and_then(|place| listed.iter().position(|(listed, _)| *listed == place));
+    let next = match now {
         None if forward => first,
         None => count - 1 - first,
         Some(now) if forward => (now + more) % count,
         Some(now) => (now + count - more) % count,
     };
+    let (place, _) = listed[next];
     let claim = &claims[place];
     let (obstacle, step) = (claim.claim.obstacle, claim.step);
     opening::leave_place(model);
@@ -130,7 +134,7 @@ impl Computation for CheckClaims {
         };
         let checked = checked(&document.text, &subject);
         let unread = not_understood(&document.text, &checked, &subject);
-        (document.key, TextClaims { checked, unread })
+        (document.key, TextClaims::new(checked, unread))
     }
 
     fn take(model: &mut Model, (key, claims): Self::Value) {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::model::{Model, ShownAnswer};
 use crate::widgets::long_text::folded_line;
-use nearmiss_study::evaluation::claims::{CheckedClaim, TimeOrigin, shown_text};
+use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, TimeOrigin, shown_text};
 
 /// Claims that are known, by what they were found in.
 #[derive(Debug, Default)]
@@ -25,8 +25,35 @@ pub struct Claims {
 pub struct TextClaims {
     /// Its claims, in its order.
     pub checked: Vec<CheckedClaim>,
+    /// The places of those that differ, the wrong ones first and the right ones last, and how often each stands there.
+    pub listed: Vec<(usize, usize)>,
     /// Its sentences with an obstacle and a quantity that were not understood, bytes.
     pub unread: Vec<Range<usize>>,
+}
+
+impl TextClaims {
+    /// Claims and sentences that were not understood.
+    #[must_use]
+    pub fn new(checked: Vec<CheckedClaim>, unread: Vec<Range<usize>>) -> Self {
+        let mut listed: Vec<(usize, usize)> = Vec::new();
+        for (place, claim) in checked.iter().enumerate() {
+            let same = |other: &CheckedClaim| other.line() == claim.line();
+            match listed.iter_mut().find(|(first, _)| same(&checked[*first])) {
+                Some((_, times)) => *times += 1,
+                None => listed.push((place, 1)),
+            }
+        }
+        listed.sort_by_key(|(place, _)| match checked[*place].judgement {
+            Judgement::Wrong => 0,
+            Judgement::Unknown(_) => 1,
+            Judgement::Right => 2,
+        });
+        Self {
+            checked,
+            listed,
+            unread,
+        }
+    }
 }
 
 /// The parts of an answer as displayed.
@@ -94,6 +121,12 @@ impl Claims {
     #[must_use]
     pub fn get(&self, key: u64) -> &[CheckedClaim] {
         self.found(key).map_or(&[], |claims| &claims.checked)
+    }
+
+    /// The places of the claims of a text that differ, the wrong ones first, and how often each stands there.
+    #[must_use]
+    pub fn listed(&self, key: u64) -> &[(usize, usize)] {
+        self.found(key).map_or(&[], |claims| &claims.listed)
     }
 
     /// The sentences of a text that were not understood, bytes.

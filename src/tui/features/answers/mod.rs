@@ -107,7 +107,6 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
     };
     if model.prompt.editing {
         model.prompt.beside = PromptView::Answer;
-        model.prompt.was_asked = true;
         model.prompt.turned = !model.prompt.fits_beside(model.size.0);
         model.prompt.scroll = 0;
     }

@@ -122,17 +122,21 @@ pub fn letter(column: usize) -> Option<char> {
     ('a'..='z').nth(column)
 }
 
-/// The table's lines, for the answers in sight with the columns that each and the built-in judge take.
-pub fn lines(model: &Model, seen: Range<usize>, widths: &[usize]) -> Vec<Line<'static>> {
+/// The table's lines of these obstacles, for the answers in sight with the columns that each and the built-in judge take.
+pub fn lines(
+    model: &Model,
+    named: &[i64],
+    seen: Range<usize>,
+    widths: &[usize],
+) -> Vec<Line<'static>> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
-    let named = named(model);
     if named.is_empty() {
         return Vec::new();
     }
     let heading = "risk score per obstacle (! critical, ≠ exact)";
     let mut lines = vec![Line::default(), Line::styled(heading, dim)];
-    for id in named {
+    for &id in named {
         let is_picked = model.picked == Some(id);
         let mut style = if is_picked {
             Style::new().fg(theme.picked)
@@ -180,8 +184,12 @@ impl Model {
     /// The obstacle that the keys of the verdict pane stand on.
     #[must_use]
     pub fn cursor_obstacle(&self) -> Option<i64> {
+        let columns = self.answers.columns.iter();
+        let mut verdicts = columns.filter_map(|c| c.answer()?.verdict()).peekable();
+        verdicts.peek()?;
+        let mut all = verdicts.chain(self.answers.reference.as_ref().map(|r| &r.verdict));
         let cursor = self.answers.cursor;
-        cursor.filter(|id| named(self).contains(id))
+        cursor.filter(|cursor| all.any(|verdict| ids(verdict).any(|id| id == *cursor)))
     }
 
     /// What answers say otherwise than it is: yes for no, another risk score, another list of critical obstacles; by step.

@@ -188,16 +188,16 @@ fn text(model: &Model, card: &BatchProposal, width: usize) -> Text<'static> {
     };
     row("model", who, bold);
     let tools = batch.experiment.parameters().tools;
-    let how = format!(
+    let prompt = format!(
         "{} · {} · {}",
         batch.task.name(),
         batch.frame.name(),
         with_tools(&batch.techniques.to_string(), tools.is_some())
     );
-    row("how", how, Style::new());
+    row("prompt", prompt, Style::new());
     if batch.draft.is_some() {
         row(
-            "prompt",
+            "template",
             "draft, not saved".into(),
             Style::new().fg(theme.warning),
         );

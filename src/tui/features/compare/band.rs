@@ -1,5 +1,7 @@
 //! Bands around the answers: claims of the focused column below; over them why one is wrong, and rating totals.
 
+use std::ops::Range;
+
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
@@ -8,14 +10,13 @@ use ratatui::widgets::{Block, BorderType, Clear, Paragraph, Wrap};
 
 use crate::action::Action;
 use crate::features::compare::draw;
-use crate::model::{Model, REASONS};
-use crate::theme::Theme;
+use crate::model::{Document, Model, REASONS};
 use crate::widgets::claimed;
 use crate::widgets::words::{fit, pad};
-use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, TOLERANCES};
+use nearmiss_study::evaluation::claims::{Judgement, TOLERANCES};
 use nearmiss_study::evaluation::{Standings, StandingsBy};
 
-/// The claims of the column that has the keys, the picked one in sight; else the wrong ones first.
+/// The claims of the column that has the keys, the wrong ones first, and the picked one in sight.
 pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
@@ -49,58 +50,55 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         .title(Line::styled(title, Style::new().fg(theme.title)));
     let inner = block.inner(area);
     f.render_widget(block, area);
-    let mut order: Vec<usize> = (0..claims.len()).collect();
-    if picked.is_none() {
-        order.sort_by_key(|i| match claims[*i].judgement {
-            Judgement::Wrong => 0,
-            Judgement::Unknown(_) => 1,
-            Judgement::Right => 2,
-        });
-    }
     let rows = usize::from(inner.height);
-    // Where all have room whole, none is cut.
     let width = usize::from(inner.width);
-    let whole: Vec<Vec<Line<'static>>> = order
+    let listed = if hides {
+        Vec::new()
+    } else {
+        listed(model, &document)
+    };
+    // Where all have room whole, none is cut.
+    let whole: Vec<(bool, Vec<Line<'static>>)> = listed
         .iter()
-        .map(|place| wrapped(&claims[*place], width, theme))
+        .map(|(place, line)| (place.is_some() && *place == picked, wrapped(line, width)))
         .collect();
-    let fits = whole.iter().map(Vec::len).sum::<usize>() <= rows;
-    let first = picked
-        .map_or(0, |p| p.saturating_sub(rows / 2))
-        .min(order.len().saturating_sub(rows));
+    let fits = whole.iter().map(|(_, lines)| lines.len()).sum::<usize>() <= rows;
+    let at = whole.iter().position(|(is_picked, _)| *is_picked);
+    let first = at
+        .map_or(0, |at| at.saturating_sub(rows / 2))
+        .min(listed.len().saturating_sub(rows));
     let mut text = Text::default();
-    let mark = |line: Line<'static>, place| {
-        if picked == Some(place) {
+    let mark = |line: Line<'static>, is_picked: bool| {
+        if is_picked {
             line.style(Style::new().add_modifier(Modifier::REVERSED))
         } else {
             line
         }
     };
-    for (lines, &place) in whole.into_iter().zip(&order).filter(|_| fits) {
-        text.extend(lines.into_iter().map(|line| mark(line, place)));
+    for (is_picked, lines) in whole.iter().filter(|_| fits) {
+        text.extend(lines.iter().map(|line| mark(line.clone(), *is_picked)));
     }
-    for &place in order.iter().skip(first).take(rows).filter(|_| !fits) {
-        let mut line = claimed::line(&claims[place], theme);
-        if line.width() > usize::from(inner.width) {
-            // The symbol keeps its colour; truncation is marked.
-            let sign = line.spans.first().map_or(0, Span::width);
-            if let Some(words) = line.spans.get_mut(1) {
-                let room = usize::from(inner.width).saturating_sub(sign);
-                words.content = fit(&words.content, room).into();
-            }
+    let cut = listed.iter().zip(&whole).filter(|_| !fits);
+    for ((_, line), (is_picked, _)) in cut.skip(first).take(rows) {
+        let mut line = line.clone();
+        // The symbol keeps its colour; truncation is marked.
+        let sign = line.spans.first().map_or(0, Span::width);
+        if let Some(words) = line.spans.get_mut(1) {
+            words.content = fit(&words.content, width.saturating_sub(sign)).into();
         }
-        text.push_line(mark(line, place));
+        text.push_line(mark(line, *is_picked));
     }
-    let listed = text.lines.len();
-    if !fits && order.len() > rows {
-        let (from, to) = (first + 1, (first + rows).min(order.len()));
-        in_border(f, area, model, &format!(" {from}–{to} of {} ", order.len()));
+    let used = text.lines.len();
+    let count = listed.len();
+    if !fits && count > rows {
+        let (from, to) = (first + 1, (first + rows).min(count));
+        in_border(f, area, model, &format!(" {from}–{to} of {count} "));
     }
     f.render_widget(Paragraph::new(text), inner);
-    if listed < rows && !claims.is_empty() {
+    if used < rows && !claims.is_empty() {
         let below = Rect {
-            y: inner.y + u16::try_from(listed).unwrap_or(0),
-            height: u16::try_from(rows - listed).unwrap_or(0),
+            y: inner.y + u16::try_from(used).unwrap_or(0),
+            height: u16::try_from(rows - used).unwrap_or(0),
             ..inner
         };
         let words = Paragraph::new(format!("right: within {TOLERANCES}")).wrap(Wrap { trim: true });
@@ -108,11 +106,38 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
 }
 
-/// A claim on as many lines as it takes, further ones below its words.
-fn wrapped(claim: &CheckedClaim, width: usize, theme: &Theme) -> Vec<Line<'static>> {
-    let line = claimed::line(claim, theme);
-    let mut spans = line.spans.into_iter();
-    let (Some(sign), Some(words)) = (spans.next(), spans.next()) else {
+/// The lines of the list with the places of their claims: what is wrong, what cannot be told, sentences that were not
+/// understood, and what is right.
+fn listed(model: &Model, document: &Document) -> Vec<(Option<usize>, Line<'static>)> {
+    let theme = &model.theme;
+    let claims = model.claims.get(document.key);
+    let line = |&(place, times): &(usize, usize)| {
+        let mut line = claimed::line(&claims[place], theme);
+        if times > 1
+            && let Some(words) = line.spans.last_mut()
+        {
+            words.content = format!("{} ×{times}", words.content).into();
+        }
+        (Some(place), line)
+    };
+    let unread = |sentence: &Range<usize>| {
+        let words = document.text.get(sentence.clone()).unwrap_or_default();
+        let words = format!("not understood: {}", words.trim());
+        let dim = Style::new().fg(theme.dim);
+        let spans = ["… ", words.as_str()].map(|part| Span::styled(part.to_string(), dim));
+        (None, Line::from(spans.to_vec()))
+    };
+    let all = model.claims.listed(document.key);
+    let is_right = |(place, _): &(usize, usize)| claims[*place].judgement == Judgement::Right;
+    let (before, right) = all.split_at(all.iter().position(is_right).unwrap_or(all.len()));
+    let unread = model.claims.unread(document.key).iter().map(unread);
+    let before = before.iter().map(line).chain(unread);
+    before.chain(right.iter().map(line)).collect()
+}
+
+/// A line of the list on as many lines as it takes, further ones below its words.
+fn wrapped(line: &Line<'static>, width: usize) -> Vec<Line<'static>> {
+    let [sign, words] = line.spans.as_slice() else {
         return Vec::new();
     };
     let columns = sign.width();

@@ -73,13 +73,11 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
     } else {
         "scroll linked"
     };
-    let left = compare
-        .blind
-        .as_ref()
-        .map_or(String::new(), |b| match b.left.len() {
-            0 => String::new(),
-            n => format!("{n} more on this scenario"),
-        });
+    let count = complete(model).count();
+    let left = match (&compare.blind, compare.shown.len()) {
+        (Some(_), shown) if shown > 0 => format!("{count} answers, {shown} shown"),
+        _ => String::new(),
+    };
     let step = format!("step {}", model.clock.step());
     let room = usize::from(area.width).saturating_sub(mode.len());
     let parts = [name, model.task.name(), &step, &left, scrolling];
@@ -115,16 +113,19 @@ fn nothing(f: &mut Frame<'_>, area: Rect, model: &Model) {
     f.render_widget(text.wrap(Wrap { trim: true }), area);
 }
 
+/// The complete answers of models.
+fn complete(model: &Model) -> impl Iterator<Item = &Column> {
+    let columns = model.answers.columns.iter();
+    columns.filter(|c| c.answer().is_some() && !c.failed())
+}
+
 /// Why there is nothing to rate.
 fn too_few(model: &Model, wanted: usize) -> String {
     let answers = |n: usize| match n {
         1 => "1 complete answer".to_string(),
         n => format!("{n} complete answers"),
     };
-    let columns = model.answers.columns.iter();
-    let complete = columns
-        .filter(|c| c.answer().is_some() && !c.failed())
-        .count();
+    let complete = complete(model).count();
     let rated = match complete - model.to_rate().len().min(complete) {
         0 => String::new(),
         n if n == complete => ", all rated by you".into(),
@@ -267,7 +268,15 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         .flatten()
         .unwrap_or(last)
         .min(last);
-    let (seen, above) = reading.seen(top, height, &marks, theme);
+    let (mut seen, above) = reading.seen(top, height, &marks, theme);
+    if let Some(id) = model.picked {
+        let style = Style::new().fg(theme.picked).add_modifier(Modifier::BOLD);
+        for line in &mut seen {
+            let spans = std::mem::take(&mut line.spans).into_iter();
+            let marked = spans.flat_map(|span| with_mentions(span, id, style));
+            line.spans = marked.collect();
+        }
+    }
     let words = Paragraph::new(Text::from(seen)).wrap(Wrap { trim: false });
     let above = u16::try_from(above).unwrap_or(u16::MAX);
     f.render_widget(words.scroll((above, 0)), area);
@@ -304,6 +313,21 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, place: usize, shown: Shown
         };
         f.render_widget(Line::styled(words, style), row);
     }
+}
+
+/// A span with the id of an obstacle in the style of a picked one.
+fn with_mentions(span: Span<'static>, id: i64, picked: Style) -> Vec<Span<'static>> {
+    let mut parts = Vec::new();
+    let mut rest = span.content.as_ref();
+    while let Some(at) = super::mention(rest, id) {
+        let (before, behind) = rest.split_at(at);
+        let (id, behind) = behind.split_at(id.to_string().len());
+        parts.push(Span::styled(before.to_string(), span.style));
+        parts.push(Span::styled(id.to_string(), span.style.patch(picked)));
+        rest = behind;
+    }
+    parts.push(Span::styled(rest.to_string(), span.style));
+    parts
 }
 
 /// The displayed name of an answer.
@@ -371,6 +395,15 @@ fn without<'t>(text: Cow<'t, str>, name: &str) -> Cow<'t, str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_picked_obstacle_is_marked_where_it_is_named() {
+        let picked = Style::new().add_modifier(Modifier::BOLD);
+        let parts = with_mentions("car 301, 3012 and 301's".into(), 301, picked);
+        let marked = parts.iter().filter(|part| part.style == picked).count();
+        let words: String = parts.iter().map(|part| part.content.as_ref()).collect();
+        assert_eq!((marked, words.as_str()), (2, "car 301, 3012 and 301's"));
+    }
 
     #[test]
     fn names_are_blotted_out_in_their_places() {

@@ -267,7 +267,12 @@ pub fn differing(all: &[Vec<Field>]) -> Vec<bool> {
     first.iter().enumerate().map(differs).collect()
 }
 
-/// The rows that say the same of all answers, where there are several.
+/// Whether a value says nothing.
+fn is_blank(value: &str) -> bool {
+    matches!(value, "" | "–" | "unknown")
+}
+
+/// The rows that say the same of all answers, or nothing, where there are several.
 pub fn equal_rows(all: &[Vec<Field>]) -> Vec<bool> {
     let Some((first, others)) = all.split_first().filter(|(_, others)| !others.is_empty()) else {
         return all
@@ -275,17 +280,16 @@ pub fn equal_rows(all: &[Vec<Field>]) -> Vec<bool> {
             .map_or(Vec::new(), |fields| vec![false; fields.len()]);
     };
     let is_same = |(row, field): (usize, &Field)| {
-        others
-            .iter()
-            .all(|other| other.get(row).is_some_and(|o| o.value == field.value))
+        let same =
+            |o: &Field| o.value == field.value || is_blank(&o.value) && is_blank(&field.value);
+        others.iter().all(|other| other.get(row).is_some_and(same))
     };
     first.iter().enumerate().map(is_same).collect()
 }
 
 /// What all answers have in common, in a line.
 pub fn common(model: &Model, fields: &[Field], same: &[bool], width: u16) -> Option<Line<'static>> {
-    let known =
-        |(field, same): &(&Field, &bool)| **same && !matches!(field.value.as_str(), "" | "–");
+    let known = |(field, same): &(&Field, &bool)| **same && !is_blank(&field.value);
     let parts = fields.iter().zip(same).filter(known);
     let parts: Vec<String> = parts
         .map(|(field, _)| format!("{} {}", field.name, field.value))
@@ -404,6 +408,9 @@ mod tests {
         assert_eq!(differing(&[of("3", "0–9"), of("4", "0–148")]), [false; 2]);
         assert!(differing(&[of("3", "0–9"), of("4", "0–148"), of("5", "0–9")])[0]);
         assert_eq!(equal_rows(&[of("3", "0–9"), of("4", "0–9")]), [false, true]);
+        // Rows that say nothing are folded, too.
+        let blank = ["unknown", "–"].map(|tokens| vec![field("tokens", tokens, false)]);
+        assert_eq!(equal_rows(&blank), [true]);
         assert_eq!(differing(&[a]), [false; 3]);
         assert_eq!(differing(&[]), [false; 0]);
     }

@@ -9,12 +9,13 @@ pub mod state;
 use crate::action::{Action, Scope};
 use crate::features::answers::{self, claims};
 use crate::features::compare::rating::ReadRatings;
-use crate::features::{Step, timeline};
+use crate::features::{Step, map, timeline, tour};
 use crate::keymap::Key;
 use crate::message::Effect;
 use crate::model::{Column, MAX_COMPARED, Model, ShownAnswer};
 use crate::update::keys::{KeyEffect, pressed};
 use nearmiss_store::Choice;
+use nearmiss_study::evaluation::claims::{CheckedClaim, Quantity};
 
 /// Opens the screen on the answers that are shown in the verdict pane, the built-in judge's last.
 pub fn open(model: &mut Model) {
@@ -63,7 +64,10 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
             Vec::new()
         }
         KeyEffect::Action(_) if model.compare.ratings.is_some() => Vec::new(),
-        KeyEffect::Action(action) => perform(model, action),
+        KeyEffect::Action(action) => {
+            tour::follow(model, action);
+            perform(model, action)
+        }
         KeyEffect::Chord | KeyEffect::Nothing => Vec::new(),
     }
 }
@@ -101,7 +105,11 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         NextAnswer => other(model, true),
         PreviousAnswer => other(model, false),
         MoreColumns | FewerColumns => resize(model, action == MoreColumns),
+        NextClaim | PreviousClaim | NextObstacle | PreviousObstacle if model.compare.hides() => {
+            model.say("checks hidden until rated");
+        }
         NextClaim | PreviousClaim => go_to_claim(model, action == NextClaim),
+        NextObstacle | PreviousObstacle => go_to_obstacle(model, action == NextObstacle),
         StepForward | StepBack => timeline::clock(model, action),
         BestFirst => return rating::rate(model, Choice::Best(0)),
         BestSecond => return rating::rate(model, Choice::Best(1)),
@@ -252,23 +260,98 @@ fn resize(model: &mut Model, more: bool) {
 }
 
 fn go_to_claim(model: &mut Model, forward: bool) {
-    if model.compare.hides() {
-        return model.say("checks hidden until rated");
-    }
     let focus = model.compare.focus;
     let Some(&shown) = model.compare.shown.get(focus) else {
         return;
     };
-    if let Some(place) = claims::go(model, shown, forward)
-        && let Some(row) = model.drawn.claim_row(focus, place)
-    {
-        let extent = model.drawn.column(focus);
-        let last = extent.lines.saturating_sub(extent.rows);
-        let top = row.saturating_sub(extent.rows / 3).min(last);
-        if row < extent.top || row >= extent.top + extent.rows {
-            set_top(model, focus, top, last);
+    let Some(place) = claims::go(model, shown, forward) else {
+        return;
+    };
+    let Some(row) = model.drawn.claim_row(focus, place) else {
+        return;
+    };
+    let extent = model.drawn.column(focus);
+    let is_seen = row >= extent.top && row < extent.top + extent.rows;
+    let top = if is_seen {
+        extent.top
+    } else {
+        row.saturating_sub(extent.rows / 3).min(extent.last_top())
+    };
+    set_top(model, focus, top, extent.last_top());
+    let document = model.document(shown);
+    let claim = document.and_then(|d| Some(model.claims.get(d.key).get(place)?.claim.clone()));
+    if let Some(claim) = claim.filter(|_| !model.compare.free) {
+        let others = (0..model.compare.shown.len()).filter(|other| *other != focus);
+        let rows = others.filter_map(|other| {
+            let row = spoken_of(model, other, claim.obstacle, Some(claim.quantity))?;
+            Some((other, row))
+        });
+        let rows: Vec<(usize, usize)> = rows.collect();
+        scroll_to(model, &rows, row - top);
+    }
+}
+
+/// Picks the next obstacle that one of the answers speaks of, the most dangerous first, or the one before, and scrolls to
+/// where they do.
+fn go_to_obstacle(model: &mut Model, forward: bool) {
+    let count = model
+        .opened
+        .as_ref()
+        .map_or(0, |o| o.scenario.obstacles.len());
+    for _ in 0..count {
+        map::pick(model, if forward { 1 } else { -1 });
+        let Some(id) = model.picked else { return };
+        let linked = !model.compare.free;
+        let places = (0..model.compare.shown.len()).filter(|p| linked || *p == model.compare.focus);
+        let rows = places.filter_map(|place| Some((place, spoken_of(model, place, id, None)?)));
+        let rows: Vec<(usize, usize)> = rows.collect();
+        let of_model = |place: usize| model.compare.shown[place] != ShownAnswer::Reference;
+        if rows.iter().any(|(place, _)| of_model(*place)) {
+            return scroll_to(model, &rows, ABOVE);
         }
     }
+    model.say("no answer here speaks of an obstacle");
+}
+
+/// Rows above the first words on an obstacle that stay in sight: its heading.
+const ABOVE: usize = 2;
+
+/// Scrolls columns so that a row of each stands in that row of the screen.
+fn scroll_to(model: &mut Model, rows: &[(usize, usize)], at: usize) {
+    for &(place, row) in rows {
+        let last = model.drawn.column(place).last_top();
+        set_top(model, place, row.saturating_sub(at).min(last), last);
+    }
+}
+
+/// The row in which the answer at a place speaks of an obstacle: in a claim of that quantity, else in its first claim,
+/// else where its id is first.
+fn spoken_of(model: &Model, place: usize, id: i64, quantity: Option<Quantity>) -> Option<usize> {
+    let shown = *model.compare.shown.get(place)?;
+    let document = model.document(shown)?;
+    let claims = model.claims.get(document.key);
+    let about = |claim: &CheckedClaim| claim.claim.obstacle == id;
+    let same = |claim: &CheckedClaim| about(claim) && Some(claim.claim.quantity) == quantity;
+    let claim = claims
+        .iter()
+        .position(same)
+        .or_else(|| claims.iter().position(about));
+    if let Some(claim) = claim {
+        return model.drawn.claim_row(place, claim);
+    }
+    let mut readings = model.drawn.readings.borrow_mut();
+    readings.answer(shown).row_of(mention(&document.text, id)?)
+}
+
+/// Where the id of an obstacle first stands in a text.
+fn mention(text: &str, id: i64) -> Option<usize> {
+    let id = id.to_string();
+    let is_part = |c: char| c.is_alphanumeric() || c == '.';
+    let mut found = text.match_indices(&id).map(|(at, _)| at);
+    found.find(|&at| {
+        let behind = &text[at + id.len()..];
+        !text[..at].ends_with(is_part) && !behind.starts_with(|c: char| c.is_alphanumeric())
+    })
 }
 
 /// Keeps the screen true after anything happened: answers that are gone are not shown, those waited for are.
@@ -302,4 +385,16 @@ pub fn interrupt(model: &mut Model) -> Vec<Effect> {
         return perform(model, Action::Cancel);
     }
     aborted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_id_is_a_number_of_its_own() {
+        assert_eq!(mention("at 1.301 m, 3012 and car 301's", 301), Some(25));
+        assert_eq!(mention("obstacle 301.0 is", 301), Some(9));
+        assert_eq!(mention("301st", 301), None);
+    }
 }

@@ -28,7 +28,9 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     let [left, right] = if body.width >= SIDE_BY_SIDE_COLUMNS {
         Layout::horizontal([Constraint::Percentage(48), Constraint::Min(0)]).areas(body)
     } else {
-        Layout::vertical([Constraint::Percentage(42), Constraint::Min(0)]).areas(body)
+        let runs = u16::try_from(model.history.rows.len().max(1) + 2).unwrap_or(u16::MAX);
+        let height = runs.min(body.height * 42 / 100);
+        Layout::vertical([Constraint::Length(height), Constraint::Min(0)]).areas(body)
     };
     let rows = pane(frame, left, model, title(model), !model.history.on_details);
     let top = list(frame, rows, model);
@@ -174,45 +176,80 @@ fn list(frame: &mut Frame<'_>, area: Rect, model: &Model) -> usize {
     top
 }
 
-/// Columns that the runs in sight need.
+/// Columns of what the runs in sight say, so that no name is cut while there is room.
 struct Widths {
-    how: usize,
+    name: usize,
     model: usize,
-    /// Whether tasks are written in short, to leave room for the names.
+    how: usize,
+    version: usize,
+    date: usize,
+    /// Whether models stand without their providers, and tasks in short.
     short: bool,
 }
 
-/// Columns from which on a row says how was asked.
-const SAYS_HOW: usize = 70;
-
-/// Columns from which on it names the version of a changed template.
-const SAYS_VERSION: usize = 86;
-
-/// Columns of sign and pin, verdict and date.
-const BEFORE_NAME: usize = 2 + 5 + 13;
+/// Columns of sign, pin and verdict.
+const BEFORE_NAME: usize = 2 + 5;
 
 impl Widths {
+    /// What tells runs apart gets room first: scenario and model, how was asked, the version of the template, and the
+    /// date, without its year and not at all at last.
     fn new(runs: &[Summary], width: usize) -> Self {
-        let widest = |columns: &dyn Fn(&Summary) -> usize| runs.iter().map(columns).max();
-        let widest = |columns: &dyn Fn(&Summary) -> usize| widest(columns).unwrap_or(0);
+        let widest = |columns: &dyn Fn(&Summary) -> usize| {
+            let columns = runs.iter().map(columns).max();
+            columns.map_or(0, |columns| columns + 1)
+        };
         let name = widest(&|run| run.scenario.width());
-        let model = widest(&|run| run.model.width());
-        let whole = widest(&|run| how(run, false).width());
-        let short = BEFORE_NAME + whole + 1 + name + 1 + model > width;
+        let whole = |short: bool| {
+            let model = widest(&|run| bare(&run.model, short).width());
+            (model, widest(&|run| how(run, short).width()))
+        };
+        let room = width.saturating_sub(BEFORE_NAME);
+        let (model, how) = whole(false);
+        let short = name + model + how + MONTH_TO_MINUTE > room;
+        let (model, how) = if short { whole(true) } else { (model, how) };
+        let mut left = room;
+        let mut take = |columns: usize, least: usize| {
+            let taken = columns.min(left);
+            let taken = if taken < least { 0 } else { taken };
+            left -= taken;
+            taken
+        };
+        // A model is named however long the name of the scenario is.
+        let name = take(name.min(room.saturating_sub(model.min(room / 2))), 0);
+        let model = take(model, 0);
+        let how = take(how, how);
+        let version = widest(&|run| version(run).width());
+        let version = take(version, version);
+        let mut dates = [YEAR_TO_MINUTE, MONTH_TO_MINUTE].into_iter();
+        let date = dates.find(|columns| take(*columns, *columns) > 0);
         Self {
-            how: widest(&|run| how(run, short).width()),
+            name,
             model,
+            how,
+            version,
+            date: date.unwrap_or(0),
             short,
         }
     }
 }
 
-/// A model, without its provider where both have no room.
-fn bare(model: &str, width: usize) -> &str {
+/// Columns of a date, with and without its year.
+const YEAR_TO_MINUTE: usize = 16;
+const MONTH_TO_MINUTE: usize = 11;
+
+/// A model, in short without its provider.
+fn bare(model: &str, short: bool) -> &str {
     match model.split_once('/') {
-        Some((_, bare)) if model.width() > width => bare,
+        Some((_, bare)) if short => bare,
         _ => model,
     }
+}
+
+/// The version of a changed template.
+fn version(run: &Summary) -> String {
+    let version = TemplateVersion::from_stored(&run.template);
+    let changed = version.filter(|version| !version.is_shipped());
+    changed.map_or(String::new(), |version| version.to_string())
 }
 
 /// How a run was asked: task, frame and techniques.
@@ -249,49 +286,45 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths
     let pin = if run.pinned { "+" } else { " " };
     // Of the date the year goes first where there is little room.
     let whole = date(run.created_ms);
-    let when = match width {
-        0..100 => whole.get(5..).unwrap_or(&whole).to_string(),
-        _ => whole,
-    };
-    // Runs on one scenario differ in how they were asked; an excerpt of what is searched for comes first.
-    let how = match width {
-        SAYS_HOW.. if run.excerpt.is_none() => {
-            format!("{} ", pad(&how(run, widths.short), widths.how))
-        }
-        _ => String::new(),
-    };
-    let version = TemplateVersion::from_stored(&run.template);
-    let version = match version.filter(|version| !version.is_shipped()) {
-        Some(version) if width >= SAYS_VERSION && !how.is_empty() => format!("{version} "),
-        _ => String::new(),
-    };
-    let fixed = 2 + 5 + how.width() + when.width() + 2 + version.width();
-    let rest = width.saturating_sub(fixed);
-    let model_width = (rest / 2).min(34).min(widths.model);
-    let name_width = rest.saturating_sub(model_width + 1);
-    let name = match &run.excerpt {
-        Some(excerpt) if width >= SAYS_HOW => {
+    let when = whole.get(whole.len().saturating_sub(widths.date)..);
+    // An excerpt of what is searched for stands in place of how was asked.
+    let (how, excerpt) = match &run.excerpt {
+        Some(excerpt) => {
             let words: Vec<_> = excerpt.split_whitespace().collect();
-            format!("{}  {}", run.scenario, words.join(" "))
+            (String::new(), words.join(" "))
         }
-        _ => run.scenario.clone(),
+        None => (how(run, widths.short), String::new()),
     };
-    let line = Line::from(vec![
+    let mut line = Line::from(vec![
         Span::raw(format!("{sign}{pin}")),
         Span::styled(
             pad(word, 5),
             Style::new().fg(color).add_modifier(Modifier::BOLD),
         ),
-        Span::raw(how),
-        Span::styled(format!("{when}  "), Style::new().fg(theme.dim)),
-        Span::raw(pad(&name, name_width)),
-        Span::raw(" "),
-        Span::styled(version, Style::new().fg(theme.dim)),
+        Span::raw(pad(
+            &fit_end(&run.scenario, widths.name.saturating_sub(1)),
+            widths.name,
+        )),
         Span::styled(
-            fit_end(bare(&run.model, model_width), model_width),
+            pad(
+                &fit_end(
+                    bare(&run.model, widths.short),
+                    widths.model.saturating_sub(1),
+                ),
+                widths.model,
+            ),
             Style::new().fg(theme.accent),
         ),
     ]);
+    if excerpt.is_empty() {
+        let dim = Style::new().fg(theme.dim);
+        line.push_span(pad(&how, widths.how));
+        line.push_span(Span::styled(pad(&version(run), widths.version), dim));
+        line.push_span(Span::styled(when.unwrap_or_default().to_string(), dim));
+    } else {
+        let room = width.saturating_sub(line.width());
+        line.push_span(pad(&excerpt, room));
+    }
     if chosen {
         theme.select(line)
     } else {

@@ -277,6 +277,17 @@ fn take(model: &mut Model, opened: Box<Opened>) -> Vec<Effect> {
         format!("ego planned: {}; {way}{but}", planned.ended())
     });
     let without = model.opened.as_ref().is_some_and(|o| o.scene.is_none());
+    let recorded = opened
+        .planned
+        .as_ref()
+        .is_some_and(|planned| planned.recorded.is_some());
+    if let Some(place) = model
+        .list
+        .opened
+        .filter(|_| !recorded && opened.change.is_none())
+    {
+        model.list.plan(place, opened.headline.clone());
+    }
     let id = OpenId(model.new_id());
     model.opening = Some((id, None));
     let reach = opened

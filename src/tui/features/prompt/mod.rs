@@ -11,7 +11,7 @@ use crate::features::Step;
 use crate::features::prompt::request::KeepDraft;
 use crate::keymap::{Code, Key, Keymap, editor_input, first_line};
 use crate::message::{Effect, ExternalEdit, Mouse};
-use crate::model::{Change, Editor, HEAVY, Model, Pane, PromptView};
+use crate::model::{Change, Editor, HEAVY, Model, Pane, PromptPane, PromptView};
 use crate::update::keys;
 use edtui::events::KeyInput;
 use nearmiss_scene::description::visible;
@@ -62,7 +62,8 @@ pub fn front_matter(text: &str) -> usize {
 pub fn end(model: &mut Model) -> Vec<Effect> {
     model.prompt.editing = false;
     model.prompt.entry = None;
-    model.prompt.scroll = 0;
+    let (line, _) = model.prompt.editor.cursor();
+    model.prompt.scroll = line.saturating_sub(ABOVE);
     model.prompt.editor.unselect();
     return_focus(model);
     if model.prompt.fill_in.is_some() {
@@ -99,8 +100,13 @@ pub fn keep(model: &mut Model) -> Vec<Effect> {
     if !file.is_empty() && drafts.iter().all(|(kept, _)| *kept != file) {
         drafts.push((file, model.prompt.draft().map(|(_, text)| text)));
     }
-    let keep = |(file, draft)| KeepDraft(file, draft).into();
+    let keep = |(file, draft)| keep_draft(&model.prompt, file, draft);
     drafts.into_iter().map(keep).collect()
+}
+
+fn keep_draft(prompt: &PromptPane, file: String, draft: Option<String>) -> Effect {
+    let found = prompt.found.get(&file).cloned();
+    KeepDraft { file, draft, found }.into()
 }
 
 /// Time passes: drafts are kept, and heavy texts filled.
@@ -112,7 +118,7 @@ pub fn pass(model: &mut Model, seconds: f64) -> Vec<Effect> {
         }
     }
     let due = model.prompt.due(seconds);
-    let keep = |(file, draft)| KeepDraft(file, draft).into();
+    let keep = |(file, draft)| keep_draft(&model.prompt, file, draft);
     due.into_iter().map(keep).collect()
 }
 
@@ -245,7 +251,7 @@ fn turn(model: &mut Model) {
     prompt.beside = match prompt.beside {
         PromptView::Rendered => PromptView::Description,
         PromptView::Description => PromptView::Diff,
-        PromptView::Diff if prompt.was_asked => PromptView::Answer,
+        PromptView::Diff if !model.answers.columns.is_empty() => PromptView::Answer,
         _ => {
             prompt.turned = false;
             PromptView::Rendered
@@ -520,7 +526,7 @@ pub fn show_error(model: &mut Model) -> bool {
     }
     if let Some(line) = prompt.error_line {
         prompt.editor.go(line.saturating_sub(1), 0, false);
-        prompt.scroll = line.saturating_sub(1 + ABOVE_ERROR);
+        prompt.scroll = line.saturating_sub(1 + ABOVE);
     }
     let edit = model.look.key(Action::Edit);
     model.complain(format!(
@@ -529,5 +535,5 @@ pub fn show_error(model: &mut Model) -> bool {
     true
 }
 
-/// Lines that are shown above the one with an error.
-const ABOVE_ERROR: usize = 2;
+/// Lines that are shown above the one with an error, or with the cursor.
+const ABOVE: usize = 2;

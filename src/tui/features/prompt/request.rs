@@ -1,13 +1,14 @@
 //! Saves the user's templates, and which of them is in use.
 
+use std::collections::HashMap;
 use std::io::{Error, ErrorKind, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::message::Effect;
 use crate::model::Model;
 use crate::request::{Replies, Request};
 use crate::services::Services;
-use crate::session::file;
+use crate::session::file::{KeptDraft, beside};
 use nearmiss_ask::prompts::{Library, Template, choose_template};
 use nearmiss_base::system;
 use nearmiss_settings::Folders;
@@ -20,7 +21,12 @@ pub struct ChangeTemplate(pub String, pub TemplateChange);
 #[derive(Debug)]
 pub enum TemplateChange {
     /// It is written.
-    Save(String),
+    Save {
+        /// Its text.
+        text: String,
+        /// The text that it was made from.
+        from: String,
+    },
     /// It is written under a new name, and used for its task and frame.
     SaveAs(String),
     /// It is taken out of use, with the draft that was not saved.
@@ -39,8 +45,8 @@ impl Request for ChangeTemplate {
             let Self(file, change) = self;
             let path = folder.join(&file);
             let changed = match change {
-                TemplateChange::Save(text) => {
-                    save(&path, &text).map_err(|error| named(&path, &error))
+                TemplateChange::Save { text, from } => {
+                    save(&path, &text, &from).map_err(|error| named(&path, &error))
                 }
                 TemplateChange::SaveAs(text) => save_as(&folder, &file, &text),
                 TemplateChange::Remove(draft) => {
@@ -85,21 +91,24 @@ fn named(path: &Path, error: &Error) -> String {
     format!("{}: {words}", path.display())
 }
 
-/// Writes a template. One there that could not be read is no earlier version of it: it is kept.
-fn save(path: &Path, text: &str) -> std::io::Result<String> {
+/// Writes a template made `from` another text. One there that could not be read, or that another program has written
+/// since, is no earlier version of it: it is kept.
+fn save(path: &Path, text: &str, from: &str) -> std::io::Result<String> {
     let mut words = format!("saved as {}", path.display());
-    let before = std::fs::read(path).ok();
-    let is_template = |bytes: &Vec<u8>| {
-        let text = std::str::from_utf8(bytes);
-        text.is_ok_and(|text| Template::read(text).is_ok())
+    let kept_as = |before: Vec<u8>| match String::from_utf8(before) {
+        Ok(before) if Template::read(&before).is_ok() => {
+            let known = [text, from].map(str::trim_end).contains(&before.trim_end());
+            (!known).then_some(("the file that another program has written", "other.md.bak"))
+        }
+        _ => Some(("the file that could not be read", "unread.md.bak")),
     };
-    if before.is_some_and(|before| !is_template(&before)) {
-        let kept = path.with_extension("unread.md.bak");
+    if let Some((what, end)) = std::fs::read(path).ok().and_then(kept_as) {
+        let mut kept = path.with_extension(end);
+        if kept.exists() {
+            kept = beside(&kept);
+        }
         std::fs::rename(path, &kept)?;
-        words += &format!(
-            "; the file that could not be read is kept as {}",
-            kept.display()
-        );
+        words += &format!("; {what} is kept as {}", kept.display());
     }
     Folders::write(path, text)?;
     Ok(words)
@@ -161,19 +170,43 @@ fn choose(folder: &Path, file: &str) -> Result<String, String> {
     ))
 }
 
-/// Keeps the draft of a template (its file and text) for the next start; nothing removes it.
+/// Keeps the draft of a template for the next start. One that another instance of the program has kept stays.
 #[derive(Debug)]
-pub struct KeepDraft(pub String, pub Option<String>);
+pub struct KeepDraft {
+    /// The file of the template.
+    pub file: String,
+    /// The text; nothing removes what this instance kept.
+    pub draft: Option<String>,
+    /// The draft that was found at the start.
+    pub found: Option<String>,
+}
 
 impl Request for KeepDraft {
-    type Reply = ();
+    /// Where it is kept beside that of another instance, with its template's file; or why it is not.
+    type Reply = Result<Option<(String, PathBuf)>, String>;
 
     // At once and not in the background: the program may be about to end.
     fn perform(self, services: &mut Services, replies: Replies<Self>) {
-        let Self(file, draft) = self;
-        if let Err(error) = file::keep(&services.folders.drafts(), &file, draft.as_deref()) {
-            replies.complain(error);
+        let Self { file, draft, found } = self;
+        let folder = services.folders.drafts();
+        let all: &mut HashMap<String, KeptDraft> = services.state();
+        let new = || KeptDraft::new(&folder, &file, found);
+        let kept = all.entry(file.clone()).or_insert_with(new);
+        let kept = kept.keep(draft.as_deref());
+        replies.send(kept.map(|other| Some((file, other?.to_path_buf()))));
+    }
+
+    fn reply(model: &mut Model, kept: Self::Reply) -> Vec<Effect> {
+        model.prompt.lost = kept.is_err();
+        match kept {
+            Ok(None) => {}
+            Ok(Some((file, path))) => model.complain(format!(
+                "another nearmiss has a draft of {file}: this one is kept as {}",
+                path.display()
+            )),
+            Err(why) => model.complain(format!("the draft is not kept for the next start: {why}")),
         }
+        Vec::new()
     }
 }
 
@@ -188,13 +221,28 @@ mod tests {
         let path = folder.path().join("collision-ego.md");
         std::fs::write(&path, "+++\nname = \"mine\"\nno end").unwrap();
         let shipped = Library::shipped("collision-ego.md").unwrap();
-        let words = save(&path, shipped).unwrap();
+        let words = save(&path, shipped, shipped).unwrap();
         assert!(words.contains("unread.md.bak"), "{words}");
         let kept = std::fs::read_to_string(path.with_extension("unread.md.bak"));
         assert!(kept.unwrap().contains("no end"));
         // A template that can be read is an earlier version.
-        let again = save(&path, shipped).unwrap();
+        let again = save(&path, shipped, shipped).unwrap();
         assert!(!again.contains("bak"), "{again}");
+    }
+
+    #[test]
+    fn a_template_that_another_program_has_written_is_not_lost() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("collision-ego.md");
+        let shipped = Library::shipped("collision-ego.md").unwrap();
+        let [mine, theirs] = ["mine", "theirs"].map(|words| format!("{shipped}\n{words}\n"));
+        let first = save(&path, &theirs, shipped).unwrap();
+        assert!(!first.contains("bak"), "{first}");
+        let words = save(&path, &mine, shipped).unwrap();
+        assert!(words.contains("other.md.bak"), "{words}");
+        let read = |path: &Path| std::fs::read_to_string(path).unwrap();
+        assert_eq!(read(&path.with_extension("other.md.bak")), theirs);
+        assert_eq!(read(&path), mine);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use ratatui::layout::Rect;
 use crate::action::{Action, Scope};
 use crate::features::Step;
 use crate::features::picker::Choice;
-use crate::features::prompt::request::{ChangeTemplate, KeepDraft, TemplateChange};
+use crate::features::prompt::request::{ChangeTemplate, TemplateChange};
 use crate::keymap::{Code, Key, edit_line};
 use crate::message::Effect;
 use crate::model::{EntryLine, Find, Model, Picker, next, templates_shown};
@@ -36,8 +36,9 @@ pub fn save(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     }
     let file = model.prompt.file().to_string();
+    let from = model.prompt.saved().to_string();
     let text = good_text(model);
-    text.map(|text| ChangeTemplate(file, TemplateChange::Save(text)).into())
+    text.map(|text| ChangeTemplate(file, TemplateChange::Save { text, from }).into())
         .into_iter()
         .collect()
 }
@@ -81,7 +82,7 @@ pub fn saved(
             if let Some((file, text)) = sent {
                 // The draft went into the new file.
                 let old = model.prompt.file().to_string();
-                effects.push(KeepDraft(old, None).into());
+                effects.push(super::keep_draft(&model.prompt, old, None));
                 model.prompt.become_file(file, text);
             } else if file == model.prompt.file() {
                 if model.prompt.editing {

@@ -60,8 +60,6 @@ pub struct PromptPane {
     pub beside: PromptView,
     /// Whether it stands in the editor's place.
     pub turned: bool,
-    /// Whether the draft was asked from the editor.
-    pub was_asked: bool,
     /// The line below the editor, while it is typed into.
     pub entry: Option<EntryLine>,
     /// The last search.
@@ -88,10 +86,14 @@ pub struct PromptPane {
     saved: String,
     /// Drafts of other files that are not saved, by file.
     drafts: HashMap<String, String>,
+    /// Drafts that were found at the start, by file.
+    pub found: HashMap<String, String>,
     /// Files whose drafts changed since they were last kept.
     unkept: BTreeSet<String>,
     /// Seconds until they are kept.
     keep_in: f64,
+    /// Whether the last draft could not be kept for the next start.
+    pub lost: bool,
     /// Seconds until a heavy text is filled again; `None` if nothing is due.
     pub fill_in: Option<f64>,
     /// The name and text under which a template is being saved.
@@ -108,6 +110,39 @@ pub fn diff_of<'t>(old: &'t str, new: &'t str) -> similar::TextDiff<'t, 't, 't, 
     similar::TextDiff::configure()
         .timeout(std::time::Duration::from_millis(200))
         .diff_lines(old, new)
+}
+
+/// A line of two texts: whether it is in both, and its parts, each with whether it changed.
+pub type ChangedLine = (similar::ChangeTag, Vec<(bool, String)>);
+
+/// What changed from a text to another one, kept across frames.
+#[derive(Debug, Default)]
+pub struct TextChanges {
+    texts: (String, String),
+    lines: Vec<ChangedLine>,
+}
+
+impl TextChanges {
+    /// The lines of both texts, compared by words.
+    pub fn lines(&mut self, old: String, new: String) -> &[ChangedLine] {
+        let texts = (old, new);
+        if self.texts != texts {
+            let diff = diff_of(texts.0.trim(), texts.1.trim());
+            let all = diff
+                .ops()
+                .iter()
+                .flat_map(|op| diff.iter_inline_changes(op));
+            let lines = all.map(|change| {
+                let parts = change.iter_strings_lossy();
+                let ended = |part: &str| part.trim_end_matches(['\n', '\r']).to_string();
+                let parts = parts.map(|(changed, part)| (changed, ended(&part)));
+                (change.tag(), parts.collect())
+            });
+            self.lines = lines.collect();
+            self.texts = texts;
+        }
+        &self.lines
+    }
 }
 
 /// Columns from which on something fits beside the editor.

@@ -25,17 +25,28 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
             empty(frame, body, model);
             ResultsDrawn::default()
         }
-        Some(selected) => draw_answers(frame, body, model, selected),
+        Some(selected) => draw_answers(frame, body, model, Some(selected)),
         None => {
             let rows = rows(model);
             // The borders, the lines about the truth, and a matrix of some rows come before the bars.
             let height = u16::try_from(rows.len() + 2)
                 .unwrap_or(u16::MAX)
                 .min(body.height / 2);
-            let [above, below] =
-                Layout::vertical([Constraint::Min(0), Constraint::Length(height)]).areas(body);
+            // What is left shows the answers of the selected cell.
+            let matrix = u16::try_from(results.rows.len() + MATRIX_LINES).unwrap_or(u16::MAX);
+            let left = body.height.saturating_sub(matrix.saturating_add(height));
+            let left = if left < LEAST_ANSWERS { 0 } else { left };
+            let [above, below, last] = Layout::vertical([
+                Constraint::Min(0),
+                Constraint::Length(height),
+                Constraint::Length(left),
+            ])
+            .areas(body);
             let mut drawn = matrix::draw(frame, above, model, &title_in(results, above.width));
             drawn.bars = draw_bars(frame, below, model, &rows);
+            if left > 0 {
+                draw_answers(frame, last, model, None);
+            }
             drawn
         }
     };
@@ -44,6 +55,12 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     }
     model.drawn.set_results(drawn);
 }
+
+/// Lines of the matrix beside its rows: borders, headings, and what stands below them.
+const MATRIX_LINES: usize = 5;
+
+/// Fewest lines, borders included, in which answers stand below the bars.
+const LEAST_ANSWERS: u16 = 7;
 
 /// Why there is nothing to count.
 fn empty(frame: &mut Frame<'_>, body: Rect, model: &Model) {
@@ -173,35 +190,42 @@ const WORD: usize = 11;
 /// Columns of what an answer says.
 const ANSWER_COLUMNS: usize = 30;
 
-/// Draws them; gives where the list stands.
+/// Draws them, the selected one in the middle; gives where the list stands. Without a selected one they only show what
+/// is in the cell.
 pub fn draw_answers(
     frame: &mut Frame<'_>,
     area: Rect,
     model: &Model,
-    selected: usize,
+    selected: Option<usize>,
 ) -> ResultsDrawn {
     let results = &model.results;
     let all = results.answers();
     let cell = results.column.min(HEADS.len() - 1);
     let title = results.row().map_or(String::new(), |row| {
-        let (how, head) = (asked(&row.configuration).join(" "), HEADS[cell]);
+        let (how, head) = (asked(&row.configuration, true).join(" "), HEADS[cell]);
         let version =
             version(&row.configuration).map_or(String::new(), |words| format!(" · {words}"));
         let model = model_name(&row.configuration);
         format!("{model} · {how}{version} · {head} {}", all.len())
     });
     let inner = window::window_at(frame, area, model, &title);
-    let list = foot(frame, inner, model, &[]);
+    let list = match selected {
+        Some(_) => foot(frame, inner, model, &[]),
+        None => inner,
+    };
     let rows = usize::from(list.height);
     let top = selected
+        .unwrap_or(0)
         .saturating_sub(rows / 2)
         .min(all.len().saturating_sub(rows));
     let shown = all.iter().enumerate().skip(top).take(rows);
-    let tails = all.iter().map(|answer| tail(answer).width());
-    let tail = tails.max().unwrap_or(0);
+    let widths = all.iter().map(|answer| claims(answer).width());
+    let checked = widths.max().unwrap_or(0);
+    let tails = all.iter().map(|answer| tail(answer, checked).width());
+    let tails = (checked, tails.max().unwrap_or(0));
     let lines = shown.map(|(place, answer)| {
-        let chosen = place == selected;
-        let line = answer_line(model, answer, chosen, usize::from(list.width), tail);
+        let chosen = selected == Some(place);
+        let line = answer_line(model, answer, chosen, usize::from(list.width), tails);
         if chosen {
             model.theme.select(line)
         } else {
@@ -216,8 +240,8 @@ pub fn draw_answers(
     }
 }
 
-/// The run of an answer, and which of several it is.
-fn tail(answer: &AnswerOutcome) -> String {
+/// What came of an answer's claims, in so many columns, its run, and which of several it is.
+fn tail(answer: &AnswerOutcome, checked: usize) -> String {
     let sample = match answer.sample {
         0 => String::new(),
         n => format!(" sample {n}"),
@@ -225,17 +249,17 @@ fn tail(answer: &AnswerOutcome) -> String {
     let run = answer
         .run
         .map_or("no run".into(), |run| format!("run {run}"));
-    let claims = claims(answer);
+    let claims = pad(&claims(answer), checked);
     format!("{claims}  {run}{sample}")
 }
 
-/// An answer; `tails` is the width of the widest of what stands last.
+/// An answer; `tails` are the widths of the widest claims, and of the widest of what stands last.
 fn answer_line(
     model: &Model,
     answer: &AnswerOutcome,
     chosen: bool,
     width: usize,
-    tails: usize,
+    tails: (usize, usize),
 ) -> Line<'static> {
     let theme = &model.theme;
     let (word, what) = outcome_label(answer);
@@ -244,7 +268,7 @@ fn answer_line(
         Some(false) => theme.disagree,
         None => theme.warning,
     };
-    let rest = width.saturating_sub(2 + WORD + tails);
+    let rest = width.saturating_sub(2 + WORD + tails.1);
     let what_width = ANSWER_COLUMNS.min(rest / 2);
     let name_width = (rest - what_width).min(NAMES);
     Line::from(vec![
@@ -259,7 +283,7 @@ fn answer_line(
         )),
         Span::raw(" "),
         Span::raw(pad(what, what_width)),
-        Span::styled(tail(answer), Style::new().fg(theme.dim)),
+        Span::styled(tail(answer, tails.0), Style::new().fg(theme.dim)),
     ])
 }
 

@@ -8,7 +8,7 @@ use ratatui::widgets::Paragraph;
 use unicode_width::UnicodeWidthStr;
 
 use crate::features::results::draw::foot;
-use crate::model::{Model, RESULTS_COLUMNS, ResultsDrawn};
+use crate::model::{Model, RESULTS_COLUMNS, ResultsDrawn, ResultsView};
 use crate::theme::Theme;
 use crate::widgets::window;
 use crate::widgets::words::{fit_end, pad};
@@ -81,9 +81,10 @@ const INTERVAL: usize = 12;
 /// Columns that names keep before further numbers get room.
 const LEAST_NAME: usize = 44;
 
-/// How it was asked: task, frame and techniques, shortened.
-pub fn asked(way: &PromptConfig) -> [String; 3] {
+/// How it was asked: task, frame and techniques, whole or shortened.
+pub fn asked(way: &PromptConfig, short: bool) -> [String; 3] {
     let frame = way.frame.map_or("–", |frame| match frame.name() {
+        whole if !short => whole,
         "cartesian" => "cart",
         "picture" => "pic",
         "ego+picture" => "ego+pic",
@@ -92,20 +93,22 @@ pub fn asked(way: &PromptConfig) -> [String; 3] {
         "trajectory+picture" => "traj+pic",
         name => name,
     });
-    let techniques = way
-        .techniques
-        .map_or("–".into(), |t| t.to_string())
-        .replace("cp+cot+icl", "all");
+    let techniques = way.techniques.map_or("–".into(), |t| t.to_string());
+    let techniques = match techniques.as_str() {
+        "cp+cot+icl" if short => "all".into(),
+        _ => techniques,
+    };
     let task = match way.task.name() {
-        "collision" => "coll.",
+        "collision" if short => "coll.",
         name => name,
     };
     [task.into(), frame.into(), techniques]
 }
 
 /// How every row was asked, in columns no wider than they have to be.
-fn all_asked(rows: &[Results]) -> Vec<String> {
-    let all: Vec<[String; 3]> = rows.iter().map(|row| asked(&row.configuration)).collect();
+fn all_asked(rows: &[Results], short: bool) -> Vec<String> {
+    let rows = rows.iter();
+    let all: Vec<[String; 3]> = rows.map(|row| asked(&row.configuration, short)).collect();
     let widest = |part: usize| all.iter().map(|parts| parts[part].width()).max();
     let widths = [0, 1, 2].map(|part| widest(part).unwrap_or(0));
     let joined = |parts: &[String; 3]| {
@@ -221,6 +224,15 @@ impl Plan {
     }
 }
 
+impl Plan {
+    /// Whether it has room for every name.
+    fn is_whole(&self, results: &ResultsView, asked: &[String]) -> bool {
+        let mut names = results.rows.iter().zip(asked);
+        self.columns.len() == RANKS.len()
+            && names.all(|(row, asked)| name_width(&row.configuration, asked) <= self.names)
+    }
+}
+
 /// Columns that a column takes: the brackets of the selected number, or the sign of the order and a gap.
 fn width(shown: Shown, table: &[Vec<String>]) -> usize {
     match shown {
@@ -239,8 +251,17 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Re
     let inner = window::window_at(frame, area, model, title);
     let judging = results.judging.is_some();
     let table: Vec<Vec<String>> = results.rows.iter().map(|row| cells(row, judging)).collect();
-    let asked = all_asked(&results.rows);
-    let plan = Plan::new(model, &asked, &table, usize::from(inner.width));
+    let room = usize::from(inner.width);
+    let plans = [false, true].map(|short| {
+        let asked = all_asked(&results.rows, short);
+        (Plan::new(model, &asked, &table, room), asked)
+    });
+    let [(whole, words), shortened] = plans;
+    let (plan, asked) = if whole.is_whole(results, &words) {
+        (whole, words)
+    } else {
+        shortened
+    };
     let inner = foot(frame, inner, model, &plan.hidden);
     let dim = Style::new().fg(theme.dim);
     let rows = usize::from(inner.height).saturating_sub(1);

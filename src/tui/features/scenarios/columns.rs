@@ -6,7 +6,7 @@ use ratatui::text::Span;
 use crate::loaded::Tally;
 use crate::model::{HEADLINE, List, Model, Order, Row, nearest};
 use crate::widgets::words::fit;
-use nearmiss_scene::metrics::{Grade, Headline, Measure, measure};
+use nearmiss_scene::metrics::{CriticalMoment, Grade, Headline, Measure, measure};
 
 /// A column.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +21,8 @@ pub enum Column {
     Country,
     /// Verdicts of stored answers: agreement and count; the narrow form shows agreement only.
     Answers { wide: bool },
+    /// By what the moment that matters is ordered among those as severe.
+    Finer,
     /// How severe the moment that matters is, and a mark of contact; the wide one has room for its name above it.
     Severity { wide: bool },
 }
@@ -29,6 +31,7 @@ impl Column {
     /// Columns of the screen, the one before it included.
     pub fn width(self) -> usize {
         match self {
+            Self::Finer => 10,
             Self::Answers { wide: true } => 8,
             Self::Value(_) | Self::Duration => 6,
             Self::Obstacles | Self::Country => 4,
@@ -49,6 +52,7 @@ impl Column {
             Self::Obstacles => "obs".into(),
             Self::Duration => "time".into(),
             Self::Country => "cty".into(),
+            Self::Finer => "moment".into(),
             Self::Answers { wide } => if wide { "answers" } else { "" }.into(),
             Self::Severity { wide } => if wide { "sev" } else { "" }.into(),
         }
@@ -56,7 +60,10 @@ impl Column {
 
     /// Whether what stands in it ends at its right.
     pub fn is_number(self) -> bool {
-        matches!(self, Self::Value(_) | Self::Obstacles | Self::Duration)
+        matches!(
+            self,
+            Self::Value(_) | Self::Obstacles | Self::Duration | Self::Finer
+        )
     }
 }
 
@@ -67,7 +74,11 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
         Order::Measure(measure) => Some(Column::Value(measure)),
         Order::Obstacles => Some(Column::Obstacles),
         Order::Duration => Some(Column::Duration),
-        Order::Found | Order::Name | Order::Severity | Order::Verdicts => None,
+        Order::Severity => Some(Column::Finer).filter(|column| {
+            2 + MIN_NAME_COLUMNS + column.width() + Column::Severity { wide: false }.width()
+                <= width
+        }),
+        Order::Found | Order::Name | Order::Verdicts => None,
     };
     // Names come first: agreement of answers is shown if it fits beside them.
     let sorting: usize = sorted.iter().map(|c| c.width()).sum();
@@ -113,7 +124,7 @@ pub fn fitting(list: &List, width: usize, heads: bool) -> (Vec<Column>, bool) {
 const MIN_NAME_COLUMNS: usize = 24;
 
 /// Columns that are left to names at least, if they are so long.
-const NAME: usize = 26;
+const NAME: usize = 40;
 
 /// What stands in a column, and its style. With an obstacle or a planned drive as the ego, `taken` is what is open: the
 /// list agrees with it, and what is only known of the recorded ego is left out.
@@ -136,7 +147,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
             match value {
                 None => Span::styled("…", dim),
                 Some(None) => Span::styled("–", dim),
-                Some(Some(value)) if value.abs() >= 100.0 => {
+                Some(Some(value)) if value.abs() >= 100.0 || measure.is_ordinal() => {
                     Span::styled(format!("{value:.0}"), accent)
                 }
                 Some(Some(value)) => Span::styled(format!("{value:.2}"), accent),
@@ -145,6 +156,16 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
         Column::Obstacles => plain(facts.map(|f| f.obstacles.to_string())),
         Column::Duration => plain(facts.map(|f| format!("{:.1}", f.seconds))),
         Column::Country => plain(Some(row.country().to_string())),
+        Column::Finer => {
+            let headline = taken.or_else(|| facts.and_then(|f| f.headline.as_ref()));
+            let measured = headline
+                .and_then(Headline::worst)
+                .map(CriticalMoment::measured);
+            plain(measured.flatten().map(|(value, unit)| {
+                let digits = usize::from(value.abs() < 100.0) + usize::from(value.abs() < 10.0);
+                format!("{value:.digits$} {unit}")
+            }))
+        }
         // Stored answers are about the recorded ego and the original.
         Column::Answers { .. } if taken.is_some() => Span::raw(""),
         Column::Answers { wide } => {
@@ -162,7 +183,7 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
                 (Some(headline), _) => severity(model, Some(headline)),
                 (None, None) => ("·".into(), theme.dim),
                 (None, Some(Err(_))) => ("!".into(), theme.danger),
-                (None, Some(Ok(facts))) => severity(model, facts.headline.as_ref()),
+                (None, Some(Ok(_))) => severity(model, row.headline()),
             };
             Span::styled(words, Style::new().fg(color).add_modifier(Modifier::BOLD))
         }

@@ -23,7 +23,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let list = &model.list;
     let room = usize::from(area.width).saturating_sub(4);
     let mut inner = window::pane(f, area, model, Pane::Scenarios, title(model, room));
-    skipped(f, area, model);
+    missing(f, area, model);
     filter(f, &mut inner, model);
     let heads = inner.height > 5;
     let (columns, more) = fitting(list, usize::from(inner.width), heads);
@@ -103,11 +103,8 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     } else {
         format!("scenarios {}/{all}{searching}", list.visible.len())
     };
-    let mut add = |words: String| {
-        if title.width() + words.width() <= room {
-            title.push_str(&words);
-        }
-    };
+    let mut parts = Vec::new();
+    let mut add = |words: String| parts.push(words);
     match (list.read.wrong.is_empty(), list.read.filters()) {
         (false, false) => add(" · filter has an error: nothing filtered".into()),
         (false, true) => add(" · filter has an error".into()),
@@ -128,6 +125,9 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     match (list.order, list.order.unit()) {
         (Order::Found, _) if !list.turned => {}
         (Order::Found, _) => add(" reversed".into()),
+        (Order::Measure(measure), "") => {
+            add(format!(" by {}{turned}", measure.axis_name(measure.id)))
+        }
         (order, "") => add(format!(" by {}{turned}", order.id())),
         (order, unit) => add(format!(" by {}, {unit}{turned}", order.id())),
     }
@@ -137,7 +137,17 @@ fn title(model: &Model, room: usize) -> Line<'static> {
     if list.facts_read > 0 && list.facts_read < all {
         add(format!(" · {} read", list.facts_read));
     }
-    Line::from(title)
+    for words in &parts {
+        if title.width() + words.width() <= room {
+            title.push_str(words);
+        }
+    }
+    // Which way the numbers go that stand behind the names.
+    let ways = [" · severity, 0 = contact", " · 0 = contact"];
+    let said = usize::from(list.order == Order::Severity);
+    let fits = |words: &&str| title.width() + words.width() <= room;
+    let way = ways.into_iter().skip(said).find(fits);
+    Line::from(title + way.unwrap_or_default())
 }
 
 fn below(area: Rect, rows: u16) -> Rect {
@@ -235,10 +245,11 @@ fn scenario(
     let mut room = width.saturating_sub(used + 2);
     // Whose values stand there, where there is room for it.
     let whose = match model.variant() {
-        Some(shown) if shown.changed => " variant",
+        Some(shown) if other && shown.changed => " variant",
         _ => " planned",
     };
-    let says = taken.is_some() && planned && row.entry.name.width() + whose.len() <= room;
+    let planned = (taken.is_some() && planned) || (!other && row.planned.is_some());
+    let says = planned && row.entry.name.width() + whose.len() <= room;
     room -= if says { whose.len() } else { 0 };
     let mut line = name(model, row, room, matching);
     if says {
@@ -275,20 +286,24 @@ fn name(model: &Model, row: &Row, width: usize, matching: Option<&mut Matching>)
     letters.collect::<Vec<_>>().into()
 }
 
-/// In the lower border, where it takes no row: that not everything is in the list, and the key that tells why.
-fn skipped(f: &mut Frame<'_>, area: Rect, model: &Model) {
-    let count = model.list.passed_over.len();
-    if count == 0 || area.height < 2 {
+/// In the lower border, where it takes no row: what is not in the list or lacks an ego, and the keys that help.
+fn missing(f: &mut Frame<'_>, area: Rect, model: &Model) {
+    if area.height < 2 {
+        return;
+    }
+    let key = model.look.key(Action::About);
+    let skipped = match model.list.passed_over.len() {
+        0 => None,
+        count => Some(format!("{count} skipped: {key}")),
+    };
+    let key = model.look.key(Action::DrivePlanner);
+    let parts = skipped.into_iter().chain(model.list.without_ego(&key));
+    let words = parts.collect::<Vec<_>>().join(" · ");
+    if words.is_empty() {
         return;
     }
     let width = usize::from(area.width).saturating_sub(4);
-    let key = model.look.key(Action::About);
-    let words = format!("{count} skipped: {key}");
-    let words = if words.width() <= width {
-        format!(" {words} ")
-    } else {
-        format!(" {} ", fit(&format!("{count} skipped"), width))
-    };
+    let words = format!(" {} ", fit(&words, width));
     let below = Rect {
         x: area.x + 1,
         y: area.bottom() - 1,

@@ -83,6 +83,9 @@ fn nothing_found(model: &mut Model, message: String) -> Vec<Effect> {
 /// A frame is about to be drawn: what arrived takes its place, and what is on the screen is asked for first.
 pub fn drawing(model: &mut Model) -> Vec<Effect> {
     model.list.settle();
+    if model.list.lead() {
+        return open_current(model);
+    }
     let list = &model.list;
     if list.facts_read >= list.rows.len() {
         return Vec::new();
@@ -350,7 +353,19 @@ impl Choice for Orders {
         };
         // By the same again, the other way around.
         model.list.sort_by(*order);
+        model.list.leads = order.needs_facts();
+        let key = model.look.key(Action::DrivePlanner);
+        let measured = matches!(order, Order::Severity | Order::Measure(_));
+        if let Some(why) = model.list.without_ego(&key).filter(|_| measured) {
+            model.say(format!("{why}; until then they come last"));
+        }
         Step::Close(ranking(model).into_iter().collect())
+    }
+
+    /// From the order as they were found to the one that is wanted most, and from any other back.
+    fn first(&self, model: &Model) -> usize {
+        let wanted = |order: &Order| *order == Order::Severity && model.list.order == Order::Found;
+        Order::PLAIN.iter().position(wanted).unwrap_or(0)
     }
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model, picker: &Picker) {

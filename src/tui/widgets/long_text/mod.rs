@@ -275,12 +275,23 @@ impl Reading {
     pub fn rows_of_claims(&self, count: usize) -> Vec<usize> {
         let mut rows = vec![0; count];
         for (line, place) in &self.claims {
-            let hidden = usize::from(self.is_hidden(*line));
             if let Some(row) = rows.get_mut(*place) {
-                *row = self.row_before(*line).saturating_sub(hidden);
+                *row = self.row(*line);
             }
         }
         rows
+    }
+
+    /// The row of the line that a byte is in; of a folded one that of the line it is folded to.
+    #[must_use]
+    pub fn row_of(&self, byte: usize) -> Option<usize> {
+        let line = self.lines.iter().position(|line| byte <= line.to)?;
+        Some(self.row(line))
+    }
+
+    fn row(&self, line: usize) -> usize {
+        let hidden = usize::from(self.is_hidden(line));
+        self.row_before(line).saturating_sub(hidden)
     }
 
     /// Rows above a line.
@@ -395,7 +406,7 @@ impl Reading {
     }
 
     /// A row as it is written, and drawn without its columns.
-    fn row(&self, at: usize, marks: &MarkedClaims<'_>, theme: &Theme) -> (&str, Line<'static>) {
+    fn drawn(&self, at: usize, marks: &MarkedClaims<'_>, theme: &Theme) -> (&str, Line<'static>) {
         let Placed { from, to, .. } = self.lines[at];
         let written = &self.text[from..to];
         let here = self.claims_in(at, marks);
@@ -417,11 +428,11 @@ impl Reading {
                 .iter()
                 .enumerate()
                 .take_while(|(i, l)| matches!(l.kind, Kind::Row(r) if r.before == *i))
-                .map(|(i, _)| self.row(first + i, marks, theme));
+                .map(|(i, _)| self.drawn(first + i, marks, theme));
             let layout = Layout::new(rows, usize::from(self.width));
             self.tables.push((first, layout));
         }
-        let (written, drawn) = self.row(at, marks, theme);
+        let (written, drawn) = self.drawn(at, marks, theme);
         let found = self.tables.iter().find(|(line, _)| *line == first);
         match found {
             Some((_, layout)) => layout.row(written, drawn, row.before == 0, theme),

@@ -573,3 +573,28 @@ fn sentences_with_a_quantity_that_were_not_understood_are_found() {
         [format!("Car {id} wobbles by 7.77 m sideways, oddly.")]
     );
 }
+
+#[test]
+fn the_fence_around_all_of_an_answer_is_not_shown() {
+    for (answer, shown) in [
+        ("```markdown\n# Why\n\nso\n```\n", "# Why\n\nso\n"),
+        ("\n```json\n{\"a\": 1}\n```", "{\"a\": 1}\n"),
+        ("```json {\"a\": 1}```", "{\"a\": 1}"),
+        ("```\n{\n}```\n", "{\n}"),
+        ("```md\nas\n```json\n{}\n```\n```", "as\n```json\n{}\n```\n"),
+        // What arrives.
+        ("```", ""),
+        ("```markdown\n# W", "# W"),
+        // A part of the answer, and code, keep theirs.
+        ("why\n```json\n{}\n```", "why\n```json\n{}\n```"),
+        ("```json\n{}\n```\nso", "```json\n{}\n```\nso"),
+        ("```python\nx\n```", "```python\nx\n```"),
+        ("`a` is so", "`a` is so"),
+    ] {
+        assert_eq!(shown_text("", answer, false), shown, "{answer}");
+        assert_eq!(shown_text("", answer, true), answer, "as sent");
+    }
+    let reasoned = "```json\n{\"justification\": \"so\", \"collision\": true}\n```";
+    let shown = shown_text("", reasoned, false);
+    assert_eq!(shown.trim(), "so\n\n{\"collision\": true}");
+}

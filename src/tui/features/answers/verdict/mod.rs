@@ -17,7 +17,7 @@ use unicode_width::UnicodeWidthStr;
 use super::obstacles;
 use crate::action::Action;
 use crate::model::{Answers, Column, Model, Pane, Progress, ShownAnswer, parts};
-use crate::widgets::words::{date, fit, fit_middle};
+use crate::widgets::words::{date, fit, fit_around};
 use crate::widgets::{row, window};
 use table::{LABEL, Row, Table};
 
@@ -74,6 +74,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     }
     let inner = window::pane(f, area, model, Pane::Verdict, title);
     let answers = &model.answers;
+    let named = obstacles::named(model);
     let draw = |f: &mut Frame<'_>, text| {
         row::text(
             f,
@@ -81,7 +82,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             model,
             Pane::Verdict,
             text,
-            Some(top_with_cursor(model, usize::from(inner.height))),
+            Some(top_with_cursor(model, &named, usize::from(inner.height))),
         );
     };
     let other = matches!(model.task, Task::Attacker | Task::Trajectory);
@@ -120,10 +121,10 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     // A gap behind each; the last column, the built-in judge's, needs none.
     let room = usize::from(inner.width).saturating_sub(LABEL + 1);
     let widths = widths(&ids, Some(NARROWEST), narrowest(room), room);
-    let heads = of_models(&ids, &widths);
     let plotted = model.plot.measure.id == "risk" && model.plot.drives.is_none();
+    let heads = of_models(&ids, &widths, if plotted { LETTER } else { 0 });
     for ((i, head), width) in seen.clone().zip(&heads).zip(&widths) {
-        let letter = obstacles::letter(i).filter(|_| plotted && *width > NARROWEST);
+        let letter = obstacles::letter(i).filter(|_| plotted);
         let head = &letter.map_or(head.clone(), |letter| format!("{letter} {head}"));
         let column = &answers.columns[i];
         let truth = column.truth_or(verdict);
@@ -136,13 +137,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let mut text = Text::from(table.lines());
     text.extend(notes(model));
     // A column is left for the scroll bar.
-    let named = obstacles::lines(model, seen, &widths);
+    let table = obstacles::lines(model, &named, seen, &widths);
     let mut above = text.clone();
-    above.extend(named.iter().take(2).cloned());
+    above.extend(table.iter().take(2).cloned());
     let above = Paragraph::new(above).wrap(Wrap { trim: false });
     let rows = above.line_count(inner.width.saturating_sub(1));
     model.drawn.set_obstacles(rows);
-    text.extend(named);
+    text.extend(table);
     text.extend(failures(model));
     text.push_line("");
     text.extend(comment(model, reference));
@@ -150,17 +151,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
 }
 
 /// The line that the pane of so many rows begins with: the obstacle that the keys stand on is in sight.
-fn top_with_cursor(model: &Model, rows: usize) -> usize {
+fn top_with_cursor(model: &Model, named: &[i64], rows: usize) -> usize {
     let top = model.answers.verdict_top;
     let cursor = model
         .answers
         .cursor
         .filter(|_| model.focus == Pane::Verdict);
-    let place = cursor.and_then(|id| {
-        obstacles::named(model)
-            .iter()
-            .position(|known| *known == id)
-    });
+    let place = cursor.and_then(|id| named.iter().position(|known| *known == id));
     place.map_or(top, |place| {
         let line = model.drawn.obstacles() + place;
         top.min(line).max((line + 1).saturating_sub(rows))
@@ -195,7 +192,7 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
         .map(|c| c.model.as_str())
         .collect();
     let widths = widths(&ids, None, NARROWEST, room.saturating_sub(LABEL + 1));
-    let heads = of_models(&ids, &widths);
+    let heads = of_models(&ids, &widths, 0);
     for ((i, head), width) in seen.zip(&heads).zip(&widths) {
         let shown = answers.shown == ShownAnswer::Column(i);
         table.set_width(*width);
@@ -208,12 +205,14 @@ fn without_reference(model: &Model, seen: std::ops::Range<usize>, room: usize) -
     text
 }
 
-/// The heads of answers, of two lines with a gap behind each.
-fn of_models(ids: &[&str], widths: &[usize]) -> Vec<String> {
-    // A letter of the plot and a space stand before it where there is room.
-    let room = |width: &usize| (2 * width).saturating_sub(if *width > NARROWEST { 4 } else { 2 });
+/// The letter of an answer in the plot and a space, before its name.
+const LETTER: usize = 2;
+
+/// The heads of answers, of two lines with a gap behind each, and so many columns left before them.
+fn of_models(ids: &[&str], widths: &[usize], before: usize) -> Vec<String> {
+    let room = |width: &usize| (2 * width).saturating_sub(2 + before);
     let rooms = widths.iter().map(room);
-    heads(ids, &rooms.collect::<Vec<_>>())
+    heads(ids, &rooms.collect::<Vec<_>>(), before)
 }
 
 /// The answers that fit beside the built-in judge, the shown one among them.
@@ -365,13 +364,11 @@ fn of_column(model: &Model) -> Text<'static> {
 /// left in equal parts; where there is less, the widest get less. An answer needs `least`, its model without the
 /// provider, and a gap.
 fn widths(ids: &[&str], last: Option<usize>, least: usize, room: usize) -> Vec<usize> {
-    let bare = |id: &&str| {
-        id.split_once('/')
-            .map_or(id.width(), |(_, model)| model.width())
-    };
-    // Where there is room, a letter of the plot stands before the name.
-    let letter = if least > NARROWEST { 2 } else { 0 };
-    let needed = ids.iter().map(|id| least.max(bare(id) + 1 + letter));
+    // Where there is room, the letter and the name stand in one line.
+    let letter = if least > NARROWEST { LETTER } else { 0 };
+    let needed = ids
+        .iter()
+        .map(|id| least.max(bare(id).width() + 1 + letter));
     let needed: Vec<usize> = needed.chain(last).collect();
     let count = needed.len().max(1);
     let sum: usize = needed.iter().sum();
@@ -394,12 +391,14 @@ fn widths(ids: &[&str], last: Option<usize>, least: usize, room: usize) -> Vec<u
 }
 
 /// Models' ids in so many columns each: whole, or without their provider, and then with their beginning and end, which
-/// tell models apart. Of those that would read the same, as much of the provider is left as tells them apart. The title of
-/// the reasoning has them whole.
-fn heads(ids: &[&str], widths: &[usize]) -> Vec<String> {
+/// tell models apart. Of those that would read the same, as much of the provider is left as tells them apart, or what
+/// differs stands behind their beginning. The title of the reasoning has them whole.
+fn heads(ids: &[&str], widths: &[usize], before: usize) -> Vec<String> {
     let width = |i: usize| widths.get(i).copied().unwrap_or(0);
     let plain = ids.iter().enumerate();
-    let plain: Vec<String> = plain.map(|(i, id)| short(id, 0, width(i))).collect();
+    let plain: Vec<String> = plain
+        .map(|(i, id)| short(id, 0, width(i), before))
+        .collect();
     let alike = |i: usize, heads: &[String]| {
         (0..ids.len()).any(|j| ids[j] != ids[i] && heads[j] == heads[i])
     };
@@ -412,21 +411,62 @@ fn heads(ids: &[&str], widths: &[usize]) -> Vec<String> {
         }
         // All that read alike change together, also those that another one of them has just left alone.
         for i in (0..ids.len()).filter(|i| alike(*i, &plain)) {
-            best[i] = short(ids[i], letters, width(i));
+            best[i] = short(ids[i], letters, width(i), before);
         }
+    }
+    let unclear: Vec<usize> = (0..ids.len()).filter(|i| alike(*i, &best)).collect();
+    let names = unclear.iter().map(|i| bare(ids[*i]));
+    let same = names
+        .clone()
+        .map(|name| same_start(name, names.clone()))
+        .min();
+    for i in unclear {
+        best[i] = from_difference(bare(ids[i]), same.unwrap_or(0), width(i));
     }
     best
 }
 
-/// An id within `width` columns, with `letters` of its provider if it does not fit whole.
-fn short(id: &str, letters: usize, width: usize) -> String {
+/// A model's id without the provider.
+fn bare(id: &str) -> &str {
+    id.split_once('/').map_or(id, |(_, model)| model)
+}
+
+/// The bytes in which a name begins as others do that are not the same: the fewest.
+fn same_start<'n>(name: &str, others: impl Iterator<Item = &'n str>) -> usize {
+    let start = |other: &str| {
+        let pairs = name.chars().zip(other.chars());
+        pairs
+            .take_while(|(a, b)| a == b)
+            .map(|(a, _)| a.len_utf8())
+            .sum()
+    };
+    others
+        .filter(|other| *other != name)
+        .map(start)
+        .min()
+        .unwrap_or(0)
+}
+
+/// A name from where it differs from others on, behind its first letters.
+fn from_difference(name: &str, at: usize, width: usize) -> String {
+    let begin: String = name.chars().take(width / 3).collect();
+    if at <= begin.len() {
+        return fit(name, width);
+    }
+    fit(&format!("{begin}…{}", &name[at..]), width)
+}
+
+/// An id within `width` columns, with `letters` of its provider if it does not fit whole. What is cut is so where the first
+/// of two lines ends, which begins with so many other columns.
+fn short(id: &str, letters: usize, width: usize, before: usize) -> String {
+    let end = (width + before) / 2;
     match id.split_once('/') {
         Some((provider, model)) if id.width() > width || letters == 0 => {
             let some: String = provider.chars().take(letters).collect();
             if some.is_empty() {
-                fit_middle(model, width)
+                fit_around(model, width, end)
             } else {
-                fit_middle(&format!("{some}/{model}"), width)
+                fit_around(&format!("{some}/{model}"), width, end)
             }
         }
         _ => fit(id, width),
@@ -588,25 +628,41 @@ mod tests {
     #[test]
     fn what_would_read_the_same_keeps_a_part_of_its_provider() {
         let two = ["recorded/gpt-4o", "openai/gpt-4o"];
-        assert_eq!(heads(&two, &[20, 20]), two);
-        assert_eq!(heads(&two, &[10, 10]), ["r/gpt-4o", "o/gpt-4o"]);
-        let narrow = heads(&two, &[7, 7]);
+        assert_eq!(heads(&two, &[20, 20], 0), two);
+        assert_eq!(heads(&two, &[10, 10], 0), ["r/gpt-4o", "o/gpt-4o"]);
+        let narrow = heads(&two, &[7, 7], 0);
         assert_ne!(narrow[0], narrow[1], "{narrow:?}");
         assert!(narrow.iter().all(|head| head.width() <= 7), "{narrow:?}");
         let providers = ["openrouter/gpt-4o", "openai/gpt-4o"];
         assert_eq!(
-            heads(&providers, &[12, 12]),
+            heads(&providers, &[12, 12], 0),
             ["openr/gpt-4o", "opena/gpt-4o"]
+        );
+    }
+
+    #[test]
+    fn what_differs_within_names_is_kept() {
+        let three = [
+            "lab/qwen2.5-vl-7b-instruct",
+            "lab/qwen2.5-vl-72b-instruct",
+            "lab/gpt-4o",
+        ];
+        let cut = heads(&three, &[12, 12, 12], LETTER);
+        assert_eq!(cut, ["qwen…b-inst…", "qwen…2b-ins…", "gpt-4o"]);
+        // The cut is where the first line ends.
+        assert_eq!(
+            heads(&["lab/deepseek-chat"], &[12], LETTER),
+            ["deep…ek-chat"]
         );
     }
 
     #[test]
     fn what_is_clear_or_the_same_stays_short() {
         let clear = ["openai/gpt-4o-mini", "gemini/gemini-2.5-pro"];
-        assert_eq!(heads(&clear, &[11, 11]), ["gpt-4o-mini", "gemin…5-pro"]);
+        assert_eq!(heads(&clear, &[11, 11], 0), ["gpt-4o-mini", "gemin…5-pro"]);
         let same = ["openai/gpt-4o-mini", "openai/gpt-4o-mini"];
-        assert_eq!(heads(&same, &[11, 11]), ["gpt-4o-mini"; 2]);
-        assert_eq!(heads(&[], &[]), [""; 0]);
+        assert_eq!(heads(&same, &[11, 11], 0), ["gpt-4o-mini"; 2]);
+        assert_eq!(heads(&[], &[], 0), [""; 0]);
     }
 
     #[test]
@@ -615,7 +671,7 @@ mod tests {
         let narrow = widths(&ids, Some(8), 8, 43);
         assert_eq!(narrow, [8, 9, 8, 9, 8]);
         assert_eq!(
-            heads(&ids, &[7, 8, 7, 8]),
+            heads(&ids, &[7, 8, 7, 8], 0),
             ["pyro-8b", "sage-70b"].repeat(2)
         );
         assert_eq!(

@@ -83,7 +83,7 @@ impl Row {
         match self {
             Self::Head | Self::Rest => "",
             Self::Frame => "frame",
-            Self::How => "how",
+            Self::How => "technique",
             Self::Prompt => "prompt",
             Self::Says => {
                 return task
@@ -432,7 +432,7 @@ fn in_two(name: &str, width: usize) -> (String, String) {
             break;
         }
         whole = at + c.len_utf8();
-        if matches!(c, '-' | '/' | ':' | '_' | '.' | ' ') {
+        if matches!(c, '-' | '/' | ':' | '_' | '…') {
             cut = whole;
         }
     }

@@ -1,13 +1,14 @@
 //! The variant: its attack, its outcome and its differences at the cursor, in a panel beside the map.
 
 pub mod authorship;
+pub mod certificate;
 pub mod strip;
 
 use std::collections::BTreeMap;
 
 use nearmiss_drive::generation::{
-    AttackStyle, AttackerEffect, AttackerRecord, Certificate, Consequence, GateEvidence,
-    OutcomeName, Reason,
+    AttackStyle, AttackerEffect, AttackerRecord, Certificate, CertificateRecord, Consequence,
+    GateEvidence, OutcomeName, Reason,
 };
 use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::Motion as State;
@@ -18,6 +19,7 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::Text;
 
 use crate::action::Action;
+use crate::features::generation::panel::certificate::Certified;
 use crate::features::{Screen, Step, moves_scene};
 use crate::loaded::{GeneratedVariant, SavedVariant, VariantShown};
 use crate::model::{Model, consequence_words};
@@ -97,8 +99,16 @@ impl Screen for VariantScreen {
     fn hints(&self, model: &Model) -> Vec<Hint> {
         let mut hints = vec![hints::steps(model, "step"), hints::scroll(model)];
         hints.push(hints::close(model));
-        hints.extend(hints::hint_of(model, Action::SwitchVariant));
-        hints.extend(hints::hint_of(model, Action::PlotDrives));
+        let more = [
+            Action::SwitchVariant,
+            Action::CertificateMap,
+            Action::PlotDrives,
+            Action::SaveVariant,
+        ];
+        hints.extend(
+            more.iter()
+                .filter_map(|action| hints::hint_of(model, *action)),
+        );
         hints
     }
 }
@@ -108,15 +118,9 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
     let made = &*shown.made;
     outcome(&mut lines, model, made);
     avoidable(&mut lines, model, made);
+    gate(&mut lines, made);
     difference(&mut lines, model, made);
     attack(&mut lines, model, shown);
-    match &made.authorship {
-        Some(wrote) => {
-            authorship::written(&mut lines, model, wrote, Some(made.effect.main().obstacle))
-        }
-        None => refused(&mut lines, made),
-    }
-    gate(&mut lines, made);
     lines.title("the variant is kept");
     let kept = match model.generation.files(&shown.made) {
         Some(files) => format!("in {}", visible(files)),
@@ -126,6 +130,12 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
         }
     };
     lines.plain(&kept);
+    match &made.authorship {
+        Some(wrote) => {
+            authorship::written(&mut lines, model, wrote, Some(made.effect.main().obstacle))
+        }
+        None => refused(&mut lines, made),
+    }
     match &made.authorship {
         Some(wrote) => authorship::reasons(&mut lines, wrote),
         None => authorship::ranking(&mut lines, made),
@@ -228,7 +238,7 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     let (before, after) = (effect.lowest_before(), effect.lowest_after());
     let anyone = change(effect.anyone_before, effect.anyone_after);
     let risk = format!(
-        "lowest {}; of all obstacles {anyone}",
+        "score {}, of all obstacles {anyone} (0 = collision)",
         change(before, after)
     );
     lines.say("risk", &risk);
@@ -251,48 +261,24 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
 }
 
 fn avoidable(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
-    lines.title("avoidable by a good driver, by reaction time");
     if made.effect.consequence == Consequence::NoEffect {
-        return lines.plain("nothing to avoid");
+        return;
     }
-    let mut last = None;
-    for (delay, certificate) in &made.avoidability.certificates {
-        let name = format!("{delay:.1} s");
-        match certificate {
-            Certificate::Avoided(way) if last == Some(way.found) => {
-                lines.say(&name, "yes, in the same way");
-            }
-            Certificate::Avoided(way) => {
-                last = Some(way.found);
-                lines.say(&name, &format!("yes: {}", way.found));
-            }
-            Certificate::NotFound(nothing) => {
-                let style = Style::new().fg(model.theme.warning);
-                lines.say_in(&name, &format!("no: {}", nothing.why), style);
-            }
-        }
-    }
-    if let Some(driver) = &made.good_driver {
-        let broken = driver.broken().join(", ");
-        for (name, words) in
-            good_driver_words(Some(driver.acceleration), &broken, driver.leaves_roadway)
-        {
-            lines.say(name, &words);
-        }
-    }
-}
-
-/// What a good driver does, line by line: the acceleration (m/s²) that it uses, the rules that it breaks, and the step at
-/// which it leaves the lanelets of cars.
-fn good_driver_words(
-    used: Option<f64>,
-    broken: &str,
-    left: Option<i64>,
-) -> Vec<(&'static str, String)> {
-    let used = used.map(|used| ("peak", format!("{used:.1} m/s²")));
-    let broken = (!broken.is_empty()).then(|| ("breaks", broken.to_owned()));
-    let left = left.map(|step| ("leaves", format!("the lanelets of cars at step {step}")));
-    used.into_iter().chain(broken).chain(left).collect()
+    let why = |certificate: &Certificate| match certificate {
+        Certificate::Avoided(_) => None,
+        Certificate::NotFound(nothing) => Some(nothing.why.to_string()),
+    };
+    let all = made.avoidability.certificates.iter();
+    let certified = Certified {
+        delays: all
+            .map(|(delay, certificate)| (format!("{delay:.1}"), why(certificate)))
+            .collect(),
+        driver: made.good_driver.as_ref(),
+        from: made.effect.from,
+        contact: made.effect.contact.map(|contact| contact.step),
+        dt: made.closed.driver().dt(),
+    };
+    certified.add_to(lines, &model.theme);
 }
 
 fn refused(lines: &mut Lines, made: &GeneratedVariant) {
@@ -319,7 +305,7 @@ fn refused(lines: &mut Lines, made: &GeneratedVariant) {
 }
 
 fn gate(lines: &mut Lines, made: &GeneratedVariant) {
-    lines.title("the gate that it passed");
+    lines.title("physically valid: it passed the gate");
     let all = &made.passed;
     let sum = |of: &dyn Fn(&GateEvidence) -> usize| all.iter().map(of).sum::<usize>();
     let (steps, exempt) = (sum(&|p| p.steps), sum(&|p| p.exempt));
@@ -330,11 +316,12 @@ fn gate(lines: &mut Lines, made: &GeneratedVariant) {
     let friction = all.iter().map(|p| p.friction).fold(0.0, f64::max);
     let friction = format!("at most {:.0} % of the circle used", friction * 100.0);
     lines.say("friction", &friction);
-    let style = match made.style {
-        AttackStyle::Human => "keeps the limits of people",
-        AttackStyle::Limit => "keeps the limits of its vehicle",
+    let limits = match made.style {
+        AttackStyle::Human => "those of a person in an emergency",
+        AttackStyle::Limit => "those of its vehicle",
     };
-    lines.say("style", style);
+    lines.say("limits", limits);
+    lines.say("place", "stays on the road, overlaps only the ego");
     for (passed, id) in all.iter().zip(made.effect.ids()) {
         if passed.early > 0 {
             let whose = match all.len() {
@@ -424,38 +411,41 @@ fn saved_text(model: &Model, saved: &SavedVariant, width: usize) -> Text<'static
     }
     lines.say("source", &visible(&manifest.by));
     lines.say("others", "as recorded; only the ego reacts");
+    lines.say(
+        "valid",
+        "it passed the gate when it was made; `nearmiss generate ORIGINAL --check VARIANT` checks it again",
+    );
     let refused = manifest.rejected.len();
     lines.say("refused", &format!("{refused} motions before it"));
     lines.say("made by", &visible(&manifest.program));
+    if let Some(opened) = &model.opened {
+        lines.say("file", &visible(&opened.file));
+    }
     lines.plain("");
     lines.plain(&model.saved_variant(saved));
     lines.text
 }
 
 fn certificates(lines: &mut Lines, model: &Model, saved: &SavedVariant) {
-    let Some(all) = &saved.origin.manifest.avoidable else {
+    let manifest = &saved.origin.manifest;
+    let Some(all) = &manifest.avoidable else {
         return;
     };
-    lines.title("avoidable by a good driver, by reaction time");
-    let mut latest = None;
-    for (delay, record) in all {
-        let name = format!("{} s", visible(delay));
-        if let Some(evasion) = record.evasion.as_ref().filter(|_| record.avoided) {
-            lines.say(&name, &format!("yes: {}", visible(&evasion.found_by)));
-            latest = Some(evasion);
-        } else {
-            let why = record.why.as_deref().unwrap_or_default();
-            let style = Style::new().fg(model.theme.warning);
-            lines.say_in(&name, &format!("no: {}", visible(why)), style);
-        }
-    }
-    if let Some(driver) = latest {
-        let broken = driver.rules_broken.join(", ");
-        let (used, left) = (driver.max_acceleration, driver.leaves_roadway_step);
-        for (name, words) in good_driver_words(used, &visible(&broken), left) {
-            lines.say(name, &words);
-        }
-    }
+    let why = |record: &CertificateRecord| {
+        (!record.avoided).then(|| record.why.clone().unwrap_or_default())
+    };
+    let avoided = all.values().rev().filter(|record| record.avoided);
+    let certified = Certified {
+        delays: all
+            .iter()
+            .map(|(delay, record)| (visible(delay).into_owned(), why(record)))
+            .collect(),
+        driver: avoided.filter_map(|record| record.evasion.as_ref()).next(),
+        from: saved.origin.from(),
+        contact: manifest.collision.as_ref().map(|contact| contact.step),
+        dt: manifest.change.seconds_per_step,
+    };
+    certified.add_to(lines, &model.theme);
 }
 
 fn attacker_words(attacker: &AttackerRecord) -> String {

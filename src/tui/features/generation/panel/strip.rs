@@ -11,14 +11,16 @@ use unicode_width::UnicodeWidthStr;
 use crate::features::map::draw::still;
 use crate::features::map::state::DrivenBy;
 use crate::features::plot::draw::axes::Dash;
-use crate::features::plot::draw::marks::{GapCurve, gaps};
+use crate::features::plot::draw::fitting;
+use crate::features::plot::draw::gaps::{self, GapCurve};
+use crate::features::plot::draw::marks::Event;
 use crate::model::{Model, Moment};
 use crate::widgets::words::fit;
 
 /// Fewest columns and rows of the strip.
 const LEAST: (u16, u16) = (56, 24);
-/// Rows of the gaps.
-const GAPS: u16 = 9;
+/// Rows of the gaps at least, and their share of all in percent.
+const GAPS: (u16, u16) = (9, 30);
 
 /// Whether there is room, and something to show.
 pub fn fits(model: &Model, area: Rect) -> bool {
@@ -31,8 +33,9 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let theme = &model.theme;
     f.render_widget(Clear, area);
     f.render_widget(Block::new().style(theme.base()), area);
+    let gaps_rows = (area.height * GAPS.1 / 100).max(GAPS.0);
     let [maps, below] =
-        Layout::vertical([Constraint::Min(0), Constraint::Length(GAPS)]).areas(area);
+        Layout::vertical([Constraint::Min(0), Constraint::Length(gaps_rows)]).areas(area);
     let drives: Vec<(&str, Color, Dash, Moment<'_>)> = [
         Some(("original", theme.text, Dash::Dotted, strip.original)),
         Some(("attack", theme.danger, Dash::Solid, strip.attack)),
@@ -59,13 +62,17 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         f.render_widget(block, *part);
         still(f, inner, model, moment, &strip.attack);
     }
-    let step = strip.attack.step;
+    let mut title = vec![vec![Span::raw(format!("gap to {}", strip.attacker))]];
+    title.extend(drives.iter().map(|(name, color, dash, _)| {
+        let words = format!("{} {name}", dash.sign());
+        vec![Span::styled(words, Style::new().fg(*color))]
+    }));
+    let mut title = fitting(title, usize::from(below.width).saturating_sub(4));
+    title.spans.insert(0, " ".into());
+    title.push_span(" ");
     let block = Block::bordered()
         .border_style(Style::new().fg(theme.border))
-        .title(Span::styled(
-            format!(" gap to {}, m ", strip.attacker),
-            Style::new().fg(theme.title),
-        ));
+        .title(title.style(Style::new().fg(theme.title)));
     let inner = block.inner(below);
     f.render_widget(block, below);
     let curves: Vec<GapCurve<'_>> = drives
@@ -77,7 +84,18 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
             opened: moment.opened,
         })
         .collect();
-    gaps(f, inner, model, &curves, (strip.attacker, step));
+    let time = strip.attack.step as f64 * strip.attack.opened.scenario.dt();
+    let (sign, word) = match strip.attack.opened.contact() {
+        Some(contact) => ('X', contact.name()),
+        None => ('▼', "most severe"),
+    };
+    let moment = Event {
+        time,
+        sign,
+        label: format!("{word} {time:.1} s"),
+        style: Style::new().fg(theme.danger).add_modifier(Modifier::BOLD),
+    };
+    gaps::draw(f, inner, model, &curves, strip.attacker, moment);
 }
 
 /// Whose drive it is, how it ends, and the gap at the moment.

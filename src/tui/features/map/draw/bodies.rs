@@ -12,7 +12,7 @@ use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::{Goal, Position, Sign, SignMeaning, SignalColor};
 use ratatui::style::{Color, Modifier, Style};
 
-use crate::features::map::draw::labels::{Body, LabelPlacer};
+use crate::features::map::draw::labels::LabelPlacer;
 use crate::loaded::{CycleShown, Opened};
 use crate::model::{Foreseen, Measurement, Model, Moment, On, Tape};
 use crate::widgets::words::hundredths;
@@ -32,8 +32,9 @@ pub fn arrows(
         if !is_tiny && (look.style.has_backgrounds() || body.stands || !body.has_front) {
             continue;
         }
-        // Without colours nothing else marks the ego.
-        if !is_tiny || body.owner == Owner::Ego && !look.has_colors() {
+        // Without colours nothing else marks the ego, and others are outlined.
+        let is_ego = body.owner == Owner::Ego;
+        if is_ego && !look.has_colors() || !is_tiny && look.has_colors() {
             style = style.add_modifier(Modifier::REVERSED);
         }
         if body.importance >= Importance::Danger {
@@ -111,16 +112,26 @@ pub fn lights(
     if !model.map.layers.lights || view.cell.0 > SEEN {
         return false;
     }
-    let mut any = false;
+    let mut placed: Vec<(f64, f64)> = Vec::new();
     for light in &scene.lights {
         let (letter, color) = shown(model, light.color);
         let style = Style::new()
             .fg(color)
             .add_modifier(Modifier::BOLD | Modifier::REVERSED);
+        let at = view.at(&light.at);
+        let is_near = |placed: &(f64, f64)| {
+            (placed.0 - at.0).abs() < 3.0 * view.cell.0
+                && (placed.1 - at.1).abs() < 1.5 * view.cell.1
+        };
         // One of several at the same place is enough.
-        any |= board.put_if_free(view.at(&light.at), letter, style);
+        let is_said = placed.iter().any(is_near);
+        if !is_said
+            && (board.put_if_free(at, letter, style) || board.beside_point(at, letter, style))
+        {
+            placed.push(at);
+        }
     }
-    any
+    !placed.is_empty()
 }
 
 /// A letter and a colour; the letter says it without the colour.
@@ -151,9 +162,7 @@ pub fn signs(
         let at = view.at(&post.at);
         let words = sign_label(post.sign).filter(|_| view.cell.0 <= READ);
         let read = words.is_some_and(|words| {
-            let body = Body::around([at]).map(|body| board.cells(&body));
-            board.put_if_free(at, &words, style)
-                || body.is_some_and(|cells| board.beside(&cells, &words, style))
+            board.put_if_free(at, &words, style) || board.beside_point(at, &words, style)
         });
         posts |= !read && board.put_if_free(at, POST, style);
     }
@@ -305,9 +314,8 @@ pub fn ends(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, vie
         for (weight, course) in &future.courses {
             // Its end, or where it leaves the map.
             let end: Option<&Point> = course.iter().rfind(|p| view.sees_point(p));
-            if let Some(body) = Body::around(end.map(|end| view.at(end))) {
-                let cells = board.cells(&body);
-                board.beside(&cells, &format!("{:.0}%", weight * 100.0), style);
+            if let Some(end) = end {
+                board.beside_point(view.at(end), &format!("{:.0}%", weight * 100.0), style);
             }
         }
     }
@@ -331,24 +339,20 @@ pub fn labels(board: &mut LabelPlacer<'_>, model: &Model, opened: &Opened, view:
     }
     let dt = opened.scenario.dt();
     let style = Style::new()
-        .fg(model.theme.goal)
+        .fg(model.theme.safe)
         .add_modifier(Modifier::BOLD);
     let problems = opened.scenario.planning_problems.iter();
     for goal in problems.flat_map(|p| &p.goals) {
         let Some(at) = place(opened, goal, view) else {
             continue;
         };
-        let Some(body) = Body::around([view.at(&at)]) else {
-            continue;
-        };
-        let cells = board.cells(&body);
         // All of it where there is room, else when, else at least that it is a goal.
         let (all, when) = (
             goal_label(goal, dt),
             format!("goal {}", goal_seconds(goal, dt)),
         );
         let mut texts = [all.as_str(), &when, "goal"].into_iter();
-        texts.any(|text| board.has_room(text) && board.beside(&cells, text, style));
+        texts.any(|text| board.has_room(text) && board.beside_point(view.at(&at), text, style));
     }
 }
 
@@ -463,11 +467,8 @@ pub fn label(board: &mut LabelPlacer<'_>, model: &Model, moment: &Moment<'_>, vi
     for count in (1..=all.len()).rev() {
         let words = all[..count].join(" · ");
         for place in places {
-            if let Some(body) = Body::around([place]) {
-                let cells = board.cells(&body);
-                if board.beside(&cells, &words, style(model)) {
-                    return;
-                }
+            if board.beside_point(place, &words, style(model)) {
+                return;
             }
         }
     }

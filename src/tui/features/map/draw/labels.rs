@@ -70,42 +70,23 @@ pub fn draw(
             owner: named.owner,
         });
     }
-    let all = scene.bodies.iter().chain(&scene.ego);
-    let bodies: Vec<(Owner, Area)> = all
-        .flat_map(|body| {
-            let rings = body.rings.iter().flat_map(|ring| board.rows(ring, view));
-            rings.map(|area| (body.owner, area)).collect::<Vec<_>>()
-        })
-        .collect();
-    let first = labels
-        .iter()
-        .position(|label| scene.is_attacker(label.owner));
-    if let Some(first) = first {
-        let attacker = labels.remove(first);
-        most_telling(board, &attacker, &bodies);
-    }
-    for (_, area) in bodies {
-        board.reserve(area);
-    }
+    // The attacker's label has its place before all others.
+    labels.sort_by_key(|label| !scene.is_attacker(label.owner));
     for label in labels {
-        board.beside(&label.body, &label.text, label.style);
+        // Where there is little room it loses words.
+        let shorter = label.text.replace(" contact ", " ");
+        let shortest = shorter.rsplit_once(' ').map_or("", |(start, _)| start);
+        let mut texts = [&label.text, &shorter, shortest].into_iter();
+        texts.any(|text| text.len() > 1 && board.beside(&label.body, text, label.style));
     }
 }
 
-/// The attacker's label has its place before all others. Where there is little room it loses words, and if nothing else
-/// helps, it covers others, but neither its own body nor the ego.
-fn most_telling(board: &mut LabelPlacer<'_>, label: &Label, bodies: &[(Owner, Area)]) {
-    let all: Vec<Area> = bodies.iter().map(|(_, area)| *area).collect();
-    let own = |owner: &Owner| [label.owner, Owner::Ego].contains(owner);
-    let own = bodies.iter().filter(|(owner, _)| own(owner));
-    let own: Vec<Area> = own.map(|(_, area)| *area).collect();
-    let shorter = label.text.replace(" contact ", " ");
-    let shortest = shorter.rsplit_once(' ').map_or("", |(start, _)| start);
-    let texts = [&label.text, &shorter, shortest];
-    for clear_of in [all, own] {
-        let mut texts = texts.iter().filter(|text| !text.is_empty());
-        if texts.any(|text| board.beside_clear_of(&clear_of, &label.body, text, label.style)) {
-            return;
+/// Keeps words away from bodies.
+pub fn reserve_bodies(board: &mut LabelPlacer<'_>, scene: &MapScene<'_>, view: &CellView) {
+    for body in scene.bodies.iter().chain(&scene.ego) {
+        for ring in &body.rings {
+            let rows = board.rows(ring, view);
+            board.taken.extend(rows);
         }
     }
 }
@@ -121,6 +102,13 @@ pub struct Area {
 }
 
 impl Area {
+    fn wider(self) -> Self {
+        Self {
+            x: (self.x.0 - 1, self.x.1 + 1),
+            ..self
+        }
+    }
+
     fn meets(&self, other: &Self) -> bool {
         self.x.0 < other.x.1 && other.x.0 < self.x.1 && self.y.0 < other.y.1 && other.y.0 < self.y.1
     }
@@ -224,11 +212,6 @@ impl<'a> LabelPlacer<'a> {
         rows.filter_map(row).collect()
     }
 
-    /// Keeps words away from here.
-    pub fn reserve(&mut self, area: Area) {
-        self.taken.push(area);
-    }
-
     fn inside(&self, area: &Area) -> bool {
         let (columns, rows) = (i32::from(self.area.width), i32::from(self.area.height));
         area.x.0 >= 0 && area.x.1 <= columns && area.y.0 >= 0 && area.y.1 <= rows
@@ -276,17 +259,6 @@ impl<'a> LabelPlacer<'a> {
     /// Writes words beside a body, where they cover neither anything written nor anything reserved; says whether there
     /// was room.
     pub fn beside(&mut self, body: &Area, words: &str, style: Style) -> bool {
-        self.beside_clear_of(&[], body, words, style)
-    }
-
-    /// The same, where they do not cover what is in `others` either.
-    pub fn beside_clear_of(
-        &mut self,
-        others: &[Area],
-        body: &Area,
-        words: &str,
-        style: Style,
-    ) -> bool {
         let width = columns(words);
         let (right, left) = (body.x.1 + 1, body.x.0 - 1 - width);
         let (middle, over, under) = ((body.y.0 + body.y.1 - 1) / 2, body.y.0 - 1, body.y.1);
@@ -305,13 +277,20 @@ impl<'a> LabelPlacer<'a> {
             x: (x, x + width),
             y: (y, y + 1),
         });
-        let clear = |area: &Area| !others.iter().any(|other| other.meets(area));
-        let mut areas = areas.into_iter();
-        let free = areas.find(|area| self.is_free(area) && clear(area));
+        let free = areas.into_iter().find(|area| self.is_free(area));
         if let Some(area) = free {
             self.write(area, words, self.grounded(style));
         }
         free.is_some()
+    }
+
+    /// The same beside a point of the canvas.
+    pub fn beside_point(&mut self, (x, y): (f64, f64), words: &str, style: Style) -> bool {
+        let cell = self.cells(&Body {
+            x: (x, x),
+            y: (y, y),
+        });
+        self.beside(&cell, words, style)
     }
 
     fn grounded(&self, style: Style) -> Style {
@@ -319,11 +298,8 @@ impl<'a> LabelPlacer<'a> {
     }
 
     fn is_free(&self, area: &Area) -> bool {
-        // A column stays free between two labels, so that they do not read as one.
-        let wider = Area {
-            x: (area.x.0 - 1, area.x.1 + 1),
-            ..*area
-        };
+        // A column stays free beside bodies, and two between labels, so that they do not read as one.
+        let wider = area.wider();
         self.inside(area) && !self.taken.iter().any(|other| other.meets(&wider))
     }
 
@@ -339,7 +315,7 @@ impl<'a> LabelPlacer<'a> {
             self.buffer[cell].modifier = Modifier::empty();
         }
         self.buffer.set_string(x, y, words, style);
-        self.taken.push(area);
+        self.taken.push(area.wider());
     }
 }
 
@@ -397,13 +373,9 @@ fn sign(model: &Model, style: LineStyle) -> &'static str {
         (MapStyle::Ascii, LineStyle::Thick) => "::",
         (MapStyle::Ascii, LineStyle::Dashed) => "'' ''",
         (MapStyle::Ascii, LineStyle::Dotted) => "' '",
-        (MapStyle::Cells(_), LineStyle::Solid) => "──",
-        (MapStyle::Cells(_), LineStyle::Thick) => "━━",
-        (MapStyle::Cells(_), LineStyle::Dashed) => "╌╌",
-        (MapStyle::Cells(_), LineStyle::Dotted) => "┈┈",
         (_, LineStyle::Solid) => "⠒⠒",
         (_, LineStyle::Thick) => "⠶⠶",
-        (_, LineStyle::Dashed) => "⠒⠂⠐⠒",
+        (_, LineStyle::Dashed) => "⠒⠐",
         (_, LineStyle::Dotted) => "⠂ ⠂",
     }
 }

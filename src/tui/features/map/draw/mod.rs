@@ -182,6 +182,7 @@ fn paint(
         theme: &theme,
         filled: look.style.has_backgrounds(),
         markings: model.map.layers.lanes,
+        hollow: look.style == MapStyle::Braille && !look.has_colors(),
         cell: view.cell.0,
     };
     let picture = page.draw(&request, &scene, &palette, workbench);
@@ -287,6 +288,7 @@ fn write(
     let mut board = LabelPlacer::new(f.buffer_mut(), area, view, ground);
     bodies::arrows(&mut board, look, scene, view);
     bodies::contacts(&mut board, look, scene, view);
+    labels::reserve_bodies(&mut board, scene, view);
     let lights = bodies::lights(&mut board, model, scene, view);
     bodies::tape_ends(&mut board, model, moment, view);
     labels::draw(&mut board, model, moment, scene, view);
@@ -559,6 +561,7 @@ fn request_image(
         theme: &theme,
         filled: true,
         markings: model.map.layers.lanes,
+        hollow: false,
         cell: 0.0,
     };
     let picture = page.draw(&request, &scene, &palette, workbench);

@@ -531,7 +531,7 @@ nearmiss_record::named!(Trails);
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Layers {
-    /// Markings of lanes, crossings and driving directions.
+    /// Markings of lanes and crossings.
     pub lanes: bool,
     /// Traffic signs.
     pub signs: bool,
@@ -586,7 +586,7 @@ impl Layers {
     pub fn rows(&self) -> [(&'static str, &'static str); Self::COUNT] {
         let on = |on: bool| if on { "on" } else { "off" };
         [
-            ("lane markings and directions", on(self.lanes)),
+            ("lane markings", on(self.lanes)),
             ("signs", on(self.signs)),
             ("lights and stop lines", on(self.lights)),
             ("trails", self.trails.name()),

@@ -12,8 +12,9 @@ use crate::features::map::state::{Foresight, Measurement, On, Tape};
 use crate::loaded::{CertificateDrive, CycleShown, Opened};
 use crate::model::{Camera, Model};
 
-/// Seconds before and after a moment over which the ego's heading is the mean.
+/// Seconds before and after a moment over which the direction of the map is the mean, and at how many moments before.
 const SMOOTH: f64 = 1.0;
+const SAMPLES: i64 = 4;
 
 /// The second map beside the first.
 #[derive(Debug, Default)]
@@ -78,7 +79,8 @@ pub enum DrivenBy {
 }
 
 impl<'a> Moment<'a> {
-    /// Where the ego is, and where it is headed on the whole: the map turns with it and is not to shake.
+    /// Where the ego is, and where its lane leads on the whole, or it off the road: the map turns with it and is not to
+    /// shake, and the road is to lie straight.
     #[must_use]
     pub fn ego(&self) -> Option<Pose> {
         let track = &self.opened.scene.as_ref()?.ego.track;
@@ -86,10 +88,14 @@ impl<'a> Moment<'a> {
         let around = (SMOOTH / self.opened.scenario.dt()).round() as i64;
         let motions =
             track.during(&(self.step.saturating_sub(around)..=self.step.saturating_add(around)));
-        let sum: Vector = motions
-            .iter()
-            .map(|(_, motion)| motion.pose.forward())
-            .sum();
+        let network = &self.opened.scenario.network;
+        let few = motions.iter().step_by((around / SAMPLES).max(1) as usize);
+        let directions = few.map(|(_, motion)| {
+            let along = network.lane_heading(&motion.pose);
+            let heading = along.unwrap_or(motion.pose.heading);
+            Vector::new(heading.cos(), heading.sin())
+        });
+        let sum: Vector = directions.sum();
         let heading = sum.y.atan2(sum.x);
         Some(Pose { position, heading })
     }

@@ -217,7 +217,8 @@ fn sign_at(buffer: &Buffer, x: u16, y: u16) -> Option<char> {
     buffer.cell(Position::new(x, y))?.symbol().chars().next()
 }
 
-fn is_free(buffer: &Buffer, x: u16, y: u16) -> bool {
+/// Whether nothing is drawn in a cell.
+pub(super) fn is_free(buffer: &Buffer, x: u16, y: u16) -> bool {
     matches!(sign_at(buffer, x, y), Some(' ' | '\u{2800}'))
 }
 
@@ -349,80 +350,6 @@ fn curves(model: &Model, opened: &Opened, planned: &PlannedEgo, what: Drives) ->
     }
 }
 
-/// A drive whose gap is drawn.
-pub struct GapCurve<'a> {
-    /// Its name.
-    pub name: &'a str,
-    /// How its line looks.
-    pub color: Color,
-    /// The same.
-    pub dash: Dash,
-    /// The drive.
-    pub opened: &'a Opened,
-}
-
-/// Seconds before and after the moment that the gaps are drawn of.
-const AROUND: (f64, f64) = (2.5, 1.0);
-
-/// Seconds before the moment whose gaps the axis reaches to.
-const REACH: f64 = 0.8;
-
-/// The gaps of some drives to an obstacle around a step, with their names in the first row.
-pub fn gaps(
-    f: &mut Frame<'_>,
-    area: Rect,
-    model: &Model,
-    drives: &[GapCurve<'_>],
-    (obstacle, step): (i64, i64),
-) {
-    let Some(dt) = drives.first().map(|drive| drive.opened.scenario.dt()) else {
-        return;
-    };
-    let back = |seconds: f64| (seconds / dt).round() as i64;
-    let seen = step - back(AROUND.0)..step + back(AROUND.1) + 1;
-    let curve = |drive: &GapCurve<'_>| {
-        let series = drive.opened.series.as_ref();
-        let value = |step: i64| series?.at("distance", obstacle, step).value();
-        let points = seen
-            .clone()
-            .filter_map(|step| Some((step as f64 * dt, value(step)?)));
-        line(drive.name, drive.color, drive.dash, points.collect())
-    };
-    let near = (step - back(REACH)) as f64 * dt;
-    let curves: Vec<Curve> = drives.iter().map(curve).collect();
-    let mut names = Line::default();
-    for curve in &curves {
-        let words = format!(" {} {} ", curve.dash.sign(), curve.name);
-        names.push_span(Span::styled(words, Style::new().fg(curve.color)));
-    }
-    f.render_widget(
-        names,
-        Rect {
-            height: area.height.min(1),
-            ..area
-        },
-    );
-    let rest = Rect {
-        y: area.y + 1.min(area.height),
-        height: area.height.saturating_sub(1),
-        ..area
-    };
-    let points = || curves.iter().flat_map(|c| c.runs.iter().flatten());
-    let within = points().filter(|(time, _)| *time >= near);
-    let high = within.map(|(_, gap)| *gap).fold(1.0, f64::max);
-    let upwards = Upwards::fitting(rest, |most| Ticks::around(0.0, high, most));
-    let drawn = Drawn {
-        time: (seen.start as f64 * dt, (seen.end - 1) as f64 * dt),
-        upwards: &upwards,
-        unit: "m",
-        color: model.theme.dim,
-    };
-    let axes = axes::draw(f, rest, &drawn);
-    lines(f, &axes, &curves, false);
-    let now = (step as f64 * dt, Style::new().fg(model.theme.accent));
-    events(f, &axes, rest, &[], now);
-}
-
 /// The attackers' risk scores: with the changed motions, and against the ego in the original.
 fn risks(model: &Model, dt: f64) -> Vec<Curve> {
     let Some(shown) = model.variant() else {
@@ -452,7 +379,8 @@ fn risks(model: &Model, dt: f64) -> Vec<Curve> {
     curves.collect()
 }
 
-fn line(name: &str, color: Color, dash: Dash, points: Vec<(f64, f64)>) -> Curve {
+/// A line without gaps.
+pub(super) fn line(name: &str, color: Color, dash: Dash, points: Vec<(f64, f64)>) -> Curve {
     Curve {
         name: name.into(),
         color,

@@ -1,6 +1,7 @@
 //! A measure over time: the most dangerous of all obstacles, the picked one, the marked ones, and thresholds.
 
 pub mod axes;
+pub mod gaps;
 pub mod marks;
 
 use ratatui::Frame;
@@ -164,7 +165,7 @@ fn title(model: &Model, opened: &Opened, series: &Series) -> Vec<Vec<Span<'stati
 }
 
 /// As many whole parts as there is room for.
-fn fitting(parts: Vec<Vec<Span<'static>>>, room: usize) -> Line<'static> {
+pub fn fitting(parts: Vec<Vec<Span<'static>>>, room: usize) -> Line<'static> {
     let mut line = Line::default();
     for (i, part) in parts.into_iter().enumerate() {
         let separator = if i == 0 { "" } else { " · " };

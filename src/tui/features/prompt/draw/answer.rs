@@ -5,18 +5,19 @@ use std::collections::BTreeSet;
 
 use nearmiss_scene::description::visible;
 use nearmiss_scene::verdict::Verdict;
-use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement};
+use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, shown_text};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use similar::ChangeTag;
 
 use crate::action::Action;
 use crate::features::answers::obstacles::{Assessment, ids};
-use crate::model::{Column, Model, Progress, ShownAnswer, diff_of, parts};
+use crate::model::{Column, Model, Progress, ShownAnswer, TextChanges, parts};
+use crate::theme::Theme;
 use crate::widgets::markdown;
 
-/// The pane's text.
-pub fn text(model: &Model) -> Text<'static> {
+/// The pane's text; `kept` is what changed when it was drawn last.
+pub fn text(model: &Model, kept: &mut TextChanges) -> Text<'static> {
     let theme = &model.theme;
     let dim = Style::new().fg(theme.dim);
     let ShownAnswer::Column(place) = model.answers.shown else {
@@ -27,6 +28,11 @@ pub fn text(model: &Model) -> Text<'static> {
         return Text::default();
     };
     let before = before(model, place);
+    let whole = |column: &Column| shown_text(&column.reasoning, &column.text, false);
+    let plain = |line: &str| {
+        let pieces = markdown::line(line, theme).into_iter();
+        Line::from(pieces.map(|piece| piece.span).collect::<Vec<_>>())
+    };
     let mut text = Text::from(head(model, column));
     if let Progress::Unasked(why) | Progress::Broken(why) | Progress::Retrying(why) =
         &column.progress
@@ -35,25 +41,13 @@ pub fn text(model: &Model) -> Text<'static> {
         text.push_line(Line::styled(visible(why).into_owned(), warning));
     }
     let Some(answer) = column.answer() else {
-        let so_far = format!("{}{}", column.reasoning, column.text);
-        text.extend(
-            so_far
-                .lines()
-                .map(|line| Line::from(visible(line).into_owned())),
-        );
+        text.extend(whole(column).lines().map(plain));
         return text;
     };
-    let whole = |column: &Column| format!("{}\n{}", column.reasoning, column.text);
     let Some(earlier) = before else {
         text.push_line(Line::styled("no earlier answer of this model", dim));
         text.push_line("");
-        let words = whole(column);
-        text.extend(
-            words
-                .trim()
-                .lines()
-                .map(|line| Line::from(visible(line).into_owned())),
-        );
+        text.extend(whole(column).trim().lines().map(plain));
         return text;
     };
     let verdicts = earlier
@@ -71,8 +65,50 @@ pub fn text(model: &Model) -> Text<'static> {
     let words = format!("before: {}", earlier.1.how);
     text.push_line(Line::styled(visible(&words).into_owned(), dim));
     text.push_line("");
-    text.extend(words_changed(model, &whole(earlier.1), &whole(column)));
+    let changes = kept.lines(whole(earlier.1), whole(column));
+    let (mut gone, mut there) = (Vec::new(), Vec::new());
+    for (tag, parts) in changes {
+        match tag {
+            ChangeTag::Equal => {
+                let line: String = parts.iter().map(|(_, part)| part.as_str()).collect();
+                there.push(plain(&line));
+            }
+            ChangeTag::Insert => {
+                let new = Modifier::UNDERLINED | Modifier::BOLD;
+                let style = Style::new().fg(theme.safe).add_modifier(new);
+                there.push(marked(parts, style, theme));
+            }
+            ChangeTag::Delete => {
+                gone.push(marked(
+                    parts,
+                    dim.add_modifier(Modifier::CROSSED_OUT),
+                    theme,
+                ));
+            }
+        }
+    }
+    text.extend(there);
+    if !gone.is_empty() {
+        text.push_line("");
+        let title = Style::new().fg(theme.title);
+        text.push_line(Line::styled("── no longer said ──", title));
+        text.extend(gone);
+    }
     text
+}
+
+/// A line with its changed words marked, or all of it where none of its words stayed.
+fn marked(parts: &[(bool, String)], mark: Style, theme: &Theme) -> Line<'static> {
+    let by_words = parts.iter().any(|(changed, _)| *changed);
+    let spans = parts.iter().map(|(changed, part)| {
+        let style = if *changed || !by_words {
+            mark
+        } else {
+            theme.base()
+        };
+        Span::styled(part.clone(), style)
+    });
+    Line::from(spans.collect::<Vec<_>>())
 }
 
 /// Whose answer it is, how it was asked, and how far it is.
@@ -156,58 +192,4 @@ fn flipped(model: &Model, old: usize, new: usize) -> Option<String> {
     };
     let (a, b) = count(old).zip(count(new))?;
     (a != b).then(|| format!("claims: {} of {} false → {} of {}", a.0, a.1, b.0, b.1))
-}
-
-/// The new text, with words that are new underlined; then the lines that went, crossed out.
-fn words_changed(model: &Model, old: &str, new: &str) -> Vec<Line<'static>> {
-    let theme = &model.theme;
-    let diff = diff_of(old.trim(), new.trim());
-    let (mut lines, mut gone) = (Vec::new(), Vec::new());
-    for op in diff.ops() {
-        for change in diff.iter_inline_changes(op) {
-            let parts: Vec<(bool, String)> = change
-                .iter_strings_lossy()
-                .map(|(changed, part)| (changed, part.trim_end_matches(['\n', '\r']).into()))
-                .collect();
-            let whole: String = parts.iter().map(|(_, part)| part.as_str()).collect();
-            let whole = visible(&whole).into_owned();
-            let plain = || {
-                let pieces = markdown::line(&whole, theme).into_iter();
-                pieces.map(|piece| piece.span).collect::<Vec<_>>()
-            };
-            let by_words = parts.iter().any(|(changed, _)| *changed);
-            let marked = |mark: Style| {
-                let spans = parts.iter().map(|(changed, part)| {
-                    let style = if *changed || !by_words {
-                        mark
-                    } else {
-                        theme.base()
-                    };
-                    Span::styled(visible(part).into_owned(), style)
-                });
-                spans.collect::<Vec<_>>()
-            };
-            match change.tag() {
-                ChangeTag::Equal => lines.push(Line::from(plain())),
-                ChangeTag::Insert => {
-                    let new = Modifier::UNDERLINED | Modifier::BOLD;
-                    let style = Style::new().fg(theme.safe).add_modifier(new);
-                    lines.push(Line::from(marked(style)));
-                }
-                ChangeTag::Delete => {
-                    let style = Style::new().fg(theme.dim);
-                    gone.push(Line::from(marked(
-                        style.add_modifier(Modifier::CROSSED_OUT),
-                    )));
-                }
-            }
-        }
-    }
-    if !gone.is_empty() {
-        lines.push(Line::default());
-        let title = Style::new().fg(theme.title);
-        lines.push(Line::styled("── no longer said ──", title));
-        lines.append(&mut gone);
-    }
-    lines
 }

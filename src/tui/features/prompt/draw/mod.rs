@@ -34,7 +34,12 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
     let prompt = &model.prompt;
     let there = !prompt.file().is_empty();
     let mut readings = model.drawn.readings.borrow_mut();
-    let Readings { system, user, .. } = &mut *readings;
+    let Readings {
+        system,
+        user,
+        changes,
+        ..
+    } = &mut *readings;
     let line = |line| vec![PageSection::Line(line)];
     let parts = match (view, &prompt.question) {
         _ if prompt.held => return template(f, area, model),
@@ -45,7 +50,7 @@ fn body(f: &mut Frame<'_>, area: Rect, model: &Model, view: PromptView) {
             return;
         }
         (PromptView::Answer, _) => {
-            let text = answer::text(model);
+            let text = answer::text(model, changes);
             row::text(f, area, model, Pane::Prompt, text, Some(prompt.scroll));
             return;
         }
@@ -354,58 +359,38 @@ fn draw_side_view(f: &mut Frame<'_>, area: Rect, model: &Model) {
 const CONTEXT: usize = 3;
 
 fn text(model: &Model) -> Text<'static> {
-    let theme = &model.theme;
-    let dim = Style::new().fg(theme.dim);
+    let dim = Style::new().fg(model.theme.dim);
     let prompt = &model.prompt;
-    let mut text = Text::default();
+    let mut text = match (prompt.shipped(), prompt.compared()) {
+        (None, _) => Text::from("no shipped template for this task and frame to compare with"),
+        (Some((shipped, _)), None) => Text::from(format!("same as the shipped {shipped}")),
+        (Some((shipped, _)), Some((old, new))) => {
+            Text::from(changed(shipped, (old, &new), &model.theme))
+        }
+    };
     let overridden: Vec<&str> = model.library.overridden().collect();
-    let saved = if overridden.is_empty() {
-        "no saved overrides".to_string()
-    } else {
-        format!("saved overrides: {}", overridden.join(", "))
-    };
-    text.push_line(Line::styled(visible(&saved).into_owned(), dim));
     let drafts = prompt.drafted();
-    if !drafts.is_empty() {
-        let words = format!("unsaved drafts: {}", drafts.join(", "));
-        text.push_line(Line::styled(visible(&words).into_owned(), dim));
-    }
+    let drafts: Vec<&str> = drafts.iter().map(String::as_str).collect();
     text.push_line("");
-    let Some((shipped, _)) = prompt.shipped() else {
-        text.push_line("no shipped template for this task and frame to compare with");
-        return text;
-    };
-    let Some((old, new)) = prompt.compared() else {
-        text.push_line(format!("same as the shipped {shipped}"));
-        return text;
-    };
-    text.lines.pop();
-    text.lines
-        .extend(changed(shipped, prompt.file(), (old, &new), theme));
+    for (what, files) in [("saved overrides", overridden), ("unsaved drafts", drafts)] {
+        if !files.is_empty() {
+            let words = format!("{what}: {}", files.join(", "));
+            text.push_line(Line::styled(visible(&words).into_owned(), dim));
+        }
+    }
     text
 }
 
 /// The changed lines, with the changed words in them.
-fn changed(
-    shipped: &str,
-    file: &str,
-    (old, new): (&str, &str),
-    theme: &Theme,
-) -> Vec<Line<'static>> {
+fn changed(shipped: &str, (old, new): (&str, &str), theme: &Theme) -> Vec<Line<'static>> {
     let diff = diff_of(old, new);
-    let dim = Style::new().fg(theme.dim);
     let count = |tag| diff.iter_all_changes().filter(|c| c.tag() == tag).count();
     let words = format!(
         "+{} −{} lines vs shipped {shipped}",
         count(ChangeTag::Insert),
         count(ChangeTag::Delete)
     );
-    let mut lines = vec![
-        Line::styled(words, Style::new().fg(theme.title)),
-        Line::default(),
-        Line::styled(format!("--- shipped/{shipped}"), dim),
-        Line::styled(visible(&format!("+++ {file}")).into_owned(), dim),
-    ];
+    let mut lines = vec![Line::styled(words, Style::new().fg(theme.title))];
     for group in diff.grouped_ops(CONTEXT) {
         lines.push(place(&group, theme));
         for op in &group {
@@ -468,7 +453,7 @@ mod tests {
         let old = "# Task\n\nDecide whether the ego vehicle collides with an obstacle in the window.\nEnd\n";
         let new =
             "# Task\n\nDecide whether the ego vehicle will touch an obstacle in the window.\nEnd\n";
-        let lines = changed("a.md", "b.md", (old, new), &theme);
+        let lines = changed("a.md", (old, new), &theme);
         let texts: Vec<String> = lines.iter().map(ToString::to_string).collect();
         assert_eq!(texts[0], "+1 −1 lines vs shipped a.md");
         let with = |sign: char| {
@@ -490,7 +475,7 @@ mod tests {
         assert_eq!(same.and_then(|span| span.style.fg), theme.base().fg);
         assert_eq!(with('+').0, "will touch");
         // A line that is new as a whole is coloured as a whole.
-        let lines = changed("a.md", "b.md", ("a\n", "a\nnew words\n"), &theme);
+        let lines = changed("a.md", ("a\n", "a\nnew words\n"), &theme);
         let added = lines.last().map(|line| line.spans[1].style.fg);
         assert_eq!(added, Some(Some(theme.safe)));
     }

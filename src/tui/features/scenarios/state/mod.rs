@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 use nearmiss_formats::{Entry, PassedOver, SearchResults};
-use nearmiss_scene::metrics::Measure;
+use nearmiss_scene::metrics::{Headline, Measure};
 use nearmiss_settings::{SavedView, SavedViews, Tags};
 use nearmiss_workflow::{Agreement, Filterable};
 use strum::{IntoStaticStr, VariantArray};
@@ -53,6 +53,8 @@ pub struct List {
     pub order: Order,
     /// Whether the order is turned around.
     pub turned: bool,
+    /// An order was chosen and nothing done since: its first scenario is opened as soon as it is known.
+    pub leads: bool,
     /// By what it is grouped.
     pub grouping: Grouping,
     /// The user's own tags.
@@ -228,6 +230,20 @@ impl List {
         self.set_order(order);
     }
 
+    /// Selects the first scenario of an order that was chosen, once all that it sorts by is known; says whether it did.
+    pub fn lead(&mut self) -> bool {
+        let known = |row: &Row| match self.ranking() {
+            Some(_) => row.value.is_some(),
+            None => row.facts.is_some(),
+        };
+        if !self.leads || !self.found || !self.rows.iter().all(known) {
+            return false;
+        }
+        self.leads = false;
+        self.arrange(false);
+        true
+    }
+
     /// Sorts anew, in the same direction.
     pub fn set_order(&mut self, order: Order) {
         if self.order != order {
@@ -240,10 +256,25 @@ impl List {
         self.arrange(true);
     }
 
+    /// What matters in a scenario with an ego that was planned.
+    pub fn plan(&mut self, place: usize, headline: Option<Headline>) {
+        if let Some(row) = self.rows.get_mut(place) {
+            row.planned = headline;
+            self.stale = true;
+        }
+    }
+
+    /// Why some of the listed have no severity and no measures, where they lack an ego; `key` plans one.
+    #[must_use]
+    pub fn without_ego(&self, key: &str) -> Option<String> {
+        let count = self.rows.iter().filter(|row| row.lacks_ego()).count();
+        (count > 0).then(|| format!("no ego recorded in {count}: {key} plans one"))
+    }
+
     /// Forgets what measures say, as after a change of thresholds.
     pub fn forget_values(&mut self) {
         for row in &mut self.rows {
-            row.value = None;
+            (row.value, row.planned) = (None, None);
         }
         self.stale = true;
     }

@@ -7,7 +7,7 @@ use crate::features::scenarios::state::{Filter, List};
 use crate::loaded::{Facts, country_code};
 use nearmiss_formats::Entry;
 use nearmiss_scene::corpus::CorpusIndex;
-use nearmiss_scene::metrics::{CriticalMoment, Danger, MEASURES, Measure};
+use nearmiss_scene::metrics::{CriticalMoment, Danger, Headline, MEASURES, Measure};
 use nearmiss_workflow::{Agreement, Filterable, HEADLINE, Indexed, Number, Property, nearest};
 
 /// By what the list is sorted; scenarios of which that is not known come last.
@@ -32,7 +32,7 @@ pub enum Order {
 
 /// The moment that matters of a scenario.
 fn worst(row: &Row) -> Option<&CriticalMoment> {
-    row.facts()?.headline.as_ref()?.worst()
+    row.headline()?.worst()
 }
 
 impl PartialEq for Order {
@@ -81,7 +81,7 @@ impl Order {
             Self::Found => "by path",
             Self::Name => "by name, ignoring folders",
             Self::Severity => {
-                "the most severe moment first: contact, courses to contact, close passes"
+                "the most severe moment first: 0 contact, courses to contact, close passes, 5 none"
             }
             Self::Measure(measure) => measure.name,
             Self::Obstacles => "the most obstacles first",
@@ -146,6 +146,8 @@ pub struct Row {
     pub entry: Entry,
     /// Its facts, once known.
     pub facts: Option<Result<Facts, String>>,
+    /// What matters with an ego that was planned in this session, where none is recorded.
+    pub planned: Option<Headline>,
     /// The most dangerous value of the measure by which the list is sorted; the outer one is whether it is known.
     pub value: Option<Option<f64>>,
     /// The user's own tags.
@@ -163,6 +165,7 @@ impl Row {
         Self {
             entry,
             facts: None,
+            planned: None,
             value: None,
             own_tags: Vec::new(),
             indexed: Indexed::Unknown,
@@ -183,6 +186,19 @@ impl Row {
     #[must_use]
     pub fn facts(&self) -> Option<&Facts> {
         self.facts.as_ref()?.as_ref().ok()
+    }
+
+    /// What matters with its recorded ego, or else with a planned one.
+    #[must_use]
+    pub fn headline(&self) -> Option<&Headline> {
+        let recorded = self.facts()?.headline.as_ref();
+        recorded.or(self.planned.as_ref())
+    }
+
+    /// Whether it was read, and has no ego, recorded or planned.
+    #[must_use]
+    pub fn lacks_ego(&self) -> bool {
+        self.facts().is_some() && self.headline().is_none()
     }
 
     /// Its tags: the file's, then the user's.
@@ -206,11 +222,10 @@ impl Row {
         if !HEADLINE.contains(&measure.id) {
             return self.value;
         }
-        let Ok(facts) = self.facts.as_ref()? else {
-            return Some(None);
-        };
-        let headline = facts.headline.as_ref();
-        let nearest = headline.and_then(|headline| nearest(headline, measure));
+        self.facts.as_ref()?;
+        let nearest = self
+            .headline()
+            .and_then(|headline| nearest(headline, measure));
         Some(nearest.map(|n| n.value))
     }
 }
