@@ -53,21 +53,28 @@ const HOMES: [(&str, &[&str]); 25] = [
     ("petgraph", &["scene/scenario/road/"]),
     ("shell_words", &["drive/simulation/external/"]),
     ("tar", &["workflow/bundle/"]),
-    // Bundles, answers that a server packs unasked, and images for kitty.
+    // Bundles, answers that a server packs unasked, images for kitty, and tables of tracks.
     (
         "flate2",
         &[
             "workflow/bundle/",
             "ask/llm/body_text.rs",
             "tui/pixels/kitty.rs",
+            "formats/recordings/tracks/",
         ],
     ),
+    ("zstd", &["formats/recordings/tracks/"]),
+    ("arrow_array", &["formats/recordings/tracks/arrow.rs"]),
+    ("arrow_cast", &["formats/recordings/tracks/arrow.rs"]),
+    ("arrow_ipc", &["formats/recordings/tracks/arrow.rs"]),
+    ("arrow_schema", &["formats/recordings/tracks/arrow.rs"]),
     (
         "parquet",
         &[
             "record/",
             "scene/corpus/parts.rs",
             "formats/recordings/argoverse/",
+            "formats/recordings/tracks/arrow.rs",
         ],
     ),
     ("indicatif", &["cli/"]),

@@ -280,7 +280,7 @@ struct Table {
 }
 
 /// Recordings that are kept for other windows of them, bytes.
-const MAX_CACHED: usize = 256 << 20;
+const MAX_CACHED: usize = 96 << 20;
 
 static TABLES: FileCache<Table> = FileCache::new(MAX_CACHED);
 
