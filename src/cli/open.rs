@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use nearmiss_ask::prompts::Techniques;
+use nearmiss_base::system::processes::program;
 use nearmiss_formats as formats;
 use nearmiss_formats::{
-    Columns, EgoError, EgoSelection, Entry, EntryLocation, NamedTable, SearchResults, TableOptions,
-    not_standard_input, only_part,
+    Columns, EgoError, EgoSelection, Entry, EntryLocation, NamedTable, Player, SearchResults,
+    TableOptions, not_standard_input, only_part,
 };
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity};
@@ -283,17 +284,16 @@ fn rate(text: &str) -> Result<f64, String> {
 }
 
 impl Reading {
-    /// Tells the readers of recordings what the user says of tables, and where the user's maps are. What else is wrong
-    /// with the configuration is said by those who need it.
+    /// Tells the readers of recordings what the user says of tables, where the user's maps are, and who plays scenarios. What
+    /// else is wrong with the configuration is said by those who need it.
     ///
     /// # Errors
     /// The configuration explains a table with words that no column has.
     pub fn apply(&self) -> Outcome {
-        let config = Folders::find().map(|folders| Config::read(&folders.config_file()));
-        let config = match config {
-            Ok(Ok(config)) => config,
-            _ => Config::default(),
-        };
+        let folders = Folders::find().ok();
+        let config = folders.as_ref();
+        let config = config.and_then(|folders| Config::read(&folders.config_file()).ok());
+        let config = config.unwrap_or_default();
         let named = config.track_tables().into_iter().map(|(name, table)| {
             let columns = table.columns.parse().map_err(|error| {
                 Failure::input(format!("config.toml: tracks.{name}.columns: {error}"))
@@ -314,8 +314,31 @@ impl Reading {
         if let Some(maps) = config.maps {
             formats::look_for_maps_in(maps);
         }
+        let kept = folders.map(|folders| folders.played());
+        formats::play_with(player(config.esmini.as_deref(), kept));
         Ok(())
     }
+}
+
+/// Who plays OpenSCENARIO files as the configuration says, or why nobody does and what to do; its recordings are `kept`.
+fn player(said: Option<&str>, kept: Option<PathBuf>) -> Result<Player, String> {
+    let found = match said {
+        Some("off") => return Err("esmini could play it, but is \"off\" in config.toml".into()),
+        Some(said) => program(said).ok_or_else(|| format!("config.toml: esmini = \"{said}\" is no program")),
+        None => program("esmini").filter(|found| found.is_absolute()).ok_or_else(|| {
+            "install esmini (https://github.com/esmini/esmini) or set `esmini` of config.toml to its path".into()
+        }),
+    };
+    // It runs in a folder of its own.
+    let absolute = found.and_then(|program| {
+        std::path::absolute(&program)
+            .map_err(|error| Failure::system(program.display(), &error).message)
+    });
+    absolute.map(|program| Player {
+        program,
+        kept,
+        longest: formats::LONGEST_PLAY,
+    })
 }
 
 /// What is wrong with the configuration, a line for each mistake.

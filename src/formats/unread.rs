@@ -8,7 +8,7 @@ use super::commonroad::{self, ReadError};
 use super::dispatch::{Address, Format, Parts};
 use super::recordings;
 use crate::commonroad::root_name_of;
-use crate::recordings::{columns_of, missing_columns};
+use crate::recordings::{columns_of, is_esmini_log, missing_columns};
 
 /// Files that are not read.
 pub(super) struct Unread;
@@ -334,7 +334,7 @@ fn table(text: &str) -> Option<Kind> {
     if has_plain("trajectorynumber") || has_plain("xposition") && has_plain("timestep") {
         return None;
     }
-    if text.starts_with("Version:") && text.contains("OpenSCENARIO") {
+    if is_esmini_log(text.as_bytes()) {
         let instead = "open the .xosc that it lies beside";
         return Some(Kind::new(FileKind::Beside, "a log of esmini", instead));
     }

@@ -65,6 +65,9 @@ nearmiss_record::fields! {
             /// A map (Lanelet2 of drone recordings, GeoPackage of nuPlan), or a folder of them, for recordings whose map
             /// does not lie with them; by default none.
             maps: Option<PathBuf>;
+            /// The program that plays OpenSCENARIO files whose motion only a player works out, or off; by default esmini,
+            /// where PATH has it.
+            esmini: Option<String>;
         }
         "tables" {
             /// Providers of language models, beside and over the built-in ones.

@@ -115,6 +115,16 @@ impl Folders {
         self.data.join("drives")
     }
 
+    /// Recordings that esmini made, which it can make again: in the system's cache, or with the data where the user said
+    /// where these are.
+    #[must_use]
+    pub fn played(&self) -> PathBuf {
+        let system = etcetera::choose_base_strategy().ok();
+        let usual = system.filter(|system| self.data.starts_with(system.data_dir()));
+        let cache = usual.map(|system| system.cache_dir().join("nearmiss"));
+        cache.as_ref().unwrap_or(&self.data).join("played")
+    }
+
     /// Reports of crashes.
     #[must_use]
     pub fn crashes(&self) -> PathBuf {
@@ -171,6 +181,7 @@ fn is_ours(name: &str) -> bool {
         "drafts",
         "drives",
         "marks",
+        "played",
         "sessions",
         "tags.toml",
         "views.toml",

@@ -3,7 +3,8 @@
 pub use signals::{Signals, ask_to_stop, stop, take_over, was_continued, with_default};
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Child;
 use std::sync::{Mutex, PoisonError};
 
 /// The leaders of those that run.
@@ -65,22 +66,68 @@ fn kill(leader: i32) {
 #[cfg(not(unix))]
 fn kill(_: i32) {}
 
+/// How a child ended, if it has. It is not waited for: until then its id, and that of its group, are those of no other
+/// process.
+#[cfg(unix)]
+pub fn ended(child: &mut Child) -> Option<String> {
+    use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
+    let id = Pid::from_raw(i32::try_from(child.id()).ok()?)?;
+    let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+    let status = waitid(WaitId::Pid(id), options).ok()??;
+    let signal = status.terminating_signal();
+    Some(match (status.exit_status(), signal) {
+        (Some(code), _) => format!("exit status {code}"),
+        (None, Some(signal)) => format!("killed by signal {signal}"),
+        (None, None) => "it ended".into(),
+    })
+}
+
+/// The same where children are not waited for apart from their end.
+#[cfg(not(unix))]
+pub fn ended(child: &mut Child) -> Option<String> {
+    Some(child.try_wait().ok()??.to_string())
+}
+
+/// Lets the system end a child after so many seconds of work, or where it writes a file of more bytes: it ends also where
+/// this program was killed before.
+#[cfg(target_os = "linux")]
+pub fn limit(child: &Child, seconds: u64, bytes: u64) {
+    use rustix::process::{Pid, Resource, Rlimit, prlimit};
+    let id = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
+    for (resource, most) in [(Resource::Cpu, seconds), (Resource::Fsize, bytes)] {
+        let most = Rlimit {
+            current: Some(most),
+            maximum: Some(most),
+        };
+        // One that has ended already needs none.
+        let _ = id.map(|id| prlimit(Some(id), resource, most));
+    }
+}
+
+/// Elsewhere the system does not.
+#[cfg(not(target_os = "linux"))]
+pub fn limit(_: &Child, _: u64, _: u64) {}
+
 /// Whether a word is the path of a file, or the name of one in the folders of `PATH`.
 #[must_use]
 pub fn is_program(word: &str) -> bool {
+    program(word).is_some()
+}
+
+/// The file that a word means as a program: that of its path, or the first of that name in the folders of `PATH`.
+#[must_use]
+pub fn program(word: &str) -> Option<PathBuf> {
     let path = Path::new(word);
     if path.components().count() > 1 {
-        return path.is_file();
+        return path.is_file().then(|| path.to_path_buf());
     }
     let folders = std::env::var_os("PATH").unwrap_or_default();
-    let mut folders = std::env::split_paths(&folders);
-    folders.any(|folder| {
+    let mut files = std::env::split_paths(&folders).flat_map(|folder| {
         let file = folder.join(word);
-        file.is_file()
-            || file
-                .with_extension(std::env::consts::EXE_EXTENSION)
-                .is_file()
-    })
+        let with_ending = file.with_extension(std::env::consts::EXE_EXTENSION);
+        [file, with_ending]
+    });
+    files.find(|file| file.is_file())
 }
 
 /// Job-control signals from a shell or another program.

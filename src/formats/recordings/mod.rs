@@ -6,6 +6,7 @@
 
 mod argoverse;
 mod assembly;
+mod esmini;
 mod lane_shape;
 mod lanelet2;
 mod levelx;
@@ -21,10 +22,12 @@ mod waymo;
 mod windows;
 
 pub(super) use argoverse::{Argoverse, columns as parquet_columns};
+pub(super) use esmini::is_log as is_esmini_log;
 pub(super) use levelx::{LevelX, missing_columns};
 pub(super) use maps::MapAlone;
 pub(super) use nuplan::NuPlan;
 pub(super) use openscenario::OpenScenario;
+pub use openscenario::{LONGEST_PLAY, Player, play_with};
 pub(super) use rows::columns_of;
 pub(super) use sumo::Sumo;
 pub(super) use tracks::Tables;

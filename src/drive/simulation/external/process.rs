@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::{Fault, PlannerFault};
 use crate::planner::Cancel;
+use nearmiss_base::system::processes::ended;
 use nearmiss_base::system::{self, ProcessGroup};
 
 /// Longest line that is read, bytes.
@@ -228,27 +229,6 @@ impl Drop for Process {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
-}
-
-/// How it ended, if it has. It is not waited for: until then its id, and that of its group, are those of no other
-/// process.
-#[cfg(unix)]
-fn ended(child: &mut Child) -> Option<String> {
-    use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
-    let id = Pid::from_raw(i32::try_from(child.id()).ok()?)?;
-    let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
-    let status = waitid(WaitId::Pid(id), options).ok()??;
-    let signal = status.terminating_signal();
-    Some(match (status.exit_status(), signal) {
-        (Some(code), _) => format!("exit status {code}"),
-        (None, Some(signal)) => format!("killed by signal {signal}"),
-        (None, None) => "it ended".into(),
-    })
-}
-
-#[cfg(not(unix))]
-fn ended(child: &mut Child) -> Option<String> {
-    Some(child.try_wait().ok()??.to_string())
 }
 
 fn read_lines(stdout: impl Read, to: &SyncSender<Heard>) {

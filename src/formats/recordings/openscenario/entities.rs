@@ -207,13 +207,8 @@ pub struct Catalogs {
 impl Catalogs {
     /// Those that a document names; their folders are named from that of its file.
     pub fn new(root: &Node, file: &Path) -> Self {
-        let locations = root
-            .child("CatalogLocations")
-            .into_iter()
-            .flat_map(Node::children);
-        let folders = locations.filter_map(|l| l.child("Directory")?.text("path"));
         Self {
-            folders: folders.map(|folder| named_file(file, folder)).collect(),
+            folders: folders(root, file),
             read: None,
             unused: BTreeMap::new(),
         }
@@ -258,20 +253,43 @@ fn key(reference: &Node) -> Result<Key, ReadError> {
     Ok((word("catalogName")?, word("entryName")?))
 }
 
+/// The folders of catalogs that a document names.
+fn folders(root: &Node, file: &Path) -> Vec<PathBuf> {
+    let locations = root
+        .child("CatalogLocations")
+        .into_iter()
+        .flat_map(Node::children);
+    let folders = locations.filter_map(|l| l.child("Directory")?.text("path"));
+    folders.map(|folder| named_file(file, folder)).collect()
+}
+
+/// The files in a folder that may be catalogs, by name.
+fn files_in(folder: &Path) -> Vec<PathBuf> {
+    let is_xosc = |f: &PathBuf| {
+        f.extension()
+            .is_some_and(|x| x.eq_ignore_ascii_case("xosc"))
+    };
+    let files = folder.read_dir().into_iter().flatten().flatten();
+    let mut files: Vec<_> = files.map(|f| f.path()).filter(is_xosc).collect();
+    files.sort();
+    files
+}
+
+/// The files in all folders of catalogs that a document names.
+pub fn catalog_files(root: &Node, file: &Path) -> Vec<PathBuf> {
+    let folders = folders(root, file);
+    let files = folders.iter().map(|folder| files_in(folder));
+    files
+        .flat_map(|files| files.into_iter().take(MOST_CATALOGS))
+        .collect()
+}
+
 /// All entries of the files of some folders; the first of those with the same names.
 fn all(folders: &[PathBuf], report: &Report) -> HashMap<Key, Node> {
     let mut all = HashMap::new();
     let mut seen = Vec::new();
     for folder in folders {
-        let Ok(files) = folder.read_dir() else {
-            continue;
-        };
-        let is_xosc = |f: &PathBuf| {
-            f.extension()
-                .is_some_and(|x| x.eq_ignore_ascii_case("xosc"))
-        };
-        let mut files: Vec<_> = files.flatten().map(|f| f.path()).filter(is_xosc).collect();
-        files.sort();
+        let files = files_in(folder);
         if files.len() > MOST_CATALOGS {
             let folder = folder.display();
             report.note(format!(

@@ -3,12 +3,13 @@
 mod entities;
 mod expression;
 mod motion;
+mod player;
 mod storyboard;
 mod tracks;
 mod trajectory;
 
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nearmiss_base::system;
 use nearmiss_scene::scenario::plausibility::refused_time_step;
@@ -28,16 +29,20 @@ use crate::opendrive::signals::{signal_keys, speed_limit};
 use crate::openscenario::DOCUMENT;
 use crate::recordings::opendrive::KeptSigns;
 use entities::{Entity, entities, is_own_property};
+pub use player::{LONGEST as LONGEST_PLAY, Player, play_with};
 use tracks::{Played, Timeline, own_number};
 
 /// The format.
 pub struct OpenScenario;
 
+/// The source of its scenarios.
+const SOURCE: &str = "OpenSCENARIO";
+
 /// Seconds between two steps, where nothing tells them.
 const STEP: f64 = 0.1;
 
 /// Entities that are the ego by their names.
-const EGOS: [&str; 4] = ["ego", "hero", "ego_vehicle", "host"];
+pub const EGOS: [&str; 4] = ["ego", "hero", "ego_vehicle", "host"];
 
 impl Format for OpenScenario {
     fn recognises(&self, _: &Path, head: &[u8]) -> bool {
@@ -107,6 +112,13 @@ fn check_version(root: &Node, report: &Report) -> Result<(), ReadError> {
 /// Why a scenario that names no roads has none.
 const NO_ROADS: &str = "names no road file";
 
+/// The file of the roads that a document names.
+fn road_file(root: &Node, file: &Path) -> Option<PathBuf> {
+    let logic = root.at(&["RoadNetwork", "LogicFile"])?;
+    let named = logic.text("filepath").filter(|n| !n.is_empty())?;
+    Some(named_file(file, named))
+}
+
 /// The roads of a scenario; words where their file cannot be read.
 fn roads(
     root: &Node,
@@ -115,14 +127,9 @@ fn roads(
     ids: &mut Ids,
     hashed: &mut Vec<Vec<u8>>,
 ) -> Result<Result<Network, String>, ReadError> {
-    let named = root
-        .at(&["RoadNetwork", "LogicFile"])
-        .and_then(|l| l.text("filepath"))
-        .filter(|n| !n.is_empty());
-    let Some(named) = named else {
+    let Some(path) = road_file(root, file) else {
         return Ok(Err(NO_ROADS.into()));
     };
-    let path = named_file(file, named);
     let shown = path.display().to_string();
     match system::read_file(&path, system::LARGEST) {
         Ok(roads) => {
@@ -204,13 +211,14 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
         file,
         entities: &entities,
         ego,
+        is_export: document.is_some(),
         timeline: Timeline {
             dt: dt.unwrap_or(STEP),
             origin: origin.unwrap_or(0),
             end: storyboard::end(&root),
         },
     };
-    let (dt, tracks) = played.tracks(&roads, &report, &mut ids, &mut hashed)?;
+    let motion = played.motion(&roads, &report, &mut ids, &mut hashed)?;
     let assumed = entities.iter().filter(|e| e.assumed).map(|e| e.kind);
     let assumed: Vec<_> = assumed.collect();
     report.note_count(assumed.len(), |n| {
@@ -220,7 +228,7 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     let mut named = Vec::new();
     let mut own = None;
     let mut all = Vec::new();
-    for (name, track) in tracks {
+    for (name, track) in motion.tracks {
         if ego.is_some_and(|e| e.name == name) {
             own = Some(track.id);
         }
@@ -238,10 +246,10 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     let parts: Vec<&[u8]> = hashed.iter().map(Vec::as_slice).collect();
     let tags = header_property("commonroad_tags").unwrap_or_default();
     let about = About {
-        source: "OpenSCENARIO",
+        source: SOURCE,
         benchmark_id: header_property("commonroad_benchmark_id")
             .unwrap_or_else(|| "ZAM_OpenScenario-1_1_T-1".into()),
-        time_step_size: dt,
+        time_step_size: motion.time_step,
         tags: tags.split_whitespace().map(str::to_string).collect(),
         ego: own,
         hash: ContentHash::of_parts(parts),
@@ -251,13 +259,17 @@ fn scenario(file: &Path, bytes: &[u8], root: Node, report: Report) -> Result<Sce
     if let Ok(network) = roads {
         (map, signs) = (network.map, network.kept);
         let clock = Clock {
-            dt,
+            dt: motion.time_step,
             origin: origin.unwrap_or(0),
         };
         phases(&root, clock, &network.lights, &mut map.lights)?;
     }
     account(&root, &report);
     let mut scenario = assemble(report, about, map, all)?;
+    if let Some(player) = motion.player {
+        let source = format!("{SOURCE}, played by {player}");
+        scenario.header.attributes.insert("source".into(), source);
+    }
     if let Some(document) = document {
         restore(&mut scenario, &document, signs);
     }

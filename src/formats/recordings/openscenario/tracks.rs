@@ -5,18 +5,20 @@ use std::path::Path;
 
 use nearmiss_base::geometry::{Point, Pose};
 use nearmiss_base::system;
-use nearmiss_scene::scenario::plausibility::{refused_coordinate, refused_time_step};
+use nearmiss_scene::scenario::ObstacleType;
+use nearmiss_scene::scenario::plausibility::refused_coordinate;
 
-use super::entities::Entity;
+use super::entities::{Entity, catalog_files};
 use super::motion::Motions;
+use super::player::{self, NotPlayed};
 use super::storyboard::{AllMotions, motions};
-use super::trajectory::SAME_TIME;
-use super::{NO_ROADS, STEP};
+use super::{NO_ROADS, road_file};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::openscenario::SINGLE_STATES;
 use crate::recordings::Report;
 use crate::recordings::assembly::{Ids, RecordedTrack, TrackState};
+use crate::recordings::esmini::{self, Log};
 use crate::recordings::opendrive::Network;
 use crate::recordings::opendrive::tree::Node;
 
@@ -220,179 +222,32 @@ const VELOCITIES: &str = "commonroad_velocity";
 
 const ACCELERATIONS: &str = "commonroad_acceleration";
 
-/// Whether an entity of a recording is the ghost of another one: esmini lets it drive ahead, for a controller to look at.
-fn is_ghost(name: &str, entities: &[Entity]) -> bool {
-    let is_entity = |name: &str| entities.iter().any(|e| e.name == name);
-    let of = name.strip_suffix("_ghost");
-    of.is_some_and(is_entity) && !is_entity(name)
-}
-
-/// The tracks of a player's recording, and its time step.
-fn recorded(
-    entities: &[Entity],
-    mut seen: BTreeMap<String, Vec<RecordedState>>,
-    report: &Report,
-    ids: &mut Ids,
-) -> (f64, Named) {
-    let ghosts: Vec<String> = seen
-        .keys()
-        .filter(|n| is_ghost(n, entities))
-        .cloned()
-        .collect();
-    ghosts.iter().for_each(|name| {
-        seen.remove(name);
-    });
-    report.note_count(ghosts.len(), |n| {
-        let names = ghosts.join(", ");
-        format!("ghosts, which drive ahead of their entities in esmini and are no bodies, left out: {n} ({names})")
-    });
-    let mut early = 0;
-    for states in seen.values_mut() {
-        let before = states.len();
-        states.retain(|s| s.time > -SAME_TIME);
-        early += before - states.len();
-    }
-    report.note_count(early, |n| {
-        format!("states before time 0, when only ghosts drive, left out: {n}")
-    });
-    let mut times: Vec<f64> = seen.values().flatten().map(|s| s.time).collect();
-    times.sort_by(f64::total_cmp);
-    times.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
-    let between = times
-        .windows(2)
-        .map(|p| p[1] - p[0])
-        .fold(f64::INFINITY, f64::min);
-    let dt = match refused_time_step(between) {
-        None => (between * 1e6).round() / 1e6,
-        Some(_) => STEP,
-    };
-    let mut all = Vec::new();
-    for (name, states) in seen {
-        let entity = entities.iter().find(|e| e.name == name);
-        let Some(first) = states.first() else {
-            continue;
-        };
-        let (center, length, width) = first.body;
-        let id = match entity {
-            Some(entity) => id_of(entity, ids),
-            None => ids.fresh(),
-        };
-        let kind = entity.map_or(nearmiss_scene::scenario::ObstacleType::Car, |e| e.kind);
-        let mut states: Vec<TrackState> = states
-            .iter()
-            .map(|s| TrackState {
-                step: (s.time / dt).round() as i64,
-                position: s.pose.to_world(&center),
-                heading: s.pose.heading,
-                velocity: Some(s.speed),
-                acceleration: None,
-            })
-            .collect();
-        states.sort_by_key(|s| s.step);
-        states.dedup_by_key(|s| s.step);
+/// The tracks of a player's recording.
+fn recorded(entities: &[Entity], log: &Log, ids: &mut Ids) -> Named {
+    let tracks = log.entities.iter().filter_map(|(name, states)| {
+        let entity = entities.iter().find(|e| e.name == *name);
+        let (length, width) = states.first()?.size;
         let track = RecordedTrack {
-            id,
-            kind,
+            id: match entity {
+                Some(entity) => id_of(entity, ids),
+                None => ids.fresh(),
+            },
+            kind: entity.map_or(ObstacleType::Car, |e| e.kind),
             length,
             width,
             shape: None,
             is_static: false,
-            states,
+            states: log.states(states),
         };
-        all.push((name, track));
-    }
-    (dt, all)
+        Some((name.clone(), track))
+    });
+    tracks.collect()
 }
 
-/// A state of an entity.
-#[derive(Debug, Clone, Copy)]
-struct RecordedState {
-    /// Seconds.
-    time: f64,
-    pose: Pose,
-    /// m/s.
-    speed: f64,
-    /// The middle of its body, from its position, and its length and width, metres.
-    body: (Point, f64, f64),
-}
-
-/// Reads a log; entities by name.
-fn read(text: &str, report: &Report) -> Result<BTreeMap<String, Vec<RecordedState>>, ReadError> {
-    let mut lines = text.lines().enumerate();
-    let header = lines
-        .by_ref()
-        .find(|(_, line)| line.contains("TimeStamp"))
-        .ok_or_else(|| {
-            report.fail("no line with `TimeStamp`; not a log of esmini (--csv_logger)")
-        })?;
-    let names: Vec<&str> = header.1.split(',').map(str::trim).collect();
-    let own: Vec<&str> = names.iter().filter_map(|n| n.strip_prefix("#1 ")).collect();
-    let column = |name: &str| {
-        own.iter().position(|n| n.starts_with(name)).ok_or_else(|| {
-            report
-                .row(header.0 + 1, name)
-                .fail("no such column; write the log with esmini --csv_logger")
-        })
-    };
-    let place = column("Entity_Name")?;
-    let wanted = [
-        "World_Position_X",
-        "World_Position_Y",
-        "World_Heading_Angle",
-        "Current_Speed",
-        "bb_x",
-        "bb_y",
-        "bb_length",
-        "bb_width",
-    ];
-    let wanted: Vec<usize> = wanted.iter().map(|n| column(n)).collect::<Result<_, _>>()?;
-    let time = names
-        .iter()
-        .position(|n| n.starts_with("TimeStamp"))
-        .unwrap_or(1);
-    let first = names.iter().position(|n| n.starts_with("#1 ")).unwrap_or(2);
-    let mut all: BTreeMap<String, Vec<RecordedState>> = BTreeMap::new();
-    for (i, line) in lines {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        if cells.len() <= first {
-            continue;
-        }
-        let number = |at: usize| -> Result<f64, ReadError> {
-            let cell = cells.get(at).copied().unwrap_or_default();
-            let value = cell.parse::<f64>().ok().filter(|v| v.is_finite());
-            value.ok_or_else(|| {
-                let shown: String = cell.chars().take(40).collect();
-                report
-                    .row(i + 1, names.get(at).copied().unwrap_or("column"))
-                    .fail(format!("`{shown}` is not a number"))
-            })
-        };
-        let now = number(time)?;
-        let mut at = first;
-        while at + own.len() <= cells.len() {
-            let name = cells[at + place];
-            let mut values = [0.0; 8];
-            for (value, column) in values.iter_mut().zip(&wanted) {
-                *value = number(at + column)?;
-            }
-            let [x, y, heading, speed, bx, by, length, width] = values;
-            let row = report.row(i + 1, name);
-            let position = row.point(x, y)?;
-            let seen = RecordedState {
-                time: now,
-                pose: Pose { position, heading },
-                speed,
-                body: (Point::new(bx, by), length, width),
-            };
-            all.entry(name.to_string()).or_default().push(seen);
-            at += own.len();
-            // Entities end with an empty cell.
-            while cells.get(at).is_some_and(|c| c.is_empty()) {
-                at += 1;
-            }
-        }
-    }
-    Ok(all)
+/// An error for which there is one more reason.
+fn and(mut error: ReadError, why: &str) -> ReadError {
+    error.message = format!("{}; {why}", error.message);
+    error
 }
 
 /// A scenario whose entities move.
@@ -401,18 +256,29 @@ pub struct Played<'a> {
     pub file: &'a Path,
     pub entities: &'a [Entity],
     pub ego: Option<&'a Entity>,
+    /// Whether it is an export of this program.
+    pub is_export: bool,
     pub timeline: Timeline,
 }
 
+/// How the entities of a scenario move.
+pub struct Motion {
+    /// Seconds.
+    pub time_step: f64,
+    pub tracks: Named,
+    /// Who worked it out, with its version, where that was done for this reading.
+    pub player: Option<String>,
+}
+
 impl Played<'_> {
-    /// The time step and the tracks. What else is read for them is added to what is hashed.
-    pub fn tracks(
+    /// The motion of its entities. What else is read for that is added to what is hashed.
+    pub fn motion(
         &self,
         roads: &Result<Network, String>,
         report: &Report,
         ids: &mut Ids,
         hashed: &mut Vec<Vec<u8>>,
-    ) -> Result<(f64, Named), ReadError> {
+    ) -> Result<Motion, ReadError> {
         let motions = motions(self.root, roads.as_ref().ok(), report).map_err(|mut error| {
             if let Err(why) = roads
                 && why != NO_ROADS
@@ -429,31 +295,96 @@ impl Played<'_> {
             let words = format!("acts on `{name}`, which is no entity of the file; not used");
             report.at("Storyboard").warn(words);
         }
-        // What only a player works out, or what nothing tells: a recording beside it has that.
-        let is_open = match &motions {
+        // What only a player works out, or what nothing tells: a recording has that.
+        let is_open = |ego_counts: bool| match &motions {
             Err(_) => true,
             Ok(all) => {
-                let open = |m: &Motions| m.unknown().is_some() || m.is_controlled;
-                !self.course(all).halts().is_empty() || all.values().any(open)
+                let open = |(name, m): (&String, &Motions)| {
+                    let counts = ego_counts || !self.is_left_out(name, m);
+                    counts && (m.unknown().is_some() || m.is_controlled)
+                };
+                !self.course(all).halts().is_empty() || all.iter().any(open)
             }
         };
-        let log = self.file.with_extension("csv");
-        if is_open && let Ok(bytes) = system::read_file(&log, system::LARGEST) {
-            let text = String::from_utf8_lossy(&bytes).into_owned();
+        let beside = self.file.with_extension("csv");
+        if is_open(true)
+            && let Ok(bytes) = system::read_file(&beside, system::LARGEST)
+        {
+            let shown = beside.display().to_string();
+            let log = self.log(&bytes, &Report::about(&*shown), report)?;
             hashed.push(bytes);
-            let shown = log.display().to_string();
-            let seen = read(&text, &Report::about(shown.clone()))?;
             report.note(format!("motion as a player recorded it in {shown}"));
-            // The player did what stands there.
-            self.root
-                .child("Storyboard")
-                .into_iter()
-                .for_each(Node::skip);
-            return Ok(recorded(self.entities, seen, report, ids));
+            return Ok(self.recorded(&log, ids));
         }
-        let motions = motions?;
-        self.check(&motions, &log, report)?;
-        Ok((self.timeline.dt, self.course(&motions).tracks(report, ids)))
+        // The ego of an export is free for a driver under test.
+        let played = is_open(!self.is_export).then(|| {
+            let mut files = vec![self.file.to_path_buf()];
+            files.extend(road_file(self.root, self.file));
+            files.extend(catalog_files(self.root, self.file));
+            player::play(&files, self.timeline.dt)
+        });
+        let why = match played.transpose() {
+            Ok(Some(bytes)) => {
+                let shown = format!("{} as esmini played it", self.file.display());
+                let log = self.log(&bytes, &Report::about(shown), report)?;
+                hashed.push(bytes);
+                report.note(format!("motion as {} played it", log.player));
+                return Ok(Motion {
+                    player: Some(log.player.clone()),
+                    ..self.recorded(&log, ids)
+                });
+            }
+            Ok(None) => None,
+            Err(why) => Some(why),
+        };
+        let motions = motions.map_err(|error| match &why {
+            Some(NotPlayed::Failed(why)) => and(error, why),
+            _ => error,
+        })?;
+        self.check(&motions, report).map_err(|error| match &why {
+            Some(NotPlayed::Failed(why)) => and(error, why),
+            Some(NotPlayed::NoPlayer(why)) => and(
+                error,
+                &format!("{why}, or put {}", self.recording_of_others()),
+            ),
+            None => error,
+        })?;
+        if let Some(NotPlayed::Failed(why)) = why {
+            report.at("").warn(format!("{why}; read without a player"));
+        }
+        Ok(Motion {
+            time_step: self.timeline.dt,
+            tracks: self.course(&motions).tracks(report, ids),
+            player: None,
+        })
+    }
+
+    /// The recording of another player that is read, and how one is made.
+    fn recording_of_others(&self) -> String {
+        let recording = self.file.with_extension("csv");
+        let recording = recording.display();
+        format!(
+            "a player's recording beside it as {recording}: esmini --osc {} --headless --fixed_timestep 0.1 --csv_logger \
+             {recording}",
+            self.file.display()
+        )
+    }
+
+    fn log(&self, bytes: &[u8], about: &Report, report: &Report) -> Result<Log, ReadError> {
+        let is_entity = |name: &str| self.entities.iter().any(|e| e.name == name);
+        let log = esmini::read(&String::from_utf8_lossy(bytes), about)?;
+        Ok(log.bodies(Some(&is_entity), report))
+    }
+
+    /// The motion of a log; its player did what stands in the storyboard.
+    fn recorded(&self, log: &Log, ids: &mut Ids) -> Motion {
+        let storyboard = self.root.child("Storyboard");
+        storyboard.into_iter().for_each(Node::skip);
+        Motion {
+            time_step: log.time_step,
+            tracks: recorded(self.entities, log, ids),
+            player: None,
+        }
     }
 
     fn course<'a>(&'a self, motions: &'a AllMotions) -> Course<'a> {
@@ -464,23 +395,24 @@ impl Played<'_> {
         }
     }
 
+    /// Whether an entity is the ego, and free: a driver under test is to drive it.
+    fn is_left_out(&self, name: &str, motion: &Motions) -> bool {
+        let is_ego = self.ego.is_some_and(|ego| ego.name == name);
+        is_ego && motion.other.is_none() && motion.is_free()
+    }
+
     /// Refuses what only a player works out; says what is taken for something where players may do another.
-    fn check(&self, motions: &AllMotions, log: &Path, report: &Report) -> Result<(), ReadError> {
-        let recording = log.display();
+    fn check(&self, motions: &AllMotions, report: &Report) -> Result<(), ReadError> {
+        let recording = self.file.with_extension("csv");
+        let recording = recording.display();
         for entity in self.entities {
             let Some(motion) = motions.get(&entity.name) else {
                 continue;
             };
-            let is_ego = self.ego.is_some_and(|ego| ego.name == entity.name);
-            // A driver under test is to drive it.
-            let is_left_out = is_ego && motion.other.is_none() && motion.is_free();
+            let is_left_out = self.is_left_out(&entity.name, motion);
             if let Some(does) = motion.unknown().filter(|_| !is_left_out) {
                 let at = report.at(format!("entity `{}`", entity.name));
-                return Err(at.fail(format!(
-                    "{does}, which only a player works out; put its recording beside it as {recording}: \
-                     esmini --osc {} --headless --fixed_timestep 0.1 --csv_logger {recording}",
-                    self.file.display(),
-                )));
+                return Err(at.fail(format!("{does}, which only a player works out")));
             }
         }
         let course = self.course(motions);

@@ -92,6 +92,18 @@ static KNOWN: [Known; 4] = [
     },
 ];
 
+/// A log of esmini, whose entities lie side by side.
+pub static ESMINI: Known = Known {
+    source: "esmini",
+    telling: &[],
+    columns: "time=TimeStamp[s],id=Entity_Name,x=World_Position_X[m],y=World_Position_Y[m],heading=World_Heading_Angle[rad],\
+              speed=Current_Speed[m/s],length=bb_length[m],width=bb_width[m]",
+    kind: None,
+    tags: &[],
+    beside: None,
+    map: None,
+};
+
 impl Known {
     /// The data set whose tables have these columns.
     pub fn find(names: &[String]) -> Option<&'static Self> {

@@ -16,6 +16,7 @@ mod table;
 mod tests;
 mod text;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -24,8 +25,9 @@ use std::sync::{Arc, OnceLock};
 use nearmiss_base::system::{self, FileCache};
 use nearmiss_scene::scenario::{HashedBeginning, Scenario};
 
-use super::assembly::Ids;
-use super::{Leftovers, Report};
+use super::assembly::{self, Ids};
+use super::openscenario::EGOS;
+use super::{Leftovers, Report, esmini};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::dispatch::{Address, Format, HEAD, Parts};
@@ -84,6 +86,8 @@ fn options() -> &'static TableOptions {
 enum Written {
     Text(text::Layout, Packing),
     Columns(arrow::Form),
+    /// A log of esmini, entities side by side.
+    Log(Packing),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,10 +146,14 @@ impl Plan {
             Some(form) => (Written::Columns(form), form.names(path).ok()?),
             None => {
                 let packing = Packing::detect(head);
-                let layout = match packing {
-                    Packing::Plain => text::Layout::detect(head)?,
-                    packing => text::Layout::detect(&packing.head(head))?,
+                let unpacked = match packing {
+                    Packing::Plain => Cow::Borrowed(head),
+                    packing => Cow::Owned(packing.head(head)),
                 };
+                if esmini::is_log(&unpacked) {
+                    return Some(Self::of_log(packing, options));
+                }
+                let layout = text::Layout::detect(&unpacked)?;
                 let names = layout.names.clone();
                 (Written::Text(layout, packing), names)
             }
@@ -185,6 +193,20 @@ impl Plan {
             plan.by = known.source.into();
         }
         plan.columns.is_enough().then_some(plan)
+    }
+
+    /// For a log of esmini.
+    fn of_log(packing: Packing, options: &TableOptions) -> Self {
+        Self {
+            written: Written::Log(packing),
+            names: Vec::new(),
+            columns: known::ESMINI.columns.parse().unwrap_or_default(),
+            missing: Vec::new(),
+            known: Some(&known::ESMINI),
+            rate: None,
+            map: options.map.clone(),
+            by: known::ESMINI.source.into(),
+        }
     }
 
     /// The same for a file.
@@ -250,6 +272,8 @@ impl Plan {
                 let mut source = packing.unpack(file).map_err(io)?;
                 layout.read(&mut source, &wanted, &mut take)
             }
+            // Its rows are no rows of tracks.
+            Written::Log(_) => Ok(()),
         };
         read.map_err(|bad: BadCell| {
             let column = match bad.column.as_str() {
@@ -307,6 +331,9 @@ impl Table {
         options: &TableOptions,
         report: &Report,
     ) -> Result<Self, ReadError> {
+        if let Written::Log(packing) = plan.written {
+            return Self::of_log(plan, packing, files, report);
+        }
         let mut rows = Rows::default();
         let mut plans = vec![plan];
         for path in &files[1..] {
@@ -334,6 +361,66 @@ impl Table {
             hashed: hashed(files, report)?,
             how: format!("{} {:?}", plan.columns, plan.rate),
             map: plan.map.or_else(|| plan.known?.map?(files[0])),
+            by: plan.by,
+            leftovers,
+            ids,
+            numbered,
+        })
+    }
+}
+
+impl Table {
+    /// A log of esmini.
+    fn of_log(
+        plan: Plan,
+        packing: Packing,
+        files: &[&Path],
+        report: &Report,
+    ) -> Result<Self, ReadError> {
+        let io = |error| ReadError::io(report.file(), &error);
+        let packed = system::open_file(files[0]).map_err(io)?;
+        let mut text = Vec::new();
+        let source = packing.unpack(packed).map_err(io)?;
+        source
+            .take(system::LARGEST)
+            .read_to_end(&mut text)
+            .map_err(io)?;
+        let said = Report::about(report.file());
+        let log = esmini::read(&String::from_utf8_lossy(&text), report)?.bodies(None, &said);
+        said.note(format!("recorded by {}", log.player));
+        let mut leftovers = Leftovers::default();
+        let count = log.entities.values().map(Vec::len).sum();
+        for name in &log.unused {
+            leftovers.add_times(&format!("column {name}"), count, || 1);
+        }
+        let tracks = log.entities.iter().map(|(name, states)| {
+            let size = states.first().map_or((0.0, 0.0), |first| first.size);
+            Track {
+                name: name.clone(),
+                scenario: String::new(),
+                kind: assembly::kind_by_size(size),
+                is_ego: EGOS.contains(&name.to_lowercase().as_str()),
+                size,
+                states: log.states(states),
+            }
+        });
+        let tracks: Vec<Track> = tracks.collect();
+        if tracks.is_empty() {
+            return Err(report.fail("no entity in it"));
+        }
+        let (ids, numbered) = numbers(&tracks);
+        Ok(Self {
+            recorded: Recorded {
+                tracks,
+                start: 0.0,
+                time_step: log.time_step,
+                plane: None,
+                diagnostics: said.into_diagnostics(),
+            },
+            known: plan.known,
+            hashed: hashed(files, report)?,
+            how: plan.columns.to_string(),
+            map: plan.map,
             by: plan.by,
             leftovers,
             ids,
@@ -384,7 +471,11 @@ impl Format for Tables {
     }
 
     fn is_found(&self, path: &Path, head: &[u8]) -> bool {
-        Plan::of(path, head, options()).is_some_and(|plan| plan.is_whole())
+        let is_beside = |plan: &Plan| {
+            matches!(plan.written, Written::Log(_)) && path.with_extension("xosc").is_file()
+        };
+        // The log of a scenario is read with it.
+        Plan::of(path, head, options()).is_some_and(|plan| plan.is_whole() && !is_beside(&plan))
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {

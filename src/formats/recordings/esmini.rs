@@ -1,0 +1,275 @@
+//! esmini's log (`--csv_logger`): a row a moment, with a group of columns an entity side by side.
+
+use std::collections::BTreeMap;
+
+use nearmiss_base::geometry::{Point, Pose};
+use nearmiss_scene::scenario::plausibility::refused_time_step;
+
+use super::Report;
+use super::assembly::TrackState;
+use crate::commonroad::ReadError;
+use crate::commonroad::builder::SourceLocation;
+
+/// Lines in which the header of a log is.
+const MOST_BEFORE: usize = 20;
+
+/// The column of times.
+const TIME: &str = "TimeStamp";
+
+/// Before the names of the columns of the first entity.
+const FIRST: &str = "#1 ";
+
+/// Times that are no more before 0 are at 0, seconds.
+const SAME_TIME: f64 = 1e-6;
+
+/// Seconds between two steps, where the log tells none.
+const STEP: f64 = 0.1;
+
+/// Whether a file that begins so is a log.
+pub fn is_log(head: &[u8]) -> bool {
+    let head = String::from_utf8_lossy(head);
+    let mut lines = head.lines().take(MOST_BEFORE);
+    lines.any(|line| line.contains(TIME) && line.contains("#1 Entity_Name"))
+}
+
+/// A log.
+#[derive(Debug)]
+pub struct Log {
+    /// What wrote it, with its version.
+    pub player: String,
+    /// The states of entities, by name, in the order of the log.
+    pub entities: BTreeMap<String, Vec<LoggedState>>,
+    /// Columns of an entity that are not used.
+    pub unused: Vec<String>,
+    /// Seconds between two moments.
+    pub time_step: f64,
+}
+
+/// A state of an entity.
+#[derive(Debug, Clone, Copy)]
+pub struct LoggedState {
+    /// Seconds.
+    time: f64,
+    pose: Pose,
+    /// m/s.
+    speed: f64,
+    /// The middle of its body, from its position, metres.
+    center: Point,
+    /// Length and width of its body, metres.
+    pub size: (f64, f64),
+}
+
+/// The columns of an entity that are used.
+const COLUMNS: [&str; 8] = [
+    "World_Position_X",
+    "World_Position_Y",
+    "World_Heading_Angle",
+    "Current_Speed",
+    "bb_x",
+    "bb_y",
+    "bb_length",
+    "bb_width",
+];
+
+/// The column of its name.
+const NAME: &str = "Entity_Name";
+
+impl Log {
+    /// Leaves out ghosts, and what is before time 0, which is noted; `is_entity` tells which names are those of entities, where
+    /// more is known of them than the log tells.
+    pub fn bodies(mut self, is_entity: Option<&dyn Fn(&str) -> bool>, report: &Report) -> Self {
+        let names: Vec<String> = self.entities.keys().cloned().collect();
+        let in_log = |name: &str| names.iter().any(|known| known == name);
+        let ghosts: Vec<&String> = names
+            .iter()
+            .filter(|name| match is_entity {
+                Some(is_entity) => is_ghost(name, is_entity) && !is_entity(name),
+                None => is_ghost(name, &in_log),
+            })
+            .collect();
+        for ghost in &ghosts {
+            self.entities.remove(*ghost);
+        }
+        report.note_count(ghosts.len(), |n| {
+            let ghosts: Vec<&str> = ghosts.iter().map(|name| name.as_str()).collect();
+            let names = ghosts.join(", ");
+            format!("ghosts, which drive ahead of their entities in esmini and are no bodies, left out: {n} ({names})")
+        });
+        let mut early = 0;
+        for states in self.entities.values_mut() {
+            let before = states.len();
+            states.retain(|s| s.time > -SAME_TIME);
+            early += before - states.len();
+        }
+        report.note_count(early, |n| {
+            format!("states before time 0, when only ghosts drive, left out: {n}")
+        });
+        self.entities.retain(|_, states| !states.is_empty());
+        self.time_step = self.between();
+        self
+    }
+
+    /// The shortest time between two moments, seconds.
+    fn between(&self) -> f64 {
+        let mut times: Vec<f64> = self.entities.values().flatten().map(|s| s.time).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup_by(|a, b| (*a - *b).abs() < SAME_TIME);
+        let between = times
+            .windows(2)
+            .map(|p| p[1] - p[0])
+            .fold(f64::INFINITY, f64::min);
+        match refused_time_step(between) {
+            None => (between * 1e6).round() / 1e6,
+            Some(_) => STEP,
+        }
+    }
+
+    /// The states of an entity at the steps of the log.
+    pub fn states(&self, of: &[LoggedState]) -> Vec<TrackState> {
+        let states = of.iter().map(|s| TrackState {
+            step: (s.time / self.time_step).round() as i64,
+            position: s.pose.to_world(&s.center),
+            heading: s.pose.heading,
+            velocity: Some(s.speed),
+            acceleration: None,
+        });
+        let mut states: Vec<TrackState> = states.collect();
+        states.sort_by_key(|s| s.step);
+        states.dedup_by_key(|s| s.step);
+        states
+    }
+}
+
+/// Whether this is the name of a ghost: esmini lets one drive ahead of an entity, for a controller to look at.
+fn is_ghost(name: &str, is_entity: &dyn Fn(&str) -> bool) -> bool {
+    name.strip_suffix("_ghost").is_some_and(is_entity)
+}
+
+/// What wrote a log, by the lines before its header.
+fn player(before: &[&str]) -> String {
+    let told = |key: &str| {
+        let mut lines = before.iter();
+        let value = lines.find_map(|line| line.trim().strip_prefix(key)?.strip_prefix(':'))?;
+        let value = value.split(',').next().unwrap_or_default().trim();
+        (!value.is_empty() && !value.starts_with("N/A")).then(|| value.to_string())
+    };
+    let version = told("esmini GIT TAG")
+        .or_else(|| told("esmini BUILD VERSION"))
+        .or_else(|| told("esmini GIT REV"))
+        .or_else(|| told("Version"));
+    let version = version.map(|version| version.trim_start_matches("esmini").trim().to_string());
+    match version {
+        Some(version) => format!("esmini {}", version.chars().take(60).collect::<String>()),
+        None => "esmini (a build that tells no version)".into(),
+    }
+}
+
+/// Reads a log.
+///
+/// # Errors
+/// It is none, or a number is none: with line and column.
+pub fn read(text: &str, report: &Report) -> Result<Log, ReadError> {
+    let mut before = Vec::new();
+    let mut lines = text.lines().enumerate();
+    let header = lines.by_ref().find(|(_, line)| {
+        let is_header = line.contains(TIME);
+        if !is_header && before.len() < MOST_BEFORE {
+            before.push(*line);
+        }
+        is_header
+    });
+    let header = header.ok_or_else(|| {
+        report.fail("no line with `TimeStamp`; not a log of esmini (--csv_logger)")
+    })?;
+    let names: Vec<&str> = header.1.split(',').map(str::trim).collect();
+    let own: Vec<&str> = names.iter().filter_map(|n| n.strip_prefix(FIRST)).collect();
+    let column = |name: &str| {
+        own.iter().position(|n| n.starts_with(name)).ok_or_else(|| {
+            report
+                .row(header.0 + 1, name)
+                .fail("no such column; write the log with esmini --csv_logger")
+        })
+    };
+    let place = column(NAME)?;
+    let wanted: Vec<usize> = COLUMNS
+        .iter()
+        .map(|n| column(n))
+        .collect::<Result<_, _>>()?;
+    let unused = own.iter().enumerate();
+    let unused = unused.filter(|(i, _)| *i != place && !wanted.contains(i));
+    let unused = unused.map(|(_, name)| name.split(['[', ' ']).next().unwrap_or(name).to_string());
+    let time = names.iter().position(|n| n.starts_with(TIME)).unwrap_or(1);
+    let first = names.iter().position(|n| n.starts_with(FIRST)).unwrap_or(2);
+    let mut log = Log {
+        player: player(&before),
+        entities: BTreeMap::new(),
+        unused: unused.collect(),
+        time_step: STEP,
+    };
+    for (i, line) in lines {
+        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
+        if cells.len() <= first {
+            continue;
+        }
+        let number = |at: usize| -> Result<f64, ReadError> {
+            let cell = cells.get(at).copied().unwrap_or_default();
+            let value = cell.parse::<f64>().ok().filter(|v| v.is_finite());
+            value.ok_or_else(|| {
+                let shown: String = cell.chars().take(40).collect();
+                report
+                    .row(i + 1, names.get(at).copied().unwrap_or("column"))
+                    .fail(format!("`{shown}` is not a number"))
+            })
+        };
+        let now = number(time)?;
+        let mut at = first;
+        while at + own.len() <= cells.len() {
+            let name = cells[at + place];
+            let mut values = [0.0; 8];
+            for (value, column) in values.iter_mut().zip(&wanted) {
+                *value = number(at + column)?;
+            }
+            let [x, y, heading, speed, bx, by, length, width] = values;
+            let row = report.row(i + 1, name);
+            let state = LoggedState {
+                time: now,
+                pose: Pose {
+                    position: row.point(x, y)?,
+                    heading,
+                },
+                speed,
+                center: Point::new(bx, by),
+                size: (length, width),
+            };
+            match log.entities.get_mut(name) {
+                Some(states) => states.push(state),
+                None => {
+                    log.entities.insert(name.to_string(), vec![state]);
+                }
+            }
+            at += own.len();
+            // Entities end with an empty cell.
+            while cells.get(at).is_some_and(|c| c.is_empty()) {
+                at += 1;
+            }
+        }
+    }
+    Ok(log)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::*;
+
+    #[test]
+    fn the_player_is_called_by_the_best_that_its_log_tells() {
+        let of = |lines: &[&str]| player(lines);
+        let build = "esmini BUILD VERSION: 2.40.0-0-abc";
+        assert_eq!(of(&["esmini GIT TAG: v3.6.0", build]), "esmini v3.6.0");
+        assert_eq!(of(&["esmini GIT TAG: N/A", build]), "esmini 2.40.0-0-abc");
+        assert_eq!(of(&["Version: esmini 2.1"]), "esmini 2.1");
+        assert!(of(&["esmini GIT REV: N/A"]).contains("no version"));
+    }
+}
