@@ -39,6 +39,7 @@ mod original;
 mod plan;
 mod scenario_filter;
 mod simulator_export;
+mod stand_in;
 mod truth;
 pub mod tune;
 
@@ -80,6 +81,7 @@ pub use scenario_filter::{
     TERMS, Tally, Verdicts, WordMatch, country_code, nearest,
 };
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
+pub use stand_in::StandIn;
 pub use truth::{BatchLabels, StoredQuestion, TruthChoice, TruthSearch, asked_as, batch_labels};
 
 #[cfg(test)]

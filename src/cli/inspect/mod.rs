@@ -166,6 +166,7 @@ fn opened(entry: &Entry) -> Result<OpenedScene, Failure> {
         ego: &EgoSelection::Beside,
         transform: None,
         strict: false,
+        stand_in: open::stand_in(),
     };
     open(&request).map_err(not_opened)
 }

@@ -10,8 +10,8 @@ use strum::{IntoStaticStr, VariantArray};
 
 use crate::metrics::{Context, CriticalMoment, Grade, Measure, Moments, PairMoments, Thresholds};
 use crate::scenario::{
-    Ego, LaneRelation, LaneRelations, LaneletNetwork, LaneletType, Motion, ObstacleRole, Scenario,
-    Scene, Track,
+    Ego, LaneRelation, LaneRelations, LaneletNetwork, LaneletType, Motion, ObstacleRole,
+    Scenario, Scene, Track,
 };
 
 /// How windows are cut and what is measured in them.
@@ -317,6 +317,39 @@ fn once_each(all: Vec<WorstMoment>, near: i64) -> Vec<WorstMoment> {
         }
     }
     taken
+}
+
+/// The ego of a scenario in which nobody is: the follower of the pair with the most severe moment, and that moment, in which
+/// the other of [`WorstMoment::ego`] may be the follower. It is who sees the other ahead without being ahead of it, else the
+/// one of them that closes faster; who has no trajectory follows nobody. `None` where no two come within `radius` metres.
+#[must_use]
+pub fn dangerous_follower(
+    scenario: &Arc<Scenario>,
+    radius: f64,
+    thresholds: &Thresholds,
+) -> Option<(i64, WorstMoment)> {
+    let possible = scenario.possible_egos();
+    let worst = { worst_moments(scenario, &possible, radius, thresholds).into_iter() }.next()?;
+    let (one, other) = (worst.ego, worst.moment.obstacle);
+    if !possible.contains(&other) {
+        return Some((one, worst));
+    }
+    let motion = |id| scenario.obstacle(id)?.motion_at(worst.moment.step);
+    let (here, there) = (motion(one)?, motion(other)?);
+    let sees = |from: &Motion, to: &Motion| {
+        let between = to.pose.position - from.pose.position;
+        (
+            between.dot(&from.pose.forward()) >= 0.0,
+            between.dot(&from.velocity_vector()),
+        )
+    };
+    let ((sees_other, closing), (is_seen, other_closing)) = (sees(here, there), sees(there, here));
+    let other_follows = if sees_other == is_seen {
+        other_closing > closing
+    } else {
+        is_seen
+    };
+    Some((if other_follows { other } else { one }, worst))
 }
 
 impl WorstMoment {
