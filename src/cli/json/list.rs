@@ -44,6 +44,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<plan::StandardErrorRecord>(),
     derived::<prompt::PromptDocument>(),
     derived::<prompts::Document>(),
+    derived::<prompt::StoryDocument>(),
     derived::<QuestionLine>(),
     derived::<ReportDocument>(),
     derived::<AxesDocument>(),
