@@ -36,6 +36,7 @@ mod listing;
 mod monitor;
 mod open;
 mod original;
+mod overview;
 mod plan;
 mod scenario_filter;
 mod simulator_export;
@@ -72,6 +73,7 @@ pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_with
 pub use original::{
     VariantOrigin, VariantProofs, VerifiedCertificate, is_unchanged, verify_variant,
 };
+pub use overview::{Overview, ScenarioRow};
 pub use plan::{
     PlanError, PlanEvent, PlanOutcome, PlanRequest, PlannerFailure, PreparedPlan, prepare,
 };

@@ -8,9 +8,10 @@ use nearmiss_base::geometry::angle_between;
 use rayon::prelude::*;
 use strum::{IntoStaticStr, VariantArray};
 
+use super::{CellWindows, WindowPlace};
 use crate::metrics::{Context, CriticalMoment, Grade, Measure, Moments, PairMoments, Thresholds};
 use crate::scenario::{
-    Ego, LaneRelation, LaneRelations, LaneletNetwork, LaneletType, Motion, ObstacleRole,
+    Ego, EgoSource, LaneRelation, LaneRelations, LaneletNetwork, LaneletType, Motion, ObstacleRole,
     Scenario, Scene, Track,
 };
 
@@ -90,6 +91,55 @@ pub fn for_each_window(
             egos.of_pair(place, take);
         }
     }
+}
+
+/// A moment is seen with so many seconds before and after it.
+const AROUND_MOMENT: f64 = 1.0;
+
+/// What the other of a moment does around it, on which road, as an index has it of a window; nothing where one of the two
+/// is not there.
+#[must_use]
+pub fn window_of_moment(context: &Context<'_>, moment: &CriticalMoment) -> Option<CellWindows> {
+    let scene = context.scene();
+    let (ego, ego_id) = match scene.ego.source {
+        EgoSource::Obstacle(id) => (WindowEgo::Obstacle(id), id),
+        _ => (WindowEgo::Recorded, scene.ego.id),
+    };
+    let options = IndexOptions {
+        length: 2.0 * AROUND_MOMENT,
+        stride: AROUND_MOMENT,
+        radius: f64::INFINITY,
+        measures: Vec::new(),
+    };
+    let egos = EgoWindows {
+        ego,
+        scene,
+        context,
+        moments: Moments::new(context),
+        options: &options,
+        lanes: scene.steps().map(|_| OnceCell::new()).collect(),
+    };
+    let mut all = context.participants().iter();
+    let place = all.position(|other| other.obstacle.id == moment.obstacle)?;
+    let around = (AROUND_MOMENT / scene.scenario.dt()).round() as i64;
+    let is_there = |step: &i64| context.encounter(place, *step).is_some();
+    let first = (moment.step - around..=moment.step).find(is_there)?;
+    let last = (moment.step..=moment.step + around).rfind(is_there)?;
+    Some(CellWindows {
+        manoeuvre: egos.manoeuvre(place, first, last)?,
+        road: egos.road(last),
+        severity: moment.grade.number(),
+        actor: context.participants()[place].obstacle.kind,
+        windows: 1,
+        asked: 0,
+        example: WindowPlace {
+            ego,
+            ego_id,
+            obstacle: moment.obstacle,
+            steps: (first, last),
+            worst_step: moment.step,
+        },
+    })
 }
 
 /// The lanelets under the ego, and what other lanes are to them.
