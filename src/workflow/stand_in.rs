@@ -57,9 +57,9 @@ fn driven(
         Ok(outcome) => outcome?,
         Err(why) => {
             // It begins with the scenario, which is said already.
-            let (why, shown) = (why.to_string(), format!("{}: ", entry.display()));
-            let why = why.strip_prefix(&shown).unwrap_or(&why).to_string();
-            return Some(Err(MissingEgo::NotDriven(why)));
+            let (said, shown) = (why.to_string(), format!("{}: ", entry.display()));
+            let short = said.strip_prefix(&shown).unwrap_or(&said);
+            return Some(Err(MissingEgo::NotDriven(short.to_string())));
         }
     };
     let problem = outcome.prepared.problem();

@@ -383,9 +383,11 @@ impl Pair {
                     lower.is_none() || seconds < 0.06,
                 );
             }
-            Fact::ShortTtc { time } => {
+            Fact::ShortTtc { time, until } => {
                 let step = self.step(time);
-                self.holds("short ttc", self.ttc(step, 0.01, 3.02).is_some());
+                let mut all = step..=self.step(until);
+                let long = all.find(|step| self.ttc(*step, 0.01, 3.02).is_none());
+                self.holds(&format!("a long ttc at {long:?}"), long.is_none());
                 self.holds("not before", self.ttc(step - 1, 0.01, 2.98).is_none());
             }
             Fact::NoCourse => {

@@ -27,11 +27,11 @@ struct Read {
 
 /// Prints a row for each scenario at the paths, or writes them to a file; one that cannot be read is said and counted.
 pub fn run(arguments: &Inspect, format: Format) -> Outcome {
-    let filter = arguments
+    let checked = arguments
         .terms
         .as_deref()
         .map(|text| Overview::filter(text).map_err(|why| Failure::input(format!("--where {why}"))));
-    let filter = filter.transpose()?;
+    let filter = checked.transpose()?;
     let file = arguments.output.file();
     if let Some(format) = format.of_table() {
         output::check_format(format, file)?;

@@ -164,10 +164,12 @@ pub enum Fact {
         /// Seconds.
         seconds: f64,
     },
-    /// From this time until the lowest the time to collision is at most 3 s, and it is not at the step before.
+    /// Between these times the time to collision is at most 3 s, and it is not at the step before.
     ShortTtc {
-        /// When.
+        /// From then on.
         time: f64,
+        /// Until it is lowest.
+        until: f64,
     },
     /// At no step both would touch within 10 s if they went straight on.
     NoCourse,
@@ -351,8 +353,10 @@ impl<'c, 's> Telling<'c, 's> {
     fn nearness(&self) -> Vec<Fact> {
         let contact = self.context.contacts(self.participant).first();
         let ttc = self.lowest_ttc();
+        let other = self.context.participants()[self.participant].obstacle;
         if let Some(contact) = contact {
-            let short = ttc.and_then(|(step, _)| self.short_since(step));
+            let before = ttc.filter(|(step, _)| *step <= contact.step);
+            let short = before.and_then(|(step, _)| self.short_since(step));
             let contact = Fact::Contact {
                 time: contact.time,
                 closing_speed: contact.closing_speed,
@@ -361,11 +365,12 @@ impl<'c, 's> Telling<'c, 's> {
             return short.into_iter().chain([contact]).collect();
         }
         let lowest = match ttc {
-            Some((step, seconds)) => Fact::LowestTtc {
+            Some((step, seconds)) => Some(Fact::LowestTtc {
                 time: self.time(step),
                 seconds,
-            },
-            None => Fact::NoCourse,
+            }),
+            // A region does not go straight on.
+            None => (!other.is_set_based()).then_some(Fact::NoCourse),
         };
         let distances = self
             .common
@@ -377,7 +382,7 @@ impl<'c, 's> Telling<'c, 's> {
             distance: encounter.distance(),
             place: encounter.relation().direction,
         });
-        [lowest].into_iter().chain(nearest).collect()
+        lowest.into_iter().chain(nearest).collect()
     }
 
     /// What the ego does.
@@ -402,14 +407,14 @@ impl<'c, 's> Telling<'c, 's> {
         facts
     }
 
-    /// When the time to collision got short, where that is before the ego begins to brake.
+    /// When the time to collision got short, where the ego begins to brake while it is.
     fn reaction(&self, brake: &Fact) -> Option<Fact> {
         let (lowest, _) = self.lowest_ttc()?;
         let short = self.short_since(lowest)?;
         match (short, brake) {
             // Who brakes at first may have begun before.
-            (Fact::ShortTtc { time }, Fact::Brake { from, .. })
-                if time <= *from && *from > self.span().0 =>
+            (Fact::ShortTtc { time, until }, Fact::Brake { from, .. })
+                if (time..=until).contains(from) && *from > self.span().0 =>
             {
                 Some(short)
             }
@@ -466,9 +471,9 @@ impl<'c, 's> Telling<'c, 's> {
 
     /// The step of the lowest time to collision of the recording, the first of several.
     fn lowest_ttc(&self) -> Option<(i64, f64)> {
-        let all = self.common.iter();
-        let all = all.filter_map(|step| Some((*step, self.ttc(*step)?)));
-        all.min_by(|a, b| a.1.total_cmp(&b.1))
+        let steps = self.common.iter();
+        let readings = steps.filter_map(|step| Some((*step, self.ttc(*step)?)));
+        readings.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Since when the time to collision is short until a step; nothing where the recording does not tell.
@@ -477,8 +482,10 @@ impl<'c, 's> Telling<'c, 's> {
         let since = { (i64::MIN..=until).rev() }.take_while(is_short).last()?;
         // At the first step it may have been short before.
         self.encounter(since - 1)?;
-        let time = self.time(since);
-        Some(Fact::ShortTtc { time })
+        Some(Fact::ShortTtc {
+            time: self.time(since),
+            until: self.time(until),
+        })
     }
 }
 

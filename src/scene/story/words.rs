@@ -145,9 +145,9 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
         Fact::LowestTtc { time, seconds } => {
             format!("the time to collision is lowest at {time:.1} s: {seconds:.2} s")
         }
-        Fact::ShortTtc { time } => match facts {
+        Fact::ShortTtc { time, until } => match facts {
             [Fact::ShortTtc { .. }, ..] => {
-                format!("the time to collision is at most 3 s from {time:.1} s on")
+                format!("the time to collision is at most 3 s between {time:.1} and {until:.1} s")
             }
             _ => {
                 let late = facts.iter().find_map(|fact| match fact {
@@ -155,12 +155,12 @@ fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
                     _ => None,
                 });
                 format!(
-                    "{:.1} s after the time to collision fell to 3 s at {time:.1} s",
+                    "{:.1} s after the time to collision fell to 3 s or less at {time:.1} s",
                     late.unwrap_or_default()
                 )
             }
         },
-        Fact::NoCourse => "going straight on they would touch at no time".into(),
+        Fact::NoCourse => "going straight on they would at no time touch within 10 s".into(),
         Fact::Contact {
             time,
             closing_speed,
