@@ -34,6 +34,7 @@
 //! | [`scenario`] | What is on the road, who is where at a step, what is doubtful? |
 //! | [`metrics`] | How dangerous is an obstacle at a step, and by which definition? |
 //! | [`description`] | How is a window of a scene put into words, and where does each number in them come from? |
+//! | [`story`] | What happened, in four sentences of facts? |
 //! | [`prompts`] | Which template is used, what does it become, what bounds it? |
 //! | [`llm`] | How is a provider asked, what does it cost, what may not leak, what went wrong? |
 //! | [`verdict`] | What does an answer say, as data, even where its form is off? |
@@ -115,7 +116,9 @@ pub use nearmiss_docs as docs;
 pub use nearmiss_drive::{generation, planner, simulation};
 pub use nearmiss_formats as formats;
 pub use nearmiss_render as render;
-pub use nearmiss_scene::{corpus, description, judge, metrics, scenario, traffic_rules, verdict};
+pub use nearmiss_scene::{
+    corpus, description, judge, metrics, scenario, story, traffic_rules, verdict,
+};
 pub use nearmiss_settings as settings;
 pub use nearmiss_store as store;
 pub use nearmiss_study::{evaluation, paper, tools};

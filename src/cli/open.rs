@@ -3,20 +3,27 @@
 use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use nearmiss_ask::prompts::Techniques;
 use nearmiss_base::system::processes::program;
+use nearmiss_drive::simulation::Settings;
 use nearmiss_formats as formats;
 use nearmiss_formats::{
-    Columns, EgoError, EgoSelection, Entry, EntryLocation, NamedTable, Player, SearchResults,
+    Columns, EGO_FILES, EgoError, EgoSelection, Entry, EntryLocation, NamedTable, Player,
+    SearchResults,
     TableOptions, not_standard_input, only_part,
 };
 use nearmiss_scene::metrics::Thresholds;
-use nearmiss_scene::scenario::{Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity};
+use nearmiss_scene::scenario::{
+    EgoSource, Obstacle, ObstacleRole, Participant, Scenario, Scene, Severity,
+};
 use nearmiss_settings::{Config, ConfigError, Folders, TextFile};
 use nearmiss_study::evaluation::Judge;
-use nearmiss_workflow::{Models, OpenError, OpenRequest, OpenedScene, find, open};
+use nearmiss_workflow::{
+    MissingEgo, Models, OpenError, OpenRequest, OpenedScene, StandIn, find, open,
+};
 
 use super::files::{say_shared_names, without_side_files};
 use super::plan::as_ego;
@@ -36,7 +43,8 @@ pub struct ScenarioArguments {
 pub struct EgoChoice {
     /// The ego: id of an obstacle, file with a recorded trajectory, Frenetix log or CommonRoad solution, `planner` (the
     /// built-in planner drives), or `planner:NAME` with a [planner.NAME] of config.toml or a command. FILE#ID and
-    /// planner#ID choose the planning problem, #ID in the recording beside the scenario [default: that recording].
+    /// planner#ID choose the planning problem, #ID in the recording beside the scenario [default: that recording, else
+    /// `planner` where there is a planning problem, else the follower of the most dangerous pair].
     #[arg(
         long,
         value_name = "ID|FILE[#ID]|planner[#ID]",
@@ -183,20 +191,38 @@ pub fn scene_with(entry: &Entry, wanted: &EgoSelection) -> Result<Arc<Scene>, Fa
 pub fn scene_and_doubts(entry: &Entry, wanted: &EgoSelection) -> Result<Opened, Failure> {
     let opened = opened(entry, wanted)?;
     match opened.scene {
-        Ok(scene) => Ok(with_doubts(entry, scene)),
-        Err(_) => Err(Failure::input(format!(
-            "{}: no recorded ego (NAME.ego_trajectory.csv beside it); choose an obstacle with --ego ID ({}), \
-             or a file with --ego FILE",
-            entry.display(),
-            possible(&opened.scenario)
-        ))),
+        Ok(scene) => Ok(with_doubts(entry, scene, opened.stands_in)),
+        Err(why) => Err(without_ego(entry, &opened.scenario, &why)),
     }
 }
 
-/// The scene of an entry with the ego beside it, and warnings about that; `None` if there is none.
+/// That a scenario has no ego, what was looked for, and what to do.
+pub fn without_ego(entry: &Entry, scenario: &Scenario, why: &MissingEgo) -> Failure {
+    let more = match why {
+        MissingEgo::NotDriven(why) => format!("; the built-in planner does not drive: {why}"),
+        _ => String::new(),
+    };
+    Failure::input(format!(
+        "{}: no recorded ego ({EGO_FILES}){more}; choose an obstacle with --ego ID ({}), or a file with --ego FILE",
+        entry.display(),
+        possible(scenario)
+    ))
+}
+
+/// Who is the ego where none is recorded: with a planning problem the built-in planner drives, as `--ego planner` does.
+pub fn stand_in() -> StandIn<'static> {
+    static SETTINGS: OnceLock<Settings> = OnceLock::new();
+    StandIn::Planner(SETTINGS.get_or_init(|| {
+        let config = configuration().map(|(_, config)| config);
+        as_ego::settings(&config.unwrap_or_default())
+    }))
+}
+
+/// The scene of an entry with the ego beside it or who stands in for it, and warnings about that; `None` if there is none.
 pub fn scene_beside(entry: &Entry) -> Result<Option<Opened>, Failure> {
-    let scene = opened(entry, &EgoSelection::Beside)?.scene.ok();
-    Ok(scene.map(|scene| with_doubts(entry, scene)))
+    let opened = opened(entry, &EgoSelection::Beside)?;
+    let scene = opened.scene.ok();
+    Ok(scene.map(|scene| with_doubts(entry, scene, opened.stands_in)))
 }
 
 fn opened(entry: &Entry, wanted: &EgoSelection) -> Result<OpenedScene, Failure> {
@@ -205,6 +231,7 @@ fn opened(entry: &Entry, wanted: &EgoSelection) -> Result<OpenedScene, Failure> 
         ego: wanted,
         transform: None,
         strict: true,
+        stand_in: stand_in(),
     };
     open(&request).map_err(not_opened)
 }
@@ -217,9 +244,24 @@ pub fn not_opened(error: OpenError) -> Failure {
     }
 }
 
-fn with_doubts(entry: &Entry, scene: Arc<Scene>) -> Opened {
-    let doubts = doubts(entry, &scene);
+fn with_doubts(entry: &Entry, scene: Arc<Scene>, stands_in: bool) -> Opened {
+    let chosen = stands_in.then(|| said_once(&scene)).flatten();
+    let doubts = chosen.into_iter().chain(doubts(entry, &scene)).collect();
     (scene, doubts)
+}
+
+/// Who stands in for egos that are not recorded; nothing where that has been said: tables name the ego of each scenario.
+pub fn said_once(scene: &Scene) -> Option<String> {
+    static SAID: [AtomicBool; 2] = [const { AtomicBool::new(false) }; 2];
+    let (place, who) = match scene.ego.source {
+        EgoSource::Planned { .. } => (0, "the built-in planner drives the planning problem"),
+        _ => (
+            1,
+            "without a planning problem the follower of the most dangerous pair is the ego",
+        ),
+    };
+    let is_new = !SAID[place].swap(true, Ordering::Relaxed);
+    is_new.then(|| format!("nearmiss: no recorded ego ({EGO_FILES}); {who}; --ego chooses another"))
 }
 
 /// Some obstacles that could be the ego.

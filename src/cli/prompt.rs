@@ -6,9 +6,11 @@ use std::sync::Arc;
 use nearmiss_ask::llm::Message;
 use nearmiss_ask::prompts::{Defaults, Library, Problem, Techniques, estimate_tokens};
 use nearmiss_base::system;
+use nearmiss_formats::Entry;
 use nearmiss_render::svg;
 use nearmiss_scene::description::{self, DescriptionError, Frame};
 use nearmiss_scene::metrics::Context;
+use nearmiss_scene::story::{Sentence, Story};
 use nearmiss_scene::verdict::Task;
 use nearmiss_settings::{Config, Folders};
 use nearmiss_study::evaluation::batch::Experiment;
@@ -176,6 +178,9 @@ pub struct Describe {
     /// cartesian+picture, metrics+picture or trajectory+picture for a picture from above, alone or with words.
     #[arg(long, default_value = "ego")]
     frame: Frame,
+    /// What happened instead: the moment that matters in at most four sentences, with times and numbers.
+    #[arg(long, conflicts_with_all = ["frame", "set", "at", "history", "obstacle"])]
+    story: bool,
     #[command(flatten)]
     span: Span,
     /// Change how the scene is described: stride, radius, precision, form (compact or prose), contact, road, axes, measures.
@@ -230,6 +235,29 @@ impl json::Output for DescriptionDocument {
         "`prompt describe --format json`: a description and the source of its numbers";
 }
 
+/// What happened, for programs.
+#[derive(Serialize, JsonSchema)]
+pub struct StoryDocument {
+    scenario: String,
+    file: String,
+    /// Id of the ego.
+    ego: i64,
+    /// Where the motion of the ego is from.
+    ego_source: String,
+    obstacle: i64,
+    /// All sentences.
+    text: String,
+    /// At most four: the text of each, and its facts with numbers (seconds, metres, m/s, m/s², degrees).
+    #[schemars(with = "Vec<serde_json::Value>")]
+    sentences: Vec<Sentence>,
+}
+
+impl json::Output for StoryDocument {
+    const NAME: &'static str = "prompt-describe-story";
+    const TITLE: &'static str =
+        "`prompt describe --story --format json`: what happened, and its facts";
+}
+
 /// Runs `describe`.
 pub fn describe(arguments: &Describe) -> Outcome {
     let [one] = arguments.files.as_slice() else {
@@ -259,6 +287,10 @@ fn describe_one(arguments: &Describe, file: &Path, named: bool) -> Outcome {
     let (folders, config) = configuration()?;
     let entry = entry(file)?;
     let scene = scene(&entry, &arguments.ego)?;
+    if arguments.story {
+        let thresholds = user_thresholds(&folders)?;
+        return arguments.tell(&entry, &Context::under(&scene, &thresholds), named);
+    }
     let set = knobs::of_one_question(&config, &arguments.set)?;
     let decided = arguments
         .span
@@ -314,6 +346,42 @@ enum Written {
 }
 
 impl Describe {
+    /// Tells what happened.
+    fn tell(&self, entry: &Entry, context: &Context<'_>, named: bool) -> Outcome {
+        let story = Story::new(context).ok_or_else(|| {
+            Failure::input(format!(
+                "{}: nothing to tell: nobody is there with the ego",
+                entry.display()
+            ))
+        })?;
+        let text = if self.format.is_json() {
+            output::document_line(&StoryDocument {
+                scenario: entry.name.clone(),
+                file: entry.display(),
+                ego: story.ego,
+                ego_source: context.scene().ego.source.short(),
+                obstacle: story.obstacle,
+                text: story.text(),
+                sentences: story.sentences,
+            })?
+        } else {
+            let name = if named {
+                format!("# {}\n", entry.display())
+            } else {
+                String::new()
+            };
+            let lines = story
+                .sentences
+                .iter()
+                .map(|sentence| format!("{}\n", sentence.text));
+            output::visible(&(name + &lines.collect::<String>()))
+        };
+        match output::file_of(self.output.as_deref()) {
+            None => output::text(&text),
+            Some(file) => output::Target::begin(Some(file), self.overwrite)?.save(text.as_bytes()),
+        }
+    }
+
     /// Writes the file that was asked for, if there is one.
     fn write(
         &self,

@@ -12,8 +12,8 @@ mod unread;
 
 pub use dispatch::{Ranking, only_part};
 pub use ego::{
-    EgoError, EgoSelection, PlannerDrives, USUAL_VEHICLE, ego_of_solution, find_recording,
-    read_ego, read_ego_file, write_recording, write_sized_recording,
+    EGO_FILES, EgoError, EgoSelection, PlannerDrives, USUAL_VEHICLE, ego_of_solution,
+    find_recording, read_ego, read_ego_file, write_recording, write_sized_recording,
 };
 pub use library::{Entry, EntryLocation, bundled, resolved};
 pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};

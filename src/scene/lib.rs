@@ -9,6 +9,8 @@ pub mod judge;
 pub mod metrics;
 /// Scenarios and scenes.
 pub mod scenario;
+/// What happened, in sentences.
+pub mod story;
 pub mod traffic_rules;
 /// What judges say, as structured data.
 pub mod verdict;

@@ -26,7 +26,7 @@ use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_settings::Config;
 use nearmiss_store::{Consumed, Store};
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict, default_planning};
-use nearmiss_workflow::{OpenRequest, PlanRequest};
+use nearmiss_workflow::{OpenRequest, PlanRequest, StandIn};
 
 /// A workbench and the screen it is drawn on.
 pub struct Stage {
@@ -186,6 +186,7 @@ impl Stage {
                 ego: &EgoSelection::Beside,
                 transform: plan.change,
                 strict: false,
+                stand_in: StandIn::Nobody,
             },
             problem: None,
             settings: &default_planning(),

@@ -36,9 +36,11 @@ mod listing;
 mod monitor;
 mod open;
 mod original;
+mod overview;
 mod plan;
 mod scenario_filter;
 mod simulator_export;
+mod stand_in;
 mod truth;
 pub mod tune;
 
@@ -71,6 +73,7 @@ pub use open::{MissingEgo, OpenError, OpenRequest, OpenedScene, open, scene_with
 pub use original::{
     VariantOrigin, VariantProofs, VerifiedCertificate, is_unchanged, verify_variant,
 };
+pub use overview::{Overview, ScenarioRow};
 pub use plan::{
     PlanError, PlanEvent, PlanOutcome, PlanRequest, PlannerFailure, PreparedPlan, prepare,
 };
@@ -80,6 +83,7 @@ pub use scenario_filter::{
     TERMS, Tally, Verdicts, WordMatch, country_code, nearest,
 };
 pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
+pub use stand_in::StandIn;
 pub use truth::{BatchLabels, StoredQuestion, TruthChoice, TruthSearch, asked_as, batch_labels};
 
 #[cfg(test)]

@@ -6,6 +6,8 @@ use nearmiss_formats::commonroad::ReadError;
 use nearmiss_formats::{EgoError, EgoSelection, Entry};
 use nearmiss_scene::scenario::{Scenario, Scene, Transform};
 
+use super::StandIn;
+
 /// A request to open a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct OpenRequest<'a> {
@@ -17,6 +19,8 @@ pub struct OpenRequest<'a> {
     pub transform: Option<Transform>,
     /// Whether a file beside the scenario that cannot be used is an error; otherwise the scenario has no ego then.
     pub strict: bool,
+    /// Who is the ego where none lies beside it.
+    pub stand_in: StandIn<'a>,
 }
 
 /// A scenario, and the scene with its ego or why there is none.
@@ -26,6 +30,8 @@ pub struct OpenedScene {
     pub scenario: Arc<Scenario>,
     /// The same with its ego.
     pub scene: Result<Arc<Scene>, MissingEgo>,
+    /// Whether the ego stands in for one that is not recorded, see [`StandIn`].
+    pub stands_in: bool,
 }
 
 /// Why a scenario was opened without an ego.
@@ -34,6 +40,9 @@ pub enum MissingEgo {
     /// No file with one lies beside the scenario.
     #[error("no recorded ego beside it")]
     NotRecorded,
+    /// No file with one lies beside the scenario, and the built-in planner cannot drive it.
+    #[error("no recorded ego beside it, and none is driven: {0}")]
+    NotDriven(String),
     /// The file beside it cannot be used, and why.
     #[error("{0}")]
     Unusable(String),
@@ -72,17 +81,18 @@ pub fn scene_with_ego(
     Ok(ego.map(scene).ok_or(MissingEgo::NotRecorded))
 }
 
-/// Opens a scenario. Where no ego lies beside it, it has none.
+/// Opens a scenario. Where no ego lies beside it, the one is its ego that was asked for in its place.
 ///
 /// ```
 /// use nearmiss_formats::{EgoSelection, bundled};
-/// use nearmiss_workflow::{OpenRequest, open};
+/// use nearmiss_workflow::{OpenRequest, StandIn, open};
 ///
 /// let opened = open(&OpenRequest {
 ///     entry: &bundled()[0],
 ///     ego: &EgoSelection::Beside,
 ///     transform: None,
 ///     strict: true,
+///     stand_in: StandIn::Nobody,
 /// })?;
 /// assert!(opened.scene.is_ok());
 /// # Ok::<(), nearmiss_workflow::OpenError>(())
@@ -96,6 +106,7 @@ pub fn open(request: &OpenRequest<'_>) -> Result<OpenedScene, OpenError> {
         ego,
         transform,
         strict,
+        stand_in,
     } = *request;
     let scenario = entry.read()?;
     let ego = match (transform, ego) {
@@ -105,7 +116,13 @@ pub fn open(request: &OpenRequest<'_>) -> Result<OpenedScene, OpenError> {
         }
         _ => ego,
     };
+    let mut stands_in = false;
     let scene = match scene_with_ego(entry, &scenario, ego) {
+        Ok(Err(MissingEgo::NotRecorded)) if *ego == EgoSelection::Beside => {
+            let scene = stand_in.scene(entry, &scenario);
+            stands_in = scene.is_ok();
+            scene
+        }
         Ok(scene) => scene,
         Err(error) if *ego == EgoSelection::Beside && !strict => {
             Err(MissingEgo::Unusable(error.to_string()))
@@ -113,7 +130,11 @@ pub fn open(request: &OpenRequest<'_>) -> Result<OpenedScene, OpenError> {
         Err(error) => return Err(error.into()),
     };
     let Some(transform) = transform else {
-        return Ok(OpenedScene { scenario, scene });
+        return Ok(OpenedScene {
+            scenario,
+            scene,
+            stands_in,
+        });
     };
     let scene = scene.map_err(|why| OpenError::Transform {
         name: transform.name(&entry.name),
@@ -123,5 +144,6 @@ pub fn open(request: &OpenRequest<'_>) -> Result<OpenedScene, OpenError> {
     Ok(OpenedScene {
         scenario: Arc::clone(&scene.scenario),
         scene: Ok(scene),
+        stands_in,
     })
 }

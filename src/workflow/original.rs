@@ -12,7 +12,7 @@ use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::{ContentHash, Scenario, VehicleType};
 use serde::Deserialize;
 
-use super::{OpenRequest, PlanRequest, prepare};
+use super::{OpenRequest, PlanRequest, StandIn, prepare};
 
 /// A saved variant: where it lies, and the manifest beside it.
 #[derive(Debug, Clone, PartialEq)]
@@ -292,6 +292,7 @@ fn drive(entry: &Entry, origin: &VariantOrigin, path: &Path) -> Result<usize, St
         ego: &ego,
         transform: None,
         strict: true,
+        stand_in: StandIn::Nobody,
     };
     let prepared = prepare(&PlanRequest {
         open,

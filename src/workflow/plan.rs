@@ -10,7 +10,7 @@ use nearmiss_drive::simulation::{
 use nearmiss_formats::Entry;
 use nearmiss_scene::scenario::{Ego, PlanningProblem, Scenario, Scene};
 
-use super::{MissingEgo, OpenError, OpenRequest, open};
+use super::{MissingEgo, OpenError, OpenRequest, OpenedScene, open};
 
 /// Whose ego is planned, and how.
 #[derive(Debug, Clone, Copy)]
@@ -103,18 +103,28 @@ pub fn prepare(request: &PlanRequest<'_>) -> Result<PreparedPlan, PlanError> {
         OpenError::Scenario(error) => PlanError::Unreadable(error.to_string()),
         error => PlanError::Unreadable(format!("{}: {error}", entry.display())),
     })?;
+    prepare_opened(entry, opened, request.problem, request.settings)
+}
+
+/// The same for a scenario that is open.
+pub(super) fn prepare_opened(
+    entry: &Entry,
+    opened: OpenedScene,
+    problem: Option<i64>,
+    settings: &Settings,
+) -> Result<PreparedPlan, PlanError> {
     let (recorded, missing) = match opened.scene {
         Ok(scene) => (Some(scene), None),
         Err(why) => (None, Some(why)),
     };
     let scenario = opened.scenario;
-    let problem = chosen(entry, &scenario, recorded.as_deref(), request.problem)?;
-    within_horizon(entry, &scenario, request.settings)?;
+    let problem = chosen(entry, &scenario, recorded.as_deref(), problem)?;
+    within_horizon(entry, &scenario, settings)?;
     let prepared = PreparedPlan {
         scenario,
         recorded,
         missing,
-        settings: *request.settings,
+        settings: *settings,
         planner: None,
         name: entry.name.clone(),
         shown: entry.display(),
@@ -266,7 +276,7 @@ impl PreparedPlan {
         let Some(scene) = self.recorded_ego().cloned() else {
             let why = match &self.missing {
                 Some(MissingEgo::Unusable(why)) => format!(": {why}"),
-                Some(MissingEgo::NotRecorded) | None => String::new(),
+                _ => String::new(),
             };
             return Err(self.nothing(&format!("no recorded ego to compare with{why}")));
         };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::{OpenRequest, PlanRequest, open, prepare};
+use super::{OpenRequest, PlanRequest, StandIn, open, prepare};
 use nearmiss_base::system;
 use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::Settings;
@@ -63,6 +63,7 @@ pub fn export_to_simulator(
         ego: selection,
         transform: None,
         strict: matches!(request.ego, SimulatedEgo::Follows(_)),
+        stand_in: StandIn::Nobody,
     };
     let opened = open(&opening).map_err(|e| named(e.to_string()))?;
     let (mut scenario, mut ego) = match opened.scene {

@@ -21,6 +21,7 @@ fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> {
             ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
+            stand_in: StandIn::Nobody,
         },
         problem: None,
         settings,
@@ -113,4 +114,61 @@ fn errors_name_the_scenario_and_what_is_there() {
     };
     let error = generate(&absent, &Cancel::default(), &mut |_| {}).unwrap_err();
     assert!(error.to_string().contains("no obstacle -4"));
+}
+
+/// A bundled scenario without the ego that lies beside it, and without its planning problems unless they are kept.
+fn without_ego(folder: &Path, keeps_problem: bool) -> Entry {
+    let xml = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/ZAM_CutIn-1_1_T-1.xml");
+    let mut text = std::fs::read_to_string(xml).unwrap();
+    if !keeps_problem {
+        let (from, to) = ("<planningProblem", "</planningProblem>");
+        let (start, end) = (text.find(from).unwrap(), text.rfind(to).unwrap());
+        text.replace_range(start..end + to.len(), "");
+    }
+    let path = folder.join("alone.xml");
+    std::fs::write(&path, text).unwrap();
+    Entry::of_argument(&path)
+}
+
+#[test]
+fn without_a_recorded_ego_the_planner_drives_or_the_most_dangerous_pair_chooses() {
+    let settings = settings();
+    let opened = |keeps_problem, ego: &EgoSelection, stand_in| {
+        let folder = tempfile::tempdir().unwrap();
+        let entry = &without_ego(folder.path(), keeps_problem);
+        open(&OpenRequest {
+            entry,
+            ego,
+            transform: None,
+            strict: true,
+            stand_in,
+        })
+        .unwrap()
+    };
+    let beside = &EgoSelection::Beside;
+    let driven = opened(true, beside, StandIn::Planner(&settings));
+    let ego = &driven.scene.as_ref().unwrap().ego;
+    assert!(driven.stands_in && ego.source.to_string().starts_with("planned by nearmiss"));
+    let note = &ego.diagnostics[0].message;
+    assert!(
+        note.contains("the built-in planner drives planning problem"),
+        "{note}"
+    );
+    // What takes time is left to whoever shows that it is under way.
+    let later = opened(true, beside, StandIn::Follower);
+    assert_eq!(later.scene.unwrap_err(), MissingEgo::NotRecorded);
+    for stand_in in [StandIn::Follower, StandIn::Planner(&settings)] {
+        let chosen = opened(false, beside, stand_in);
+        let ego = &chosen.scene.as_ref().unwrap().ego;
+        let note = &ego.diagnostics[0].message;
+        assert!(
+            note.contains(&format!("the ego is {}, the follower", ego.id)),
+            "{note}"
+        );
+        let id = ego.id;
+        let other = opened(false, &EgoSelection::Obstacle(id), stand_in);
+        assert!(!other.stands_in && other.scene.unwrap().ego.diagnostics.is_empty());
+    }
+    let nobody = opened(false, beside, StandIn::Nobody);
+    assert_eq!(nobody.scene.unwrap_err(), MissingEgo::NotRecorded);
 }

@@ -17,7 +17,7 @@ use nearmiss_study::evaluation::report::{
 use nearmiss_study::evaluation::{Case, CriticalMoments, Label, Labelled};
 use rayon::prelude::*;
 
-use super::{OpenRequest, open};
+use super::{OpenRequest, StandIn, open};
 
 /// What answers are compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -453,6 +453,7 @@ impl StoredQuestion<'_> {
             ego: taken.as_ref().unwrap_or(ego),
             transform,
             strict: false,
+            stand_in: StandIn::Nobody,
         };
         let scene = open(&request).ok()?.scene.ok()?;
         let hash = scene.scenario.hash.to_string();

@@ -11,7 +11,7 @@ fn may_import(module: &str) -> Option<&'static [&'static str]> {
         "geometry" | "system" | "scenario" | "verdict" | "planner" | "prompts" | "llm"
         | "tools" => &[],
         "metrics" | "traffic_rules" => &["scenario"],
-        "corpus" | "description" => &["metrics", "scenario"],
+        "corpus" | "description" | "story" => &["metrics", "scenario"],
         "judge" => &["metrics", "scenario", "verdict"],
         "simulation" => &["planner"],
         "generation" => &["simulation", "planner"],

@@ -154,8 +154,8 @@ fn a_solution_is_not_a_scenario() {
         .says(&["no CommonRoad scenario"]);
     home.write(format!("in/{CUT_IN}.xml"), bundled_xml(CUT_IN));
     home.write("in/broken.csv", "timestep\n");
-    let ended = home.run(&["metrics", "in"]).status(2);
-    ended.says(&["no recorded ego", "--ego FILE"]);
+    let ended = home.run(&["metrics", "in"]).status(0);
+    ended.says(&["no recorded ego", "the built-in planner drives", "--ego"]);
     // Named after the scenario it is found, and still not listed.
     let name = format!("in/solution_KS2_SM1_{CUT_IN}_2020a.xml");
     home.write(name, solution(VehicleModel::Ks, &[]));

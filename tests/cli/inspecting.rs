@@ -375,6 +375,89 @@ fn what_a_list_shows_can_be_typed() {
 }
 
 #[test]
+fn several_scenarios_are_rows_the_most_severe_first() {
+    let home = Home::new();
+    let names = [
+        "ZAM_JamTail-1_1_T-1",
+        "ZAM_CutIn-1_1_T-1",
+        "ZAM_RightTurn-1_1_T-1",
+    ];
+    let inspect = |more: &[&str]| home.run(&[&["inspect"], &names[..], more].concat());
+    let rows = |more: &[&str]| -> Vec<Value> {
+        let lines = inspect(&[&["--format=json"], more].concat()).stdout;
+        let lines = lines
+            .lines()
+            .map(|line| serde_json::from_str(line).unwrap());
+        lines.collect()
+    };
+    let all = rows(&[]);
+    let severities: Vec<i64> = all
+        .iter()
+        .map(|row| row["severity"].as_i64().unwrap())
+        .collect();
+    assert!(all.len() == 3 && severities.is_sorted(), "{severities:?}");
+    assert_eq!(rows(&["--top", "1"]), all[..1]);
+    let most = all[0]["ttc"].as_f64().unwrap();
+    for terms in [format!("ttc<={most}"), format!("ttc <= {most}")] {
+        let some = rows(&["--where", &terms]);
+        assert!(some.iter().all(|row| row["ttc"].as_f64().unwrap() <= most));
+        assert!(some.contains(&all[0]) && some.len() < 3, "{some:?}");
+    }
+    let manoeuvre = all[0]["manoeuvre"].as_str().unwrap();
+    assert!(rows(&["--where", &format!("manoeuvre:{manoeuvre}")]).contains(&all[0]));
+    let table = inspect(&[]).status(0).stdout;
+    assert_eq!(table.lines().count(), 4, "{table}");
+    assert!(
+        table.contains("near miss") && table.contains("recorded in"),
+        "{table}"
+    );
+    let csv = inspect(&["--format=csv"]).status(0).stdout;
+    assert!(
+        csv.starts_with("scenario,file,hash,severity,") && csv.lines().count() == 4,
+        "{csv}"
+    );
+    inspect(&["-o", "rows.parquet"]).status(0);
+    assert!(
+        std::fs::read(home.files().join("rows.parquet"))
+            .unwrap()
+            .starts_with(b"PAR1")
+    );
+    inspect(&["--where", "tcc<1"])
+        .status(2)
+        .says(&["unknown number `tcc`"]);
+    inspect(&["--format=parquet"]).status(2).says(&["-o FILE"]);
+    // One is shown as a page, with its moment.
+    let page = home.run(&["inspect", names[1]]).status(0).stdout;
+    assert!(
+        page.contains("  moment      ") && page.contains("(cut_in)"),
+        "{page}"
+    );
+}
+
+#[test]
+fn a_story_tells_what_happened() {
+    let home = Home::new();
+    let told = home
+        .run(&["prompt", "describe", "ZAM_CutIn-1_1_T-1", "--story"])
+        .status(0)
+        .stdout;
+    assert!((1..=4).contains(&told.lines().count()), "{told}");
+    assert!(
+        told.starts_with("At ") && told.contains("the ego drives"),
+        "{told}"
+    );
+    home.run(&[
+        "prompt",
+        "describe",
+        "ZAM_CutIn-1_1_T-1",
+        "--story",
+        "--frame",
+        "ego",
+    ])
+    .status(2);
+}
+
+#[test]
 fn what_is_not_read_is_told_by_name() {
     let home = Home::new();
     home.write("cars/a.net.xml", "<net version=\"1.20\"></net>");

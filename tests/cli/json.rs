@@ -118,6 +118,10 @@ fn outputs(home: &Home) -> Vec<(&'static str, String)> {
             "prompt-describe",
             vec!["prompt", "describe", BRAKING, "--format=json"],
         ),
+        (
+            "prompt-describe-story",
+            vec!["prompt", "describe", BRAKING, "--story", "--format=json"],
+        ),
         ("doctor", vec!["doctor", "--format=json"]),
         (
             "evaluate",

@@ -430,8 +430,36 @@ fn a_scenario_without_an_ego_says_what_to_do() {
     home.write("lonely.xml", bundled_xml(CUT_IN));
     home.run(&["inspect", "lonely.xml"]).status(0);
     home.run(&["prompt", "describe", "lonely.xml"])
+        .status(0)
+        .says(&[
+            "the built-in planner drives",
+            "NAME.ego_trajectory.csv",
+            "--ego",
+        ]);
+    let (from, to) = ("<planningProblem", "</planningProblem>");
+    let mut alone = bundled_xml(CUT_IN);
+    let (start, end) = (alone.find(from).unwrap(), alone.rfind(to).unwrap());
+    alone.replace_range(start..end + to.len(), "");
+    home.write("pairs.xml", &alone);
+    let described = home.run(&["prompt", "describe", "pairs.xml"]).status(0);
+    described.says(&["the follower of the most dangerous pair", "--ego"]);
+    let page = home.run(&["inspect", "pairs.xml"]).status(0).stdout;
+    assert!(
+        page.contains("taken as ego") && page.contains("the follower of"),
+        "{page}"
+    );
+    let table = home.run(&["metrics", "pairs.xml"]).status(0).stdout;
+    assert!(table.contains("taken as ego"), "{table}");
+    // Nobody moves: there is nobody to choose.
+    let still = alone.replace("dynamicObstacle", "staticObstacle");
+    home.write("still.xml", still);
+    home.run(&["prompt", "describe", "still.xml"])
         .status(2)
-        .says(&["lonely.xml", "--ego"]);
+        .says(&[
+            "still.xml: no recorded ego",
+            "NAME.ego_trajectory.csv",
+            "--ego ID",
+        ]);
     home.write("lonely.ego_trajectory.csv", "timestep,x_position\n0,1\n");
     let ended = home.run(&["prompt", "describe", "lonely.xml"]).status(2);
     ended.says(&["lonely.ego_trajectory.csv", "line 1", "y_position"]);

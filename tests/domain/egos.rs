@@ -233,6 +233,38 @@ fn of_a_recording_of_several_the_ego_of_a_planning_problem_is_chosen() {
 }
 
 #[test]
+fn the_ego_among_results_that_were_copied_with_a_scenario_is_found() {
+    let home = tempfile::tempdir().unwrap();
+    let put = |name: &str| {
+        let path = home.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, "").unwrap();
+        path
+    };
+    for (scenario, results) in [
+        ("a/in/s.xml", "a/Results/output_validation/s"),
+        ("b/in/s.xml", "b/in/Results/s"),
+        ("c/in/s.xml", "c/in/output_validation_normal/s"),
+        ("d/in/deep/s.xml", "d/Results/output_validation_normal/s"),
+        ("e/normal_scenarios/s.xml", "e/output_validation_normal/s"),
+        ("f/in/s.xml", "f/Metrices/s"),
+    ] {
+        let scenario = put(scenario);
+        assert_eq!(find_recording(&scenario), None);
+        let ego = put(&format!("{results}/ego_trajectory.csv"));
+        assert_eq!(find_recording(&scenario), Some(ego), "{results}");
+    }
+    // Of this name there are two, and the folder does not tell which is meant.
+    let [plain, contact, normal] = ["in", "collision_scenarios", "normal_scenarios"]
+        .map(|folder| put(&format!("g/{folder}/s.xml")));
+    let with_contact = put("g/Results/output_validation/s/ego_trajectory.csv");
+    let without = put("g/Results/output_validation_normal/s/ego_trajectory.csv");
+    assert_eq!(find_recording(&plain), None);
+    assert_eq!(find_recording(&contact), Some(with_contact));
+    assert_eq!(find_recording(&normal), Some(without));
+}
+
+#[test]
 fn the_ego_that_lies_with_a_scenario_is_found() {
     let home = tempfile::tempdir().unwrap();
     let at = |name: &str| home.path().join(name);

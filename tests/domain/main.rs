@@ -23,6 +23,7 @@ mod safety;
 mod search;
 mod simulators;
 mod solution;
+mod stories;
 #[path = "../support/mod.rs"]
 mod support;
 mod traffic_rules;

@@ -10,6 +10,7 @@ use nearmiss_scene::scenario::{
     Prediction, Quantity, RoadUser, Route, RouteError, Scenario, Side, Sign, SignalState, State,
     Steps, TrafficLight, identity,
 };
+use nearmiss_workflow::ScenarioRow;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
@@ -58,6 +59,8 @@ pub struct ScenarioDocument<'s> {
     /// The ego: id, source, steps and states; or the error of reading it.
     #[schemars(with = "Option<Value>")]
     ego: Option<EgoDocument<'s>>,
+    /// The row that the scenario has among several: the moment that matters, and what is most dangerous.
+    row: Option<&'s ScenarioRow>,
     /// Route of each planning problem.
     #[schemars(with = "Vec<Value>")]
     routes: Vec<RouteDocument>,
@@ -121,6 +124,7 @@ impl<'s> ScenarioDocument<'s> {
         entry: &'s Entry,
         scenario: &'s Scenario,
         ego: &'s Result<Option<Ego>, EgoError>,
+        row: Option<&'s ScenarioRow>,
     ) -> Self {
         let (header, network) = (&scenario.header, &scenario.network);
         let references = References::from_network(network);
@@ -143,6 +147,7 @@ impl<'s> ScenarioDocument<'s> {
             obstacles: scenario.obstacles.iter().map(obstacle).collect(),
             planning_problems: scenario.planning_problems.iter().map(problem).collect(),
             ego: ego_document(ego),
+            row,
             routes: RouteDocument::all(scenario),
             diagnostics: &scenario.diagnostics,
         }

@@ -1,56 +1,117 @@
-//! `nearmiss inspect`: prints the contents and the problems of a scenario or solution, of a folder in a line for each.
+//! `nearmiss inspect`: prints the contents and the problems of a scenario or solution, of several a row for each.
 
 mod document;
+mod rows;
 
 pub use document::ScenarioDocument;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nearmiss_base::system;
 use nearmiss_formats::commonroad::{
     self, ProblemSolution, Root, Solution, SolutionState, root_of_file,
 };
-use nearmiss_formats::{EgoError, EgoSelection, Entry, EntryLocation};
-use nearmiss_scene::scenario::{Diagnostic, Ego, Scenario, Severity, identity, in_short};
-use nearmiss_workflow::{OpenRequest, OpenedScene, open};
+use nearmiss_formats::{EGO_FILES, EgoError, Entry, EntryLocation};
+use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::scenario::{Diagnostic, Ego, Scenario, Scene, identity, in_short};
+use nearmiss_settings::Folders;
+use nearmiss_workflow::{OpenedScene, Overview, ScenarioRow, Verdicts};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::ending::interrupted;
-use super::files::{Labels, short_hash};
-use super::many_files::{Failed, Job, NEXT};
-use super::open::{self, EgoChoice, found, not_opened};
+use super::open::{self, EgoChoice, stand_in, user_thresholds};
 use super::{Failure, Outcome, json, output};
 
 /// Arguments of `inspect`.
 #[derive(Debug, clap::Args)]
 pub struct Inspect {
-    /// CommonRoad scenario or solution, name of a bundled scenario, or folder; of several, one line each.
-    #[arg(required = true, value_name = "FILE")]
+    /// Scenarios, recordings, solutions, names of bundled scenarios, or folders; of several, a row for each scenario, the
+    /// most severe first.
+    #[arg(required = true, value_name = "PATH")]
     files: Vec<PathBuf>,
+    /// Rows of these scenarios alone: terms of the list's filter, such as 'ttc < 1.5 tag:urban' or 'severity<=1'; see
+    /// `nearmiss help finding`.
+    #[arg(long = "where", value_name = "TERMS")]
+    terms: Option<String>,
+    /// The most severe N rows.
+    #[arg(long, value_name = "N")]
+    top: Option<usize>,
+    /// Form of the output; of one scenario `table` is its page and `json` everything in it [default: from the file name,
+    /// else table].
+    #[arg(long, value_enum)]
+    format: Option<Format>,
     #[command(flatten)]
-    format: output::FormatOption,
+    output: output::OutputFile,
     #[command(flatten)]
     ego: EgoChoice,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Text for people.
+    #[value(alias = "text")]
+    Table,
+    /// CSV with a header: a row for each scenario.
+    Csv,
+    /// JSON: one object; of several, one a line.
+    #[value(alias = "jsonl")]
+    Json,
+    /// Apache Parquet with units and meanings as metadata: a row for each scenario; needs a file.
+    Parquet,
+}
+
+/// What the endings of names ask for.
+const ENDINGS: &[(&str, Format)] = &[
+    ("txt", Format::Table),
+    ("csv", Format::Csv),
+    ("json", Format::Json),
+    ("jsonl", Format::Json),
+    ("ndjson", Format::Json),
+    ("parquet", Format::Parquet),
+];
+
+impl Format {
+    /// The format of a table for programs; none of text.
+    fn of_table(self) -> Option<output::Format> {
+        match self {
+            Self::Table => None,
+            Self::Csv => Some(output::Format::Csv),
+            Self::Json => Some(output::Format::Json),
+            Self::Parquet => Some(output::Format::Parquet),
+        }
+    }
+}
+
+impl Inspect {
+    /// Whether rows are asked for, and not the page of the only file.
+    fn asks_for_rows(&self, format: Format) -> bool {
+        let several = self.files.len() > 1 || self.files.iter().any(|file| file.is_dir());
+        let selects = self.terms.is_some() || self.top.is_some() || self.output.file().is_some();
+        several || selects || matches!(format, Format::Csv | Format::Parquet)
+    }
+}
+
 /// Runs `inspect`.
 pub fn run(arguments: &Inspect) -> Outcome {
-    let file = match arguments.files.as_slice() {
-        [file] if !file.is_dir() => file,
-        several if arguments.ego.is_beside() => {
-            return inspect_folder(several, arguments.format.is_json());
-        }
-        [folder] => {
-            return Err(Failure::input(format!(
+    let known = (ENDINGS, ".txt, .csv, .json, .jsonl, .ndjson and .parquet");
+    let file = arguments.output.file();
+    let format = output::format_of(arguments.format, file, Format::Table, known)?;
+    if arguments.asks_for_rows(format) {
+        return match arguments.files.as_slice() {
+            _ if arguments.ego.is_beside() => rows::run(arguments, format),
+            [folder] if folder.is_dir() => Err(Failure::input(format!(
                 "{} is a folder; --ego needs one scenario",
                 folder.display()
-            )));
-        }
-        _ => return Err(Failure::input("--ego needs one scenario")),
-    };
+            ))),
+            _ => Err(Failure::input(
+                "--ego needs the page of one scenario; leave out the other files, --where, --top and -o",
+            )),
+        };
+    }
+    let (file, as_json) = (&arguments.files[0], format == Format::Json);
     let entry = open::entry(file)?;
     if let EntryLocation::File(path) = &entry.place
         && root_of_file(path) == Root::Solution
@@ -61,21 +122,72 @@ pub fn run(arguments: &Inspect) -> Outcome {
                 path.display()
             )));
         }
-        return inspect_solution(path, arguments.format.is_json());
+        return inspect_solution(path, as_json);
     }
     let wanted = arguments.ego.wanted(std::slice::from_ref(&entry))?;
     let scenario = entry.read().map_err(Failure::input)?;
-    let ego = wanted.resolve(&entry, &scenario);
-    if arguments.format.is_json() {
-        output::document(&ScenarioDocument::new(&entry, &scenario, &ego))?;
+    let mut lacks = String::from("no recording found");
+    let ego = match wanted.resolve(&entry, &scenario) {
+        Ok(None) if arguments.ego.is_beside() => {
+            let scene = stand_in().scene(&entry, &scenario);
+            if let Err(why) = &scene {
+                lacks = format!("{why} ({EGO_FILES})");
+            }
+            Ok(scene.ok().map(|scene| scene.ego.clone()))
+        }
+        ego => ego,
+    };
+    let row = { ego.as_ref().ok().and_then(Option::as_ref) }
+        .map(|ego| row(&entry, &scenario, ego))
+        .transpose()?;
+    if as_json {
+        let document = ScenarioDocument::new(&entry, &scenario, &ego, row.as_ref());
+        output::document(&document)?;
     } else {
-        output::text(&summary(&entry, &scenario, &ego))?;
+        let moment = row.as_ref().and_then(moment_words);
+        output::text(&summary(&entry, &scenario, &ego, &lacks, moment.as_deref()))?;
     }
     // The scenario is shown all the same.
     ego.map(|_| ()).map_err(open::advised)
 }
 
-fn summary(entry: &Entry, scenario: &Scenario, ego: &Result<Option<Ego>, EgoError>) -> String {
+/// The row that it has among several.
+fn row(entry: &Entry, scenario: &Arc<Scenario>, ego: &Ego) -> Result<ScenarioRow, Failure> {
+    let thresholds = match Folders::find() {
+        Ok(folders) => user_thresholds(&folders)?,
+        Err(_) => Thresholds::shipped().clone(),
+    };
+    let opened = OpenedScene {
+        scenario: Arc::clone(scenario),
+        scene: Ok(Arc::new(Scene::new(Arc::clone(scenario), ego.clone()))),
+        stands_in: false,
+    };
+    Ok(Overview::new(entry, &opened, &thresholds, &Verdicts::default()).row)
+}
+
+/// The moment that matters: `1.2 s (step 12), near miss with car 30640 (crossing): crosses 0.4 s apart, 0.1 m`.
+fn moment_words(row: &ScenarioRow) -> Option<String> {
+    let severity = match row.severity_name? {
+        "none" => "nothing severe",
+        name => name,
+    };
+    Some(format!(
+        "{:.1} s (step {}), {severity}, with {} ({}): {}",
+        row.moment?,
+        row.step?,
+        row.with.as_deref()?,
+        row.manoeuvre?,
+        row.what.as_deref()?,
+    ))
+}
+
+fn summary(
+    entry: &Entry,
+    scenario: &Scenario,
+    ego: &Result<Option<Ego>, EgoError>,
+    lacks: &str,
+    moment: Option<&str>,
+) -> String {
     let id = match scenario.header.benchmark_id.as_str() {
         "" => "(no benchmark id)",
         id => id,
@@ -99,8 +211,11 @@ fn summary(entry: &Entry, scenario: &Scenario, ego: &Result<Option<Ego>, EgoErro
                 line("", &doubt);
             }
         }
-        Ok(None) => line("ego", "no recording found"),
+        Ok(None) => line("ego", lacks),
         Err(error) => line("ego", &format!("cannot be read: {error}")),
+    }
+    if let Some(moment) = moment {
+        line("moment", moment);
     }
     if possible.is_empty() {
         line("as ego", "no obstacle has a trajectory");
@@ -119,130 +234,6 @@ fn summary(entry: &Entry, scenario: &Scenario, ego: &Result<Option<Ego>, EgoErro
         text.push_str(&format!("  {diagnostic}\n"));
     }
     output::visible(&text)
-}
-
-/// Titles of the columns.
-const TITLES: [&str; 9] = [
-    "scenario",
-    "hash",
-    "obstacles",
-    "lanelets",
-    "steps",
-    "seconds",
-    "ego",
-    "warnings",
-    "not used",
-];
-
-/// Prints a line for each scenario at some paths; one that cannot be read is said and counted.
-fn inspect_folder(paths: &[PathBuf], as_json: bool) -> Outcome {
-    let entries = found(paths)?;
-    let labels = Labels::new(&entries);
-    let mut rows = vec![TITLES.map(String::from)];
-    let mut failed = Failed::of(entries.len());
-    let stop = interrupted(false);
-    let done = Job::new("scenarios", &stop).writing_file(false).run(
-        &entries,
-        |entry| Some(opened(entry).map(|scene| FolderLine::new(entry, &scene))),
-        |_, line| {
-            match line {
-                Ok(line) if as_json => output::document(&line)?,
-                Ok(line) => rows.push(line.cells(&labels)),
-                Err(failure) => failed.add(failure),
-            }
-            NEXT
-        },
-    );
-    done.end("")?;
-    if !as_json && rows.len() > 1 {
-        output::text(&output::table_lines(&rows, &[2, 3, 4, 5, 7, 8]).collect::<String>())?;
-    }
-    failed.end("read")
-}
-
-fn opened(entry: &Entry) -> Result<OpenedScene, Failure> {
-    let request = OpenRequest {
-        entry,
-        ego: &EgoSelection::Beside,
-        transform: None,
-        strict: false,
-    };
-    open(&request).map_err(not_opened)
-}
-
-/// What is said of a scenario.
-#[derive(Serialize, JsonSchema)]
-pub struct FolderLine {
-    scenario: String,
-    file: String,
-    /// First 12 digits of the SHA-256 of the scenario's content.
-    hash: String,
-    /// Number of obstacles.
-    obstacles: usize,
-    /// Number of lanelets.
-    lanelets: usize,
-    /// Number of steps.
-    steps: i64,
-    /// Length of the recording in seconds.
-    seconds: f64,
-    /// Whether an ego is recorded.
-    ego: bool,
-    /// Number of warnings of the parser.
-    warnings: usize,
-    /// Number of kinds of elements, attributes, fields or columns that stand in the file and are not used.
-    not_used: usize,
-}
-
-impl json::Output for FolderLine {
-    const NAME: &'static str = "inspect-folder";
-    const TITLE: &'static str = "`inspect FOLDER --format json`: one scenario a line";
-}
-
-impl FolderLine {
-    fn new(entry: &Entry, opened: &OpenedScene) -> Self {
-        let scenario = &opened.scenario;
-        let steps = scenario.steps();
-        let last = (steps.end - 1 - steps.start).max(0);
-        let count = |severity: Severity| {
-            let diagnostics = scenario.diagnostics.iter();
-            diagnostics.filter(|d| d.severity == severity).count()
-        };
-        Self {
-            scenario: entry.name.clone(),
-            file: entry.display(),
-            hash: short_hash(&scenario.hash),
-            obstacles: scenario.obstacles.len(),
-            lanelets: scenario.network.lanelets.len(),
-            steps: steps.end - steps.start,
-            seconds: last as f64 * scenario.dt(),
-            ego: opened.scene.is_ok(),
-            warnings: count(Severity::Warning),
-            not_used: count(Severity::Unused),
-        }
-    }
-
-    /// What can be typed for it: of one scenario in a file its address, as its name alone would not do.
-    fn typed(&self, labels: &Labels) -> String {
-        if self.file.contains('#') {
-            self.file.clone()
-        } else {
-            labels.of(&self.scenario, &self.file)
-        }
-    }
-
-    fn cells(&self, labels: &Labels) -> [String; 9] {
-        [
-            self.typed(labels),
-            self.hash.clone(),
-            self.obstacles.to_string(),
-            self.lanelets.to_string(),
-            self.steps.to_string(),
-            format!("{:.1}", self.seconds),
-            if self.ego { "recorded" } else { "-" }.into(),
-            self.warnings.to_string(),
-            self.not_used.to_string(),
-        ]
-    }
 }
 
 /// Prints the solution in the file at `path`.

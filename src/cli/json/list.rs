@@ -6,6 +6,8 @@ use nearmiss_study::evaluation::batch::QuestionLine;
 use nearmiss_study::evaluation::report::{AxesDocument, ReportDocument};
 use nearmiss_study::evaluation::{RaterAgreement, Standing};
 
+use nearmiss_workflow::ScenarioRow;
+
 use super::derived::{Derived, derived, noun};
 use crate::{
     ask, batches, bundle, config, corpus, doctor, evaluate, export, find, generate, import, index,
@@ -31,7 +33,6 @@ pub const DERIVED: &[Derived] = &[
     derived::<find::FindDocument>(),
     derived::<import::Counts>(),
     derived::<index::ShowDocument>(),
-    derived::<inspect::FolderLine>(),
     derived::<inspect::ScenarioDocument<'static>>(),
     derived::<inspect::SolutionDocument<'static>>(),
     derived::<metrics::ListDocument>(),
@@ -44,6 +45,7 @@ pub const DERIVED: &[Derived] = &[
     derived::<plan::StandardErrorRecord>(),
     derived::<prompt::PromptDocument>(),
     derived::<prompts::Document>(),
+    derived::<prompt::StoryDocument>(),
     derived::<QuestionLine>(),
     derived::<ReportDocument>(),
     derived::<AxesDocument>(),
@@ -59,5 +61,6 @@ pub const DERIVED: &[Derived] = &[
     noun::<RaterAgreement>(),
     noun::<RunRecord<'static>>(),
     noun::<Standing>(),
+    noun::<ScenarioRow>(),
     noun::<Summary>(),
 ];

@@ -15,7 +15,7 @@ use nearmiss_drive::planner::Cancel;
 use nearmiss_drive::simulation::{Outcome, Settings, TrafficMode};
 use nearmiss_formats::{EgoSelection, Entry, PlannerDrives, write_recording};
 use nearmiss_scene::scenario::ContentHash;
-use nearmiss_settings::Planning;
+use nearmiss_settings::{Config, Planning};
 use nearmiss_workflow::PlannerFailure;
 
 /// How a planner is named as the ego: `planner` for the built-in one, else a name or command after it.
@@ -44,11 +44,7 @@ pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoS
         .map_err(|failure| {
             Failure::input(failure.message.replacen("--planner ", "--ego planner:", 1))
         })?;
-    let settings = Settings {
-        // Egos are shown and asked about in the recorded traffic.
-        traffic: TrafficMode::Recorded,
-        ..Settings::from(&config.planning())
-    };
+    let settings = settings(&config);
     let mut kept = CachedDrives::default();
     kept.drive(&planner, problem, entries, &settings)?;
     if kept.files.is_empty() {
@@ -74,6 +70,15 @@ pub fn drive(said: &str, problem: Option<i64>, entries: &[Entry]) -> Result<EgoS
         sha256,
         folder,
     }))
+}
+
+/// How egos are driven.
+pub fn settings(config: &Config) -> Settings {
+    Settings {
+        // They are shown and asked about in the recorded traffic.
+        traffic: TrafficMode::Recorded,
+        ..Settings::from(&config.planning())
+    }
 }
 
 /// The settings of drives by the names of the configuration; of a process those that it is run with, too.

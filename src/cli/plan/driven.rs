@@ -8,7 +8,8 @@ use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::scenario::Scenario;
 use nearmiss_scene::traffic_rules::{Finding, Rule, RuleReport, Violation};
 use nearmiss_workflow::{
-    Monitor, MonitorReport, OpenRequest, PlanError, PlanOutcome, PlanRequest, PreparedPlan, prepare,
+    Monitor, MonitorReport, OpenRequest, PlanError, PlanOutcome, PlanRequest, PreparedPlan,
+    StandIn, prepare,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -52,6 +53,7 @@ pub fn request(
             ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
+            stand_in: StandIn::Nobody,
         },
         problem,
         settings,

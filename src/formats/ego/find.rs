@@ -16,9 +16,8 @@ const LOG: &str = "logs.csv";
 
 /// The file with the ego that belongs to the scenario at `path`, if there is one.
 ///
-/// Looked for as `NAME.ego_trajectory.csv` beside the scenario, in a folder `NAME` beside it, and where
-/// the repository of "From Words to Collisions" keeps them: `Results/output_validation*/NAME` for
-/// `Scenarios/*_scenarios`, and `Generation/Metrices/NAME` for `Generation/NAME`. A bare
+/// Looked for as `NAME.ego_trajectory.csv` beside the scenario, in a folder `NAME` beside it, and among results as the
+/// repository of "From Words to Collisions" keeps them, see [`in_results`]. A bare
 /// `ego_trajectory.csv` counts where the scenario is the only one in its folder. After that come Frenetix's
 /// `logs.csv`, in a folder `NAME` or where the scenario is alone, and a solution beside the scenario that
 /// is named after it, `solution_KS2_SM1_NAME_2020a.xml`, if there is exactly one.
@@ -26,39 +25,72 @@ const LOG: &str = "logs.csv";
 pub fn find_recording(path: &Path) -> Option<PathBuf> {
     let name = &commonroad::scenario_name(path);
     let folder = path.parent()?;
-    let mut candidates = vec![
+    let beside = [
         folder.join(format!("{name}.{RECORDING}")),
         folder.join(name).join(RECORDING),
     ];
-    let parent = folder.parent();
-    if let (Some(parent), Some(kind)) = (parent, folder.file_name().and_then(|f| f.to_str())) {
-        let results = match kind {
-            "normal_scenarios" => "output_validation_normal",
-            _ => "output_validation",
-        };
-        if let Some(root) = parent.parent() {
-            candidates.push(
-                root.join("Results")
-                    .join(results)
-                    .join(name)
-                    .join(RECORDING),
-            );
-        }
-        candidates.push(parent.join("Metrices").join(name).join(RECORDING));
-    }
     let is_file = |c: &PathBuf| c.is_file();
     let in_lonely_folder = |file| {
         Some(folder.join(file))
             .filter(is_file)
             .filter(|_| alone(folder))
     };
-    candidates
-        .into_iter()
+    { beside.into_iter() }
         .find(is_file)
+        .or_else(|| in_results(folder, name))
         .or_else(|| in_lonely_folder(RECORDING))
         .or_else(|| Some(folder.join(name).join(LOG)).filter(is_file))
         .or_else(|| in_lonely_folder(LOG))
         .or_else(|| solution(folder, name))
+}
+
+/// What [`find_recording`] looks for, in words.
+pub const EGO_FILES: &str = "NAME.ego_trajectory.csv or NAME/ego_trajectory.csv beside it, or below Results or output_validation here or up to two folders up";
+
+/// Folders above that of a scenario in which results may lie, with its own.
+const FOLDERS_UP: usize = 3;
+
+/// The folders of results of the paper, for scenarios with contact and for others.
+const VALIDATIONS: [&str; 2] = ["output_validation", "output_validation_normal"];
+
+/// The recording among results that were copied together with the scenarios of a folder: in
+/// `Results/output_validation*/NAME`, `Results/NAME`, `output_validation*/NAME` and `Metrices/NAME`, beside the
+/// scenario and in the folders above. Where a name is in both folders of results, the scenario's folder has to tell which.
+fn in_results(folder: &Path, name: &str) -> Option<PathBuf> {
+    let is_normal = folder
+        .file_name()
+        .is_some_and(|kind| kind == "normal_scenarios");
+    let is_known = is_normal
+        || folder
+            .file_name()
+            .is_some_and(|kind| kind == "collision_scenarios");
+    let recording = |of: &Path| {
+        let file = of.join(name).join(RECORDING);
+        file.is_file().then_some(file)
+    };
+    let validated = |of: &Path| {
+        let [contact, normal] = VALIDATIONS.map(|results| recording(&of.join(results)));
+        match (contact, normal) {
+            (_, normal) if is_normal => normal,
+            (contact, _) if is_known => contact,
+            // Both are of this name, and nothing tells which is meant.
+            (Some(_), Some(_)) => None,
+            (contact, normal) => contact.or(normal),
+        }
+    };
+    let above = |of: &PathBuf| match of.file_name() {
+        Some(_) => of.parent().map(Path::to_path_buf),
+        None if of.has_root() => None,
+        None => Some(of.join("..")),
+    };
+    let mut around = std::iter::successors(Some(folder.to_path_buf()), above).take(FOLDERS_UP);
+    around.find_map(|of| {
+        let results = of.join("Results");
+        validated(&results)
+            .or_else(|| recording(&results))
+            .or_else(|| validated(&of))
+            .or_else(|| recording(&of.join("Metrices")))
+    })
 }
 
 /// Whether a folder holds exactly one scenario, be it in several files or formats.

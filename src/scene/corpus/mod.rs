@@ -11,8 +11,8 @@ mod windows;
 pub use parts::{Columns, IndexError, Part, PartRow, part_files};
 pub use sampler::{Axis, Candidate, Cell, Coverage, RowCell, SEVERITIES, SampledWindow, Sampler};
 pub use windows::{
-    IndexOptions, IndexedWindow, Manoeuvre, RoadType, WindowEgo, WorstMoment, for_each_window,
-    worst_moments,
+    IndexOptions, IndexedWindow, Manoeuvre, RoadType, WindowEgo, WorstMoment, dangerous_follower,
+    for_each_window, window_of_moment, worst_moments,
 };
 
 use std::collections::{HashMap, HashSet};

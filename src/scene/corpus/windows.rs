@@ -8,10 +8,11 @@ use nearmiss_base::geometry::angle_between;
 use rayon::prelude::*;
 use strum::{IntoStaticStr, VariantArray};
 
+use super::{CellWindows, WindowPlace};
 use crate::metrics::{Context, CriticalMoment, Grade, Measure, Moments, PairMoments, Thresholds};
 use crate::scenario::{
-    Ego, LaneRelation, LaneRelations, LaneletNetwork, LaneletType, Motion, ObstacleRole, Scenario,
-    Scene, Track,
+    Ego, EgoSource, LaneRelation, LaneRelations, LaneletNetwork, LaneletType, Motion, ObstacleRole,
+    Scenario, Scene, Track,
 };
 
 /// How windows are cut and what is measured in them.
@@ -90,6 +91,55 @@ pub fn for_each_window(
             egos.of_pair(place, take);
         }
     }
+}
+
+/// A moment is seen with so many seconds before and after it.
+const AROUND_MOMENT: f64 = 1.0;
+
+/// What the other of a moment does around it, on which road, as an index has it of a window; nothing where one of the two
+/// is not there.
+#[must_use]
+pub fn window_of_moment(context: &Context<'_>, moment: &CriticalMoment) -> Option<CellWindows> {
+    let scene = context.scene();
+    let (ego, ego_id) = match scene.ego.source {
+        EgoSource::Obstacle(id) => (WindowEgo::Obstacle(id), id),
+        _ => (WindowEgo::Recorded, scene.ego.id),
+    };
+    let options = IndexOptions {
+        length: 2.0 * AROUND_MOMENT,
+        stride: AROUND_MOMENT,
+        radius: f64::INFINITY,
+        measures: Vec::new(),
+    };
+    let egos = EgoWindows {
+        ego,
+        scene,
+        context,
+        moments: Moments::new(context),
+        options: &options,
+        lanes: scene.steps().map(|_| OnceCell::new()).collect(),
+    };
+    let mut all = context.participants().iter();
+    let place = all.position(|other| other.obstacle.id == moment.obstacle)?;
+    let around = (AROUND_MOMENT / scene.scenario.dt()).round() as i64;
+    let is_there = |step: &i64| context.encounter(place, *step).is_some();
+    let first = (moment.step - around..=moment.step).find(is_there)?;
+    let last = (moment.step..=moment.step + around).rfind(is_there)?;
+    Some(CellWindows {
+        manoeuvre: egos.manoeuvre(place, first, last)?,
+        road: egos.road(last),
+        severity: moment.grade.number(),
+        actor: context.participants()[place].obstacle.kind,
+        windows: 1,
+        asked: 0,
+        example: WindowPlace {
+            ego,
+            ego_id,
+            obstacle: moment.obstacle,
+            steps: (first, last),
+            worst_step: moment.step,
+        },
+    })
 }
 
 /// The lanelets under the ego, and what other lanes are to them.
@@ -317,6 +367,39 @@ fn once_each(all: Vec<WorstMoment>, near: i64) -> Vec<WorstMoment> {
         }
     }
     taken
+}
+
+/// The ego of a scenario in which nobody is: the follower of the pair with the most severe moment, and that moment, in which
+/// the other of [`WorstMoment::ego`] may be the follower. It is who sees the other ahead without being ahead of it, else the
+/// one of them that closes faster; who has no trajectory follows nobody. `None` where no two come within `radius` metres.
+#[must_use]
+pub fn dangerous_follower(
+    scenario: &Arc<Scenario>,
+    radius: f64,
+    thresholds: &Thresholds,
+) -> Option<(i64, WorstMoment)> {
+    let possible = scenario.possible_egos();
+    let worst = { worst_moments(scenario, &possible, radius, thresholds).into_iter() }.next()?;
+    let (one, other) = (worst.ego, worst.moment.obstacle);
+    if !possible.contains(&other) {
+        return Some((one, worst));
+    }
+    let motion = |id| scenario.obstacle(id)?.motion_at(worst.moment.step);
+    let (here, there) = (motion(one)?, motion(other)?);
+    let sees = |from: &Motion, to: &Motion| {
+        let between = to.pose.position - from.pose.position;
+        (
+            between.dot(&from.pose.forward()) >= 0.0,
+            between.dot(&from.velocity_vector()),
+        )
+    };
+    let ((sees_other, closing), (is_seen, other_closing)) = (sees(here, there), sees(there, here));
+    let other_follows = if sees_other == is_seen {
+        other_closing > closing
+    } else {
+        is_seen
+    };
+    Some((if other_follows { other } else { one }, worst))
 }
 
 impl WorstMoment {

@@ -26,6 +26,7 @@ pub use context::{Context, Encounter};
 pub use limits::{LIMITS, Limit};
 pub use measure::{Danger, Measure, Mirrored};
 pub use plane::HORIZON;
+pub use recorded::conflict::Passing;
 pub use registry::{MeasureList, NoValue, Reading, measure};
 pub use relation::{Direction, Relation, side_of_centre};
 pub use risk::{RISK_LEVELS, RiskConvention, RiskLevel, RiskTable, ScoreAt, UNROUNDED_RISK};

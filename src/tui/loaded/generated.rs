@@ -23,7 +23,7 @@ use nearmiss_study::evaluation::Settings as Asked;
 use nearmiss_study::evaluation::generating::{self, Authored, Method, Source};
 use nearmiss_workflow::{
     AttackSource, GenerateEvent, GenerateRequest, Generation, OpenRequest, PlanRequest,
-    PreparedPlan, generate, prepare,
+    PreparedPlan, StandIn, generate, prepare,
 };
 
 /// Inputs of a generation.
@@ -66,6 +66,7 @@ impl Opened {
                 ego,
                 transform: wanted.change,
                 strict: false,
+                stand_in: StandIn::Nobody,
             },
             problem: None,
             settings: how.settings,

@@ -26,7 +26,7 @@ use nearmiss_scene::metrics::{
 };
 use nearmiss_scene::scenario::{Scenario, Scene, Severity, Transform};
 use nearmiss_study::evaluation::ScenePicture;
-use nearmiss_workflow::{MissingEgo, OpenRequest, OpenedScene, VariantOrigin, open};
+use nearmiss_workflow::{MissingEgo, OpenRequest, OpenedScene, StandIn, VariantOrigin, open};
 use strum::{IntoStaticStr, VariantArray};
 
 /// An opened scenario.
@@ -116,6 +116,7 @@ impl Opened {
             ego: wanted,
             transform: change,
             strict: false,
+            stand_in: StandIn::Follower,
         };
         let OpenedScene { scenario, scene } = open(&request).map_err(|error| error.to_string())?;
         let mut opened = Self::with(entry, change, scenario, scene, thresholds);

@@ -15,7 +15,7 @@ use nearmiss_settings::Config;
 use nearmiss_store::Consumed;
 use nearmiss_study::evaluation::claims::TimeOrigin;
 use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, MissingVerdict};
-use nearmiss_workflow::{AttackSource, OpenRequest, PlanRequest};
+use nearmiss_workflow::{AttackSource, OpenRequest, PlanRequest, StandIn};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
@@ -287,6 +287,7 @@ pub fn request<'a>(entry: &'a Entry, settings: &'a Settings) -> PlanRequest<'a> 
             ego: &EgoSelection::Beside,
             transform: None,
             strict: false,
+            stand_in: StandIn::Nobody,
         },
         problem: None,
         settings,

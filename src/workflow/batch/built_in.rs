@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::{BatchError, BatchPlan, parts};
-use crate::{OpenError, OpenRequest, open};
+use crate::{OpenError, OpenRequest, StandIn, open};
 use nearmiss_formats::Entry;
 use nearmiss_scene::judge::{judge_under, verdict_by};
 use nearmiss_scene::scenario::{Scene, Window};
@@ -132,6 +132,7 @@ impl BatchPlan {
             ego: &self.spec.ego,
             transform: None,
             strict: true,
+            stand_in: StandIn::Nobody,
         };
         let scene = match open(&request).map(|opened| opened.scene) {
             Ok(Ok(scene)) => scene,

@@ -1,6 +1,7 @@
 //! Facts about a scenario in the list: a few numbers, its tags, its country, and how stored answers fare.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use nearmiss_formats::{EgoSelection, Entry};
 use nearmiss_scene::judge::judge_under;
@@ -93,22 +94,38 @@ impl Facts {
     ) -> Result<Self, String> {
         let scenario = entry.read().map_err(|e| e.to_string())?;
         let ego = ego.resolve(entry, &scenario).map_err(|e| e.to_string())?;
+        let scene = ego.map(|ego| Scene::new(Arc::clone(&scenario), ego));
+        let measured = scene.as_ref().map(|scene| {
+            let headline = Headline::compute(scene, thresholds);
+            (scene, headline)
+        });
+        Ok(Self::new(entry, &scenario, measured, thresholds, verdicts))
+    }
+
+    /// Those of a scenario that is open, with its scene and what is most dangerous in it where it has an ego.
+    #[must_use]
+    pub fn new(
+        entry: &Entry,
+        scenario: &Scenario,
+        measured: Option<(&Scene, Headline)>,
+        thresholds: &Thresholds,
+        verdicts: &Verdicts,
+    ) -> Self {
         let mut facts = Self {
             hash: scenario.hash.to_string(),
             obstacles: scenario.obstacles.len(),
-            seconds: length(scenario.steps(), &scenario),
+            seconds: length(scenario.steps(), scenario),
             country: country_code(&scenario.header.benchmark_id).to_string(),
             tags: scenario.tags.clone(),
             ..Self::default()
         };
-        let Some(ego) = ego else {
-            return Ok(facts);
+        let Some((scene, headline)) = measured else {
+            return facts;
         };
-        let scene = Scene::new(scenario, ego);
-        facts.seconds = length(scene.steps(), &scene.scenario);
-        facts.headline = Some(Headline::compute(&scene, thresholds));
-        facts.count(entry, &scene, thresholds, verdicts);
-        Ok(facts)
+        facts.seconds = length(scene.steps(), scenario);
+        facts.headline = Some(headline);
+        facts.count(entry, scene, thresholds, verdicts);
+        facts
     }
 
     /// Whether the scenario has something; `None` of the user's tags and the index, which are not facts of a scenario.

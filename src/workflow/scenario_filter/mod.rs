@@ -182,6 +182,7 @@ impl Filter {
     fn read_with(text: &str, measures: Measures) -> Self {
         let mut filter = Self::default();
         let mut words = Vec::new();
+        let text = without_spaces(text);
         for word in text.split_whitespace() {
             match term(word, measures) {
                 None => match (country_codes(word.trim_start_matches('!')), word) {
@@ -348,6 +349,23 @@ impl Filter {
         let places = places.into_iter();
         places.filter_map(|at| usize::try_from(at).ok()).collect()
     }
+}
+
+/// The same terms without the spaces around their comparisons: `ttc < 1.5` is `ttc<1.5`.
+fn without_spaces(text: &str) -> String {
+    let signs = ['<', '>', '='];
+    let is_number = |word: &str| word.parse::<f64>().is_ok();
+    let mut joined = String::with_capacity(text.len());
+    for word in text.split_whitespace() {
+        let value = word.trim_start_matches(signs);
+        let is_comparison = value != word && (value.is_empty() || is_number(value));
+        let is_value = joined.ends_with(signs) && is_number(word);
+        if !(joined.is_empty() || is_comparison || is_value) {
+            joined.push(' ');
+        }
+        joined.push_str(word);
+    }
+    joined
 }
 
 /// Score of a country that is named: no match of letters is better.

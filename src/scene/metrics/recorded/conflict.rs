@@ -74,6 +74,12 @@ impl Conflict {
 
     /// Time steps from the leaving of the first to the entering of the second.
     pub fn post_encroachment(&self) -> Result<f64, NoValue> {
+        let (_, first, second) = self.in_turn()?;
+        Ok(second.first - first.last)
+    }
+
+    /// Whether the ego is the first to leave, the first and the second, where both moments are recorded.
+    fn in_turn(&self) -> Result<(bool, Inside, Inside), NoValue> {
         let Passages { ego, other } = self.0?;
         let (first, second) = if ego.last < other.first {
             (ego, other)
@@ -83,7 +89,7 @@ impl Conflict {
             return Err(NoValue::Together);
         };
         if first.leaves && second.enters {
-            Ok(second.first - first.last)
+            Ok((ego.last < other.first, first, second))
         } else {
             Err(NoValue::CutOff)
         }
@@ -141,7 +147,29 @@ fn inside(body: &Swept, other: &Swept) -> Option<Inside> {
     })
 }
 
+/// One leaves the area that both bodies sweep before the other enters it; seconds since time step 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passing {
+    /// Whether the ego is there first.
+    pub ego_first: bool,
+    /// When the first leaves.
+    pub left: f64,
+    /// When the second enters.
+    pub entered: f64,
+}
+
 impl Context<'_> {
+    /// The moments of the post-encroachment time with a participant, where there is one.
+    #[must_use]
+    pub fn passing(&self, participant: usize) -> Option<Passing> {
+        let (ego_first, first, second) = self.conflict(participant).in_turn().ok()?;
+        Some(Passing {
+            ego_first,
+            left: first.last * self.dt(),
+            entered: second.first * self.dt(),
+        })
+    }
+
     fn ego_swept(&self) -> &Swept {
         self.ego_swept.get_or_init(|| {
             let steps = self.steps().zip(&self.ego);

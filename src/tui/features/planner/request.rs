@@ -15,7 +15,7 @@ use nearmiss_drive::simulation::Settings;
 use nearmiss_formats::commonroad::{ProblemSolution, Solution, save, write_solution};
 use nearmiss_formats::{Entry, write_recording};
 use nearmiss_scene::scenario::{Transform, VehicleModel, VehicleType};
-use nearmiss_workflow::{OpenRequest, PlanRequest};
+use nearmiss_workflow::{OpenRequest, PlanRequest, StandIn};
 
 /// Plans the ego of a scenario.
 #[derive(Debug)]
@@ -59,6 +59,7 @@ impl Request for Plan {
                     ego: &ego,
                     transform: self.change,
                     strict: false,
+                    stand_in: StandIn::Nobody,
                 },
                 problem: None,
                 settings: &settings,

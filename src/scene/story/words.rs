@@ -1,0 +1,198 @@
+//! The facts of a story in plain English.
+
+use super::{Course, Fact, Who};
+use crate::metrics::Direction;
+use crate::scenario::ObstacleType;
+
+/// A road user in words: `car 30640`, `parked vehicle 309`.
+pub(super) fn name(kind: ObstacleType, id: i64) -> String {
+    let mut words = String::new();
+    for letter in kind.name().chars() {
+        if letter.is_ascii_uppercase() {
+            words.push(' ');
+        }
+        words.push(letter.to_ascii_lowercase());
+    }
+    if words == "unknown" {
+        words = "obstacle".into();
+    }
+    format!("{words} {id}")
+}
+
+/// Facts as a sentence; the other is `subject` where it is named, else `it`.
+pub(super) fn sentence(subject: &str, facts: &[Fact]) -> String {
+    let mut said = String::new();
+    let mut about = None;
+    for (place, fact) in facts.iter().enumerate() {
+        let who = who(fact);
+        let same = who.is_some() && who == about;
+        let link = match (fact, place) {
+            (_, 0) => "",
+            (Fact::ShortTtc { .. }, _) => ", ",
+            (Fact::Pass { .. }, _) => "; ",
+            (Fact::Contact { .. } | Fact::Nearest { .. }, _) => "; ",
+            _ if same => " and ",
+            _ => "; ",
+        };
+        said.push_str(link);
+        said.push_str(&clause(subject, fact, same, facts));
+        about = who;
+    }
+    let mut letters = said.chars();
+    let first = letters
+        .next()
+        .map(|letter| letter.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+}
+
+fn who(fact: &Fact) -> Option<Who> {
+    match fact {
+        Fact::Turn { who, .. }
+        | Fact::Brake { who, .. }
+        | Fact::NoBrake { who, .. }
+        | Fact::Speeds { who, .. } => Some(*who),
+        _ => None,
+    }
+}
+
+fn clause(subject: &str, fact: &Fact, same: bool, facts: &[Fact]) -> String {
+    let one = |who: Who| match (who, same) {
+        (_, true) => "",
+        (Who::Ego, _) => "the ego ",
+        (Who::Other, _) => "it ",
+    };
+    match *fact {
+        Fact::Begin {
+            time,
+            ego_speed,
+            other_speed,
+            distance,
+            place,
+            course,
+        } => {
+            let ego = match ego_speed {
+                speed if speed < super::STANDING => "stands".into(),
+                speed => format!("drives {speed:.1} m/s"),
+            };
+            let moves = match course {
+                Course::Region => "may be".into(),
+                Course::Stands => "stands".into(),
+                Course::SameWay => format!("moves the same way with {other_speed:.1} m/s"),
+                Course::Towards => format!("moves the opposite way with {other_speed:.1} m/s"),
+                Course::ToTheLeft => {
+                    format!("moves across from right to left with {other_speed:.1} m/s")
+                }
+                Course::ToTheRight => {
+                    format!("moves across from left to right with {other_speed:.1} m/s")
+                }
+            };
+            let place = side(place);
+            format!(
+                "at {time:.1} s the ego {ego}; {subject}, {distance:.1} m away {place}, {moves}"
+            )
+        }
+        Fact::Turn {
+            who,
+            degrees,
+            from,
+            to,
+        } => {
+            let side = if degrees > 0.0 { "left" } else { "right" };
+            let degrees = degrees.abs();
+            format!(
+                "{}turns {side} by {degrees:.0}° between {from:.1} and {to:.1} s",
+                one(who)
+            )
+        }
+        Fact::Brake {
+            who,
+            from,
+            to,
+            from_speed,
+            to_speed,
+            most,
+        } => format!(
+            "{}brakes from {from_speed:.1} to {to_speed:.1} m/s between {from:.1} and {to:.1} s, with up to {most:.1} m/s²",
+            one(who)
+        ),
+        Fact::NoBrake { who, from, to } => {
+            format!("{}does not brake between {from:.1} and {to:.1} s", one(who))
+        }
+        Fact::Speeds {
+            who,
+            low,
+            high,
+            from,
+            to,
+        } => format!(
+            "{}keeps on with {low:.1} to {high:.1} m/s between {from:.1} and {to:.1} s",
+            one(who)
+        ),
+        Fact::Pass {
+            first,
+            left,
+            entered,
+        } => {
+            let (first, second) = match first {
+                Who::Ego => ("the ego", subject),
+                Who::Other => ("it", "the ego"),
+            };
+            let after = entered - left;
+            format!(
+                "{first} leaves the place where their ways overlap at {left:.1} s, {after:.1} s before {second} comes there"
+            )
+        }
+        Fact::LowestTtc { time, seconds } => {
+            format!("the time to collision is lowest at {time:.1} s: {seconds:.2} s")
+        }
+        Fact::ShortTtc { time, until } => match facts {
+            [Fact::ShortTtc { .. }, ..] => {
+                format!("the time to collision is at most 3 s between {time:.1} and {until:.1} s")
+            }
+            _ => {
+                let late = facts.iter().find_map(|fact| match fact {
+                    Fact::Brake { from, .. } => Some(from - time),
+                    _ => None,
+                });
+                format!(
+                    "{:.1} s after the time to collision fell to 3 s or less at {time:.1} s",
+                    late.unwrap_or_default()
+                )
+            }
+        },
+        Fact::NoCourse => "going straight on they would at no time touch within 10 s".into(),
+        Fact::Contact {
+            time,
+            closing_speed,
+            is_possible,
+        } => {
+            let touch = if is_possible { "may touch" } else { "touch" };
+            format!(
+                "at {time:.1} s they {touch}, with {closing_speed:.1} m/s relative to each other"
+            )
+        }
+        Fact::Nearest {
+            time,
+            distance,
+            place,
+        } => {
+            let place = side(place);
+            format!("at {time:.1} s they are nearest: {distance:.2} m, with {subject} {place}")
+        }
+    }
+}
+
+/// Where the other is, seen from the ego's body.
+fn side(place: Direction) -> &'static str {
+    match place {
+        Direction::Front => "ahead",
+        Direction::FrontLeft => "ahead on the left",
+        Direction::FrontRight => "ahead on the right",
+        Direction::Behind => "behind",
+        Direction::RearLeft => "behind on the left",
+        Direction::RearRight => "behind on the right",
+        Direction::Left => "on the left",
+        Direction::Right => "on the right",
+        Direction::Contact => "in contact",
+    }
+}
