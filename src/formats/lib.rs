@@ -18,8 +18,8 @@ pub use ego::{
 pub use library::{Entry, EntryLocation, bundled, resolved};
 pub use openscenario::{Export, Exported, ExportedEgo, write_openscenario};
 pub use recordings::{
-    Columns, ColumnsError, LongRecording, NamedTable, TableOptions, look_for_maps_in,
-    read_tables_with,
+    Columns, ColumnsError, Forecast, LongRecording, NamedTable, TableOptions, look_for_maps_in,
+    read_forecasts, read_tables_with,
 };
 pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,
