@@ -143,7 +143,7 @@ fn text(coverage: &Coverage) -> String {
 
 fn draw(coverage: &Coverage, path: &Path, overwrite: bool) -> Outcome {
     let format = Format::of_file(path)
-        .filter(|format| *format != Format::Gif)
+        .filter(|format| format.is_picture())
         .ok_or_else(|| {
             Failure::input(format!("-o {}: name a file .svg or .png", path.display()))
         })?;

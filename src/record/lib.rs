@@ -29,6 +29,7 @@
 
 mod captioned;
 pub mod fields;
+mod page;
 mod reflect;
 mod table;
 #[cfg(test)]
@@ -40,6 +41,7 @@ mod writer;
 pub use captioned::{
     CaptionedTable, NONE, escaped_html, escaped_markdown, latex_comment, with_interval,
 };
+pub use page::HtmlPage;
 pub use reflect::{Record, columns, columns_of, row, row_of, rows, schema, titled};
 pub use table::{Cell, Column, Kind, Row, Table};
 pub use text::{

@@ -26,6 +26,12 @@ pub enum AnimationError {
     /// A picture cannot be drawn.
     #[error("{0}")]
     Picture(String),
+    /// There is no ffmpeg.
+    #[error("no ffmpeg on PATH; install it (https://ffmpeg.org), or write a .gif, which needs none")]
+    NoFfmpeg,
+    /// ffmpeg failed.
+    #[error("ffmpeg: {0}")]
+    Ffmpeg(String),
     /// It was stopped.
     #[error("stopped")]
     Stopped,
@@ -86,37 +92,52 @@ pub fn animate(
     let mut out = Some(out);
     let mut before: Vec<u8> = Vec::new();
     let (mut written, mut time) = (0, 0.0);
-    for some in shown.chunks(rayon::current_num_threads().max(1)) {
-        let painted: Result<Vec<Pixmap>, _> = some.par_iter().map(paint).collect();
-        for pixmap in painted? {
-            let (width, height) = (pixmap.width() as usize, pixmap.height() as usize);
-            let places: Vec<u8> = rgb(&pixmap)
-                .chunks_exact(3)
-                .map(|p| colors.place([p[0], p[1], p[2]]))
-                .collect();
-            if let Some(out) = out.take() {
-                let size = |pixels: usize| u16::try_from(pixels).unwrap_or(u16::MAX);
-                let mut encoder = Encoder::new(out, size(width), size(height), &colors.table())?;
-                encoder.set_repeat(Repeat::Infinite)?;
-                writer = Some(encoder);
-            }
-            let Some(encoder) = &mut writer else { break };
-            // Rounded from the beginning, so that mistakes do not add up.
-            let end = time + dt * 100.0 * stride as f64;
-            let last = written + 1 == shown.len();
-            let mut frame = changed(&before, &places, width);
-            frame.delay =
-                (end.round() - f64::round(time)) as u16 + if last { LAST_FRAME_PAUSE } else { 0 };
-            encoder.write_frame(&frame)?;
-            time = end;
-            written += 1;
-            before = places;
+    each_frame(&shown, paint, |pixmap| {
+        let (width, height) = (pixmap.width() as usize, pixmap.height() as usize);
+        let places: Vec<u8> = rgb(&pixmap)
+            .chunks_exact(3)
+            .map(|p| colors.place([p[0], p[1], p[2]]))
+            .collect();
+        if let Some(out) = out.take() {
+            let size = |pixels: usize| u16::try_from(pixels).unwrap_or(u16::MAX);
+            let mut encoder = Encoder::new(out, size(width), size(height), &colors.table())?;
+            encoder.set_repeat(Repeat::Infinite)?;
+            writer = Some(encoder);
         }
-    }
+        let Some(encoder) = &mut writer else {
+            return Ok(());
+        };
+        // Rounded from the beginning, so that mistakes do not add up.
+        let end = time + dt * 100.0 * stride as f64;
+        let last = written + 1 == shown.len();
+        let mut frame = changed(&before, &places, width);
+        frame.delay =
+            (end.round() - f64::round(time)) as u16 + if last { LAST_FRAME_PAUSE } else { 0 };
+        encoder.write_frame(&frame)?;
+        time = end;
+        written += 1;
+        before = places;
+        Ok(())
+    })?;
     if let Some(encoder) = writer {
         encoder.into_inner()?.flush()?;
     }
     Ok(written)
+}
+
+/// Paints the pictures at these places, a few at a time, and hands them over in their order.
+pub(super) fn each_frame<P: Send>(
+    places: &[usize],
+    paint: impl Fn(&usize) -> Result<P, AnimationError> + Sync,
+    mut write: impl FnMut(P) -> Result<(), AnimationError>,
+) -> Result<(), AnimationError> {
+    for some in places.chunks(rayon::current_num_threads().max(1)) {
+        let painted: Result<Vec<P>, _> = some.par_iter().map(&paint).collect();
+        for picture in painted? {
+            write(picture)?;
+        }
+    }
+    Ok(())
 }
 
 /// The smallest box in which something is different; a single pixel where nothing is.

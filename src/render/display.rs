@@ -393,6 +393,10 @@ pub enum Format {
     Png,
     /// Pixels that move.
     Gif,
+    /// The same as a film, where ffmpeg is.
+    Mp4,
+    /// A page that plays a scenario in a browser.
+    Html,
 }
 
 nearmiss_record::named!(Format);
@@ -408,9 +412,21 @@ impl Format {
     #[must_use]
     pub fn usual_dpi(self) -> f64 {
         match self {
-            Self::Svg | Self::Png => 300.0,
             Self::Gif => 150.0,
+            _ => 300.0,
         }
+    }
+
+    /// Whether it shows several pictures one after the other.
+    #[must_use]
+    pub fn is_film(self) -> bool {
+        matches!(self, Self::Gif | Self::Mp4)
+    }
+
+    /// Whether it shows one picture.
+    #[must_use]
+    pub fn is_picture(self) -> bool {
+        matches!(self, Self::Svg | Self::Png)
     }
 
     /// One picture as a file, SVG or PNG.
@@ -420,7 +436,7 @@ impl Format {
     pub fn encode(self, picture: &Picture, dpi: f64) -> Result<Vec<u8>, RasterError> {
         match self {
             Self::Svg => Ok(svg(picture).into_bytes()),
-            Self::Png | Self::Gif => png(picture, dpi),
+            _ => png(picture, dpi),
         }
     }
 }

@@ -1,14 +1,17 @@
 //! A figure of a scene: the map, plots of measures over time, or both, for any step; the map alone on a page.
 
 use nearmiss_base::geometry::{Point, Pose};
-use nearmiss_scene::metrics::{Context, Headline, MEASURES, Measure, Series, Thresholds};
+use nearmiss_formats::Forecast;
+use nearmiss_scene::metrics::{
+    Context, CriticalMoment, Headline, MEASURES, Measure, Series, Thresholds,
+};
 use nearmiss_scene::scenario::{Scene, Window, WindowRule};
 
 use super::display::{Area, Picture, Provenance};
 use super::map::{Map, WorkbenchMap};
 use super::palette::Palette;
 use super::plot::Plot;
-use super::scene::{Basemap, MapRequest, MapScene, TrailSpan, Viewport};
+use super::scene::{Basemap, LineStyle, MapRequest, MapScene, Overlay, Path, Role, TrailSpan, Viewport};
 use super::view::{MapExtent, Subject, Variations, View};
 
 /// What is on a figure.
@@ -91,11 +94,13 @@ pub struct Figure<'a> {
     subject: Subject<'a>,
     basemap: Basemap,
     variations: Variations<'a>,
+    forecasts: &'a [Forecast],
     look: FigureOptions,
     thresholds: &'a Thresholds,
     series: Option<Series>,
     name: &'a str,
     telling: i64,
+    moments: Vec<CriticalMoment>,
     contact: Option<i64>,
 }
 
@@ -123,7 +128,7 @@ impl<'a> Figure<'a> {
             return Err(FigureError::NoEgo);
         }
         let mut telling = subject.steps().start;
-        let (mut series, mut contact) = (None, None);
+        let (mut series, mut contact, mut moments) = (None, None, Vec::new());
         if let Some(scene) = subject.scene {
             let context = Context::under(scene, thresholds);
             let headline = Headline::from_context(&context);
@@ -137,16 +142,19 @@ impl<'a> Figure<'a> {
             if look.what != FigureContent::Map {
                 series = Some(Series::from_context(&context, look.measures.clone()));
             }
+            moments = headline.moments;
         }
         Ok(Self {
             subject,
             basemap: Basemap::new(subject.scenario),
             variations: Variations::default(),
+            forecasts: &[],
             look,
             thresholds,
             series,
             name,
             telling,
+            moments,
             contact,
         })
     }
@@ -159,6 +167,13 @@ impl<'a> Figure<'a> {
         let new: Vec<i64> = ids.filter(|id| !pointed_out.contains(id)).collect();
         pointed_out.splice(0..0, new);
         self.variations = variations;
+        self
+    }
+
+    /// The same with the trajectories of a prediction over the map.
+    #[must_use]
+    pub fn with_forecasts(mut self, forecasts: &'a [Forecast]) -> Self {
+        self.forecasts = forecasts;
         self
     }
 
@@ -209,16 +224,8 @@ impl<'a> Figure<'a> {
                 height: map_height,
             }
             .grown(-0.25);
-            let view = |seen, step| View::new(seen, look.ego_up, &self.subject, step, area);
-            let mut seen = look.seen;
-            if seen == MapExtent::Usual && self.subject.scene.is_some() {
-                // The same width at all steps, so that films stand still.
-                let telling = view(seen, self.telling).with(self.pointed_out(self.telling));
-                seen = MapExtent::Ego {
-                    width: telling.width(),
-                };
-            }
-            let view = view(seen, step);
+            let seen = self.extent(area);
+            let view = View::new(seen, look.ego_up, &self.subject, step, area);
             self.draw_map(&mut picture, step, view, letters, true);
         }
         if let Some(series) = self.series.as_ref().filter(|_| plot_height > 0.0) {
@@ -243,6 +250,18 @@ impl<'a> Figure<'a> {
             plot.draw(&mut picture);
         }
         picture
+    }
+
+    /// Which part of the map is seen in an area: of the same width at all steps, so that films stand still.
+    pub(super) fn extent(&self, area: Area) -> MapExtent {
+        let (look, telling) = (&self.look, self.telling);
+        if look.seen != MapExtent::Usual || self.subject.scene.is_none() {
+            return look.seen;
+        }
+        let view = View::new(look.seen, look.ego_up, &self.subject, telling, area);
+        MapExtent::Ego {
+            width: view.with(self.pointed_out(telling)).width(),
+        }
     }
 
     /// Where the obstacles are at a step that are pointed out.
@@ -274,10 +293,15 @@ impl<'a> Figure<'a> {
             trails: [TRAIL, TrailSpan::WHOLE],
         };
         let dt = self.subject.scenario.dt();
+        let mut scene = MapScene::new(&request);
+        let forecasts = self.forecasts.iter();
+        scene
+            .overlays
+            .extend(forecasts.map(|forecast| self.overlay(forecast)));
         let attackers = self.variations.iter().map(|both| both.changed.id);
         let place = |id: i64| emphasised.iter().position(|&e| e == id);
         let map = Map {
-            scene: &MapScene::new(&request),
+            scene: &scene,
             seconds: step as f64 * dt,
             dt,
             attackers: attackers.map(place).collect(),
@@ -289,6 +313,61 @@ impl<'a> Figure<'a> {
             title: None,
         };
         map.draw(picture);
+    }
+
+    /// A line of a prediction, in the colour of its obstacle.
+    fn overlay(&self, forecast: &Forecast) -> Overlay {
+        let pointed_out = |id: i64| self.look.obstacles.iter().position(|&other| other == id);
+        let role = match forecast.id {
+            Some(id) if self.is_ego(id) => Role::Ego,
+            Some(id) => match pointed_out(id) {
+                Some(place) => Role::Highlighted(place),
+                None if self.subject.scenario.obstacle(id).is_some() => Role::Obstacle,
+                None => Role::Prediction,
+            },
+            None => Role::Prediction,
+        };
+        Overlay::Path(Path {
+            role,
+            style: LineStyle::Solid,
+            opacity: forecast.opacity(),
+            points: forecast.points.clone(),
+        })
+    }
+
+    /// Whether an id is the ego's.
+    pub(super) fn is_ego(&self, id: i64) -> bool {
+        self.subject.scene.is_some_and(|scene| scene.ego.id == id)
+    }
+
+    /// The lines of a prediction.
+    pub(super) fn forecasts(&self) -> &'a [Forecast] {
+        self.forecasts
+    }
+
+    /// Both motions of a variant's attackers.
+    pub(super) fn variations(&self) -> &Variations<'a> {
+        &self.variations
+    }
+
+    /// The most severe moment with each obstacle, the most severe first.
+    pub(super) fn moments(&self) -> &[CriticalMoment] {
+        &self.moments
+    }
+
+    /// The values of its measures, if it has any.
+    pub(super) fn series(&self) -> Option<&Series> {
+        self.series.as_ref()
+    }
+
+    /// From where on values are dangerous.
+    pub(super) fn thresholds(&self) -> &'a Thresholds {
+        self.thresholds
+    }
+
+    /// What lies below everything.
+    pub(super) fn basemap(&self) -> &Basemap {
+        &self.basemap
     }
 
     /// What is drawn.

@@ -1,4 +1,5 @@
-//! Pictures: figures of scenes, plots and screens as SVG, PNG and GIF, without another program.
+//! Pictures: figures of scenes, plots and screens as SVG, PNG and GIF, without another program; films by ffmpeg, and pages
+//! that play a scenario in a browser.
 //!
 //! What is seen of a map is worked out once, in the world's coordinates and with roles for colours: a
 //! [`scene`], which figures and the workbench draw. A figure is a list of things to draw, in
@@ -10,9 +11,11 @@ mod chart;
 mod clip;
 mod display;
 mod figure;
+mod film;
 mod glyphs;
 mod grid;
 mod map;
+mod page;
 mod palette;
 mod plot;
 mod raster;
@@ -32,6 +35,7 @@ pub use display::{Anchor, Area, Format, Item, Picture, Provenance, Segment, Spot
 pub use figure::{
     COLUMN, Figure, FigureContent, FigureError, FigureOptions, MILLIMETRE, MapPage, PIXEL,
 };
+pub use film::film;
 pub use grid::{FigureGrid, GridError, GridRow, PAGE};
 pub use map::WorkbenchMap;
 pub use palette::{Color, Palette};

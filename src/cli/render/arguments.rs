@@ -37,7 +37,7 @@ pub struct Render {
         conflicts_with = "all"
     )]
     pub at: Vec<At>,
-    /// Draw every time step: an animation as GIF, numbered files as SVG or PNG.
+    /// Draw every time step: an animation as GIF, numbered files as SVG or PNG; MP4 and HTML have every step anyway.
     #[arg(long)]
     pub all: bool,
     /// One picture of several moments: rows x columns of maps with one scale, filled row by row with the moments of
@@ -66,6 +66,11 @@ pub struct Render {
     /// motion is drawn too [default: from the manifest of the variant].
     #[arg(long, value_name = "FILE")]
     pub original: Option<PathBuf>,
+    /// Table of predicted trajectories to draw over the map: time, id, x, y in metres of the scenario, and mode and
+    /// probability where there are; --columns names them.
+    #[arg(long, value_name = "FILE", conflicts_with = "with_certificate")]
+    #[serde(skip)]
+    pub overlay: Option<PathBuf>,
     /// Rotate the map so that the ego drives upwards.
     #[arg(long)]
     pub rotate: bool,
@@ -77,7 +82,7 @@ pub struct Render {
         allow_negative_numbers = true
     )]
     pub obstacle: Vec<i64>,
-    /// Measures to plot; `nearmiss metrics --list` lists them [default: distance].
+    /// Measures to plot; `nearmiss metrics --list` lists them [default: distance; for a page ttc, distance, risk].
     #[arg(long, value_name = "MEASURE", value_delimiter = ',', value_parser = named_measure)]
     #[serde(skip)]
     pub plot: Vec<&'static Measure>,
@@ -100,12 +105,12 @@ pub struct Render {
     /// Pixels per inch of PNG and GIF [default: 300; 150 for GIF; 96 if the size is in pixels].
     #[arg(long, value_name = "N", value_parser = dpi)]
     pub dpi: Option<f64>,
-    /// File to write (.svg, .png or .gif) or folder; several steps are numbered. With --format and several pictures the
-    /// folder is created [default: SVG on standard output].
+    /// File to write (.svg, .png, .gif; .mp4, a film by ffmpeg; .html, a page that plays the scenario) or folder; several
+    /// steps are numbered. With --format and several pictures the folder is created [default: SVG on standard output].
     #[arg(short, long, value_name = "PATH")]
     #[serde(skip)]
     pub output: Option<PathBuf>,
-    /// Format: svg, png or gif [default: from the file name].
+    /// Format: svg, png, gif, mp4 or html [default: from the file name].
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     #[serde(skip)]
     pub format: Option<Format>,
@@ -225,7 +230,7 @@ fn named_measure(id: &str) -> Result<&'static Measure, String> {
 }
 
 fn format(name: &str) -> Result<Format, String> {
-    Format::parse(&name.to_ascii_lowercase()).ok_or_else(|| "expected svg, png or gif".into())
+    Format::parse(&name.to_ascii_lowercase()).ok_or_else(|| "expected svg, png, gif, mp4 or html".into())
 }
 
 fn dpi(text: &str) -> Result<f64, String> {
@@ -241,7 +246,8 @@ impl Render {
     }
 
     /// Refuses what does not go together.
-    pub fn check(&self) -> Result<(), Failure> {
+    pub fn check(&self, format: Format) -> Result<(), Failure> {
+        let page = format == Format::Html;
         let screen = self.what == RenderContent::Screen;
         let unit = self.size.map(|s| s.unit);
         let no_map = matches!(self.what, RenderContent::Plot | RenderContent::Screen);
@@ -261,9 +267,19 @@ impl Render {
             "--view needs a map: --what map or both"
         } else if no_map && self.rotate {
             "--rotate needs a map: --what map or both"
+        } else if no_map && self.overlay.is_some() {
+            "--overlay needs a map: --what map or both"
+        } else if page && no_map {
+            "a page has map and plots: remove --what"
+        } else if page && (self.is_grid() || self.certificate.with_certificate.is_some()) {
+            "a page shows one drive at every step: remove --grid, --case-study and --with-certificate"
+        } else if page && (self.size.is_some() || self.task.is_some() || self.history.is_some()) {
+            "a page fills its window and has all steps: remove --size, --task and --history"
+        } else if page && self.at.len() > 1 {
+            "a page opens at one moment: name one with --at"
         } else if no_map && self.original.is_some() {
             "--original needs a map: --what map or both"
-        } else if self.what == RenderContent::Map && !self.plot.is_empty() {
+        } else if self.what == RenderContent::Map && !self.plot.is_empty() && !page {
             "--plot needs --what plot or --what both"
         } else if matches!(self.what, RenderContent::Map | RenderContent::Screen)
             && (self.task.is_some() || self.history.is_some())
@@ -335,8 +351,11 @@ impl Render {
 
     /// Pixels of an inch.
     pub fn dpi(&self, format: Format) -> Result<f64, Failure> {
-        if let (Some(_), Format::Svg) = (self.dpi, format) {
-            return Err(Failure::input("--dpi needs PNG or GIF: SVG has no pixels"));
+        if let (Some(_), Format::Svg | Format::Html) = (self.dpi, format) {
+            return Err(Failure::input(format!(
+                "--dpi needs PNG, GIF or MP4: {} has no pixels",
+                format.name().to_uppercase()
+            )));
         }
         let pixels = self.size.is_some_and(|s| s.unit == Unit::Pixels);
         Ok(match self.dpi {

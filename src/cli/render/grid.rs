@@ -83,13 +83,15 @@ impl Drawing<'_> {
             look.obstacles = original.origin.ids();
         }
         let size = look.size;
+        let forecasts = self.forecasts_of(entry, &variant.subject());
         let below = Figure::new(
             variant.subject(),
             &entry.name,
             look.clone(),
             &self.thresholds,
         )
-        .map_err(|e| named(&e))?;
+        .map_err(|e| named(&e))?
+        .with_forecasts(&forecasts);
         let top =
             match (&above, &original) {
                 (Some(drawn), Some(original)) => {

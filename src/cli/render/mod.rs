@@ -3,6 +3,7 @@
 mod arguments;
 mod certificate;
 mod grid;
+mod overlay;
 
 pub use arguments::Render;
 
@@ -10,12 +11,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use nearmiss_formats::{EgoSelection, Entry};
+use nearmiss_formats::{EgoSelection, Entry, Forecast};
 use nearmiss_render::{
-    Figure, FigureError, FigureOptions, Format, Palette, Picture, Provenance, ScreenPainter,
-    ScreenRequest, Subject, animate,
+    AnimationError, Figure, FigureContent, FigureError, FigureOptions, Format, Palette, Picture, Provenance,
+    ScreenPainter, ScreenRequest, Subject, animate, film,
 };
-use nearmiss_scene::metrics::Thresholds;
+use nearmiss_scene::metrics::{Thresholds, measure};
 use nearmiss_scene::scenario::Scene;
 use serde::Serialize;
 
@@ -35,6 +36,10 @@ struct Drawing<'a> {
     arguments: &'a Render,
     thresholds: Thresholds,
     palette: Palette,
+    /// Of pages, where the browser prefers dark colours.
+    dark: Palette,
+    /// The lines of `--overlay`.
+    forecasts: Vec<Forecast>,
     ego: EgoSelection,
     target: Destination,
     dpi: f64,
@@ -54,10 +59,14 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
     let (folders, config) = configuration()?;
     let stop = interrupted(true);
     let theme = arguments.theme(config.theme.as_deref());
+    let dark = arguments.theme.as_deref().unwrap_or("dark");
+    let overlay = overlay::read(arguments.overlay.as_deref())?;
     let drawing = Drawing {
         arguments,
         thresholds: user_thresholds(&folders)?,
         palette: Palette::named(&theme, &folders.themes()).map_err(Failure::input)?,
+        dark: Palette::named(dark, &folders.themes()).map_err(Failure::input)?,
+        forecasts: overlay.forecasts,
         ego: arguments.ego.wanted(&entries)?,
         dpi: arguments.dpi(target.format)?,
         target,
@@ -65,7 +74,7 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
         painter,
         stop: &stop,
     };
-    arguments.check()?;
+    arguments.check(drawing.target.format)?;
     let settings = RenderSettings {
         arguments,
         theme: &theme,
@@ -75,6 +84,7 @@ pub fn run(arguments: &Render, painter: ScreenPainter) -> Outcome {
         usual_history: drawing.history,
         thresholds: drawing.thresholds.change_words(),
         drives: drawing.ego.planner().map(|drives| drives.sha256.as_str()),
+        overlay: overlay.hash,
     };
     let journal = arguments
         .many
@@ -105,10 +115,21 @@ struct RenderSettings<'a> {
     thresholds: Vec<String>,
     /// The hash of a planner's drives.
     drives: Option<&'a str>,
+    /// The hash of the table of predictions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    overlay: Option<String>,
 }
 
 /// Pictures of a scenario that are drawn at once.
 const MOST_PICTURES: i64 = 20_000;
+
+/// What a page plots unless something else is asked for.
+const PAGE_MEASURES: [&str; 3] = ["ttc", "distance", "risk"];
+
+/// The sentences on a page that tell what happened.
+fn story(_: Subject<'_>) -> Vec<String> {
+    Vec::new()
+}
 
 /// What becomes of an interrupted run.
 const INTERRUPTED: &str = "finished pictures are kept";
@@ -177,10 +198,18 @@ impl Drawing<'_> {
                 }
             }
         };
-        let look = FigureOptions {
+        let mut look = FigureOptions {
             palette: self.palette.clone(),
             ..self.arguments.look(self.history)?
         };
+        let is_page = self.target.format == Format::Html;
+        if is_page && opened.is_some() {
+            look.what = FigureContent::Both;
+            if self.arguments.plot.is_empty() {
+                look.measures = PAGE_MEASURES.into_iter().filter_map(measure).collect();
+            }
+        }
+        let forecasts = self.forecasts_of(entry, &subject);
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
         let (original, missing) = match (self.arguments.what, &self.arguments.original) {
@@ -201,6 +230,7 @@ impl Drawing<'_> {
         if let Some(original) = &original {
             figure = figure.with_variations(original.variations(subject.scenario));
         }
+        figure = figure.with_forecasts(&forecasts);
         let timeline = Timeline {
             steps: figure.steps(),
             dt: subject.scenario.dt(),
@@ -208,9 +238,19 @@ impl Drawing<'_> {
             scene: opened.as_ref().map(|(scene, _)| &**scene),
         };
         let steps = self.steps(entry, &timeline)?;
-        self.write(entry, &steps, subject.scenario.dt(), |step| {
-            Ok(figure.at(step))
-        })?;
+        if is_page {
+            let at = if self.arguments.at.is_empty() {
+                timeline.telling
+            } else {
+                steps[0]
+            };
+            let page = figure.page(at, &self.dark, &story(subject));
+            self.target.save(entry, None, page.as_bytes())?;
+        } else {
+            self.write(entry, &steps, subject.scenario.dt(), |step| {
+                Ok(figure.at(step))
+            })?;
+        }
         // Not before: where nothing is drawn, nothing is drawn without something.
         if let Some(why) = missing {
             output::say(&format!(
@@ -241,7 +281,8 @@ impl Drawing<'_> {
                 ..failure
             })?;
         let count = all.end.saturating_sub(all.start);
-        if self.arguments.all && count > MOST_PICTURES {
+        let is_whole = self.arguments.all || !self.target.format.is_picture();
+        if is_whole && at.len() < 2 && count > MOST_PICTURES {
             return Err(Failure::input(format!(
                 "{}: {count} time steps ({} to {}), but at most {MOST_PICTURES} pictures at once; choose steps with --at",
                 entry.display(),
@@ -249,7 +290,8 @@ impl Drawing<'_> {
                 all.end - 1
             )));
         }
-        Ok(match (at.is_empty(), self.arguments.all) {
+        let whole = self.arguments.all || at.is_empty() && self.target.format.is_film();
+        Ok(match (at.is_empty(), whole) {
             (_, true) => all.collect(),
             (true, false) => vec![timeline.telling],
             (false, false) => at,
@@ -311,16 +353,26 @@ impl Drawing<'_> {
         let (target, dpi) = (&self.target, self.dpi);
         let named =
             |error: &dyn std::fmt::Display| Failure::input(format!("{}: {error}", entry.display()));
-        if target.format == Format::Gif {
-            let film = |out: &mut (dyn std::io::Write + Send)| {
-                let drawn = animate(out, steps.len(), dt, dpi, |i| draw(steps[i]), self.stop);
-                match drawn {
-                    Ok(_) => Ok(()),
-                    Err(_) if self.stop.load(Ordering::Relaxed) => {
-                        Err(Failure::interrupted(INTERRUPTED))
-                    }
-                    Err(error) => Err(named(&error)),
+        if target.format.is_film() {
+            let drawn = |i: usize| draw(steps[i]);
+            let ended = |drawn: Result<usize, AnimationError>| match drawn {
+                Ok(_) => Ok(()),
+                Err(_) if self.stop.load(Ordering::Relaxed) => {
+                    Err(Failure::interrupted(INTERRUPTED))
                 }
+                Err(error) => Err(named(&error)),
+            };
+            let film = |out: &mut (dyn std::io::Write + Send)| {
+                if target.format == Format::Gif {
+                    return ended(animate(out, steps.len(), dt, dpi, drawn, self.stop));
+                }
+                // ffmpeg goes back in its file to write what lies where.
+                let folder = tempfile::tempdir().map_err(|e| named(&e))?;
+                let file = folder.path().join("film.mp4");
+                ended(film(&file, steps.len(), dt, dpi, drawn, self.stop))?;
+                let mut made = std::fs::File::open(&file).map_err(|e| named(&e))?;
+                std::io::copy(&mut made, out).map_err(|e| named(&e))?;
+                Ok(())
             };
             // One that is there already is compared as a whole.
             if self.arguments.many.resume {
@@ -381,9 +433,9 @@ impl Destination {
             (true, _) => 2,
             (false, at) => at,
         };
-        let film = arguments.format == Some(Format::Gif);
+        let whole = arguments.format.is_some_and(|format| !format.is_picture());
         let several =
-            entries.len() > 1 || arguments.many.part.shard.is_some() || (steps > 1 && !film);
+            entries.len() > 1 || arguments.many.part.shard.is_some() || (steps > 1 && !whole);
         // Several pictures have no room in one file; without --format, an ending that was left out is asked for.
         let new_folder = |path: &Path| {
             several && arguments.format.is_some() && path.extension().is_none() && !path.exists()
@@ -412,20 +464,20 @@ impl Destination {
                     _ => "",
                 };
                 return Err(Failure::input(format!(
-                    "{}: unknown file extension; known are .svg, .png and .gif; --format works with any name{folder}",
+                    "{}: unknown file extension; known are .svg, .png, .gif, .mp4 and .html; --format works with any name{folder}",
                     path.display()
                 )));
             }
             (asked, named, _) => asked.or(named).unwrap_or(Format::Svg),
         };
-        if format == Format::Gif && arguments.is_grid() {
+        if format.is_film() && arguments.is_grid() {
             return Err(Failure::input(
                 "a grid is one picture, not a film: use .svg or .png",
             ));
         }
-        if format == Format::Gif && steps < 2 {
+        if format.is_film() && steps == 1 {
             return Err(Failure::input(
-                "GIF needs several pictures: use --all, or several moments with --at",
+                "a film needs several pictures: name several moments with --at, or none for every step",
             ));
         }
         let target = Self {
@@ -441,7 +493,7 @@ impl Destination {
                 "pictures of {} scenarios need a folder: -o FOLDER, with --format if it does not exist yet",
                 entries.len()
             ))),
-            Place::Stdout if steps > 1 && format != Format::Gif => Err(Failure::input(
+            Place::Stdout if steps > 1 && format.is_picture() => Err(Failure::input(
                 "several pictures need -o FOLDER, or -o NAME.svg or NAME.png for numbered files",
             )),
             _ => Ok(target),

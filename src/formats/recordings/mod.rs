@@ -31,7 +31,9 @@ pub use openscenario::{LONGEST_PLAY, Player, play_with};
 pub(super) use rows::columns_of;
 pub(super) use sumo::Sumo;
 pub(super) use tracks::Tables;
-pub use tracks::{Columns, ColumnsError, NamedTable, TableOptions, read_tables_with};
+pub use tracks::{
+    Columns, ColumnsError, Forecast, NamedTable, TableOptions, read_forecasts, read_tables_with,
+};
 pub(super) use waymo::Waymo;
 pub use windows::LongRecording;
 

@@ -255,7 +255,7 @@ fn draw_overlays(map: &Map<'_>, picture: &mut Picture, overlays: &[Overlay]) {
                     None => (1.0, 1.0),
                     Some(look) => (0.7, look.dash()),
                 };
-                let color = map.color(path.role).at(opacity);
+                let color = map.color(path.role).at(opacity * path.opacity);
                 let stroke = match path.style {
                     LineStyle::Thick => Stroke::new(color, 1.4).rounded(),
                     LineStyle::Solid => Stroke::new(color, 0.8).rounded(),

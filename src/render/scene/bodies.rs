@@ -201,7 +201,8 @@ fn role_of(kind: ObstacleType) -> Role {
     }
 }
 
-fn has_front(kind: ObstacleType) -> bool {
+/// Whether such a thing drives or walks forwards.
+pub fn has_front(kind: ObstacleType) -> bool {
     use ObstacleType::{Building, ConstructionZone, MedianStrip, Pillar, RoadBoundary};
     !matches!(
         kind,

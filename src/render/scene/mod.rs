@@ -13,6 +13,7 @@ use nearmiss_scene::metrics::Series;
 use nearmiss_scene::scenario::{Sign, SignalColor};
 
 use super::view::{Subject, Variation, Variations};
+pub(crate) use bodies::has_front;
 use bodies::positions;
 
 pub use bodies::{Body, Contact, Importance, Trail, TrailSpan};
@@ -179,7 +180,7 @@ impl<'a> MapScene<'a> {
                 .iter()
                 .map(|both| both.changed.id)
                 .collect(),
-            contacts: bodies::all(request),
+            contacts: request.contacts(),
             measured: request.series.is_some(),
             middle: viewport.frame.position,
             underlays: Vec::new(),
@@ -250,6 +251,11 @@ impl<'a> MapRequest<'a> {
     /// The place of an obstacle among those that are pointed out.
     fn place(&self, id: i64) -> Option<usize> {
         self.highlighted.iter().position(|&other| other == id)
+    }
+
+    /// Every contact of the ego at the step, seen or not.
+    pub(crate) fn contacts(&self) -> Vec<Contact> {
+        bodies::all(self)
     }
 
     fn lights(&self) -> Vec<Light> {
@@ -375,6 +381,8 @@ pub struct Path {
     pub role: Role,
     /// How it is drawn.
     pub style: LineStyle,
+    /// From 0, not seen, to 1.
+    pub opacity: f64,
     /// Its points.
     pub points: Vec<Point>,
 }
@@ -399,6 +407,7 @@ impl Overlay {
         Self::Path(Path {
             role,
             style,
+            opacity: 1.0,
             points,
         })
     }

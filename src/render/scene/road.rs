@@ -125,6 +125,13 @@ impl Basemap {
     }
 }
 
+impl Basemap {
+    /// Where each light of the network stands, in its order.
+    pub(crate) fn places_of_lights(&self) -> impl Iterator<Item = Option<Point>> {
+        self.lights.iter().copied()
+    }
+}
+
 impl SurfaceKind {
     fn from_lanelet(lanelet: &Lanelet) -> Self {
         use LaneletType as T;

@@ -56,10 +56,14 @@ pub enum Role {
     Ego,
     /// Which of several scenarios in the file.
     Scenario,
+    /// Which of several predicted trajectories of the road user.
+    Mode,
+    /// How likely that one is, 0 to 1.
+    Probability,
 }
 
 /// Names of columns, without case and punctuation; of several that are there the first one is taken.
-const SYNONYMS: [(Role, &[&str]); 17] = [
+const SYNONYMS: [(Role, &[&str]); 19] = [
     (
         Role::Time,
         &[
@@ -327,6 +331,11 @@ const SYNONYMS: [(Role, &[&str]); 17] = [
             "scenetoken",
         ],
     ),
+    (Role::Mode, &["mode", "modeid", "modality", "hypothesis"]),
+    (
+        Role::Probability,
+        &["probability", "prob", "confidence", "likelihood", "p"],
+    ),
 ];
 
 impl Role {
@@ -342,13 +351,27 @@ impl Role {
             Self::Heading | Self::Latitude | Self::Longitude => Quantity::Angle,
             Self::Speed | Self::VelocityX | Self::VelocityY => Quantity::Speed,
             Self::Acceleration => Quantity::Acceleration,
-            Self::Frame | Self::Id | Self::Class | Self::Ego | Self::Scenario => Quantity::None,
+            Self::Frame
+            | Self::Id
+            | Self::Class
+            | Self::Ego
+            | Self::Scenario
+            | Self::Mode
+            | Self::Probability => Quantity::None,
         }
     }
 
     /// Whether its values are texts rather than numbers.
     pub fn is_text(self) -> bool {
-        matches!(self, Self::Id | Self::Class | Self::Ego | Self::Scenario)
+        matches!(
+            self,
+            Self::Id | Self::Class | Self::Ego | Self::Scenario | Self::Mode
+        )
+    }
+
+    /// Whether it tells of what was, and not of what is expected.
+    pub fn is_of_recordings(self) -> bool {
+        !matches!(self, Self::Mode | Self::Probability)
     }
 
     /// The role that a column's name says.
@@ -576,6 +599,12 @@ impl Columns {
                 self.of.entry(role).or_insert(source);
             }
         }
+        self
+    }
+
+    /// Those of some roles.
+    pub fn only(mut self, is_wanted: fn(Role) -> bool) -> Self {
+        self.of.retain(|role, _| is_wanted(*role));
         self
     }
 

@@ -7,6 +7,7 @@ mod arrow;
 mod batch;
 mod check;
 mod columns;
+mod forecast;
 mod guess;
 mod known;
 mod motion;
@@ -38,6 +39,7 @@ use table::{Recorded, Rows, Said, Track};
 pub use arrow::Form as ColumnForm;
 pub use batch::Wanted;
 pub use columns::{Columns, ColumnsError};
+pub use forecast::{Forecast, read_forecasts};
 pub use text::BadCell;
 
 /// The format.
@@ -140,8 +142,13 @@ struct Plan {
 }
 
 impl Plan {
-    /// For a file that begins with `head`; nothing where it is no table of tracks.
-    fn of(path: &Path, head: &[u8], options: &TableOptions) -> Option<Self> {
+    /// For a file that begins with `head` and the wanted roles of its columns; nothing where it is no table of tracks.
+    fn of(
+        path: &Path,
+        head: &[u8],
+        options: &TableOptions,
+        is_wanted: fn(Role) -> bool,
+    ) -> Option<Self> {
         let (written, names) = match arrow::Form::detect(head) {
             Some(form) => (Written::Columns(form), form.names(path).ok()?),
             None => {
@@ -160,7 +167,7 @@ impl Plan {
         };
         let mut plan = Self {
             written,
-            columns: Columns::by_name(&names),
+            columns: Columns::by_name(&names).only(is_wanted),
             missing: Vec::new(),
             known: None,
             rate: options.rate,
@@ -169,14 +176,15 @@ impl Plan {
             names,
         };
         if let Some(columns) = &options.columns {
-            let (own, missing) = columns.clone().in_table(&plan.names);
+            let (own, missing) = columns.clone().only(is_wanted).in_table(&plan.names);
             plan.columns = own.or(plan.columns);
             plan.missing = missing;
             plan.by = "--columns".into();
             return Some(plan);
         }
         let fitting = options.named.iter().find_map(|named| {
-            let (columns, missing) = named.columns.clone().in_table(&plan.names);
+            let columns = named.columns.clone().only(is_wanted);
+            let (columns, missing) = columns.in_table(&plan.names);
             missing.is_empty().then_some((named, columns))
         });
         if let Some((named, columns)) = fitting {
@@ -214,12 +222,13 @@ impl Plan {
         path: &Path,
         options: &TableOptions,
         report: &Report,
+        is_wanted: fn(Role) -> bool,
     ) -> Result<Option<Self>, ReadError> {
         let io = |error| ReadError::io(report.file(), &error);
         let mut head = Vec::new();
         let file = system::open_file(path).map_err(io)?;
         file.take(HEAD as u64).read_to_end(&mut head).map_err(io)?;
-        Ok(Self::of(path, &head, options))
+        Ok(Self::of(path, &head, options, is_wanted))
     }
 
     /// Whether all that the user names is there, and enough for tracks.
@@ -311,7 +320,7 @@ static TABLES: FileCache<Table> = FileCache::new(MAX_CACHED);
 /// The data in a file.
 fn read(path: &Path) -> Result<Arc<Table>, ReadError> {
     let report = Report::about(path.display().to_string());
-    let plan = Plan::of_file(path, options(), &report)?;
+    let plan = Plan::of_file(path, options(), &report, Role::is_of_recordings)?;
     let plan = plan.ok_or_else(|| report.fail("no table of tracks"))?;
     plan.check(&report)?;
     let beside = plan.known.and_then(|known| known.beside?(path));
@@ -338,7 +347,7 @@ impl Table {
         let mut plans = vec![plan];
         for path in &files[1..] {
             let report = Report::about(path.display().to_string());
-            plans.extend(Plan::of_file(path, options, &report)?);
+            plans.extend(Plan::of_file(path, options, &report, Role::is_of_recordings)?);
         }
         for (plan, path) in plans.iter().zip(files) {
             plan.rows(path, &Report::about(path.display().to_string()), &mut rows)?;
@@ -467,7 +476,7 @@ fn numbers(tracks: &[Track]) -> (HashMap<usize, i64>, Vec<String>) {
 
 impl Format for Tables {
     fn recognises(&self, path: &Path, head: &[u8]) -> bool {
-        Plan::of(path, head, options()).is_some()
+        Plan::of(path, head, options(), Role::is_of_recordings).is_some()
     }
 
     fn is_found(&self, path: &Path, head: &[u8]) -> bool {
@@ -475,7 +484,8 @@ impl Format for Tables {
             matches!(plan.written, Written::Log(_)) && path.with_extension("xosc").is_file()
         };
         // The log of a scenario is read with it.
-        Plan::of(path, head, options()).is_some_and(|plan| plan.is_whole() && !is_beside(&plan))
+        let plan = Plan::of(path, head, options(), Role::is_of_recordings);
+        plan.is_some_and(|plan| plan.is_whole() && !is_beside(&plan))
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {

@@ -49,6 +49,9 @@ struct Named {
     is_ego: bool,
 }
 
+/// Parts the name of a predicted trajectory into the road user and the mode.
+const MODE: &str = ", mode ";
+
 /// What names of an ego are.
 const EGO: [&str; 6] = ["ego", "av", "sdc", "self", "host", "ego_vehicle"];
 
@@ -92,9 +95,9 @@ impl Rows {
             .map(|(_, numbers)| *numbers)
             .collect();
         let (ids, scenarios) = (texts(Role::Id), texts(Role::Scenario));
-        let (classes, egos) = (texts(Role::Class), texts(Role::Ego));
+        let (classes, egos, modes) = (texts(Role::Class), texts(Role::Ego), texts(Role::Mode));
         // Names of this batch are those of tracks that are known by number.
-        let mut known: HashMap<(u32, u32), u32> = HashMap::new();
+        let mut known: HashMap<[u32; 3], u32> = HashMap::new();
         let mut kept = Vec::with_capacity(batch.lines.len());
         for (row, line) in batch.lines.iter().enumerate() {
             let id = ids.map_or(0, |(places, _)| places[row]);
@@ -107,17 +110,22 @@ impl Rows {
                 continue;
             }
             let scenario = scenarios.map_or(0, |(places, _)| places[row]);
-            let track = match known.get(&(id, scenario)) {
+            let mode = modes.map_or(0, |(places, _)| places[row]);
+            let track = match known.get(&[id, scenario, mode]) {
                 Some(track) => *track,
                 None => {
+                    let name = plain_number(text(ids, row));
                     let named = Named {
-                        name: plain_number(text(ids, row)),
+                        name: match modes {
+                            Some(_) => format!("{name}{MODE}{}", text(modes, row)),
+                            None => name,
+                        },
                         scenario: plain_number(text(scenarios, row)),
                         class: text(classes, row),
                         is_ego: false,
                     };
                     let track = self.track_of(named);
-                    known.insert((id, scenario), track);
+                    known.insert([id, scenario, mode], track);
                     track
                 }
             };
@@ -142,6 +150,17 @@ impl Rows {
     /// How many there are.
     pub fn count(&self) -> usize {
         self.lines.len()
+    }
+
+    /// The first value of each track in a column.
+    pub fn firsts(&self, role: Role) -> Vec<Option<f64>> {
+        let mut found = vec![None; self.tracks.len()];
+        let values = self.numbers.get(&role).map_or(&[][..], Vec::as_slice);
+        for (track, value) in self.track.iter().zip(values) {
+            let first = &mut found[*track as usize];
+            *first = first.or(Some(*value).filter(|value| value.is_finite()));
+        }
+        found
     }
 
     fn track_of(&mut self, named: Named) -> u32 {
@@ -215,6 +234,12 @@ pub struct Track {
 }
 
 impl Track {
+    /// The road user of a predicted trajectory, where it is a number.
+    pub fn id_of_forecast(&self) -> Option<i64> {
+        let name = self.name.rsplit_once(MODE).map_or(&*self.name, |(id, _)| id);
+        name.parse().ok()
+    }
+
     /// The first and the last step.
     pub fn span(&self) -> (i64, i64) {
         let step = |state: Option<&TrackState>| state.map_or(0, |s| s.step);

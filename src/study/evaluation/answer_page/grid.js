@@ -1,21 +1,10 @@
 // The grid of a report's answers: filter, order, keys. Texts of models and files reach the page as text, never as markup.
-"use strict";
 (() => {
 const ROW = 30; // pixels, as the style has it
 const data = JSON.parse(document.getElementById("data-grid").textContent);
 const { ways, rows, marks } = data;
 const count = marks.row.length;
 
-/** An element with attributes, listeners (`on…`) and children; words become text. */
-const make = (tag, attributes = {}, ...children) => {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
-    else if (value !== undefined && value !== null && value !== false) element.setAttribute(name, value === true ? "" : value);
-  }
-  element.append(...children.filter((child) => child !== undefined && child !== null));
-  return element;
-};
 const number = (n) => n.toLocaleString("en");
 const counted = (n, word) => `${number(n)} ${word}${n === 1 ? "" : "s"}`;
 const LETTERS = { R: "right", W: "wrong", N: "no verdict", "?": "no truth known" };

@@ -5,8 +5,7 @@ mod detail;
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 
-use base64::Engine;
-use base64::prelude::BASE64_STANDARD;
+use nearmiss_record::HtmlPage;
 use nearmiss_scene::description::visible;
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::StoredImage;
@@ -257,7 +256,7 @@ fn letters(one: &Scored) -> (char, char) {
 
 /// The program of the page, and its look.
 const SCRIPT: &str = concat!(include_str!("grid.js"), include_str!("answer.js"));
-pub(crate) const STYLE: &str = include_str!("answers.css");
+const STYLE: &str = include_str!("answers.css");
 
 /// Answers whose details are one block.
 const DETAILS: usize = 200;
@@ -265,42 +264,27 @@ const DETAILS: usize = 200;
 /// Bytes of texts of one block, about.
 const TEXTS: usize = 256 << 10;
 
-/// `sha256-…`, by which a content security policy knows a script or a style.
-pub(crate) fn source_hash(source: &str) -> String {
-    let digest = Sha256::digest(source.as_bytes());
-    format!("sha256-{}", BASE64_STANDARD.encode(digest))
-}
-
 impl AnswerPage {
-    /// The script and its data, to stand at the end of the body.
-    pub(crate) fn html(&self) -> String {
-        let mut html = String::from(
-            "<noscript><p>JavaScript is off: the answers cannot be shown.</p></noscript>\n<section id=\"answers\" hidden></section>\n",
-        );
+    /// Adds the answers to a page: its data, look and script.
+    pub(crate) fn add_to(&self, page: &mut HtmlPage) {
+        page.style += STYLE;
+        page.script = SCRIPT;
+        page.body += "<noscript><p>JavaScript is off: the answers cannot be shown.</p></noscript>\n<section id=\"answers\" hidden></section>\n";
         let texts = self.texts.blocks(TEXTS);
         let firsts: Vec<usize> = texts.iter().map(|(first, _)| *first).collect();
-        block(&mut html, "grid", &self.grid(&firsts));
+        page.add_data("grid", &self.grid(&firsts));
         for (number, (_, texts)) in texts.iter().enumerate() {
-            block(&mut html, &format!("texts-{number}"), &texts);
+            page.add_data(&format!("texts-{number}"), &texts);
         }
         for (number, details) in self.details.chunks(DETAILS).enumerate() {
-            block(&mut html, &format!("details-{number}"), &details);
+            page.add_data(&format!("details-{number}"), &details);
         }
         for (number, svg) in self.pictures.iter().enumerate() {
-            block(&mut html, &format!("picture-{number}"), svg);
+            page.add_data(&format!("picture-{number}"), svg);
         }
         for (number, address) in self.sent.all.iter().enumerate() {
-            block(&mut html, &format!("sent-{number}"), address);
+            page.add_data(&format!("sent-{number}"), address);
         }
-        html.push_str("<script>");
-        html.push_str(SCRIPT);
-        html.push_str("</script>\n");
-        html
-    }
-
-    /// The hash of the script for the policy of the page.
-    pub(crate) fn script_hash() -> String {
-        source_hash(SCRIPT)
     }
 
     /// Ways, questions and marks, in columns.
@@ -362,23 +346,6 @@ struct Marks {
     sample: Vec<u32>,
     letter: String,
     said: String,
-}
-
-/// A block of data that no browser runs. Nothing in it ends the block or begins a comment, whatever it holds.
-fn block(html: &mut String, name: &str, value: &impl Serialize) {
-    html.push_str("<script type=\"application/json\" id=\"data-");
-    html.push_str(name);
-    html.push_str("\">");
-    // Neither maps with other keys than texts nor errors of our own are in it.
-    for c in serde_json::to_string(value).unwrap_or_default().chars() {
-        match c {
-            '<' => html.push_str("\\u003c"),
-            '>' => html.push_str("\\u003e"),
-            '&' => html.push_str("\\u0026"),
-            c => html.push(c),
-        }
-    }
-    html.push_str("</script>\n");
 }
 
 /// Texts of a page, each once, in the order in which they came.
@@ -481,7 +448,9 @@ mod tests {
         }
         page.set_picture(0, "<svg></svg>");
         page.set_picture(0, "<svg>another</svg>");
-        let html = page.html();
+        let mut whole = HtmlPage::default();
+        page.add_to(&mut whole);
+        let html = whole.html();
         for bad in ["<img", "<!--", "<svg", "\u{1b}", "\u{202e}"] {
             assert!(!html.contains(bad), "{bad}");
         }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use nearmiss_record::{
-    CaptionedTable, Column, Kind, Record, Row, Table, columns, escaped_html as escaped,
+    CaptionedTable, Column, HtmlPage, Kind, Record, Row, Table, columns, escaped_html as escaped,
     escaped_markdown, latex_comment,
 };
 use nearmiss_store::SplitPart;
@@ -19,7 +19,6 @@ use super::{
     ReportSubject,
 };
 use crate::evaluation::AnswerPage;
-use crate::evaluation::answer_page::{STYLE as ANSWERS_STYLE, source_hash};
 
 /// A whole report.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -312,7 +311,7 @@ impl Report {
     }
 }
 
-/// The look: colours as variables, so that figures in SVG have them too.
+/// The look of reports; figures in SVG have its colours too.
 const STYLE: &str = include_str!("report.css");
 
 impl Document {
@@ -320,47 +319,29 @@ impl Document {
     /// page runs nothing but its own script and asks for nothing.
     #[must_use]
     pub fn html(&self, answers: &AnswerPage) -> String {
-        let title = escaped(&self.title);
-        let style = if answers.is_empty() {
-            format!("\n{STYLE}")
-        } else {
-            format!("\n{STYLE}{ANSWERS_STYLE}")
+        let mut page = HtmlPage {
+            title: self.title.clone(),
+            style: STYLE.into(),
+            body: format!("<main>\n<h1>{}</h1>\n", escaped(&self.title)),
+            script: "",
         };
-        let script = if answers.is_empty() {
-            "'none'".to_string()
-        } else {
-            format!("'{}'", AnswerPage::script_hash())
-        };
-        let policy = format!(
-            "default-src 'none'; style-src '{}'; script-src {script}; img-src data:; base-uri 'none'; form-action 'none'",
-            source_hash(&style)
-        );
-        let mut text = format!(
-            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <meta name=\"color-scheme\" content=\"light dark\">\n\
-             <title>{title}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n"
-        );
         for block in &self.blocks {
-            match block {
-                Block::Heading(words) => text += &format!("<h2>{}</h2>\n", escaped(words)),
-                Block::Text(words) => text += &format!("<p>{}</p>\n", escaped(words)),
-                Block::Table(table) => text += &table.html(),
+            page.body += &match block {
+                Block::Heading(words) => format!("<h2>{}</h2>\n", escaped(words)),
+                Block::Text(words) => format!("<p>{}</p>\n", escaped(words)),
+                Block::Table(table) => table.html(),
                 Block::Figures(title, figures) => {
-                    text += &format!("<h3>{}</h3>\n<div class=\"figures\">\n", escaped(title));
-                    for figure in figures {
-                        text += &figure_html(figure);
-                    }
-                    text += "</div>\n";
+                    let title = escaped(title);
+                    let figures: String = figures.iter().map(figure_html).collect();
+                    format!("<h3>{title}</h3>\n<div class=\"figures\">\n{figures}</div>\n")
                 }
-            }
+            };
         }
-        text += "</main>\n";
+        page.body += "</main>\n";
         if !answers.is_empty() {
-            text += &answers.html();
+            answers.add_to(&mut page);
         }
-        text + "</body>\n</html>\n"
+        page.html()
     }
 }
 
