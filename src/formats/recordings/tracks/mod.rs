@@ -325,6 +325,7 @@ impl Table {
         let said = Said {
             rate: plan.rate,
             kind: plan.known.and_then(|known| known.kind),
+            is_known: plan.known.is_some(),
         };
         let recorded = Recorded::new(rows, &plan.columns, said, report.file())?;
         let (ids, numbered) = numbers(&recorded.tracks);
