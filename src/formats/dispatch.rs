@@ -49,13 +49,15 @@ pub(super) trait Format: Sync {
 }
 
 /// All formats; the last one takes every other file, and says what is wrong with it.
-const FORMATS: [&dyn Format; 10] = [
+const FORMATS: [&dyn Format; 12] = [
     &recordings::Waymo,
     &recordings::Argoverse,
     &recordings::LevelX,
     &recordings::Sumo,
     &recordings::OpenScenario,
     &recordings::NuPlan,
+    &recordings::NuScenes,
+    &recordings::Osi,
     &recordings::Tables,
     &recordings::MapAlone,
     &Unread,
@@ -105,8 +107,18 @@ pub(super) fn is_recording(file: &Path) -> bool {
 }
 
 /// How recordings are called, those that are read and the others that people have.
-const NAMES: [&str; 10] = [
-    ".parquet", ".csv", ".xosc", ".db", ".osm", ".bag", ".mcap", ".feather", ".osi", ".sumocfg",
+const NAMES: [&str; 11] = [
+    ".parquet",
+    ".csv",
+    ".xosc",
+    ".db",
+    ".osm",
+    ".bag",
+    ".mcap",
+    ".feather",
+    ".osi",
+    ".sumocfg",
+    "scene.json",
 ];
 
 /// What a file is, if it is of a known kind that is not read.

@@ -8,6 +8,7 @@ mod opendrive;
 mod openscenario;
 mod recordings;
 mod search;
+mod tables;
 mod unread;
 
 pub use dispatch::{Ranking, only_part};
@@ -25,3 +26,4 @@ pub use search::{
     LibraryError, PassedOver, PassedOverReason, SearchResults, find, find_in_pieces, find_ranked,
     not_standard_input,
 };
+pub use tables::{TableError, TableShape, WrittenTables, write_tables};

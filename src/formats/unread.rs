@@ -115,7 +115,10 @@ impl Format for Unread {
 /// How files begin, and what they are: data of driving, and the rest.
 const DATA: [(&[u8], &str); 7] = [
     (b"#ROSBAG", "a bag of ROS 1"),
-    (b"\x89MCAP", "an MCAP file (ROS 2 or ASAM OSI)"),
+    (
+        b"\x89MCAP",
+        "an MCAP file with no ground truth of ASAM OSI in it",
+    ),
     (b"\x89HDF\r\n", "an HDF5 file"),
     (
         b"ARROW1",
@@ -186,7 +189,7 @@ fn binary_kind(name: &str, head: &[u8]) -> Option<Kind> {
         ));
     }
     if name.to_lowercase().ends_with(".osi") {
-        return Some(Kind::data("a trace of ASAM OSI"));
+        return Some(Kind::data("no trace of ASAM OSI, by its name one"));
     }
     None
 }
@@ -303,7 +306,8 @@ fn json(text: &str) -> Kind {
     .iter()
     .any(|key| has(key))
     {
-        return Kind::data("a table of nuScenes");
+        let instead = "open the scene.json that it lies beside";
+        return Kind::new(FileKind::Beside, "a table of nuScenes", instead);
     }
     if has("openlabel") {
         return Kind::data("annotations in ASAM OpenLABEL");

@@ -82,7 +82,7 @@ pub use scenario_filter::{
     Agreement, Facts, Filter, Filterable, HEADLINE, Indexed, Matching, Number, Property, Selector,
     TERMS, Tally, Verdicts, WordMatch, country_code, nearest,
 };
-pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator};
+pub use simulator_export::{ExportRequest, SimulatedEgo, export_to_simulator, scene_to_export};
 pub use stand_in::StandIn;
 pub use truth::{BatchLabels, StoredQuestion, TruthChoice, TruthSearch, asked_as, batch_labels};
 

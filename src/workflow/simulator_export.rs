@@ -1,4 +1,4 @@
-//! Exports a scenario to simulators: selects its ego, gathers what is known of it, writes OpenSCENARIO and OpenDRIVE.
+//! Exports a scenario: selects its ego, gathers what is known of it, writes OpenSCENARIO and OpenDRIVE for simulators.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -38,23 +38,18 @@ pub struct ExportRequest<'a> {
     pub settings: &'a Settings,
 }
 
-/// The files of a scenario for simulators; nothing where `cancel` asked for an end.
+/// A scenario with its ego, where it has one, as it is written for other programs; nothing where `cancel` asked for an end.
 ///
 /// # Errors
 /// The scenario cannot be read, or has no such ego, or nothing can be planned: in words that begin with the file.
-pub fn export_to_simulator(
-    request: &ExportRequest<'_>,
+pub fn scene_to_export(
+    entry: &Entry,
+    ego: &SimulatedEgo,
+    settings: &Settings,
     cancel: &Cancel,
-) -> Result<Option<(Arc<Scenario>, Exported)>, String> {
-    let entry = request.entry;
-    let named = |error: String| {
-        if error.starts_with(&entry.display()) {
-            error
-        } else {
-            format!("{}: {error}", entry.display())
-        }
-    };
-    let selection = match request.ego {
+) -> Result<Option<(Arc<Scenario>, Option<Ego>)>, String> {
+    let named = |error: String| named(entry, error);
+    let selection = match ego {
         SimulatedEgo::Follows(selection) => selection,
         _ => &EgoSelection::Beside,
     };
@@ -62,21 +57,20 @@ pub fn export_to_simulator(
         entry,
         ego: selection,
         transform: None,
-        strict: matches!(request.ego, SimulatedEgo::Follows(_)),
+        strict: matches!(ego, SimulatedEgo::Follows(_)),
         stand_in: StandIn::Nobody,
     };
     let opened = open(&opening).map_err(|e| named(e.to_string()))?;
-    let (mut scenario, mut ego) = match opened.scene {
+    let (scenario, recorded) = match opened.scene {
         Ok(scene) => (Arc::clone(&scene.scenario), Some(scene.ego.clone())),
         Err(_) => (opened.scenario, None),
     };
-    match request.ego {
-        SimulatedEgo::Follows(_) => {}
+    match ego {
         SimulatedEgo::Planned => {
             let plan = PlanRequest {
                 open: opening,
                 problem: None,
-                settings: request.settings,
+                settings,
             };
             let prepared = prepare(&plan).map_err(|e| named(e.to_string()))?;
             let outcome = prepared.only_best().run(cancel, &mut |_| {});
@@ -84,18 +78,43 @@ pub fn export_to_simulator(
                 return Ok(None);
             };
             let prepared = &outcome.prepared;
-            scenario = prepared.driven(&outcome.drive);
-            ego = Some(outcome.drive.ego(prepared.problem(), &prepared.settings));
+            let ego = outcome.drive.ego(prepared.problem(), &prepared.settings);
+            Ok(Some((prepared.driven(&outcome.drive), Some(ego))))
         }
-        SimulatedEgo::Free if ego.is_none() => {
+        SimulatedEgo::Free if recorded.is_none() => {
             let problem = scenario.planning_problems.first();
             let start = problem.and_then(|p| at_start(p, &scenario, entry));
-            ego = Some(start.ok_or_else(|| {
+            let start = start.ok_or_else(|| {
                 named("no ego recorded beside it and no planning problem, so the free ego has no start".into())
-            })?);
+            })?;
+            Ok(Some((scenario, Some(start))))
         }
-        SimulatedEgo::Free => {}
+        SimulatedEgo::Free | SimulatedEgo::Follows(_) => Ok(Some((scenario, recorded))),
     }
+}
+
+/// An error that begins with the file.
+fn named(entry: &Entry, error: String) -> String {
+    if error.starts_with(&entry.display()) {
+        error
+    } else {
+        format!("{}: {error}", entry.display())
+    }
+}
+
+/// The files of a scenario for simulators; nothing where `cancel` asked for an end.
+///
+/// # Errors
+/// As [`scene_to_export`].
+pub fn export_to_simulator(
+    request: &ExportRequest<'_>,
+    cancel: &Cancel,
+) -> Result<Option<(Arc<Scenario>, Exported)>, String> {
+    let entry = request.entry;
+    let scene = scene_to_export(entry, request.ego, request.settings, cancel)?;
+    let Some((scenario, ego)) = scene else {
+        return Ok(None);
+    };
     let exported = match (request.ego, &ego) {
         (_, None) => ExportedEgo::Missing,
         (SimulatedEgo::Free, Some(ego)) => ExportedEgo::Free(ego),
@@ -109,7 +128,7 @@ pub fn export_to_simulator(
         properties: &properties,
         about: &about,
     };
-    let written = write_openscenario(&export).map_err(|e| named(e.to_string()))?;
+    let written = write_openscenario(&export).map_err(|e| named(entry, e.to_string()))?;
     Ok(Some((scenario, written)))
 }
 

@@ -201,3 +201,108 @@ fn what_reading_left_out_is_said_and_names_do_not_clash() {
         ended.stderr
     );
 }
+
+#[test]
+fn tables_of_tracks_are_written_and_open_with_the_same_ego() {
+    let home = Home::new();
+    let ended = home.run(&["convert", CUT_IN, "-o", "a.csv"]).status(0);
+    assert!(
+        ended.stderr.contains("the road is left out"),
+        "{}",
+        ended.stderr
+    );
+    home.run(&["convert", CUT_IN, "-o", "a.parquet"]).status(0);
+    let printed = home
+        .run(&["convert", CUT_IN, "--format", "tracks"])
+        .status(0);
+    let written = std::fs::read_to_string(home.files().join("a.csv")).unwrap();
+    assert_eq!(printed.stdout, written);
+    assert!(written.starts_with("time,id,x,y,heading,speed,acceleration,length,width,class,ego\n"));
+    for file in ["a.csv", "a.parquet"] {
+        let said = home.run(&["inspect", file]).status(0).stdout;
+        assert!(said.contains("tracks of nearmiss"), "{said}");
+        home.run(&["convert", file, "-o", "again.csv", "--overwrite"])
+            .status(0);
+        let again = std::fs::read_to_string(home.files().join("again.csv")).unwrap();
+        let sorted = |text: &str| {
+            let mut lines: Vec<String> = text.lines().map(str::to_string).collect();
+            lines.sort();
+            lines
+        };
+        assert_eq!(sorted(&again).len(), sorted(&written).len(), "{file}");
+    }
+    home.run(&["convert", CUT_IN, "-o", "b.csv", "--ego", "free"])
+        .status(2)
+        .says(&["--ego free applies to OpenSCENARIO"]);
+    home.run(&["convert", CUT_IN, "-o", "b.txt"])
+        .status(2)
+        .says(&[".csv or .parquet"]);
+}
+
+#[test]
+fn shapes_of_other_data_sets_are_written() {
+    let home = Home::new();
+    let ended = home
+        .run(&["convert", CUT_IN, "--format", "interaction", "-o", "a.csv"])
+        .status(0);
+    assert!(ended.stderr.contains("FILE#track="), "{}", ended.stderr);
+    let said = home.run(&["inspect", "a.csv"]).status(0).stdout;
+    assert!(said.contains("INTERACTION"), "{said}");
+    home.run(&["convert", CUT_IN, "--format", "highd"])
+        .status(2)
+        .says(&["-o 01_tracks.csv"]);
+    home.run(&[
+        "convert",
+        CUT_IN,
+        "--format",
+        "highd",
+        "-o",
+        "01_tracks.csv",
+    ])
+    .status(0)
+    .says(&["turned by"]);
+    for name in ["01_tracks.csv", "01_tracksMeta.csv", "01_recordingMeta.csv"] {
+        assert!(home.files().join(name).is_file(), "{name}");
+    }
+    let said = home.run(&["inspect", "01_tracks.csv"]).status(0).stdout;
+    assert!(said.contains("highD"), "{said}");
+}
+
+#[test]
+fn the_older_version_of_commonroad_keeps_traffic_and_ego() {
+    let home = Home::new();
+    let ended = home
+        .run(&[
+            "convert",
+            CUT_IN,
+            "--format",
+            "commonroad-2018b",
+            "-o",
+            "a.xml",
+        ])
+        .status(0);
+    assert!(
+        ended.stderr.contains("2018b has no place for"),
+        "{}",
+        ended.stderr
+    );
+    let text = std::fs::read_to_string(home.files().join("a.xml")).unwrap();
+    assert!(text.contains("commonRoadVersion=\"2018b\""));
+    assert_eq!(
+        read(text.as_bytes(), "a.xml").unwrap().obstacles.len(),
+        read(bundled_xml(CUT_IN).as_bytes(), "b.xml")
+            .unwrap()
+            .obstacles
+            .len()
+    );
+    assert!(home.files().join("a.ego_trajectory.csv").is_file());
+    home.run(&[
+        "convert",
+        CUT_IN,
+        "--format",
+        "commonroad-2018b",
+        "--schema",
+    ])
+    .status(2)
+    .says(&["--schema applies to CommonRoad"]);
+}

@@ -6,7 +6,7 @@ use std::path::Path;
 use tempfile::tempdir;
 
 /// The folder of each file, its package, and the first line of what is generated.
-const FILES: [(&str, &str, &str); 2] = [
+const FILES: [(&str, &str, &str); 3] = [
     (
         "src/formats/commonroad/protobuf",
         "commonroad",
@@ -16,6 +16,11 @@ const FILES: [(&str, &str, &str); 2] = [
         "src/formats/recordings/waymo",
         "waymo",
         "//! The messages of Waymo Open Motion, generated from messages.proto.\n",
+    ),
+    (
+        "src/formats/recordings/osi",
+        "osi",
+        "//! The messages of ASAM OSI, generated from messages.proto.\n",
     ),
 ];
 

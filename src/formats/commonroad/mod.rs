@@ -10,6 +10,7 @@ mod protobuf;
 mod road;
 mod solution;
 pub(super) mod writer;
+mod writer_2018b;
 pub(super) mod xml;
 mod xml_reader;
 
@@ -28,6 +29,7 @@ pub use solution::{
     TrajectoryKind, read_solution, write_solution,
 };
 pub use writer::{WriteError, write};
+pub use writer_2018b::write_2018b;
 pub use xml_reader::{Root, Unrecognised, root_of, root_of_file};
 pub(super) use xml_reader::{beginning_of_file, is_scenario, root_name_of};
 

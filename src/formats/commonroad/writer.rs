@@ -1,12 +1,14 @@
-//! Writes scenarios as CommonRoad 2020a XML: elements, leaves, references, numbers, points.
+//! Writes scenarios as CommonRoad XML: elements, leaves, references, numbers, points.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use nearmiss_base::geometry::{Point, Shape};
 use nearmiss_base::system;
 use nearmiss_scene::scenario::{
-    Adjacent, Bound, Goal, Intersection, Lanelet, Location, Obstacle, ObstacleRole, Position,
-    Prediction, Quantity, Scenario, Sign, SignalState, State, StateField, Steps, TrafficLight,
+    Adjacent, Bound, Goal, Intersection, Lanelet, LineMarking, Location, Obstacle, ObstacleRole,
+    Position, Prediction, Quantity, Scenario, Sign, SignalState, State, StateField, Steps,
+    TrafficLight,
 };
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, BytesText, Event};
@@ -24,13 +26,28 @@ pub struct WriteError(#[from] std::io::Error);
 /// # Errors
 /// None in practice: writing goes to memory.
 pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
-    let mut out = XmlWriter {
-        xml: Writer::new_with_indent(Vec::new(), b' ', 2),
-    };
-    out.event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
+    written(scenario, &Version::V2020a)
+}
+
+/// What is written differently in the versions of the format.
+pub(super) enum Version {
+    V2020a,
+    V2018b {
+        /// Speed limits by lanelet, m/s; later versions have signs.
+        limits: BTreeMap<i64, f64>,
+    },
+}
+
+/// The scenario as an XML file of a version, which has a place for all that is in it.
+pub(super) fn written(scenario: &Scenario, version: &Version) -> Result<Vec<u8>, WriteError> {
+    let mut out = XmlWriter::begun()?;
     let header = &scenario.header;
+    let name = match version {
+        Version::V2020a => "2020a",
+        Version::V2018b { .. } => "2018b",
+    };
     let mut root = vec![
-        ("commonRoadVersion", "2020a".to_string()),
+        ("commonRoadVersion", name.to_string()),
         ("benchmarkID", header.benchmark_id.clone()),
         ("timeStepSize", number(header.time_step_size)),
     ];
@@ -40,15 +57,18 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
             .iter()
             .map(|(k, v)| (k.as_str(), v.clone())),
     );
+    if matches!(version, Version::V2018b { .. }) {
+        root.push(("tags", scenario.tags.join(" ")));
+    }
     out.element("commonRoad", &root, |out| {
-        if let Some(location) = &scenario.location {
-            out.element("location", &[], |out| write_location(out, location))?;
+        if matches!(version, Version::V2020a) {
+            about(out, scenario)?;
         }
-        out.element("scenarioTags", &[], |out| {
-            scenario.tags.iter().try_for_each(|tag| out.empty(tag, &[]))
-        })?;
         let network = &scenario.network;
-        network.lanelets.iter().try_for_each(|l| lanelet(out, l))?;
+        network
+            .lanelets
+            .iter()
+            .try_for_each(|l| lanelet(out, l, version))?;
         network.signs.iter().try_for_each(|s| sign(out, s))?;
         network.lights.iter().try_for_each(|l| light(out, l))?;
         network
@@ -57,7 +77,9 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
             .try_for_each(|i| intersection(out, i))?;
         for role in ObstacleRole::ALL {
             let of_role = scenario.obstacles.iter().filter(|o| o.role == role);
-            of_role.into_iter().try_for_each(|o| obstacle(out, o))?;
+            of_role
+                .into_iter()
+                .try_for_each(|o| obstacle(out, o, version))?;
         }
         scenario.planning_problems.iter().try_for_each(|problem| {
             out.element("planningProblem", &id(problem.id), |out| {
@@ -66,19 +88,32 @@ pub fn write(scenario: &Scenario) -> Result<Vec<u8>, WriteError> {
             })
         })
     })?;
-    let mut bytes = out.xml.into_inner();
-    bytes.push(b'\n');
-    Ok(bytes)
+    Ok(out.finished())
 }
 
-fn lanelet(out: &mut XmlWriter, lanelet: &Lanelet) -> Result<(), WriteError> {
+/// Where it is and what it is tagged with.
+fn about(out: &mut XmlWriter, scenario: &Scenario) -> Result<(), WriteError> {
+    if let Some(location) = &scenario.location {
+        out.element("location", &[], |out| write_location(out, location))?;
+    }
+    out.element("scenarioTags", &[], |out| {
+        scenario.tags.iter().try_for_each(|tag| out.empty(tag, &[]))
+    })
+}
+
+fn lanelet(out: &mut XmlWriter, lanelet: &Lanelet, version: &Version) -> Result<(), WriteError> {
     out.element("lanelet", &id(lanelet.id), |out| {
-        bound(out, "leftBound", &lanelet.left)?;
-        bound(out, "rightBound", &lanelet.right)?;
+        bound(out, "leftBound", &lanelet.left, version)?;
+        bound(out, "rightBound", &lanelet.right, version)?;
         out.references("predecessor", &lanelet.predecessors)?;
         out.references("successor", &lanelet.successors)?;
         adjacent(out, "adjacentLeft", lanelet.adjacent_left)?;
         adjacent(out, "adjacentRight", lanelet.adjacent_right)?;
+        if let Version::V2018b { limits } = version
+            && let Some(limit) = limits.get(&lanelet.id)
+        {
+            out.leaf("speedLimit", &number(*limit))?;
+        }
         if let Some(line) = &lanelet.stop_line {
             out.element("stopLine", &[], |out| {
                 if let Some((from, to)) = &line.points {
@@ -106,10 +141,19 @@ fn lanelet(out: &mut XmlWriter, lanelet: &Lanelet) -> Result<(), WriteError> {
     })
 }
 
-fn bound(out: &mut XmlWriter, name: &str, bound: &Bound) -> Result<(), WriteError> {
+fn bound(
+    out: &mut XmlWriter,
+    name: &str,
+    bound: &Bound,
+    version: &Version,
+) -> Result<(), WriteError> {
     out.element(name, &[], |out| {
         for (i, at) in bound.points.iter().enumerate() {
             point(out, at, bound.heights.get(i).copied())?;
+        }
+        // Before 2020a there is no word for one that is not known.
+        if bound.marking == LineMarking::Unknown && matches!(version, Version::V2018b { .. }) {
+            return Ok(());
         }
         out.leaf("lineMarking", bound.marking.name())
     })
@@ -197,9 +241,15 @@ fn intersection(out: &mut XmlWriter, intersection: &Intersection) -> Result<(), 
     })
 }
 
-fn obstacle(out: &mut XmlWriter, obstacle: &Obstacle) -> Result<(), WriteError> {
-    let name = format!("{}Obstacle", obstacle.role.name());
+fn obstacle(out: &mut XmlWriter, obstacle: &Obstacle, version: &Version) -> Result<(), WriteError> {
+    let name = match version {
+        Version::V2020a => format!("{}Obstacle", obstacle.role.name()),
+        Version::V2018b { .. } => "obstacle".into(),
+    };
     out.element(&name, &id(obstacle.id), |out| {
+        if matches!(version, Version::V2018b { .. }) {
+            out.leaf("role", obstacle.role.name())?;
+        }
         if obstacle.role != ObstacleRole::Phantom {
             out.leaf("type", obstacle.kind.name())?;
         }

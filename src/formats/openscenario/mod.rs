@@ -5,7 +5,7 @@ pub(super) mod entities;
 mod storyboard;
 
 pub use actor::ExportedEgo;
-pub(super) use actor::SINGLE_STATES;
+pub(super) use actor::{Actor, Notes, SINGLE_STATES, actors};
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,7 +17,6 @@ use nearmiss_scene::scenario::{
 use super::commonroad::writer::{XmlWriter, number};
 use super::commonroad::{WriteError, write};
 use super::opendrive::{date, write_opendrive};
-use actor::{Actor, Notes, actors};
 use storyboard::Clock;
 
 /// A scenario as it is exported.

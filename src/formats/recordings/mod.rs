@@ -1,5 +1,5 @@
-//! Recordings of other data sets, as scenarios: Waymo Open Motion, Argoverse 2, nuPlan, levelXdata,
-//! SUMO and OpenSCENARIO.
+//! Recordings of other data sets, as scenarios: Waymo Open Motion, Argoverse 2, nuPlan, nuScenes, levelXdata, SUMO,
+//! OpenSCENARIO, ASAM OSI and tables of tracks.
 //!
 //! Each reader translates a file into a [`assembly::Map`] and [`assembly::RecordedTrack`]s; [`assembly::assemble`]
 //! makes the scenario of them, with the recording's own ego, a planning problem and the checks that every format gets.
@@ -12,8 +12,10 @@ mod lanelet2;
 mod levelx;
 mod maps;
 mod nuplan;
+mod nuscenes;
 mod opendrive;
 mod openscenario;
+mod osi;
 mod rows;
 mod sumo;
 mod tracks;
@@ -26,8 +28,10 @@ pub(super) use esmini::is_log as is_esmini_log;
 pub(super) use levelx::{LevelX, missing_columns};
 pub(super) use maps::MapAlone;
 pub(super) use nuplan::NuPlan;
+pub(super) use nuscenes::NuScenes;
 pub(super) use openscenario::OpenScenario;
 pub use openscenario::{LONGEST_PLAY, Player, play_with};
+pub(super) use osi::Osi;
 pub(super) use rows::columns_of;
 pub(super) use sumo::Sumo;
 pub(super) use tracks::Tables;

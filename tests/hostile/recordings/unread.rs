@@ -37,7 +37,7 @@ fn what_a_file_is_and_what_to_do() {
         ("costs.csv", "price;name;date\n1;2;3\n".into(), "a table with the columns `price`, `name`, `date`", "help tracks"),
         ("out.csv", "timestep_time;vehicle_id;vehicle_lane\n0;a;b\n".into(), "floating car data of SUMO without positions", "vehicle_x"),
         ("log_map_archive_x.json", "{\"pedestrian_crossings\":{},\"lane_segments\":{}}".into(), "a map of Argoverse 2", "scenario_ID.parquet"),
-        ("sample.json", "[{\"token\":\"1\",\"sample_token\":\"2\"}]".into(), "a table of nuScenes", "help scenarios"),
+        ("sample.json", "[{\"token\":\"1\",\"sample_token\":\"2\"}]".into(), "a table of nuScenes", "open the scene.json"),
         ("x.json", "{}".into(), "JSON", "help scenarios"),
         ("a.yaml", "OpenSCENARIO:\n  FileHeader: 1\n".into(), "a scenario of TIER IV in YAML", "help scenarios"),
         ("notes.txt", "nothing\nmuch\n".into(), "text, not a scenario", "help scenarios"),
@@ -58,8 +58,8 @@ fn what_a_file_is_and_what_to_do() {
         (
             "a.mcap",
             b"\x89MCAP0\r\n\x01",
-            "an MCAP file",
-            "help scenarios",
+            "the file ends within a record",
+            "truncated",
         ),
         (
             "a.h5",
@@ -82,8 +82,8 @@ fn what_a_file_is_and_what_to_do() {
         (
             "a.osi",
             b"\x10\0\0\0\x0a\x04\x08\x03",
-            "a trace of ASAM OSI",
-            "help scenarios",
+            "message 1: 16 bytes, of which 4 are there",
+            "truncated",
         ),
         (
             "a.log",

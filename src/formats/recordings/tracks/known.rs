@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 
 use nearmiss_scene::scenario::ObstacleType;
 
+use crate::recordings::assembly::kind_by_class;
+use crate::tables::OWN_COLUMNS;
+
 /// A data set's table of tracks.
 #[derive(Debug)]
 pub struct Known {
@@ -23,8 +26,22 @@ pub struct Known {
     pub map: Option<fn(&Path) -> Option<PathBuf>>,
 }
 
+/// The name of our own table.
+const OWN: &str = "tracks of nearmiss";
+
 /// All of them.
-static KNOWN: [Known; 4] = [
+static KNOWN: [Known; 5] = [
+    // What `convert --format tracks` writes.
+    Known {
+        source: OWN,
+        telling: &OWN_COLUMNS,
+        columns: "time=time[s],id=id,x=x[m],y=y[m],heading=heading[rad],speed=speed[m/s],acceleration=acceleration[m/s2],\
+                  length=length[m],width=width[m],class=class,ego=ego",
+        kind: Some(own),
+        tags: &[],
+        beside: None,
+        map: None,
+    },
     // FHWA-HRT-06-137, US Highway 101 Dataset, table of columns: feet, and the middle of the front.
     Known {
         source: "NGSIM",
@@ -112,9 +129,16 @@ impl Known {
         KNOWN.iter().find(|known| match known.telling {
             // A table without a header is told by how many columns it has.
             [count] => is_numbered && names.last().is_some_and(|name| name == count),
+            // Others call columns so, too, and add some.
+            telling if known.source == OWN => names == telling,
             telling => telling.iter().all(has),
         })
     }
+}
+
+/// Words of CommonRoad.
+fn own(class: &str) -> ObstacleType {
+    ObstacleType::parse(class).unwrap_or_else(|| kind_by_class(class))
 }
 
 fn ngsim(class: &str) -> ObstacleType {

@@ -12,7 +12,7 @@ mod guess;
 mod known;
 mod motion;
 mod scenario;
-mod table;
+pub(super) mod table;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -296,20 +296,36 @@ impl Plan {
 
 /// What is in a file, with all that is needed for its windows.
 #[derive(Debug)]
-struct Table {
+pub struct Table {
     recorded: Recorded,
-    known: Option<&'static Known>,
-    map: Option<PathBuf>,
+    about: AboutTable,
+    map: Option<MapOfTable>,
     /// Its bytes.
     hashed: HashedBeginning,
-    /// How they are read, spelled out for hashes.
-    how: String,
-    /// Who says which column is what.
-    by: String,
     leftovers: Leftovers,
     ids: HashMap<usize, i64>,
-    /// Ids other than names.
-    numbered: Vec<String>,
+}
+
+/// Whose data it is, and how it is read.
+#[derive(Debug)]
+pub struct AboutTable {
+    /// The data set, as scenarios name their source.
+    pub source: &'static str,
+    /// Tags of its scenarios.
+    pub tags: &'static [&'static str],
+    /// How its bytes are read, spelled out for hashes.
+    pub how: String,
+    /// Notes of each of its scenarios.
+    pub notes: Vec<String>,
+}
+
+/// The map of a recording.
+#[derive(Debug)]
+pub enum MapOfTable {
+    /// A file.
+    File(PathBuf),
+    /// OpenDRIVE in the recording itself.
+    Inside(Vec<u8>),
 }
 
 /// Recordings that are kept for other windows of them, bytes.
@@ -325,8 +341,16 @@ fn read(path: &Path) -> Result<Arc<Table>, ReadError> {
     plan.check(&report)?;
     let beside = plan.known.and_then(|known| known.beside?(path));
     let files: Vec<&Path> = std::iter::once(path).chain(beside.as_deref()).collect();
-    TABLES.get(&files, || {
-        let table = Table::read(plan, &files, options(), &report)?;
+    cached(&files, || Table::read(plan, &files, options(), &report))
+}
+
+/// The data in files, which `read` reads where they are not known yet.
+pub(super) fn cached(
+    files: &[&Path],
+    read: impl FnOnce() -> Result<Table, ReadError>,
+) -> Result<Arc<Table>, ReadError> {
+    TABLES.get(files, || {
+        let table = read()?;
         let size = table.recorded.size();
         Ok((table, size))
     })
@@ -361,20 +385,76 @@ impl Table {
         let said = Said {
             rate: plan.rate,
             kind: plan.known.and_then(|known| known.kind),
+            is_known: plan.known.is_some(),
         };
         let recorded = Recorded::new(rows, &plan.columns, said, report.file())?;
-        let (ids, numbered) = numbers(&recorded.tracks);
+        let about = AboutTable {
+            source: plan.known.map_or(SOURCE, |known| known.source),
+            tags: plan.known.map_or(&[], |known| known.tags),
+            how: format!("{} {:?}", plan.columns, plan.rate),
+            notes: vec![format!("columns are known by {}", plan.by)],
+        };
+        let map = plan.map.or_else(|| plan.known?.map?(files[0]));
+        Self::new(recorded, about, map.map(MapOfTable::File), files, leftovers)
+    }
+
+    /// Tracks that were read from files; `leftovers` is what of these is not used.
+    ///
+    /// # Errors
+    /// One of the files cannot be read.
+    pub(super) fn new(
+        recorded: Recorded,
+        about: AboutTable,
+        map: Option<MapOfTable>,
+        files: &[&Path],
+        leftovers: Leftovers,
+    ) -> Result<Self, ReadError> {
+        let report = Report::about(files[0].display().to_string());
+        let ids = numbers(&recorded.tracks);
         Ok(Self {
             recorded,
-            known: plan.known,
-            hashed: hashed(files, report)?,
-            how: format!("{} {:?}", plan.columns, plan.rate),
-            map: plan.map.or_else(|| plan.known?.map?(files[0])),
-            by: plan.by,
+            about,
+            // What the user says of every table is said of these, too.
+            map: options().map.clone().map(MapOfTable::File).or(map),
+            hashed: hashed(files, &report)?,
             leftovers,
             ids,
-            numbered,
         })
+    }
+
+    /// The scenarios in it.
+    ///
+    /// # Errors
+    /// A shape in it is impossible.
+    pub(super) fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
+        let mut scenarios: Vec<&str> = Vec::new();
+        for track in &self.recorded.tracks {
+            if scenarios.last() != Some(&track.scenario.as_str())
+                && !scenarios.contains(&track.scenario.as_str())
+            {
+                scenarios.push(&track.scenario);
+            }
+        }
+        if scenarios.len() > 1 {
+            let names = scenarios.into_iter().map(str::to_string);
+            return Ok(Parts::Named(names.collect()));
+        }
+        if !self.is_long("") {
+            return Ok(Parts::One);
+        }
+        let report = Report::about(path.display().to_string());
+        Ok(Parts::Long(Box::new(self.long_recording(report)?)))
+    }
+
+    /// The scenario at an address in it.
+    ///
+    /// # Errors
+    /// There is none, or several.
+    pub(super) fn open_at(&self, address: &Address) -> Result<Scenario, ReadError> {
+        let Address { file, part } = address;
+        let shown = part.as_ref().map_or_else(String::new, |p| format!("#{p}"));
+        let report = Report::about(format!("{}{shown}", file.display()));
+        self.open(file, part.as_deref(), report)
     }
 }
 
@@ -417,26 +497,25 @@ impl Table {
         if tracks.is_empty() {
             return Err(report.fail("no entity in it"));
         }
-        let (ids, numbered) = numbers(&tracks);
-        Ok(Self {
-            recorded: Recorded {
-                tracks,
-                start: 0.0,
-                time_step: log.time_step,
-                plane: None,
-                diagnostics: said.into_diagnostics(),
-            },
-            known: plan.known,
-            hashed: hashed(files, report)?,
+        let recorded = Recorded {
+            tracks,
+            start: 0.0,
+            time_step: log.time_step,
+            plane: None,
+            diagnostics: said.into_diagnostics(),
+        };
+        let about = AboutTable {
+            source: plan.known.map_or(SOURCE, |known| known.source),
+            tags: plan.known.map_or(&[], |known| known.tags),
             how: plan.columns.to_string(),
-            map: plan.map,
-            by: plan.by,
-            leftovers,
-            ids,
-            numbered,
-        })
+            notes: vec![format!("columns are known by {}", plan.by)],
+        };
+        Self::new(recorded, about, plan.map.map(MapOfTable::File), files, leftovers)
     }
 }
+
+/// The source of scenarios from a table that no data set is known for.
+const SOURCE: &str = "table of tracks";
 
 /// The bytes of files, one after the other.
 fn hashed(files: &[&Path], report: &Report) -> Result<HashedBeginning, ReadError> {
@@ -448,14 +527,14 @@ fn hashed(files: &[&Path], report: &Report) -> Result<HashedBeginning, ReadError
     HashedBeginning::read(&mut all).map_err(io)
 }
 
-/// Ids of tracks in a scenario: their names where these are numbers. And those that are other than their names.
-fn numbers(tracks: &[Track]) -> (HashMap<usize, i64>, Vec<String>) {
+/// Ids of tracks in a scenario: their names where these are numbers.
+fn numbers(tracks: &[Track]) -> HashMap<usize, i64> {
     let number = |track: &Track| track.name.parse::<i64>().ok().filter(|id| *id > 0);
     let mut of_scenario: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (place, track) in tracks.iter().enumerate() {
         of_scenario.entry(&track.scenario).or_default().push(place);
     }
-    let (mut found, mut told) = (HashMap::new(), Vec::new());
+    let mut found = HashMap::new();
     for places in of_scenario.into_values() {
         let named = places.iter().filter_map(|place| number(&tracks[*place]));
         let mut ids = Ids::beyond(named.clone());
@@ -463,15 +542,11 @@ fn numbers(tracks: &[Track]) -> (HashMap<usize, i64>, Vec<String>) {
             ids.take(id);
         });
         for place in places {
-            let id = number(&tracks[place]).unwrap_or_else(|| {
-                let id = ids.fresh();
-                told.push(format!("`{}` {id}", tracks[place].name));
-                id
-            });
+            let id = number(&tracks[place]).unwrap_or_else(|| ids.fresh());
             found.insert(place, id);
         }
     }
-    (found, told)
+    found
 }
 
 impl Format for Tables {
@@ -489,31 +564,10 @@ impl Format for Tables {
     }
 
     fn parts(&self, path: &Path) -> Result<Parts, ReadError> {
-        let table = read(path)?;
-        let mut scenarios: Vec<&str> = Vec::new();
-        for track in &table.recorded.tracks {
-            if scenarios.last() != Some(&track.scenario.as_str())
-                && !scenarios.contains(&track.scenario.as_str())
-            {
-                scenarios.push(&track.scenario);
-            }
-        }
-        if scenarios.len() > 1 {
-            let names = scenarios.into_iter().map(str::to_string);
-            return Ok(Parts::Named(names.collect()));
-        }
-        if !table.is_long("") {
-            return Ok(Parts::One);
-        }
-        let report = Report::about(path.display().to_string());
-        Ok(Parts::Long(Box::new(table.long_recording(report)?)))
+        read(path)?.parts(path)
     }
 
     fn open(&self, address: &Address) -> Result<Scenario, ReadError> {
-        let Address { file, part } = address;
-        let shown = part.as_ref().map_or_else(String::new, |p| format!("#{p}"));
-        let report = Report::about(format!("{}{shown}", file.display()));
-        let table = read(file)?;
-        table.open(file, part.as_deref(), report)
+        read(&address.file)?.open_at(address)
     }
 }

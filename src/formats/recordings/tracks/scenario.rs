@@ -5,13 +5,14 @@ use std::path::Path;
 
 use nearmiss_scene::scenario::{ContentHash, Scenario};
 
-use super::Table;
 use super::table::Track;
+use super::{MapOfTable, Table};
 use crate::commonroad::ReadError;
 use crate::commonroad::builder::SourceLocation;
 use crate::recordings::Report;
 use crate::recordings::assembly::{About, Ids, Map, RecordedTrack, TrackState, assemble};
 use crate::recordings::maps::{self, Around};
+use crate::recordings::opendrive;
 use crate::recordings::windows::{self, LongRecording, WindowRequest};
 
 /// So many tracks are named in a message.
@@ -19,9 +20,6 @@ const MAX_LISTED: usize = 5;
 
 /// Numbers of tracks that are told.
 const MAX_NUMBERS: usize = 12;
-
-/// The source of scenarios from a table that no data set is known for.
-const SOURCE: &str = "table of tracks";
 
 impl Table {
     /// The tracks of a scenario of the table, with their places in it.
@@ -42,10 +40,6 @@ impl Table {
     pub fn is_long(&self, scenario: &str) -> bool {
         let (first, last) = self.span(scenario);
         (last - first) as f64 * self.recorded.time_step > windows::MAX_WHOLE_SECONDS
-    }
-
-    fn source(&self) -> &'static str {
-        self.known.map_or(SOURCE, |known| known.source)
     }
 
     fn recorded_track(
@@ -79,7 +73,7 @@ impl Table {
             tracks.push(recorded);
         }
         let about = About {
-            source: self.source(),
+            source: self.about.source,
             benchmark_id: "ZAM_Tracks".into(),
             time_step_size: dt * every as f64,
             tags: Vec::new(),
@@ -183,7 +177,9 @@ impl Table {
         ego: Option<usize>,
         report: Report,
     ) -> Result<Scenario, ReadError> {
-        report.note(format!("columns are known by {}", self.by));
+        for note in &self.about.notes {
+            report.note(note.as_str());
+        }
         for said in &self.recorded.diagnostics {
             let at = report.row(said.line, said.element.clone());
             at.note(said.severity, said.message.clone());
@@ -199,9 +195,14 @@ impl Table {
                 tracks.push(self.recorded_track(place, track, states.collect()));
             }
         }
-        if !self.numbered.is_empty() {
-            let some = &self.numbered[..self.numbered.len().min(MAX_NUMBERS)];
-            let more = match self.numbered.len() - some.len() {
+        let numbered = self.tracks(name).filter_map(|(place, track)| {
+            let id = self.ids.get(&place)?.to_string();
+            (id != track.name).then(|| format!("`{}` {id}", track.name))
+        });
+        let numbered: Vec<String> = numbered.collect();
+        if !numbered.is_empty() {
+            let some = &numbered[..numbered.len().min(MAX_NUMBERS)];
+            let more = match numbered.len() - some.len() {
                 0 => String::new(),
                 more => format!(" and {more} more"),
             };
@@ -209,45 +210,48 @@ impl Table {
         }
         let ego = ego.and_then(|place| self.ids.get(&place).copied());
         let (map, map_hash) = self.map(&report, steps.0, &tracks)?;
-        let around = format!("{name} {steps:?} {ego:?} {}", self.how);
+        let around = format!("{name} {steps:?} {ego:?} {}", self.about.how);
         let about = About {
-            source: self.source(),
+            source: self.about.source,
             benchmark_id: format!(
                 "ZAM_Tracks-1_{}_T-{}",
                 ego.unwrap_or(1).max(1),
                 steps.0.max(0) + 1
             ),
             time_step_size: self.recorded.time_step,
-            tags: self
-                .known
-                .map_or(&[][..], |k| k.tags)
-                .iter()
-                .map(ToString::to_string)
-                .collect(),
+            tags: self.about.tags.iter().map(ToString::to_string).collect(),
             ego,
             hash: self.hashed.with([&map_hash.bytes()[..], around.as_bytes()]),
         };
         assemble(report, about, map, tracks)
     }
 
-    /// The user's map; ids of tracks stay theirs.
+    /// The map, where there is one; ids of tracks stay theirs.
     fn map(
         &self,
         report: &Report,
         first: i64,
         tracks: &[RecordedTrack],
     ) -> Result<(Map, ContentHash), ReadError> {
-        let Some(path) = self.map.as_deref() else {
-            report
-                .at("")
-                .warn("no map: the scenario has no lanes; --map FILE adds one");
-            return Ok((Map::default(), ContentHash::digest(b"")));
-        };
-        report.note(format!("map {}", path.display()));
         let mut ids = Ids::beyond(self.ids.values().copied());
         self.ids.values().for_each(|id| {
             ids.take(*id);
         });
+        let path = match &self.map {
+            None => {
+                report
+                    .at("")
+                    .warn("no map: the scenario has no lanes; --map FILE adds one");
+                return Ok((Map::default(), ContentHash::digest(b"")));
+            }
+            Some(MapOfTable::Inside(bytes)) => {
+                report.note("the map is in the recording");
+                let network = opendrive::read(bytes, report.file(), report, &mut ids)?;
+                return Ok((network.map, ContentHash::digest(bytes)));
+            }
+            Some(MapOfTable::File(path)) => path,
+        };
+        report.note(format!("map {}", path.display()));
         let states = tracks.iter().filter_map(|track| track.states.first());
         let dt = self.recorded.time_step;
         let around = Around {

@@ -254,6 +254,8 @@ pub struct Said {
     pub rate: Option<f64>,
     /// What classes mean.
     pub kind: Option<fn(&str) -> ObstacleType>,
+    /// Whether a data set says all conventions: none is guessed.
+    pub is_known: bool,
 }
 
 /// Pairs of rows that are looked at to find something out.
@@ -590,7 +592,8 @@ impl<'a> Work<'a> {
                     }
                 }
             }
-            self.is_local = off.len() > 20
+            self.is_local = !self.said.is_known
+                && off.len() > 20
                 && assembly::median(off) > 0.6
                 && self.numbers(Role::Heading).is_some();
             if self.is_local {
@@ -607,7 +610,15 @@ impl<'a> Work<'a> {
     fn read_headings(&mut self) -> Option<HeadingForm> {
         self.numbers(Role::Heading)?;
         let degrees = self.factor(Role::Heading).map(|factor| factor < 1.0);
-        let north = self.columns.has(Convention::North).then_some(true);
+        let says_north = self.columns.has(Convention::North);
+        if self.said.is_known {
+            return Some(HeadingForm {
+                degrees: degrees.unwrap_or(false),
+                from_north: says_north,
+                mirrored: self.is_down && !says_north,
+            });
+        }
+        let north = says_north.then_some(true);
         let (mut form, off) = guess::heading_form(&self.pairs(), degrees, north);
         let column = format!("column {}", self.column(Role::Heading));
         let mut found = Vec::new();
@@ -653,7 +664,10 @@ impl<'a> Work<'a> {
             Some(-0.5)
         } else if columns.has(Convention::RearAxle) {
             Some(REAR_AXLE)
-        } else if !is_corner && form.is_some_and(|form| guess::is_front(&self.turns(form))) {
+        } else if !is_corner
+            && !self.said.is_known
+            && form.is_some_and(|form| guess::is_front(&self.turns(form)))
+        {
             self.report
                 .note("places are those of the front: so they move in turns; moved to the middle");
             Some(-0.5)
