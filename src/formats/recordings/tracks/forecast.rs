@@ -53,6 +53,7 @@ pub fn read_forecasts(path: &Path) -> Result<(Vec<Forecast>, Vec<Diagnostic>), R
         return Err(report.fail(format!("a probability of {wrong}; expected 0 to 1")));
     }
     let said = Said {
+        is_known: false,
         rate: plan.rate,
         kind: None,
     };
