@@ -9,7 +9,7 @@ use crate::features::picker::Choice;
 use crate::model::{Model, Picker, models_shown};
 use crate::widgets::{picker, window};
 use nearmiss_scene::judge;
-use nearmiss_study::evaluation::RECORDED;
+use nearmiss_study::evaluation::is_stored_alone;
 
 /// Models by id.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ impl Choice for Models {
         let shown = models_shown(model, &Picker::default());
         let reads = |id: &&String| {
             let is_other = !self.ask || **id != model.model;
-            is_other && **id != judge::MODEL && !id.starts_with(RECORDED)
+            is_other && **id != judge::MODEL && !is_stored_alone(id)
         };
         let asked = model.answers.columns.iter().rev().map(|c| &c.model);
         let lacks_key = |id: &str| {
@@ -92,7 +92,7 @@ impl Choice for Models {
 
 /// The price of a model, per 1M tokens and of the question as it stands, and what it lacks.
 fn note(model: &Model, id: &str) -> String {
-    if id.starts_with(RECORDED) {
+    if is_stored_alone(id) {
         return "imported answers".into();
     }
     let prices = &model.prompt.prices;
