@@ -121,7 +121,7 @@ fn it_says_how_many_answers_there_are_and_rates_none_out_of_sight() {
     let frame = bench.frame(80, 24);
     assert!(frame.contains("3 answers, 2 shown"), "{frame}");
     let last = frame.lines().last().unwrap();
-    assert!(last.starts_with(" [] answer  +- columns "), "{last}");
+    assert!(last.starts_with(" [] answer  1 2 best "), "{last}");
     bench.press("+");
     let frame = bench.frame(80, 24);
     assert!(frame.contains("3 answers, 1–2 of 3 shown"), "{frame}");

@@ -322,9 +322,12 @@ fn comparing(model: &Model) -> Vec<Hint> {
         .collect();
     if compare.blind.is_none() && shown < model.comparable().len() {
         // What shows the others comes first.
-        use Action::{FewerColumns, MoreColumns, NextAnswer, PreviousAnswer};
-        let shows = [PreviousAnswer, NextAnswer, MoreColumns, FewerColumns];
-        usable.sort_by_key(|entry| !shows.contains(&entry.action));
+        let fits = shown < model.fit_side_by_side();
+        usable.sort_by_key(|entry| match entry.action {
+            Action::NextAnswer | Action::PreviousAnswer => 0,
+            Action::MoreColumns | Action::FewerColumns if fits => 1,
+            _ => 2,
+        });
     }
     hints.extend(together(usable.into_iter().filter_map(hint)));
     // Blind, menus would name models.

@@ -236,6 +236,7 @@ pub fn draw_answers(
 
 /// Columns of answers, so that no name is cut while there is room.
 struct AnswerWidths {
+    whole: usize,
     name: usize,
     what: usize,
     claims: usize,
@@ -262,6 +263,7 @@ impl AnswerWidths {
         };
         let (what, claims, left) = of(brief);
         Self {
+            whole: width,
             name: name.min(left - what.min(left / 2)),
             what: what.min(left / 2),
             claims,
@@ -307,7 +309,7 @@ fn answer_line(
     };
     let name = pad(&visible(&answer.scenario), widths.name.saturating_sub(1));
     let claims = pad(&claims(answer, widths.brief), widths.claims);
-    Line::from(vec![
+    let mut line = Line::from(vec![
         Span::raw(if chosen { "▸ " } else { "  " }),
         Span::styled(
             pad(word, WORD),
@@ -319,7 +321,10 @@ fn answer_line(
             format!("{claims}{}", run(answer)),
             Style::new().fg(theme.dim),
         ),
-    ])
+    ]);
+    // The line that is selected is marked from border to border.
+    line.push_span(" ".repeat(widths.whole.saturating_sub(line.width())));
+    line
 }
 
 /// Its claims about obstacles: right, wrong and open; nothing where there are none or they were not checked.
