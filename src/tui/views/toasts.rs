@@ -73,8 +73,8 @@ fn may_show(model: &Model, toast: &Toast) -> bool {
 }
 
 pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
-    let errors = model.toasts.iter().rev();
-    let errors = errors.filter(|toast| toast.kind == Notice::Error && may_show(model, toast));
+    let newest = model.toasts.iter().rev();
+    let errors = newest.filter(|toast| toast.kind == Notice::Error && may_show(model, toast));
     boxes(frame, place(parts, model), model, errors.take(MAX_SHOWN));
     let Some(message) = message(model, parts.footer.width) else {
         return;
@@ -94,8 +94,8 @@ pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
         width: message.columns,
         height,
     };
-    let lines = message.lines.iter();
-    let lines = lines.map(|line| Line::styled(format!(" {line}"), style));
+    let words = message.lines.iter();
+    let lines = words.map(|line| Line::styled(format!(" {line}"), style));
     frame.render_widget(Clear, area);
     frame.render_widget(Block::new().style(model.theme.base()), area);
     frame.render_widget(Text::from_iter(lines), area);

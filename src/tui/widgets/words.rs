@@ -83,8 +83,8 @@ pub fn two_lines(text: &str, columns: usize) -> (Vec<String>, bool) {
     let text = visible(text);
     let wrapped = textwrap::wrap(&text, columns.max(1));
     let (first, rest) = wrapped.split_at(1.min(wrapped.len()));
-    let lines = [first, rest].map(|lines| lines.join(" "));
-    let lines = lines.into_iter().filter(|line| !line.is_empty());
+    let joined = [first, rest].map(|lines| lines.join(" "));
+    let lines = joined.into_iter().filter(|line| !line.is_empty());
     (lines.collect(), rest.len() > 1)
 }
 

@@ -179,8 +179,8 @@ impl Model {
     #[must_use]
     pub fn seen_side_by_side(&self) -> Range<usize> {
         let (fit, count) = (self.fit_side_by_side(), self.compare.shown.len());
-        let first = self.compare.focus.saturating_sub(fit - 1);
-        let first = first.min(count.saturating_sub(fit));
+        let last_first = count.saturating_sub(fit);
+        let first = last_first.min(self.compare.focus.saturating_sub(fit - 1));
         first..(first + fit).min(count)
     }
 }

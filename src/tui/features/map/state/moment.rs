@@ -184,8 +184,8 @@ impl<'a> Moment<'a> {
         let saved = self.opened.saved.as_ref();
         let saved = saved.map(|saved| saved.origin.planner());
         let name = process.map(|process| process.named()).or(saved);
-        let name = name.filter(|name| name != "nearmiss");
-        name.map_or("attack".into(), |name| {
+        let other = name.filter(|name| name != "nearmiss");
+        other.map_or("attack".into(), |name| {
             format!("attack on {}", visible(&name))
         })
     }
