@@ -696,6 +696,27 @@ fn a_notice_goes_with_the_next_key_and_hides_no_pane() {
 }
 
 #[test]
+fn a_long_message_takes_two_lines_at_the_bottom_and_can_be_read_again() {
+    let mut bench = Bench::bundled();
+    bench.send(Msg::Resize(80, 24));
+    let above = |frame: &str| frame.lines().take(22).collect::<Vec<_>>().join("\n");
+    let plain = above(&bench.frame(80, 24));
+    bench.model.say("words ".repeat(40) + "ended");
+    let frame = bench.frame(80, 24);
+    assert_eq!(above(&frame), plain);
+    assert!(frame.ends_with("… Space o i all of it"), "{frame}");
+    bench.press("space o i");
+    let about = bench.frame(80, 24);
+    assert!(
+        about.contains("last message") && about.contains("words ended"),
+        "{about}"
+    );
+    // One that was seen whole is not repeated.
+    bench.model.say("short");
+    assert!(!bench.frame(80, 24).contains("last message"));
+}
+
+#[test]
 fn an_error_covers_neither_plot_nor_timeline() {
     let mut bench = Bench::bundled();
     let plain = bench.frame(80, 24);

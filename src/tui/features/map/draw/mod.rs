@@ -394,10 +394,9 @@ fn reason(model: &Model, room: usize) -> Option<Span<'static>> {
 
 /// Of the second map: its moment, in as many words as there is room for.
 fn second_title(moment: &Moment<'_>, half: Rect) -> Line<'static> {
-    let driven = |brief| Some(moment.driven_words(moment.driven?, brief));
-    let mut words = [Some(moment.title()), driven(false), driven(true)]
-        .into_iter()
-        .flatten();
+    let driven = moment.driven.map(|driven| moment.driven_words(driven));
+    let title = std::iter::once(moment.title());
+    let mut words = title.chain(driven.into_iter().flatten());
     let fits = words.find(|words| words.width() <= room(half));
     Line::from(fits.unwrap_or_else(|| moment.when()))
 }
