@@ -256,14 +256,6 @@ fn by_menu(model: &Model) -> Vec<(String, Vec<&'static Entry>)> {
 fn rules(model: &Model) -> Vec<(String, String)> {
     let key = |action| model.look.key(action);
     let rows = [
-        (
-            key(Action::Cancel),
-            "closes the innermost thing that is open, or cancels what runs",
-        ),
-        (
-            key(Action::Quit),
-            "closes the window that is open; without one, quits (in a line of text, it is typed)",
-        ),
         ("Enter".to_string(), "does the main thing of the pane"),
         (
             "digits".to_string(),

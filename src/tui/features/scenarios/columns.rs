@@ -6,7 +6,7 @@ use ratatui::text::Span;
 use crate::loaded::Tally;
 use crate::model::{HEADLINE, List, Model, Order, Row, nearest};
 use crate::widgets::words::fit;
-use nearmiss_scene::metrics::{CriticalMoment, Grade, Headline, Measure, measure};
+use nearmiss_scene::metrics::{CriticalMoment, Grade, Headline, MAX_BRAKING, Measure, measure};
 
 /// A column.
 #[derive(Debug, Clone, Copy)]
@@ -162,6 +162,9 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
                 .and_then(Headline::worst)
                 .map(CriticalMoment::measured);
             plain(measured.flatten().map(|(value, unit)| {
+                if unit == "m/s²" && value > MAX_BRAKING {
+                    return format!(">{MAX_BRAKING:.1} {unit}");
+                }
                 let digits = usize::from(value.abs() < 100.0) + usize::from(value.abs() < 10.0);
                 format!("{value:.digits$} {unit}")
             }))
