@@ -44,7 +44,7 @@ const ASPECT: f64 = 2.0;
 const SHAPES: std::ops::RangeInclusive<f64> = 1.0..=4.0;
 
 /// The ego that is followed stays within this part of the view.
-const IN_VIEW: f64 = 0.85;
+const IN_VIEW: f64 = 0.9;
 
 impl Default for Camera {
     fn default() -> Self {

@@ -304,7 +304,7 @@ fn same_direction(a: &Vector, b: &Vector) -> bool {
 }
 
 /// The hardest braking of road vehicles: gravity at a coefficient of friction of 1, m/s².
-pub const MAX_BRAKING: f64 = 9.81;
+const MAX_BRAKING: f64 = 9.81;
 
 /// Contacts are never said to be sooner, seconds: bodies that do not touch yet are not "in contact in 0.0 s".
 const SOONEST: f64 = 0.1;

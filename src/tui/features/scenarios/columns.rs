@@ -6,7 +6,7 @@ use ratatui::text::Span;
 use crate::loaded::Tally;
 use crate::model::{HEADLINE, List, Model, Order, Row, nearest};
 use crate::widgets::words::fit;
-use nearmiss_scene::metrics::{CriticalMoment, Grade, Headline, MAX_BRAKING, Measure, measure};
+use nearmiss_scene::metrics::{CriticalMoment, Grade, Headline, Measure, measure};
 
 /// A column.
 #[derive(Debug, Clone, Copy)]
@@ -162,8 +162,9 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
                 .and_then(Headline::worst)
                 .map(CriticalMoment::measured);
             plain(measured.flatten().map(|(value, unit)| {
-                if unit == "m/s²" && value > MAX_BRAKING {
-                    return format!(">{MAX_BRAKING:.1} {unit}");
+                // Of a graze about to happen that says no more.
+                if unit == "m/s²" && value > 100.0 {
+                    return format!(">100 {unit}");
                 }
                 let digits = usize::from(value.abs() < 100.0) + usize::from(value.abs() < 10.0);
                 format!("{value:.digits$} {unit}")

@@ -507,12 +507,13 @@ fn picked_in_words(model: &Model, moment: &Moment<'_>, room: usize) -> String {
     };
     let distance = value("distance").map(hundredths);
     let speed = obstacle.track().at(step).map(|m| m.velocity);
-    // Each in more and in fewer words.
+    let alone = |words: String| [words, String::new()];
+    // Each in more words, and in fewer if there are.
     let parts = [
         absent(obstacle, step, opened.scenario.dt()).map(|when| [when, "absent".into()]),
         distance.map(|d| [format!("{d} m away"), format!("{d} m")]),
-        value("ttc").map(|t| [0; 2].map(|_| format!("TTC {} s", hundredths(t)))),
-        speed.map(|speed| [0; 2].map(|_| format!("{speed:.1} m/s"))),
+        value("ttc").map(|t| alone(format!("TTC {} s", hundredths(t)))),
+        speed.map(|speed| alone(format!("{speed:.1} m/s"))),
     ];
     let mut text = format!("{} {}", obstacle.kind.words(), obstacle.id);
     if text.width() > room {
@@ -520,7 +521,8 @@ fn picked_in_words(model: &Model, moment: &Moment<'_>, room: usize) -> String {
     }
     for part in parts.into_iter().flatten() {
         let left = room.saturating_sub(text.width() + 3);
-        let Some(part) = part.iter().find(|part| part.width() <= left) else {
+        let fits = part.iter().find(|part| part.width() <= left);
+        let Some(part) = fits.filter(|part| !part.is_empty()) else {
             break;
         };
         text.push_str(" · ");
