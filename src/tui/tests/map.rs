@@ -746,3 +746,55 @@ fn the_position_hides_no_number_of_the_timeline() {
             .contains("bars grow with danger: full = risk 0")
     );
 }
+
+#[test]
+fn the_title_has_the_reason_before_anything_else() {
+    for (name, reason) in [
+        ("cutin", ": contact in"),
+        ("overtaking", ": contact in"),
+        ("pedestrian", ": c"),
+    ] {
+        let mut bench = Bench::bundled();
+        bench.press("/");
+        bench.type_text(name);
+        bench.press("enter");
+        let frame = bench.frame(80, 24);
+        let title = frame.lines().find(|line| line.contains(" map · ")).unwrap();
+        assert!(title.contains(reason), "{title}");
+    }
+}
+
+#[test]
+fn obstacles_are_picked_in_the_order_of_their_danger() {
+    for name in ["rightturn", "cutin", "pedestrian"] {
+        let bench = at(name, 0);
+        let opened = bench.model.opened.as_ref().unwrap();
+        let headline = opened.headline.as_ref().unwrap();
+        let series = opened.series.as_ref().unwrap();
+        let (first, rest) = opened.ranking.split_first().unwrap();
+        assert_eq!(Some(*first), headline.worst().map(|worst| worst.obstacle));
+        let danger = |id: &i64| {
+            let grade = headline.worst_with(*id).unwrap().grade.number();
+            let risks = series.row("risk", *id).iter().filter_map(|r| r.value());
+            // Before those without a severe moment come those with one.
+            let risk = if grade < 5 {
+                0.0
+            } else {
+                risks.fold(f64::MAX, f64::min)
+            };
+            (grade, risk)
+        };
+        let all: Vec<_> = rest.iter().map(danger).collect();
+        assert!(all.is_sorted(), "{name}: {:?} {all:?}", opened.ranking);
+    }
+}
+
+#[test]
+fn without_colours_small_bodies_are_boxes_with_their_heading() {
+    let mut bench = at("overtaking", 48);
+    bench.model.theme = Theme::default_theme().at_depth(ColorDepth::None);
+    bench.model.camera.zoom(1.0);
+    bench.model.camera.cell = 1.7;
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("[←]") && frame.contains(" → "), "{frame}");
+}

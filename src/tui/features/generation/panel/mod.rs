@@ -137,7 +137,7 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
         Some(files) => format!("in {}", visible(files)),
         None => {
             let key = model.look.key(Action::Palette);
-            format!("until you quit; {key} save-variant writes it")
+            format!("until you quit; save-variant in the palette ({key}) writes it")
         }
     };
     lines.plain(&kept);
@@ -255,9 +255,10 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     lines.say("risk", &risk);
     if let Some(found) = &made.plausibility {
         let beside = found.log_likelihood - found.recorded;
-        let words =
-            format!("log-likelihood {beside:+.1} nats/s against recorded motions (0: typical)");
-        lines.say("plausible", &words);
+        let words = format!(
+            "log-likelihood {beside:+.1} nats/s against recorded ones; 0 is like them, less is stranger"
+        );
+        lines.say("motion", &words);
     }
     if let Some(distance) = effect.distance() {
         lines.say(

@@ -64,7 +64,7 @@ impl Model {
         let step = self.clock.step();
         let dt = opened.scenario.dt();
         let mut lines = Lines(Vec::new());
-        lines.title(format!("{} {}", obstacle.kind, obstacle.id));
+        lines.title(format!("{} {}", obstacle.kind.words(), obstacle.id));
         what(&mut lines, obstacle);
         lines.title(format!("at {:.1} s, step {step}", self.clock.time()));
         now(&mut lines, opened, obstacle, step);

@@ -448,7 +448,7 @@ const NEAREST: f64 = 0.45;
 /// And at most, where that shows both the ego and the other: beyond, bodies are single arrows.
 const FARTHEST: f64 = 4.0;
 /// Between two widths of cells: so the map does not zoom at every step.
-const STEP: f64 = 1.25;
+const STEP: f64 = 1.1;
 /// Around the middle of a body, metres, for the body and a part of its name.
 const BODY_MARGIN: f64 = 5.0;
 
