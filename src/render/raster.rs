@@ -51,8 +51,8 @@ pub fn pixels(picture: &Picture, dpi: f64) -> Result<Pixmap, RasterError> {
     painted(picture, w, h, transform, true).ok_or(size)
 }
 
-/// The surfaces of the whole picture without its lines, in so many pixels, whatever their proportions; `None` for none.
-pub fn surfaces(picture: &Picture, width: u32, height: u32) -> Option<Pixmap> {
+/// The whole picture in so many pixels, whatever their proportions, with or without its lines; `None` for none.
+pub fn stretched(picture: &Picture, width: u32, height: u32, lines: bool) -> Option<Pixmap> {
     let (x, y) = (
         f64::from(width) / picture.size.0,
         f64::from(height) / picture.size.1,
@@ -62,7 +62,7 @@ pub fn surfaces(picture: &Picture, width: u32, height: u32) -> Option<Pixmap> {
         width,
         height,
         Transform::from_scale(x as f32, y as f32),
-        false,
+        lines,
     )
 }
 

@@ -11,25 +11,25 @@ use nearmiss_study::paper::{Recorded, run_of};
 const EXAMPLES: [(&str, &str, bool, &str); 4] = [
     (
         "ZAM_HardBraking-1_1_T-1",
-        "recorded/example-a",
+        "example/example-a",
         true,
         include_str!("../../scenarios/examples/hard-braking-a.md"),
     ),
     (
         "ZAM_HardBraking-1_1_T-1",
-        "recorded/example-b",
+        "example/example-b",
         true,
         include_str!("../../scenarios/examples/hard-braking-b.md"),
     ),
     (
         "ZAM_Merge-1_1_T-1",
-        "recorded/example-a",
+        "example/example-a",
         false,
         include_str!("../../scenarios/examples/merge-a.md"),
     ),
     (
         "ZAM_Merge-1_1_T-1",
-        "recorded/example-b",
+        "example/example-b",
         false,
         include_str!("../../scenarios/examples/merge-b.md"),
     ),

@@ -339,6 +339,6 @@ pub fn occupancy_sets(scenario: &Scenario) -> Option<String> {
         (_, Some((last, others))) => (format!("obstacles {} and {last}", others.join(", ")), "are"),
     };
     Some(format!(
-        "{who} {is} given as regions (occupancy sets): the planner keeps out of all of each region, whatever it forecasts of others, external planners are not told of them, and contact with one is a possible contact"
+        "{who} {is} given as regions (occupancy sets): the planner avoids the whole of every region; external planners are not told of them, and contact with one is a possible contact"
     ))
 }

@@ -7,7 +7,7 @@ use ratatui::style::{Color, Modifier, Style};
 use tiny_skia::{BlendMode, FillRule, Paint, Pixmap, PremultipliedColorU8, Transform};
 
 use super::choice::SAMPLES;
-use super::colors::{Inks, components};
+use super::colors::Inks;
 use super::{Appearance, Blocks, MapStyle};
 use crate::clip;
 use crate::display::{Item, Picture};
@@ -33,11 +33,16 @@ const LINE: u8 = 253;
 const BODY: u8 = 254;
 const EGO: u8 = 255;
 
+/// Columns and rows of dots.
+pub fn size(area: Rect) -> (u32, u32) {
+    let dots = |cells: u16, each: usize| u32::from(cells) * each as u32;
+    (dots(area.width, DOTS.0), dots(area.height, DOTS.1))
+}
+
 /// Dots of a picture as large as an area of cells, from the upper left corner. Where others draw the surfaces, those of
 /// bodies alone.
 pub fn dots(picture: &Picture, area: Rect, style: MapStyle) -> Option<Pixmap> {
-    let columns = u32::from(area.width) * DOTS.0 as u32;
-    let rows = u32::from(area.height) * DOTS.1 as u32;
+    let (columns, rows) = size(area);
     let mut pixmap = Pixmap::new(columns, rows)?;
     let scale = (
         columns as f32 / picture.size.0 as f32,
@@ -116,8 +121,10 @@ fn cleared() -> Paint<'static> {
     }
 }
 
-/// Samples of a surface below a dot, across and down.
-const BELOW: (usize, usize) = (SAMPLES.0 / DOTS.0, SAMPLES.1 / DOTS.1);
+/// Samples of a dot's part of its cell, across and down; the dot fills the middle of it.
+const EACH: (usize, usize) = (SAMPLES.0 / DOTS.0, SAMPLES.1 / DOTS.1);
+/// A dot is larger than the line that it stands for: so much of its colour is the line's, the rest that of the surface.
+const QUIET: f32 = 0.5;
 /// Colours that are this far from each other, squared, are told apart at once.
 const CLEAR: f32 = 2500.0;
 
@@ -126,14 +133,19 @@ fn is_clear(a: [f32; 3], b: [f32; 3]) -> bool {
     both.map(|(a, b)| (a - b).powi(2)).sum::<f32>() > CLEAR
 }
 
-/// Writes lines over the cells of surfaces, and leaves those out that show a body. The edge of the road is seen without
+/// Writes lines over the cells of a picture, and leaves those out that show a body; `surfaces` has a pixel a dot. The edge of the road is seen without
 /// its marking, which would show in some cells and not in others.
-pub fn write_over(buffer: &mut Buffer, area: Rect, lines: &Pixmap, surfaces: &Pixmap, inks: Inks) {
-    let (columns, across) = (lines.width() as usize, surfaces.width() as usize);
+pub fn write_over(
+    buffer: &mut Buffer,
+    area: Rect,
+    (lines, surfaces, whole): (&Pixmap, &Pixmap, &Pixmap),
+    inks: Inks,
+) {
+    let columns = lines.width() as usize;
     let below = |x: usize, y: usize| {
-        let x = (x * BELOW.0 + BELOW.0 / 2).min(across - 1);
-        let y = (y * BELOW.1 + BELOW.1 / 2).min(surfaces.height() as usize - 1);
-        let pixel = surfaces.pixels()[y * across + x];
+        let x = x.min(columns - 1);
+        let y = y.min(surfaces.height() as usize - 1);
+        let pixel = surfaces.pixels()[y * columns + x];
         [pixel.red(), pixel.green(), pixel.blue()].map(f32::from)
     };
     let is_at_edge = |x: usize, y: usize| {
@@ -169,21 +181,51 @@ pub fn write_over(buffer: &mut Buffer, area: Rect, lines: &Pixmap, surfaces: &Pi
             let Some(cell) = buffer.cell_mut(at).filter(|_| shown > 0) else {
                 continue;
             };
-            if cell.symbol() != " " {
-                let rgb = |color| components(color).map_or([0.0; 3], |rgb| rgb.map(f32::from));
-                if kind != LINE && is_clear(rgb(cell.fg), rgb(cell.bg)) {
-                    continue;
-                }
-                cell.bg = inks.nearest(mean(column, row)).0;
+            let all = (0..8).map(|i| below(place(i).0, place(i).1));
+            let crosses_edge = all.clone().any(|color| is_clear(color, mean(column, row)));
+            if crosses_edge {
+                continue;
             }
+            let surface = below_dots(whole, (column, row), shown);
+            cell.bg = inks.nearest(surface).0;
             if kind == GAP {
                 cell.set_char(' ');
             } else {
                 let rgb = [most.red(), most.green(), most.blue()].map(f32::from);
-                cell.set_char(braille(shown)).set_fg(inks.nearest(rgb).0);
+                let quiet = std::array::from_fn(|i| rgb[i] * QUIET + surface[i] * (1.0 - QUIET));
+                let color = inks.nearest(quiet).0;
+                // Few colours have none between the two.
+                let is_seen = color != cell.bg;
+                let color = if is_seen { color } else { inks.nearest(rgb).0 };
+                cell.set_char(braille(shown)).set_fg(color);
             }
         }
     }
+}
+
+/// The mean colour of a cell's samples that no dot covers.
+fn below_dots(whole: &Pixmap, (column, row): (usize, usize), shown: usize) -> [f32; 3] {
+    let mut sum = [0.0; 3];
+    let mut count = 0.0;
+    for y in 0..SAMPLES.1 {
+        let start = (row * SAMPLES.1 + y) * whole.width() as usize + column * SAMPLES.0;
+        for (x, pixel) in whole.pixels()[start..start + SAMPLES.0].iter().enumerate() {
+            let dot = y / EACH.1 * DOTS.0 + x / EACH.0;
+            let is_inside =
+                |at: usize, each: usize| (each / 4..each - each / 4).contains(&(at % each));
+            if shown >> dot & 1 == 1 && is_inside(x, EACH.0) && is_inside(y, EACH.1) {
+                continue;
+            }
+            count += 1.0;
+            for (sum, part) in sum
+                .iter_mut()
+                .zip([pixel.red(), pixel.green(), pixel.blue()])
+            {
+                *sum += f32::from(part);
+            }
+        }
+    }
+    sum.map(|part| part / count)
 }
 
 /// Writes the cells that show dots.

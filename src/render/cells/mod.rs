@@ -109,13 +109,16 @@ pub fn draw(buffer: &mut Buffer, area: Rect, picture: &Picture, look: &Appearanc
     let rows = u32::from(area.height) * down as u32;
     match look.style {
         MapStyle::Cells(blocks) => {
-            let Some(surfaces) = raster::surfaces(picture, columns, rows) else {
+            let Some(whole) = raster::stretched(picture, columns, rows, true) else {
                 return;
             };
             let inks = colors::Inks::of(look.theme.map_road);
-            choice::write(buffer, area, &surfaces, blocks, inks);
-            if let Some(lines) = dots::dots(picture, area, look.style) {
-                dots::write_over(buffer, area, &lines, &surfaces, inks);
+            choice::write(buffer, area, &whole, blocks, inks);
+            let size = dots::size(area);
+            let surfaces = raster::stretched(picture, size.0, size.1, false);
+            let lines = dots::dots(picture, area, look.style);
+            if let (Some(lines), Some(surfaces)) = (lines, surfaces) {
+                dots::write_over(buffer, area, (&lines, &surfaces, &whole), inks);
             }
         }
         MapStyle::Braille | MapStyle::Ascii => {

@@ -171,12 +171,13 @@ fn lines_are_dots_over_surfaces_but_neither_over_bodies_nor_at_the_edge_of_the_r
     );
     let row = |y| (0..10).map(|x| buffer[(x, y)].symbol()).collect::<String>();
     assert_eq!(row(1), "⠤⠤⠤⠄  ⠠⠤⠤⠤");
+    // Half the line's colour and half the road's, which has a little of the line between the dots.
     assert_eq!(
         (buffer[(0, 1)].fg, buffer[(0, 1)].bg),
-        (ink(LINE), ink(road))
+        (Ink::Rgb(38, 38, 142), Ink::Rgb(76, 76, 86))
     );
     assert_eq!(buffer[(4, 1)].bg, ink(BODY));
-    assert_eq!(row(3), "▀▀▀▀▀▀▀▀▀▀");
+    assert_eq!(row(3), "▄▄▄▄▄▄▄▄▄▄");
 }
 
 /// Scenes with their ego: of a folder, or the bundled ones.
@@ -251,8 +252,14 @@ fn mask(symbol: char) -> Vec<bool> {
         match symbol {
             ' ' => false,
             '█' => true,
-            // Dots of lines, over one colour.
-            '\u{2800}'..='\u{28ff}' => false,
+            // A dot of Braille fills the middle of its eighth.
+            '\u{2800}'..='\u{28ff}' => {
+                let (across, down) = ((x * 8.0) as usize, (y * 16.0) as usize);
+                let is_inside = |at: usize| (1..3).contains(&(at % 4));
+                let bits = [0x01, 0x08, 0x02, 0x10, 0x04, 0x20, 0x40, 0x80_u32];
+                let bit = bits[down / 4 * 2 + across / 4];
+                is_inside(across) && is_inside(down) && (code - 0x2800) & bit != 0
+            }
             '▁'..='▇' => 1.0 - y < f64::from(code - 0x2580) / 8.0,
             '▉'..='▏' => x < f64::from(0x2590 - code) / 8.0,
             _ => {
@@ -311,7 +318,7 @@ fn errors(picture: &Picture, size: (u16, u16), blocks: Blocks) -> (f64, f64) {
     );
     let (across, down) = SAMPLES;
     let (columns, rows) = (usize::from(size.0) * across, usize::from(size.1) * down);
-    let pixmap = crate::raster::surfaces(picture, columns as u32, rows as u32).unwrap();
+    let pixmap = crate::raster::stretched(picture, columns as u32, rows as u32, true).unwrap();
     let masks: Vec<(char, Vec<bool>)> = symbols(blocks).into_iter().map(|c| (c, mask(c))).collect();
     let rgb = |color: Ink| match color {
         Ink::Rgb(r, g, b) => [r, g, b].map(f64::from),

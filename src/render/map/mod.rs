@@ -337,7 +337,7 @@ pub struct WorkbenchMap<'a> {
     /// Whether bodies are outlined, so that they are told from the ego where there are no colours.
     pub hollow: bool,
     /// Metres a character is wide; 0 for an image. On a map of characters the caller writes words, and an arrow in place
-    /// of what is too small.
+    /// of what is too small, and a box around it in place of what is too small for an outline.
     pub cell: f64,
 }
 
@@ -410,7 +410,7 @@ impl WorkbenchMap<'_> {
 
     /// A body with a windscreen, and lamps that are on.
     fn body(&self, map: &Map<'_>, picture: &mut Picture, body: &Body<'_>, rings: &[Vec<Spot>]) {
-        if body.is_tiny(self.cell) {
+        if body.is_tiny(self.cell) || self.hollow && body.is_small(self.cell) {
             return;
         }
         let color = map.color(body.role);

@@ -14,6 +14,8 @@ const RISKY: f64 = 2.0;
 
 /// Characters along a body that is large enough to show its heading.
 const TINY: f64 = 2.5;
+/// Characters along a body whose outline of dots shows what it is.
+const SMALL: f64 = 4.5;
 /// Lengths of cars, metres, and the one that all of them are taken for.
 const CARS: std::ops::Range<f64> = 3.0..6.0;
 const CAR: f64 = 4.5;
@@ -89,11 +91,20 @@ impl Body<'_> {
     /// for equally long.
     #[must_use]
     pub fn is_tiny(&self, cell: f64) -> bool {
-        let reach = match self.length() {
+        self.reach() < TINY * cell
+    }
+
+    /// Whether an outline of dots is too coarse to show its shape, where a character is so many metres wide.
+    #[must_use]
+    pub fn is_small(&self, cell: f64) -> bool {
+        self.reach() < SMALL * cell
+    }
+
+    fn reach(&self) -> f64 {
+        match self.length() {
             length if CARS.contains(&length) => CAR,
             _ => 2.0 * self.footprint.reach(),
-        };
-        reach < TINY * cell
+        }
     }
 
     /// Its length along its heading, metres.

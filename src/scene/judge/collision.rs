@@ -1,10 +1,8 @@
 //! Collision: do the real bodies of the ego and an obstacle touch, as recorded or soon, as predicted?
 
-use std::fmt::Write;
-
 use nearmiss_base::geometry::{self, Pose, Vector};
 
-use super::{Judgement, metres, moment, name, risk, situation, touching, value};
+use super::{Judgement, metres, moment, name, reasoning, risk, situation, touching, value};
 use crate::metrics::{Contact, Context, Encounter, Thresholds};
 use crate::scenario::prediction::{
     Model, Observed, ObservedHistory, PredictedPath, Prediction, Predictor, Trajectory,
@@ -51,15 +49,12 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
     histories.truncate(contacts.max(MOST_LISTED));
     let first = histories.first().and_then(|h| Some((h, h.contact?)));
 
-    let mut reasoning = format!(
-        "Exact bodies of real size, {} to {}; the ego is {}.\n\n",
+    let how = format!(
+        "Exact bodies of real size, {} to {}; the ego is {}.",
         moment(scene, scene.steps().start),
         moment(scene, scene.last_step()),
         scene.ego.source.short(),
     );
-    for h in &histories {
-        let _ = writeln!(reasoning, "- {}", line(scene, h));
-    }
     let justification = match (first, by_distance(&histories)) {
         (Some((hit, contact)), _) if contact.is_possible => format!(
             "The predicted occupancy of {} touches the ego's body {}: a possible contact.",
@@ -84,8 +79,9 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
         ),
         (None, None) => "No other road user is ever there.".to_string(),
     };
-    let _ = write!(reasoning, "\n{justification}");
+    let lines = histories.iter().map(|h| line(scene, h));
     Judgement {
+        reasoning: reasoning(&justification, lines, &how),
         decisive_step: first.map(|(_, contact)| contact.step),
         verdict: Verdict {
             task: Task::Collision,
@@ -100,7 +96,6 @@ pub fn judge(scene: &Scene, thresholds: &Thresholds) -> Judgement {
             token_probability: None,
             unknown: Vec::new(),
         },
-        reasoning,
         prospects: Vec::new(),
     }
 }

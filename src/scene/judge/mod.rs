@@ -7,7 +7,6 @@ pub use collision::{CollisionPrediction, Criterion, judge as judge_collision};
 pub use safety::verdict_by;
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
 use super::metrics::{
     Contact, Encounter, MEASURES, RISK_LEVELS, Reading, RiskConvention, ScoreAt, Thresholds,
@@ -95,7 +94,14 @@ pub fn judge_under(
 
 /// `car 30308`.
 fn name(participant: &Participant<'_>) -> String {
-    format!("{} {}", participant.obstacle.kind, participant.obstacle.id)
+    let obstacle = participant.obstacle;
+    format!("{} {}", obstacle.kind.words(), obstacle.id)
+}
+
+/// The finding, a line for each obstacle, and how it was judged.
+fn reasoning(finding: &str, lines: impl Iterator<Item = String>, how: &str) -> String {
+    let lines: String = lines.map(|line| format!("- {line}\n")).collect();
+    format!("{finding}\n\n{lines}\n{how}")
 }
 
 /// `step 143 (14.3 s)`.
@@ -197,17 +203,14 @@ pub fn judge_recording(scene: &Scene, thresholds: &Thresholds) -> Judgement {
     worst.truncate(many.max(MOST_LISTED));
     let dangerous = many > 0;
 
-    let mut reasoning = format!(
-        "Risk scores of real bodies at every step, {} to {}; the ego is {}. High risk: a score of at most {}.\n\n",
+    let how = format!(
+        "Risk scores of real bodies at every step, {} to {}; the ego is {}. High risk: a score of at most {}.",
         moment(scene, scene.steps().start),
         moment(scene, scene.last_step()),
         scene.ego.source.short(),
         risk(Task::HIGH_RISK),
     );
     let lines = worst.iter().filter_map(|at| line(scene, *at));
-    for line in lines {
-        let _ = writeln!(reasoning, "- {line}");
-    }
     let justification = match worst.first() {
         Some(at) if high(at) => format!(
             "The lowest risk score is {}, of obstacle {} at {}: high risk.",
@@ -226,8 +229,8 @@ pub fn judge_recording(scene: &Scene, thresholds: &Thresholds) -> Judgement {
             risk(NEGLIGIBLE)
         ),
     };
-    let _ = write!(reasoning, "\n{justification}");
     Judgement {
+        reasoning: reasoning(&justification, lines, &how),
         decisive_step: worst.first().filter(|at| high(at)).map(|at| at.step),
         verdict: Verdict {
             task: Task::Recording,
@@ -239,7 +242,6 @@ pub fn judge_recording(scene: &Scene, thresholds: &Thresholds) -> Judgement {
             token_probability: None,
             unknown: Vec::new(),
         },
-        reasoning,
         prospects: Vec::new(),
     }
 }

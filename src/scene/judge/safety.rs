@@ -4,10 +4,9 @@
 //! within the horizon: an obstacle from the threshold on is critical, whatever its score.
 
 use std::collections::HashMap;
-use std::fmt::Write;
 
 use super::collision::{CollisionPrediction, Criterion};
-use super::{Judgement, moment, name, risk, situation, value};
+use super::{Judgement, moment, name, reasoning, risk, situation, value};
 use crate::metrics::{Encounter, Thresholds};
 use crate::scenario::prediction::{ObservedHistory, PredictedPath};
 use crate::scenario::{Participant, Scene, Window};
@@ -49,22 +48,20 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
     found.truncate(critical.max(MOST_LISTED));
 
     let justification = justification(scene, &criterion, &past, &found);
-    let mut reasoning = format!(
+    let how = format!(
         "Seen: {} to {}; the ego is {}. Nothing later is used, and no goal.\n\nPrediction: positions and headings of the \
          last steps give speed, acceleration and turn; all road users continue along each lane ahead or \
          keep their present turn; accelerations fade and vary. Probability: the weights of the predicted motions of \
-         both whose real bodies touch. Critical: at least {:.2} within {:.1} s.\n\n",
+         both whose real bodies touch. Critical: at least {:.2} within {:.1} s.",
         moment(scene, window.first()),
         moment(scene, past.now()),
         scene.ego.source.short(),
         criterion.threshold,
         criterion.horizon,
     );
-    for f in &found {
-        let _ = writeln!(reasoning, "- {}", f.line);
-    }
-    let _ = write!(reasoning, "\n{justification}");
+    let lines = found.iter().map(|f| f.line.clone());
     Judgement {
+        reasoning: reasoning(&justification, lines, &how),
         decisive_step: Some(past.now()),
         verdict: Verdict {
             task: Task::Safety,
@@ -76,7 +73,6 @@ pub(super) fn judge(scene: &Scene, window: &Window, thresholds: &Thresholds) -> 
             token_probability: None,
             unknown: Vec::new(),
         },
-        reasoning,
         prospects: found.into_iter().map(|f| f.prospect).collect(),
     }
 }

@@ -244,6 +244,22 @@ names! {
     }
 }
 
+impl ObstacleType {
+    /// Its name for people: `parked vehicle` for `parkedVehicle`.
+    #[must_use]
+    pub fn words(self) -> String {
+        let mut words = String::new();
+        for letter in self.to_string().chars() {
+            match letter {
+                '_' => words.push(' '),
+                'A'..='Z' => words.extend([' ', letter.to_ascii_lowercase()]),
+                _ => words.push(letter),
+            }
+        }
+        words
+    }
+}
+
 names! {
     /// The part an obstacle plays.
     ObstacleRole {

@@ -17,8 +17,15 @@ use super::run_case::RunOptions;
 /// Judges by model id.
 pub type Judges = BTreeMap<String, Judge>;
 
-/// How the ids of models begin whose answers were recorded elsewhere and imported.
-pub const RECORDED: &str = "recorded/";
+/// How the ids of models begin whose answers were recorded elsewhere and imported, and of those that are examples of this
+/// program.
+const STORED: [&str; 2] = ["recorded/", "example/"];
+
+/// Whether a model is known by stored answers alone, and cannot be asked.
+#[must_use]
+pub fn is_stored_alone(model: &str) -> bool {
+    STORED.iter().any(|begin| model.starts_with(begin))
+}
 
 /// A judge.
 #[derive(Debug, Clone)]
@@ -61,7 +68,7 @@ impl Judge {
         if id == judge::MODEL {
             return Ok(Self::Reference);
         }
-        if id.starts_with(RECORDED) {
+        if is_stored_alone(id) {
             return Ok(Self::Recorded(id.to_string()));
         }
         let (endpoint, name) = registry.resolve(id, environment)?;

@@ -55,7 +55,7 @@ pub use bradley_terry::{Comparisons, NoStrengths, Strength};
 pub use confusion::{Cluster, Confusion, Share};
 pub use consumption::{Attempt, Spending, duration, local_time, thousands};
 pub use invariance::{Invariance, Pair, invariance, pairs};
-pub use judges::{Judge, Judges, ModelJudge, RECORDED};
+pub use judges::{Judge, Judges, ModelJudge, is_stored_alone};
 pub use labels::{Label, LabelError, Labels, Loss, Problem, annotations};
 pub use lead::{Labelled, Lead, LeadCurve, LeadPoint, PAPER_STEPS, Timed, lead_curves};
 pub use leaks::{Leak, Rule, RuleScore, SURFACE, leaks, rules};

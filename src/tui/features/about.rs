@@ -11,7 +11,7 @@ use crate::loaded::Opened;
 use crate::model::Model;
 use crate::widgets::hints::{self, Hint};
 use crate::widgets::window;
-use crate::widgets::words::pad;
+use crate::widgets::words::{pad, two_lines};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::{Severity, in_short};
 
@@ -28,13 +28,25 @@ impl Screen for AboutScreen {
 
     fn draw(&self, frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         let width = window::text_width(screen);
-        let mut text = match &model.opened {
+        let contents = match &model.opened {
             Some(opened) => about(model, opened, width),
             None => Text::raw(match &model.open_error {
                 Some(error) => visible(error).into_owned(),
                 None => "no scenario is open".into(),
             }),
         };
+        let mut text = Text::default();
+        if two_lines(
+            &model.last_message,
+            usize::from(screen.width.saturating_sub(2)),
+        )
+        .1
+        {
+            text.push_line(Line::styled("last message", title(model)));
+            push_wrapped(&mut text, &model.last_message, width, model.theme.text);
+            text.push_line("");
+        }
+        text.extend(contents);
         passed_over(model, &mut text, width);
         window::scrolled(frame, screen, model, "scenario", text, self.scroll);
     }

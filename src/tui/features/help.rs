@@ -187,7 +187,7 @@ fn parts(model: &Model, help: &HelpScreen) -> Vec<Part> {
         let matching = hints.filter(|(keys, words)| matches(&format!("{keys} {words}")));
         rows.splice(0..0, matching.cloned());
     }
-    let rules = rules(model).into_iter();
+    let rules = rules().into_iter();
     let rules: Vec<_> = rules
         .filter(|(keys, words)| matches(&format!("{keys} {words}")))
         .collect();
@@ -253,24 +253,16 @@ fn by_menu(model: &Model) -> Vec<(String, Vec<&'static Entry>)> {
 }
 
 /// What some keys do wherever they are pressed.
-fn rules(model: &Model) -> Vec<(String, String)> {
-    let key = |action| model.look.key(action);
+fn rules() -> Vec<(String, String)> {
     let rows = [
+        ("Enter", "does the main thing of the pane"),
         (
-            key(Action::Cancel),
-            "closes the innermost thing that is open, or cancels what runs",
-        ),
-        (
-            key(Action::Quit),
-            "closes the window that is open; without one, quits (in a line of text, it is typed)",
-        ),
-        ("Enter".to_string(), "does the main thing of the pane"),
-        (
-            "digits".to_string(),
+            "digits",
             "before a motion repeat it, as in 10j, 5→, 3n; before g g go to that line",
         ),
     ];
-    rows.map(|(keys, words)| (keys, words.to_string())).into()
+    rows.map(|(keys, words)| (keys.to_string(), words.to_string()))
+        .into()
 }
 
 /// Signs of the list of scenarios.

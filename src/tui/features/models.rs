@@ -9,7 +9,7 @@ use crate::features::picker::Choice;
 use crate::model::{Model, Picker, models_shown};
 use crate::widgets::{picker, window};
 use nearmiss_scene::judge;
-use nearmiss_study::evaluation::RECORDED;
+use nearmiss_study::evaluation::is_stored_alone;
 
 /// Models by id.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ impl Choice for Models {
         let shown = models_shown(model, &Picker::default());
         let reads = |id: &&String| {
             let is_other = !self.ask || **id != model.model;
-            is_other && **id != judge::MODEL && !id.starts_with(RECORDED)
+            is_other && **id != judge::MODEL && !is_stored_alone(id)
         };
         let asked = model.answers.columns.iter().rev().map(|c| &c.model);
         let lacks_key = |id: &str| {
@@ -68,7 +68,10 @@ impl Choice for Models {
         let shown = models_shown(model, picker);
         let prices = &model.prompt.prices;
         let selected = shown.get(picker.selected);
-        let origin = selected.map(|id| prices.origin(id));
+        let origin = selected.map(|id| match missing_key(model, id) {
+            Some(name) => format!("{name} not set; {}", prices.origin(id)),
+            None => prices.origin(id),
+        });
         let bound = selected
             .and_then(|id| prices.bound(id))
             .map(|bound| format!("at most: {bound}"));
@@ -90,24 +93,30 @@ impl Choice for Models {
     }
 }
 
-/// The price of a model, per 1M tokens and of the question as it stands, and what it lacks.
+/// The variable of the key that a model lacks.
+fn missing_key<'m>(model: &'m Model, id: &str) -> Option<&'m str> {
+    match &model.offers.iter().find(|o| o.id == id)?.key {
+        Some((name, false)) => Some(name),
+        _ => None,
+    }
+}
+
+/// What a model lacks, and its price: of the question as it stands, and per 1M tokens.
 fn note(model: &Model, id: &str) -> String {
-    if id.starts_with(RECORDED) {
+    if is_stored_alone(id) {
         return "imported answers".into();
     }
     let prices = &model.prompt.prices;
     let offer = model.offers.iter().find(|o| o.id == id);
     let mut parts = Vec::new();
-    if let Some(Some((name, false))) = offer.map(|o| &o.key) {
-        parts.push(format!("{name} not set"));
-    }
-    parts.extend(offer.and_then(|o| o.warning.clone()));
+    parts.extend(missing_key(model, id).map(|_| "no key".into()));
     let of_million = prices.per_million(id);
     let question = model.prompt.question.as_ref();
     let once = question
         .map(|_| model.price_of(id))
         .filter(|once| *once != of_million);
-    parts.push(of_million);
     parts.extend(once);
+    parts.push(of_million);
+    parts.extend(offer.and_then(|o| o.warning.clone()));
     parts.join(" · ")
 }

@@ -1,7 +1,7 @@
-//! The tour: eight keys with what they do, one after the other in the first line of the screen, on example answers.
+//! The tour: nine keys with what they do, one after the other in a line above everything else, on example answers.
 
 use ratatui::Frame;
-use ratatui::layout::Rect;
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 
@@ -14,15 +14,15 @@ use crate::widgets::words::pad;
 pub struct Tour(usize);
 
 /// What is done, and what it shows.
-const STEPS: [(Action, &str); 8] = [
+const STEPS: [(Action, &str); 9] = [
     (Action::Play, "plays from 3 s before the contact"),
     (
         Action::NextDifference,
-        "goes to what an example answer says otherwise than the geometry",
+        "goes to an answer that differs from the geometry",
     ),
     (
         Action::NextClaim,
-        "goes to the next claim of that answer, checked against the scene",
+        "goes to the next claim of that answer, checked",
     ),
     (Action::CompareScreen, "shows answers side by side"),
     (
@@ -32,13 +32,21 @@ const STEPS: [(Action, &str); 8] = [
     (Action::Results, "counts all answers against the truth"),
     (
         Action::Generate,
-        "makes the scenario dangerous, and proves that a good driver survives it",
+        "searches for an attack that a good driver survives",
+    ),
+    (
+        Action::VariantPanel,
+        "shows the attack, once found, and how to survive it",
     ),
     (Action::Edit, "edits the prompt; Alt-r asks with it"),
 ];
 
 /// An action was performed: if it was the next one, the tour goes on.
 pub fn follow(model: &mut Model, action: Action) {
+    // The panel stays closed until the search has found something.
+    if action == Action::VariantPanel && model.variant().is_none() {
+        return;
+    }
     if let Some(Tour(step)) = &mut model.tour
         && STEPS.get(*step).is_some_and(|(next, _)| *next == action)
     {
@@ -59,10 +67,14 @@ fn key(model: &Model, action: Action) -> String {
     format!("{} {key}", model.look.key(Action::Cancel))
 }
 
-/// Draws its line over the first one of the screen.
-pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
+/// Draws its line, and gives what of the screen is below it.
+pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) -> Rect {
     let shown = model.tour.filter(|_| !model.drawn.is_for_picture());
-    let Some(Tour(step)) = shown else { return };
+    let Some(Tour(step)) = shown else {
+        return screen;
+    };
+    let [first, below] =
+        Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(screen);
     let theme = &model.theme;
     let style = Style::new()
         .fg(theme.accent)
@@ -82,9 +94,6 @@ pub fn draw(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
         pad(&words, width),
         style.add_modifier(Modifier::BOLD),
     ));
-    let first = Rect {
-        height: 1.min(screen.height),
-        ..screen
-    };
     frame.render_widget(line, first);
+    below
 }

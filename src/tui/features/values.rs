@@ -143,7 +143,7 @@ fn obstacle_title(model: &Model) -> String {
         all.find(|o| o.id == id)
     });
     match found {
-        Some(obstacle) => format!("{} {}", obstacle.kind, obstacle.id),
+        Some(obstacle) => format!("{} {}", obstacle.kind.words(), obstacle.id),
         None => {
             let key = model.look.key(Action::NextObstacle);
             format!("no obstacle picked; {key} picks one")

@@ -146,7 +146,9 @@ impl Opened {
             name: change.map_or_else(|| entry.name.clone(), |c| c.name(&entry.name)),
             change,
             file: entry.display(),
-            ranking: headline.as_ref().map(ranking).unwrap_or_default(),
+            ranking: { headline.as_ref().zip(series.as_ref()) }
+                .map(|(headline, series)| ranking(headline, series))
+                .unwrap_or_default(),
             basemap: Arc::new(Basemap::new(&scenario)),
             scenario,
             scene,
@@ -203,13 +205,24 @@ fn measured(scene: &Scene, thresholds: &Thresholds) -> (Series, Headline) {
     (series, headline)
 }
 
-/// Obstacles by their most severe moment.
-fn ranking(headline: &Headline) -> Vec<i64> {
-    headline
-        .moments
-        .iter()
-        .map(|moment| moment.obstacle)
-        .collect()
+/// Obstacles by their most severe moment; after the first those without a severe one as the judge has them: by the lowest
+/// risk score, then the smallest distance.
+fn ranking(headline: &Headline, series: &Series) -> Vec<i64> {
+    let least = |measure, id| {
+        let values = series.row(measure, id).iter().filter_map(|r| r.value());
+        values.fold(f64::INFINITY, f64::min)
+    };
+    let order = |(place, moment): (usize, &CriticalMoment)| {
+        let id = moment.obstacle;
+        let is_severe = place == 0 || moment.grade.number() < Grade::Near.number();
+        match is_severe.then_some(place as f64) {
+            Some(place) => (id, [0.0, place, 0.0]),
+            None => (id, [1.0, least("risk", id), least("distance", id)]),
+        }
+    };
+    let mut all: Vec<_> = headline.moments.iter().enumerate().map(order).collect();
+    all.sort_by(|(_, a), (_, b)| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+    all.into_iter().map(|(id, _)| id).collect()
 }
 
 /// The most dangerous value of a measure in a scenario with this ego; nothing without an ego or a value.

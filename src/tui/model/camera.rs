@@ -32,7 +32,7 @@ pub struct Camera {
 }
 
 /// Metres that a map shows at first, so that a vehicle is seen before it is near.
-pub const NEIGHBOURHOOD: f64 = 45.0;
+pub const NEIGHBOURHOOD: f64 = 36.0;
 
 const NEAREST: f64 = 0.1;
 const FARTHEST: f64 = 200.0;
@@ -44,7 +44,7 @@ const ASPECT: f64 = 2.0;
 const SHAPES: std::ops::RangeInclusive<f64> = 1.0..=4.0;
 
 /// The ego that is followed stays within this part of the view.
-const IN_VIEW: f64 = 0.85;
+const IN_VIEW: f64 = 0.9;
 
 impl Default for Camera {
     fn default() -> Self {
@@ -82,11 +82,16 @@ impl Camera {
         f64::from(size.0) >= f64::from(size.1) * self.aspect
     }
 
-    /// Zooms by a factor; below 1 is in. The middle stays where it is, or the ego that is followed.
+    /// Zooms by a factor; below 1 is in. The middle stays where it is, or the ego that is followed; farther away that comes
+    /// back to the middle, as its surroundings are to be seen.
     pub fn zoom(&mut self, factor: f64) {
         self.auto = false;
         self.fitted = None;
+        let shift = self.shift;
         self.scale(factor);
+        if factor > 1.0 {
+            self.shift = shift;
+        }
     }
 
     /// The same where it is not the user who zooms.
@@ -248,7 +253,10 @@ mod tests {
         assert!(right.abs() <= 50.0 && up.abs() <= 20.0, "{right} {up}");
         camera.zoom(4.0);
         let wider = seen(&camera, &Point::origin(), ego);
-        assert!((wider.0 - right).abs() < 1e-9, "it stays where it is");
+        assert!((wider.0 - right / 4.0).abs() < 1e-9, "it comes back");
+        camera.zoom(0.5);
+        let nearer = seen(&camera, &Point::origin(), ego);
+        assert!((nearer.0 - wider.0).abs() < 1e-9, "it stays where it is");
     }
 
     #[test]

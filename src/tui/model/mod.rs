@@ -14,8 +14,7 @@ pub use super::features::answers::state::{
 };
 pub use super::features::batch::state::{Batch, BatchProposal, Counts, MarkedScenarios};
 pub use super::features::compare::state::{
-    BlindMode, Compare, MAX_COMPARED, Marking, NARROWEST as NARROWEST_COMPARED, PendingRating,
-    REASONS, shuffle,
+    BlindMode, Compare, MAX_COMPARED, Marking, PendingRating, REASONS, shuffle,
 };
 pub use super::features::experiment::state::{
     CountedExperiment, ExperimentOutline, ExperimentView,
@@ -28,7 +27,7 @@ pub use super::features::index::IndexChoice;
 pub use super::features::jobs::state::{Job, JobKind, JobState, Jobs};
 pub use super::features::map::state::{
     Detail, End, Foreseen, Foresight, Future, Layers, Measurement, Moment, On, PathRequest, Tape,
-    Tools, Trails, as_text,
+    Tools, Trails, VariantStrip, as_text,
 };
 pub use super::features::planner::state::{Driver, RunningDrive, forecast_words};
 pub use super::features::plot::state::{Drives, Plot};
@@ -184,6 +183,8 @@ pub struct Model {
     pub screens: Screens,
     /// Messages.
     pub toasts: Vec<Toast>,
+    /// The text of the last message.
+    pub last_message: String,
     /// The session: what comes back of it, and what is kept.
     pub recall: SessionState,
     /// Colours.
@@ -270,6 +271,7 @@ impl Model {
             uptime: Duration::ZERO,
             screens: Screens::default(),
             toasts: Vec::new(),
+            last_message: String::new(),
             recall: SessionState::default(),
             theme,
             look: DisplaySettings::default(),
@@ -421,6 +423,7 @@ impl Model {
     fn notify(&mut self, text: String, kind: Notice, left: f64) {
         self.toasts
             .retain(|t| (kind == Notice::Error || t.kind == Notice::Error) && t.text != text);
+        self.last_message.clone_from(&text);
         self.toasts.push(Toast {
             text,
             kind,

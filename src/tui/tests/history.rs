@@ -46,6 +46,26 @@ fn words_and_filters_narrow_it_down_as_one_types() {
 }
 
 #[test]
+fn a_hit_in_the_name_leaves_how_was_asked_in_sight() {
+    let mut kept = three();
+    let row = |kept: &Fixture| {
+        let frame = kept.bench.frame(100, 30);
+        let row = frame.lines().find(|line| line.contains('▸'));
+        row.unwrap().to_string()
+    };
+    let before = row(&kept);
+    assert!(before.contains("safety cart cp"), "{before}");
+    kept.press("/");
+    kept.type_text("lost");
+    let found = row(&kept);
+    assert!(
+        found.contains("ZAM_Lost-1_1_T-1 ") && found.contains("safety cart cp"),
+        "{found}"
+    );
+    assert!(!found.contains('['), "{found}");
+}
+
+#[test]
 fn a_deletion_is_taken_back_and_the_one_before_it_too() {
     let mut kept = three();
     kept.press("d d");

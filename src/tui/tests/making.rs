@@ -660,3 +660,45 @@ fn the_certificate_is_told_in_plain_words() {
         assert!(words.contains(&said), "{said}\n{words}");
     }
 }
+
+#[test]
+fn a_search_covers_no_pane_and_says_which_keys_cancel_it() {
+    let mut bench = open("rightturn");
+    let above = |frame: &str| frame.lines().take(21).collect::<Vec<_>>().join("\n");
+    let plain = above(&bench.frame(80, 24));
+    bench.press("space g g");
+    let frame = bench.frame(80, 24);
+    assert_eq!(above(&frame), plain);
+    assert!(frame.contains("searching for an attack"), "{frame}");
+    let last = |frame: &str| frame.lines().last().unwrap().to_string();
+    assert!(last(&frame).starts_with(" Esc Esc cancel · "), "{frame}");
+    bench.press("esc");
+    let frame = bench.frame(80, 24);
+    assert!(last(&frame).starts_with(" Esc cancel · "), "{frame}");
+}
+
+#[test]
+fn without_room_for_three_maps_the_gaps_stand_above_the_text() {
+    let mut bench = dangerous();
+    bench.model.toasts.clear();
+    bench.press("space g v");
+    let least = super::super::features::generation::panel::strip::least_screen();
+    let (columns, rows) = least.split_once('×').unwrap();
+    let (columns, rows) = (columns.parse().unwrap(), rows.parse().unwrap());
+    let words = format!("three maps from {least}");
+    let attacker = bench.model.strip().unwrap().attacker;
+    let gaps = format!("┌ gap to {attacker}");
+    for (size, maps) in [
+        ((80, 24), false),
+        ((columns - 1, rows), false),
+        ((columns, rows), true),
+    ] {
+        let frame = bench.frame(size.0, size.1);
+        assert_eq!(frame.contains("┌ original"), maps, "{frame}");
+        assert_eq!(frame.contains(&words), !maps, "{frame}");
+        assert!(
+            frame.contains(&gaps) && frame.contains("outcome, computed"),
+            "{frame}"
+        );
+    }
+}

@@ -696,6 +696,27 @@ fn a_notice_goes_with_the_next_key_and_hides_no_pane() {
 }
 
 #[test]
+fn a_long_message_takes_two_lines_at_the_bottom_and_can_be_read_again() {
+    let mut bench = Bench::bundled();
+    bench.send(Msg::Resize(80, 24));
+    let above = |frame: &str| frame.lines().take(22).collect::<Vec<_>>().join("\n");
+    let plain = above(&bench.frame(80, 24));
+    bench.model.say("words ".repeat(40) + "ended");
+    let frame = bench.frame(80, 24);
+    assert_eq!(above(&frame), plain);
+    assert!(frame.ends_with("… Space o i all of it"), "{frame}");
+    bench.press("space o i");
+    let about = bench.frame(80, 24);
+    assert!(
+        about.contains("last message") && about.contains("words ended"),
+        "{about}"
+    );
+    // One that was seen whole is not repeated.
+    bench.model.say("short");
+    assert!(!bench.frame(80, 24).contains("last message"));
+}
+
+#[test]
 fn an_error_covers_neither_plot_nor_timeline() {
     let mut bench = Bench::bundled();
     let plain = bench.frame(80, 24);
@@ -724,4 +745,56 @@ fn the_position_hides_no_number_of_the_timeline() {
             .frame(250, 60)
             .contains("bars grow with danger: full = risk 0")
     );
+}
+
+#[test]
+fn the_title_has_the_reason_before_anything_else() {
+    for (name, reason) in [
+        ("cutin", ": contact in"),
+        ("overtaking", ": contact in"),
+        ("pedestrian", ": c"),
+    ] {
+        let mut bench = Bench::bundled();
+        bench.press("/");
+        bench.type_text(name);
+        bench.press("enter");
+        let frame = bench.frame(80, 24);
+        let title = frame.lines().find(|line| line.contains(" map · ")).unwrap();
+        assert!(title.contains(reason), "{title}");
+    }
+}
+
+#[test]
+fn obstacles_are_picked_in_the_order_of_their_danger() {
+    for name in ["rightturn", "cutin", "pedestrian"] {
+        let bench = at(name, 0);
+        let opened = bench.model.opened.as_ref().unwrap();
+        let headline = opened.headline.as_ref().unwrap();
+        let series = opened.series.as_ref().unwrap();
+        let (first, rest) = opened.ranking.split_first().unwrap();
+        assert_eq!(Some(*first), headline.worst().map(|worst| worst.obstacle));
+        let danger = |id: &i64| {
+            let grade = headline.worst_with(*id).unwrap().grade.number();
+            let risks = series.row("risk", *id).iter().filter_map(|r| r.value());
+            // Before those without a severe moment come those with one.
+            let risk = if grade < 5 {
+                0.0
+            } else {
+                risks.fold(f64::MAX, f64::min)
+            };
+            (grade, risk)
+        };
+        let all: Vec<_> = rest.iter().map(danger).collect();
+        assert!(all.is_sorted(), "{name}: {:?} {all:?}", opened.ranking);
+    }
+}
+
+#[test]
+fn without_colours_small_bodies_are_boxes_with_their_heading() {
+    let mut bench = at("overtaking", 48);
+    bench.model.theme = Theme::default_theme().at_depth(ColorDepth::None);
+    bench.model.camera.zoom(1.0);
+    bench.model.camera.cell = 1.7;
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("[←]") && frame.contains(" → "), "{frame}");
 }

@@ -416,7 +416,7 @@ fn the_good_driver_stands_beside_the_planner_with_verdict_and_gap() {
     };
     assert!(!judged(then.opened), "the good driver touches nothing");
     let line = certificate_titles(&mut bench);
-    let planner = line.find("nearmiss: X collision · ");
+    let planner = line.find("attack: X collision · ");
     let driver = line.find("good driver");
     assert!(planner.is_some() && planner < driver, "{line}");
     assert!(line.contains(": no contact · "), "{line}");

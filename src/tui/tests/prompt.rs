@@ -427,6 +427,34 @@ fn the_users_editor_gets_the_template_and_what_comes_back_is_a_draft() {
 }
 
 #[test]
+fn where_the_pane_has_no_room_its_key_shows_it_first() {
+    let mut bench = Bench::bundled();
+    bench.send(Msg::Resize(80, 24));
+    assert_ne!(bench.model.focus, Pane::Prompt);
+    bench.press("space a v");
+    assert_eq!(bench.model.focus, Pane::Prompt);
+    assert_eq!(bench.model.prompt.view, PromptView::Rendered);
+    bench.press("space a v");
+    assert_eq!(bench.model.prompt.view, PromptView::Template);
+}
+
+#[test]
+fn the_header_says_that_a_draft_is_used() {
+    let mut bench = with(Keys::Plain);
+    bench.type_text("Mine. ");
+    bench.press("esc");
+    for (columns, rows) in [(80, 24), (200, 60)] {
+        let frame = bench.frame(columns, rows);
+        assert!(
+            frame.lines().next().unwrap().contains(" · draft"),
+            "{frame}"
+        );
+    }
+    bench.press("e ctrl-z esc");
+    assert!(!bench.frame(80, 24).contains("draft"));
+}
+
+#[test]
 fn the_difference_to_the_shipped_template_has_signs() {
     let mut bench = with(Keys::Plain);
     bench.press("ctrl-g 1 0 enter");

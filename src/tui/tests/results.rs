@@ -370,3 +370,38 @@ fn of_a_locked_test_split_the_progress_is_shown_and_when_complete_its_figures() 
     assert_eq!(kept.bench.model.results.rows.len(), 1);
     assert_eq!(kept.bench.model.results.locked, None);
 }
+
+#[test]
+fn in_a_narrow_list_names_and_truths_are_whole() {
+    let mut kept = four();
+    let results = &mut kept.bench.model.results;
+    let long = "BEL_Brussels-82_4_T-1";
+    for row in &mut results.rows {
+        for (place, answer) in row.answers.iter_mut().enumerate() {
+            answer.scenario = long.into();
+            answer.outcome = [Outcome::FalseNegative, Outcome::TrueNegative][place % 2];
+        }
+    }
+    results.selected = results.rows.len() - 1;
+    results.column = 0;
+    press(&mut kept, "enter");
+    let frame = kept.bench.frame(60, 18);
+    assert!(frame.contains(&format!("{long} no, truth yes")), "{frame}");
+    let frame = kept.bench.frame(120, 40);
+    assert!(
+        frame.contains(&format!("{long} says no, truth is yes")),
+        "{frame}"
+    );
+}
+
+#[test]
+fn a_table_says_how_many_rows_are_below() {
+    let mut kept = four();
+    let rows = &mut kept.bench.model.results.rows;
+    let more = std::iter::repeat_n(rows[0].clone(), 30);
+    rows.extend(more);
+    assert!(kept.bench.frame(80, 24).contains(" more lines "));
+    kept.bench.model.results.selected = 31;
+    let frame = kept.bench.frame(80, 24);
+    assert!(!frame.contains(" more lines "), "{frame}");
+}

@@ -115,6 +115,37 @@ fn a_claim_picks_its_obstacle_and_its_step() {
 }
 
 #[test]
+fn it_says_how_many_answers_there_are_and_rates_none_out_of_sight() {
+    let mut bench = sized(two(), 80, 24);
+    bench.press("space o c");
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("3 answers, 2 shown"), "{frame}");
+    let last = frame.lines().last().unwrap();
+    assert!(last.starts_with(" [] answer  1 2 best "), "{last}");
+    bench.press("+");
+    let frame = bench.frame(80, 24);
+    assert!(frame.contains("3 answers, 1–2 of 3 shown"), "{frame}");
+    assert!(frame.contains(" 1 2 best "), "{frame}");
+    bench.press("3");
+    assert_eq!(bench.model.compare.choice, None);
+    bench.press("right right");
+    assert!(bench.frame(80, 24).contains(" 2 3 best "));
+    bench.press("3");
+    assert_eq!(bench.model.compare.choice, Some(Choice::Best(2)));
+}
+
+#[test]
+fn it_begins_at_the_answer_that_was_shown() {
+    for column in 0..2 {
+        let mut bench = sized(two(), 120, 40);
+        bench.model.answers.show(ShownAnswer::Column(column));
+        bench.press("space o c");
+        let compare = &bench.model.compare;
+        assert_eq!(compare.shown[compare.focus], ShownAnswer::Column(column));
+    }
+}
+
+#[test]
 fn columns_scroll_together_or_alone() {
     let mut bench = sized(two(), 120, 40);
     bench.press("space o c");

@@ -4,6 +4,7 @@ use nearmiss_study::evaluation::Answer;
 use nearmiss_workflow::example_runs;
 
 use crate::features::answers::LoadStored;
+use crate::features::generation::panel::VariantScreen;
 use crate::features::results::ResultsScreen;
 use crate::features::tour::Tour;
 use crate::keymap::{Keymap, Preset};
@@ -44,9 +45,20 @@ fn named(line: &str) -> String {
     keys.collect::<Vec<_>>().join(" ")
 }
 
+/// Presses the keys of a step, whose line is whole in a narrow terminal too.
+fn follow(bench: &mut Bench, place: usize) {
+    let line = line(bench);
+    let begins = format!(" tour {}/9 · ", place + 1);
+    assert!(line.starts_with(&begins), "{line}");
+    let narrow = bench.frame(80, 24);
+    let first = narrow.lines().next().unwrap();
+    assert!(!first.ends_with('…'), "{first}");
+    bench.press(&named(&line));
+}
+
 #[test]
 fn each_step_is_reached_by_the_key_that_it_names() {
-    let reached: [fn(&Model) -> bool; 8] = [
+    let reached: [fn(&Model) -> bool; 7] = [
         |model| model.clock.playing,
         |model| model.answers.shown == ShownAnswer::Column(1),
         |model| model.claims.picked.is_some(),
@@ -60,22 +72,52 @@ fn each_step_is_reached_by_the_key_that_it_names() {
                 .iter()
                 .any(|job| job.kind == JobKind::Generate)
         },
-        |model| model.prompt.editing,
     ];
-    for preset in Preset::ALL {
+    let ways = Preset::ALL
+        .into_iter()
+        .flat_map(|p| [(p, false), (p, true)]);
+    for (preset, rates) in ways {
         let mut bench = on_tour();
         bench.model.look.keymap = Keymap::from_preset(preset);
         for (place, reached) in reached.iter().enumerate() {
-            let line = line(&bench);
-            let begins = format!(" tour {}/8 · ", place + 1);
-            assert!(line.starts_with(&begins), "{preset:?}: {line}");
-            bench.press(&named(&line));
-            assert!(reached(&bench.model), "{preset:?}: {line}");
+            follow(&mut bench, place);
+            assert!(reached(&bench.model), "{preset:?}: {place}");
+            if rates && bench.model.compare.hides() {
+                bench.press("1");
+                assert!(!bench.model.compare.hides());
+            }
         }
         assert_eq!(making::asked(&bench).len(), 1);
+        assert!(!bench.model.compare.open, "the search is seen");
+        bench.press("space g v");
+        assert!(bench.model.screens.is_empty(), "nothing to show yet");
         let line = line(&bench);
-        assert!(line.starts_with(" tour · that was all"), "{line}");
+        assert!(line.starts_with(" tour 8/9 · Space g v "), "{line}");
     }
+}
+
+#[test]
+fn it_ends_in_the_editor_after_the_variant() {
+    let mut bench = making::dangerous();
+    bench.model.tour = Some(Tour::default());
+    bench.model.size = (160, 45);
+    for place in 0..8 {
+        follow(&mut bench, place);
+    }
+    assert!(bench.model.screens.is_top::<VariantScreen>());
+    follow(&mut bench, 8);
+    assert!(bench.model.prompt.editing);
+    let line = line(&bench);
+    assert!(line.starts_with(" tour · that was all"), "{line}");
+}
+
+#[test]
+fn its_line_covers_nothing() {
+    let mut bench = on_tour();
+    let with = bench.frame(120, 41);
+    bench.model.tour = None;
+    let (_, below) = with.split_once('\n').unwrap();
+    assert_eq!(below, bench.frame(120, 40));
 }
 
 #[test]

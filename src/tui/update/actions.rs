@@ -75,11 +75,16 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         DrivePlanner | NextForecast | NextPlanner | PlotDrives | SaveDrive | Generate
         | GenerateWith | GenerateWish | ModelAttacks | ModelAttacksWith | SwitchVariant
         | SaveVariant => {
+            if !matches!(action, SaveDrive | SaveVariant) {
+                // What is planned or made is seen on the main screen.
+                compare::close(model);
+            }
             return planner::perform(model, action);
         }
         ToggleTask | ToggleFrame | ToggleCp | ToggleCot | ToggleIcl | ToggleTools => {
             return toggle(model, action);
         }
+        PromptView if prompt::is_hidden(model) => model.focus = Pane::Prompt,
         PromptView => {
             model.prompt.view = model.prompt.view.next();
             model.prompt.scroll = 0;

@@ -20,7 +20,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let message = toasts::message(model, area.width);
     let width = area
         .width
-        .saturating_sub(message.map_or(0, |(_, columns)| columns));
+        .saturating_sub(message.map_or(0, |message| message.columns_of_keys()));
     let area = Rect { width, ..area };
     let (hints, last) = hints(model, area.width);
     let width = |(keys, words): &Hint| keys.width() + words.width() + 3;
@@ -96,7 +96,14 @@ fn searching(model: &Model, width: u16) -> Option<Hint> {
     if let Some(why) = search.waits.as_ref().filter(|_| width >= WIDE) {
         words.push_str(&format!(" · {}", fit(&visible(why), WAITS)));
     }
-    Some((model.look.key(Action::Cancel), words))
+    let key = model.look.key(Action::Cancel);
+    // The first press only asks.
+    let keys = if model.stop_within > 0.0 {
+        key
+    } else {
+        format!("{key} {key}")
+    };
+    Some((keys, words))
 }
 
 /// The hints of a mode that takes all keys.
@@ -285,18 +292,19 @@ fn comparing(model: &Model) -> Vec<Hint> {
             ("Esc", "cancel"),
         ]);
     }
+    let (seen, shown) = (model.seen_side_by_side(), compare.shown.len());
     let works = |entry: &Entry| match entry.action {
-        Action::BestFirst | Action::BestSecond | Action::RateTie | Action::RateAllWrong => {
-            compare.shown.len() > 1
-        }
+        Action::BestFirst => shown > 1 && seen.contains(&0),
+        Action::BestSecond => shown > 1 && seen.contains(&1),
+        Action::RateTie | Action::RateAllWrong => shown > 1,
         Action::MarkWrong | Action::CompareLeft | Action::CompareRight => !compare.shown.is_empty(),
         Action::NextClaim
         | Action::PreviousClaim
         | Action::NextObstacle
         | Action::PreviousObstacle => !compare.hides(),
         Action::NextAnswer | Action::PreviousAnswer => compare.blind.is_none(),
-        Action::BestThird => compare.shown.len() > 2,
-        Action::BestFourth => compare.shown.len() > 3,
+        Action::BestThird => seen.contains(&2),
+        Action::BestFourth => seen.contains(&3),
         Action::NextRound => compare.blind.is_some(),
         _ => true,
     };
@@ -308,8 +316,20 @@ fn comparing(model: &Model) -> Vec<Hint> {
     if model.answers.is_running() {
         hints.push(("Esc".into(), "cancel request".into()));
     }
-    let shown = entries(Scope::Compare).into_iter();
-    hints.extend(together(shown.filter(|e| works(e)).filter_map(hint)));
+    let mut usable: Vec<&Entry> = entries(Scope::Compare)
+        .into_iter()
+        .filter(|e| works(e))
+        .collect();
+    if compare.blind.is_none() && shown < model.comparable().len() {
+        // What shows the others comes first.
+        let fits = shown < model.fit_side_by_side();
+        usable.sort_by_key(|entry| match entry.action {
+            Action::NextAnswer | Action::PreviousAnswer => 0,
+            Action::MoreColumns | Action::FewerColumns if fits => 1,
+            _ => 2,
+        });
+    }
+    hints.extend(together(usable.into_iter().filter_map(hint)));
     // Blind, menus would name models.
     hints.extend((!compare.hides()).then(|| ("Space".to_string(), "menu".to_string())));
     hints

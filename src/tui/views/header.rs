@@ -84,7 +84,12 @@ fn asked(model: &Model, width: u16) -> String {
     let running = running(model);
     let task = model.task.name();
     let frame = frame_name(model);
-    let techniques = with_tools(&model.techniques.to_string(), model.tools);
+    let draft = if model.prompt.is_draft() {
+        " · draft"
+    } else {
+        ""
+    };
+    let techniques = with_tools(&model.techniques.to_string(), model.tools) + draft;
     let all = techniques.replace("cp+cot+icl", "all");
     let short = match task {
         "collision" => "coll.",
@@ -106,7 +111,7 @@ fn asked(model: &Model, width: u16) -> String {
     });
     let mut forms: Vec<String> = Vec::new();
     // Tools multiply the price: they are named beside it where the techniques are not.
-    let least = with_tools(task, model.tools);
+    let least = with_tools(task, model.tools) + draft;
     for begun in [&with_sum, &without_sum] {
         forms.extend(ways.iter().map(|way| format!("{begun}{way} · {priced} ")));
         forms.push(format!("{begun}{least} · {priced} "));

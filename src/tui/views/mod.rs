@@ -16,19 +16,18 @@ use crate::widgets::words;
 
 /// Draws everything, in the signs that the terminal has.
 pub fn draw(frame: &mut Frame<'_>, model: &Model) {
-    everything(frame, model);
-    super::features::tour::draw(frame, frame.area(), model);
+    let screen = super::features::tour::draw(frame, frame.area(), model);
+    everything(frame, screen, model);
     model.theme.paint(frame.buffer_mut());
     if model.look.glyphs == Glyphs::Ascii {
         words::only(frame.buffer_mut());
     }
 }
 
-fn everything(frame: &mut Frame<'_>, model: &Model) {
+fn everything(frame: &mut Frame<'_>, screen: Rect, model: &Model) {
     model.drawn.clear();
-    let screen = frame.area();
     let Some(mut parts) = layout::split(screen, model) else {
-        draw_too_small(frame, model);
+        draw_too_small(frame, screen, model);
         return;
     };
     if model.compare.open {
@@ -67,8 +66,7 @@ fn screens(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     toasts::draw_keys(frame, area, model);
 }
 
-fn draw_too_small(frame: &mut Frame<'_>, model: &Model) {
-    let area = frame.area();
+fn draw_too_small(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     let (columns, rows) = SMALLEST;
     let text = Text::from(vec![
         Line::from(format!(

@@ -1,4 +1,4 @@
-//! What lies over the panes: messages, the first hint, and the keys that can follow.
+//! What lies over the panes: messages at the bottom, errors in boxes, the first hint, and the keys that can follow.
 
 use nearmiss_scene::description::visible;
 use nearmiss_scene::judge;
@@ -14,9 +14,9 @@ use crate::action::{Action, Entry, title_of};
 use crate::keymap::Chord;
 use crate::layout::ScreenAreas;
 use crate::model::{Model, Notice, Pane, ShownAnswer, Toast};
-use crate::widgets::words::{fit, pad};
+use crate::widgets::words::{fit, pad, two_lines};
 
-/// Messages shown at once.
+/// Errors shown at once.
 const MAX_SHOWN: usize = 3;
 /// Columns of a box at least, where the screen has them.
 const NARROWEST: u16 = 50;
@@ -24,20 +24,46 @@ const NARROWEST: u16 = 50;
 /// Columns of the bottom line that keys keep beside a message; where they would have fewer, it has the whole line.
 const KEYS: u16 = 24;
 
-/// The message of the bottom line, and how many of its columns it takes.
-pub fn message(model: &Model, columns: u16) -> Option<(&Toast, u16)> {
-    let room = columns.saturating_sub(2);
-    // While an attack is searched for, the line says how far and how to cancel.
-    let is_free = model.generation.under_way.is_none();
-    let width = |toast: &Toast| u16::try_from(visible(&toast.text).width()).unwrap_or(u16::MAX);
-    let in_a_line = |toast: &&Toast| is_free && toast.kind != Notice::Error && width(toast) <= room;
-    let mut shown = model.toasts.iter().filter(|toast| may_show(model, toast));
-    let toast = shown.rfind(in_a_line)?;
-    let taken = width(toast).saturating_add(2);
-    Some(if columns.saturating_sub(taken) < KEYS {
-        (toast, columns)
-    } else {
-        (toast, taken)
+/// The message at the bottom of the screen.
+pub struct BottomMessage {
+    /// One or two lines.
+    lines: Vec<String>,
+    /// The columns that it takes.
+    columns: u16,
+    /// Whether it stands above the line of keys.
+    above: bool,
+}
+
+impl BottomMessage {
+    /// How many columns of the line of keys it takes.
+    pub fn columns_of_keys(&self) -> u16 {
+        if self.above { 0 } else { self.columns }
+    }
+}
+
+/// The message at the bottom of a screen of so many columns: the newest that is no error.
+pub fn message(model: &Model, columns: u16) -> Option<BottomMessage> {
+    let shows = |toast: &&Toast| toast.kind != Notice::Error && may_show(model, toast);
+    let toast = model.toasts.iter().rfind(shows)?;
+    let room = usize::from(columns.saturating_sub(2));
+    let (mut lines, cut) = two_lines(&toast.text, room);
+    if let (true, Some(last)) = (cut, lines.last_mut()) {
+        let rest = format!(" {} all of it", model.look.key(Action::About));
+        *last = format!("{}{rest}", fit(last, room.saturating_sub(rest.width())));
+    }
+    let widest = lines.iter().map(|line| line.width()).max().unwrap_or(0);
+    let wanted = u16::try_from(widest + 2).unwrap_or(u16::MAX);
+    // While an attack is searched for, the line of keys says how far and how to cancel.
+    let above = model.generation.under_way.is_some();
+    let leaves_keys = lines.len() == 1 && (above || columns.saturating_sub(wanted) >= KEYS);
+    Some(BottomMessage {
+        lines,
+        columns: if leaves_keys {
+            wanted.min(columns)
+        } else {
+            columns
+        },
+        above,
     })
 }
 
@@ -47,28 +73,32 @@ fn may_show(model: &Model, toast: &Toast) -> bool {
 }
 
 pub fn draw(frame: &mut Frame<'_>, parts: &ScreenAreas, model: &Model) {
-    let line = message(model, parts.footer.width);
-    if let Some((toast, columns)) = line {
-        let style = Style::new()
-            .fg(model.theme.accent)
-            .add_modifier(Modifier::BOLD);
-        let words = Line::styled(format!(" {}", visible(&toast.text)), style);
-        let area = Rect {
-            x: parts.footer.right().saturating_sub(columns),
-            width: columns,
-            ..parts.footer
-        };
-        frame.render_widget(Clear, area);
-        frame.render_widget(Block::new().style(model.theme.base()), area);
-        frame.render_widget(words, area);
-    }
-    let boxed = model
-        .toasts
-        .iter()
-        .rev()
-        .filter(|toast| may_show(model, toast))
-        .filter(|toast| line.is_none_or(|(shown, _)| !std::ptr::eq(shown, *toast)));
-    boxes(frame, place(parts, model), model, boxed.take(MAX_SHOWN));
+    let newest = model.toasts.iter().rev();
+    let errors = newest.filter(|toast| toast.kind == Notice::Error && may_show(model, toast));
+    boxes(frame, place(parts, model), model, errors.take(MAX_SHOWN));
+    let Some(message) = message(model, parts.footer.width) else {
+        return;
+    };
+    let style = Style::new()
+        .fg(model.theme.accent)
+        .add_modifier(Modifier::BOLD);
+    let height = u16::try_from(message.lines.len()).unwrap_or(1);
+    let bottom = if message.above {
+        parts.footer.y
+    } else {
+        parts.footer.bottom()
+    };
+    let area = Rect {
+        x: parts.footer.right().saturating_sub(message.columns),
+        y: bottom.saturating_sub(height),
+        width: message.columns,
+        height,
+    };
+    let words = message.lines.iter();
+    let lines = words.map(|line| Line::styled(format!(" {line}"), style));
+    frame.render_widget(Clear, area);
+    frame.render_widget(Block::new().style(model.theme.base()), area);
+    frame.render_widget(Text::from_iter(lines), area);
 }
 
 /// Whether a message would tell whose an answer is.
@@ -77,7 +107,7 @@ fn names_a_model(model: &Model, text: &str) -> bool {
     columns.any(|c| text.contains(&c.model))
 }
 
-/// Where boxes stand: over the reasoning and, if they are many, over the verdicts; or over the pane that is shown
+/// Where errors stand: over the reasoning and, if they are many, over the verdicts; or over the pane that is shown
 /// alone. Beside a window at the right, over what it leaves in sight.
 fn place(parts: &ScreenAreas, model: &Model) -> Rect {
     let screen = parts.header.union(parts.footer);
@@ -116,10 +146,6 @@ fn boxes<'a>(
 ) {
     let mut bottom = place.bottom();
     for toast in toasts {
-        let (color, title) = match toast.kind {
-            Notice::Error => (model.theme.danger, " error "),
-            Notice::Reply | Notice::News => (model.theme.accent, ""),
-        };
         let text = visible(&toast.text);
         let wanted = u16::try_from(text.width()).unwrap_or(u16::MAX);
         let width = wanted.saturating_add(4).clamp(24, place.width.max(24));
@@ -135,8 +161,8 @@ fn boxes<'a>(
         }
         let area = Rect::new(place.right() - width, bottom - height, width, height);
         let block = Block::bordered()
-            .border_style(Style::new().fg(color))
-            .title(title)
+            .border_style(Style::new().fg(model.theme.danger))
+            .title(" error ")
             .padding(ratatui::widgets::Padding::horizontal(1));
         frame.render_widget(Clear, area);
         frame.render_widget(words.block(block), area);

@@ -39,7 +39,8 @@ pub fn draw(
         if i == picker.selected && (left.trim_end() != full_left.trim_end() || right != *full_right)
         {
             let words = full_left.split_whitespace().collect::<Vec<_>>().join(" ");
-            whole = Some(format!("{words} · {full_right}"));
+            let dot = if full_right.is_empty() { "" } else { " · " };
+            whole = Some(format!("{words}{dot}{full_right}"));
         }
         let line = Line::from(vec![
             Span::raw(sign),

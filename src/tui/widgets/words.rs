@@ -77,6 +77,17 @@ pub fn pad(text: &str, width: usize) -> String {
     text
 }
 
+/// A text in at most two lines of so many columns, and whether more of it is left; then the second is too long.
+#[must_use]
+pub fn two_lines(text: &str, columns: usize) -> (Vec<String>, bool) {
+    let text = visible(text);
+    let wrapped = textwrap::wrap(&text, columns.max(1));
+    let (first, rest) = wrapped.split_at(1.min(wrapped.len()));
+    let joined = [first, rest].map(|lines| lines.join(" "));
+    let lines = joined.into_iter().filter(|line| !line.is_empty());
+    (lines.collect(), rest.len() > 1)
+}
+
 /// Parts with dots between them, as many as there is room for: each whole, but the first, which is cut.
 #[must_use]
 pub fn whole_parts<'a>(parts: impl IntoIterator<Item = &'a str>, room: usize) -> String {

@@ -14,7 +14,9 @@ use nearmiss_study::evaluation::batch::{
     Experiment, Spec, Split, Variant, configuration_of_item, critical_obstacles, label_of_item,
 };
 use nearmiss_study::evaluation::statistics::SplitMix;
-use nearmiss_study::evaluation::{Cluster, Label, PromptConfig, Protocol, Question};
+use nearmiss_study::evaluation::{
+    Cluster, Label, PromptConfig, Protocol, Question, is_stored_alone,
+};
 use rayon::prelude::*;
 use strum::{IntoStaticStr, VariantArray};
 
@@ -83,7 +85,7 @@ fn single_configuration(experiment: &Experiment) -> Result<Experiment, String> {
         }
     }
     let model = experiment.models.first().cloned().unwrap_or_default();
-    if model.starts_with("reference/") || model.starts_with("recorded/") {
+    if model.starts_with("reference/") || is_stored_alone(&model) {
         return Err(format!(
             "{model} is not asked with a template; tune a language model"
         ));

@@ -306,6 +306,9 @@ fn same_direction(a: &Vector, b: &Vector) -> bool {
 /// The hardest braking of road vehicles: gravity at a coefficient of friction of 1, m/s².
 const MAX_BRAKING: f64 = 9.81;
 
+/// Contacts are never said to be sooner, seconds: bodies that do not touch yet are not "in contact in 0.0 s".
+const SOONEST: f64 = 0.1;
+
 /// What makes a moment matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hazard {
@@ -352,7 +355,11 @@ impl fmt::Display for Hazard {
             } => write!(f, "possible contact with a predicted occupancy"),
             Self::Contact { closing_speed, .. } => write!(f, "contact at {closing_speed:.1} m/s"),
             Self::Course { seconds, braking } => {
-                write!(f, "contact in {seconds:.1} s as they go; ")?;
+                write!(
+                    f,
+                    "contact in {:.1} s at constant speed; ",
+                    seconds.max(SOONEST)
+                )?;
                 if *braking <= MAX_BRAKING {
                     write!(f, "avoided with {braking:.1} m/s² after a reaction")
                 } else {

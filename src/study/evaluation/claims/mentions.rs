@@ -83,6 +83,8 @@ const OPENING: &[&str] = &[
     "static",
     "dynamic",
     "parked",
+    "priority",
+    "taxi",
     "other",
     "however",
     "meanwhile",

@@ -27,7 +27,9 @@ use nearmiss_scene::judge::{self, judge_under};
 use nearmiss_scene::scenario::{EgoSource, Window};
 use nearmiss_scene::verdict::Task;
 use nearmiss_store::Origin;
-use nearmiss_study::evaluation::{Answer, Event, JudgeOutcome, Question, RECORDED, RunOptions};
+use nearmiss_study::evaluation::{
+    Answer, Event, JudgeOutcome, Question, RunOptions, is_stored_alone,
+};
 use nearmiss_workflow::AskRequest;
 
 /// Asks the chosen model the question as it stands; `fresh` even where the store has its answer.
@@ -42,7 +44,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
         model.say("the built-in judge reads no prompt: choose a model for the draft");
         return vec![Effect::Step(Step::Perform(Action::ChooseModel))];
     }
-    if asked.starts_with(RECORDED) && (model.prompt.editing || model.prompt.is_draft()) {
+    if is_stored_alone(&asked) && (model.prompt.editing || model.prompt.is_draft()) {
         model.say(format!(
             "{asked} is imported answers, which no prompt changes: choose a model for the draft"
         ));
@@ -115,7 +117,7 @@ pub fn ask(model: &mut Model, fresh: bool) -> Vec<Effect> {
 
 /// Whether a model is asked over the network, so that it may call tools.
 pub fn calls_tools(model: &str) -> bool {
-    model != judge::MODEL && !model.starts_with(RECORDED)
+    model != judge::MODEL && !is_stored_alone(model)
 }
 
 /// Moves through the obstacles of the verdict pane's table, which stays in sight; says whether there is one to go to.

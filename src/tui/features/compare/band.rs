@@ -122,7 +122,8 @@ fn listed(model: &Model, document: &Document) -> Vec<(Option<usize>, Line<'stati
     };
     let unread = |sentence: &Range<usize>| {
         let words = document.text.get(sentence.clone()).unwrap_or_default();
-        let words = format!("not understood: {}", words.trim());
+        let words = words.trim().trim_start_matches(['-', '*', '#', ' ']);
+        let words = format!("not understood: {}", words.replace("**", ""));
         let dim = Style::new().fg(theme.dim);
         let spans = ["… ", words.as_str()].map(|part| Span::styled(part.to_string(), dim));
         (None, Line::from(spans.to_vec()))

@@ -14,7 +14,7 @@ use crate::action::{Action, Scope};
 use crate::features::compare::fields::Field;
 use crate::features::map::draw;
 use crate::layout::ScreenAreas;
-use crate::model::{Column, Extent, Model, NARROWEST_COMPARED, ShownAnswer};
+use crate::model::{Column, Extent, Model, ShownAnswer};
 use crate::widgets::long_text::MarkedClaims;
 use crate::widgets::window::more_lines;
 use crate::widgets::words::{fit_end, whole_parts};
@@ -73,14 +73,22 @@ fn title(f: &mut Frame<'_>, area: Rect, model: &Model) {
     } else {
         "scroll linked"
     };
-    let count = complete(model).count();
-    let left = match (&compare.blind, compare.shown.len()) {
-        (Some(_), shown) if shown > 0 => format!("{count} answers, {shown} shown"),
-        _ => String::new(),
+    let (shown, seen) = (compare.shown.len(), model.seen_side_by_side());
+    let all = match compare.blind {
+        Some(_) => complete(model).count(),
+        None => model.comparable().len(),
+    };
+    let left = match shown {
+        0 => String::new(),
+        _ if seen.len() < shown => {
+            let (first, last) = (seen.start + 1, seen.end);
+            format!("{all} answers, {first}–{last} of {shown} shown")
+        }
+        _ => format!("{all} answers, {shown} shown"),
     };
     let step = format!("step {}", model.clock.step());
     let room = usize::from(area.width).saturating_sub(mode.len());
-    let parts = [name, model.task.name(), &step, &left, scrolling];
+    let parts = [name, model.task.name(), &left, &step, scrolling];
     let words = whole_parts(parts, room);
     let line = Line::from(vec![
         Span::styled(mode, bold),
@@ -159,7 +167,6 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
     ])
     .areas(area);
     f.render_widget(common.unwrap_or_default(), above);
-    let fit = usize::from(area.width / NARROWEST_COMPARED).max(1);
     let [names, area] =
         Layout::horizontal([Constraint::Length(super::fields::LABEL), Constraint::Min(0)])
             .areas(area);
@@ -167,16 +174,11 @@ fn columns(f: &mut Frame<'_>, area: Rect, model: &Model) {
     // As many as the columns have rows for.
     labels.truncate(usize::from(names.height.saturating_sub(2) / 2));
     f.render_widget(Text::from(labels), names.inner(Margin::new(0, 1)));
-    let count = compare.shown.len();
-    let first = compare
-        .focus
-        .saturating_sub(fit - 1)
-        .min(count.saturating_sub(fit));
-    let seen = first..(first + fit).min(count);
+    let seen = model.seen_side_by_side();
     let areas =
         Layout::horizontal(vec![Constraint::Ratio(1, seen.len() as u32); seen.len()]).split(area);
     for (place, fields) in all.iter().enumerate() {
-        match place.checked_sub(first).and_then(|i| areas.get(i)) {
+        match place.checked_sub(seen.start).and_then(|i| areas.get(i)) {
             Some(area) if seen.contains(&place) => column(
                 f,
                 *area,

@@ -39,7 +39,9 @@ pub fn open(model: &mut Model) {
     }
     model.compare.open = true;
     model.compare.blind = None;
-    model.compare.focus = 0;
+    // It begins at the answer that was spoken of.
+    let spoken = shown.iter().position(|s| *s == model.answers.shown);
+    model.compare.focus = spoken.unwrap_or(0);
     model.compare.show(shown);
     follow_ends(model);
 }
@@ -85,10 +87,7 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
     let count = model.compare.shown.len().max(1);
     match action {
         Cancel if model.compare.ratings.take().is_some() => {}
-        Cancel | Quit | CompareScreen => {
-            model.compare.open = false;
-            model.compare.blind = None;
-        }
+        Cancel | Quit | CompareScreen => close(model),
         BlindMode => return rating::toggle_blind(model),
         SavePicture | Help => return vec![Effect::Step(Step::Perform(action))],
         CompareLeft => model.compare.focus = (model.compare.focus + count - 1) % count,
@@ -123,6 +122,12 @@ pub fn perform(model: &mut Model, action: Action) -> Vec<Effect> {
         _ => {}
     }
     Vec::new()
+}
+
+/// Closes the screen, if it is open.
+pub fn close(model: &mut Model) {
+    model.compare.open = false;
+    model.compare.blind = None;
 }
 
 /// Scrolls the column that has the keys, and with it the others where they are linked.
@@ -168,23 +173,12 @@ fn follow_ends(model: &mut Model) {
     }
 }
 
-/// Everything that can be shown.
-fn everything(model: &Model) -> Vec<ShownAnswer> {
-    let mut all: Vec<ShownAnswer> = (0..model.answers.columns.len())
-        .map(ShownAnswer::Column)
-        .collect();
-    if model.has_reference() {
-        all.push(ShownAnswer::Reference);
-    }
-    all
-}
-
 /// Puts another answer, which is not shown yet, into the column that has the keys.
 fn other(model: &mut Model, forward: bool) {
     if model.compare.blind.is_some() {
         return model.say("blind mode draws the answers at random");
     }
-    let all = everything(model);
+    let all = model.comparable();
     let (focus, count) = (model.compare.focus, all.len());
     let Some(now) = model
         .compare
@@ -242,7 +236,7 @@ fn resize(model: &mut Model, more: bool) {
         }
         return;
     }
-    let all = everything(model);
+    let all = model.comparable();
     let next = all
         .into_iter()
         .rev()
@@ -365,7 +359,7 @@ pub fn settle(model: &mut Model) {
     {
         rating::begin(model);
     }
-    let there = everything(model);
+    let there = model.comparable();
     if model.compare.shown.iter().any(|s| !there.contains(s)) {
         let shown = model
             .compare

@@ -146,6 +146,10 @@ pub fn rate(model: &mut Model, choice: Choice) -> Vec<Effect> {
         });
         return Vec::new();
     }
+    if matches!(choice, Choice::Best(place) if !model.seen_side_by_side().contains(&place)) {
+        model.say("this answer is out of sight; ←→ goes to it");
+        return Vec::new();
+    }
     if model.compare.choice == Some(choice) {
         model.say("already rated so; another key changes the rating, enter goes on");
         return Vec::new();

@@ -1,5 +1,7 @@
 //! Full-screen comparison of answers, and a person's ratings of them.
 
+use std::ops::Range;
+
 use crate::model::{Column, Model, ShownAnswer};
 use nearmiss_store::{Choice, NewRating, Rating, Unrated};
 
@@ -163,6 +165,23 @@ impl Model {
     #[must_use]
     pub fn fit_side_by_side(&self) -> usize {
         usize::from(self.size.0 / NARROWEST).clamp(1, MAX_COMPARED)
+    }
+
+    /// Everything that can be shown side by side: the answers of models, the built-in judge's last.
+    #[must_use]
+    pub fn comparable(&self) -> Vec<ShownAnswer> {
+        let columns = 0..self.answers.columns.len();
+        let judge = self.has_reference().then_some(ShownAnswer::Reference);
+        columns.map(ShownAnswer::Column).chain(judge).collect()
+    }
+
+    /// The places of the answers that are in sight: as many as fit, the one that has the keys among them.
+    #[must_use]
+    pub fn seen_side_by_side(&self) -> Range<usize> {
+        let (fit, count) = (self.fit_side_by_side(), self.compare.shown.len());
+        let last_first = count.saturating_sub(fit);
+        let first = last_first.min(self.compare.focus.saturating_sub(fit - 1));
+        first..(first + fit).min(count)
     }
 }
 

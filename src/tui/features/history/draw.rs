@@ -8,7 +8,7 @@ use nearmiss_store::{Filter, Run, RunState, Summary};
 use nearmiss_study::evaluation::{TemplateVersion, run_summary, tool_rounds};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Modifier, Style};
+use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Block, BorderType, Paragraph, Wrap};
 use unicode_width::UnicodeWidthStr;
@@ -287,13 +287,18 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths
     // Of the date the year goes first where there is little room.
     let whole = date(run.created_ms);
     let when = whole.get(whole.len().saturating_sub(widths.date)..);
-    // An excerpt of what is searched for stands in place of how was asked.
+    // An excerpt of what is searched for stands in place of how was asked, unless it is the name.
+    let name = pad(
+        &fit_end(&run.scenario, widths.name.saturating_sub(1)),
+        widths.name,
+    );
+    let marked = marked(run, &name, theme.accent);
     let (how, excerpt) = match &run.excerpt {
-        Some(excerpt) => {
+        Some(excerpt) if marked.is_none() => {
             let words: Vec<_> = excerpt.split_whitespace().collect();
             (String::new(), words.join(" "))
         }
-        None => (how(run, widths.short), String::new()),
+        _ => (how(run, widths.short), String::new()),
     };
     let mut line = Line::from(vec![
         Span::raw(format!("{sign}{pin}")),
@@ -301,21 +306,19 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths
             pad(word, 5),
             Style::new().fg(color).add_modifier(Modifier::BOLD),
         ),
-        Span::raw(pad(
-            &fit_end(&run.scenario, widths.name.saturating_sub(1)),
-            widths.name,
-        )),
-        Span::styled(
-            pad(
-                &fit_end(
-                    bare(&run.model, widths.short),
-                    widths.model.saturating_sub(1),
-                ),
-                widths.model,
-            ),
-            Style::new().fg(theme.accent),
-        ),
     ]);
+    line.spans
+        .extend(marked.unwrap_or_else(|| vec![name.into()]));
+    line.push_span(Span::styled(
+        pad(
+            &fit_end(
+                bare(&run.model, widths.short),
+                widths.model.saturating_sub(1),
+            ),
+            widths.model,
+        ),
+        Style::new().fg(theme.accent),
+    ));
     if excerpt.is_empty() {
         let dim = Style::new().fg(theme.dim);
         line.push_span(pad(&how, widths.how));
@@ -330,6 +333,31 @@ fn row(model: &Model, run: &Summary, chosen: bool, width: usize, widths: &Widths
     } else {
         line.style(theme.base())
     }
+}
+
+/// The column of the name with what is searched for marked, where the excerpt says nothing else.
+fn marked(run: &Summary, name: &str, color: Color) -> Option<Vec<Span<'static>>> {
+    let excerpt = run.excerpt.as_deref()?;
+    if excerpt.replace(['[', ']'], "") != run.scenario {
+        return None;
+    }
+    let hit = Style::new()
+        .fg(color)
+        .add_modifier(Modifier::BOLD | Modifier::UNDERLINED);
+    let mut spans = Vec::new();
+    let mut rest = name;
+    let hits = excerpt.split('[').skip(1);
+    for found in hits.filter_map(|part| part.split(']').next()) {
+        // Of a name that is cut, what is left may not hold it.
+        let Some((before, behind)) = rest.split_once(found) else {
+            break;
+        };
+        spans.push(Span::raw(before.to_string()));
+        spans.push(Span::styled(found.to_string(), hit));
+        rest = behind;
+    }
+    spans.push(Span::raw(rest.to_string()));
+    Some(spans)
 }
 
 /// Draws the selected run; gives its lines.

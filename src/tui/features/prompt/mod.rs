@@ -10,12 +10,14 @@ use crate::action::{Action, Scope};
 use crate::features::Step;
 use crate::features::prompt::request::KeepDraft;
 use crate::keymap::{Code, Key, Keymap, editor_input, first_line};
+use crate::layout;
 use crate::message::{Effect, ExternalEdit, Mouse};
 use crate::model::{Change, Editor, HEAVY, Model, Pane, PromptPane, PromptView};
 use crate::update::keys;
 use edtui::events::KeyInput;
 use nearmiss_scene::description::visible;
 use nearmiss_settings::Keys;
+use ratatui::layout::Rect;
 
 use editor::vim::NormalKey;
 pub use saving::{reread, reset, saved};
@@ -192,6 +194,13 @@ pub fn on_key(model: &mut Model, key: Key) -> Vec<Effect> {
 fn copied(model: &mut Model) -> Vec<Effect> {
     let text = model.prompt.editor.newly_copied();
     text.map(Effect::Copy).into_iter().collect()
+}
+
+/// Whether the pane is not among those that the screen has room for.
+pub fn is_hidden(model: &Model) -> bool {
+    let (columns, rows) = model.size;
+    let parts = layout::split(Rect::new(0, 0, columns, rows), model);
+    parts.is_some_and(|parts| parts.panes.iter().all(|(pane, _)| *pane != Pane::Prompt))
 }
 
 /// Performs a command of the editor.

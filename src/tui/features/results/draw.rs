@@ -187,9 +187,6 @@ pub fn foot(frame: &mut Frame<'_>, area: Rect, model: &Model, hidden: &[&str]) -
 /// Columns of the outcome in a word.
 const WORD: usize = 11;
 
-/// Columns of what an answer says.
-const ANSWER_COLUMNS: usize = 30;
-
 /// Draws them, the selected one in the middle; gives where the list stands. Without a selected one they only show what
 /// is in the cell.
 pub fn draw_answers(
@@ -219,13 +216,10 @@ pub fn draw_answers(
         .saturating_sub(rows / 2)
         .min(all.len().saturating_sub(rows));
     let shown = all.iter().enumerate().skip(top).take(rows);
-    let widths = all.iter().map(|answer| claims(answer).width());
-    let checked = widths.max().unwrap_or(0);
-    let tails = all.iter().map(|answer| tail(answer, checked).width());
-    let tails = (checked, tails.max().unwrap_or(0));
+    let widths = AnswerWidths::new(&all, usize::from(list.width));
     let lines = shown.map(|(place, answer)| {
         let chosen = selected == Some(place);
-        let line = answer_line(model, answer, chosen, usize::from(list.width), tails);
+        let line = answer_line(model, answer, chosen, &widths);
         if chosen {
             model.theme.select(line)
         } else {
@@ -240,8 +234,46 @@ pub fn draw_answers(
     }
 }
 
-/// What came of an answer's claims, in so many columns, its run, and which of several it is.
-fn tail(answer: &AnswerOutcome, checked: usize) -> String {
+/// Columns of answers, so that no name is cut while there is room.
+struct AnswerWidths {
+    whole: usize,
+    name: usize,
+    what: usize,
+    claims: usize,
+    /// Whether everything but names is said in fewer words.
+    brief: bool,
+}
+
+impl AnswerWidths {
+    fn new(all: &[&AnswerOutcome], width: usize) -> Self {
+        let widest = |columns: &dyn Fn(&AnswerOutcome) -> usize| {
+            all.iter().map(|answer| columns(answer)).max().unwrap_or(0)
+        };
+        let room = width.saturating_sub(2 + WORD);
+        let name = widest(&|answer| visible(&answer.scenario).width() + 1).min(NAMES);
+        let of = |brief: bool| {
+            let what = widest(&|answer| what(answer, brief).width());
+            let claims = widest(&|answer| claims(answer, brief).width());
+            let tail = widest(&|answer| run(answer).width());
+            (what, claims, room.saturating_sub(claims + tail))
+        };
+        let brief = {
+            let (what, _, left) = of(false);
+            name + what > left
+        };
+        let (what, claims, left) = of(brief);
+        Self {
+            whole: width,
+            name: name.min(left - what.min(left / 2)),
+            what: what.min(left / 2),
+            claims,
+            brief,
+        }
+    }
+}
+
+/// Its run, and which of several it is.
+fn run(answer: &AnswerOutcome) -> String {
     let sample = match answer.sample {
         0 => String::new(),
         n => format!(" sample {n}"),
@@ -249,49 +281,58 @@ fn tail(answer: &AnswerOutcome, checked: usize) -> String {
     let run = answer
         .run
         .map_or("no run".into(), |run| format!("run {run}"));
-    let claims = pad(&claims(answer), checked);
-    format!("{claims}  {run}{sample}")
+    format!("  {run}{sample}")
 }
 
-/// An answer; `tails` are the widths of the widest claims, and of the widest of what stands last.
+/// What it says, and what is true where that differs.
+fn what(answer: &AnswerOutcome, brief: bool) -> String {
+    let (_, whole) = outcome_label(answer);
+    if brief {
+        whole.replace("says ", "").replace("truth is", "truth")
+    } else {
+        whole.into()
+    }
+}
+
 fn answer_line(
     model: &Model,
     answer: &AnswerOutcome,
     chosen: bool,
-    width: usize,
-    tails: (usize, usize),
+    widths: &AnswerWidths,
 ) -> Line<'static> {
     let theme = &model.theme;
-    let (word, what) = outcome_label(answer);
+    let (word, _) = outcome_label(answer);
     let color = match answer.outcome.is_right() {
         Some(true) => theme.agree,
         Some(false) => theme.disagree,
         None => theme.warning,
     };
-    let rest = width.saturating_sub(2 + WORD + tails.1);
-    let what_width = ANSWER_COLUMNS.min(rest / 2);
-    let name_width = (rest - what_width).min(NAMES);
-    Line::from(vec![
+    let name = pad(&visible(&answer.scenario), widths.name.saturating_sub(1));
+    let claims = pad(&claims(answer, widths.brief), widths.claims);
+    let mut line = Line::from(vec![
         Span::raw(if chosen { "▸ " } else { "  " }),
         Span::styled(
             pad(word, WORD),
             Style::new().fg(color).add_modifier(Modifier::BOLD),
         ),
-        Span::raw(pad(
-            &visible(&answer.scenario),
-            name_width.saturating_sub(1),
-        )),
-        Span::raw(" "),
-        Span::raw(pad(what, what_width)),
-        Span::styled(tail(answer, tails.0), Style::new().fg(theme.dim)),
-    ])
+        Span::raw(format!("{name} ")),
+        Span::raw(pad(&what(answer, widths.brief), widths.what)),
+        Span::styled(
+            format!("{claims}{}", run(answer)),
+            Style::new().fg(theme.dim),
+        ),
+    ]);
+    // The line that is selected is marked from border to border.
+    line.push_span(" ".repeat(widths.whole.saturating_sub(line.width())));
+    line
 }
 
 /// Its claims about obstacles: right, wrong and open; nothing where there are none or they were not checked.
-fn claims(answer: &AnswerOutcome) -> String {
+fn claims(answer: &AnswerOutcome, brief: bool) -> String {
+    let word = if brief { "" } else { "claims " };
     match answer.claims.known() {
         None | Some([0, 0, 0]) => String::new(),
-        Some([right, wrong, open]) => format!("  claims {right}= {wrong}≠ {open}?"),
+        Some([right, wrong, open]) => format!("  {word}{right}= {wrong}≠ {open}?"),
     }
 }
 

@@ -262,10 +262,13 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, model: &Model, title: &str) -> Re
     } else {
         shortened
     };
-    let inner = foot(frame, inner, model, &plan.hidden);
+    let window = inner;
+    let inner = foot(frame, window, model, &plan.hidden);
     let dim = Style::new().fg(theme.dim);
     let rows = usize::from(inner.height).saturating_sub(1);
     let top = (results.selected + 1).saturating_sub(rows);
+    let below = results.rows.len().saturating_sub(top + rows);
+    window::below(frame, window, model, below);
     let mut lines = vec![Line::styled(
         head(model, &plan),
         dim.add_modifier(Modifier::BOLD),

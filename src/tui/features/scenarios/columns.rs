@@ -162,6 +162,10 @@ pub fn cell(model: &Model, row: &Row, column: Column, taken: Option<&Headline>) 
                 .and_then(Headline::worst)
                 .map(CriticalMoment::measured);
             plain(measured.flatten().map(|(value, unit)| {
+                // Of a graze about to happen that says no more.
+                if unit == "m/s²" && value > 100.0 {
+                    return format!(">100 {unit}");
+                }
                 let digits = usize::from(value.abs() < 100.0) + usize::from(value.abs() < 10.0);
                 format!("{value:.digits$} {unit}")
             }))

@@ -4,7 +4,7 @@
 mod forms;
 
 use nearmiss_formats::bundled;
-use nearmiss_scene::metrics::Encounter;
+use nearmiss_scene::metrics::{Encounter, Thresholds};
 
 use super::*;
 
@@ -597,4 +597,22 @@ fn the_fence_around_all_of_an_answer_is_not_shown() {
     let reasoned = "```json\n{\"justification\": \"so\", \"collision\": true}\n```";
     let shown = shown_text("", reasoned, false);
     assert_eq!(shown.trim(), "so\n\n{\"collision\": true}");
+}
+
+#[test]
+fn the_built_in_judge_is_understood() {
+    for entry in bundled() {
+        let scenario = entry.read().unwrap();
+        let ego = entry.recorded_ego(&scenario).unwrap().unwrap();
+        let scene = Scene::new(scenario, ego);
+        let text = nearmiss_scene::judge::judge_collision(&scene, Thresholds::shipped()).reasoning;
+        let subject = Subject {
+            scene: &scene,
+            times: TimeOrigin::Recording,
+            window: None,
+        };
+        let unread = not_understood(&text, &checked(&text, &subject), &subject);
+        let words: Vec<&str> = unread.iter().map(|at| &text[at.clone()]).collect();
+        assert!(words.is_empty(), "{}: {words:?}", entry.name);
+    }
 }

@@ -419,6 +419,9 @@ pub fn is_imported(column: &Column) -> bool {
     past.is_some_and(|past| past.origin == Origin::Recorded)
 }
 
+/// Signs that part words.
+const PARTING: [char; 5] = ['-', '/', ':', '_', '…'];
+
 /// A name in two lines of so many columns, cut behind a sign that parts words, where there is one.
 fn in_two(name: &str, width: usize) -> (String, String) {
     if name.width() <= width {
@@ -432,14 +435,20 @@ fn in_two(name: &str, width: usize) -> (String, String) {
             break;
         }
         whole = at + c.len_utf8();
-        if matches!(c, '-' | '/' | ':' | '_' | '…') {
+        if PARTING.contains(&c) {
             cut = whole;
         }
     }
     // What is left has to fit, too.
     let fits = |cut: usize| cut > 0 && name[cut..].width() <= width;
-    let cut = if fits(cut) { cut } else { whole };
-    (name[..cut].into(), name[cut..].into())
+    if fits(cut) {
+        return (name[..cut].into(), name[cut..].into());
+    }
+    // No word is broken without a mark.
+    match name.rfind(PARTING).filter(|last| *last >= whole) {
+        Some(last) if fits(last) => (fit(name, width), name[last..].into()),
+        _ => (name[..whole].into(), name[whole..].into()),
+    }
 }
 
 /// Whom a verdict means: the obstacle that matters most; none where nothing happens.
@@ -460,4 +469,20 @@ fn steps(told: Option<(i64, i64)>) -> String {
 
 fn yes(dangerous: bool) -> &'static str {
     if dangerous { "yes" } else { "no" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::in_two;
+
+    #[test]
+    fn no_word_of_a_name_is_broken_without_a_mark() {
+        let two = |name, width| {
+            let (first, second) = in_two(name, width);
+            format!("{first} {second}")
+        };
+        assert_eq!(two("a example-a", 7), "a exam… -a");
+        assert_eq!(two("a sage-70b", 7), "a sage- 70b");
+        assert_eq!(two("a sage", 7), "a sage ");
+    }
 }

@@ -111,7 +111,10 @@ fn manoeuvre_words(driver: &EvasionRecord) -> String {
             None => visible(&driver.found_by).into_owned(),
         };
     };
-    let (acceleration, until) = (manoeuvre.acceleration, manoeuvre.until_speed);
+    // What is asked for may be more than the tyres give.
+    let most = driver.max_acceleration.unwrap_or(f64::INFINITY);
+    let acceleration = manoeuvre.acceleration.max(-most);
+    let until = manoeuvre.until_speed;
     let along = match acceleration {
         ..-0.05 if until < 0.05 => {
             format!("brakes with {:.1} m/s² to a standstill", -acceleration)
@@ -140,6 +143,11 @@ mod tests {
         assert_eq!(
             does(braking),
             "brakes with 11.5 m/s² to a standstill and steers to 1.34 m right of its path"
+        );
+        let beyond = r#"{"manoeuvre": {"acceleration": -11.5, "until_speed": 0, "offset": 0, "grip": 0.5}, "max_acceleration": 11.4}"#;
+        assert_eq!(
+            does(beyond),
+            "brakes with 11.4 m/s² to a standstill and stays on its path"
         );
         let slowing =
             r#"{"manoeuvre": {"acceleration": -4, "until_speed": 7.5, "offset": 0, "grip": 0.5}}"#;

@@ -16,7 +16,7 @@ use nearmiss_scene::verdict::{Manoeuvre, Motion};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
-use ratatui::text::Text;
+use ratatui::text::{Line, Text};
 
 use crate::action::Action;
 use crate::features::generation::panel::certificate::Certified;
@@ -70,7 +70,7 @@ impl Screen for VariantScreen {
         let width = row::width(screen);
         let columns = usize::from(width).max(2) - 2;
         let unwritten = model.unwritten().filter(|_| model.variant().is_none());
-        let text = match (model.variant(), unwritten, model.saved()) {
+        let mut text = match (model.variant(), unwritten, model.saved()) {
             (Some(shown), _, _) => text(model, shown, columns),
             (None, Some(wrote), _) => authorship::alone(model, wrote, columns),
             (None, None, Some(saved)) => saved_text(model, saved, columns),
@@ -90,10 +90,21 @@ impl Screen for VariantScreen {
             height: screen.height.saturating_sub(2),
             ..screen
         };
+        let mut panel = Rect {
+            x: left.right(),
+            width,
+            ..left
+        };
         if strip::fits(model, left) {
             strip::draw(frame, left, model);
+        } else if model.strip().is_some() {
+            panel = strip::draw_gaps_above(frame, panel, model);
+            let words = format!("three maps from {}", strip::least_screen());
+            let dim = Style::new().fg(model.theme.dim);
+            text.lines.insert(0, Line::styled(words, dim));
         }
-        window::at_right(frame, screen, model, title, text, width, self.scroll);
+        let inner = window::window_at(frame, panel, model, title);
+        window::text_in(frame, inner, model, text, self.scroll);
     }
 
     fn hints(&self, model: &Model) -> Vec<Hint> {
@@ -126,7 +137,7 @@ fn text(model: &Model, shown: &VariantShown, width: usize) -> Text<'static> {
         Some(files) => format!("in {}", visible(files)),
         None => {
             let key = model.look.key(Action::Palette);
-            format!("until you quit; {key} save-variant writes it")
+            format!("until you quit; save-variant in the palette ({key}) writes it")
         }
     };
     lines.plain(&kept);
@@ -244,9 +255,10 @@ fn outcome(lines: &mut Lines, model: &Model, made: &GeneratedVariant) {
     lines.say("risk", &risk);
     if let Some(found) = &made.plausibility {
         let beside = found.log_likelihood - found.recorded;
-        let words =
-            format!("log-likelihood {beside:+.1} nats/s against recorded motions (0: typical)");
-        lines.say("plausible", &words);
+        let words = format!(
+            "log-likelihood {beside:+.1} nats/s against recorded ones; 0 is like them, less is stranger"
+        );
+        lines.say("motion", &words);
     }
     if let Some(distance) = effect.distance() {
         lines.say(

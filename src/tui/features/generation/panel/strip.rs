@@ -14,17 +14,54 @@ use crate::features::plot::draw::axes::Dash;
 use crate::features::plot::draw::fitting;
 use crate::features::plot::draw::gaps::{self, GapCurve};
 use crate::features::plot::draw::marks::Event;
-use crate::model::{Model, Moment};
+use crate::model::{Model, Moment, VariantStrip};
+use crate::widgets::row;
 use crate::widgets::words::fit;
 
 /// Fewest columns and rows of the strip.
-const LEAST: (u16, u16) = (56, 24);
+const LEAST: (u16, u16) = (48, 24);
 /// Rows of the gaps at least, and their share of all in percent.
 const GAPS: (u16, u16) = (9, 30);
 
 /// Whether there is room, and something to show.
 pub fn fits(model: &Model, area: Rect) -> bool {
     area.width >= LEAST.0 && area.height >= LEAST.1 && model.strip().is_some()
+}
+
+/// The smallest screen with a strip, `92×26`.
+pub fn least_screen() -> String {
+    let left = |columns: u16| columns - row::width(Rect::new(0, 0, columns, 1));
+    let columns = (LEAST.0..).find(|columns| left(*columns) >= LEAST.0);
+    format!("{}×{}", columns.unwrap_or(u16::MAX), LEAST.1 + 2)
+}
+
+/// Rows that the gaps leave for text below them at least.
+const TEXT: u16 = 12;
+
+/// Draws the gaps alone in the upper part of an area, where they have room; gives what is left.
+pub fn draw_gaps_above(f: &mut Frame<'_>, area: Rect, model: &Model) -> Rect {
+    let strip = model.strip().filter(|_| area.height >= GAPS.0 + TEXT);
+    let Some(strip) = strip else { return area };
+    let [above, below] =
+        Layout::vertical([Constraint::Length(GAPS.0), Constraint::Min(0)]).areas(area);
+    f.render_widget(Clear, above);
+    f.render_widget(Block::new().style(model.theme.base()), above);
+    draw_gaps(f, above, model, &strip, &drives(model, &strip));
+    below
+}
+
+/// A drive with its name and how its line looks.
+type Drive<'a> = (&'static str, Color, Dash, Moment<'a>);
+
+fn drives<'a>(model: &Model, strip: &VariantStrip<'a>) -> Vec<Drive<'a>> {
+    let theme = &model.theme;
+    let mut drives = vec![
+        ("original", theme.text, Dash::Dotted, strip.original),
+        ("attack", theme.danger, Dash::Solid, strip.attack),
+    ];
+    let survived = strip.survived;
+    drives.extend(survived.map(|drive| ("good driver", theme.safe, Dash::Dashed, drive)));
+    drives
 }
 
 /// Draws it.
@@ -36,16 +73,7 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let gaps_rows = (area.height * GAPS.1 / 100).max(GAPS.0);
     let [maps, below] =
         Layout::vertical([Constraint::Min(0), Constraint::Length(gaps_rows)]).areas(area);
-    let drives: Vec<(&str, Color, Dash, Moment<'_>)> = [
-        Some(("original", theme.text, Dash::Dotted, strip.original)),
-        Some(("attack", theme.danger, Dash::Solid, strip.attack)),
-        strip
-            .survived
-            .map(|drive| ("good driver", theme.safe, Dash::Dashed, drive)),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
+    let drives = drives(model, &strip);
     let parts = Layout::vertical(vec![Constraint::Fill(1); drives.len()]).split(maps);
     for ((name, color, _, moment), part) in drives.iter().zip(parts.iter()) {
         let title = title(
@@ -62,19 +90,31 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
         f.render_widget(block, *part);
         still(f, inner, model, moment, &strip.attack);
     }
+    draw_gaps(f, below, model, &strip, &drives);
+}
+
+/// The gaps of the drives to the attacker over time.
+fn draw_gaps(
+    f: &mut Frame<'_>,
+    area: Rect,
+    model: &Model,
+    strip: &VariantStrip<'_>,
+    drives: &[Drive<'_>],
+) {
+    let theme = &model.theme;
     let mut title = vec![vec![Span::raw(format!("gap to {}", strip.attacker))]];
     title.extend(drives.iter().map(|(name, color, dash, _)| {
         let words = format!("{} {name}", dash.sign());
         vec![Span::styled(words, Style::new().fg(*color))]
     }));
-    let mut title = fitting(title, usize::from(below.width).saturating_sub(4));
+    let mut title = fitting(title, usize::from(area.width).saturating_sub(4));
     title.spans.insert(0, " ".into());
     title.push_span(" ");
     let block = Block::bordered()
         .border_style(Style::new().fg(theme.border))
         .title(title.style(Style::new().fg(theme.title)));
-    let inner = block.inner(below);
-    f.render_widget(block, below);
+    let inner = block.inner(area);
+    f.render_widget(block, area);
     let curves: Vec<GapCurve<'_>> = drives
         .iter()
         .map(|(name, color, dash, moment)| GapCurve {

@@ -6,7 +6,7 @@
 //! are outlines; the recorded ego's path is dashed and its body hollow.
 
 use nearmiss_base::geometry::{Bounds, Point};
-use nearmiss_render::cells::{Appearance, CellView, heading_arrow};
+use nearmiss_render::cells::{Appearance, CellView, MapStyle, heading_arrow};
 use nearmiss_render::scene::{Importance, LineStyle, MapScene, Outline, Overlay, Owner, Role};
 use nearmiss_scene::description::visible;
 use nearmiss_scene::scenario::{Goal, Position, Sign, SignMeaning, SignalColor};
@@ -18,7 +18,7 @@ use crate::model::{Foreseen, Measurement, Model, Moment, On, Tape};
 use crate::widgets::words::hundredths;
 
 /// Bodies that are too small for their heading to show are arrows, the ego on top. Among lines alone others have an arrow,
-/// too.
+/// too, and those that are too small for an outline have it in a box, which is filled for the ego.
 pub fn arrows(
     board: &mut LabelPlacer<'_>,
     look: &Appearance<'_>,
@@ -29,7 +29,9 @@ pub fn arrows(
     for body in all {
         let mut style = Style::new().fg(look.color(body.role));
         let is_tiny = body.is_tiny(view.cell.0);
-        if !is_tiny && (look.style.has_backgrounds() || body.stands || !body.has_front) {
+        let is_boxed = is_hollow(look) && !is_tiny && body.is_small(view.cell.0);
+        let shows_shape = body.stands || !body.has_front;
+        if !is_tiny && !is_boxed && (look.style.has_backgrounds() || shows_shape) {
             continue;
         }
         // Without colours nothing else marks the ego, and others are outlined.
@@ -51,8 +53,18 @@ pub fn arrows(
         } else {
             heading_arrow(&view.turned(&pose.forward()))
         };
-        board.put(view.at(&middle), glyph, style);
+        let glyph = match (is_boxed, is_ego) {
+            (true, true) => format!(" {glyph} "),
+            (true, false) => format!("[{glyph}]"),
+            (false, _) => glyph.into(),
+        };
+        board.put(view.at(&middle), &glyph, style);
     }
+}
+
+/// Whether the bodies of others are outlines, as there are no colours.
+pub fn is_hollow(look: &Appearance<'_>) -> bool {
+    look.style == MapStyle::Braille && !look.has_colors()
 }
 
 /// Where the ego touches others: what matters most on the map.

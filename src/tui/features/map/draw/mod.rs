@@ -10,6 +10,7 @@ use nearmiss_render::scene::{
 };
 use nearmiss_render::{Color as Ink, MapPage, Palette, Picture, Subject, WorkbenchMap};
 use nearmiss_scene::metrics::Grade;
+use nearmiss_scene::scenario::Obstacle;
 use nearmiss_settings::{Theme, ThemeColor};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Margin, Rect};
@@ -182,7 +183,7 @@ fn paint(
         theme: &theme,
         filled: look.style.has_backgrounds(),
         markings: model.map.layers.lanes,
-        hollow: look.style == MapStyle::Braille && !look.has_colors(),
+        hollow: bodies::is_hollow(&look),
         cell: view.cell.0,
     };
     let picture = page.draw(&request, &scene, &palette, workbench);
@@ -339,9 +340,7 @@ fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {
     };
     let dim = Style::new().fg(model.theme.dim);
     let Some((half, now)) = half.zip(model.moment()) else {
-        let mut title = Line::from(format!("map · {across}"));
-        let free = room(inner).saturating_sub(title.width());
-        title.spans.extend(reason(model, free));
+        let mut title = why(model, &format!("map · {across}"), room(inner));
         let mode = mode.map_or(String::new(), |mode| format!(" · {mode}"));
         if title.width() + mode.width() <= room(inner) {
             title.push_span(Span::styled(mode, dim));
@@ -358,14 +357,23 @@ fn first(model: &Model, half: Option<Rect>, inner: Rect) -> Line<'static> {
     title
 }
 
-/// Why which moment matters, and when it is where the clock is elsewhere; as much as there is room for.
-fn reason(model: &Model, room: usize) -> Option<Span<'static>> {
-    let opened = model.opened.as_deref()?;
-    let moment = opened.headline.as_ref()?.worst()?;
+/// The only map, with why which moment matters, and when it is where the clock is elsewhere: as much as there is room
+/// for. The width of the map makes way for the reason, as the scale tells it, too.
+fn why(model: &Model, map: &str, room: usize) -> Line<'static> {
+    let headline = model.opened.as_deref().and_then(|opened| {
+        let moment = opened.headline.as_ref()?.worst()?;
+        Some((opened, moment))
+    });
+    let Some((opened, moment)) = headline else {
+        return Line::from(map.to_string());
+    };
     let is_now = moment.step == model.clock.step();
     let time = moment.step as f64 * opened.scenario.dt();
     let hazard = moment.hazard.to_string();
     let brief = hazard.split(';').next().unwrap_or_default();
+    let [briefer, briefest] =
+        [", ", " at constant speed"].map(|from| brief.split(from).next().unwrap_or_default());
+    let briefest = if briefest == brief { briefer } else { briefest };
     let when = if is_now {
         String::new()
     } else {
@@ -383,21 +391,29 @@ fn reason(model: &Model, room: usize) -> Option<Span<'static>> {
     } else {
         model.theme.text
     };
+    let who = format!(" · {sign} {when}{obstacle}");
     let all = [
-        format!(" · {sign} {when}{obstacle}: {hazard}"),
-        format!(" · {sign} {when}{obstacle}: {brief}"),
-        format!(" · {sign} {when}{obstacle}"),
+        (map, format!("{who}: {hazard}")),
+        (map, format!("{who}: {brief}")),
+        ("map", format!("{who}: {brief}")),
+        (map, format!("{who}: {briefest}")),
+        ("map", format!("{who}: {briefest}")),
+        (map, who),
     ];
-    let fits = all.into_iter().find(|words| words.width() <= room)?;
-    Some(Span::styled(fits, Style::new().fg(color)))
+    let mut all = all.into_iter();
+    let fits = all.find(|(map, words)| map.width() + words.width() <= room);
+    let (map, words) = fits.unwrap_or((map, String::new()));
+    Line::from(vec![
+        Span::raw(map.to_string()),
+        Span::styled(words, Style::new().fg(color)),
+    ])
 }
 
 /// Of the second map: its moment, in as many words as there is room for.
 fn second_title(moment: &Moment<'_>, half: Rect) -> Line<'static> {
-    let driven = |brief| Some(moment.driven_words(moment.driven?, brief));
-    let mut words = [Some(moment.title()), driven(false), driven(true)]
-        .into_iter()
-        .flatten();
+    let driven = moment.driven.map(|driven| moment.driven_words(driven));
+    let title = std::iter::once(moment.title());
+    let mut words = title.chain(driven.into_iter().flatten());
     let fits = words.find(|words| words.width() <= room(half));
     Line::from(fits.unwrap_or_else(|| moment.when()))
 }
@@ -488,25 +504,46 @@ fn picked_in_words(model: &Model, moment: &Moment<'_>, room: usize) -> String {
         let series = opened.series.as_ref()?;
         series.at(measure, obstacle.id, step).value()
     };
+    let distance = value("distance").map(hundredths);
+    let speed = obstacle.track().at(step).map(|m| m.velocity);
+    let alone = |words: String| [words, String::new()];
+    // Each in more words, and in fewer if there are.
     let parts = [
-        Some(format!("{} {}", obstacle.kind, obstacle.id)),
-        value("distance").map(|d| format!("{} m away", hundredths(d))),
-        value("ttc").map(|t| format!("TTC {} s", hundredths(t))),
-        obstacle
-            .track()
-            .at(step)
-            .map(|m| format!("{:.1} m/s", m.velocity)),
+        absent(obstacle, step, opened.scenario.dt()).map(|when| [when, "absent".into()]),
+        distance.map(|d| [format!("{d} m away"), format!("{d} m")]),
+        value("ttc").map(|t| alone(format!("TTC {} s", hundredths(t)))),
+        speed.map(|speed| alone(format!("{speed:.1} m/s"))),
     ];
-    let mut text = String::new();
+    let mut text = format!("{} {}", obstacle.kind.words(), obstacle.id);
+    if text.width() > room {
+        return String::new();
+    }
     for part in parts.into_iter().flatten() {
-        let separator = if text.is_empty() { "" } else { " · " };
-        if text.width() + separator.width() + part.width() > room {
+        let left = room.saturating_sub(text.width() + 3);
+        let fits = part.iter().find(|part| part.width() <= left);
+        let Some(part) = fits.filter(|part| !part.is_empty()) else {
             break;
-        }
-        text.push_str(separator);
-        text.push_str(&part);
+        };
+        text.push_str(" · ");
+        text.push_str(part);
     }
     text
+}
+
+/// Until or after when an obstacle is not there; `None` where it is there at a step.
+fn absent(obstacle: &Obstacle, step: i64, dt: f64) -> Option<String> {
+    if obstacle.placed_at(step).is_some() || obstacle.motion_at(step).is_some() {
+        return None;
+    }
+    let steps = obstacle.track().steps();
+    let time = |step: i64| step as f64 * dt;
+    Some(if steps.is_empty() || steps.contains(&step) {
+        "absent".into()
+    } else if step < steps.start {
+        format!("absent until {:.1} s", time(steps.start))
+    } else {
+        format!("absent after {:.1} s", time(steps.end - 1))
+    })
 }
 
 /// How images are sent, where the map is to be one and nothing lies over it. What covers an image would leave marks at

@@ -17,7 +17,7 @@ use crate::pixels::{Encoder, ImageRequest, MapImage};
 use crate::widgets::words::{hundredths, number};
 
 pub use foresight::{Foresight, Future, PathRequest};
-pub use moment::{DrivenBy, Moment, SecondMap};
+pub use moment::{DrivenBy, Moment, SecondMap, VariantStrip};
 
 /// The tools of the map.
 #[derive(Debug, Default)]
@@ -64,7 +64,7 @@ impl Model {
         let step = self.clock.step();
         let dt = opened.scenario.dt();
         let mut lines = Lines(Vec::new());
-        lines.title(format!("{} {}", obstacle.kind, obstacle.id));
+        lines.title(format!("{} {}", obstacle.kind.words(), obstacle.id));
         what(&mut lines, obstacle);
         lines.title(format!("at {:.1} s, step {step}", self.clock.time()));
         now(&mut lines, opened, obstacle, step);

@@ -144,18 +144,20 @@ impl<'a> Moment<'a> {
     #[must_use]
     pub fn title(&self) -> String {
         match self.driven {
-            Some(driven) => format!("{} · {}", self.driven_words(driven, false), self.when()),
+            Some(driven) => {
+                let [whole, ..] = self.driven_words(driven);
+                format!("{whole} · {}", self.when())
+            }
             None => format!("{} · {}", self.name(), self.when()),
         }
     }
 
-    /// Whose drive it is, how it ends, and the gap to the nearest obstacle; `brief` where there is little room.
+    /// Whose drive it is, how it ends, and the gap to the nearest obstacle, in fewer and fewer words.
     #[must_use]
-    pub fn driven_words(&self, driven: DrivenBy, brief: bool) -> String {
-        let name = match driven {
-            DrivenBy::GoodDriver(_) if brief => "good driver".into(),
-            DrivenBy::GoodDriver(delay) => format!("good driver {delay:.1} s"),
-            DrivenBy::Planner => self.planner_name(),
+    pub fn driven_words(&self, driven: DrivenBy) -> [String; 4] {
+        let (name, brief) = match driven {
+            DrivenBy::GoodDriver(delay) => (format!("good driver {delay:.1} s"), "good driver"),
+            DrivenBy::Planner => (self.attack_name(), "attack"),
         };
         let verdict = self.opened.collision.as_ref().map(|j| j.verdict.dangerous);
         let verdict = match verdict {
@@ -165,19 +167,27 @@ impl<'a> Moment<'a> {
         };
         let series = self.opened.series.as_ref();
         let gap = series.and_then(|series| series.most_dangerous_at("distance", self.step));
-        let word = if brief { "" } else { "gap " };
-        let gap = gap.map_or(String::new(), |(_, gap)| format!(" · {word}{gap:.1} m"));
-        format!("{name}: {verdict}{gap}")
+        let [whole, short] = ["gap ", ""]
+            .map(|word| gap.map_or(String::new(), |(_, gap)| format!(" · {word}{gap:.1} m")));
+        [
+            format!("{name}: {verdict}{whole}"),
+            format!("{brief}: {verdict}{short}"),
+            format!("{brief}: {verdict}"),
+            brief.into(),
+        ]
     }
 
-    /// The planner that drives in a variant.
-    fn planner_name(&self) -> String {
+    /// The attack, and the planner that drives against it, where that is another one than the built-in.
+    fn attack_name(&self) -> String {
         let planned = self.opened.planned.as_ref();
         let process = planned.and_then(|planned| planned.process.as_ref());
         let saved = self.opened.saved.as_ref();
         let saved = saved.map(|saved| saved.origin.planner());
         let name = process.map(|process| process.named()).or(saved);
-        name.map_or("nearmiss".into(), |name| visible(&name).into_owned())
+        let other = name.filter(|name| name != "nearmiss");
+        other.map_or("attack".into(), |name| {
+            format!("attack on {}", visible(&name))
+        })
     }
 
     /// Its time and step.
@@ -438,7 +448,7 @@ const NEAREST: f64 = 0.45;
 /// And at most, where that shows both the ego and the other: beyond, bodies are single arrows.
 const FARTHEST: f64 = 4.0;
 /// Between two widths of cells: so the map does not zoom at every step.
-const STEP: f64 = 1.25;
+const STEP: f64 = 1.1;
 /// Around the middle of a body, metres, for the body and a part of its name.
 const BODY_MARGIN: f64 = 5.0;
 

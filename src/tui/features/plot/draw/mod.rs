@@ -76,12 +76,13 @@ pub fn draw(f: &mut Frame<'_>, area: Rect, model: &Model) {
     let axes = axes::draw(f, inner, &drawn);
     lines(f, &axes, &curves, measure.is_ordinal());
     marks::shade(f, &axes, window, Style::new().bg(theme.shade));
+    // Names of thresholds keep away from the letters.
+    let answers = marks::answers(f, &axes, model, dt);
     let unnamed = marks::thresholds(f, &axes, model);
     let now = model.clock.step() as f64 * dt;
     let now = (now, Style::new().fg(theme.accent));
     marks::events(f, &axes, inner, &events(model, opened, series), now);
     marks::window(f, &axes, inner, window, Style::new().fg(theme.dim));
-    let answers = marks::answers(f, &axes, model, dt);
     legend(f, key, model, &curves, &unnamed, &answers);
     model.drawn.time_scale(axes.plot);
 }
