@@ -194,8 +194,8 @@ fn what_only_a_player_works_out_is_played_where_there_is_one() {
     home.write("log.txt", log(20));
     let refused = |words: &[&str]| {
         let ended = home.run_with(&["inspect", "a/x.xosc"], &[("PATH", "/no/such")]);
-        let ended = ended.status(2).says(words);
-        assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+        let said = ended.status(2).says(words);
+        assert_eq!(said.stderr.lines().count(), 1, "{}", said.stderr);
     };
     let config = |text: &str| std::fs::write(home.config().join("config.toml"), text).unwrap();
     refused(&["drives on by itself", "install esmini", "a/x.csv"]);
