@@ -267,6 +267,29 @@ mod tests {
     use super::*;
 
     #[test]
+    fn bodies_are_where_their_middles_are_without_ghosts_and_times_before_0() {
+        let mut text = String::from(
+            "x\nIndex [-], TimeStamp [s], #1 Entity_Name [-], #1 Current_Speed [m/s], #1 bb_x [m], #1 bb_y [m], #1 bb_length [m], #1 bb_width [m], #1 World_Position_X [m], #1 World_Position_Y [m], #1 World_Heading_Angle [rad], #1 lane_id, \n",
+        );
+        for time in ["-0.05", "0.0", "0.05", "0.10"] {
+            let of = |name: &str| format!("{name}, 3.0, 1.5, 0.0, 5.0, 2.0, 7.0, 1.0, 1.5707963267948966, -1, ");
+            text += &format!("0, {time}, {}, {}\n", of("car"), of("car_ghost"));
+        }
+        assert!(is_log(text.as_bytes()));
+        let report = Report::about("x.csv");
+        let log = read(&text, &report).unwrap().bodies(None, &report);
+        assert_eq!((log.entities.len(), log.time_step), (1, 0.05));
+        assert_eq!(log.unused, ["lane_id"]);
+        let car = &log.entities["car"];
+        let states = log.states(car);
+        assert_eq!((states.len(), states[2].step), (3, 2));
+        assert!((states[0].position - Point::new(7.0, 2.5)).norm() < 1e-9);
+        assert_eq!((car[0].size, states[0].velocity), ((5.0, 2.0), Some(3.0)));
+        let bad = read(&text.replace("7.0", "seven"), &report).unwrap_err();
+        assert_eq!((bad.line, bad.message.as_str()), (3, "`seven` is not a number"));
+    }
+
+    #[test]
     fn the_player_is_called_by_the_best_that_its_log_tells() {
         let of = |lines: &[&str]| player(lines);
         let build = "esmini BUILD VERSION: 2.40.0-0-abc";

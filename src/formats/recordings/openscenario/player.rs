@@ -142,7 +142,8 @@ impl Player {
             format!("{program}: {what}: {}", system::error_text(error))
         };
         let cannot = |error: std::io::Error| io("its folder", &error);
-        let folder = { tempfile::Builder::new().prefix("nearmiss-") }
+        let folder = tempfile::Builder::new()
+            .prefix("nearmiss-")
             .tempdir()
             .map_err(cannot)?;
         let _gone_at_the_end = Unfinished::begin(folder.path());
