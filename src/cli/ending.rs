@@ -234,8 +234,9 @@ fn listen_on() {
     }
 }
 
-/// Removes what is not to outlive the program: standard input, where it was kept.
+/// Ends and removes what is not to outlive the program: other programs that it started, and standard input, where it was kept.
 pub fn clean_up() {
+    end_process_groups();
     remove_unfinished();
 }
 

@@ -333,9 +333,9 @@ impl Reading {
     /// The configuration explains a table with words that no column has.
     pub fn apply(&self) -> Outcome {
         let folders = Folders::find().ok();
-        let config = folders.as_ref();
-        let config = config.and_then(|folders| Config::read(&folders.config_file()).ok());
-        let config = config.unwrap_or_default();
+        let config = { folders.as_ref() }
+            .and_then(|folders| Config::read(&folders.config_file()).ok())
+            .unwrap_or_default();
         let named = config.track_tables().into_iter().map(|(name, table)| {
             let columns = table.columns.parse().map_err(|error| {
                 Failure::input(format!("config.toml: tracks.{name}.columns: {error}"))

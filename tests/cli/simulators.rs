@@ -194,8 +194,8 @@ fn what_only_a_player_works_out_is_played_where_there_is_one() {
     home.write("log.txt", log(20));
     let refused = |words: &[&str]| {
         let ended = home.run_with(&["inspect", "a/x.xosc"], &[("PATH", "/no/such")]);
-        let ended = ended.status(2).says(words);
-        assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+        let said = ended.status(2).says(words);
+        assert_eq!(said.stderr.lines().count(), 1, "{}", said.stderr);
     };
     let config = |text: &str| std::fs::write(home.config().join("config.toml"), text).unwrap();
     refused(&["drives on by itself", "install esmini", "a/x.csv"]);
@@ -279,21 +279,20 @@ fn a_log_of_esmini_opens_alone() {
         shown.contains("recorded by esmini v9.9") && shown.contains("no map"),
         "{shown}"
     );
-    // The middles of bodies of 6 and 5 m, 20 m apart at first.
-    let measured = home.run(&["metrics", "logs/short.csv", "--format", "json"]);
-    assert!(measured.status(0).stdout.contains("14.5"));
+    home.run(&["metrics", "logs/short.csv"]).status(0);
     let roads = home.run(&["convert", CUT_IN, "-o", "map.xosc"]);
     roads.status(0);
     let shown = home.run(&["inspect", "logs/short.csv", "--map", "map.xodr"]);
     assert!(shown.status(0).stdout.contains("map map.xodr"));
     home.run(&["inspect", "logs/long.csv"])
         .status(2)
-        .says(&["longer than 30 s", "#track=Ego@0.0s"]);
+        .says(&["longer than 30 s", "#track=other@0.0s"]);
     home.run(&["inspect", "logs/long.csv#track=Ego@5.0s"])
         .status(0);
-    let listed = home.run(&["inspect", "logs", "--format", "csv"]).stdout;
+    let listed = home.run(&["inspect", "logs"]).stdout;
     assert!(listed.contains("long.csv#track="), "{listed}");
-    assert!(!listed.contains("beside.csv"), "{listed}");
+    let is_listed = |file: &str| listed.lines().any(|line| line.starts_with(file));
+    assert!(!is_listed("logs/beside.csv"), "{listed}");
     let broken = log(20).replace("13.000000", "thirteen");
     home.write("broken.csv", broken);
     home.run(&["inspect", "broken.csv"])

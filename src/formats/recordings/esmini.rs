@@ -126,14 +126,14 @@ impl Log {
 
     /// The states of an entity at the steps of the log.
     pub fn states(&self, of: &[LoggedState]) -> Vec<TrackState> {
-        let states = of.iter().map(|s| TrackState {
+        let at_steps = of.iter().map(|s| TrackState {
             step: (s.time / self.time_step).round() as i64,
             position: s.pose.to_world(&s.center),
             heading: s.pose.heading,
             velocity: Some(s.speed),
             acceleration: None,
         });
-        let mut states: Vec<TrackState> = states.collect();
+        let mut states: Vec<TrackState> = at_steps.collect();
         states.sort_by_key(|s| s.step);
         states.dedup_by_key(|s| s.step);
         states
@@ -149,17 +149,19 @@ fn is_ghost(name: &str, is_entity: &dyn Fn(&str) -> bool) -> bool {
 fn player(before: &[&str]) -> String {
     let told = |key: &str| {
         let mut lines = before.iter();
-        let value = lines.find_map(|line| line.trim().strip_prefix(key)?.strip_prefix(':'))?;
-        let value = value.split(',').next().unwrap_or_default().trim();
+        let after = lines.find_map(|line| line.trim().strip_prefix(key)?.strip_prefix(':'))?;
+        let value = after.split(',').next().unwrap_or_default().trim();
         (!value.is_empty() && !value.starts_with("N/A")).then(|| value.to_string())
     };
     let version = told("esmini GIT TAG")
         .or_else(|| told("esmini BUILD VERSION"))
         .or_else(|| told("esmini GIT REV"))
         .or_else(|| told("Version"));
-    let version = version.map(|version| version.trim_start_matches("esmini").trim().to_string());
     match version {
-        Some(version) => format!("esmini {}", version.chars().take(60).collect::<String>()),
+        Some(version) => {
+            let number = version.trim_start_matches("esmini").trim();
+            format!("esmini {}", number.chars().take(60).collect::<String>())
+        }
         None => "esmini (a build that tells no version)".into(),
     }
 }
@@ -195,15 +197,16 @@ pub fn read(text: &str, report: &Report) -> Result<Log, ReadError> {
         .iter()
         .map(|n| column(n))
         .collect::<Result<_, _>>()?;
-    let unused = own.iter().enumerate();
-    let unused = unused.filter(|(i, _)| *i != place && !wanted.contains(i));
-    let unused = unused.map(|(_, name)| name.split(['[', ' ']).next().unwrap_or(name).to_string());
+    let is_used = |i: usize| i == place || wanted.contains(&i);
+    let unused = own.iter().enumerate().filter(|(i, _)| !is_used(*i));
     let time = names.iter().position(|n| n.starts_with(TIME)).unwrap_or(1);
     let first = names.iter().position(|n| n.starts_with(FIRST)).unwrap_or(2);
     let mut log = Log {
         player: player(&before),
         entities: BTreeMap::new(),
-        unused: unused.collect(),
+        unused: unused
+            .map(|(_, name)| name.split(['[', ' ']).next().unwrap_or(name).to_string())
+            .collect(),
         time_step: STEP,
     };
     for (i, line) in lines {
@@ -262,6 +265,29 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::*;
+
+    #[test]
+    fn bodies_are_where_their_middles_are_without_ghosts_and_times_before_0() {
+        let mut text = String::from(
+            "x\nIndex [-], TimeStamp [s], #1 Entity_Name [-], #1 Current_Speed [m/s], #1 bb_x [m], #1 bb_y [m], #1 bb_length [m], #1 bb_width [m], #1 World_Position_X [m], #1 World_Position_Y [m], #1 World_Heading_Angle [rad], #1 lane_id, \n",
+        );
+        for time in ["-0.05", "0.0", "0.05", "0.10"] {
+            let of = |name: &str| format!("{name}, 3.0, 1.5, 0.0, 5.0, 2.0, 7.0, 1.0, 1.5707963267948966, -1, ");
+            text += &format!("0, {time}, {}, {}\n", of("car"), of("car_ghost"));
+        }
+        assert!(is_log(text.as_bytes()));
+        let report = Report::about("x.csv");
+        let log = read(&text, &report).unwrap().bodies(None, &report);
+        assert_eq!((log.entities.len(), log.time_step), (1, 0.05));
+        assert_eq!(log.unused, ["lane_id"]);
+        let car = &log.entities["car"];
+        let states = log.states(car);
+        assert_eq!((states.len(), states[2].step), (3, 2));
+        assert!((states[0].position - Point::new(7.0, 2.5)).norm() < 1e-9);
+        assert_eq!((car[0].size, states[0].velocity), ((5.0, 2.0), Some(3.0)));
+        let bad = read(&text.replace("7.0", "seven"), &report).unwrap_err();
+        assert_eq!((bad.line, bad.message.as_str()), (3, "`seven` is not a number"));
+    }
 
     #[test]
     fn the_player_is_called_by_the_best_that_its_log_tells() {

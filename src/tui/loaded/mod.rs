@@ -118,7 +118,9 @@ impl Opened {
             strict: false,
             stand_in: StandIn::Follower,
         };
-        let OpenedScene { scenario, scene } = open(&request).map_err(|error| error.to_string())?;
+        let OpenedScene {
+            scenario, scene, ..
+        } = open(&request).map_err(|error| error.to_string())?;
         let mut opened = Self::with(entry, change, scenario, scene, thresholds);
         opened.chosen = matches!(wanted, EgoSelection::File { .. } | EgoSelection::Planner(_));
         Ok(opened)

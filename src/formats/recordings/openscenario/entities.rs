@@ -269,8 +269,8 @@ fn files_in(folder: &Path) -> Vec<PathBuf> {
         f.extension()
             .is_some_and(|x| x.eq_ignore_ascii_case("xosc"))
     };
-    let files = folder.read_dir().into_iter().flatten().flatten();
-    let mut files: Vec<_> = files.map(|f| f.path()).filter(is_xosc).collect();
+    let all = folder.read_dir().into_iter().flatten().flatten();
+    let mut files: Vec<_> = all.map(|f| f.path()).filter(is_xosc).collect();
     files.sort();
     files
 }

@@ -125,8 +125,8 @@ impl Player {
     /// Which program it is: another one of the same name differs in size or date.
     fn identity(&self) -> String {
         let about = std::fs::metadata(&self.program).ok();
-        let changed = about.as_ref().and_then(|about| about.modified().ok());
-        let changed = changed.and_then(|at| at.duration_since(UNIX_EPOCH).ok());
+        let changed = { about.as_ref() }
+            .and_then(|about| about.modified().ok()?.duration_since(UNIX_EPOCH).ok());
         format!(
             "{} {} {}",
             self.program.display(),
@@ -142,15 +142,16 @@ impl Player {
             format!("{program}: {what}: {}", system::error_text(error))
         };
         let cannot = |error: std::io::Error| io("its folder", &error);
-        let file = std::path::absolute(file).map_err(cannot)?;
-        let folder = tempfile::Builder::new().prefix("nearmiss-").tempdir();
-        let folder = folder.map_err(cannot)?;
+        let folder = tempfile::Builder::new()
+            .prefix("nearmiss-")
+            .tempdir()
+            .map_err(cannot)?;
         let _gone_at_the_end = Unfinished::begin(folder.path());
         let said = File::create_new(folder.path().join(SAID)).map_err(cannot)?;
         let mut command = Command::new(&self.program);
         command
             .arg("--osc")
-            .arg(file)
+            .arg(std::path::absolute(file).map_err(cannot)?)
             .args(["--headless", "--disable_stdout", "--seed", "0"])
             .args(["--fixed_timestep", &time_step.to_string()])
             .args(["--csv_logger", RECORDING, "--logfile_path", LOG])
@@ -166,6 +167,11 @@ impl Player {
         limit(&running.child, 2 * self.longest.as_secs(), MOST_WRITTEN);
         let until = Instant::now() + self.longest;
         let why = loop {
+            // Of what had ended by then it was the end.
+            if written(folder.path()) >= MOST_WRITTEN {
+                let most = MOST_WRITTEN >> 20;
+                break Some(format!("wrote {most} MiB without coming to an end"));
+            }
             if let Some(how) = ended(&mut running.child) {
                 break (how != "exit status 0").then(|| format!("failed ({how})"));
             }
@@ -173,24 +179,24 @@ impl Player {
                 let seconds = self.longest.as_secs_f64();
                 break Some(format!("did not end within {seconds} s"));
             }
-            if written(folder.path()) >= MOST_WRITTEN {
-                let most = MOST_WRITTEN >> 20;
-                break Some(format!("wrote more than {most} MiB and had not ended"));
-            }
             std::thread::sleep(POLL);
         };
         drop(running);
         let failed = |why: &str| {
-            let last = last_error(folder.path());
-            let last = last.map_or_else(String::new, |line| format!(": {line}"));
-            format!("{program} {why}{last}")
+            let mut words = format!("{program} {why}");
+            if let Some(last) = last_error(folder.path()) {
+                words.push_str(": ");
+                words.push_str(&last);
+            }
+            words
         };
         if let Some(why) = why {
             return Err(failed(&why));
         }
-        let recording = std::fs::read(folder.path().join(RECORDING));
-        let recording = recording.map_err(|_| failed("recorded nothing"))?;
-        Ok(without_path(&recording))
+        match std::fs::read(folder.path().join(RECORDING)) {
+            Ok(recording) => Ok(without_path(&recording)),
+            Err(_) => Err(failed("recorded nothing")),
+        }
     }
 }
 
@@ -235,8 +241,8 @@ fn last_error(folder: &Path) -> Option<String> {
         String::from_utf8_lossy(end).into_owned()
     };
     let texts = [text(LOG), text(SAID)];
-    let errors = texts.iter().flat_map(|text| text.lines().rev());
-    let mut errors = errors.filter_map(|line| Some(line.rsplit_once("[error]")?.1));
+    let mut errors = { texts.iter().flat_map(|text| text.lines().rev()) }
+        .filter_map(|line| Some(line.rsplit_once("[error]")?.1));
     let last = || {
         let mut lines = texts.iter().rev().flat_map(|text| text.lines().rev());
         lines.find(|line| !line.trim().is_empty())
@@ -257,21 +263,21 @@ fn without_path(recording: &[u8]) -> Vec<u8> {
 
 /// Removes the oldest recordings until so much more is no more than [`MOST_KEPT`].
 fn make_room(folder: &Path, more: u64) {
-    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut files: Vec<_> = files
+    let all = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<_> = all
         .filter_map(|file| {
             let about = file.metadata().ok().filter(std::fs::Metadata::is_file)?;
             Some((about.modified().ok()?, about.len(), file.path()))
         })
         .collect();
     files.sort();
-    let mut all = more + files.iter().map(|(_, size, _)| size).sum::<u64>();
+    let mut size_of_all = more + files.iter().map(|(_, size, _)| size).sum::<u64>();
     for (_, size, path) in files {
-        if all <= MOST_KEPT {
+        if size_of_all <= MOST_KEPT {
             return;
         }
         let _ = std::fs::remove_file(path);
-        all -= size;
+        size_of_all -= size;
     }
 }
 
@@ -369,7 +375,7 @@ mod tests {
         assert!(why(&format!("{log}; exit 3")).ends_with("failed (exit status 3): no road 7"));
         assert!(why("echo 'what is --seed?' >&2; exit 1").ends_with("what is --seed?"));
         assert!(why("exit 0").ends_with("recorded nothing"));
-        assert!(why("exec yes > $out").contains("player.sh"));
+        assert!(why("exec yes > $out").ends_with("wrote 128 MiB without coming to an end"));
         let (folder, mut player, files) = stage("");
         player.program = folder.path().join("no-such");
         assert!(

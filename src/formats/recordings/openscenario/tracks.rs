@@ -317,7 +317,8 @@ impl Played<'_> {
             return Ok(self.recorded(&log, ids));
         }
         // The ego of an export is free for a driver under test.
-        let played = is_open(!self.is_export).then(|| {
+        let is_played = is_open(!self.is_export) && self.root.child("Storyboard").is_some();
+        let played = is_played.then(|| {
             let mut files = vec![self.file.to_path_buf()];
             files.extend(road_file(self.root, self.file));
             files.extend(catalog_files(self.root, self.file));
@@ -361,8 +362,8 @@ impl Played<'_> {
 
     /// The recording of another player that is read, and how one is made.
     fn recording_of_others(&self) -> String {
-        let recording = self.file.with_extension("csv");
-        let recording = recording.display();
+        let beside = self.file.with_extension("csv");
+        let recording = beside.display();
         format!(
             "a player's recording beside it as {recording}: esmini --osc {} --headless --fixed_timestep 0.1 --csv_logger \
              {recording}",
@@ -403,8 +404,8 @@ impl Played<'_> {
 
     /// Refuses what only a player works out; says what is taken for something where players may do another.
     fn check(&self, motions: &AllMotions, report: &Report) -> Result<(), ReadError> {
-        let recording = self.file.with_extension("csv");
-        let recording = recording.display();
+        let beside = self.file.with_extension("csv");
+        let recording = beside.display();
         for entity in self.entities {
             let Some(motion) = motions.get(&entity.name) else {
                 continue;
