@@ -170,7 +170,7 @@ fn predictions_are_lines_in_figures_and_pages() {
     .says(&["no id of --overlay"]);
     for (table, words) in [
         ("time,id,x,y\n0,1,0,0\n1,1,x,0\n", &["3", "column x"][..]),
-        ("time,id,x\n0,1,0\n", &["which column is y"]),
+        ("time,id,x\n0,1,0\n", &["columns time, id, x and y"]),
         (
             "time,id,x,y,probability\n0,1,0,0,7\n1,1,0,0,7\n",
             &["0 to 1"],
