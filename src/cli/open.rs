@@ -12,8 +12,7 @@ use nearmiss_drive::simulation::Settings;
 use nearmiss_formats as formats;
 use nearmiss_formats::{
     Columns, EGO_FILES, EgoError, EgoSelection, Entry, EntryLocation, NamedTable, Player,
-    SearchResults,
-    TableOptions, not_standard_input, only_part,
+    SearchResults, TableOptions, not_standard_input, only_part,
 };
 use nearmiss_scene::metrics::Thresholds;
 use nearmiss_scene::scenario::{

@@ -94,7 +94,9 @@ mod tests {
         assert!(html.contains("[\"\\u003c/script\\u003e\\u003c!-- \\u0026 \u{202e}\"]"));
         page.script = "1;";
         let html = page.html();
-        let runs = html.split_once("<script>").and_then(|(_, rest)| rest.split_once("</script>"));
+        let runs = html
+            .split_once("<script>")
+            .and_then(|(_, rest)| rest.split_once("</script>"));
         let runs = runs.map_or("", |(script, _)| script);
         assert!(runs.ends_with("1;") && !runs.contains('<'));
         assert!(html.contains(&format!("script-src '{}'", source_hash(runs))));

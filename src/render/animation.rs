@@ -27,7 +27,9 @@ pub enum AnimationError {
     #[error("{0}")]
     Picture(String),
     /// There is no ffmpeg.
-    #[error("no ffmpeg on PATH; install it (https://ffmpeg.org), or write a .gif, which needs none")]
+    #[error(
+        "no ffmpeg on PATH; install it (https://ffmpeg.org), or write a .gif, which needs none"
+    )]
     NoFfmpeg,
     /// ffmpeg failed.
     #[error("ffmpeg: {0}")]

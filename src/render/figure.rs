@@ -11,7 +11,9 @@ use super::display::{Area, Picture, Provenance};
 use super::map::{Map, WorkbenchMap};
 use super::palette::Palette;
 use super::plot::Plot;
-use super::scene::{Basemap, LineStyle, MapRequest, MapScene, Overlay, Path, Role, TrailSpan, Viewport};
+use super::scene::{
+    Basemap, LineStyle, MapRequest, MapScene, Overlay, Path, Role, TrailSpan, Viewport,
+};
 use super::view::{MapExtent, Subject, Variations, View};
 
 /// What is on a figure.

@@ -24,7 +24,8 @@ fn a_page_is_one_small_file_that_asks_for_nothing() {
     let evil = HOSTILE.replace('<', "&lt;").replace('>', "&gt;");
     let xml = bundled_xml(CUT_IN).replacen("author=\"", &format!("author=\"{evil}"), 1);
     home.write("evil.xml", xml);
-    home.run(&["render", "evil.xml", "-o", "evil.html"]).status(0);
+    home.run(&["render", "evil.xml", "-o", "evil.html"])
+        .status(0);
     let page = text(&home, "evil.html");
     assert!(page.contains("&lt;img src=x") && !page.contains("<img"));
     home.run(&["render", CUT_IN, "-o", "page.html"]).status(0);
@@ -34,14 +35,22 @@ fn a_page_is_one_small_file_that_asks_for_nothing() {
         assert!(!page.contains(outside), "{outside}");
     }
     home.run(&["render", CUT_IN, "-o", "again.html"]).status(0);
-    assert_eq!(text(&home, "again.html"), page, "the same command, the same bytes");
+    assert_eq!(
+        text(&home, "again.html"),
+        page,
+        "the same command, the same bytes"
+    );
     let opened = |more: &[&str]| {
         let file = ["-o", "at.html", "--overwrite"];
-        home.run(&[&["render", CUT_IN], &file[..], more].concat()).status(0);
+        home.run(&[&["render", CUT_IN], &file[..], more].concat())
+            .status(0);
         data(&text(&home, "at.html"))
     };
     let data = opened(&["--at", "7", "--plot", "thw", "--view", "all"]);
-    assert_eq!((&data["view"]["step"], &data["view"]["follows"]), (&json!(7), &json!(false)));
+    assert_eq!(
+        (&data["view"]["step"], &data["view"]["follows"]),
+        (&json!(7), &json!(false))
+    );
     assert_eq!(data["measures"][0]["id"], "thw");
     for (more, words) in [
         (&["--what", "plot"][..], "--what"),
@@ -52,9 +61,21 @@ fn a_page_is_one_small_file_that_asks_for_nothing() {
         let all = [&["render", CUT_IN, "-o", "x.html"], more].concat();
         home.run(&all).status(2).says(&[words]);
     }
-    home.run(&["render", CUT_IN, "ZAM_RedLight-1_1_T-1", "--format", "html", "-o", "pages"])
-        .status(0);
-    assert!(home.files().join("pages/ZAM_RedLight-1_1_T-1.html").is_file());
+    home.run(&[
+        "render",
+        CUT_IN,
+        "ZAM_RedLight-1_1_T-1",
+        "--format",
+        "html",
+        "-o",
+        "pages",
+    ])
+    .status(0);
+    assert!(
+        home.files()
+            .join("pages/ZAM_RedLight-1_1_T-1.html")
+            .is_file()
+    );
 }
 
 #[test]
@@ -67,12 +88,16 @@ fn a_page_plays_steps_and_picks_in_a_browser() {
     let file = home.files().join("page.html");
     let data = data(&text(&home, "page.html"));
     let step = |browser: &mut Browser| {
-        let later = "new Promise((done) => setTimeout(() => done(Number(document.body.dataset.step)), 60))";
+        let later =
+            "new Promise((done) => setTimeout(() => done(Number(document.body.dataset.step)), 60))";
         browser.value(later).as_i64().unwrap()
     };
     browser.open(&file, "");
     let first = step(&mut browser);
-    assert_eq!(first, data["view"]["step"], "it opens at the moment that matters");
+    assert_eq!(
+        first, data["view"]["step"],
+        "it opens at the moment that matters"
+    );
     browser.key("ArrowLeft");
     assert_eq!(step(&mut browser), first - 1);
     browser.key("Home");
@@ -116,24 +141,45 @@ fn predictions_are_lines_in_figures_and_pages() {
     let data = data(&text(&home, "page.html"));
     let lines = data["lines"].as_array().unwrap();
     assert_eq!(lines.len(), 3);
-    let opacities: Vec<f64> = lines.iter().map(|l| l["opacity"].as_f64().unwrap()).collect();
-    assert!(opacities[0] > opacities[1] && opacities[2] == 1.0, "{opacities:?}");
+    let opacities: Vec<f64> = lines
+        .iter()
+        .map(|l| l["opacity"].as_f64().unwrap())
+        .collect();
+    assert!(
+        opacities[0] > opacities[1] && opacities[2] == 1.0,
+        "{opacities:?}"
+    );
     assert_eq!(lines[0]["owner"], json!({ "obstacle": 301 }));
     let svg = home.run(&["render", scenario]).status(0).stdout;
-    let with = home.run(&[&["render", scenario], &overlay[..]].concat()).status(0).stdout;
+    let with = home
+        .run(&[&["render", scenario], &overlay[..]].concat())
+        .status(0)
+        .stdout;
     assert!(with.len() > svg.len());
     // Columns by other names; ids of nobody are told.
     home.write("other.csv", "t,who,px,py,p\n0,77,0,0,1\n1,77,1,0,1\n");
-    home.run(&["render", scenario, "--overlay", "other.csv", "--columns", "id=who,x=px,y=py"])
-        .status(0)
-        .says(&["no id of --overlay"]);
+    home.run(&[
+        "render",
+        scenario,
+        "--overlay",
+        "other.csv",
+        "--columns",
+        "id=who,x=px,y=py",
+    ])
+    .status(0)
+    .says(&["no id of --overlay"]);
     for (table, words) in [
         ("time,id,x,y\n0,1,0,0\n1,1,x,0\n", &["3", "column x"][..]),
-        ("time,id,x\n0,1,0\n", &["which column is y"]),
-        ("time,id,x,y,probability\n0,1,0,0,7\n1,1,0,0,7\n", &["0 to 1"]),
+        ("time,id,x\n0,1,0\n", &["columns time, id, x and y"]),
+        (
+            "time,id,x,y,probability\n0,1,0,0,7\n1,1,0,0,7\n",
+            &["0 to 1"],
+        ),
     ] {
         home.write("wrong.csv", table);
-        home.run(&["render", scenario, "--overlay", "wrong.csv"]).status(2).says(words);
+        home.run(&["render", scenario, "--overlay", "wrong.csv"])
+            .status(2)
+            .says(words);
     }
 }
 
@@ -141,9 +187,13 @@ fn predictions_are_lines_in_figures_and_pages() {
 fn a_film_is_made_by_ffmpeg_or_it_is_said_what_to_install() {
     let home = Home::new();
     let film = ["render", CUT_IN, "--size", "161x121px", "-o", "film.mp4"];
-    home.run_with(&film, &[("PATH", "")]).status(2).says(&["ffmpeg", "install"]);
+    home.run_with(&film, &[("PATH", "")])
+        .status(2)
+        .says(&["ffmpeg", "install"]);
     assert!(!home.files().join("film.mp4").exists());
-    home.run(&[&film[..], &["--at", "3"]].concat()).status(2).says(&["--at"]);
+    home.run(&[&film[..], &["--at", "3"]].concat())
+        .status(2)
+        .says(&["--at"]);
     if !nearmiss::system::is_program("ffmpeg") {
         return skipped("no ffmpeg on PATH");
     }

@@ -230,7 +230,8 @@ fn named_measure(id: &str) -> Result<&'static Measure, String> {
 }
 
 fn format(name: &str) -> Result<Format, String> {
-    Format::parse(&name.to_ascii_lowercase()).ok_or_else(|| "expected svg, png, gif, mp4 or html".into())
+    Format::parse(&name.to_ascii_lowercase())
+        .ok_or_else(|| "expected svg, png, gif, mp4 or html".into())
 }
 
 fn dpi(text: &str) -> Result<f64, String> {

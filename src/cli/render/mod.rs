@@ -13,8 +13,8 @@ use std::sync::{Mutex, PoisonError};
 
 use nearmiss_formats::{EgoSelection, Entry, Forecast};
 use nearmiss_render::{
-    AnimationError, Figure, FigureContent, FigureError, FigureOptions, Format, Palette, Picture, Provenance,
-    ScreenPainter, ScreenRequest, Subject, animate, film,
+    AnimationError, Figure, FigureContent, FigureError, FigureOptions, Format, Palette, Picture,
+    Provenance, ScreenPainter, ScreenRequest, Subject, animate, film,
 };
 use nearmiss_scene::metrics::{Thresholds, measure};
 use nearmiss_scene::scenario::Scene;

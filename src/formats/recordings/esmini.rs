@@ -272,7 +272,9 @@ mod tests {
             "x\nIndex [-], TimeStamp [s], #1 Entity_Name [-], #1 Current_Speed [m/s], #1 bb_x [m], #1 bb_y [m], #1 bb_length [m], #1 bb_width [m], #1 World_Position_X [m], #1 World_Position_Y [m], #1 World_Heading_Angle [rad], #1 lane_id, \n",
         );
         for time in ["-0.05", "0.0", "0.05", "0.10"] {
-            let of = |name: &str| format!("{name}, 3.0, 1.5, 0.0, 5.0, 2.0, 7.0, 1.0, 1.5707963267948966, -1, ");
+            let of = |name: &str| {
+                format!("{name}, 3.0, 1.5, 0.0, 5.0, 2.0, 7.0, 1.0, 1.5707963267948966, -1, ")
+            };
             text += &format!("0, {time}, {}, {}\n", of("car"), of("car_ghost"));
         }
         assert!(is_log(text.as_bytes()));
@@ -286,7 +288,10 @@ mod tests {
         assert!((states[0].position - Point::new(7.0, 2.5)).norm() < 1e-9);
         assert_eq!((car[0].size, states[0].velocity), ((5.0, 2.0), Some(3.0)));
         let bad = read(&text.replace("7.0", "seven"), &report).unwrap_err();
-        assert_eq!((bad.line, bad.message.as_str()), (3, "`seven` is not a number"));
+        assert_eq!(
+            (bad.line, bad.message.as_str()),
+            (3, "`seven` is not a number")
+        );
     }
 
     #[test]

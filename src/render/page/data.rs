@@ -296,7 +296,9 @@ impl PageMap {
             lights: lights
                 .filter_map(|(light, at)| {
                     let (x, y) = origin.spot(&at?);
-                    let colors = steps.clone().map(|step| (step, light.color_at(step).name()));
+                    let colors = steps
+                        .clone()
+                        .map(|step| (step, light.color_at(step).name()));
                     let mut changes: Vec<(i64, &str)> = colors.collect();
                     changes.dedup_by_key(|(_, color)| *color);
                     Some((x, y, changes))
@@ -389,7 +391,11 @@ impl Body {
             }
         }
         let each = |value: fn(&Motion) -> f64, parts: f64| {
-            differences(motions.iter().map(|(_, motion)| whole(value(motion), parts)))
+            differences(
+                motions
+                    .iter()
+                    .map(|(_, motion)| whole(value(motion), parts)),
+            )
         };
         let places: Vec<(i64, i64)> = motions
             .iter()

@@ -450,8 +450,8 @@ const panel = () => {
 const charts = make("section", { id: "plots" });
 const HEIGHT = 118, LEFT = 40, RIGHT = 10, TOP = 20, BOTTOM = 16;
 let cursors = [];
-const ticks = (low, high) => {
-  const rough = (high - low) / 3, base = 10 ** Math.floor(Math.log10(rough));
+const ticks = (low, high, parts) => {
+  const rough = (high - low) / parts, base = 10 ** Math.floor(Math.log10(rough));
   const every = [1, 2, 5, 10].map((n) => n * base).find((n) => n >= rough) ?? rough;
   const found = [];
   for (let n = Math.ceil(low / every - 1e-9); n * every <= high + 1e-9 * every; n++) found.push(n * every);
@@ -475,12 +475,12 @@ const plot = (measure, m, width) => {
   const x = (at) => LEFT + along(at) * (width - LEFT - RIGHT), y = (value) => HEIGHT - BOTTOM - ((value - low) / (high - low)) * (HEIGHT - TOP - BOTTOM);
   const chart = shape("svg", { class: "plot", width, height: HEIGHT, viewBox: `0 0 ${width} ${HEIGHT}`, role: "img", "aria-label": `${measure.name} over time` });
   const text = (words, at, name, anchor = "start") => shape("text", { x: at[0], y: at[1], class: name, "text-anchor": anchor }, words);
-  const [levels, decimals] = ticks(low, high);
+  const [levels, decimals] = ticks(low, high, 3);
   for (const level of levels) chart.append(shape("line", { x1: LEFT, x2: width - RIGHT, y1: y(level), y2: y(level), class: "grid" }), text(level.toFixed(decimals), [LEFT - 6, y(level) + 4], "soft", "end"));
-  const [times, places] = ticks(FIRST * dt, Math.max(LAST * dt, FIRST * dt + dt));
+  const [times, places] = ticks(FIRST * dt, Math.max(LAST * dt, FIRST * dt + dt), 6);
   for (const time of times) chart.append(text(`${time.toFixed(places)} s`, [x(time / dt), HEIGHT - 2], "soft", "middle"));
   for (const [name, limit] of measure.thresholds) if (limit >= low && limit <= high) {
-    chart.append(shape("line", { x1: LEFT, x2: width - RIGHT, y1: y(limit), y2: y(limit), class: "limit" }), text(name, [width - RIGHT - 2, y(limit) - 3], "soft", "end"));
+    chart.append(shape("line", { x1: LEFT, x2: width - RIGHT, y1: y(limit), y2: y(limit), class: "limit" }), text(name, [LEFT + 3, y(limit) - 3], "soft halo"));
   }
   const curve = (row, name) => {
     let d = "", before = null;
@@ -558,7 +558,7 @@ const tick = (now) => {
 const keys = {
   " ": () => toggle(), ArrowLeft: (e) => go(e.shiftKey ? -Math.round(1 / dt) : -1), ArrowRight: (e) => go(e.shiftKey ? Math.round(1 / dt) : 1),
   Home: () => seek(FIRST), End: () => seek(LAST), m: () => moment && seek(moment.step), f: () => { follow(!state.follows); request(); }, r: () => ego && turn(), a: fit,
-  "+": () => zoom(0.8), "-": () => zoom(1.25), "[": () => faster(-1), "]": () => faster(1),
+  "+": () => zoom(0.8), "=": () => zoom(0.8), "-": () => zoom(1.25), "[": () => faster(-1), "]": () => faster(1),
 };
 const faster = (by) => {
   const to = speeds[Math.min(speeds.length - 1, Math.max(0, speeds.indexOf(state.speed) + by))];

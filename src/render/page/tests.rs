@@ -80,7 +80,11 @@ fn poses_and_measures_are_those_of_the_scene() {
                         None => values.push(part.as_f64()),
                     }
                 }
-                let known: Vec<_> = series.row(measure.id, id).iter().map(|r| r.value()).collect();
+                let known: Vec<_> = series
+                    .row(measure.id, id)
+                    .iter()
+                    .map(|r| r.value())
+                    .collect();
                 assert_eq!(values.len(), known.len());
                 for (written, known) in values.iter().zip(known) {
                     let off = written.zip(known).map(|(a, b)| (a - b).abs());
@@ -111,10 +115,16 @@ fn texts_of_files_are_texts_and_nothing_is_loaded() {
         assert!(!page.contains(bad), "{bad}");
     }
     assert_eq!(page.matches("<script>").count(), 1);
-    assert_eq!(page.matches("<script").count(), page.matches("</script>").count());
+    assert_eq!(
+        page.matches("<script").count(),
+        page.matches("</script>").count()
+    );
     assert!(page.contains("default-src 'none'") && page.contains("script-src 'sha256-"));
     // Name, story and author, beside the title.
-    assert_eq!(page.matches("&lt;img src=x onerror=alert(1)&gt;").count(), 4);
+    assert_eq!(
+        page.matches("&lt;img src=x onerror=alert(1)&gt;").count(),
+        4
+    );
 }
 
 #[test]

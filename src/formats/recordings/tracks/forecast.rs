@@ -40,7 +40,9 @@ impl Forecast {
 pub fn read_forecasts(path: &Path) -> Result<(Vec<Forecast>, Vec<Diagnostic>), ReadError> {
     let report = Report::about(path.display().to_string());
     let plan = Plan::of_file(path, options(), &report, |_| true)?;
-    let plan = plan.ok_or_else(|| report.fail("no table of tracks"))?;
+    let plan = plan.ok_or_else(|| {
+        report.fail("no table with columns time, id, x and y; --columns ROLE=COLUMN names them")
+    })?;
     let missing = plan.columns.missing();
     if !missing.is_empty() {
         plan.check(&report)?;
@@ -54,7 +56,8 @@ pub fn read_forecasts(path: &Path) -> Result<(Vec<Forecast>, Vec<Diagnostic>), R
     }
     let said = Said {
         is_known: false,
-        rate: plan.rate,
+        // Times only say what comes after what: nobody has to say what counts them.
+        rate: plan.rate.or(Some(1.0)),
         kind: None,
     };
     let recorded = Recorded::new(rows, &plan.columns, said, report.file())?;

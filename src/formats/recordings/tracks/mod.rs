@@ -371,7 +371,12 @@ impl Table {
         let mut plans = vec![plan];
         for path in &files[1..] {
             let report = Report::about(path.display().to_string());
-            plans.extend(Plan::of_file(path, options, &report, Role::is_of_recordings)?);
+            plans.extend(Plan::of_file(
+                path,
+                options,
+                &report,
+                Role::is_of_recordings,
+            )?);
         }
         for (plan, path) in plans.iter().zip(files) {
             plan.rows(path, &Report::about(path.display().to_string()), &mut rows)?;
@@ -510,7 +515,13 @@ impl Table {
             how: plan.columns.to_string(),
             notes: vec![format!("columns are known by {}", plan.by)],
         };
-        Self::new(recorded, about, plan.map.map(MapOfTable::File), files, leftovers)
+        Self::new(
+            recorded,
+            about,
+            plan.map.map(MapOfTable::File),
+            files,
+            leftovers,
+        )
     }
 }
 

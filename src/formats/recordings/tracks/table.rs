@@ -236,7 +236,10 @@ pub struct Track {
 impl Track {
     /// The road user of a predicted trajectory, where it is a number.
     pub fn id_of_forecast(&self) -> Option<i64> {
-        let name = self.name.rsplit_once(MODE).map_or(&*self.name, |(id, _)| id);
+        let name = self
+            .name
+            .rsplit_once(MODE)
+            .map_or(&*self.name, |(id, _)| id);
         name.parse().ok()
     }
 

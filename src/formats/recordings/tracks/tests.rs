@@ -93,7 +93,8 @@ fn table(
 
 fn opened(path: &Path, options: &TableOptions) -> Result<Scenario, ReadError> {
     let report = Report::about("t");
-    let plan = Plan::of_file(path, options, &report, Role::is_of_recordings)?.ok_or_else(|| report.fail("no table"))?;
+    let plan = Plan::of_file(path, options, &report, Role::is_of_recordings)?
+        .ok_or_else(|| report.fail("no table"))?;
     plan.check(&report)?;
     let table = Table::read(plan, &[path], options, &report)?;
     table.open(path, None, report)
