@@ -187,8 +187,8 @@ pub(super) fn openscenario(
     let Some((scenario, exported)) = exported else {
         return Ok(Converted::default());
     };
-    let notes = exported.notes.iter();
-    let notes = notes.map(|note| format!("{}: {note}", entry.name));
+    let told = exported.notes.iter();
+    let notes = told.map(|note| format!("{}: {note}", entry.name));
     let said = read_in_words(entry, &scenario).chain(notes).collect();
     Ok(Converted {
         // The roads first, so that a scenario is never there without them.

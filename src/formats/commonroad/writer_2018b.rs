@@ -18,8 +18,8 @@ pub fn write_2018b(scenario: &Scenario) -> Result<(Vec<u8>, Vec<String>), WriteE
     let mut lost = LeftOut::default();
     let network = &scenario.network;
     let limit = |lanelet: &Lanelet| {
-        let own = network.signs.iter();
-        let own = own.filter(|sign| lanelet.signs.contains(&sign.id));
+        let signs = network.signs.iter();
+        let own = signs.filter(|sign| lanelet.signs.contains(&sign.id));
         let limits = own.filter_map(|sign| sign.limit());
         Some((lanelet.id, limits.reduce(f64::min)?))
     };
@@ -28,8 +28,8 @@ pub fn write_2018b(scenario: &Scenario) -> Result<(Vec<u8>, Vec<String>), WriteE
     lost.add(others.count(), "traffic signs other than speed limits");
     lost.add(network.lights.len(), "traffic lights");
     lost.add(network.intersections.len(), "intersections");
-    let lanelets = network.lanelets.iter().map(|l| lanelet(l, &mut lost));
-    let lanelets: Vec<Lanelet> = lanelets.collect();
+    let fitted = network.lanelets.iter().map(|l| lanelet(l, &mut lost));
+    let lanelets: Vec<Lanelet> = fitted.collect();
     let mut obstacles = Vec::with_capacity(scenario.obstacles.len());
     for obstacle in &scenario.obstacles {
         match obstacle.role {

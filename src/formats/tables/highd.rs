@@ -124,8 +124,8 @@ pub fn write(recording: Recording, roads: &LaneletNetwork) -> Result<WrittenTabl
         let states = user.states.iter();
         states.map(|(step, motion)| row(recording, user, *step, motion, &markings))
     });
-    let metas = recording.users.iter();
-    let metas = metas.map(|user| meta(recording, user, &markings));
+    let users = recording.users.iter();
+    let metas = users.map(|user| meta(recording, user, &markings));
     let about = about(recording, roads, &markings);
     Ok(WrittenTables {
         // What the tracks need comes first: a recording is never there without.
@@ -171,8 +171,8 @@ fn turned(mut recording: Recording, turn: Rotation2<f64>) -> Recording {
 
 /// Where a road user drives, radians: along the x-axis or against it.
 fn direction(user: &User) -> f64 {
-    let moved = user.states.first().zip(user.states.last());
-    let moved = moved.map_or(0.0, |((_, a), (_, b))| {
+    let ends = user.states.first().zip(user.states.last());
+    let moved = ends.map_or(0.0, |((_, a), (_, b))| {
         b.pose.position.x - a.pose.position.x
     });
     let heading = user.states.first().map_or(0.0, |(_, m)| m.pose.heading);
@@ -310,8 +310,8 @@ impl Markings {
     fn of(roads: &LaneletNetwork, turn: Rotation2<f64>) -> Self {
         let mut markings = Self::default();
         for lanelet in &roads.lanelets {
-            let bounds = [&lanelet.left.points, &lanelet.right.points];
-            let bounds = bounds.map(|points| points.iter().map(|p| turn * p).collect());
+            let sides = [&lanelet.left.points, &lanelet.right.points];
+            let bounds = sides.map(|points| points.iter().map(|p| turn * p).collect());
             let lines = bounds.each_ref().map(|points: &Vec<Point>| {
                 let first = points.first()?;
                 let is_straight = points.iter().all(|p| (p.y - first.y).abs() < SAME);

@@ -121,8 +121,8 @@ impl Recording {
         let all = moving.flat_map(|actor| actor.stretches.iter().flatten());
         let seen = all.map(|(step, _)| (*step, *step));
         // Where all stand, two steps tell that.
-        let steps = seen.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let steps = steps.unwrap_or((0, 1));
+        let span = seen.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let steps = span.unwrap_or((0, 1));
         let mut taken: HashSet<i64> = actors.iter().filter_map(|a| a.name.parse().ok()).collect();
         let users = actors.iter().map(|actor| {
             let id = actor.name.parse().ok();

@@ -37,8 +37,8 @@ const MEANINGS: [(Kind, &str, &str); 11] = [
 ];
 
 pub fn write(recording: &Recording, format: Format) -> Result<WrittenTables, TableError> {
-    let columns = COLUMNS.into_iter().zip(MEANINGS);
-    let columns = columns.map(|(name, (kind, unit, source))| Column::new(name, kind, unit, source));
+    let named = COLUMNS.into_iter().zip(MEANINGS);
+    let columns = named.map(|(name, (kind, unit, source))| Column::new(name, kind, unit, source));
     let table = Table::new("tracks", columns.collect());
     let mut rows: Vec<Row> = Vec::new();
     for user in &recording.users {

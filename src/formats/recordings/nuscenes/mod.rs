@@ -74,16 +74,30 @@ const RECORDER: &str = "ego";
 
 /// All scenes of a data set: one after the other would read every table for each.
 fn read(scenes: &Path) -> Result<Arc<Table>, ReadError> {
-    let files: Vec<PathBuf> = FILES
-        .iter()
-        .map(|name| scenes.with_file_name(name))
-        .collect();
-    let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-    cached(&files, || {
+    cached(&paths(&files(scenes)), || {
         let report = Report::about(scenes.display().to_string());
         let set = DataSet::read(scenes)?;
         set.table(scenes, report)
     })
+}
+
+/// The tables beside that of the scenes.
+fn files(scenes: &Path) -> [PathBuf; 7] {
+    FILES.map(|name| scenes.with_file_name(name))
+}
+
+fn paths(files: &[PathBuf; 7]) -> [&Path; 7] {
+    files.each_ref().map(PathBuf::as_path)
+}
+
+/// What a category means.
+fn kind(category: &str) -> ObstacleType {
+    match category {
+        "vehicle.construction" => ObstacleType::Truck,
+        "static_object.bicycle_rack" => ObstacleType::Unknown,
+        name if name.starts_with("vehicle.emergency") => ObstacleType::PriorityVehicle,
+        name => kind_by_class(name),
+    }
 }
 
 /// A key frame: its scene, and when it is.
@@ -150,7 +164,7 @@ impl DataSet {
     ) -> Result<(), ReadError> {
         let mut kinds = HashMap::new();
         each(path, FILES[2], |category: Category| {
-            kinds.insert(category.token, kind_by_class(&category.name));
+            kinds.insert(category.token, kind(&category.name));
         })?;
         let objects = &mut self.objects;
         each(path, FILES[3], |instance: Instance| {
@@ -257,16 +271,22 @@ impl DataSet {
             how: String::new(),
             notes: Vec::new(),
         };
-        let files: Vec<PathBuf> = FILES.iter().map(|name| path.with_file_name(name)).collect();
-        let files: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
-        Table::new(recorded, about, None, &files, Leftovers::default())
+        Table::new(
+            recorded,
+            about,
+            None,
+            &paths(&files(path)),
+            Leftovers::default(),
+        )
     }
 }
 
 /// The key frames by their tokens, and by how much they are off the steps at most, seconds.
 fn frames(path: &Path, scenes: &[Scene]) -> Result<(HashMap<Token, Frame>, f64), ReadError> {
-    let of_scene = (0..).zip(scenes).map(|(place, scene)| (scene.token, place));
-    let of_scene: HashMap<Token, u32> = of_scene.collect();
+    let numbered = (0..).zip(scenes);
+    let of_scene: HashMap<Token, u32> = numbered
+        .map(|(place, scene)| (scene.token, place))
+        .collect();
     let mut samples: Vec<Vec<(i64, Token)>> = vec![Vec::new(); scenes.len()];
     each(path, FILES[1], |sample: Sample| {
         if let Some(place) = of_scene.get(&sample.scene_token) {

@@ -36,8 +36,8 @@ impl<'de> Deserialize<'de> for Token {
 
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Token, E> {
                 let number = u128::from_str_radix(text, 16).ok();
-                let number = number.filter(|_| text.len() == 32);
-                number.map(Token).ok_or_else(|| {
+                let whole = number.filter(|_| text.len() == 32);
+                whole.map(Token).ok_or_else(|| {
                     let shown: String = text.chars().take(40).collect();
                     E::custom(format!("`{shown}` is no token"))
                 })
@@ -143,8 +143,8 @@ pub fn each<R: DeserializeOwned>(
     let read = json.deserialize_seq(rows).and_then(|()| json.end());
     read.map_err(|error| {
         // The place is told by its line.
-        let words = error.to_string();
-        let words = words.split(" at line ").next().unwrap_or_default();
+        let said = error.to_string();
+        let words = said.split(" at line ").next().unwrap_or_default();
         report.row(error.line(), "").fail(words.to_string())
     })
 }
@@ -164,7 +164,7 @@ impl<'de, R: Deserialize<'de>, F: FnMut(R)> Visitor<'de> for Rows<'_, R, F> {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut rows: A) -> Result<(), A::Error> {
         let mut count: usize = 0;
-        while let Some(row) = rows.next_element()? {
+        while let Some(row) = rows.next_element::<R>()? {
             count += 1;
             if count > MOST_ROWS {
                 return Err(A::Error::custom(format!("more than {MOST_ROWS} rows")));

@@ -87,14 +87,22 @@ pub fn mcap(path: &Path, take: Take<'_>) -> Result<(), String> {
 /// The file is cut or damaged.
 pub fn has_ground_truth(path: &Path) -> Result<bool, String> {
     let mut file = begun(path)?;
+    let summary = summary(&mut file)?;
     let mut known = Known {
         is_glance: true,
         ..Known::default()
     };
-    if let Some(start) = summary(&mut file)? {
+    let mut glance = |known: &mut Known, start: u64| {
         file.seek(SeekFrom::Start(start)).map_err(cut)?;
+        known.records(&mut file, Within::File, &mut |_, _| Ok(Next::Enough))
+    };
+    if let Some(start) = summary {
+        glance(&mut known, start)?;
     }
-    known.records(&mut file, Within::File, &mut |_, _| Ok(Next::Enough))?;
+    // Some writers say nothing of schemas there.
+    if known.schemas.is_empty() {
+        glance(&mut known, MAGIC.len() as u64)?;
+    }
     let mut all = known.schemas.into_values().flatten();
     Ok(all.any(|schema| schema != Schema::Map))
 }

@@ -4,6 +4,7 @@
 //! one that it refers to.
 
 mod container;
+#[rustfmt::skip]
 mod messages;
 #[cfg(test)]
 mod tests;
@@ -151,8 +152,8 @@ impl Seen {
         };
         let time = truth.timestamp.unwrap_or_default();
         let nanos = i64::from(time.nanos.unwrap_or_default());
-        let time = time.seconds.unwrap_or_default();
-        let time = time.saturating_mul(1_000_000_000).saturating_add(nanos);
+        let seconds = time.seconds.unwrap_or_default();
+        let time = seconds.saturating_mul(1_000_000_000).saturating_add(nanos);
         if self.times.last().is_some_and(|before| *before >= time) {
             self.odd.0 += 1;
             return Ok(Next::More);
@@ -278,10 +279,10 @@ impl Seen {
                 in_words(assumed)
             ));
         }
-        let beside = self
+        let named = self
             .map_reference
             .map(|name| super::named_file(path, &name));
-        let beside = beside.filter(|map| map.is_file()).map(MapOfTable::File);
+        let beside = named.filter(|map| map.is_file()).map(MapOfTable::File);
         let recorded = Recorded {
             tracks,
             start: steps.start,
