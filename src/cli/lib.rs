@@ -65,7 +65,7 @@ pub struct Arguments {
     /// Folder of an index (`nearmiss corpus index`), whose terms filter the list of the workbench.
     #[arg(long, value_name = "FOLDER")]
     pub index: Option<PathBuf>,
-    /// Lead through the workbench in eight keys, on bundled scenarios with example answers; nothing is kept.
+    /// Lead through the workbench in nine keys, on bundled scenarios with example answers; nothing is kept.
     #[arg(long, conflicts_with_all = ["paths", "ego", "index"])]
     pub tour: bool,
 }
