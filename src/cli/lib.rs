@@ -68,7 +68,7 @@ pub struct Arguments {
     /// How tables of tracks are read.
     #[command(flatten)]
     pub reading: Reading,
-    /// Lead through the workbench in eight keys, on bundled scenarios with example answers; nothing is kept.
+    /// Lead through the workbench in nine keys, on bundled scenarios with example answers; nothing is kept.
     #[arg(long, conflicts_with_all = ["paths", "ego", "index"])]
     pub tour: bool,
 }

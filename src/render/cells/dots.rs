@@ -133,12 +133,15 @@ fn is_clear(a: [f32; 3], b: [f32; 3]) -> bool {
     both.map(|(a, b)| (a - b).powi(2)).sum::<f32>() > CLEAR
 }
 
-/// Writes lines over the cells of a picture, and leaves those out that show a body; `surfaces` has a pixel a dot. The edge of the road is seen without
-/// its marking, which would show in some cells and not in others.
+/// Writes lines over the cells of a picture, and leaves those out that show a body. `lines` and `surfaces` have a pixel a
+/// dot, `whole` has [`SAMPLES`] a cell. The edge of the road is seen without its marking, which would show in some cells
+/// and not in others.
 pub fn write_over(
     buffer: &mut Buffer,
     area: Rect,
-    (lines, surfaces, whole): (&Pixmap, &Pixmap, &Pixmap),
+    lines: &Pixmap,
+    surfaces: &Pixmap,
+    whole: &Pixmap,
     inks: Inks,
 ) {
     let columns = lines.width() as usize;
@@ -151,12 +154,6 @@ pub fn write_over(
     let is_at_edge = |x: usize, y: usize| {
         let (left, up) = (x.saturating_sub(1), y.saturating_sub(1));
         is_clear(below(left, y), below(x + 1, y)) || is_clear(below(x, up), below(x, y + 1))
-    };
-    let mean = |column: usize, row: usize| {
-        let all = (0..8).map(|i| below(column * DOTS.0 + i % DOTS.0, row * DOTS.1 + i / DOTS.0));
-        all.fold([0.0; 3], |sum: [f32; 3], color| {
-            std::array::from_fn(|i| sum[i] + color[i] / 8.0)
-        })
     };
     for row in 0..usize::from(area.height) {
         for column in 0..usize::from(area.width) {
@@ -181,9 +178,9 @@ pub fn write_over(
             let Some(cell) = buffer.cell_mut(at).filter(|_| shown > 0) else {
                 continue;
             };
-            let all = (0..8).map(|i| below(place(i).0, place(i).1));
-            let crosses_edge = all.clone().any(|color| is_clear(color, mean(column, row)));
-            if crosses_edge {
+            let under: [[f32; 3]; 8] = std::array::from_fn(|i| below(place(i).0, place(i).1));
+            let mean = std::array::from_fn(|i| under.iter().map(|c| c[i]).sum::<f32>() / 8.0);
+            if under.iter().any(|color| is_clear(*color, mean)) {
                 continue;
             }
             let surface = below_dots(whole, (column, row), shown);

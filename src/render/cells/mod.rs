@@ -1,5 +1,5 @@
-//! The map in character cells: its surfaces and bodies sampled finely, and for every cell the character and the two
-//! colours that come nearest to them; over these its lines, as dots of Braille.
+//! The map in character cells: the picture sampled finely, and for every cell the character and the two colours that come
+//! nearest to it; over these its lines, as dots of Braille.
 //!
 //! Terminals with few colours get lines of Braille dots with solid bodies; those without Unicode get ASCII.
 
@@ -118,7 +118,7 @@ pub fn draw(buffer: &mut Buffer, area: Rect, picture: &Picture, look: &Appearanc
             let surfaces = raster::stretched(picture, size.0, size.1, false);
             let lines = dots::dots(picture, area, look.style);
             if let (Some(lines), Some(surfaces)) = (lines, surfaces) {
-                dots::write_over(buffer, area, (&lines, &surfaces, &whole), inks);
+                dots::write_over(buffer, area, &lines, &surfaces, &whole, inks);
             }
         }
         MapStyle::Braille | MapStyle::Ascii => {

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use nearmiss::evaluation::windows::{Moment, Recording, SampledWindow, Sampling};
-use nearmiss::evaluation::{Alarms, Candidate, Confusion, Labelled, Lead, Naming, Scored};
+use nearmiss::evaluation::{
+    Alarms, AnswerStatus, Candidate, Confusion, Labelled, Lead, Naming, Scored,
+};
 use nearmiss::formats::find;
 use nearmiss::judge::{Criterion, verdict_by};
 use nearmiss::metrics::Thresholds;
@@ -90,7 +92,13 @@ fn counts(cases: &[Labelled<'_>], candidates: &[Candidate]) -> Vec<Vec<(Confusio
             );
             Scored {
                 critical: one.critical.clone(),
-                ..Scored::built_in(&name(case), candidate.name, Some(one.label), verdict)
+                ..Scored::built_in(
+                    &name(case),
+                    candidate.name,
+                    verdict.task,
+                    Some(one.label),
+                    AnswerStatus::Verdict(verdict),
+                )
             }
         };
         let answers: Vec<Scored> = windows.iter().map(answer).collect();

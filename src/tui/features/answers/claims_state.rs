@@ -91,7 +91,7 @@ impl Source {
 }
 
 /// An answer as it is read: safe to show, in one piece.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Document {
     /// Reasoning and answer.
     pub text: String,

@@ -121,9 +121,9 @@ fn listed(model: &Model, document: &Document) -> Vec<(Option<usize>, Line<'stati
         (Some(place), line)
     };
     let unread = |sentence: &Range<usize>| {
-        let words = document.text.get(sentence.clone()).unwrap_or_default();
-        let words = words.trim().trim_start_matches(['-', '*', '#', ' ']);
-        let words = format!("not understood: {}", words.replace("**", ""));
+        let raw = document.text.get(sentence.clone()).unwrap_or_default();
+        let plain = raw.trim().trim_start_matches(['-', '*', '#', ' ']);
+        let words = format!("not understood: {}", plain.replace("**", ""));
         let dim = Style::new().fg(theme.dim);
         let spans = ["… ", words.as_str()].map(|part| Span::styled(part.to_string(), dim));
         (None, Line::from(spans.to_vec()))

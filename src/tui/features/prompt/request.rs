@@ -191,8 +191,8 @@ impl Request for KeepDraft {
         let folder = services.folders.drafts();
         let all: &mut HashMap<String, KeptDraft> = services.state();
         let new = || KeptDraft::new(&folder, &file, found);
-        let kept = all.entry(file.clone()).or_insert_with(new);
-        let kept = kept.keep(draft.as_deref());
+        let own = all.entry(file.clone()).or_insert_with(new);
+        let kept = own.keep(draft.as_deref());
         replies.send(kept.map(|other| Some((file, other?.to_path_buf()))));
     }
 

@@ -124,10 +124,9 @@ pub struct TextChanges {
 
 impl TextChanges {
     /// The lines of both texts, compared by words.
-    pub fn lines(&mut self, old: String, new: String) -> &[ChangedLine] {
-        let texts = (old, new);
-        if self.texts != texts {
-            let diff = diff_of(texts.0.trim(), texts.1.trim());
+    pub fn lines(&mut self, old: &str, new: &str) -> &[ChangedLine] {
+        if (self.texts.0.as_str(), self.texts.1.as_str()) != (old, new) {
+            let diff = diff_of(old.trim(), new.trim());
             let all = diff
                 .ops()
                 .iter()
@@ -139,7 +138,7 @@ impl TextChanges {
                 (change.tag(), parts.collect())
             });
             self.lines = lines.collect();
-            self.texts = texts;
+            self.texts = (old.into(), new.into());
         }
         &self.lines
     }

@@ -11,7 +11,7 @@ use crate::widgets::row::Lines;
 
 /// What is certified of a variant.
 pub struct Certified<'a> {
-    /// Reaction times in seconds, the shortest first, with why nobody survives with it; `None` where a good driver does.
+    /// Reaction times in seconds, the shortest first, with why none survives with it; `None` where a good driver does.
     pub delays: Vec<(String, Option<String>)>,
     /// What the good driver does with the longest one that survives.
     pub driver: Option<&'a EvasionRecord>,
@@ -133,6 +133,8 @@ fn manoeuvre_words(driver: &EvasionRecord) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used)]
+
     use super::*;
 
     #[test]

@@ -400,8 +400,9 @@ fn why(model: &Model, map: &str, room: usize) -> Line<'static> {
         ("map", format!("{who}: {briefest}")),
         (map, who),
     ];
-    let mut all = all.into_iter();
-    let fits = all.find(|(map, words)| map.width() + words.width() <= room);
+    let fits = all
+        .into_iter()
+        .find(|(map, words)| map.width() + words.width() <= room);
     let (map, words) = fits.unwrap_or((map, String::new()));
     Line::from(vec![
         Span::raw(map.to_string()),

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use nearmiss_scene::description::visible;
 use nearmiss_scene::verdict::Verdict;
-use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement, shown_text};
+use nearmiss_study::evaluation::claims::{CheckedClaim, Judgement};
 use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 use similar::ChangeTag;
@@ -28,7 +28,11 @@ pub fn text(model: &Model, kept: &mut TextChanges) -> Text<'static> {
         return Text::default();
     };
     let before = before(model, place);
-    let whole = |column: &Column| shown_text(&column.reasoning, &column.text, false);
+    let whole = |place| {
+        model
+            .document(ShownAnswer::Column(place))
+            .unwrap_or_default()
+    };
     let plain = |line: &str| {
         let pieces = markdown::line(line, theme).into_iter();
         Line::from(pieces.map(|piece| piece.span).collect::<Vec<_>>())
@@ -41,13 +45,13 @@ pub fn text(model: &Model, kept: &mut TextChanges) -> Text<'static> {
         text.push_line(Line::styled(visible(why).into_owned(), warning));
     }
     let Some(answer) = column.answer() else {
-        text.extend(whole(column).lines().map(plain));
+        text.extend(whole(place).text.lines().map(plain));
         return text;
     };
     let Some(earlier) = before else {
         text.push_line(Line::styled("no earlier answer of this model", dim));
         text.push_line("");
-        text.extend(whole(column).trim().lines().map(plain));
+        text.extend(whole(place).text.trim().lines().map(plain));
         return text;
     };
     let verdicts = earlier
@@ -65,7 +69,7 @@ pub fn text(model: &Model, kept: &mut TextChanges) -> Text<'static> {
     let words = format!("before: {}", earlier.1.how);
     text.push_line(Line::styled(visible(&words).into_owned(), dim));
     text.push_line("");
-    let changes = kept.lines(whole(earlier.1), whole(column));
+    let changes = kept.lines(&whole(earlier.0).text, &whole(place).text);
     let (mut gone, mut there) = (Vec::new(), Vec::new());
     for (tag, parts) in changes {
         match tag {
